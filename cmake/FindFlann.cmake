@@ -1,0 +1,10 @@
+# FLANN's exported targets whole-archive their static libraries; the headers and liblz4 are all we need.
+find_path(FLANN_INCLUDE_DIR flann/flann.hpp)
+find_library(LZ4_LIBRARY lz4)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(Flann REQUIRED_VARS FLANN_INCLUDE_DIR LZ4_LIBRARY)
+if(Flann_FOUND AND NOT TARGET Flann::Flann)
+  add_library(Flann::Flann INTERFACE IMPORTED)
+  target_include_directories(Flann::Flann SYSTEM INTERFACE "${FLANN_INCLUDE_DIR}")
+  target_link_libraries(Flann::Flann INTERFACE "${LZ4_LIBRARY}")
+endif()

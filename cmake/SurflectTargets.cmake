@@ -1,0 +1,25 @@
+# One folder is one library; its headers are included by their path from the root.
+
+add_library(surflect_settings INTERFACE)
+target_compile_features(surflect_settings INTERFACE cxx_std_20)
+# No contraction: the same source line gives the same bits in every build.
+target_compile_options(surflect_settings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror -ffp-contract=off)
+target_include_directories(surflect_settings INTERFACE "${PROJECT_SOURCE_DIR}")
+
+option(SURFLECT_SANITIZE "Build with address and undefined-behaviour sanitizers" OFF)
+if(SURFLECT_SANITIZE)
+  target_compile_options(surflect_settings INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all)
+  target_link_options(surflect_settings INTERFACE -fsanitize=address,undefined)
+endif()
+
+# surflect_library(NAME SOURCES a.cpp ... [DEPENDS PUBLIC x PRIVATE y ...])
+# Takes every header of the folder; each must compile alone.
+function(surflect_library name)
+  cmake_parse_arguments(LIB "" "" "SOURCES;DEPENDS" ${ARGN})
+  file(GLOB headers CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
+  add_library(${name} STATIC ${LIB_SOURCES})
+  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
+  set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+  target_link_libraries(${name} PUBLIC surflect_settings ${LIB_DEPENDS})
+endfunction()

@@ -1,0 +1,58 @@
+#include "srf/capture/camera.h"
+
+namespace surflect {
+
+Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted) {
+  const double x = undistorted[0], y = undistorted[1];
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (lens.k1 + r2 * lens.k2);
+  return {x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x),
+          y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
+}
+
+namespace {
+
+Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& q) {
+  const double x = q[0], y = q[1], r2 = x * x + y * y;
+  const double radial = 1 + r2 * (lens.k1 + r2 * lens.k2);
+  const double slope = 2 * (lens.k1 + 2 * r2 * lens.k2); // d radial / d(r2) * 2
+  Eigen::Matrix2d j;
+  j << radial + slope * x * x + 2 * lens.p1 * y + 6 * lens.p2 * x,
+      slope * x * y + 2 * lens.p1 * x + 2 * lens.p2 * y, slope * x * y + 2 * lens.p1 * x + 2 * lens.p2 * y,
+      radial + slope * y * y + 6 * lens.p1 * y + 2 * lens.p2 * x;
+  return j;
+}
+
+} // namespace
+
+std::optional<Vec2<double>> undistort(const Lens& lens, const Vec2<double>& distorted) {
+  if (!lens.distorts()) return distorted;
+  Vec2<double> q = distorted;
+  for (int step = 0; step < 30; ++step) {
+    const Eigen::Matrix2d j = distortionJacobian(lens, q);
+    if (!(j.determinant() > 0)) return std::nullopt; // beyond the fold
+    const Vec2<double> residual = distort(lens, q) - distorted;
+    if (residual.norm() < 1e-12) return q;
+    q -= j.inverse() * residual;
+  }
+  return std::nullopt;
+}
+
+std::optional<Pixel> project(const Lens& lens, const Point3<CameraSpace, double>& p) {
+  if (lens.model == Lens::Model::orthographic)
+    return Pixel{lens.centerX + lens.focalX * p.x(), lens.centerY - lens.focalY * p.y()};
+  const double depth = -p.z();
+  if (!(depth > 0)) return std::nullopt;
+  const Vec2<double> q = distort(lens, {p.x() / depth, -p.y() / depth});
+  return Pixel{lens.centerX + lens.focalX * q[0], lens.centerY + lens.focalY * q[1]};
+}
+
+std::optional<CameraRay> rayThrough(const Lens& lens, Pixel pixel) {
+  const double x = (pixel.x - lens.centerX) / lens.focalX, y = (pixel.y - lens.centerY) / lens.focalY;
+  if (lens.model == Lens::Model::orthographic) return CameraRay{{x, -y, 0}, {0, 0, -1}};
+  const auto q = undistort(lens, {x, y});
+  if (!q) return std::nullopt;
+  return CameraRay{{0, 0, 0}, normalized(Direction3<CameraSpace, double>((*q)[0], -(*q)[1], -1))};
+}
+
+} // namespace surflect

@@ -1,0 +1,69 @@
+// How a lens maps space to pixels: pinhole with OpenCV's distortion, or orthographic.
+//
+// Pixel (i, j) covers [i, i+1) x [j, j+1), row 0 on top, so centres lie at +0.5. Camera axes are OpenGL's:
+// x right, y up, looking along -z.
+#pragma once
+
+#include "surfel/space.h"
+
+#include <optional>
+
+namespace surflect {
+
+struct Lens {
+  enum class Model { pinhole, orthographic };
+
+  Model model = Model::pinhole;
+  int width = 0, height = 0;             // pixels
+  double focalX = 1, focalY = 1;         // pixels; orthographic: pixels per scene unit
+  double centerX = 0, centerY = 0;       // pixels
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0; // on y-down normalised image coordinates
+
+  bool distorts() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0; }
+  friend bool operator==(const Lens&, const Lens&) = default;
+};
+
+struct Pixel {
+  double x = 0, y = 0;
+};
+
+// OpenCV's radial and tangential distortion of normalised image coordinates (x right, y down).
+Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted);
+// Its inverse by Newton's method, to 1e-12; empty where the polynomial folds and no inverse is near.
+std::optional<Vec2<double>> undistort(const Lens& lens, const Vec2<double>& distorted);
+
+// Empty for points not in front of the camera (depth along -z must be positive for a pinhole).
+std::optional<Pixel> project(const Lens& lens, const Point3<CameraSpace, double>& p);
+
+struct CameraRay {
+  Point3<CameraSpace, double> origin;
+  Direction3<CameraSpace, double> direction; // unit
+};
+// The ray through a pixel position; empty where undistort has no answer.
+std::optional<CameraRay> rayThrough(const Lens& lens, Pixel pixel);
+
+inline bool contains(const Lens& lens, Pixel pixel) {
+  return pixel.x >= 0 && pixel.y >= 0 && pixel.x < lens.width && pixel.y < lens.height;
+}
+
+// A lens placed in a world.
+template <class World> struct Camera {
+  Lens lens;
+  Rigid<CameraSpace, World> cameraFromWorld;
+
+  // Where the camera stands; meaningless for an orthographic one.
+  Point3<World, double> center() const {
+    return cameraFromWorld.inverse()(Point3<CameraSpace, double>(0, 0, 0));
+  }
+  // Unit direction from a point towards the viewer.
+  Direction3<World, double> towards(const Point3<World, double>& p) const {
+    if (lens.model == Lens::Model::orthographic)
+      return cameraFromWorld.inverse()(Direction3<CameraSpace, double>(0, 0, 1));
+    return normalized(center() - p);
+  }
+  std::optional<Pixel> project(const Point3<World, double>& p) const {
+    return surflect::project(lens, cameraFromWorld(p));
+  }
+};
+
+} // namespace surflect

@@ -1,0 +1,92 @@
+#include "srf/query/ray_caster.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace surflect {
+
+template <class Space> struct RayCaster<Space>::Scene {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  Vec3<double> center;
+  double extent = 0;
+
+  ~Scene() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+
+  RTCRay ray(const Point3<Space, double>& origin, const Direction3<Space, double>& direction) const {
+    const Vec3<float> o = (origin.raw() - center).template cast<float>(),
+                      d = direction.raw().template cast<float>();
+    RTCRay ray{};
+    ray.org_x = o[0], ray.org_y = o[1], ray.org_z = o[2];
+    ray.dir_x = d[0], ray.dir_y = d[1], ray.dir_z = d[2];
+    ray.tfar = std::numeric_limits<float>::infinity();
+    ray.mask = ~0u;
+    return ray;
+  }
+};
+
+template <class Space> RayCaster<Space>::RayCaster(const Mesh<Space>& mesh) {
+  auto scene = std::make_unique<Scene>();
+  Eigen::AlignedBox3d box;
+  for (const auto& p : mesh.positions) box.extend(p.template cast<double>().raw());
+  scene->center = box.center();
+  scene->extent = box.sizes().maxCoeff();
+  scene->device = rtcNewDevice(nullptr);
+  scene->scene = rtcNewScene(scene->device);
+  rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);
+  const RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+  for (const auto& p : mesh.positions) {
+    const Vec3<float> recentred = (p.template cast<double>().raw() - scene->center).template cast<float>();
+    vertices = std::copy_n(recentred.data(), 3, vertices);
+  }
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                          3 * sizeof(uint32_t), mesh.triangles.size());
+  std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(scene->scene);
+  scene_ = std::move(scene);
+}
+
+template <class Space> RayCaster<Space>::~RayCaster() = default;
+
+template <class Space>
+auto RayCaster<Space>::firstHit(const Point3<Space, double>& origin,
+                                const Direction3<Space, double>& direction) const -> std::optional<Hit> {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query{scene_->ray(origin, direction), {}};
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return Hit{query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v};
+}
+
+template <class Space>
+bool RayCaster<Space>::occluded(const Point3<Space, double>& origin,
+                                const Direction3<Space, double>& direction, double offset,
+                                double distance) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay ray = scene_->ray(origin, direction);
+  ray.tnear = static_cast<float>(offset);
+  ray.tfar = static_cast<float>(distance);
+  rtcOccluded1(scene_->scene, &context, &ray);
+  return ray.tfar < 0; // Embree's sign of a hit
+}
+
+template <class Space> double RayCaster<Space>::selfHitOffset() const { return 1e-5 * scene_->extent; }
+
+template class RayCaster<AcquisitionSpace>;
+template class RayCaster<ObjectSpace>;
+
+} // namespace surflect

@@ -1,0 +1,42 @@
+// Rays against triangles, by Embree in robust mode.
+#pragma once
+
+#include "surfel/mesh.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+namespace surflect {
+
+template <class Space> class RayCaster {
+public:
+  // The mesh is copied, recentred in double precision before it goes to float.
+  explicit RayCaster(const Mesh<Space>& mesh);
+  ~RayCaster();
+
+  struct Hit {
+    uint32_t triangle;
+    double distance; // along the unit direction
+    double b, c;     // barycentrics of the second and third corner
+  };
+  std::optional<Hit> firstHit(const Point3<Space, double>& origin,
+                              const Direction3<Space, double>& direction) const;
+
+  // Is anything in the way from `origin`, leaving out the first `offset` of the unit direction?
+  bool occluded(const Point3<Space, double>& origin, const Direction3<Space, double>& direction,
+                double offset, double distance) const;
+
+  // The length below which a ray cannot tell the surface that it starts on: from scene size and float
+  // precision.
+  double selfHitOffset() const;
+
+private:
+  struct Scene;
+  std::unique_ptr<const Scene> scene_;
+};
+
+extern template class RayCaster<AcquisitionSpace>;
+extern template class RayCaster<ObjectSpace>;
+
+} // namespace surflect

@@ -1,0 +1,150 @@
+#include "srf/query/view_fade.h"
+
+#include "surfel/neighbors.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kSurfelsPerTask = 256;
+
+// Calls work(begin, end) for fixed runs of surfels in parallel.
+template <class Work>
+void forRuns(size_t surfels, std::string_view stage, const Progress& progress, const Work& work) {
+  const size_t runs = (surfels + kSurfelsPerTask - 1) / kSurfelsPerTask;
+  tbb::parallel_for(size_t{0}, runs, [&](size_t run) {
+    progress.checkpoint();
+    work(run * kSurfelsPerTask, std::min(surfels, (run + 1) * kSurfelsPerTask));
+  });
+  progress(stage, 1);
+}
+
+Normal3<AcquisitionSpace> normalOf(const SurfelCloud& cloud, size_t i) {
+  return assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2));
+}
+
+} // namespace
+
+double smoothStep(double from, double to, double x) {
+  const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return s * s * (3 - 2 * s);
+}
+
+double grazingFade(double cosine) { return smoothStep(0.0, 0.3, cosine); }
+
+double borderFade(const Lens& lens, Pixel pixel) {
+  constexpr double kBorder = 6; // pixels
+  const double distance = std::min({pixel.x, pixel.y, lens.width - pixel.x, lens.height - pixel.y});
+  return smoothStep(0, kBorder, distance);
+}
+
+std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                                 const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+  std::vector<uint8_t> free(cloud.size() * views.size(), 0);
+  const double offset = impostor.selfHitOffset();
+  forRuns(cloud.size(), "visibility", progress, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto p = cloud.p0[i].cast<double>();
+      const auto n = normalOf(cloud, i).cast<double>();
+      for (size_t view = 0; view < views.size(); ++view) {
+        const auto towards = views[view].towards(p);
+        if (!(dot(n, towards) > 0)) continue;
+        const double distance = views[view].lens.model == Lens::Model::orthographic
+                                    ? std::numeric_limits<double>::infinity()
+                                    : length(views[view].center() - p);
+        const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(offset * n.raw());
+        free[i * views.size() + view] = !impostor.occluded(lifted, towards, offset, distance);
+      }
+    }
+  });
+  return free;
+}
+
+struct Openness::Votes {
+  size_t views;
+  float radius;
+  NeighborIndex index;
+  std::vector<Vec3<float>> normals;
+  std::vector<uint8_t> free, facing; // rows of one byte per view
+
+  Votes(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> cameras,
+        std::vector<uint8_t> sight, float reach)
+      : views(cameras.size()), radius(reach), index(cloud.p0), normals(cloud.size()), free(std::move(sight)),
+        facing(cloud.size() * views) {
+    tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
+      const auto n = normalOf(cloud, i);
+      normals[i] = n.raw();
+      for (size_t view = 0; view < views; ++view)
+        facing[i * views + view] =
+            dot(n.cast<double>(), cameras[view].towards(cloud.p0[i].cast<double>())) > 0;
+    });
+  }
+};
+
+Openness::Openness(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                   std::vector<uint8_t> lineOfSight, float radius)
+    : votes_(std::make_unique<Votes>(cloud, views, std::move(lineOfSight), radius)) {}
+
+Openness::~Openness() = default;
+
+void Openness::at(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
+                  std::span<float> openness) const {
+  std::vector<float> all(votes_->views, 0.f);
+  std::ranges::fill(openness, 0.f);
+  for (const auto& [j, distance] : votes_->index.within(p, votes_->radius)) {
+    const float x = distance / votes_->radius, falloff = 1 - x * x;
+    const float vote = falloff * falloff * std::max(0.f, n.raw().dot(votes_->normals[j]));
+    const uint8_t* free = votes_->free.data() + j * votes_->views;
+    const uint8_t* facing = votes_->facing.data() + j * votes_->views;
+    for (size_t view = 0; view < votes_->views; ++view) {
+      openness[view] += vote * free[view];
+      all[view] += vote * facing[view];
+    }
+  }
+  for (size_t view = 0; view < votes_->views; ++view)
+    openness[view] = openness[view] > 0 ? openness[view] / all[view] : 0;
+}
+
+void viewFades(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
+               std::span<const Camera<AcquisitionSpace>> views, std::span<const float> openness,
+               std::span<float> fades) {
+  const auto point = p.cast<double>();
+  for (size_t view = 0; view < views.size(); ++view) {
+    const auto pixel = views[view].project(point);
+    // At an edge of occlusion one half of the neighbourhood is open, at a convex corner of the hidden part up
+    // to three quarters: there the view must be gone.
+    const double open = smoothStep(0.75, 1, openness[view]);
+    fades[view] =
+        pixel ? static_cast<float>(open * grazingFade(dot(n.cast<double>(), views[view].towards(point))) *
+                                   borderFade(views[view].lens, *pixel))
+              : 0;
+  }
+}
+
+ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress, float reach) {
+  ViewFades result{views.size(), std::vector<uint8_t>(cloud.size() * views.size())};
+  if (cloud.size() == 0) return result;
+  std::vector<float> radii = cloud.radius;
+  std::ranges::nth_element(radii, radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2));
+  const Openness votes(cloud, views, lineOfSight(cloud, views, impostor, progress),
+                       reach * radii[radii.size() / 2]);
+  forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
+    std::vector<float> openness(views.size()), fades(views.size());
+    for (size_t i = begin; i < end; ++i) {
+      const auto n = normalOf(cloud, i);
+      votes.at(cloud.p0[i], n, openness);
+      viewFades(cloud.p0[i], n, views, openness, fades);
+      for (size_t view = 0; view < views.size(); ++view)
+        result.values[i * views.size() + view] = static_cast<uint8_t>(std::lround(255 * fades[view]));
+    }
+  });
+  return result;
+}
+
+} // namespace surflect

@@ -1,0 +1,34 @@
+// A surfel cloud, at rest where it was captured and as a warp has left it. Structures of arrays: in each, all
+// vectors have one entry per surfel.
+#pragma once
+
+#include "surfel/frame.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect {
+
+// [Weyrich 2005, Table 1]
+struct SurfelCloud {
+  std::vector<Point3<AcquisitionSpace>> p0;
+  std::vector<Rodrigues> r0;   // tangent frame (u0, v0, n0)
+  std::vector<float> radius;   // of the splat, scene units; discs of this radius leave no hole
+  std::vector<float> coverage; // peak of its Gaussian, so that the Gaussians of the cloud sum to about 1
+
+  size_t size() const { return p0.size(); }
+};
+
+// How a warp left one surfel.
+enum class Handedness : int8_t { dead = 0, kept = 1, mirrored = -1 };
+
+struct DeformedCloud {
+  std::vector<Point3<ObjectSpace>> p;
+  std::vector<Direction3<ObjectSpace>> u, v; // warped u0, v0: neither unit nor orthogonal
+  std::vector<Handedness> handedness;        // dead: no frame can be had; not drawn
+
+  size_t size() const { return p.size(); }
+};
+
+} // namespace surflect

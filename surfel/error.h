@@ -1,0 +1,58 @@
+// What the outside world (files, arguments) did wrong, as one line a user can act on:
+//
+//   scan/transforms.json: lights[12].direction: found length 0, expected a unit vector
+//
+// Our own mistakes are asserts, not Errors.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace surflect {
+
+class Error : public std::exception {
+public:
+  // A complaint about something that has no "expected": "cannot open (permission denied)".
+  explicit Error(std::string problem) : problem_(std::move(problem)) { compose(); }
+  static Error mismatch(std::string_view expected, std::string_view found) {
+    return Error("found " + std::string(found) + ", expected " + std::string(expected));
+  }
+
+  // Each layer adds what it knows, innermost first: error.at("direction").at("lights[12]").in(path).
+  Error at(std::string_view outerField) && {
+    const bool joined = field_.empty() || field_.front() == '[';
+    field_ = std::string(outerField) + (joined ? "" : ".") + field_;
+    compose();
+    return std::move(*this);
+  }
+  // The innermost file is kept: it is where the user must look.
+  Error in(const std::filesystem::path& file) && {
+    if (file_.empty()) file_ = file.string();
+    compose();
+    return std::move(*this);
+  }
+
+  const std::string& file() const { return file_; }
+  const std::string& field() const { return field_; }
+  const char* what() const noexcept override { return line_.c_str(); }
+
+private:
+  void compose() {
+    line_.clear();
+    if (!file_.empty()) line_ += file_ + ": ";
+    if (!field_.empty()) line_ += field_ + ": ";
+    line_ += problem_;
+  }
+
+  std::string file_, field_, problem_, line_;
+};
+
+// Thrown out of long work when the caller's Progress says so.
+class Cancelled : public std::exception {
+public:
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
+} // namespace surflect

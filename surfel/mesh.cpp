@@ -1,0 +1,86 @@
+#include "surfel/mesh.h"
+
+#include "surfel/error.h"
+#include "surfel/ply.h"
+
+namespace surflect {
+
+namespace {
+
+uint32_t vertexIndex(double value, size_t vertices, size_t item) {
+  if (!(value >= 0) || value >= static_cast<double>(vertices))
+    throw Error::mismatch("an index below " + std::to_string(vertices), std::to_string(value))
+        .at("[" + std::to_string(item) + "]");
+  return static_cast<uint32_t>(value);
+}
+
+void addFaces(const PlyProperty& lists, TriangleMesh& mesh) {
+  for (size_t f = 0; f + 1 < lists.start.size(); ++f) {
+    auto corner = [&](size_t i) { return vertexIndex(lists.values[i], mesh.positions.size(), f); };
+    for (size_t i = lists.start[f] + 2; i < lists.start[f + 1]; ++i)
+      mesh.triangles.push_back({corner(lists.start[f]), corner(i - 1), corner(i)});
+  }
+}
+
+// A strip turns its winding at every triangle; -1 starts a new one.
+void addStrips(const PlyProperty& lists, TriangleMesh& mesh) {
+  for (size_t s = 0; s + 1 < lists.start.size(); ++s) {
+    std::vector<uint32_t> strip;
+    for (size_t i = lists.start[s]; i < lists.start[s + 1]; ++i) {
+      if (lists.values[i] == -1) {
+        strip.clear();
+        continue;
+      }
+      strip.push_back(vertexIndex(lists.values[i], mesh.positions.size(), s));
+      if (const size_t n = strip.size(); n >= 3)
+        mesh.triangles.push_back(n % 2 ? std::array{strip[n - 3], strip[n - 2], strip[n - 1]}
+                                       : std::array{strip[n - 2], strip[n - 3], strip[n - 1]});
+    }
+  }
+}
+
+} // namespace
+
+Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  const Vec3<double> pa = mesh.positions[a].cast<double>().raw();
+  return (mesh.positions[b].cast<double>().raw() - pa).cross(mesh.positions[c].cast<double>().raw() - pa);
+}
+
+TriangleMesh readMesh(const std::filesystem::path& path) {
+  const PlyFile ply = readPly(path);
+  try {
+    TriangleMesh mesh;
+    const PlyElement* vertices = ply.find("vertex");
+    if (!vertices) throw Error::mismatch("an element 'vertex'", "none");
+    const auto x = vertices->scalars("x"), y = vertices->scalars("y"), z = vertices->scalars("z");
+    for (size_t i = 0; i < vertices->count; ++i) {
+      mesh.positions.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]),
+                                  static_cast<float>(z[i]));
+      if (!mesh.positions.back().raw().allFinite())
+        throw Error::mismatch("finite coordinates", "a value that is not")
+            .at("vertex[" + std::to_string(i) + "]");
+    }
+    for (const auto& [element, add] : {std::pair{"face", &addFaces}, std::pair{"tristrips", &addStrips}})
+      if (const PlyElement* found = ply.find(element))
+        for (const char* name : {"vertex_indices", "vertex_index"})
+          if (const PlyProperty* lists = found->find(name); lists && lists->isList) {
+            try {
+              add(*lists, mesh);
+            } catch (Error& error) {
+              throw std::move(error).at(element);
+            }
+          }
+    TriangleMesh solid{std::move(mesh.positions), {}};
+    for (const auto& triangle : mesh.triangles) {
+      solid.triangles.push_back(triangle);
+      if (!(areaVector(solid, solid.triangles.size() - 1).norm() > 0)) solid.triangles.pop_back();
+    }
+    if (solid.triangles.empty()) throw Error::mismatch("triangles", "none that has an area");
+    return solid;
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+} // namespace surflect

@@ -1,0 +1,26 @@
+// The impostor as it is given: triangles in acquisition space; or bent, in object space.
+#pragma once
+
+#include "surfel/space.h"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace surflect {
+
+template <class Space> struct Mesh {
+  std::vector<Point3<Space>> positions;
+  std::vector<std::array<uint32_t, 3>> triangles;
+};
+using TriangleMesh = Mesh<AcquisitionSpace>;
+
+// Twice the area vector of a triangle: its normal, not normalised.
+Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
+
+// Reads faces (fan-triangulated) and triangle strips. Triangles without area are left out; a mesh without any
+// other is an Error, as is an index beyond the vertices or a position that is not finite.
+TriangleMesh readMesh(const std::filesystem::path& path);
+
+} // namespace surflect

@@ -1,0 +1,253 @@
+#include "surfel/sampling.h"
+
+#include "surfel/neighbors.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <random>
+#include <unordered_map>
+
+namespace surflect {
+
+namespace {
+
+// Random points on the mesh per surfel: the grain of the relaxation's centroids.
+constexpr double kCandidatesPerSurfel = 16;
+// Discs of this diameter, in spacings, thrown at that many candidates leave as many surfels as a hexagonal
+// grid of the spacing has (measured: 0.60 surfels per squared diameter).
+constexpr double kDiscDiameter = 0.72;
+constexpr int kRelaxationRounds = 6;
+
+struct Candidate {
+  Vec3<double> position;
+  Vec3<double> normal;
+};
+
+double uniform(std::mt19937_64& random) {
+  return static_cast<double>(random() >> 11) * 0x1p-53; // the same on every standard library
+}
+
+// Equal shares of the area, one random point in each: stratified along the list of triangles.
+std::vector<Candidate> scatter(const TriangleMesh& mesh, size_t count, std::mt19937_64& random) {
+  std::vector<Candidate> candidates;
+  candidates.reserve(count);
+  const double step = surfaceArea(mesh) / static_cast<double>(count);
+  double areaBefore = 0;
+  double next = step * uniform(random);
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3<double> cross = areaVector(mesh, t);
+    const double area = cross.norm() / 2;
+    const auto& [ia, ib, ic] = mesh.triangles[t];
+    const Vec3<double> a = mesh.positions[ia].cast<double>().raw(),
+                       b = mesh.positions[ib].cast<double>().raw(),
+                       c = mesh.positions[ic].cast<double>().raw();
+    while (next < areaBefore + area) {
+      const double s = std::sqrt(uniform(random)), w = uniform(random); // uniform barycentrics
+      candidates.push_back({(1 - s) * a + s * (1 - w) * b + s * w * c, cross.normalized()});
+      next = step * (static_cast<double>(candidates.size()) + uniform(random));
+    }
+    areaBefore += area;
+  }
+  return candidates;
+}
+
+bool sameSheet(const Candidate& a, const Candidate& b) { return a.normal.dot(b.normal) > 0; }
+
+// Points in cubic cells, found by the hash of their cell; answers questions about the 27 cells around a
+// place.
+class Grid {
+public:
+  explicit Grid(double cell) : cell_(cell) {}
+
+  void add(const Candidate& candidate, uint32_t index) {
+    cells_[key(cellOf(candidate.position))].push_back(index);
+  }
+
+  template <class Visit> void visitAround(const Vec3<double>& position, const Visit& visit) const {
+    const Cell center = cellOf(position);
+    for (int64_t dz = -1; dz <= 1; ++dz)
+      for (int64_t dy = -1; dy <= 1; ++dy)
+        for (int64_t dx = -1; dx <= 1; ++dx)
+          if (const auto found = cells_.find(key({center[0] + dx, center[1] + dy, center[2] + dz}));
+              found != cells_.end())
+            for (const uint32_t i : found->second) visit(i);
+  }
+
+private:
+  using Cell = std::array<int64_t, 3>;
+  Cell cellOf(const Vec3<double>& p) const {
+    return {static_cast<int64_t>(std::floor(p[0] / cell_)), static_cast<int64_t>(std::floor(p[1] / cell_)),
+            static_cast<int64_t>(std::floor(p[2] / cell_))};
+  }
+  // 21 bits an axis: cells that collide lie 2 million spacings apart and fail every distance test.
+  static uint64_t key(const Cell& c) {
+    constexpr uint64_t mask = (1u << 21) - 1;
+    return (static_cast<uint64_t>(c[0]) & mask) | (static_cast<uint64_t>(c[1]) & mask) << 21 |
+           (static_cast<uint64_t>(c[2]) & mask) << 42;
+  }
+
+  double cell_;
+  std::unordered_map<uint64_t, std::vector<uint32_t>> cells_;
+};
+
+// Accepts candidates one after the other unless a disc of their sheet is already there.
+std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, double diameter) {
+  std::vector<Candidate> accepted;
+  Grid grid(diameter);
+  for (const auto& candidate : candidates) {
+    bool crowded = false;
+    grid.visitAround(candidate.position, [&](uint32_t i) {
+      crowded |= sameSheet(accepted[i], candidate) &&
+                 (accepted[i].position - candidate.position).squaredNorm() < diameter * diameter;
+    });
+    if (crowded) continue;
+    grid.add(candidate, static_cast<uint32_t>(accepted.size()));
+    accepted.push_back(candidate);
+  }
+  return accepted;
+}
+
+// One round of Lloyd: each surfel moves to the centroid of the candidates nearest to it, brought back onto
+// the plane of the candidate nearest to that centroid.
+void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candidates, double spacing) {
+  Grid grid(spacing);
+  for (uint32_t i = 0; i < surfels.size(); ++i) grid.add(surfels[i], i);
+  constexpr uint32_t kNone = ~0u;
+  std::vector<uint32_t> owner(candidates.size(), kNone);
+  tbb::parallel_for(size_t{0}, candidates.size(), [&](size_t c) {
+    double nearest = spacing * spacing;
+    grid.visitAround(candidates[c].position, [&](uint32_t i) {
+      const double squared = (surfels[i].position - candidates[c].position).squaredNorm();
+      if (squared < nearest && sameSheet(surfels[i], candidates[c])) {
+        nearest = squared;
+        owner[c] = i;
+      }
+    });
+  });
+  std::vector<Vec3<double>> centroid(surfels.size(), Vec3<double>::Zero());
+  std::vector<size_t> members(surfels.size(), 0);
+  for (size_t c = 0; c < candidates.size(); ++c)
+    if (owner[c] != kNone) {
+      centroid[owner[c]] += candidates[c].position;
+      ++members[owner[c]];
+    }
+  for (size_t i = 0; i < surfels.size(); ++i)
+    centroid[i] =
+        members[i] ? Vec3<double>(centroid[i] / static_cast<double>(members[i])) : surfels[i].position;
+  std::vector<double> nearest(surfels.size(), std::numeric_limits<double>::infinity());
+  for (size_t c = 0; c < candidates.size(); ++c) {
+    if (owner[c] == kNone) continue;
+    const size_t i = owner[c];
+    const double squared = (candidates[c].position - centroid[i]).squaredNorm();
+    if (squared >= nearest[i]) continue;
+    nearest[i] = squared;
+    const Vec3<double>& n = candidates[c].normal;
+    surfels[i] = {centroid[i] - n * n.dot(centroid[i] - candidates[c].position), n};
+  }
+}
+
+// Along a space-filling curve, so that neighbours in space are neighbours in memory.
+uint64_t mortonCode(const Vec3<double>& unit) {
+  uint64_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cell = static_cast<uint64_t>(std::clamp(unit[axis], 0.0, 1.0) * ((1 << 20) - 1));
+    for (int bit = 0; bit < 20; ++bit) code |= (cell >> bit & 1) << (3 * bit + axis);
+  }
+  return code;
+}
+
+void sortAlongCurve(std::vector<Candidate>& points) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : points) box.extend(p.position);
+  const double extent = std::max(box.sizes().maxCoeff(), 1e-30);
+  std::ranges::stable_sort(points, {},
+                           [&](const Candidate& p) { return mortonCode((p.position - box.min()) / extent); });
+}
+
+} // namespace
+
+double surfaceArea(const TriangleMesh& mesh) {
+  double area = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) area += areaVector(mesh, t).norm() / 2;
+  return area;
+}
+
+double spacingFor(const TriangleMesh& mesh, size_t count) {
+  return std::sqrt(2 / std::sqrt(3.0) * surfaceArea(mesh) / static_cast<double>(std::max<size_t>(count, 1)));
+}
+
+SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed) {
+  assert(spacing > 0);
+  std::mt19937_64 random(seed);
+  const double expected = 2 / std::sqrt(3.0) * surfaceArea(mesh) / (spacing * spacing);
+  auto candidates =
+      scatter(mesh, static_cast<size_t>(std::ceil(expected * kCandidatesPerSurfel)) + 16, random);
+  for (size_t i = candidates.size(); i > 1; --i) // Fisher-Yates, the same on every standard library
+    std::swap(candidates[i - 1], candidates[random() % i]);
+  auto surfels = throwDiscs(candidates, kDiscDiameter * spacing);
+  for (int round = 0; round < kRelaxationRounds; ++round) relax(surfels, candidates, spacing);
+  sortAlongCurve(surfels);
+  SurfelCloud cloud;
+  for (const auto& surfel : surfels) {
+    cloud.p0.push_back(assume<Point3<AcquisitionSpace>>(surfel.position));
+    cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(surfel.normal)));
+  }
+  estimateSplats(cloud);
+  return cloud;
+}
+
+void estimateSplats(SurfelCloud& cloud) {
+  constexpr size_t kNeighbors = 6;
+  constexpr float kReach = 3;          // sigmas at which a Gaussian is forgotten
+  constexpr float kSameSheet = -0.25f; // cosine below which two surfels lie on the two sides of a sheet
+  constexpr int kRounds = 8;
+  const size_t n = cloud.size();
+  const NeighborIndex index(cloud.p0);
+  std::vector<Vec3<float>> normals(n);
+  for (size_t i = 0; i < n; ++i) normals[i] = rotationOf<float>(cloud.r0[i]).col(2);
+
+  cloud.radius.resize(n);
+  tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+    float sum = 0;
+    size_t count = 0;
+    for (const auto& [j, distance] : index.nearest(cloud.p0[i], 2 * kNeighbors + 1))
+      if (j != i && count < kNeighbors && normals[i].dot(normals[j]) > kSameSheet) {
+        sum += distance;
+        ++count;
+      }
+    cloud.radius[i] = count ? sum / static_cast<float>(count) : 0;
+  });
+
+  struct Link {
+    uint32_t j;
+    float gaussian; // of surfel j at the place of surfel i
+  };
+  std::vector<std::vector<Link>> links(n);
+  const float widest = n ? *std::ranges::max_element(cloud.radius) * kSigmaPerRadius * kReach : 0;
+  tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+    for (const auto& [j, distance] : index.within(cloud.p0[i], widest)) {
+      const float sigma = kSigmaPerRadius * cloud.radius[j];
+      if (distance > kReach * sigma && j != i) continue;
+      if (normals[i].dot(normals[j]) <= kSameSheet) continue;
+      const float ratio = sigma > 0 ? distance / sigma : 0;
+      links[i].push_back({j, std::exp(-0.5f * ratio * ratio)});
+    }
+  });
+
+  // Fixed point of coverage_i <- coverage_i / (sum of the Gaussians at surfel i).
+  cloud.coverage.assign(n, 1.f);
+  std::vector<float> next(n);
+  for (int round = 0; round < kRounds; ++round) {
+    tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+      float sum = 0;
+      for (const auto& [j, gaussian] : links[i]) sum += cloud.coverage[j] * gaussian;
+      next[i] = cloud.coverage[i] / sum;
+    });
+    cloud.coverage.swap(next);
+  }
+}
+
+} // namespace surflect

@@ -1,0 +1,117 @@
+#include "surfel/ply.h"
+
+#include "surfel/error.h"
+#include "surfel/file.h"
+#include "surfel/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace surflect {
+namespace {
+
+std::filesystem::path temporaryFile(std::string_view name) {
+  return std::filesystem::path(testing::TempDir()) / ("surflect_ply_" + std::string(name));
+}
+
+std::filesystem::path fileWith(std::string_view content) {
+  const auto path = temporaryFile("content.ply");
+  writeFileAtomically(path, content);
+  return path;
+}
+
+constexpr std::string_view kSquare = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\n"
+                                     "property float x\nproperty float y\nproperty float z\n"
+                                     "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                                     "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+
+TEST(Ply, QuadsBecomeTwoTrianglesOfTheSameOrientation) {
+  const auto mesh = readMesh(fileWith(kSquare));
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  for (size_t t = 0; t < 2; ++t) EXPECT_EQ(areaVector(mesh, t), Vec3<double>(0, 0, 1));
+}
+
+TEST(Ply, StripsAlternateTheirWinding) {
+  const auto mesh =
+      readMesh(fileWith("ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                        "property float z\nelement tristrips 1\nproperty list int int vertex_indices\n"
+                        "end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n9 0 1 2 3 4 -1 0 1 2\n"));
+  ASSERT_EQ(mesh.triangles.size(), 4u);
+  for (size_t t = 0; t < 4; ++t) EXPECT_GT(areaVector(mesh, t)[2], 0);
+}
+
+TEST(Ply, BothByteOrdersReadTheSame) {
+  for (const bool big : {false, true}) {
+    std::string text =
+        std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") +
+        " 1.0\nelement a 2\nproperty double d\nproperty ushort s\nproperty list uchar char l\nend_header\n";
+    const auto append = [&](auto value) {
+      std::string raw(sizeof value, 0);
+      std::memcpy(raw.data(), &value, sizeof value);
+      text += big ? std::string(raw.rbegin(), raw.rend()) : raw;
+    };
+    for (const double d : {1.25, -7.5}) {
+      append(d);
+      append(static_cast<uint16_t>(513));
+      append(static_cast<uint8_t>(2));
+      append(static_cast<int8_t>(-3));
+      append(static_cast<int8_t>(4));
+    }
+    const auto ply = readPly(fileWith(text));
+    EXPECT_EQ(ply.find("a")->scalars("d")[1], -7.5);
+    EXPECT_EQ(ply.find("a")->scalars("s")[0], 513);
+    EXPECT_EQ(ply.find("a")->find("l")->values, (std::vector<double>{-3, 4, -3, 4}));
+  }
+}
+
+TEST(Ply, ColumnsComeBackAsWritten) {
+  const auto path = temporaryFile("columns.ply");
+  writePly(path, "vertex", std::vector<PlyColumn>{{"x", {1, 2.5f, -3}}, {"q", {0.1f, 1e30f, 7}}}, "test");
+  const auto ply = readPly(path);
+  EXPECT_EQ(ply.find("vertex")->scalars("x")[1], 2.5);
+  EXPECT_EQ(ply.find("vertex")->scalars("q")[0], static_cast<double>(0.1f));
+}
+
+TEST(Ply, EveryTruncationIsRejectedWithTheFileName) {
+  // The last number may lose its newline, nothing more.
+  for (size_t length = 0; length + 2 < kSquare.size(); ++length) {
+    try {
+      readMesh(fileWith(kSquare.substr(0, length)));
+      ADD_FAILURE() << "accepted " << length << " bytes";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("content.ply"), std::string::npos);
+    }
+  }
+}
+
+std::string complaintAbout(std::string_view from, std::string_view to) {
+  std::string text(kSquare);
+  text.replace(text.find(from), from.size(), to);
+  try {
+    readMesh(fileWith(text));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+TEST(Ply, ComplaintsNameThePlace) {
+  EXPECT_NE(complaintAbout("0 1 2 3", "0 1 2 9").find("face[0]: found 9"), std::string::npos);
+  EXPECT_NE(complaintAbout("1 1 0", "1 x 0").find("vertex[2].y: found 'x', expected a number"),
+            std::string::npos);
+  EXPECT_NE(complaintAbout("1 1 0", "1 nan 0").find("vertex[2]: "), std::string::npos);
+  EXPECT_NE(complaintAbout("vertex 4", "vertex 4000000000").find("vertex: found 4000000000"),
+            std::string::npos);
+  EXPECT_NE(complaintAbout("float z", "string z").find("header line 7"), std::string::npos);
+  EXPECT_NE(complaintAbout("4 0 1 2 3", "99 0 1 2 3").find("face[0].vertex_indices"), std::string::npos);
+}
+
+TEST(Ply, TrianglesWithoutAreaAreLeftOut) {
+  std::string text(kSquare);
+  text.replace(text.find("1 1 0"), 5, "2 0 0"); // 0 1 2 now lie on a line
+  EXPECT_EQ(readMesh(fileWith(text)).triangles.size(), 1u);
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,129 @@
+#include "surfel/sampling.h"
+
+#include "surfel/neighbors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace surflect {
+namespace {
+
+TriangleMesh sphereMesh(int rings) {
+  TriangleMesh mesh;
+  for (int i = 0; i <= rings; ++i)
+    for (int j = 0; j <= 2 * rings; ++j) {
+      const double theta = std::numbers::pi * i / rings, phi = std::numbers::pi * j / rings;
+      mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(
+          Vec3<double>(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta))));
+    }
+  const auto at = [&](int i, int j) { return static_cast<uint32_t>(i * (2 * rings + 1) + j); };
+  for (int i = 0; i < rings; ++i)
+    for (int j = 0; j < 2 * rings; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return mesh;
+}
+
+const SurfelCloud& sphereCloud() {
+  static const SurfelCloud cloud = sampleSurfels(sphereMesh(64), 0.04);
+  return cloud;
+}
+
+Point3<AcquisitionSpace> randomOnSphere(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return assume<Point3<AcquisitionSpace>>(
+      Vec3<double>(normal(random), normal(random), normal(random)).normalized());
+}
+
+TEST(Sampling, SurfelsKeepTheirDistance) {
+  const NeighborIndex index(sphereCloud().p0);
+  for (const auto& p : sphereCloud().p0) EXPECT_GE(index.nearest(p, 2)[1].distance, 0.3f * 0.04f);
+}
+
+TEST(Sampling, EveryPointOfTheSurfaceLiesInADisc) {
+  const NeighborIndex index(sphereCloud().p0);
+  std::mt19937 random(7);
+  for (int i = 0; i < 20000; ++i) {
+    const auto nearest = index.nearest(randomOnSphere(random), 1)[0];
+    EXPECT_LE(nearest.distance, sphereCloud().radius[nearest.index]);
+  }
+}
+
+TEST(Sampling, GaussiansSumToOneBetweenTheSurfels) {
+  const auto& cloud = sphereCloud();
+  const NeighborIndex index(cloud.p0);
+  std::mt19937 random(8);
+  double worst = 0, sumOfSquares = 0;
+  constexpr int kPoints = 5000;
+  for (int i = 0; i < kPoints; ++i) {
+    const auto p = randomOnSphere(random);
+    double sum = 0;
+    for (const auto& [j, distance] : index.within(p, 0.2f)) {
+      const double sigma = kSigmaPerRadius * cloud.radius[j];
+      sum += cloud.coverage[j] * std::exp(-0.5 * distance * distance / (sigma * sigma));
+    }
+    worst = std::max(worst, std::abs(sum - 1));
+    sumOfSquares += (sum - 1) * (sum - 1);
+  }
+  EXPECT_LT(worst, 0.1);
+  EXPECT_LT(std::sqrt(sumOfSquares / kPoints), 0.02);
+}
+
+TEST(Sampling, SpacingForACountYieldsAboutThatCount) {
+  const TriangleMesh mesh = sphereMesh(32);
+  for (const size_t count : {500u, 5000u})
+    EXPECT_NEAR(static_cast<double>(sampleSurfels(mesh, spacingFor(mesh, count)).size()),
+                static_cast<double>(count), 0.04 * static_cast<double>(count));
+}
+
+TEST(Sampling, NormalsAreThoseOfTheTriangles) {
+  const auto& cloud = sphereCloud();
+  for (size_t i = 0; i < cloud.size(); ++i)
+    EXPECT_GT(rotationOf<float>(cloud.r0[i]).col(2).dot(cloud.p0[i].raw()), 0.998f);
+}
+
+TEST(Sampling, BothSidesOfAThinWallAreCovered) {
+  TriangleMesh wall;
+  for (const float z : {0.f, 0.001f})
+    for (const auto& [x, y] : {std::pair{0.f, 0.f}, {1.f, 0.f}, {1.f, 1.f}, {0.f, 1.f}})
+      wall.positions.emplace_back(x, y, z);
+  wall.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}};
+  const auto cloud = sampleSurfels(wall, 0.05);
+  size_t up = 0;
+  for (size_t i = 0; i < cloud.size(); ++i) up += rotationOf<float>(cloud.r0[i])(2, 2) > 0;
+  EXPECT_NEAR(static_cast<double>(up) / static_cast<double>(cloud.size()), 0.5, 0.05);
+  for (const float c : cloud.coverage) EXPECT_GT(c, 0.3f); // each side sums to one by itself
+}
+
+TEST(Sampling, TheSameSeedGivesTheSameCloud) {
+  const TriangleMesh mesh = sphereMesh(16);
+  const auto a = sampleSurfels(mesh, 0.1, 3), b = sampleSurfels(mesh, 0.1, 3);
+  EXPECT_EQ(a.p0, b.p0);
+  EXPECT_EQ(a.coverage, b.coverage);
+}
+
+TEST(Neighbors, AgreeWithBruteForce) {
+  std::mt19937 random(5);
+  std::vector<Point3<AcquisitionSpace>> points;
+  for (int i = 0; i < 500; ++i) points.push_back(randomOnSphere(random));
+  const NeighborIndex index(points);
+  for (int q = 0; q < 100; ++q) {
+    const auto p = randomOnSphere(random);
+    std::vector<std::pair<float, uint32_t>> all;
+    for (uint32_t i = 0; i < points.size(); ++i) all.emplace_back((points[i].raw() - p.raw()).norm(), i);
+    std::ranges::sort(all);
+    const auto nearest = index.nearest(p, 8);
+    ASSERT_EQ(nearest.size(), 8u);
+    for (size_t i = 0; i < 8; ++i) EXPECT_EQ(nearest[i].index, all[i].second);
+    const auto within = index.within(p, 0.3f);
+    EXPECT_EQ(static_cast<long>(within.size()),
+              std::ranges::count_if(all, [](const auto& a) { return a.first < 0.3f; }));
+  }
+}
+
+} // namespace
+} // namespace surflect
