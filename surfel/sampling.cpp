@@ -5,10 +5,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <random>
-#include <unordered_map>
 
 namespace surflect {
 
@@ -20,6 +20,7 @@ constexpr double kCandidatesPerSurfel = 16;
 // grid of the spacing has (measured: 0.60 surfels per squared diameter).
 constexpr double kDiscDiameter = 0.72;
 constexpr int kRelaxationRounds = 6;
+constexpr double kOwnerReach = 0.8; // spacings; no candidate is farther from its surfel
 
 struct Candidate {
   Vec3<double> position;
@@ -56,47 +57,52 @@ std::vector<Candidate> scatter(const TriangleMesh& mesh, size_t count, std::mt19
 
 bool sameSheet(const Candidate& a, const Candidate& b) { return a.normal.dot(b.normal) > 0; }
 
-// Points in cubic cells, found by the hash of their cell; answers questions about the 27 cells around a
-// place.
+// Points in cubic cells twice as wide as questions reach, found by a hash of the cell. Cells that share a
+// hash are told apart by nothing but distance, so a visit may meet strangers, and the same point twice.
 class Grid {
 public:
-  explicit Grid(double cell) : cell_(cell) {}
+  Grid(double reach, size_t points) : reach_(reach), first_(std::bit_ceil(points + 1), kNone) {}
 
-  void add(const Candidate& candidate, uint32_t index) {
-    cells_[key(cellOf(candidate.position))].push_back(index);
+  void add(const Vec3<double>& position) {
+    uint32_t& first = first_[bucket(cellOf(position))];
+    next_.push_back(first);
+    first = static_cast<uint32_t>(next_.size() - 1);
   }
 
+  // Visits all points within reach of the position, and some others, by the order of their addition.
   template <class Visit> void visitAround(const Vec3<double>& position, const Visit& visit) const {
-    const Cell center = cellOf(position);
-    for (int64_t dz = -1; dz <= 1; ++dz)
-      for (int64_t dy = -1; dy <= 1; ++dy)
-        for (int64_t dx = -1; dx <= 1; ++dx)
-          if (const auto found = cells_.find(key({center[0] + dx, center[1] + dy, center[2] + dz}));
-              found != cells_.end())
-            for (const uint32_t i : found->second) visit(i);
+    const Cell low = cellOf(position - Vec3<double>::Constant(reach_));
+    for (int corner = 0; corner < 8; ++corner) {
+      const Cell cell = {low[0] + (corner & 1), low[1] + (corner >> 1 & 1), low[2] + (corner >> 2)};
+      for (uint32_t i = first_[bucket(cell)]; i != kNone; i = next_[i]) visit(i);
+    }
   }
 
 private:
+  static constexpr uint32_t kNone = ~0u;
   using Cell = std::array<int64_t, 3>;
+
   Cell cellOf(const Vec3<double>& p) const {
-    return {static_cast<int64_t>(std::floor(p[0] / cell_)), static_cast<int64_t>(std::floor(p[1] / cell_)),
-            static_cast<int64_t>(std::floor(p[2] / cell_))};
+    const Vec3<double> cell = (p / (2 * reach_)).array().floor();
+    return {static_cast<int64_t>(cell[0]), static_cast<int64_t>(cell[1]), static_cast<int64_t>(cell[2])};
   }
-  // 21 bits an axis: cells that collide lie 2 million spacings apart and fail every distance test.
-  static uint64_t key(const Cell& c) {
-    constexpr uint64_t mask = (1u << 21) - 1;
-    return (static_cast<uint64_t>(c[0]) & mask) | (static_cast<uint64_t>(c[1]) & mask) << 21 |
-           (static_cast<uint64_t>(c[2]) & mask) << 42;
+  size_t bucket(const Cell& c) const {
+    uint64_t hash = static_cast<uint64_t>(c[0]) * 0x9e3779b97f4a7c15u ^
+                    static_cast<uint64_t>(c[1]) * 0xc2b2ae3d27d4eb4fu ^
+                    static_cast<uint64_t>(c[2]) * 0x165667b19e3779f9u;
+    hash ^= hash >> 32;
+    return hash & (first_.size() - 1);
   }
 
-  double cell_;
-  std::unordered_map<uint64_t, std::vector<uint32_t>> cells_;
+  double reach_;
+  std::vector<uint32_t> first_; // per bucket
+  std::vector<uint32_t> next_;  // per point
 };
 
 // Accepts candidates one after the other unless a disc of their sheet is already there.
 std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, double diameter) {
   std::vector<Candidate> accepted;
-  Grid grid(diameter);
+  Grid grid(diameter, candidates.size() / 8);
   for (const auto& candidate : candidates) {
     bool crowded = false;
     grid.visitAround(candidate.position, [&](uint32_t i) {
@@ -104,7 +110,7 @@ std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, doub
                  (accepted[i].position - candidate.position).squaredNorm() < diameter * diameter;
     });
     if (crowded) continue;
-    grid.add(candidate, static_cast<uint32_t>(accepted.size()));
+    grid.add(candidate.position);
     accepted.push_back(candidate);
   }
   return accepted;
@@ -113,12 +119,13 @@ std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, doub
 // One round of Lloyd: each surfel moves to the centroid of the candidates nearest to it, brought back onto
 // the plane of the candidate nearest to that centroid.
 void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candidates, double spacing) {
-  Grid grid(spacing);
-  for (uint32_t i = 0; i < surfels.size(); ++i) grid.add(surfels[i], i);
+  const double reach = kOwnerReach * spacing;
+  Grid grid(reach, surfels.size());
+  for (const auto& surfel : surfels) grid.add(surfel.position);
   constexpr uint32_t kNone = ~0u;
   std::vector<uint32_t> owner(candidates.size(), kNone);
   tbb::parallel_for(size_t{0}, candidates.size(), [&](size_t c) {
-    double nearest = spacing * spacing;
+    double nearest = reach * reach;
     grid.visitAround(candidates[c].position, [&](uint32_t i) {
       const double squared = (surfels[i].position - candidates[c].position).squaredNorm();
       if (squared < nearest && sameSheet(surfels[i], candidates[c])) {
@@ -149,22 +156,26 @@ void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candid
   }
 }
 
-// Along a space-filling curve, so that neighbours in space are neighbours in memory.
-uint64_t mortonCode(const Vec3<double>& unit) {
-  uint64_t code = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto cell = static_cast<uint64_t>(std::clamp(unit[axis], 0.0, 1.0) * ((1 << 20) - 1));
-    for (int bit = 0; bit < 20; ++bit) code |= (cell >> bit & 1) << (3 * bit + axis);
-  }
-  return code;
-}
-
-void sortAlongCurve(std::vector<Candidate>& points) {
+// Sorts along a space-filling curve through cells of the given size, so that neighbours in space become
+// neighbours in memory; points of one cell keep their order.
+void sortAlongCurve(std::vector<Candidate>& points, double cell) {
   Eigen::AlignedBox3d box;
   for (const auto& p : points) box.extend(p.position);
-  const double extent = std::max(box.sizes().maxCoeff(), 1e-30);
-  std::ranges::stable_sort(points, {},
-                           [&](const Candidate& p) { return mortonCode((p.position - box.min()) / extent); });
+  const auto mortonCode = [&](const Candidate& p) {
+    uint64_t code = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto index = static_cast<uint64_t>(std::min((p.position - box.min())[axis] / cell, 0x1p21 - 1));
+      for (int bit = 0; bit < 21; ++bit) code |= (index >> bit & 1) << (3 * bit + axis);
+    }
+    return code;
+  };
+  std::vector<std::pair<uint64_t, uint32_t>> order(points.size());
+  for (uint32_t i = 0; i < points.size(); ++i) order[i] = {mortonCode(points[i]), i};
+  std::ranges::sort(order);
+  std::vector<Candidate> sorted;
+  sorted.reserve(points.size());
+  for (const auto& [code, i] : order) sorted.push_back(points[i]);
+  points = std::move(sorted);
 }
 
 } // namespace
@@ -187,9 +198,10 @@ SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t see
       scatter(mesh, static_cast<size_t>(std::ceil(expected * kCandidatesPerSurfel)) + 16, random);
   for (size_t i = candidates.size(); i > 1; --i) // Fisher-Yates, the same on every standard library
     std::swap(candidates[i - 1], candidates[random() % i]);
+  sortAlongCurve(candidates, 8 * spacing); // random within neighbourhoods that fit the cache
   auto surfels = throwDiscs(candidates, kDiscDiameter * spacing);
   for (int round = 0; round < kRelaxationRounds; ++round) relax(surfels, candidates, spacing);
-  sortAlongCurve(surfels);
+  sortAlongCurve(surfels, spacing);
   SurfelCloud cloud;
   for (const auto& surfel : surfels) {
     cloud.p0.push_back(assume<Point3<AcquisitionSpace>>(surfel.position));

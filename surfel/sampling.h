@@ -9,7 +9,7 @@
 namespace surflect {
 
 // The ratio of a splat's Gaussian sigma to its radius.
-inline constexpr float kSigmaPerRadius = 0.5f;
+inline constexpr float kSigmaPerRadius = 0.6f;
 
 // Surfels that lie about `spacing` apart (scene units) as in a hexagonal grid: a Poisson-disk set evened out
 // by Lloyd's relaxation. Sheets are told apart by their normals, so that both sides of a thin wall and of a

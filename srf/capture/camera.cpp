@@ -23,6 +23,15 @@ Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& q) {
   return j;
 }
 
+// A radial polynomial with negative terms turns back at some radius; a point beyond would land in the picture
+// a second time. True up to the first zero of d/dr (r + k1 r^3 + k2 r^5) = 1 + 3 k1 r^2 + 5 k2 r^4.
+bool beforeTheFold(const Lens& lens, double r2) {
+  const double a = 5 * lens.k2, b = 3 * lens.k1;
+  if (!(1 + r2 * (b + r2 * a) > 0)) return false;
+  const double lowest = -b / (2 * a); // of the parabola in r^2, where it opens upwards
+  return !(a > 0 && lowest > 0 && lowest < r2 && 1 + lowest * b / 2 <= 0);
+}
+
 } // namespace
 
 std::optional<Vec2<double>> undistort(const Lens& lens, const Vec2<double>& distorted) {
@@ -32,8 +41,9 @@ std::optional<Vec2<double>> undistort(const Lens& lens, const Vec2<double>& dist
     const Eigen::Matrix2d j = distortionJacobian(lens, q);
     if (!(j.determinant() > 0)) return std::nullopt; // beyond the fold
     const Vec2<double> residual = distort(lens, q) - distorted;
-    if (residual.norm() < 1e-12) return q;
     q -= j.inverse() * residual;
+    if (residual.norm() < 1e-8) // this step has squared it
+      return beforeTheFold(lens, q.squaredNorm()) ? std::optional(q) : std::nullopt;
   }
   return std::nullopt;
 }
@@ -43,7 +53,9 @@ std::optional<Pixel> project(const Lens& lens, const Point3<CameraSpace, double>
     return Pixel{lens.centerX + lens.focalX * p.x(), lens.centerY - lens.focalY * p.y()};
   const double depth = -p.z();
   if (!(depth > 0)) return std::nullopt;
-  const Vec2<double> q = distort(lens, {p.x() / depth, -p.y() / depth});
+  const Vec2<double> straight(p.x() / depth, -p.y() / depth);
+  if (lens.distorts() && !beforeTheFold(lens, straight.squaredNorm())) return std::nullopt;
+  const Vec2<double> q = distort(lens, straight);
   return Pixel{lens.centerX + lens.focalX * q[0], lens.centerY + lens.focalY * q[1]};
 }
 

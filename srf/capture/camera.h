@@ -29,10 +29,11 @@ struct Pixel {
 
 // OpenCV's radial and tangential distortion of normalised image coordinates (x right, y down).
 Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted);
-// Its inverse by Newton's method, to 1e-12; empty where the polynomial folds and no inverse is near.
+// Its inverse by Newton's method, to 1e-14; empty where the polynomial folds and no inverse is near.
 std::optional<Vec2<double>> undistort(const Lens& lens, const Vec2<double>& distorted);
 
-// Empty for points not in front of the camera (depth along -z must be positive for a pinhole).
+// Empty for points not in front of the camera (depth along -z must be positive for a pinhole), and for those
+// so far aside that the distortion's polynomial has folded back.
 std::optional<Pixel> project(const Lens& lens, const Point3<CameraSpace, double>& p);
 
 struct CameraRay {

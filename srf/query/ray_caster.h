@@ -1,6 +1,8 @@
 // Rays against triangles, by Embree in robust mode.
 #pragma once
 
+#include "srf/capture/camera.h"
+#include "srf/image/image.h"
 #include "surfel/mesh.h"
 
 #include <cstdint>
@@ -36,7 +38,12 @@ private:
   std::unique_ptr<const Scene> scene_;
 };
 
+// The mesh as a camera sees it, one channel: 1 where the ray through the pixel's centre meets it, else 0.
+template <class Space> Image silhouette(const Camera<Space>& camera, const RayCaster<Space>& mesh);
+
 extern template class RayCaster<AcquisitionSpace>;
 extern template class RayCaster<ObjectSpace>;
+extern template Image silhouette(const Camera<AcquisitionSpace>&, const RayCaster<AcquisitionSpace>&);
+extern template Image silhouette(const Camera<ObjectSpace>&, const RayCaster<ObjectSpace>&);
 
 } // namespace surflect

@@ -96,7 +96,8 @@ TEST(Sampling, BothSidesOfAThinWallAreCovered) {
   size_t up = 0;
   for (size_t i = 0; i < cloud.size(); ++i) up += rotationOf<float>(cloud.r0[i])(2, 2) > 0;
   EXPECT_NEAR(static_cast<double>(up) / static_cast<double>(cloud.size()), 0.5, 0.05);
-  for (const float c : cloud.coverage) EXPECT_GT(c, 0.3f); // each side sums to one by itself
+  for (const float c : cloud.coverage)
+    EXPECT_GT(c, 0.25f); // 0.38 in a hexagonal grid, half of that if both sides were taken together
 }
 
 TEST(Sampling, TheSameSeedGivesTheSameCloud) {

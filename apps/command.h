@@ -1,0 +1,24 @@
+// A subcommand of `surflect`: its options, and what it does once they are parsed.
+#pragma once
+
+#include "surfel/progress.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <functional>
+
+namespace surflect {
+
+using Json = nlohmann::ordered_json;
+
+// Works until done; returns the machine-readable report. Throws Error or Cancelled.
+using CommandWork = std::function<Json(const Progress& progress)>;
+
+// Each adds its subcommand and sets `work` when it is chosen.
+void addPackCommand(CLI::App& app, CommandWork& work);
+void addRenderCommand(CLI::App& app, CommandWork& work);
+void addEvaluateCommand(CLI::App& app, CommandWork& work);
+void addInspectCommand(CLI::App& app, CommandWork& work);
+
+} // namespace surflect

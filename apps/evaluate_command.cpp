@@ -1,0 +1,115 @@
+#include "apps/command.h"
+#include "apps/model_options.h"
+#include "apps/terminal.h"
+#include "render/evaluate.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <memory>
+
+namespace surflect {
+
+namespace {
+
+struct Arguments {
+  std::string model, capture, script, split = "test", baseline;
+  double frame = 1;
+  ModelOptions options;
+};
+
+Json jsonOf(const Score& score) {
+  return {{"psnr_linear_db", score.difference.psnrLinear()},
+          {"psnr_srgb_db", score.difference.psnrSrgb()},
+          {"ssim_srgb", score.difference.ssim()},
+          {"psnr_linear_interior_db", psnr(score.interiorError.mean())},
+          {"frame_count", score.frames}};
+}
+
+// Scores pooled over all frames, and by group; front- and back-lit frames are groups of their own.
+Json summaryOf(const Evaluation& evaluation, const std::function<const Score&(const FrameScore&)>& scoreOf) {
+  Score all;
+  std::map<std::string, Score> groups;
+  for (const FrameScore& frame : evaluation.frames) {
+    all += scoreOf(frame);
+    groups[frame.group] += scoreOf(frame);
+    groups[frame.frontLit ? "front_lit" : "back_lit"] += scoreOf(frame);
+  }
+  Json json = jsonOf(all);
+  for (const auto& [group, score] : groups) json["groups"][group] = jsonOf(score);
+  return json;
+}
+
+void sayTable(const Json& report) {
+  const auto row = [](const std::string& name, const Json& score) {
+    say(fmt::format(
+        "{:<12} {:>6} frames   linear {:6.2f} dB (interior {:6.2f})   sRGB {:6.2f} dB   SSIM {:.4f}", name,
+        score["frame_count"].get<size_t>(), score["psnr_linear_db"].get<double>(),
+        score["psnr_linear_interior_db"].get<double>(), score["psnr_srgb_db"].get<double>(),
+        score["ssim_srgb"].get<double>()));
+  };
+  const auto table = [&](const std::string& title, const Json& summary) {
+    row(title, summary);
+    for (const auto& [group, score] : summary["groups"].items()) row("  " + group, score);
+  };
+  table("surflect", report);
+  if (report.contains("baseline")) table("nearest", report["baseline"]);
+}
+
+Json runEvaluate(const Arguments& arguments, const Progress& progress) {
+  const Model model = openModel(arguments.model);
+  const Capture capture = readCapture(arguments.capture);
+  WarpPointer warp = chainWarp({});
+  if (!arguments.script.empty()) {
+    const Script script = readScript(arguments.script);
+    warp = warpAt(script, shotTime(script, arguments.frame));
+  }
+  EvaluateOptions options;
+  options.frame = arguments.options.frame;
+  options.split = arguments.split == "train" ? Split::train : Split::test;
+  options.baseline = !arguments.baseline.empty();
+  BlockCache cache(model.files, arguments.options.cacheBytes());
+  const Evaluation evaluation = evaluate(model, capture, *warp, options, cache, progress);
+
+  Json report = {{"exposure", evaluation.exposure}};
+  report.update(summaryOf(evaluation, [](const FrameScore& frame) -> const Score& { return frame.score; }));
+  if (options.baseline)
+    report["baseline"] =
+        summaryOf(evaluation, [](const FrameScore& frame) -> const Score& { return *frame.baseline; });
+  for (const FrameScore& frame : evaluation.frames) {
+    Json entry = {{"camera", frame.camera},
+                  {"light", frame.light},
+                  {"group", frame.group},
+                  {"lit", frame.frontLit ? "front" : "back"},
+                  {"mask_iou", frame.maskIou}};
+    entry.update(jsonOf(frame.score));
+    if (frame.baseline) entry["baseline"] = jsonOf(*frame.baseline);
+    report["frames"].push_back(std::move(entry));
+  }
+  sayTable(report);
+  return report;
+}
+
+} // namespace
+
+void addEvaluateCommand(CLI::App& app, CommandWork& work) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("evaluate", "compare renderings with a capture's photographs");
+  command->footer("Example: surflect evaluate vase.srf examples/vase --baseline nearest --json");
+  command->add_option("model", arguments->model, "a packed model")->required();
+  command->add_option("capture", arguments->capture, "folder with transforms.json, or a JSON file")
+      ->required();
+  command->add_option("--split", arguments->split, "which photographs")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"test", "train"}));
+  command->add_option("--baseline", arguments->baseline, "also without interpolation")
+      ->check(CLI::IsMember({"nearest"}));
+  command->add_option("--script", arguments->script, "warps that the photographed object went through");
+  command->add_option("--frame", arguments->frame, "of the script")->capture_default_str();
+  addModelOptions(*command, arguments->options);
+  command->callback([arguments, &work] {
+    work = [arguments](const Progress& progress) { return runEvaluate(*arguments, progress); };
+  });
+}
+
+} // namespace surflect

@@ -1,0 +1,65 @@
+// surflect: photographs in, deformed and relit film out.
+
+#include "apps/command.h"
+#include "apps/terminal.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <optional>
+#include <thread>
+
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kUsage = 2;
+
+int run(const surflect::CommandWork& work, bool json) {
+  using namespace surflect;
+  Json report;
+  int status = 0;
+  try {
+    report = work(terminalProgress());
+  } catch (const Cancelled&) {
+    report["error"] = "interrupted; run the same command again to go on";
+    status = kFailed;
+  } catch (const std::exception& error) {
+    report["error"] = error.what();
+    status = kFailed;
+  }
+  if (status != 0) say("surflect: " + report["error"].get<std::string>());
+  if (json) fmt::print("{}\n", report.dump(2, ' ', false, Json::error_handler_t::replace));
+  return status;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  using namespace surflect;
+  CLI::App app("Deforms, relights and renders captured surface reflectance fields.", "surflect");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", SURFLECT_VERSION);
+  app.footer(
+      "Example: surflect pack examples/vase -o vase.srf && surflect render examples/film.toml -o frames/");
+
+  CommandWork work;
+  addPackCommand(app, work);
+  addRenderCommand(app, work);
+  addEvaluateCommand(app, work);
+  addInspectCommand(app, work);
+  bool json = false;
+  size_t threads = std::max(1u, std::thread::hardware_concurrency());
+  for (CLI::App* command : app.get_subcommands({})) {
+    command->add_flag("--json", json, "one machine-readable report on stdout");
+    command->add_option("--threads", threads, "how many threads to use")->check(CLI::Range(1, 1024));
+  }
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  watchForInterrupts();
+  return run(work, json);
+}

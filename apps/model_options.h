@@ -1,0 +1,51 @@
+// Options that `render` and `evaluate` share.
+#pragma once
+
+#include "apps/command.h"
+#include "render/frame.h"
+#include "srf/query/ulr.h"
+
+namespace surflect {
+
+struct ModelOptions {
+  FrameOptions frame;
+  size_t cacheMegabytes = 1024;
+
+  size_t cacheBytes() const { return cacheMegabytes << 20; }
+};
+
+inline void addModelOptions(CLI::App& command, ModelOptions& options) {
+  const auto blended = CLI::Range(size_t{1}, kMaxBlended);
+  command.add_option("--cameras", options.frame.shade.cameras, "cameras blended per surfel")
+      ->capture_default_str()
+      ->check(blended);
+  command
+      .add_option("--lights", options.frame.shade.lights, "captured lights blended per light of the script")
+      ->capture_default_str()
+      ->check(blended);
+  command
+      .add_option("--pairs", options.frame.shade.pairs,
+                  "camera-light pairs blended, where not all were captured")
+      ->capture_default_str()
+      ->check(blended);
+  command.add_option("--low-pass", options.frame.splats.lowPass, "screen-space filter, pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 10.0));
+  command.add_option("--cache-mb", options.cacheMegabytes, "memory for decoded blocks")
+      ->capture_default_str()
+      ->check(CLI::Range(size_t{0}, size_t{1} << 24));
+}
+
+inline Json jsonOf(const ShadingStats& stats) {
+  return {{"lookups", stats.lookups},
+          {"operations", stats.operations},
+          {"lost", stats.lost},
+          {"tasks", stats.tasks},
+          {"mean_rank",
+           stats.tasks ? static_cast<double>(stats.taskRanks) / static_cast<double>(stats.tasks) : 0},
+          {"blocks_read", stats.blocksRead},
+          {"bytes_read", stats.bytesRead},
+          {"cache_hits", stats.cacheHits}};
+}
+
+} // namespace surflect

@@ -1,0 +1,80 @@
+#include "apps/command.h"
+#include "apps/terminal.h"
+#include "srf/model/pack.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace surflect {
+
+namespace {
+
+struct Arguments {
+  std::string capture, output;
+  PackOptions options;
+  size_t surfels = 0;
+};
+
+void announceEstimate(const PackEstimate& estimate) {
+  say(fmt::format("about {:.1f} MB on disk, {:.0f} MB of memory, {:.0f} s; {} surfels",
+                  static_cast<double>(estimate.diskBytes) / 1e6,
+                  static_cast<double>(estimate.memoryBytes) / 1e6, estimate.seconds, estimate.surfels));
+}
+
+Json reportOf(const PackReport& report) {
+  Json json = {
+      {"surfels", report.surfels},
+      {"views", report.views},
+      {"lights", report.lights},
+      {"resumed_views", report.resumedViews},
+      {"invalid_texels", report.invalidTexels},
+      {"white", report.white},
+      {"seconds",
+       {{"surfels", report.surfelSeconds}, {"fades", report.fadeSeconds}, {"store", report.storeSeconds}}},
+      {"memory_peak_bytes", memoryUse().peakBytes}};
+  if (report.resumedViews < report.views)
+    json["store"] = {{"bytes", report.store.fileBytes},
+                     {"object_texels", report.store.objectTexels},
+                     {"ratio_to_half", compressionRatio(report.store)},
+                     {"psnr_linear_db", psnrDb(report.store, report.white)},
+                     {"blocks_of_rank", report.store.blocksOfRank}};
+  return json;
+}
+
+Json runPack(const Arguments& arguments, const Progress& progress) {
+  PackOptions options = arguments.options;
+  if (arguments.surfels > 0) options.surfels = arguments.surfels;
+  const PackReport report =
+      pack(readCapture(arguments.capture), arguments.output, options, progress, announceEstimate);
+  if (report.invalidTexels > 0)
+    say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));
+  if (report.resumedViews < report.views)
+    say(fmt::format(
+        "{}: {} surfels, {} views; {:.1f} MB of reflectance, {:.1f}:1 against half floats at {:.1f} dB",
+        arguments.output, report.surfels, report.views, static_cast<double>(report.store.fileBytes) / 1e6,
+        compressionRatio(report.store), psnrDb(report.store, report.white)));
+  return reportOf(report);
+}
+
+} // namespace
+
+void addPackCommand(CLI::App& app, CommandWork& work) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("pack", "make a model from a capture; run again to resume");
+  command->footer("Example: surflect pack examples/vase -o vase.srf --tolerance 0.03");
+  command->add_option("capture", arguments->capture, "folder with transforms.json, or a JSON file")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "the model's folder")->required();
+  command->add_option("--mesh", arguments->options.mesh, "impostor geometry (PLY) instead of the capture's");
+  command->add_option("--tolerance", arguments->options.tolerance, "relative error of every block")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--surfels", arguments->surfels, "how many, about; default: two across a pixel")
+      ->check(CLI::Range(size_t{1}, size_t{100000000}));
+  command->callback([arguments, &work] {
+    work = [arguments](const Progress& progress) { return runPack(*arguments, progress); };
+  });
+}
+
+} // namespace surflect

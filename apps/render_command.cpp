@@ -1,0 +1,203 @@
+#include "apps/command.h"
+#include "apps/model_options.h"
+#include "apps/terminal.h"
+#include "render/film.h"
+#include "srf/image/exr.h"
+#include "surfel/error.h"
+#include "surfel/hash.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <chrono>
+#include <memory>
+
+namespace surflect {
+
+namespace {
+
+struct Arguments {
+  std::string script, output, frames;
+  ModelOptions model;
+  double scale = 1;
+  bool resume = false;
+};
+
+struct FrameRange {
+  int first, last;
+};
+
+// "7" or "3-12", inside the script's frames.
+FrameRange parseRange(const std::string& text, const Frames& frames) {
+  if (text.empty()) return {frames.first, frames.last};
+  const auto complain = [&] {
+    return Error::mismatch(fmt::format("A or A-B within {}-{}", frames.first, frames.last), "'" + text + "'")
+        .at("--frames");
+  };
+  const auto number = [&](std::string_view digits) {
+    int value = 0;
+    const auto [stop, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (status != std::errc() || stop != digits.data() + digits.size()) throw complain();
+    return value;
+  };
+  const size_t dash = text.find('-');
+  const FrameRange range{number(std::string_view(text).substr(0, dash)),
+                         number(dash == std::string::npos ? text : std::string_view(text).substr(dash + 1))};
+  if (range.first > range.last || range.first < frames.first || range.last > frames.last) throw complain();
+  return range;
+}
+
+// The script's camera at a time, or the captured one of its name.
+Camera<ObjectSpace> shotCamera(const Script& script, const Model& model, const ShotTime& time) {
+  const auto* named = std::get_if<NamedCamera>(&*script.camera);
+  if (!named) return cameraAt(script, time);
+  for (const auto& view : model.rig.views)
+    if (view.identity == named->from) {
+      const auto& pose = view.camera.cameraFromWorld;
+      return {view.camera.lens, {pose.rotation(), pose.translation()}};
+    }
+  throw Error::mismatch("a camera of " + model.folder.string(), "'" + named->from + "'")
+      .at("camera.from")
+      .in(script.path);
+}
+
+// Another size of picture from the same place.
+Lens scaled(Lens lens, double scale) {
+  const int width = std::max(1, static_cast<int>(std::lround(lens.width * scale)));
+  const int height = std::max(1, static_cast<int>(std::lround(lens.height * scale)));
+  const double sx = static_cast<double>(width) / lens.width, sy = static_cast<double>(height) / lens.height;
+  lens.focalX *= sx, lens.centerX *= sx, lens.width = width;
+  lens.focalY *= sy, lens.centerY *= sy, lens.height = height;
+  return lens;
+}
+
+class Shot {
+public:
+  Shot(const Script& script, const Model& model, const ModelOptions& options)
+      : script_(script), model_(model), options_(options.frame), cache_(model.files, options.cacheBytes()) {
+    options_.aovs = script.output->aov;
+  }
+
+  Film render(int frame, double scale, bool withAovs, FrameStats& stats) {
+    const ShotTime time = shotTime(script_, frame);
+    Camera<ObjectSpace> camera = shotCamera(script_, model_, time);
+    camera.lens = scaled(camera.lens, scale);
+    FrameOptions options = options_;
+    if (!withAovs) options.aovs.clear();
+    return renderFrame(model_, *warpAt(script_, time), camera, lightsAt(script_, time), options, cache_,
+                       stats);
+  }
+
+  // One exposure for all previews of the shot, whatever part of it is rendered: its first frame sets it.
+  double previewExposure() {
+    if (!exposure_) {
+      FrameStats ignored;
+      exposure_ = exposureFor(render(script_.frames->first, 0.25, false, ignored).color);
+    }
+    return *exposure_;
+  }
+
+private:
+  const Script& script_;
+  const Model& model_;
+  FrameOptions options_;
+  BlockCache cache_;
+  std::optional<double> exposure_;
+};
+
+Json jsonOf(const FrameStats& stats) {
+  Json seconds;
+  for (const auto& [stage, time] : stats.seconds) seconds[stage] = time;
+  Json json = jsonOf(stats.shading);
+  json["surfels"] = {{"drawn", stats.splats.drawn},
+                     {"visible", stats.visible},
+                     {"unseen", stats.unseen},
+                     {"dead", stats.splats.dead},
+                     {"not_finite", stats.splats.notFinite},
+                     {"back_facing", stats.splats.backFacing},
+                     {"too_near", stats.splats.tooNear},
+                     {"outside", stats.splats.outside}};
+  json["seconds"] = seconds;
+  return json;
+}
+
+// What decides the pixels of a frame of this film.
+std::string filmIdentity(const Script& script, const Model& model, const Arguments& arguments) {
+  const FrameOptions& frame = arguments.model.frame;
+  return fmt::format("script {} model {} cameras {} lights {} pairs {} low-pass {} scale {}",
+                     hex(script.hash), hex(model.identity), frame.shade.cameras, frame.shade.lights,
+                     frame.shade.pairs, frame.splats.lowPass, arguments.scale);
+}
+
+bool isRendered(const std::filesystem::path& path, const std::string& identity) {
+  if (!std::filesystem::exists(path)) return false;
+  try {
+    return ExrFile(path).attribute("surflect.identity") == identity;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+Json runRender(const Arguments& arguments, const Progress& progress) {
+  const Script script = readScript(arguments.script);
+  requireShot(script);
+  const Model model = openModel(script.model);
+  const FrameRange range = parseRange(arguments.frames, *script.frames);
+  Shot shot(script, model, arguments.model);
+  std::filesystem::create_directories(arguments.output);
+
+  const std::string identity = filmIdentity(script, model, arguments);
+  Json report = {
+      {"model", model.folder.string()}, {"surfels", model.cloud.size()}, {"frames", Json::array()}};
+  for (int frame = range.first; frame <= range.last; ++frame) {
+    progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
+    const auto path = framePath(*script.output, arguments.output, frame);
+    const auto preview = std::filesystem::path(path).replace_extension(".png");
+    if (arguments.resume && isRendered(path, identity) &&
+        (!script.output->png || std::filesystem::exists(preview)))
+      continue;
+    const auto start = std::chrono::steady_clock::now();
+    FrameStats stats;
+    const Film film = shot.render(frame, arguments.scale, true, stats);
+    if (script.output->png) writePreview(preview, film.color, shot.previewExposure());
+    writeFilm(path, film,
+              {{"surflect.version", SURFLECT_VERSION},
+               {"surflect.identity", identity},
+               {"surflect.script", hex(script.hash)},
+               {"surflect.frame", std::to_string(frame)}});
+    Json entry = jsonOf(stats);
+    entry["frame"] = frame;
+    entry["file"] = path.string();
+    entry["total_seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report["frames"].push_back(std::move(entry));
+  }
+  progress("render", 1);
+  const MemoryUse memory = memoryUse();
+  report["memory_peak_bytes"] = memory.peakBytes;
+  report["memory_anonymous_bytes"] = memory.anonymousBytes;
+  say(fmt::format("{} frames in {}", report["frames"].size(), arguments.output));
+  return report;
+}
+
+} // namespace
+
+void addRenderCommand(CLI::App& app, CommandWork& work) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("render", "render the frames of a script");
+  command->footer("Example: surflect render examples/film.toml -o frames/ --frames 1-12 --scale 0.5");
+  command->add_option("script", arguments->script, "TOML: model, camera, lights and warps over time")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "folder for the frames")->required();
+  command->add_option("--frames", arguments->frames, "A or A-B; default: all");
+  command->add_option("--scale", arguments->scale, "of width and height")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 8.0));
+  command->add_flag("--resume", arguments->resume,
+                    "keep frames that this script and model have rendered before");
+  addModelOptions(*command, arguments->model);
+  command->callback([arguments, &work] {
+    work = [arguments](const Progress& progress) { return runRender(*arguments, progress); };
+  });
+}
+
+} // namespace surflect

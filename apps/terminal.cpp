@@ -1,0 +1,67 @@
+#include "apps/terminal.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <unistd.h>
+
+namespace surflect {
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+void interrupt(int signal) {
+  interrupted = 1;
+  std::signal(signal, SIG_DFL);
+}
+
+bool onTerminal() { return isatty(STDERR_FILENO) != 0; }
+
+struct Line {
+  std::mutex mutex;
+  std::chrono::steady_clock::time_point last{};
+};
+
+} // namespace
+
+void watchForInterrupts() {
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
+}
+
+Progress terminalProgress() {
+  Progress progress;
+  progress.cancelled = [] { return interrupted != 0; };
+  if (!onTerminal()) return progress;
+  auto line = std::make_shared<Line>();
+  progress.report = [line](std::string_view stage, double fraction) {
+    const std::lock_guard lock(line->mutex);
+    const auto now = std::chrono::steady_clock::now();
+    if (fraction < 1 && now - line->last < std::chrono::milliseconds(100)) return;
+    line->last = now;
+    fmt::print(stderr, "\r\033[K{} {:3.0f} %{}", stage, 100 * fraction, fraction < 1 ? "" : "\r\033[K");
+    std::fflush(stderr);
+  };
+  return progress;
+}
+
+void say(std::string_view line) { fmt::print(stderr, "{}{}\n", onTerminal() ? "\r\033[K" : "", line); }
+
+MemoryUse memoryUse() {
+  MemoryUse use;
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key;) {
+    double kilobytes = 0;
+    if (key == "VmHWM:" && status >> kilobytes) use.peakBytes = 1024 * kilobytes;
+    if (key == "RssAnon:" && status >> kilobytes) use.anonymousBytes = 1024 * kilobytes;
+  }
+  return use;
+}
+
+} // namespace surflect

@@ -1,0 +1,25 @@
+// What people see while they wait: everything on stderr, so that stdout is the report's.
+#pragma once
+
+#include "surfel/progress.h"
+
+#include <string_view>
+
+namespace surflect {
+
+// From now on Ctrl-C and SIGTERM ask work to stop at its next checkpoint; a second one ends the process.
+void watchForInterrupts();
+
+// A line that follows the work, when stderr is a terminal; always asks whether the user has interrupted.
+Progress terminalProgress();
+
+// A lasting line for people; nothing when `quiet`.
+void say(std::string_view line);
+
+// Largest resident memory of this process, in bytes; the anonymous part now resident (RssAnon).
+struct MemoryUse {
+  double peakBytes = 0, anonymousBytes = 0;
+};
+MemoryUse memoryUse();
+
+} // namespace surflect

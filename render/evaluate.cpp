@@ -1,0 +1,190 @@
+#include "render/evaluate.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/query/ray_caster.h"
+#include "surfel/error.h"
+#include "warp/deform.h"
+
+#include <algorithm>
+#include <bit>
+#include <set>
+
+namespace surflect {
+
+namespace {
+
+constexpr int kErosion = 2; // pixels
+
+// Counts positive values by their leading 20 bits: percentiles to 2^-12, in bounded memory.
+class PercentileCounter {
+public:
+  void add(float value) {
+    ++total_;
+    if (value > 0) ++bins_[std::bit_cast<uint32_t>(value) >> kDropped];
+  }
+  // The value below which the share of all lies; 0 where that is not positive.
+  double percentile(double share) const {
+    auto above = static_cast<uint64_t>((1 - share) * static_cast<double>(total_));
+    for (size_t bin = bins_.size(); bin-- > 0; above -= bins_[bin])
+      if (bins_[bin] > above)
+        return static_cast<double>(std::bit_cast<float>(static_cast<uint32_t>(bin) << kDropped));
+    return 0;
+  }
+
+private:
+  static constexpr int kDropped = 11; // of 31 bits
+  std::vector<uint64_t> bins_ = std::vector<uint64_t>(size_t{1} << 20);
+  uint64_t total_ = 0;
+};
+
+// The truth as the protocol wants it: RGBA, premultiplied. Without a matte the mesh's silhouette stands in.
+class TruthReader {
+public:
+  explicit TruthReader(const Capture& capture) : capture_(capture) {}
+
+  std::vector<Image> read(std::span<const size_t> frames) {
+    std::vector<Image> truths;
+    for (const Photograph& photograph : readPhotographs(capture_, frames)) {
+      const Image& alpha =
+          photograph.hasMatte ? photograph.alpha : silhouetteOf(capture_.frames[frames[0]].view);
+      Image& truth = truths.emplace_back(alpha.width, alpha.height, 4);
+      for (size_t i = 0; i < alpha.values.size(); ++i) {
+        for (size_t c = 0; c < 3; ++c)
+          truth.values[4 * i + c] = photograph.radiance.values[3 * i + c] * alpha.values[i];
+        truth.values[4 * i + 3] = alpha.values[i];
+      }
+    }
+    return truths;
+  }
+
+private:
+  const Image& silhouetteOf(size_t view) {
+    if (view_ != view) {
+      if (!mesh_) {
+        if (capture_.geometry.empty())
+          throw Error("neither mattes nor geometry: no object to measure").in(capture_.file);
+        mesh_.emplace(readMesh(capture_.folder() / capture_.geometry));
+      }
+      silhouette_ = silhouette(capture_.views[view].camera, *mesh_);
+      view_ = view;
+    }
+    return silhouette_;
+  }
+
+  const Capture& capture_;
+  std::optional<RayCaster<AcquisitionSpace>> mesh_;
+  std::optional<size_t> view_;
+  Image silhouette_;
+};
+
+// Capture and script share one world: what stood there in acquisition stands there in the shot.
+Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
+  return {camera.lens, {camera.cameraFromWorld.rotation(), camera.cameraFromWorld.translation()}};
+}
+ShotLight inObjectSpace(const Light& light) {
+  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
+    return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
+                                directional->irradiance};
+  const auto& point = std::get<PointLight>(light.kind);
+  return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};
+}
+
+Point3<AcquisitionSpace, double> centerOf(const SurfelCloud& cloud) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : cloud.p0) box.extend(p.cast<double>().raw());
+  return assume<Point3<AcquisitionSpace, double>>(box.center());
+}
+
+std::string groupOf(bool knownCamera, bool knownLight) {
+  if (knownCamera) return knownLight ? "known" : "new_light";
+  return knownLight ? "new_camera" : "new_both";
+}
+
+Score scoreOf(const Image& truth, const Image& rendered, double exposure) {
+  Score score;
+  score.difference = compare(truth, rendered, exposure);
+  score.interiorError = squaredError(exposed(truth, exposure), exposed(rendered, exposure),
+                                     eroded(objectMask(truth), kErosion));
+  score.frames = 1;
+  return score;
+}
+
+} // namespace
+
+Score& Score::operator+=(const Score& other) {
+  difference += other.difference;
+  interiorError += other.interiorError;
+  frames += other.frames;
+  return *this;
+}
+
+Evaluation evaluate(const Model& model, const Capture& everything, const Warp& warp,
+                    const EvaluateOptions& options, BlockCache& cache, const Progress& progress) {
+  const Capture capture =
+      subset(everything, [&](const Frame& frame) { return frame.split == options.split; });
+  if (capture.frames.empty())
+    throw Error::mismatch(options.split == Split::test ? "test frames" : "training frames", "none")
+        .at("frames")
+        .in(capture.file);
+  std::vector<std::vector<size_t>> frames(capture.views.size());
+  for (size_t i = 0; i < capture.frames.size(); ++i) frames[capture.frames[i].view].push_back(i);
+
+  TruthReader truths(capture);
+  PercentileCounter values;
+  for (size_t view = 0; view < frames.size(); ++view) {
+    progress("exposure", static_cast<double>(view) / static_cast<double>(frames.size()));
+    for (const Image& truth : truths.read(frames[view]))
+      for (size_t i = 0; i < truth.values.size(); i += 4)
+        if (truth.values[i + 3] > 0.5f)
+          std::for_each_n(&truth.values[i], 3, [&](float value) { values.add(value); });
+  }
+  Evaluation evaluation;
+  const double white = values.percentile(0.995);
+  evaluation.exposure = white > 0 ? 1 / white : 1;
+
+  std::set<std::string> knownCameras, knownLights;
+  for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
+  for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
+  const auto center = centerOf(model.cloud);
+  const DeformedCloud deformed = deform(model.cloud, warp);
+  ShadingStats stats;
+  for (size_t view = 0; view < frames.size(); ++view) {
+    progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
+    const auto truth = truths.read(frames[view]);
+    const auto camera = inObjectSpace(capture.views[view].camera);
+    const Sight sight = look(camera, model.cloud, deformed, options.frame.splats);
+    for (size_t i = 0; i < truth.size(); ++i) {
+      progress.checkpoint();
+      const Frame& frame = capture.frames[frames[view][i]];
+      FrameScore result;
+      std::vector<ShotLight> lights;
+      bool knownLight = true;
+      if (frame.light) {
+        const Light& light = capture.lights[*frame.light];
+        lights.push_back(inObjectSpace(light));
+        result.light = light.identity;
+        result.frontLit = dot(towardsLight(light, center), capture.views[view].camera.towards(center)) >= 0;
+        knownLight = knownLights.contains(light.identity);
+      }
+      result.camera = capture.views[view].identity;
+      result.group = groupOf(knownCameras.contains(result.camera), knownLight);
+      const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights);
+      const auto rendered = [&](const ShadeOptions& shadeOptions) {
+        return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats));
+      };
+      const Image ours = rendered(options.frame.shade);
+      result.maskIou = intersectionOverUnion(objectMask(truth[i]), objectMask(ours));
+      result.score = scoreOf(truth[i], ours, evaluation.exposure);
+      if (options.baseline) {
+        ShadeOptions nearest = options.frame.shade;
+        nearest.nearest = true;
+        result.baseline = scoreOf(truth[i], rendered(nearest), evaluation.exposure);
+      }
+      evaluation.frames.push_back(std::move(result));
+    }
+  }
+  progress("evaluate", 1);
+  return evaluation;
+}
+
+} // namespace surflect

@@ -1,0 +1,49 @@
+// How near renderings come to photographs that were kept back, or to the truth of a deformed object.
+#pragma once
+
+#include "render/frame.h"
+#include "render/measure.h"
+#include "surfel/progress.h"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+struct EvaluateOptions {
+  FrameOptions frame;
+  Split split = Split::test;
+  bool baseline = false; // also the nearest camera and light, see ShadeOptions::nearest
+};
+
+// Pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two pixels.
+struct Score {
+  Difference difference;
+  PooledMean interiorError;
+  size_t frames = 0;
+
+  Score& operator+=(const Score& other);
+};
+
+struct FrameScore {
+  std::string camera, light; // identities
+  std::string group;         // known, new_camera, new_light or new_both
+  bool frontLit = true;      // light and camera on one side of the object's centre
+  double maskIou = 0;
+  Score score;
+  std::optional<Score> baseline;
+};
+
+struct Evaluation {
+  double exposure = 1; // maps the 99.5th percentile of the true object pixels to 1
+  std::vector<FrameScore> frames;
+};
+
+// Renders every frame of the capture's split with its own camera and light, the cloud bent by `warp`. Known
+// cameras and lights are those of the model's rig. Throws Error where the split is empty.
+Evaluation evaluate(const Model& model, const Capture& capture, const Warp& warp,
+                    const EvaluateOptions& options, BlockCache& cache, const Progress& progress);
+
+} // namespace surflect

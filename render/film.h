@@ -1,0 +1,23 @@
+// Frames as files.
+#pragma once
+
+#include "render/frame.h"
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace surflect {
+
+// Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
+// stretch.V. Colours are half floats, depth is single. The attributes say what made the frame.
+void writeFilm(const std::filesystem::path& path, const Film& film,
+               const std::map<std::string, std::string>& attributes);
+
+// The picture of a film for the eye: times exposure, sRGB, 8 bits, straight alpha.
+void writePreview(const std::filesystem::path& path, const Image& color, double exposure);
+
+// What maps the 99.5th percentile of the object's pixels to white; 1 where there are none.
+double exposureFor(const Image& color);
+
+} // namespace surflect

@@ -1,0 +1,170 @@
+#include "render/frame.h"
+
+#include "warp/deform.h"
+
+#include <tbb/parallel_for.h>
+
+#include <cassert>
+#include <chrono>
+
+namespace surflect {
+
+namespace {
+
+class StageClock {
+public:
+  explicit StageClock(std::map<std::string, double>& seconds) : seconds_(seconds) {}
+  // Credits the time since the last call to a stage.
+  void finish(const std::string& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    seconds_[stage] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+private:
+  std::map<std::string, double>& seconds_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// What a light does at a point of object space.
+struct Incidence {
+  Direction3<ObjectSpace, double> towards; // unit
+  Rgb irradiance;
+};
+Incidence incidenceAt(const ShotLight& light, const Point3<ObjectSpace, double>& p) {
+  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light))
+    return {directional->towards, directional->irradiance};
+  const auto& point = std::get<ShotPointLight>(light);
+  const auto toLight = point.position - p;
+  const double squared = dot(toLight, toLight);
+  if (!(squared > 0)) return {{0, 0, 1}, {}}; // the light sits on the surfel
+  return {normalized(toLight), static_cast<float>(1 / squared) * point.intensity}; // A(|p* - p_l|) = 1 / d^2
+}
+
+template <class ValueOf> Image developEach(const Sight& sight, int channels, const ValueOf& valueOf) {
+  std::vector<float> values;
+  for (size_t i = 0; i < sight.surfels.size(); ++i)
+    for (const double value : valueOf(i)) values.push_back(static_cast<float>(value));
+  return develop(sight, values, channels);
+}
+
+Image depthImage(const Coverage& coverage) {
+  Image image(coverage.width, coverage.height, 1);
+  image.values = coverage.depth;
+  return image;
+}
+
+} // namespace
+
+double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
+  const double mean = (uu + vv) / 2, spread = std::hypot((uu - vv) / 2, uv);
+  const double smaller = u.cross(v).squaredNorm() / (mean + spread); // product over the larger root
+  return std::sqrt((mean + spread) / smaller);
+}
+
+Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+           const SplatOptions& options) {
+  Sight sight;
+  sight.coverage = cover(camera, splatsOf(rest, deformed), options);
+  sight.surfels = visibleSplats(sight.coverage);
+  return sight;
+}
+
+LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel) {
+  const auto frame =
+      polarFrame<double>(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>());
+  assert(frame && deformed.handedness[surfel] != Handedness::dead);
+  return {rotationOf<double>(rest.r0[surfel]), *frame, static_cast<double>(deformed.handedness[surfel])};
+}
+
+QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                     std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
+                     std::span<const ShotLight> lights) {
+  QueryBatch batch;
+  batch.lights = lights.size();
+  batch.surfels.assign(surfels.begin(), surfels.end());
+  batch.towardsView.resize(surfels.size());
+  batch.towardsLight.resize(surfels.size() * lights.size());
+  batch.irradiance.resize(surfels.size() * lights.size());
+  tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t query) {
+    const size_t surfel = surfels[query];
+    const LookUp<double> lookUp = lookUpAt(rest, deformed, surfel);
+    const auto p = deformed.p[surfel].cast<double>();
+    batch.towardsView[query] = lookUp(camera.towards(p)).cast<float>();
+    for (size_t l = 0; l < lights.size(); ++l) {
+      const Incidence incidence = incidenceAt(lights[l], p);
+      batch.towardsLight[query * lights.size() + l] = lookUp(incidence.towards).cast<float>();
+      batch.irradiance[query * lights.size() + l] = incidence.irradiance;
+    }
+  });
+  return batch;
+}
+
+Image develop(const Sight& sight, std::span<const float> values, int channels) {
+  const auto stride = static_cast<size_t>(channels);
+  assert(values.size() == sight.surfels.size() * stride);
+  std::vector<float> ofSplats(sight.coverage.splatCount * stride);
+  for (size_t i = 0; i < sight.surfels.size(); ++i)
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(i * stride), stride,
+                ofSplats.begin() + static_cast<std::ptrdiff_t>(sight.surfels[i] * stride));
+  return blend(sight.coverage, ofSplats, channels);
+}
+
+Image developRadiance(const Sight& sight, std::span<const Rgb> radiance) {
+  const Image rgb = developEach(sight, 3, [&](size_t i) {
+    return std::array<double, 3>{radiance[i].r, radiance[i].g, radiance[i].b};
+  });
+  Image rgba(rgb.width, rgb.height, 4);
+  for (size_t pixel = 0; pixel < sight.coverage.alpha.size(); ++pixel) {
+    std::copy_n(rgb.values.begin() + static_cast<std::ptrdiff_t>(3 * pixel), 3,
+                rgba.values.begin() + static_cast<std::ptrdiff_t>(4 * pixel));
+    rgba.values[4 * pixel + 3] = sight.coverage.alpha[pixel];
+  }
+  return rgba;
+}
+
+Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+                 std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
+                 FrameStats& stats) {
+  StageClock clock(stats.seconds);
+  const DeformedCloud deformed = deform(model.cloud, warp);
+  clock.finish("warp");
+  const Sight sight = look(camera, model.cloud, deformed, options.splats);
+  stats.splats = sight.coverage.counts;
+  stats.visible = sight.surfels.size();
+  clock.finish("splat");
+  const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights);
+  clock.finish("look-up");
+  const ShadingPlan plan = planShading(model, batch, options.shade);
+  stats.unseen = plan.unseen;
+  clock.finish("ulr");
+  const auto radiance = execute(plan.ops, plan.rows, batch.size(), cache, stats.shading);
+  clock.finish("shade");
+
+  Film film;
+  film.color = developRadiance(sight, radiance);
+  const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
+  for (const std::string& aov : options.aovs) {
+    Image& image = film.aovs[aov];
+    if (aov == "depth") image = depthImage(sight.coverage);
+    if (aov == "normal")
+      image = developEach(sight, 3, [&](size_t i) {
+        return lookUpAt(model.cloud, deformed, sight.surfels[i]).outwardNormal().raw();
+      });
+    if (aov == "camera_blend")
+      image = developEach(sight, 3, [&](size_t i) { return rgbOf(plan.cameraBlend[i]); });
+    if (aov == "light_blend")
+      image = developEach(sight, 3, [&](size_t i) { return rgbOf(plan.lightBlend[i]); });
+    if (aov == "stretch")
+      image = developEach(sight, 1, [&](size_t i) {
+        const size_t surfel = sight.surfels[i];
+        return std::array{
+            stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>())};
+      });
+  }
+  clock.finish("develop");
+  return film;
+}
+
+} // namespace surflect

@@ -1,0 +1,69 @@
+// One frame: a deformed cloud seen by a camera, asked for radiance, and put on film.
+//
+//   deform -> look -> queriesAt -> shade -> develop
+#pragma once
+
+#include "render/coverage.h"
+#include "render/shot.h"
+#include "srf/model/shade.h"
+#include "surfel/lookup.h"
+#include "warp/warp.h"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// What a camera sees of a cloud: the weights of all pixels, and the surfels that have one.
+struct Sight {
+  Coverage coverage;
+  std::vector<uint32_t> surfels; // ascending
+};
+
+Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+           const SplatOptions& options = {});
+
+// L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
+LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
+
+// Directions to viewer and lights, and the lights' irradiance at the deformed surfels, brought back to
+// acquisition space by L. One query per entry of `surfels`, none of which may be dead.
+QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                     std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
+                     std::span<const ShotLight> lights);
+
+// Values of the surfels of a sight, `channels` per entry of sight.surfels, as a picture premultiplied by
+// alpha.
+Image develop(const Sight& sight, std::span<const float> values, int channels);
+
+// RGBA, premultiplied, from radiance per entry of sight.surfels.
+Image developRadiance(const Sight& sight, std::span<const Rgb> radiance);
+
+// The frame's layers beside its colour, by name (script.h: aovNames).
+struct Film {
+  Image color;                       // RGBA, premultiplied
+  std::map<std::string, Image> aovs; // premultiplied but for depth, which is infinite off the object
+};
+
+struct FrameStats {
+  SplatCounts splats;
+  size_t visible = 0, unseen = 0;
+  ShadingStats shading;
+  std::map<std::string, double> seconds; // per stage
+};
+
+struct FrameOptions {
+  ShadeOptions shade;
+  SplatOptions splats;
+  std::vector<std::string> aovs;
+};
+
+Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+                 std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
+                 FrameStats& stats);
+
+// The ratio of the principal axes of a warped splat, 1 for a circle [Weyrich 2005, Fig. 15].
+double stretchOf(const Vec3<double>& u, const Vec3<double>& v);
+
+} // namespace surflect

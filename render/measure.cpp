@@ -1,0 +1,209 @@
+#include "render/measure.h"
+
+#include "srf/image/color.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace surflect {
+
+namespace {
+
+template <class A, class B> bool sameSize(const A& a, const B& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+// One PooledMean per row, added top to bottom: the same sum for any number of threads.
+template <class OfRow> PooledMean overRows(int height, OfRow ofRow) {
+  std::vector<PooledMean> rows(static_cast<size_t>(height));
+  tbb::parallel_for(0, height, [&](int y) { rows[static_cast<size_t>(y)] = ofRow(y); });
+  PooledMean total;
+  for (const PooledMean& row : rows) total += row;
+  return total;
+}
+
+template <class OfValue> Image mapped(const Image& image, OfValue ofValue) {
+  Image result = image;
+  std::transform(image.values.begin(), image.values.end(), result.values.begin(), ofValue);
+  return result;
+}
+
+// Local means under the window of what is being compared.
+struct Moments {
+  double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+
+  void add(double w, const Moments& m) {
+    a += w * m.a;
+    b += w * m.b;
+    aa += w * m.aa;
+    bb += w * m.bb;
+    ab += w * m.ab;
+  }
+};
+
+constexpr int kWindowRadius = 5;
+
+std::array<double, 2 * kWindowRadius + 1> windowWeights() {
+  constexpr double sigma = 1.5;
+  std::array<double, 2 * kWindowRadius + 1> weights;
+  for (int i = -kWindowRadius; i <= kWindowRadius; ++i)
+    weights[i + kWindowRadius] = std::exp(-0.5 * i * i / (sigma * sigma));
+  return weights;
+}
+
+// The weighted mean of value(i) for i within the window around centre, cut to [0, size).
+template <class Value> Moments windowed(int centre, int size, Value value) {
+  static const auto weights = windowWeights();
+  Moments sum;
+  double weight = 0;
+  for (int i = std::max(0, centre - kWindowRadius); i <= std::min(size - 1, centre + kWindowRadius); ++i) {
+    const double w = weights[i - centre + kWindowRadius];
+    sum.add(w, value(i));
+    weight += w;
+  }
+  Moments mean;
+  mean.add(1 / weight, sum);
+  return mean;
+}
+
+// [Wang 2004, Eq. 13]
+double similarity(const Moments& m) {
+  constexpr double C1 = 0.01 * 0.01, C2 = 0.03 * 0.03;
+  const double varianceA = m.aa - m.a * m.a;
+  const double varianceB = m.bb - m.b * m.b;
+  const double covariance = m.ab - m.a * m.b;
+  return (2 * m.a * m.b + C1) * (2 * covariance + C2) /
+         ((m.a * m.a + m.b * m.b + C1) * (varianceA + varianceB + C2));
+}
+
+double lumaAt(const Image& image, int x, int y) {
+  const auto c = image.at(x, y);
+  return static_cast<double>(luma({c[0], c[1], c[2]}));
+}
+
+} // namespace
+
+Mask objectMask(const Image& image) {
+  Mask mask(image.width, image.height);
+  for (size_t i = 0; i < mask.inside.size(); ++i)
+    mask.inside[i] = image.values[(i + 1) * static_cast<size_t>(image.channels) - 1] > 0.5f;
+  return mask;
+}
+
+Mask unionOf(const Mask& a, const Mask& b) {
+  assert(sameSize(a, b));
+  Mask result(a.width, a.height);
+  for (size_t i = 0; i < a.inside.size(); ++i) result.inside[i] = a.inside[i] | b.inside[i];
+  return result;
+}
+
+Mask eroded(const Mask& mask, int n) {
+  assert(n >= 0);
+  const int width = mask.width, height = mask.height;
+  const auto index = [&](int x, int y) { return static_cast<size_t>(y) * static_cast<size_t>(width) + x; };
+
+  // Per pixel, the distance to the next pixel of its row that is not in the mask.
+  constexpr int far = std::numeric_limits<int>::max();
+  std::vector<int> gap(mask.inside.size(), far);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0, last = -1; x < width; ++x) {
+      if (!mask.inside[index(x, y)]) last = x;
+      if (last >= 0) gap[index(x, y)] = x - last;
+    }
+    for (int x = width - 1, last = -1; x >= 0; --x) {
+      if (!mask.inside[index(x, y)]) last = x;
+      if (last >= 0) gap[index(x, y)] = std::min(gap[index(x, y)], last - x);
+    }
+  }
+
+  Mask result(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      bool inside = true;
+      for (int row = std::max(0, y - n); inside && row <= std::min(height - 1, y + n); ++row) {
+        const int halfWidth = static_cast<int>(std::sqrt(double(n) * n - double(row - y) * (row - y)));
+        inside = gap[index(x, row)] > halfWidth;
+      }
+      result.inside[index(x, y)] = inside;
+    }
+  return result;
+}
+
+double intersectionOverUnion(const Mask& a, const Mask& b) {
+  assert(sameSize(a, b));
+  size_t both = 0, either = 0;
+  for (size_t i = 0; i < a.inside.size(); ++i) {
+    both += a.inside[i] & b.inside[i];
+    either += a.inside[i] | b.inside[i];
+  }
+  return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 1;
+}
+
+double psnr(double meanSquaredError) { return -10 * std::log10(meanSquaredError); }
+
+Image exposed(const Image& linear, double exposure) {
+  return mapped(linear, [&](float value) {
+    const double scaled = value * exposure;
+    return std::isfinite(scaled) ? static_cast<float>(std::clamp(scaled, 0.0, 1.0)) : 0.f;
+  });
+}
+
+Image srgbEncoded(const Image& linear) { return mapped(linear, srgbFromLinear); }
+
+PooledMean squaredError(const Image& a, const Image& b, const Mask& mask) {
+  assert(sameSize(a, b) && sameSize(a, mask) && a.channels >= 3 && b.channels >= 3);
+  return overRows(a.height, [&](int y) {
+    PooledMean row;
+    for (int x = 0; x < a.width; ++x) {
+      if (!mask.inside[static_cast<size_t>(y) * static_cast<size_t>(a.width) + x]) continue;
+      for (int k = 0; k < 3; ++k) {
+        const double difference = static_cast<double>(a.at(x, y)[k]) - b.at(x, y)[k];
+        row += {difference * difference, 1};
+      }
+    }
+    return row;
+  });
+}
+
+PooledMean structuralSimilarity(const Image& a, const Image& b, const Mask& mask) {
+  assert(sameSize(a, b) && sameSize(a, mask) && a.channels >= 3 && b.channels >= 3);
+  const auto index = [&](int x, int y) { return static_cast<size_t>(y) * static_cast<size_t>(a.width) + x; };
+  std::vector<Moments> alongRows(mask.inside.size());
+  tbb::parallel_for(0, a.height, [&](int y) {
+    for (int x = 0; x < a.width; ++x)
+      alongRows[index(x, y)] = windowed(x, a.width, [&](int i) -> Moments {
+        const double va = lumaAt(a, i, y), vb = lumaAt(b, i, y);
+        return {va, vb, va * va, vb * vb, va * vb};
+      });
+  });
+  return overRows(a.height, [&](int y) {
+    PooledMean row;
+    for (int x = 0; x < a.width; ++x)
+      if (mask.inside[index(x, y)])
+        row += {similarity(windowed(y, a.height, [&](int i) { return alongRows[index(x, i)]; })), 1};
+    return row;
+  });
+}
+
+Difference& Difference::operator+=(const Difference& other) {
+  squaredErrorLinear += other.squaredErrorLinear;
+  squaredErrorSrgb += other.squaredErrorSrgb;
+  similaritySrgb += other.similaritySrgb;
+  return *this;
+}
+
+Difference compare(const Image& truth, const Image& rendered, double exposure) {
+  assert(sameSize(truth, rendered) && truth.channels == 4 && rendered.channels == 4);
+  const Mask mask = unionOf(objectMask(truth), objectMask(rendered));
+  const Image linearA = exposed(truth, exposure), linearB = exposed(rendered, exposure);
+  const Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
+  return {squaredError(linearA, linearB, mask), squaredError(srgbA, srgbB, mask),
+          structuralSimilarity(srgbA, srgbB, mask)};
+}
+
+} // namespace surflect

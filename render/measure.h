@@ -1,0 +1,80 @@
+// How a picture is compared with the truth, the same everywhere:
+//
+// one exposure for the whole set; values clipped to [0, 1]; both over black; over the union of the two object
+// masks; PSNR in linear light and after the sRGB curve, SSIM of the sRGB luma. Sets are pooled: figures of
+// several pictures are those of their pixels together, never means of decibels.
+//
+// [Wang 2004] Wang, Bovik, Sheikh, Simoncelli: Image Quality Assessment: From Error Visibility to Structural
+//             Similarity.
+#pragma once
+
+#include "srf/image/image.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect {
+
+struct Mask {
+  int width = 0, height = 0;
+  std::vector<uint8_t> inside; // width * height, 0 or 1, row 0 on top
+
+  Mask() = default;
+  Mask(int w, int h) : width(w), height(h), inside(static_cast<size_t>(w) * static_cast<size_t>(h), 0) {}
+
+  friend bool operator==(const Mask&, const Mask&) = default;
+};
+
+// Pixels whose alpha, the last channel, is above 1/2.
+Mask objectMask(const Image& image);
+Mask unionOf(const Mask& a, const Mask& b);
+// The pixels from which every pixel no further than n is in the mask. What lies off the image counts as in
+// it: the border of the image is not a silhouette.
+Mask eroded(const Mask& mask, int n);
+// |a and b| / |a or b|; 1 for two empty masks.
+double intersectionOverUnion(const Mask& a, const Mask& b);
+
+// A mean over any number of pictures: add the parts up, divide at the end.
+struct PooledMean {
+  double sum = 0;
+  size_t count = 0;
+
+  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
+  PooledMean& operator+=(const PooledMean& other) {
+    sum += other.sum;
+    count += other.count;
+    return *this;
+  }
+};
+
+// Decibels of a mean squared error for a peak of 1; infinite for none.
+double psnr(double meanSquaredError);
+
+// Values times exposure, clipped to [0, 1]; not finite becomes 0. All channels alike.
+Image exposed(const Image& linear, double exposure);
+// The sRGB curve on every channel, for values in [0, 1].
+Image srgbEncoded(const Image& linear);
+
+// Squared differences of the first three channels over the mask.
+PooledMean squaredError(const Image& a, const Image& b, const Mask& mask);
+
+// Structural similarity of the luma of two sRGB-encoded images, each of three or more channels, at the pixels
+// of the mask: 11 x 11 Gaussian window of sigma 1.5, C1 = 0.01^2, C2 = 0.03^2  [Wang 2004, Eq. 13]. Windows
+// see the pixels outside the mask too; at the border of the image they are cut and renormalised.
+PooledMean structuralSimilarity(const Image& a, const Image& b, const Mask& mask);
+
+struct Difference {
+  PooledMean squaredErrorLinear, squaredErrorSrgb, similaritySrgb;
+
+  double psnrLinear() const { return psnr(squaredErrorLinear.mean()); }
+  double psnrSrgb() const { return psnr(squaredErrorSrgb.mean()); }
+  double ssim() const { return similaritySrgb.mean(); }
+  Difference& operator+=(const Difference& other);
+};
+
+// The whole protocol for one picture. Both images linear RGBA of one size, premultiplied; alpha is not
+// exposed.
+Difference compare(const Image& truth, const Image& rendered, double exposure);
+
+} // namespace surflect

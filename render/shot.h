@@ -1,0 +1,41 @@
+// The script at one time: where the camera stands, which lights shine and how space is warped.
+#pragma once
+
+#include "render/script.h"
+#include "srf/capture/camera.h"
+#include "surfel/rgb.h"
+
+#include <filesystem>
+#include <variant>
+#include <vector>
+
+namespace surflect {
+
+// t and s are 0 where the script has no [frames].
+ShotTime shotTime(const Script& script, double frame);
+
+// folder / output.path with its #### replaced by the frame number, padded with zeros.
+std::filesystem::path framePath(const Output& output, const std::filesystem::path& folder, int frame);
+
+// Of a LookAtCamera or OrbitCamera, with output's size: the script has both. Throws Error where a track is
+// not finite, the viewing direction is zero or along `up`, or fov_deg is outside 0.001..179.999.
+Camera<ObjectSpace> cameraAt(const Script& script, const ShotTime& time);
+
+struct ShotDirectionalLight {
+  Direction3<ObjectSpace, double> towards; // the light; unit
+  Rgb irradiance;
+};
+struct ShotPointLight {
+  Point3<ObjectSpace, double> position;
+  Rgb intensity; // W/sr
+};
+using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight>;
+
+// One per light of the script. Throws Error where a track is not finite, a direction zero or a strength
+// negative.
+std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time);
+
+// All warps as one; the identity when there is none. Throws Error as freeze() does.
+WarpPointer warpAt(const Script& script, const ShotTime& time);
+
+} // namespace surflect

@@ -1,0 +1,93 @@
+// One surfel as a Gaussian on the screen.
+//
+// A surfel spreads coverage * exp(-(a^2 + b^2) / (2 s^2)) over its surface p + a u + b v, where s is
+// kSigmaPerRadius * radius. Warps and lenses are locally affine in (a, b), so Gaussians that summed to 1 on
+// the surface at rest still do after any of them: the sum over splats is the coverage of a pixel, whatever
+// the stretch and the zoom.
+//
+// [Zwicker 2001] Zwicker, Pfister, van Baar, Gross: EWA Volume Splatting (resampling filter = warped
+//                reconstruction kernel + low-pass).
+// [Zwicker 2004] Zwicker, Rasanen, Botsch, Dachsbacher, Pauly: Perspective Accurate Splatting (contours by
+//                homographies).
+//
+// Depth is handled as "order": a number that grows away from the viewer and is affine over the image of a
+// plane. Orthographic lens: the depth d along the viewing axis. Pinhole: -1/d.
+#pragma once
+
+#include "srf/capture/camera.h"
+#include "surfel/sampling.h"
+
+#include <span>
+#include <variant>
+
+namespace surflect {
+
+// What splatting reads of a cloud; every span has one entry per surfel.
+struct Splats {
+  std::span<const Point3<ObjectSpace>> p;
+  std::span<const Direction3<ObjectSpace>> u, v; // warped tangents
+  std::span<const Handedness> handedness;
+  std::span<const float> radius;   // of the rest splat, acquisition units
+  std::span<const float> coverage; // peak of the rest Gaussian
+
+  size_t size() const { return p.size(); }
+};
+
+// Views both clouds, which must be of the same surfels and outlive the result.
+Splats splatsOf(const SurfelCloud& rest, const DeformedCloud& deformed);
+
+// Where a Gaussian is cut off; 0.2 % of its mass lies beyond.
+constexpr double kCutoffSigmas = 3.5;
+
+struct SplatOptions {
+  double lowPass = 0.4;   // standard deviation of the screen-space filter, pixels
+  double nearDepth = 0.0; // scene units; a pinhole draws no splat that reaches nearer
+};
+
+// A splat's Gaussian in (x, y, order), x and y in pixels: a flat disc, so the covariance has rank two.
+struct ScreenGaussian {
+  Vec3<double> mean;
+  Mat3<double> covariance;
+};
+
+// The Gaussian whose 1-sigma ellipse is the exact image of the circle a^2 + b^2 = s^2 around p, of which no
+// part may lie at or behind the viewer. Lens distortion enters by its affine map at the ellipse's centre.
+ScreenGaussian project(const Lens& lens, const Point3<CameraSpace, double>& p,
+                       const Direction3<CameraSpace, double>& u, const Direction3<CameraSpace, double>& v,
+                       double s);
+
+// Pixels [x0, x1) x [y0, y1).
+struct PixelBox {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+// A splat as it is drawn, low-pass included. At (dx, dy) pixels from its centre, where
+//   q = xx (dx + skew dy)^2 + yy dy^2 <= kCutoffSigmas^2,
+// its weight is peak exp(-q/2) and it lies at order + orderX dx + orderY dy, give or take the tolerance.
+struct Footprint {
+  float x, y;         // centre, pixels
+  float xx, skew, yy; // xx and yy in 1/pixels^2
+  float peak;
+  float order, orderX, orderY;
+  float tolerance; // of the order
+  PixelBox box;    // the pixels it may touch, clipped to the image; empty: not drawn
+};
+
+enum class Rejection : uint8_t {
+  dead,       // the warp left it no frame
+  notFinite,  // a number that is not finite, or no area, radius or coverage
+  backFacing, // outward normal away from the viewer
+  tooNear,    // reaches the near plane or the plane of the viewer
+  outside,    // off the image
+};
+
+std::variant<Footprint, Rejection> footprintOf(const Camera<ObjectSpace>& camera, const Splats& splats,
+                                               size_t index, const SplatOptions& options);
+
+// The depth along the viewing axis that belongs to an order.
+inline double depthOfOrder(const Lens& lens, double order) {
+  return lens.model == Lens::Model::orthographic ? order : -1 / order;
+}
+
+} // namespace surflect

@@ -1,0 +1,522 @@
+#include "srf/capture/capture.h"
+
+#include "srf/image/image_file.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+
+#include <Eigen/SVD>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+namespace surflect {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+// ---------------------------------------------------------------------------------------------------------
+// JSON values, and errors that say where.
+
+// Adds the field to an Error that leaves the work.
+template <class Work> auto within(const std::string& field, Work work) {
+  try {
+    return work();
+  } catch (Error& e) {
+    throw std::move(e).at(field);
+  }
+}
+
+std::string element(const std::string& list, size_t index) {
+  return std::string(list).append("[").append(std::to_string(index)).append("]");
+}
+
+std::string shown(const Json& value) {
+  if (value.is_null()) return "nothing";
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return "a list of " + std::to_string(value.size());
+  const std::string text = value.dump();
+  return text.size() <= 60 ? text : text.substr(0, 57) + "...";
+}
+
+// A null stands for a missing field, which required() reports through the parser's own "expected".
+template <class Parse> auto required(const Json& object, const char* key, Parse parse) {
+  static const Json nothing;
+  const auto found = object.find(key);
+  return within(key, [&] { return parse(found == object.end() ? nothing : *found); });
+}
+
+template <class Parse>
+auto optional(const Json& object, const char* key, Parse parse) -> std::optional<decltype(parse(object))> {
+  const auto found = object.find(key);
+  if (found == object.end() || found->is_null()) return std::nullopt;
+  return within(key, [&] { return parse(*found); });
+}
+
+const Json& objectOf(const Json& value) {
+  if (!value.is_object()) throw Error::mismatch("an object", shown(value));
+  return value;
+}
+
+const Json& listOf(const Json& value) {
+  if (!value.is_array()) throw Error::mismatch("a list", shown(value));
+  return value;
+}
+
+double number(const Json& value) {
+  if (!value.is_number()) throw Error::mismatch("a number", shown(value));
+  return value.get<double>();
+}
+
+// Strengths, lengths and times; the bounds keep their quotients finite.
+double positive(const Json& value) {
+  const double x = value.is_number() ? value.get<double>() : 0;
+  if (!(x >= 1e-12 && x <= 1e12)) throw Error::mismatch("a number above 0 (1e-12 to 1e12)", shown(value));
+  return x;
+}
+
+int pixelCount(const Json& value) {
+  constexpr int most = 1 << 16;
+  const double x = value.is_number() ? value.get<double>() : 0; // some exporters write 800.0
+  if (!(x >= 1 && x <= most && x == std::floor(x)))
+    throw Error::mismatch("a whole number from 1 to " + std::to_string(most), shown(value));
+  return static_cast<int>(x);
+}
+
+std::string text(const Json& value) {
+  if (!value.is_string()) throw Error::mismatch("a string", shown(value));
+  return value.get<std::string>();
+}
+
+Vec3<double> triple(const Json& value) {
+  const bool three = value.is_array() && value.size() == 3 &&
+                     std::all_of(value.begin(), value.end(), [](const Json& v) { return v.is_number(); });
+  if (!three)
+    throw Error::mismatch("three numbers", value.is_array() ? value.dump().substr(0, 60) : shown(value));
+  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
+}
+
+Rgb positiveRgb(const Json& value) {
+  const Vec3<float> rgb = triple(value).cast<float>();
+  if (!(rgb.minCoeff() > 0) || !rgb.allFinite())
+    throw Error::mismatch("three numbers above 0", value.dump().substr(0, 60));
+  return {rgb[0], rgb[1], rgb[2]};
+}
+
+// A path that stays inside the capture's folder, without detours.
+fs::path innerPath(const Json& value) {
+  const std::string written = text(value);
+  const fs::path path = fs::path(written).lexically_normal();
+  if (written.empty() || written.find('\0') != std::string::npos || path.is_absolute() ||
+      *path.begin() == "..")
+    throw Error::mismatch("a path inside the capture's folder", shown(value));
+  return path;
+}
+
+template <class Choice>
+Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Choice>> choices) {
+  std::string expected;
+  for (const auto& [name, choice] : choices) {
+    if (value == name) return choice;
+    expected += (expected.empty() ? "" : " or ") + std::string(name);
+  }
+  throw Error::mismatch(expected, shown(value));
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Names.
+
+// Levenshtein's: how many letters to change, add or drop.
+size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), size_t{0});
+  for (size_t i = 0; i < a.size(); ++i) {
+    size_t diagonal = std::exchange(row[0], i + 1);
+    for (size_t j = 0; j < b.size(); ++j) {
+      const size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+size_t lightNamed(const std::vector<Light>& lights, const Json& value) {
+  const std::string name = text(value);
+  for (size_t l = 0; l < lights.size(); ++l)
+    if (lights[l].name == name) return l;
+  if (lights.empty()) throw Error::mismatch("no light, as the capture lists none", shown(value));
+  const auto nearest = std::min_element(lights.begin(), lights.end(), [&](const Light& a, const Light& b) {
+    return editDistance(name, a.name) < editDistance(name, b.name);
+  });
+  throw Error::mismatch("a light of the list (nearest: " + nearest->name + ")", shown(value));
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Lights.
+
+DirectionalLight readDirectional(const Json& light) {
+  const Vec3<double> towards = required(light, "direction", [](const Json& value) {
+    const Vec3<double> direction = triple(value);
+    const double found = direction.norm();
+    if (!(std::abs(found - 1) <= 1e-3))
+      throw Error::mismatch("a unit vector", "length " + std::to_string(found));
+    return Vec3<double>(std::abs(found - 1) > 1e-14 ? direction / found : direction);
+  });
+  return {assume<Direction3<AcquisitionSpace, double>>(towards), required(light, "irradiance", positiveRgb)};
+}
+
+PointLight readPoint(const Json& light) {
+  return {assume<Point3<AcquisitionSpace, double>>(required(light, "position", triple)),
+          required(light, "intensity", positiveRgb)};
+}
+
+Light readLight(const Json& value) {
+  const Json& object = objectOf(value);
+  Light light;
+  light.name = required(object, "name", text);
+  light.identity = optional(object, "cluster", text).value_or(light.name);
+  const bool directional = required(object, "type", [](const Json& type) {
+    return oneOf<bool>(type, {{"directional", true}, {"point", false}});
+  });
+  if (directional)
+    light.kind = readDirectional(object);
+  else
+    light.kind = readPoint(object);
+  return light;
+}
+
+void addLight(std::vector<Light>& lights, Light light) {
+  const auto same = [&](const Light& other) { return other.name == light.name; };
+  if (std::any_of(lights.begin(), lights.end(), same))
+    throw Error("a second light is called " + light.name).at("name");
+  lights.push_back(std::move(light));
+}
+
+// The light that relighting data sets write into every frame; equal ones are one light.
+std::optional<size_t> frameLight(std::vector<Light>& lights, const Json& frame, size_t frameIndex) {
+  const auto position = optional(frame, "pl_pos", triple);
+  if (!position) return std::nullopt;
+  const auto intensity = optional(frame, "pl_intensity", [](const Json& value) {
+    return value.is_number() ? static_cast<float>(positive(value)) * Rgb{1, 1, 1} : positiveRgb(value);
+  });
+  const PointLight point{assume<Point3<AcquisitionSpace, double>>(*position),
+                         intensity.value_or(Rgb{1, 1, 1})};
+  const auto same = [&](const Light& light) { return light.kind == decltype(light.kind)(point); };
+  const auto known = std::find_if(lights.begin(), lights.end(), same);
+  if (known != lights.end()) return static_cast<size_t>(known - lights.begin());
+  const std::string name = element("pl_pos", frameIndex);
+  addLight(lights, {name, name, point});
+  return lights.size() - 1;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Lenses.
+
+// What a frame, or the capture for all frames, says about the lens.
+struct LensFields {
+  std::optional<Lens::Model> model;
+  std::optional<int> width, height;
+  std::optional<double> focalX, focalY, angleX, orthoHeight;
+  std::optional<double> centerX, centerY, k1, k2, p1, p2;
+};
+
+double fieldOfView(const Json& value) {
+  const double angle = positive(value);
+  if (!(angle < std::numbers::pi)) throw Error::mismatch("radians below pi", shown(value));
+  return angle;
+}
+
+Lens::Model lensModel(const Json& value) {
+  using enum Lens::Model; // nerfstudio's names are COLMAP's
+  return oneOf<Lens::Model>(value, {{"pinhole", pinhole},
+                                    {"orthographic", orthographic},
+                                    {"PINHOLE", pinhole},
+                                    {"SIMPLE_PINHOLE", pinhole},
+                                    {"OPENCV", pinhole}});
+}
+
+double zero(const Json& value) {
+  if (number(value) != 0) throw Error::mismatch("0 (only k1, k2, p1, p2 are known)", shown(value));
+  return 0;
+}
+
+LensFields readLensFields(const Json& object) {
+  for (const char* unknown : {"k3", "k4", "k5", "k6"}) optional(object, unknown, zero);
+  return {.model = optional(object, "camera_model", lensModel),
+          .width = optional(object, "w", pixelCount),
+          .height = optional(object, "h", pixelCount),
+          .focalX = optional(object, "fl_x", positive),
+          .focalY = optional(object, "fl_y", positive),
+          .angleX = optional(object, "camera_angle_x", fieldOfView),
+          .orthoHeight = optional(object, "ortho_height", positive),
+          .centerX = optional(object, "cx", number),
+          .centerY = optional(object, "cy", number),
+          .k1 = optional(object, "k1", number),
+          .k2 = optional(object, "k2", number),
+          .p1 = optional(object, "p1", number),
+          .p2 = optional(object, "p2", number)};
+}
+
+// What the frame says, and where it is silent what the capture says. An angle in the frame is not silent
+// about the focal length.
+LensFields inherit(LensFields frame, const LensFields& capture) {
+  if (!frame.focalX && !frame.angleX) {
+    frame.focalX = capture.focalX;
+    frame.angleX = capture.angleX;
+    if (!frame.focalY) frame.focalY = capture.focalY;
+  }
+  const auto take = [](auto& own, const auto& outer) {
+    if (!own) own = outer;
+  };
+  take(frame.model, capture.model);
+  take(frame.width, capture.width);
+  take(frame.height, capture.height);
+  take(frame.orthoHeight, capture.orthoHeight);
+  take(frame.centerX, capture.centerX);
+  take(frame.centerY, capture.centerY);
+  take(frame.k1, capture.k1);
+  take(frame.k2, capture.k2);
+  take(frame.p1, capture.p1);
+  take(frame.p2, capture.p2);
+  return frame;
+}
+
+// Width and height are known by now.
+Lens lensOf(const LensFields& fields) {
+  Lens lens{
+      .model = fields.model.value_or(Lens::Model::pinhole), .width = *fields.width, .height = *fields.height};
+  if (lens.model == Lens::Model::orthographic) {
+    if (!fields.orthoHeight) throw Error::mismatch("a number above 0", "nothing").at("ortho_height");
+    lens.focalX = lens.focalY = lens.height / *fields.orthoHeight;
+  } else {
+    if (!fields.focalX && !fields.angleX)
+      throw Error::mismatch("a number above 0, or camera_angle_x", "nothing").at("fl_x");
+    lens.focalX = fields.focalX ? *fields.focalX : lens.width / 2. / std::tan(*fields.angleX / 2);
+    lens.focalY = fields.focalY.value_or(lens.focalX);
+  }
+  lens.centerX = fields.centerX.value_or(lens.width / 2.);
+  lens.centerY = fields.centerY.value_or(lens.height / 2.);
+  lens.k1 = fields.k1.value_or(0);
+  lens.k2 = fields.k2.value_or(0);
+  lens.p1 = fields.p1.value_or(0);
+  lens.p2 = fields.p2.value_or(0);
+  return lens;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Poses.
+
+using Pose = Rigid<CameraSpace, AcquisitionSpace>;
+
+// The camera-to-world matrix of the file, rounding of its digits taken out of the rotation.
+Pose readPose(const Json& value) {
+  Eigen::Matrix4d m;
+  const auto fourOf = [](const Json& list, const char* expected) -> const Json& {
+    if (!list.is_array() || list.size() != 4) throw Error::mismatch(expected, shown(list));
+    return list;
+  };
+  for (size_t row = 0; row < 4; ++row) {
+    const Json& rows = fourOf(value, "four rows of four numbers");
+    within(element("", row), [&] {
+      const Json& columns = fourOf(rows[row], "four numbers");
+      for (size_t c = 0; c < 4; ++c)
+        m(static_cast<int>(row), static_cast<int>(c)) =
+            within(element("", c), [&] { return number(columns[c]); });
+    });
+  }
+  if (!(m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).isZero(1e-6))
+    throw Error::mismatch("last row 0 0 0 1", shown(value[3])).at("[3]");
+  const Mat3<double> rotation = m.topLeftCorner<3, 3>();
+  const double error = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= 1e-4)) {
+    const Vec3<double> lengths = rotation.colwise().norm();
+    throw Error::mismatch("a rotation without scale or shear",
+                          "columns of length " + std::to_string(lengths[0]) + ", " +
+                              std::to_string(lengths[1]) + ", " + std::to_string(lengths[2]));
+  }
+  if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
+  Mat3<double> nearest = rotation;
+  if (error > 1e-14) {
+    const Eigen::JacobiSVD<Mat3<double>> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    nearest = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return Rigid<AcquisitionSpace, CameraSpace>(nearest, m.topRightCorner<3, 1>()).inverse();
+}
+
+bool samePose(const Pose& a, const Pose& b) {
+  return a.rotation() == b.rotation() && a.translation() == b.translation();
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Frames.
+
+class CaptureReader {
+public:
+  explicit CaptureReader(const fs::path& file) { capture_.file = file; }
+
+  Capture read(const Json& root) && {
+    objectOf(root);
+    capture_.colorSpace = optional(root, "color_space", [](const Json& value) {
+      return oneOf<ColorSpace>(value, {{"linear", ColorSpace::linear}, {"srgb", ColorSpace::srgb}});
+    });
+    capture_.geometry = optional(root, "geometry", [this](const Json& v) { return fileAt(v); }).value_or("");
+    if (const auto lights = root.find("lights"); lights != root.end())
+      within("lights", [&] { listOf(*lights); });
+    readEach(root, "lights",
+             [this](const Json& light, size_t) { addLight(capture_.lights, readLight(light)); });
+
+    const LensFields shared = readLensFields(root);
+    if (required(root, "frames", listOf).empty()) throw Error("the list is empty").at("frames");
+    readEach(root, "frames",
+             [&](const Json& frame, size_t index) { addFrame(objectOf(frame), index, shared); });
+    return std::move(capture_);
+  }
+
+private:
+  template <class Read> static void readEach(const Json& root, const char* key, Read read) {
+    const auto list = root.find(key);
+    for (size_t i = 0; list != root.end() && i < list->size(); ++i)
+      within(element(key, i), [&] { read((*list)[i], i); });
+  }
+
+  fs::path fileAt(const Json& value) const {
+    const fs::path path = innerPath(value);
+    if (!fs::is_regular_file(capture_.folder() / path))
+      throw Error::mismatch("a file", "none at " + path.string());
+    return path;
+  }
+
+  // Blender's exporters leave the extension out.
+  fs::path pictureAt(const Json& value) const {
+    const fs::path path = innerPath(value);
+    for (const char* extension : {"", ".png", ".jpg", ".exr"})
+      if (const fs::path tried = path.string() + extension; fs::is_regular_file(capture_.folder() / tried))
+        return tried;
+    throw Error::mismatch("a picture (also tried .png, .jpg, .exr)", "none at " + path.string());
+  }
+
+  PictureSize sizeOf(const fs::path& picture) {
+    const auto [known, isNew] = sizes_.try_emplace(picture);
+    if (isNew) known->second = readPictureSize(capture_.folder() / picture);
+    return known->second;
+  }
+
+  void addFrame(const Json& json, size_t index, const LensFields& shared) {
+    Frame frame;
+    frame.picture = required(json, "file_path", [this](const Json& v) { return pictureAt(v); });
+    frame.layer = optional(json, "layer", text).value_or("");
+    frame.alphaLayer = optional(json, "alpha_layer", text).value_or("");
+    frame.exposure = optional(json, "exposure", positive).value_or(1);
+    frame.mask = optional(json, "mask_path", [this](const Json& v) { return fileAt(v); }).value_or("");
+    frame.split = optional(json, "split", [](const Json& v) {
+                    return oneOf<Split>(v, {{"train", Split::train}, {"test", Split::test}});
+                  }).value_or(Split::train);
+    frame.light = optional(json, "light", [this](const Json& v) { return lightNamed(capture_.lights, v); });
+    if (!frame.light) frame.light = frameLight(capture_.lights, json, index);
+
+    LensFields lens = inherit(readLensFields(json), shared);
+    if (!lens.width || !lens.height) {
+      const PictureSize size = sizeOf(frame.picture);
+      lens.width = size.width;
+      lens.height = size.height;
+    }
+    frame.view = viewOf(optional(json, "camera", text), lensOf(lens),
+                        required(json, "transform_matrix", readPose), frame.picture);
+    checkAgainstOthers(frame, index);
+    capture_.frames.push_back(std::move(frame));
+  }
+
+  // Frames without a camera's name share a view where pose and lens agree.
+  size_t viewOf(const std::optional<std::string>& name, const Lens& lens, const Pose& pose,
+                fs::path picture) {
+    for (size_t v = 0; v < capture_.views.size(); ++v) {
+      const View& view = capture_.views[v];
+      const bool sameName = name ? named_[v] && view.identity == *name : !named_[v];
+      if (sameName && view.camera.lens == lens && samePose(view.camera.cameraFromWorld, pose)) return v;
+    }
+    capture_.views.push_back({name ? *name : picture.replace_extension().string(), {lens, pose}});
+    named_.push_back(name.has_value());
+    return capture_.views.size() - 1;
+  }
+
+  void checkAgainstOthers(const Frame& frame, size_t index) {
+    if (!capture_.frames.empty() && capture_.frames[0].light.has_value() != frame.light.has_value())
+      throw Error::mismatch(frame.light ? "none, as in frames[0]" : "one, as in frames[0]",
+                            frame.light ? "a light" : "no light")
+          .at("light");
+    if (frame.split != Split::train) return;
+    const auto [first, isNew] = firstTrained_.try_emplace(std::pair(frame.view, frame.light), index);
+    if (!isNew)
+      throw Error("photographs the same view and light for training as frames[" +
+                  std::to_string(first->second) + "]; an exposure bracket must be merged first");
+  }
+
+  Capture capture_;
+  std::vector<bool> named_; // per view
+  std::map<fs::path, PictureSize> sizes_;
+  std::map<std::pair<size_t, std::optional<size_t>>, size_t> firstTrained_; // (view, light) to frame
+};
+
+Json parse(const std::string& content) {
+  try {
+    return Json::parse(content);
+  } catch (const Json::parse_error& e) {
+    const size_t end = std::min(e.byte, content.size());
+    const auto line =
+        1 + std::count(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+    throw Error("malformed JSON in line " + std::to_string(line) + " (byte " + std::to_string(e.byte) + ")");
+  } catch (const Json::exception&) {
+    throw Error("malformed JSON: a number is too large");
+  }
+}
+
+} // namespace
+
+Capture readCapture(const fs::path& folderOrJson) {
+  const fs::path file = fs::is_directory(folderOrJson) ? folderOrJson / "transforms.json" : folderOrJson;
+  try {
+    return CaptureReader(file).read(parse(readFile(file)));
+  } catch (Error& e) {
+    throw std::move(e).in(file);
+  }
+}
+
+Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted) {
+  Capture part = capture;
+  std::erase_if(part.frames, [&](const Frame& frame) { return !wanted(frame); });
+
+  constexpr size_t unused = std::numeric_limits<size_t>::max();
+  std::vector<size_t> newView(capture.views.size(), unused), newLight(capture.lights.size(), unused);
+  for (const Frame& frame : part.frames) {
+    newView[frame.view] = 0;
+    if (frame.light) newLight[*frame.light] = 0;
+  }
+  const auto keepUsed = [](auto& items, std::vector<size_t>& newIndex) {
+    size_t kept = 0;
+    for (size_t i = 0; i < items.size(); ++i) {
+      if (newIndex[i] == unused) continue;
+      if (kept != i) items[kept] = std::move(items[i]);
+      newIndex[i] = kept++;
+    }
+    items.resize(kept);
+  };
+  keepUsed(part.views, newView);
+  keepUsed(part.lights, newLight);
+  for (Frame& frame : part.frames) {
+    frame.view = newView[frame.view];
+    if (frame.light) frame.light = newLight[*frame.light];
+  }
+  return part;
+}
+
+} // namespace surflect

@@ -1,0 +1,72 @@
+// A capture: photographs, and of what camera and light each is.
+//
+// On disk a folder with transforms.json, a superset of what nerfstudio and Blender's exporters write:
+//
+//   { "color_space": "linear" or "srgb", "geometry": "mesh.ply",
+//     "w", "h", "fl_x", "fl_y", "cx", "cy": pixels, "camera_angle_x": radians, "k1", "k2", "p1", "p2",
+//     "camera_model": "pinhole" or "orthographic" with "ortho_height", scene units,
+//     "lights": [{ "name", "cluster", "type": "directional", "direction", "irradiance": [r, g, b] },
+//                { "name", "cluster", "type": "point", "position", "intensity": [r, g, b] }],
+//     "frames": [{ "file_path", "layer", "alpha_layer", "mask_path", "exposure", "split": "train" or "test",
+//                  "camera", "light", "transform_matrix": camera to world, 4 rows, OpenGL's axes }] }
+//
+// A frame can have its own lens, and instead of "light" its own "pl_pos", "pl_intensity". Needed are only
+// file_path, transform_matrix and a focal length; other keys are passed over.
+#pragma once
+
+#include "srf/capture/camera.h"
+#include "srf/capture/rig.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+enum class ColorSpace { linear, srgb };
+enum class Split { train, test };
+
+// A place photographs were taken from. Views can share a camera identity: a gantry that comes back to a
+// position does so with a small error.
+struct View {
+  std::string identity; // "camera" of the file; without it, the path of the view's first picture
+  Camera<AcquisitionSpace> camera;
+};
+
+// One photograph. Paths are relative to the capture's folder.
+struct Frame {
+  size_t view = 0;                  // index into Capture::views
+  std::optional<size_t> light = {}; // index into Capture::lights; none: fixed illumination
+  std::filesystem::path picture = {};
+  std::string layer = {},
+              alphaLayer = {};     // channel prefixes in a multi-layer EXR; alphaLayer empty: that of layer
+  double exposure = 1;             // seconds; stored values are divided by it
+  std::filesystem::path mask = {}; // empty: none
+  Split split = Split::train;
+
+  friend bool operator==(const Frame&, const Frame&) = default;
+};
+
+struct Capture {
+  std::filesystem::path file;           // the JSON file
+  std::optional<ColorSpace> colorSpace; // of the pictures; none: sRGB for 8 bits, linear for more
+  std::filesystem::path geometry;       // a mesh, relative to the folder; empty: none
+  std::vector<Light> lights;
+  std::vector<View> views;
+  std::vector<Frame> frames; // all with a light, or none; no two of train share view and light
+
+  std::filesystem::path folder() const { return file.parent_path(); }
+};
+
+// Reads a folder's transforms.json, or a JSON file of that form. Checks everything but pixels: that the files
+// named are there and inside the folder, lights known and unit, poses rigid. Pictures are opened only where
+// the file does not say their size. Throws Error with file, field, expected and found.
+Capture readCapture(const std::filesystem::path& folderOrJson);
+
+// The frames wanted, with the views and lights they use, in the same order.
+Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);
+
+} // namespace surflect

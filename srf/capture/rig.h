@@ -1,0 +1,52 @@
+// The lights a capture was made with, and what they do at a point.
+//
+// Lights keep their captured strength, so that a look-up can divide by what fell on the surface then.
+#pragma once
+
+#include "surfel/rgb.h"
+#include "surfel/space.h"
+
+#include <string>
+#include <variant>
+
+namespace surflect {
+
+// So far away that its rays are parallel.
+struct DirectionalLight {
+  Direction3<AcquisitionSpace, double> towards; // unit, from the object to the light
+  Rgb irradiance;                               // on a surface that faces it; each channel above 0
+
+  friend bool operator==(const DirectionalLight&, const DirectionalLight&) = default;
+};
+
+struct PointLight {
+  Point3<AcquisitionSpace, double> position;
+  Rgb intensity; // irradiance at distance 1; each channel above 0
+
+  friend bool operator==(const PointLight&, const PointLight&) = default;
+};
+
+struct Light {
+  std::string name;
+  std::string identity; // what makes two lights the same light: its cluster where it has one, else its name
+  std::variant<DirectionalLight, PointLight> kind;
+
+  friend bool operator==(const Light&, const Light&) = default;
+};
+
+// Unit direction from a point (not the light's own) towards the light.
+inline Direction3<AcquisitionSpace, double> towardsLight(const Light& light,
+                                                         const Point3<AcquisitionSpace, double>& p0) {
+  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind)) return directional->towards;
+  return normalized(std::get<PointLight>(light.kind).position - p0);
+}
+
+// What falls on a surface at p0 that faces the light: E of a directional light, I / d^2 of a point light.
+inline Rgb irradianceAt(const Light& light, const Point3<AcquisitionSpace, double>& p0) {
+  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind)) return directional->irradiance;
+  const auto& point = std::get<PointLight>(light.kind);
+  const auto toLight = point.position - p0;
+  return static_cast<float>(1 / dot(toLight, toLight)) * point.intensity;
+}
+
+} // namespace surflect

@@ -1,0 +1,119 @@
+#include "srf/capture/writer.h"
+
+#include "surfel/file.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cassert>
+
+namespace surflect {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json listOf(const Vec3<double>& v) { return {v[0], v[1], v[2]}; }
+Json listOf(Rgb c) { return {c.r, c.g, c.b}; }
+
+Json lensJson(const Lens& lens) {
+  Json json{{"w", lens.width}, {"h", lens.height}, {"cx", lens.centerX}, {"cy", lens.centerY}};
+  if (lens.model == Lens::Model::orthographic) {
+    assert(lens.focalX == lens.focalY);
+    json["camera_model"] = "orthographic";
+    json["ortho_height"] = lens.height / lens.focalY;
+  } else {
+    json["fl_x"] = lens.focalX;
+    json["fl_y"] = lens.focalY;
+  }
+  if (lens.distorts()) json.update({{"k1", lens.k1}, {"k2", lens.k2}, {"p1", lens.p1}, {"p2", lens.p2}});
+  return json;
+}
+
+Json poseJson(const Rigid<CameraSpace, AcquisitionSpace>& cameraFromWorld) {
+  const auto worldFromCamera = cameraFromWorld.inverse();
+  const Mat3<double>& r = worldFromCamera.rotation();
+  const Vec3<double>& t = worldFromCamera.translation();
+  Json rows = Json::array();
+  for (int row = 0; row < 3; ++row) rows.push_back({r(row, 0), r(row, 1), r(row, 2), t[row]});
+  rows.push_back({0., 0., 0., 1.});
+  return rows;
+}
+
+Json lightJson(const Light& light) {
+  Json json{{"name", light.name}};
+  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind)) {
+    json["type"] = "directional";
+    json["direction"] = listOf(directional->towards.raw());
+    json["irradiance"] = listOf(directional->irradiance);
+  } else {
+    const auto& point = std::get<PointLight>(light.kind);
+    json["type"] = "point";
+    json["position"] = listOf(point.position.raw());
+    json["intensity"] = listOf(point.intensity);
+  }
+  if (light.identity != light.name) json["cluster"] = light.identity;
+  return json;
+}
+
+Json frameJson(const Capture& capture, const Frame& frame, bool withLens) {
+  const View& view = capture.views[frame.view];
+  Json json{{"file_path", frame.picture.generic_string()}};
+  if (!frame.layer.empty()) json["layer"] = frame.layer;
+  if (!frame.alphaLayer.empty()) json["alpha_layer"] = frame.alphaLayer;
+  json["camera"] = view.identity;
+  if (frame.light) json["light"] = capture.lights[*frame.light].name;
+  json["transform_matrix"] = poseJson(view.camera.cameraFromWorld);
+  if (withLens) json.update(lensJson(view.camera.lens));
+  if (frame.exposure != 1) json["exposure"] = frame.exposure;
+  if (!frame.mask.empty()) json["mask_path"] = frame.mask.generic_string();
+  json["split"] = frame.split == Split::train ? "train" : "test";
+  return json;
+}
+
+// A list with one element a line.
+template <class Items, class ToJson> std::string lines(const Items& items, ToJson toJson) {
+  std::string text = "[";
+  for (const auto& item : items) text += (text.size() > 1 ? ",\n  " : "\n  ") + toJson(item).dump();
+  return text + "\n]";
+}
+
+} // namespace
+
+void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
+  assert(!capture.views.empty());
+  const Lens& firstLens = capture.views.front().camera.lens;
+  const bool oneLens = std::all_of(capture.views.begin(), capture.views.end(),
+                                   [&](const View& view) { return view.camera.lens == firstLens; });
+  Json head = oneLens ? lensJson(firstLens) : Json::object();
+  if (capture.colorSpace) head["color_space"] = *capture.colorSpace == ColorSpace::srgb ? "srgb" : "linear";
+  if (!capture.geometry.empty()) head["geometry"] = capture.geometry.generic_string();
+
+  std::string text = "{\n";
+  for (const auto& [key, value] : head.items()) text += Json(key).dump() + ": " + value.dump() + ",\n";
+  if (!capture.lights.empty()) text += "\"lights\": " + lines(capture.lights, lightJson) + ",\n";
+  const auto frameLine = [&](const Frame& frame) { return frameJson(capture, frame, !oneLens); };
+  text += "\"frames\": " + lines(capture.frames, frameLine) + "\n}\n";
+  writeFileAtomically(folder / "transforms.json", text);
+}
+
+void writeViewPictures(const std::filesystem::path& path, std::span<const RadianceLayer> layers,
+                       const Image* alpha, const std::string& alphaLayer, Precision precision) {
+  const auto inLayer = [](const std::string& layer, const char* channel) {
+    return layer.empty() ? channel : layer + "." + channel;
+  };
+  std::vector<Image> premultiplied;
+  premultiplied.reserve(layers.size());
+  std::vector<ExrLayer> exrLayers;
+  for (const auto& [layer, radiance] : layers) {
+    assert(radiance->channels == 3);
+    Image& stored = premultiplied.emplace_back(*radiance);
+    for (size_t i = 0; alpha && i < stored.values.size(); ++i) stored.values[i] *= alpha->values[i / 3];
+    exrLayers.push_back(
+        {{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")}, &stored, precision});
+  }
+  if (alpha) exrLayers.push_back({{inLayer(alphaLayer, "A")}, alpha, precision});
+  writeExr(path, exrLayers);
+}
+
+} // namespace surflect

@@ -1,0 +1,278 @@
+#include "srf/image/exr.h"
+
+#include "surfel/error.h"
+#include "surfel/file.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfPartType.h>
+#include <ImfStringAttribute.h>
+#include <half.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+constexpr int maximalSide = 1 << 16;
+constexpr int64_t maximalPixels = int64_t{1} << 28;
+
+// OpenEXR's complaints begin with the file name in quotes, which our Error says already.
+std::string problemOf(const std::exception& e) {
+  std::string text = e.what();
+  if (const size_t quote = text.rfind("\". "); quote != std::string::npos) text.erase(0, quote + 3);
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+template <class Work>
+auto translatingErrors(const std::filesystem::path& path, const char* action, Work work) {
+  try {
+    return work();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw Error("cannot " + std::string(action) + " (" + problemOf(e) + ")").in(path);
+  }
+}
+
+// OpenEXR allocates by what a header claims, so the claim is bounded before a header is read.
+void boundHeaders() {
+  static const bool bounded = [] {
+    Imf::Header::setMaxImageSize(maximalSide, maximalSide);
+    Imf::Header::setMaxTileSize(maximalSide, maximalSide);
+    return true;
+  }();
+  (void)bounded;
+}
+
+struct ChannelPlace {
+  int part = 0;
+  std::string name; // inside the part
+
+  friend auto operator<=>(const ChannelPlace&, const ChannelPlace&) = default;
+};
+
+bool isFlat(const Imf::Header& header) {
+  return !header.hasType() || header.type() == Imf::SCANLINEIMAGE || header.type() == Imf::TILEDIMAGE;
+}
+
+std::string inLayer(const std::string& layer, const char* channel) {
+  return layer.empty() ? channel : layer + "." + channel;
+}
+
+} // namespace
+
+struct ExrFile::Parts {
+  explicit Parts(const char* path) : file(path, /*numThreads=*/0, /*reconstructChunkOffsetTable=*/false) {}
+
+  Imf::MultiPartInputFile file;
+  std::map<std::string, ChannelPlace> places; // by full name, and by the name inside the part
+};
+
+ExrFile::ExrFile(std::filesystem::path path) : path_(std::move(path)) {
+  if (!std::filesystem::is_regular_file(path_)) throw Error("cannot open (no such file)").in(path_);
+  boundHeaders();
+  translatingErrors(path_, "read", [this] {
+    parts_ = std::make_unique<Parts>(path_.c_str());
+    const Imath::Box2i display = parts_->file.header(0).displayWindow();
+    const int64_t width = int64_t{display.max.x} - display.min.x + 1;
+    const int64_t height = int64_t{display.max.y} - display.min.y + 1;
+    if (width < 1 || height < 1 || width > maximalSide || height > maximalSide ||
+        width * height > maximalPixels)
+      throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
+          .at("displayWindow")
+          .in(path_);
+    width_ = static_cast<int>(width);
+    height_ = static_cast<int>(height);
+
+    const bool multiPart = parts_->file.parts() > 1;
+    for (int part = 0; part < parts_->file.parts(); ++part) {
+      const Imf::Header& header = parts_->file.header(part);
+      if (!isFlat(header)) continue;
+      if (!parts_->file.partComplete(part)) throw Error("the file is incomplete").in(path_);
+      const std::string prefix = multiPart ? header.name() + "." : "";
+      for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+        const std::string name = c.name();
+        const std::string fullName = name.starts_with(prefix) ? name : prefix + name;
+        if (!parts_->places.try_emplace(fullName, part, name).second) continue;
+        channels_.push_back(fullName);
+        if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
+          throw Error("subsampled channels are not supported").at(fullName).in(path_);
+      }
+    }
+    // Full names come first: a bare name never hides one.
+    for (const std::string& fullName : channels_) {
+      const ChannelPlace place = parts_->places.at(fullName);
+      parts_->places.try_emplace(place.name, place);
+    }
+    if (channels_.empty()) throw Error::mismatch("a flat picture", "deep samples only").in(path_);
+  });
+}
+
+ExrFile::~ExrFile() = default;
+ExrFile::ExrFile(ExrFile&&) noexcept = default;
+
+bool ExrFile::has(const std::string& channel) const { return parts_->places.contains(channel); }
+
+std::optional<std::string> ExrFile::attribute(const std::string& name) const {
+  const auto* found = parts_->file.header(0).findTypedAttribute<Imf::StringAttribute>(name);
+  return found ? std::optional(found->value()) : std::nullopt;
+}
+
+namespace {
+
+// Where a decoded channel goes. Several targets may ask for the same channel.
+struct Target {
+  Image* image;
+  int plane;
+};
+using Targets = std::map<ChannelPlace, std::vector<Target>>;
+
+// Decodes a band of rows at a time, as the data window has them, and copies what the display window shows.
+void readPart(Imf::MultiPartInputFile& file, int partIndex, const Targets& targets) {
+  Imf::InputPart part(file, partIndex);
+  const Imath::Box2i data = part.header().dataWindow(), display = part.header().displayWindow();
+  const int firstX = std::max(data.min.x, display.min.x), lastX = std::min(data.max.x, display.max.x);
+  const int firstY = std::max(data.min.y, display.min.y), lastY = std::min(data.max.y, display.max.y);
+  constexpr int bandRows = 32; // OpenEXR keeps a larger chunk between calls
+
+  const size_t width = static_cast<size_t>(int64_t{data.max.x} - data.min.x + 1);
+  std::vector<float> band(width * bandRows);
+  std::vector<std::vector<float>> planes;
+  for (size_t i = 0; i < targets.size(); ++i) planes.push_back(band);
+
+  for (int top = firstY; top <= lastY; top += bandRows) {
+    const int bottom = std::min(top + bandRows - 1, lastY);
+    Imf::FrameBuffer frameBuffer;
+    auto plane = planes.begin();
+    for (const auto& [place, wanted] : targets)
+      frameBuffer.insert(place.name,
+                         Imf::Slice::Make(Imf::FLOAT, (plane++)->data(),
+                                          Imath::Box2i({data.min.x, top}, {data.max.x, top + bandRows - 1})));
+    part.setFrameBuffer(frameBuffer);
+    part.readPixels(top, bottom);
+
+    plane = planes.begin();
+    for (const auto& [place, wanted] : targets) {
+      for (int y = top; y <= bottom; ++y) {
+        const float* row = plane->data() + static_cast<size_t>(y - top) * width;
+        for (const Target& target : wanted)
+          for (int x = firstX; x <= lastX; ++x)
+            target.image->at(x - display.min.x, y - display.min.y)[static_cast<size_t>(target.plane)] =
+                row[x - data.min.x];
+      }
+      ++plane;
+    }
+  }
+}
+
+} // namespace
+
+std::vector<Image> ExrFile::read(std::span<const ChannelSet> sets) const {
+  for (const ChannelSet& set : sets)
+    for (const std::string& channel : set)
+      if (!has(channel)) throw Error("the file has no such channel").at(channel).in(path_);
+
+  std::vector<Image> images;
+  images.reserve(sets.size());
+  std::map<int, Targets> targetsOfPart;
+  for (const ChannelSet& set : sets) {
+    Image& image = images.emplace_back(width_, height_, static_cast<int>(set.size()));
+    for (int plane = 0; plane < image.channels; ++plane) {
+      const ChannelPlace& place = parts_->places.at(set[static_cast<size_t>(plane)]);
+      targetsOfPart[place.part][place].push_back({&image, plane});
+    }
+  }
+  translatingErrors(path_, "read", [&] {
+    for (const auto& [part, targets] : targetsOfPart) readPart(parts_->file, part, targets);
+  });
+  return images;
+}
+
+Image ExrFile::read(const ChannelSet& set) const { return std::move(read(std::span(&set, 1)).front()); }
+
+ChannelSet colorChannels(const ExrFile& file, const std::string& layer) {
+  const ChannelSet rgb{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")};
+  if (std::all_of(rgb.begin(), rgb.end(), [&](const std::string& c) { return file.has(c); })) return rgb;
+  const std::string gray = inLayer(layer, "Y");
+  if (file.has(gray)) return {gray};
+  const std::string what = layer.empty() ? "channels" : "layer " + layer;
+  throw Error::mismatch("R, G, B or Y", "none of them").at(what).in(file.path());
+}
+
+std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer) {
+  const std::string alpha = inLayer(layer, "A");
+  return file.has(alpha) ? std::optional(alpha) : std::nullopt;
+}
+
+namespace {
+
+std::vector<half> halvesOf(const Image& image) {
+  constexpr float largest = 65504;
+  std::vector<half> halves(image.values.size());
+  for (size_t i = 0; i < halves.size(); ++i) {
+    const float value = image.values[i]; // NaN and infinities pass as they are
+    halves[i] = std::isfinite(value) ? half(std::clamp(value, -largest, largest)) : half(value);
+  }
+  return halves;
+}
+
+// The samples stay in the image; OpenEXR's slices have no const form.
+Imf::Slice sliceOf(const Image& image, const void* samples, Imf::PixelType type, int plane) {
+  const size_t sampleSize = type == Imf::HALF ? sizeof(half) : sizeof(float);
+  const size_t stride = sampleSize * static_cast<size_t>(image.channels);
+  char* base = static_cast<char*>(const_cast<void*>(samples)) + sampleSize * static_cast<size_t>(plane);
+  return {type, base, stride, stride * static_cast<size_t>(image.width)};
+}
+
+} // namespace
+
+void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
+              const std::map<std::string, std::string>& attributes) {
+  assert(!layers.empty());
+  const int width = layers[0].image->width, height = layers[0].image->height;
+  AtomicFile file(path);
+  translatingErrors(path, "write", [&] {
+    Imf::Header header(width, height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const auto& [key, value] : attributes) header.insert(key, Imf::StringAttribute(value));
+
+    Imf::FrameBuffer frameBuffer;
+    std::vector<std::vector<half>> halves; // alive until the pixels are written
+    for (const ExrLayer& layer : layers) {
+      const Image& image = *layer.image;
+      assert(image.width == width && image.height == height);
+      assert(layer.channels.size() == static_cast<size_t>(image.channels));
+      const Imf::PixelType type = layer.precision == Precision::half ? Imf::HALF : Imf::FLOAT;
+      const void* samples = image.values.data();
+      if (type == Imf::HALF) samples = halves.emplace_back(halvesOf(image)).data();
+      for (int plane = 0; plane < image.channels; ++plane) {
+        const std::string& name = layer.channels[static_cast<size_t>(plane)];
+        header.channels().insert(name, Imf::Channel(type));
+        frameBuffer.insert(name, sliceOf(image, samples, type, plane));
+      }
+    }
+    Imf::OutputFile output(file.temporaryPath().c_str(), header, /*numThreads=*/0);
+    output.setFrameBuffer(frameBuffer);
+    output.writePixels(height);
+  });
+  file.commit();
+}
+
+void writeExr(const std::filesystem::path& path, const Image& image, Precision precision) {
+  assert(image.channels >= 1 && image.channels <= 4);
+  static const std::array<ChannelSet, 4> names{{{"Y"}, {"Y", "A"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
+  const ExrLayer layer{names[static_cast<size_t>(image.channels - 1)], &image, precision};
+  writeExr(path, std::span(&layer, 1));
+}
+
+} // namespace surflect

@@ -1,0 +1,75 @@
+// OpenEXR files: many layers of one picture, read and written in one pass.
+//
+// A channel is named as in the file, "R" or "ViewLayer.Combined_L00.R". In a file of several parts its full
+// name begins with its part's, "specular.R"; the name inside the part is understood too and then means the
+// first part that has it.
+#pragma once
+
+#include "srf/image/image.h"
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// Channels that become one image, in this order.
+using ChannelSet = std::vector<std::string>;
+
+// An open file; only its header has been read. One thread at a time.
+class ExrFile {
+public:
+  // Throws Error where the file is missing, damaged, incomplete, deep or larger than 2^28 pixels.
+  explicit ExrFile(std::filesystem::path path);
+  ~ExrFile();
+  ExrFile(ExrFile&&) noexcept;
+
+  const std::filesystem::path& path() const { return path_; }
+  // Of the display window.
+  int width() const { return width_; }
+  int height() const { return height_; }
+  const std::vector<std::string>& channels() const { return channels_; }
+  bool has(const std::string& channel) const;
+  // Metadata, of the first part; empty where there is no text of that name.
+  std::optional<std::string> attribute(const std::string& name) const;
+
+  // One image a set, of the display window: zero where the data window does not reach. Half and integer
+  // samples become float. Every chunk of the file is decompressed once, whatever the number of sets. Throws
+  // Error for an unknown channel, naming it, and for damaged pixels.
+  std::vector<Image> read(std::span<const ChannelSet> sets) const;
+  Image read(const ChannelSet& set) const;
+
+private:
+  struct Parts;
+  std::filesystem::path path_;
+  std::unique_ptr<Parts> parts_;
+  int width_ = 0, height_ = 0;
+  std::vector<std::string> channels_;
+};
+
+// The channels that hold a layer's colour (R, G, B or Y), throws Error where there are none; and its alpha
+// (A), where there is one. The empty layer is the picture itself.
+ChannelSet colorChannels(const ExrFile& file, const std::string& layer);
+std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer);
+
+enum class Precision { half, single };
+
+// An image, and the channels it is written to.
+struct ExrLayer {
+  ChannelSet channels; // one per channel of the image
+  const Image* image = nullptr;
+  Precision precision = Precision::half; // half keeps 11 bits; values beyond +-65504 are clamped to that
+};
+
+// Writes layers of one size, atomically, with metadata. The same input gives the same bytes. Compressed by
+// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Throws Error.
+void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
+              const std::map<std::string, std::string>& attributes = {});
+// One image of 1 to 4 channels as Y, YA, RGB or RGBA.
+void writeExr(const std::filesystem::path& path, const Image& image, Precision precision = Precision::half);
+
+} // namespace surflect

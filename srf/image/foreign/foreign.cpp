@@ -1,0 +1,76 @@
+#include "srf/image/foreign/foreign.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+constexpr int64_t maximalPixels = int64_t{1} << 28;
+
+// Colour first, alpha last, and nothing else: 1 to 4 of the file's channels.
+std::vector<int> wantedChannels(const OIIO::ImageSpec& spec) {
+  const int alpha = spec.alpha_channel;
+  const int colors = spec.nchannels - (alpha >= 0 ? 1 : 0) >= 3 ? 3 : 1;
+  std::vector<int> channels;
+  for (int c = 0; c < spec.nchannels && static_cast<int>(channels.size()) < colors; ++c)
+    if (c != alpha) channels.push_back(c);
+  if (alpha >= 0) channels.push_back(alpha);
+  return channels;
+}
+
+bool read(const char* path, ForeignExtent extent, Picture& picture, std::string& problem) {
+  // Asked for straight alpha, or OpenImageIO multiplies colours by it in encoded space.
+  OIIO::ImageSpec wish;
+  wish.attribute("oiio:UnassociatedAlpha", 1);
+  const auto input = OIIO::ImageInput::open(path, &wish);
+  if (!input) {
+    problem = OIIO::geterror();
+    return false;
+  }
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 ||
+      int64_t{spec.width} * spec.height > maximalPixels) {
+    problem = "found " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+              ", expected a flat picture of at most 2^28 pixels";
+    return false;
+  }
+  const std::vector<int> channels = wantedChannels(spec);
+  picture.image.width = spec.width;
+  picture.image.height = spec.height;
+  picture.image.channels = static_cast<int>(channels.size());
+  picture.bits = spec.format.is_floating_point() ? 0 : static_cast<int>(8 * spec.format.size());
+  picture.alphaPremultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+  if (extent == ForeignExtent::header) return true;
+
+  const size_t pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
+  const size_t stride = static_cast<size_t>(spec.nchannels);
+  std::vector<float> all(pixels * stride);
+  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data())) {
+    problem = input->geterror();
+    return false;
+  }
+  picture.image.values.resize(pixels * channels.size());
+  for (size_t i = 0; i < pixels; ++i)
+    for (size_t c = 0; c < channels.size(); ++c)
+      picture.image.values[i * channels.size() + c] = all[i * stride + static_cast<size_t>(channels[c])];
+  return true;
+}
+
+} // namespace
+
+extern "C" bool surflectReadForeign(const char* path, ForeignExtent extent, Picture& picture,
+                                    std::string& problem) {
+  bool done = false;
+  try {
+    done = read(path, extent, picture, problem);
+  } catch (const std::exception& e) {
+    problem = e.what();
+  }
+  std::replace(problem.begin(), problem.end(), '\n', ' ');
+  return done;
+}
+
+} // namespace surflect

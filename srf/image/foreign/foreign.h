@@ -1,0 +1,18 @@
+// The one door of the module that reads foreign picture formats. Not linked: image_file.cpp loads the module
+// when a foreign file comes, because OpenImageIO costs every process that links it 160 ms and 133 MB.
+#pragma once
+
+#include "srf/image/image_file.h"
+
+#include <string>
+
+namespace surflect {
+
+enum class ForeignExtent { header, pixels }; // header: the picture's image has its size and no values
+
+// Fills the picture, or returns false with the problem in one line.
+using ReadForeign = bool(const char* path, ForeignExtent extent, Picture& picture, std::string& problem);
+
+inline constexpr const char* readForeignSymbol = "surflectReadForeign";
+
+} // namespace surflect

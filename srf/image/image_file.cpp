@@ -1,0 +1,86 @@
+#include "srf/image/image_file.h"
+
+#include "srf/image/exr.h"
+#include "srf/image/foreign/foreign.h"
+#include "srf/image/png.h"
+#include "surfel/error.h"
+
+#include <array>
+#include <cctype>
+#include <dlfcn.h>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+// Installed, the module lies in lib/ beside the bin/ of the program; else where it was built.
+ReadForeign* loadForeignReader() {
+  constexpr const char* module = "libsurflect_foreign.so";
+  std::error_code ignored;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  const std::array places{program.parent_path().parent_path() / "lib" / module,
+                          std::filesystem::path(SURFLECT_FOREIGN_FOLDER) / module};
+  for (const auto& place : places) {
+    if (!std::filesystem::exists(place, ignored)) continue;
+    // Stays loaded: unloading its 200 libraries is slow and not all of them survive it.
+    void* library = ::dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
+    void* door = library ? ::dlsym(library, readForeignSymbol) : nullptr;
+    if (!door) throw Error(std::string("cannot load (") + ::dlerror() + ")").in(place);
+    return reinterpret_cast<ReadForeign*>(door);
+  }
+  throw Error("cannot read this format: the module is missing (rebuild, or convert to .exr or .png)")
+      .in(places[0]);
+}
+
+Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent extent) {
+  if (!std::filesystem::is_regular_file(path)) throw Error("cannot open (no such file)").in(path);
+  static ReadForeign* const readForeign = loadForeignReader();
+  Picture picture;
+  std::string problem;
+  if (!readForeign(path.c_str(), extent, picture, problem))
+    throw Error("cannot read (" + problem + ")").in(path);
+  return picture;
+}
+
+Picture readExrPicture(const std::filesystem::path& path) {
+  const ExrFile file(path);
+  ChannelSet channels = colorChannels(file, "");
+  if (const auto alpha = alphaChannel(file, "")) channels.push_back(*alpha);
+  return {file.read(channels), 0, true};
+}
+
+} // namespace
+
+PictureFormat formatOf(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".exr") return PictureFormat::exr;
+  return extension == ".png" ? PictureFormat::png : PictureFormat::foreign;
+}
+
+Picture readPicture(const std::filesystem::path& path) {
+  const PictureFormat format = formatOf(path);
+  if (format == PictureFormat::exr) return readExrPicture(path);
+  if (format == PictureFormat::png) {
+    PngPicture png = readPng(path);
+    return {std::move(png.image), png.bitDepth, false};
+  }
+  return readForeignPicture(path, ForeignExtent::pixels);
+}
+
+PictureSize readPictureSize(const std::filesystem::path& path) {
+  const PictureFormat format = formatOf(path);
+  if (format == PictureFormat::exr) {
+    const ExrFile file(path);
+    return {file.width(), file.height()};
+  }
+  if (format == PictureFormat::png) {
+    const PngSize size = readPngSize(path);
+    return {size.width, size.height};
+  }
+  const Picture header = readForeignPicture(path, ForeignExtent::header);
+  return {header.image.width, header.image.height};
+}
+
+} // namespace surflect

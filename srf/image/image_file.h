@@ -1,0 +1,35 @@
+// Any picture by its file name: .exr and .png here, everything else by OpenImageIO, which is loaded only
+// then.
+#pragma once
+
+#include "srf/image/image.h"
+
+#include <filesystem>
+
+namespace surflect {
+
+enum class PictureFormat { exr, png, foreign };
+// By the extension alone, in either case of letters.
+PictureFormat formatOf(const std::filesystem::path& path);
+
+struct Picture {
+  Image image;  // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA
+  int bits = 0; // of an encoded sample, values then in 0..1; 0: floating point, linear light
+  bool alphaPremultiplied = false; // colours are scaled by alpha, as in EXR; else straight, as in PNG
+
+  bool isFloat() const { return bits == 0; }
+  bool hasAlpha() const { return image.channels == 2 || image.channels == 4; }
+};
+
+// An EXR gives the layer without a name. Throws Error, also where the reader for foreign formats is missing.
+Picture readPicture(const std::filesystem::path& path);
+
+struct PictureSize {
+  int width = 0, height = 0; // pixels
+
+  friend bool operator==(const PictureSize&, const PictureSize&) = default;
+};
+// Reads the file's header only.
+PictureSize readPictureSize(const std::filesystem::path& path);
+
+} // namespace surflect

@@ -1,0 +1,192 @@
+#include "srf/image/png.h"
+
+#include "surfel/error.h"
+#include "surfel/file.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <csetjmp>
+#include <cstring>
+#include <fstream>
+#include <string>
+
+// libpng reports errors by longjmp, over which no destructor runs. So each function that calls setjmp owns
+// nothing: what is allocated lives in its caller.
+
+namespace surflect {
+
+namespace {
+
+constexpr int64_t maximalPixels = int64_t{1} << 28;
+
+[[noreturn]] void onError(png_structp png, png_const_charp message) {
+  *static_cast<std::string*>(png_get_error_ptr(png)) = message;
+  png_longjmp(png, 1);
+}
+void onWarning(png_structp, png_const_charp) {}
+
+// What a picture costs in memory while libpng works on it.
+struct Samples {
+  std::vector<std::byte> bytes;
+  std::vector<png_bytep> rows;
+
+  Samples(size_t rowBytes, size_t height) : bytes(rowBytes * height), rows(height) {
+    for (size_t y = 0; y < height; ++y) rows[y] = reinterpret_cast<png_bytep>(bytes.data() + y * rowBytes);
+  }
+};
+
+float sampleAt(const Samples& samples, size_t index, int bitDepth) {
+  if (bitDepth == 8) return static_cast<float>(samples.bytes[index]) / 255;
+  uint16_t value;
+  std::memcpy(&value, samples.bytes.data() + 2 * index, sizeof value);
+  return static_cast<float>(value) / 65535;
+}
+
+void setSample(Samples& samples, size_t index, int bitDepth, float value) {
+  const float unit = value > 0 ? std::min(value, 1.f) : 0; // NaN is black
+  if (bitDepth == 8) {
+    samples.bytes[index] = static_cast<std::byte>(std::lround(unit * 255));
+  } else {
+    const auto rounded = static_cast<uint16_t>(std::lround(unit * 65535));
+    std::memcpy(samples.bytes.data() + 2 * index, &rounded, sizeof rounded);
+  }
+}
+
+class Reader {
+public:
+  explicit Reader(std::string_view file)
+      : rest_(file), png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &problem_, onError, onWarning)),
+        info_(png_ ? png_create_info_struct(png_) : nullptr) {}
+  ~Reader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  // Each returns false where libpng gave up; problem() then says why.
+  bool readHeader() {
+    if (!info_ || setjmp(png_jmpbuf(png_))) return false;
+    png_set_read_fn(png_, this, onRead);
+    png_set_user_limits(png_, 1 << 16, 1 << 16);
+    png_read_info(png_, info_);
+    png_set_expand(png_);
+    if constexpr (std::endian::native == std::endian::little) png_set_swap(png_);
+    png_set_interlace_handling(png_);
+    png_read_update_info(png_, info_);
+    return true;
+  }
+  bool readRows(png_bytepp rows) {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_read_image(png_, rows);
+    png_read_end(png_, nullptr);
+    return true;
+  }
+
+  const std::string& problem() const { return problem_; }
+  int width() const { return static_cast<int>(png_get_image_width(png_, info_)); }
+  int height() const { return static_cast<int>(png_get_image_height(png_, info_)); }
+  int channels() const { return png_get_channels(png_, info_); }
+  int bitDepth() const { return png_get_bit_depth(png_, info_); }
+  size_t rowBytes() const { return png_get_rowbytes(png_, info_); }
+
+private:
+  static void onRead(png_structp png, png_bytep bytes, size_t count) {
+    auto& rest = static_cast<Reader*>(png_get_io_ptr(png))->rest_;
+    if (count > rest.size()) png_error(png, "the file is truncated");
+    std::memcpy(bytes, rest.data(), count);
+    rest.remove_prefix(count);
+  }
+
+  std::string_view rest_;
+  std::string problem_ = "out of memory";
+  png_structp png_;
+  png_infop info_;
+};
+
+class Writer {
+public:
+  Writer()
+      : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &problem_, onError, onWarning)),
+        info_(png_ ? png_create_info_struct(png_) : nullptr) {}
+  ~Writer() { png_destroy_write_struct(&png_, &info_); }
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  bool write(int width, int height, int channels, int bitDepth, png_bytepp rows) {
+    constexpr std::array types{PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
+                               PNG_COLOR_TYPE_RGB_ALPHA};
+    if (!info_ || setjmp(png_jmpbuf(png_))) return false;
+    png_set_write_fn(png_, this, onWrite, nullptr);
+    png_set_IHDR(png_, info_, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), bitDepth,
+                 types[static_cast<size_t>(channels - 1)], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    png_write_info(png_, info_);
+    if constexpr (std::endian::native == std::endian::little) png_set_swap(png_);
+    png_write_image(png_, rows);
+    png_write_end(png_, nullptr);
+    return true;
+  }
+
+  const std::string& problem() const { return problem_; }
+  const std::string& file() const { return file_; }
+
+private:
+  static void onWrite(png_structp png, png_bytep bytes, size_t count) {
+    static_cast<Writer*>(png_get_io_ptr(png))->file_.append(reinterpret_cast<const char*>(bytes), count);
+  }
+
+  std::string file_, problem_ = "out of memory";
+  png_structp png_;
+  png_infop info_;
+};
+
+} // namespace
+
+PngPicture readPng(const std::filesystem::path& path) {
+  const std::string file = readFile(path);
+  Reader reader(file);
+  if (!reader.readHeader()) throw Error("cannot read (" + reader.problem() + ")").in(path);
+  const size_t height = static_cast<size_t>(reader.height());
+  if (int64_t{reader.width()} * reader.height() > maximalPixels)
+    throw Error::mismatch("at most 2^28 pixels",
+                          std::to_string(reader.width()) + " x " + std::to_string(reader.height()))
+        .in(path);
+  // Deflate grows data at most 1032-fold, so a file that claims more pixels than that cannot hold them.
+  if (reader.rowBytes() * height > 1032 * file.size() * (reader.bitDepth() == 8 ? 8 : 1))
+    throw Error("cannot read (the file is truncated)").in(path);
+
+  Samples samples(reader.rowBytes(), height);
+  if (!reader.readRows(samples.rows.data())) throw Error("cannot read (" + reader.problem() + ")").in(path);
+  PngPicture picture{Image(reader.width(), reader.height(), reader.channels()), reader.bitDepth()};
+  for (size_t i = 0; i < picture.image.values.size(); ++i)
+    picture.image.values[i] = sampleAt(samples, i, picture.bitDepth);
+  return picture;
+}
+
+PngSize readPngSize(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::array<unsigned char, 24> head{}; // signature, length and name of the first chunk, width, height
+  if (!stream) throw Error("cannot open").in(path);
+  if (!stream.read(reinterpret_cast<char*>(head.data()), head.size()) || png_sig_cmp(head.data(), 0, 8) != 0)
+    throw Error("cannot read (not a PNG file)").in(path);
+  const uint32_t width = png_get_uint_32(head.data() + 16), height = png_get_uint_32(head.data() + 20);
+  if (width < 1 || height < 1 || int64_t{width} * height > maximalPixels)
+    throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
+        .in(path);
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+void writePng(const std::filesystem::path& path, const Image& image, int bitDepth) {
+  assert(image.channels >= 1 && image.channels <= 4 && (bitDepth == 8 || bitDepth == 16));
+  const size_t rowSamples = static_cast<size_t>(image.width) * static_cast<size_t>(image.channels);
+  Samples samples(rowSamples * static_cast<size_t>(bitDepth / 8), static_cast<size_t>(image.height));
+  for (size_t i = 0; i < image.values.size(); ++i) setSample(samples, i, bitDepth, image.values[i]);
+  Writer writer;
+  if (!writer.write(image.width, image.height, image.channels, bitDepth, samples.rows.data()))
+    throw Error("cannot write (" + writer.problem() + ")").in(path);
+  writeFileAtomically(path, writer.file());
+}
+
+} // namespace surflect

@@ -1,0 +1,51 @@
+// A packed surface reflectance field: surfels, the rig that saw them, and reflectance images on disk.
+//
+// On disk a folder: manifest.json (version, white level, checksums), transforms.json (the rig, in the form of
+// a capture whose pictures are the view files: the frames of a view, in order, are the columns of its file),
+// surfels.ply, fades.bin and views/*.srfb. Specified in docs/format.md.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "srf/query/view_fade.h"
+#include "srf/store/view_file.h"
+#include "surfel/cloud.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace surflect {
+
+struct Model {
+  std::filesystem::path folder;
+  uint64_t identity = 0; // of all its content
+  Capture rig;           // training views and lights only
+  SurfelCloud cloud;
+  ViewFades fades;
+  std::vector<ViewFile> files;                // one per view of the rig
+  std::vector<std::vector<uint32_t>> columns; // per view: the light of each column; empty: fixed illumination
+  double white = 1;                           // radiance of a white pixel
+  double tolerance = 0;                       // of every block
+
+  // Does every view hold every light, in the order of the rig? Then cameras and lights are chosen apart.
+  bool isFullProduct = false;
+};
+
+// Throws Error naming file and field.
+Model openModel(const std::filesystem::path& folder);
+
+// What openModel reads beside the view files, which must be in place already. Written last, so that a folder
+// without manifest is an unfinished one.
+struct ModelContent {
+  const Capture& rig;
+  const SurfelCloud& cloud;
+  const ViewFades& fades;
+  std::vector<uint64_t> viewHashes; // contentHash of every view file
+  double white, tolerance;
+};
+void writeModel(const std::filesystem::path& folder, const ModelContent& content);
+
+// views/0007.srfb
+std::filesystem::path viewFilePath(size_t view);
+
+} // namespace surflect

@@ -1,0 +1,208 @@
+#include "srf/model/pack.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/model/model.h"
+#include "srf/query/ray_caster.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+#include "surfel/hash.h"
+#include "surfel/sampling.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Training frames by view, in the order of the capture; columns of the view's file.
+std::vector<std::vector<size_t>> framesByView(const Capture& capture) {
+  std::vector<std::vector<size_t>> frames(capture.views.size());
+  for (size_t i = 0; i < capture.frames.size(); ++i) frames[capture.frames[i].view].push_back(i);
+  for (auto& ofView : frames)
+    std::ranges::stable_sort(ofView, {}, [&](size_t i) { return capture.frames[i].light.value_or(0); });
+  return frames;
+}
+
+// The capture as a model's rig: each frame's picture is a column of its view's file.
+Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frames) {
+  Capture rig = capture;
+  rig.geometry.clear();
+  rig.colorSpace = ColorSpace::linear;
+  rig.frames.clear();
+  for (size_t view = 0; view < frames.size(); ++view)
+    for (const size_t i : frames[view]) {
+      Frame column;
+      column.view = view;
+      column.light = capture.frames[i].light;
+      column.picture = viewFilePath(view);
+      rig.frames.push_back(column);
+    }
+  return rig;
+}
+
+TriangleMesh impostorMesh(const Capture& capture, const PackOptions& options) {
+  if (!options.mesh.empty()) return readMesh(options.mesh);
+  if (capture.geometry.empty())
+    throw Error("no geometry in the capture, and no --mesh given").in(capture.file);
+  return readMesh(capture.folder() / capture.geometry);
+}
+
+// What one pixel covers at the centre of the mesh, scene units; the median over views.
+double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : mesh.positions) box.extend(p.cast<double>().raw());
+  const auto center = assume<Point3<AcquisitionSpace, double>>(box.center());
+  std::vector<double> footprints;
+  for (const auto& view : capture.views) {
+    const Lens& lens = view.camera.lens;
+    const double distance =
+        lens.model == Lens::Model::orthographic ? 1 : length(view.camera.center() - center);
+    footprints.push_back(distance / std::sqrt(lens.focalX * lens.focalY));
+  }
+  std::ranges::nth_element(footprints,
+                           footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2));
+  return footprints[footprints.size() / 2];
+}
+
+// The photographs of a view, with the matte they share; without one, the mesh's silhouette.
+struct LoadedView {
+  ReflectanceStack stack;
+  size_t invalidTexels = 0;
+};
+LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
+                    const RayCaster<AcquisitionSpace>* impostor) {
+  auto photographs = readPhotographs(capture, frames);
+  const auto& camera = capture.views[capture.frames[frames[0]].view].camera;
+  LoadedView view;
+  view.stack.width = camera.lens.width;
+  view.stack.height = camera.lens.height;
+  view.stack.alpha = photographs[0].alpha;
+  bool hasMatte = false;
+  for (auto& photograph : photographs) {
+    for (size_t i = 0; i < view.stack.alpha.values.size(); ++i)
+      view.stack.alpha.values[i] = std::min(view.stack.alpha.values[i], photograph.alpha.values[i]);
+    view.invalidTexels += photograph.invalidTexels;
+    hasMatte |= photograph.hasMatte;
+    view.stack.lights.push_back(std::move(photograph.radiance));
+  }
+  if (!hasMatte && impostor) view.stack.alpha = silhouette(camera, *impostor);
+  return view;
+}
+
+// What makes a view file of an earlier run the one that this run would write.
+std::string packIdentity(const Capture& capture, const StoreOptions& options, const TriangleMesh& mesh) {
+  const std::string description = readFile(capture.file);
+  const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
+  return fmt::format("{:016x} {:016x} {:.17g} {:.17g}\n", hash(description), hash(mesh.positions),
+                     options.tolerance, options.white);
+}
+
+bool isFinished(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) return false;
+  try {
+    const ViewFile file(path);
+    for (uint32_t block = 0; block < file.blockCount(); ++block) file.read(block);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+} // namespace
+
+double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> frames) {
+  constexpr size_t kViews = 8;
+  std::vector<float> values;
+  const size_t count = std::min(kViews, frames.size());
+  for (size_t i = 0; i < count; ++i) {
+    const auto view = loadView(capture, frames[i * frames.size() / count], nullptr);
+    for (const auto& light : view.stack.lights)
+      for (size_t texel = 0; texel < view.stack.alpha.values.size(); ++texel)
+        if (view.stack.alpha.values[texel] >= 0.5f)
+          for (size_t c = 0; c < 3; ++c) values.push_back(light.values[3 * texel + c]);
+  }
+  if (values.empty()) throw Error("no photograph shows anything of the object").in(capture.file);
+  const auto percentile =
+      values.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, percentile);
+  return std::clamp(static_cast<double>(*percentile), 1e-20, 1e20);
+}
+
+PackReport pack(const Capture& everything, const std::filesystem::path& folder, const PackOptions& options,
+                const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
+  const Capture capture = subset(everything, [](const Frame& frame) { return frame.split == Split::train; });
+  const auto frames = framesByView(capture);
+  if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
+  const auto start = Clock::now();
+  const TriangleMesh mesh = impostorMesh(capture, options);
+  const RayCaster<AcquisitionSpace> impostor(mesh);
+
+  PackReport report;
+  progress("surfels", 0);
+  const double spacing =
+      options.surfels ? spacingFor(mesh, *options.surfels) : pixelFootprint(capture, mesh) / 2;
+  const SurfelCloud cloud = sampleSurfels(mesh, spacing);
+  report.surfels = cloud.size();
+  report.views = capture.views.size();
+  report.lights = capture.lights.size();
+  report.surfelSeconds = secondsSince(start);
+
+  const auto fadeStart = Clock::now();
+  std::vector<Camera<AcquisitionSpace>> cameras;
+  for (const auto& view : capture.views) cameras.push_back(view.camera);
+  const ViewFades fades = surfelFades(cloud, cameras, impostor, progress);
+  report.fadeSeconds = secondsSince(fadeStart);
+
+  const auto storeStart = Clock::now();
+  StoreOptions store;
+  store.tolerance = options.tolerance;
+  store.white = report.white = whiteLevel(capture, frames);
+  std::filesystem::create_directories(folder / "views");
+  std::filesystem::remove(folder / "manifest.json"); // from now on the folder is unfinished
+  const std::string identity = packIdentity(capture, store, mesh);
+  const auto identityPath = folder / "views" / "identity";
+  const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
+  if (!resumes) writeFileAtomically(identityPath, identity);
+  std::vector<uint64_t> viewHashes;
+  for (size_t view = 0; view < frames.size(); ++view) {
+    progress("reflectance images", static_cast<double>(view) / static_cast<double>(frames.size()));
+    const auto path = folder / viewFilePath(view);
+    if (resumes && isFinished(path)) {
+      ++report.resumedViews;
+      const std::string file = readFile(path);
+      viewHashes.push_back(contentHash(std::as_bytes(std::span(file))));
+      continue;
+    }
+    const auto viewStart = Clock::now();
+    const LoadedView loaded = loadView(capture, frames[view], &impostor);
+    const EncodedView encoded = encodeView(loaded.stack, store, progress);
+    writeFileAtomically(path, encoded.file);
+    viewHashes.push_back(contentHash(encoded.file));
+    report.store += encoded.summary;
+    report.invalidTexels += loaded.invalidTexels;
+    if (view == report.resumedViews && announce) {
+      const uint64_t pixels =
+          static_cast<uint64_t>(loaded.stack.width) * static_cast<uint64_t>(loaded.stack.height);
+      announce(
+          {cloud.size(), encoded.file.size() * frames.size(),
+           2 * 16 * pixels * frames[view].size() + cloud.size() * (64 + cameras.size()),
+           secondsSince(start) + secondsSince(viewStart) * static_cast<double>(frames.size() - view - 1)});
+    }
+  }
+  writeModel(folder,
+             {rigOf(capture, frames), cloud, fades, std::move(viewHashes), store.white, store.tolerance});
+  report.storeSeconds = secondsSince(storeStart);
+  progress("reflectance images", 1);
+  return report;
+}
+
+} // namespace surflect

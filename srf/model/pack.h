@@ -1,0 +1,45 @@
+// From a capture to a model.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "srf/store/view_encoder.h"
+#include "surfel/progress.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+namespace surflect {
+
+struct PackOptions {
+  std::filesystem::path mesh;    // instead of the capture's geometry; empty: that
+  double tolerance = 0.03;       // of every block, see blockErrorBound
+  std::optional<size_t> surfels; // about so many; none: two surfels across a pixel of the photographs
+};
+
+struct PackEstimate {
+  size_t surfels = 0;
+  uint64_t diskBytes = 0, memoryBytes = 0;
+  double seconds = 0;
+};
+
+struct PackReport {
+  size_t surfels = 0, views = 0, lights = 0, resumedViews = 0;
+  double white = 0;
+  size_t invalidTexels = 0; // NaN or infinite in the photographs
+  ViewSummary store;
+  double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;
+};
+
+// Writes the model folder. Views are read, encoded and written one after the other, so memory is bounded by
+// one view's photographs; a view file that an interrupted run has finished is kept. `announce` is called
+// once, after the first view has been encoded and timed. Throws Error and Cancelled.
+PackReport pack(const Capture& capture, const std::filesystem::path& folder, const PackOptions& options,
+                const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
+
+// The 99.5th percentile of the object's radiance over all channels of up to eight views, evenly chosen: what
+// errors and floors of the store are measured against. `frames` lists the training frames of each view.
+double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> frames);
+
+} // namespace surflect

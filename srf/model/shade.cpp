@@ -1,0 +1,220 @@
+#include "srf/model/shade.h"
+
+#include "srf/query/ulr.h"
+#include "surfel/error.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kQueriesPerTask = 512;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// A colour that an index keeps for ever, by mixing its bits.
+Rgb randomColor(uint32_t index) {
+  uint64_t bits = (index + 1) * 0x9e3779b97f4a7c15u;
+  bits ^= bits >> 29;
+  bits *= 0xbf58476d1ce4e5b9u;
+  bits ^= bits >> 32;
+  const auto channel = [&](int shift) { return static_cast<float>(bits >> shift & 255) / 255; };
+  return {channel(0), channel(8), channel(16)};
+}
+
+// A light's weight is what falls on the surface now over what fell when the photograph was taken.
+Rgb ratio(Rgb now, Rgb captured) {
+  const auto divide = [](float a, float b) { return b > 0 ? a / b : 0; };
+  return {divide(now.r, captured.r), divide(now.g, captured.g), divide(now.b, captured.b)};
+}
+
+struct PlannedOp {
+  uint32_t view;
+  float weight;
+  uint32_t rowBegin, rowEnd;
+};
+
+// Plans one query after the other; holds what it would otherwise allocate anew.
+class Planner {
+public:
+  Planner(const Model& model, const QueryBatch& batch, const ShadeOptions& options)
+      : model_(model), batch_(batch), options_(options), viewPenalty_(model.rig.views.size()),
+        row_(model.rig.lights.size()) {}
+
+  void plan(size_t query, ShadingPlan& plan) {
+    const uint32_t surfel = batch_.surfels[query];
+    p0_ = model_.cloud.p0[surfel].cast<double>();
+    cameraBlend_ = lightBlend_ = {};
+    if (!rateViews(surfel, batch_.towardsView[query])) ++plan.unseen;
+    if (model_.rig.lights.empty())
+      planFixedIllumination(plan);
+    else if (model_.isFullProduct || options_.nearest)
+      planProduct(query, plan);
+    else
+      planPairs(query, plan);
+    for (const PlannedOp& op : ops_) {
+      const auto pixel = model_.rig.views[op.view].camera.project(p0_);
+      if (!pixel) continue;
+      plan.ops.push_back({static_cast<uint32_t>(query), op.view, static_cast<float>(pixel->x),
+                          static_cast<float>(pixel->y), op.weight, op.rowBegin, op.rowEnd});
+    }
+    plan.cameraBlend.push_back(cameraBlend_);
+    plan.lightBlend.push_back(lightBlend_);
+    ops_.clear();
+  }
+
+private:
+  // Penalty over fade of every view, so that a view which fades leaves the blend without a jump. Where none
+  // sees the surfel, those that have it in their image are rated by angle alone; returns false then.
+  bool rateViews(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
+    const auto fades = model_.fades.of(surfel);
+    const bool seen = std::ranges::any_of(fades, [](uint8_t fade) { return fade > 0; });
+    for (size_t view = 0; view < viewPenalty_.size(); ++view) {
+      const auto& camera = model_.rig.views[view].camera;
+      viewPenalty_[view] = kInfinity;
+      if (seen && fades[view] == 0) continue;
+      const float penalty = anglePenalty(camera.towards(p0_).template cast<float>(), towardsView);
+      if (seen) {
+        viewPenalty_[view] = options_.nearest ? penalty : penalty * 255 / fades[view];
+      } else if (const auto pixel = camera.project(p0_); pixel && contains(camera.lens, *pixel)) {
+        viewPenalty_[view] = penalty;
+      }
+    }
+    return seen;
+  }
+
+  BlendSet blendViews(size_t k) const {
+    NearestCandidates nearest(k);
+    for (uint32_t view = 0; view < viewPenalty_.size(); ++view) nearest.offer({view, viewPenalty_[view]});
+    return ulrWeights(nearest);
+  }
+
+  void planFixedIllumination(ShadingPlan& plan) {
+    const auto row = static_cast<uint32_t>(plan.rows.size());
+    plan.rows.push_back({0, {1, 1, 1}});
+    for (const auto& [view, weight] : blendViews(options_.nearest ? 1 : options_.cameras)) {
+      ops_.push_back({view, weight, row, row + 1});
+      cameraBlend_ = cameraBlend_ + weight * randomColor(view);
+    }
+  }
+
+  // Cameras first, then lights. Cameras that hold the same lights share a row.
+  void planProduct(size_t query, ShadingPlan& plan) {
+    uint32_t rowBegin = 0, rowEnd = 0;
+    for (const auto& [view, weight] : blendViews(options_.nearest ? 1 : options_.cameras)) {
+      if (rowEnd == rowBegin) {
+        rowBegin = static_cast<uint32_t>(plan.rows.size());
+        foldLights(query, model_.columns[view], plan.rows);
+        rowEnd = static_cast<uint32_t>(plan.rows.size());
+      }
+      ops_.push_back({view, weight, rowBegin, rowEnd});
+      cameraBlend_ = cameraBlend_ + weight * randomColor(view);
+    }
+  }
+
+  // Adds the row of one view: all script lights, each spread over its nearest captured lights.
+  void foldLights(size_t query, std::span<const uint32_t> columns, std::vector<LightWeight>& rows) {
+    std::fill_n(row_.begin(), columns.size(), Rgb{});
+    for (size_t l = 0; l < batch_.lights; ++l) {
+      const size_t entry = query * batch_.lights + l;
+      NearestCandidates nearest(options_.nearest ? 1 : options_.lights);
+      for (uint32_t column = 0; column < columns.size(); ++column)
+        nearest.offer({column, lightPenalty(columns[column], entry)});
+      for (const auto& [column, weight] : ulrWeights(nearest)) {
+        const Light& light = model_.rig.lights[columns[column]];
+        row_[column] = row_[column] + weight * ratio(batch_.irradiance[entry], irradianceAt(light, p0_));
+        lightBlend_ = lightBlend_ + weight / static_cast<float>(batch_.lights) * randomColor(columns[column]);
+      }
+    }
+    for (uint32_t column = 0; column < columns.size(); ++column)
+      if (row_[column] != Rgb{}) rows.push_back({column, row_[column]});
+  }
+
+  float lightPenalty(uint32_t light, size_t entry) const {
+    return anglePenalty(towardsLight(model_.rig.lights[light], p0_).template cast<float>(),
+                        batch_.towardsLight[entry]);
+  }
+
+  // Camera and light chosen together, by the sum of their penalties; each pair is an operation of its own.
+  void planPairs(size_t query, ShadingPlan& plan) {
+    for (size_t l = 0; l < batch_.lights; ++l) {
+      const size_t entry = query * batch_.lights + l;
+      NearestCandidates nearest(options_.nearest ? 1 : options_.pairs);
+      uint32_t pair = 0;
+      for (size_t view = 0; view < model_.columns.size(); ++view)
+        for (const uint32_t light : model_.columns[view]) {
+          if (viewPenalty_[view] < kInfinity)
+            nearest.offer({pair, viewPenalty_[view] + lightPenalty(light, entry)});
+          ++pair;
+        }
+      for (const auto& [chosen, weight] : ulrWeights(nearest)) {
+        uint32_t view = 0, column = chosen;
+        for (; column >= model_.columns[view].size(); ++view)
+          column -= static_cast<uint32_t>(model_.columns[view].size());
+        const uint32_t light = model_.columns[view][column];
+        const auto row = static_cast<uint32_t>(plan.rows.size());
+        plan.rows.push_back(
+            {column, ratio(batch_.irradiance[entry], irradianceAt(model_.rig.lights[light], p0_))});
+        ops_.push_back({view, weight, row, row + 1});
+        const float share = weight / static_cast<float>(batch_.lights);
+        cameraBlend_ = cameraBlend_ + share * randomColor(view);
+        lightBlend_ = lightBlend_ + share * randomColor(light);
+      }
+    }
+  }
+
+  const Model& model_;
+  const QueryBatch& batch_;
+  const ShadeOptions& options_;
+  std::vector<float> viewPenalty_; // per view, of the current query
+  std::vector<Rgb> row_;           // per column
+  std::vector<PlannedOp> ops_;
+  Point3<AcquisitionSpace, double> p0_;
+  Rgb cameraBlend_, lightBlend_;
+};
+
+void append(ShadingPlan& all, ShadingPlan& part) {
+  const auto offset = static_cast<uint32_t>(all.rows.size());
+  for (ShadingOp& op : part.ops) {
+    op.rowBegin += offset;
+    op.rowEnd += offset;
+  }
+  all.ops.insert(all.ops.end(), part.ops.begin(), part.ops.end());
+  all.rows.insert(all.rows.end(), part.rows.begin(), part.rows.end());
+  all.cameraBlend.insert(all.cameraBlend.end(), part.cameraBlend.begin(), part.cameraBlend.end());
+  all.lightBlend.insert(all.lightBlend.end(), part.lightBlend.begin(), part.lightBlend.end());
+  all.unseen += part.unseen;
+}
+
+} // namespace
+
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options) {
+  assert(batch.towardsView.size() == batch.size());
+  assert(batch.towardsLight.size() == batch.size() * batch.lights &&
+         batch.irradiance.size() == batch.towardsLight.size());
+  if (model.rig.lights.empty() && batch.lights > 0)
+    throw Error("captured under fixed illumination: it cannot be lit by a light of the script")
+        .in(model.folder);
+  const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
+  std::vector<ShadingPlan> parts(tasks);
+  tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
+    Planner planner(model, batch, options);
+    const size_t end = std::min(batch.size(), (task + 1) * kQueriesPerTask);
+    for (size_t query = task * kQueriesPerTask; query < end; ++query) planner.plan(query, parts[task]);
+  });
+  ShadingPlan plan;
+  for (ShadingPlan& part : parts) append(plan, part);
+  return plan;
+}
+
+std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+                       BlockCache& cache, ShadingStats& stats) {
+  const ShadingPlan plan = planShading(model, batch, options);
+  return execute(plan.ops, plan.rows, batch.size(), cache, stats);
+}
+
+} // namespace surflect

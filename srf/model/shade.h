@@ -1,0 +1,51 @@
+// The door of srf/: directions in acquisition space go in, radiance comes out.
+#pragma once
+
+#include "srf/model/model.h"
+#include "srf/store/shading_queue.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// What is asked of a model, as arrays; everything in acquisition space.
+struct QueryBatch {
+  size_t lights = 0;                                     // per query
+  std::vector<uint32_t> surfels;                         // one per query
+  std::vector<Direction3<AcquisitionSpace>> towardsView; // one per query; unit
+  // Row by row, `lights` per query: unit direction to the light, and the irradiance on a surface facing it.
+  std::vector<Direction3<AcquisitionSpace>> towardsLight;
+  std::vector<Rgb> irradiance;
+
+  size_t size() const { return surfels.size(); }
+};
+
+struct ShadeOptions {
+  size_t cameras = 3; // blended per query, 1..kMaxBlended
+  size_t lights = 3;  // blended per query and light
+  size_t pairs = 4;   // (camera, light) pairs blended instead, where the capture is not a full product
+  // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
+  // without any fading.
+  bool nearest = false;
+};
+
+// One operation per query and camera, its lights folded into a row of weights. Which cameras and lights were
+// blended is kept for those who want to see it.
+struct ShadingPlan {
+  std::vector<ShadingOp> ops; // targets are queries
+  std::vector<LightWeight> rows;
+  // Random colours of cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query.
+  std::vector<Rgb> cameraBlend, lightBlend;
+  size_t unseen = 0; // queries that no camera sees: the nearest that has the point in its image stands in
+};
+
+// Throws Error when lights are asked of a capture with fixed illumination, or none of one without.
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options);
+
+// Radiance per query: planShading, then the queue over the block store.
+std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+                       BlockCache& cache, ShadingStats& stats);
+
+} // namespace surflect

@@ -1,0 +1,325 @@
+// Symbols: X radiance, rows (present texel, channel), columns lights; E eigenimages; A coefficients;
+//          sigma_k^2 the energy of term k; K the rank.
+#include "srf/store/block.h"
+
+#include "srf/store/bytes.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <optional>
+
+namespace surflect {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::MatrixXf;
+using Eigen::VectorXd;
+
+constexpr uint64_t allPresent = ~uint64_t{0};
+constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // flags of a record
+constexpr std::array precisions = {16, 8, 4};              // bits of an eigenimage, in the record's order
+constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
+constexpr double nullEnergy = 1e-14;      // of the strongest term: below lies the noise of the Gram matrix
+
+enum class CoefficientType { half, single };
+
+size_t bytesOf(CoefficientType type) { return type == CoefficientType::half ? 2 : 4; }
+
+float asStored(float coefficient, CoefficientType type) {
+  if (type == CoefficientType::single) return coefficient;
+  return imath_half_to_float(imath_float_to_half(coefficient));
+}
+
+// The quantiser is symmetric: -levels .. levels.
+int levelsOf(int bits) { return (1 << (bits - 1)) - 1; }
+size_t imageBytes(size_t values, int bits) { return (values * bits + 7) / 8; }
+
+struct Factors {
+  MatrixXd images;   // E, rows x K, orthonormal columns
+  VectorXd energies; // sigma_k^2, falling
+};
+
+// Singular value decomposition through the Gram matrix of the shorter side.
+Factors factorise(const MatrixXd& x) {
+  const bool overLights = x.cols() <= x.rows();
+  const MatrixXd gram = overLights ? MatrixXd(x.transpose() * x) : MatrixXd(x * x.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
+  const VectorXd energies = solver.eigenvalues().reverse();
+  Eigen::Index terms = 0;
+  while (terms < energies.size() && energies[terms] > nullEnergy * energies[0]) ++terms;
+
+  const MatrixXd vectors = solver.eigenvectors().rowwise().reverse().leftCols(terms);
+  Factors factors{vectors, energies.head(terms)};
+  if (overLights) factors.images = x * vectors * factors.energies.cwiseSqrt().cwiseInverse().asDiagonal();
+  return factors;
+}
+
+// The levels nearest to an eigenimage whose largest entry is put on the last one.
+VectorXd quantised(const VectorXd& image, int bits) {
+  return (image * (levelsOf(bits) / image.cwiseAbs().maxCoeff())).array().round();
+}
+
+// What the best multiple of b leaves of the unit vector a: sin^2 of the angle between them.
+double residual(const VectorXd& a, const VectorXd& b) {
+  const double along = a.dot(b);
+  return (a - along / b.squaredNorm() * b).squaredNorm();
+}
+
+// A step of one term from a precision (at first: none) to a higher one.
+struct Upgrade {
+  int term = 0;
+  int bits = 0;
+  double saved = 0; // squared error
+  double savedPerByte = 0;
+};
+
+// All steps worth taking, best first; every beginning of the list is the cheapest choice of rank and
+// precisions for the error that it leaves (a Lagrangian optimum: per term the steps follow the convex hull).
+std::vector<Upgrade> upgradesOf(const Factors& factors, size_t lights, CoefficientType type) {
+  struct Choice {
+    int bits;
+    double bytes, squaredError;
+  };
+  std::vector<Upgrade> upgrades;
+  for (int k = 0; k < factors.energies.size(); ++k) {
+    const VectorXd image = factors.images.col(k);
+    std::vector<Choice> choices = {{0, 0, factors.energies[k]}};
+    for (const int bits : {4, 8, 16}) {
+      const size_t bytes = imageBytes(image.size(), bits) + lights * bytesOf(type);
+      const double left = factors.energies[k] * residual(image, quantised(image, bits));
+      choices.push_back({bits, static_cast<double>(bytes), left});
+    }
+    for (size_t from = 0;;) {
+      Upgrade steepest;
+      size_t to = from;
+      for (size_t i = from + 1; i < choices.size(); ++i) {
+        const double saved = choices[from].squaredError - choices[i].squaredError;
+        const double savedPerByte = saved / (choices[i].bytes - choices[from].bytes);
+        if (savedPerByte <= steepest.savedPerByte) continue;
+        steepest = {k, choices[i].bits, saved, savedPerByte};
+        to = i;
+      }
+      if (to == from) break;
+      upgrades.push_back(steepest);
+      from = to;
+    }
+  }
+  std::ranges::stable_sort(upgrades, std::greater{}, &Upgrade::savedPerByte);
+  return upgrades;
+}
+
+// A choice of terms as it would be stored.
+struct Candidate {
+  CoefficientType type = CoefficientType::half;
+  std::vector<int> bits; // per stored term, falling
+  MatrixXd levels;       // rows x K
+  MatrixXf basis;        // levels as decoded
+  MatrixXf coefficients; // K x lights, as decoded
+  double squaredError = 0;
+};
+
+Candidate realise(const MatrixXd& x, const Factors& factors, std::span<const Upgrade> upgrades,
+                  CoefficientType type) {
+  std::vector<int> bitsOfTerm(factors.energies.size());
+  for (const Upgrade& upgrade : upgrades) bitsOfTerm[upgrade.term] = upgrade.bits;
+
+  Candidate candidate;
+  candidate.type = type;
+  const auto rank = std::ranges::count_if(bitsOfTerm, [](int bits) { return bits > 0; });
+  candidate.levels.resize(x.rows(), rank);
+  candidate.basis.resize(x.rows(), rank);
+  for (const int bits : precisions) {
+    for (size_t k = 0; k < bitsOfTerm.size(); ++k) {
+      if (bitsOfTerm[k] != bits) continue;
+      const auto column = static_cast<Eigen::Index>(candidate.bits.size());
+      candidate.levels.col(column) = quantised(factors.images.col(k), bits);
+      candidate.basis.col(column) =
+          candidate.levels.col(column).cast<float>() / static_cast<float>(levelsOf(bits));
+      candidate.bits.push_back(bits);
+    }
+  }
+  // Coefficients are solved for again, now that the eigenimages have moved.
+  const MatrixXd basis = candidate.basis.cast<double>();
+  candidate.coefficients.setZero(rank, x.cols());
+  if (rank > 0) {
+    const MatrixXd solved = basis.colPivHouseholderQr().solve(x);
+    candidate.coefficients = solved.cast<float>().unaryExpr([&](float a) { return asStored(a, type); });
+  }
+  candidate.squaredError = (x - basis * candidate.coefficients.cast<double>()).squaredNorm();
+  return candidate;
+}
+
+// Empty where no choice with coefficients of this type keeps the bound.
+std::optional<Candidate> cheapest(const MatrixXd& x, const Factors& factors, double squaredBound,
+                                  CoefficientType type) {
+  const std::vector<Upgrade> all = upgradesOf(factors, x.cols(), type);
+  const std::span<const Upgrade> upgrades(all);
+  const auto realised = [&](size_t count) { return realise(x, factors, upgrades.first(count), type); };
+  const auto keepsBound = [&](const Candidate& c) { return c.squaredError <= squaredBound; }; // NaN does not
+
+  size_t count = 0;
+  for (double left = factors.energies.sum(); left > squaredBound && count < upgrades.size(); ++count)
+    left -= upgrades[count].saved;
+
+  // From the predicted choice up until the actual error is small enough, then down while it still is.
+  Candidate candidate = realised(count);
+  for (size_t step = 1; !keepsBound(candidate); step *= 2) {
+    if (count == upgrades.size()) return std::nullopt;
+    count = std::min(count + step, upgrades.size());
+    candidate = realised(count);
+  }
+  for (; count > 0; --count) {
+    Candidate cheaper = realised(count - 1);
+    if (!keepsBound(cheaper)) break;
+    candidate = std::move(cheaper);
+  }
+  return candidate;
+}
+
+double clippedSquaredError(const MatrixXd& x, const MatrixXd& stored, double white) {
+  const auto clipped = [&](const MatrixXd& m) { return m.cwiseMax(0).cwiseMin(white); };
+  return (clipped(x) - clipped(stored)).squaredNorm();
+}
+
+void appendLevels(std::vector<std::byte>& record, const VectorXd& levels, int bits) {
+  if (bits == 16)
+    for (const double level : levels) append(record, static_cast<int16_t>(level));
+  else if (bits == 8)
+    for (const double level : levels) append(record, static_cast<int8_t>(level));
+  else
+    for (Eigen::Index i = 0; i < levels.size(); i += 2) {
+      const int low = static_cast<int>(levels[i]);
+      const int high = i + 1 < levels.size() ? static_cast<int>(levels[i + 1]) : 0;
+      append(record, static_cast<uint8_t>((low & 15) | (high & 15) << 4));
+    }
+}
+
+// Written to values[0], values[stride], ...
+void takeLevels(ByteReader& reader, int bits, size_t count, float* values, size_t stride) {
+  const std::span<const std::byte> raw = reader.take(imageBytes(count, bits));
+  ByteReader levels(raw);
+  const auto scale = static_cast<float>(levelsOf(bits));
+  for (size_t i = 0; i < count; ++i) {
+    int level = 0;
+    if (bits == 16)
+      level = levels.take<int16_t>();
+    else if (bits == 8)
+      level = levels.take<int8_t>();
+    else
+      level = ((std::to_integer<int>(raw[i / 2]) >> (i % 2 * 4) & 15) ^ 8) - 8;
+    values[i * stride] = static_cast<float>(level) / scale;
+  }
+}
+
+std::vector<std::byte> recordOf(uint64_t present, const Candidate& candidate) {
+  std::vector<std::byte> record;
+  uint8_t flags = candidate.type == CoefficientType::single ? floatCoefficients : 0;
+  if (present != allPresent) flags |= partialBlock;
+  append(record, flags);
+  for (const int bits : precisions)
+    append(record, static_cast<uint8_t>(std::ranges::count(candidate.bits, bits)));
+  if (present != allPresent) append(record, present);
+  for (const float a : candidate.coefficients.reshaped()) {
+    if (candidate.type == CoefficientType::half)
+      append(record, imath_float_to_half(a));
+    else
+      append(record, a);
+  }
+  for (size_t k = 0; k < candidate.bits.size(); ++k)
+    appendLevels(record, candidate.levels.col(static_cast<Eigen::Index>(k)), candidate.bits[k]);
+  return record;
+}
+
+// The present texel nearest to an absent one, the first of those equally near.
+int nearestPresent(uint64_t present, int texel) {
+  int nearest = 0, least = 2 * blockTexels;
+  for (uint64_t rest = present; rest != 0; rest &= rest - 1) {
+    const int other = std::countr_zero(rest);
+    const int dx = other % blockSize - texel % blockSize, dy = other / blockSize - texel / blockSize;
+    if (dx * dx + dy * dy >= least) continue;
+    least = dx * dx + dy * dy;
+    nearest = other;
+  }
+  return nearest;
+}
+
+} // namespace
+
+double blockErrorBound(double norm, size_t values, double tolerance, double white) {
+  const double floor = blockErrorFloor * white * std::sqrt(static_cast<double>(values));
+  return std::max(tolerance, smallestTolerance) * std::max(norm, floor);
+}
+
+EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {
+  assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
+  const MatrixXd x = radiance.cast<double>();
+  const double bound = blockErrorBound(x.norm(), x.size(), tolerance, white);
+  const Factors factors = factorise(x);
+  std::optional<Candidate> candidate = cheapest(x, factors, bound * bound, CoefficientType::half);
+  if (!candidate) candidate = cheapest(x, factors, bound * bound, CoefficientType::single);
+  assert(candidate); // by the choice of smallestTolerance
+
+  EncodedBlock block;
+  block.record = recordOf(present, *candidate);
+  block.rank = static_cast<int>(candidate->bits.size());
+  block.squaredError = candidate->squaredError;
+  const MatrixXd stored = candidate->basis.cast<double>() * candidate->coefficients.cast<double>();
+  block.clippedSquaredError = clippedSquaredError(x, stored, white);
+  return block;
+}
+
+Block decodeBlock(std::span<const std::byte> record, size_t lights) {
+  ByteReader reader(record);
+  const auto flags = reader.take<uint8_t>();
+  if ((flags & ~(floatCoefficients | partialBlock)) != 0)
+    throw Error::mismatch("0..3", std::to_string(flags)).at("flags");
+  std::array<int, precisions.size()> terms{}; // at each precision
+  for (int& count : terms) count = reader.take<uint8_t>();
+
+  Block block;
+  block.present = flags & partialBlock ? reader.take<uint64_t>() : allPresent;
+  if (block.present == 0) throw Error::mismatch("at least one texel", "none").at("present");
+  for (const int count : terms) block.rank += count;
+  const size_t rows = 3 * std::popcount(block.present);
+  if (const size_t limit = std::min(rows, lights); static_cast<size_t>(block.rank) > limit)
+    throw Error::mismatch("at most " + std::to_string(limit), std::to_string(block.rank)).at("rank");
+  block.stride = (block.rank + 3) / 4 * 4;
+
+  const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
+  ByteReader coefficients(reader.take(lights * block.rank * bytesOf(type)));
+  block.coefficients.resize(lights * block.stride);
+  for (size_t l = 0; l < lights; ++l) {
+    for (int k = 0; k < block.rank; ++k) {
+      const float a = type == CoefficientType::half ? imath_half_to_float(coefficients.take<uint16_t>())
+                                                    : coefficients.take<float>();
+      if (!(std::abs(a) < coefficientLimit))
+        throw Error::mismatch("a number below 1e33", std::to_string(a)).at("coefficients");
+      block.coefficients[l * block.stride + k] = a;
+    }
+  }
+
+  std::vector<float> packed(rows * block.stride); // [present texels x channels][stride]
+  int k = 0;
+  for (size_t p = 0; p < precisions.size(); ++p)
+    for (int i = 0; i < terms[p]; ++i, ++k)
+      takeLevels(reader, precisions[p], rows, packed.data() + k, block.stride);
+  if (reader.left() != 0) throw Error::mismatch("no more bytes", std::to_string(reader.left()));
+
+  const size_t texelValues = 3 * static_cast<size_t>(block.stride);
+  block.basis.resize(blockTexels * texelValues);
+  for (int t = 0; t < blockTexels; ++t) {
+    const int source = block.present >> t & 1 ? t : nearestPresent(block.present, t);
+    const int packedTexel = std::popcount(block.present & ((uint64_t{1} << source) - 1));
+    std::copy_n(packed.data() + packedTexel * texelValues, texelValues, block.basis.data() + t * texelValues);
+  }
+  return block;
+}
+
+} // namespace surflect

@@ -1,0 +1,271 @@
+// Symbols: e_k eigenimage, a_kl coefficient of light l, w_l light weight, K rank.
+#include "srf/store/shading_queue.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+// The part of a bilinear interpolation that one stored block answers.
+struct Tap {
+  uint32_t block = 0;
+  int texel = 0;
+  float weight = 0;
+};
+
+struct Footprint {
+  std::array<Tap, 4> taps;
+  int count = 0;
+
+  std::span<const Tap> all() const { return {taps.data(), static_cast<size_t>(count)}; }
+};
+
+// Taps on background dropped, the others renormalised; empty if none is left.
+Footprint footprintOf(const ViewFile& view, float x, float y) {
+  assert(std::isfinite(x) && std::isfinite(y));
+  const int width = view.header().width, height = view.header().height;
+  const float u = std::clamp(x - 0.5f, 0.f, static_cast<float>(width - 1));
+  const float v = std::clamp(y - 0.5f, 0.f, static_cast<float>(height - 1));
+  const int i = static_cast<int>(u), j = static_cast<int>(v);
+  const float fx = u - static_cast<float>(i), fy = v - static_cast<float>(j);
+
+  Footprint footprint;
+  float kept = 0;
+  BlockPosition position{-1, -1};
+  std::optional<uint32_t> block; // at `position`; mostly the same for all four
+  for (int corner = 0; corner < 4; ++corner) {
+    const int right = corner & 1, down = corner >> 1;
+    const float weight = (right ? fx : 1 - fx) * (down ? fy : 1 - fy);
+    if (weight == 0) continue; // also keeps i + 1 and j + 1 inside the image
+    const int tx = i + right, ty = j + down;
+    const BlockPosition here{tx / blockSize, ty / blockSize};
+    if (here != position) block = view.find(position = here);
+    if (!block) continue;
+    footprint.taps[footprint.count++] = {*block, ty % blockSize * blockSize + tx % blockSize, weight};
+    kept += weight;
+  }
+  for (int t = 0; t < footprint.count; ++t) footprint.taps[t].weight /= kept;
+  return footprint;
+}
+
+// Calls visit(block) for each block of a footprint, once.
+template <class Visit> void forEachBlock(const Footprint& footprint, Visit visit) {
+  for (int t = 0; t < footprint.count; ++t) {
+    const auto earlier = footprint.all().first(t);
+    if (std::ranges::find(earlier, footprint.taps[t].block, &Tap::block) == earlier.end())
+      visit(footprint.taps[t].block);
+  }
+}
+
+// One operation in one block; its result goes to slots[slot].
+struct Task {
+  uint64_t key = 0; // view, block
+  uint32_t op = 0, slot = 0;
+
+  uint32_t view() const { return static_cast<uint32_t>(key >> 32); }
+  uint32_t block() const { return static_cast<uint32_t>(key); }
+  friend bool operator<(const Task& a, const Task& b) {
+    return a.key != b.key ? a.key < b.key : a.slot < b.slot;
+  }
+};
+
+struct TaskList {
+  std::vector<Task> tasks;         // sorted by block
+  std::vector<uint32_t> firstSlot; // of each operation; one more, for the end
+};
+
+TaskList tasksOf(std::span<const ShadingOp> ops, std::span<const ViewFile> views) {
+  TaskList list;
+  list.firstSlot.resize(ops.size() + 1);
+  tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
+    forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y),
+                 [&](uint32_t) { ++list.firstSlot[i + 1]; });
+  });
+  for (size_t i = 0; i < ops.size(); ++i) list.firstSlot[i + 1] += list.firstSlot[i];
+
+  list.tasks.resize(list.firstSlot.back());
+  tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
+    uint32_t slot = list.firstSlot[i];
+    forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t block) {
+      list.tasks[slot] = {uint64_t{ops[i].view} << 32 | block, static_cast<uint32_t>(i), slot};
+      ++slot;
+    });
+  });
+  tbb::parallel_sort(list.tasks); // no two compare equal: one order only
+  return list;
+}
+
+constexpr int mostValues = 3 * 3 * blockTexels; // 3 channels x the highest rank, 192
+
+// c_k = sum_l w_l a_kl for each channel, laid out as a texel of the block is.
+void foldLights(const Block& block, std::span<const LightWeight> row, float* folded) {
+  const int stride = block.stride;
+  std::fill_n(folded, 3 * stride, 0.f);
+  float *red = folded, *green = red + stride, *blue = green + stride;
+  for (const LightWeight& w : row) {
+    assert((w.light + size_t{1}) * stride <= block.coefficients.size());
+    const float* a = block.light(w.light);
+    for (int k = 0; k < stride; ++k) {
+      red[k] += w.weight.r * a[k];
+      green[k] += w.weight.g * a[k];
+      blue[k] += w.weight.b * a[k];
+    }
+  }
+}
+
+// values += weight * texel
+void addTap(const Block& block, const Tap& tap, float* values) {
+  const float* e = block.texel(tap.texel);
+  for (int j = 0; j < 3 * block.stride; ++j) values[j] += tap.weight * e[j];
+}
+
+// In four lanes, so that the order of summation is fixed and still fast. The stride is a multiple of four.
+float dot(const float* a, const float* b, int stride) {
+  std::array<float, 4> lanes{};
+  for (int k = 0; k < stride; k += 4)
+    for (int lane = 0; lane < 4; ++lane) lanes[lane] += a[k + lane] * b[k + lane];
+  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+}
+
+// sum_k c_k e_k(x, y), for the taps that fall into the block.
+Rgb shade(const ShadingOp& op, std::span<const LightWeight> row, const ViewFile& view, uint32_t blockNumber,
+          const Block& block) {
+  std::array<float, mostValues> folded, texel;
+  foldLights(block, row, folded.data());
+  const int stride = block.stride;
+  std::fill_n(texel.data(), 3 * stride, 0.f);
+  const Footprint footprint = footprintOf(view, op.x, op.y);
+  for (const Tap& tap : footprint.all())
+    if (tap.block == blockNumber) addTap(block, tap, texel.data());
+  return op.weight * Rgb{dot(folded.data(), texel.data(), stride),
+                         dot(folded.data() + stride, texel.data() + stride, stride),
+                         dot(folded.data() + 2 * stride, texel.data() + 2 * stride, stride)};
+}
+
+// What remains of a target when some of its operations are lost.
+struct Coverage {
+  double all = 0, kept = 0; // sums of weights
+
+  float scale() const { return all == kept || kept == 0 ? 1.f : static_cast<float>(all / kept); }
+};
+
+} // namespace
+
+std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
+                         BlockCache& cache, ShadingStats& stats) {
+  const std::span<const ViewFile> views = cache.views();
+  assert(std::ranges::all_of(ops, [&](const ShadingOp& op) {
+    return op.view < views.size() && op.target < targets && op.rowBegin <= op.rowEnd &&
+           op.rowEnd <= rows.size();
+  }));
+  const CacheCounts before = cache.counts();
+  const auto [tasks, firstSlot] = tasksOf(ops, views);
+
+  std::vector<size_t> runs; // of tasks in one block: where each begins; one more, for the end
+  for (size_t t = 0; t < tasks.size(); ++t)
+    if (t == 0 || tasks[t].key != tasks[t - 1].key) runs.push_back(t);
+  runs.push_back(tasks.size());
+
+  std::vector<Rgb> slots(tasks.size());
+  std::vector<uint64_t> ranks(runs.size() - 1);
+  tbb::parallel_for(size_t{0}, runs.size() - 1, [&](size_t r) {
+    const Task& first = tasks[runs[r]];
+    const std::shared_ptr<const Block> block = cache.get(first.view(), first.block());
+    ranks[r] = static_cast<uint64_t>(block->rank);
+    for (size_t t = runs[r]; t < runs[r + 1]; ++t) {
+      const ShadingOp& op = ops[tasks[t].op];
+      const auto row = rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin);
+      slots[tasks[t].slot] = shade(op, row, views[op.view], first.block(), *block);
+    }
+  });
+
+  std::vector<Rgb> radiance(targets);
+  std::vector<Coverage> coverage(targets);
+  for (size_t i = 0; i < ops.size(); ++i) {
+    const bool lost = firstSlot[i] == firstSlot[i + 1];
+    coverage[ops[i].target].all += ops[i].weight;
+    if (!lost) coverage[ops[i].target].kept += ops[i].weight;
+    for (size_t s = firstSlot[i]; s < firstSlot[i + 1]; ++s)
+      radiance[ops[i].target] = radiance[ops[i].target] + slots[s];
+    stats.lookups += ops[i].rowEnd - ops[i].rowBegin;
+    stats.lost += lost;
+  }
+  for (size_t target = 0; target < targets; ++target)
+    radiance[target] = coverage[target].scale() * radiance[target];
+
+  const CacheCounts after = cache.counts();
+  stats.operations += ops.size();
+  stats.tasks += tasks.size();
+  for (size_t r = 0; r < ranks.size(); ++r) stats.taskRanks += ranks[r] * (runs[r + 1] - runs[r]);
+  stats.blocksRead += after.reads - before.reads;
+  stats.bytesRead += after.bytesRead - before.bytesRead;
+  stats.cacheHits += after.hits - before.hits;
+  return radiance;
+}
+
+namespace {
+
+// Reflectance image (view, light) at one texel; empty where it is background.
+std::optional<Eigen::Vector3d> texelRadiance(BlockCache& cache, uint32_t view, uint32_t light, int x, int y) {
+  const std::optional<uint32_t> number = cache.views()[view].find({x / blockSize, y / blockSize});
+  if (!number) return std::nullopt;
+  const std::shared_ptr<const Block> block = cache.get(view, *number);
+  const float* e = block->texel(y % blockSize * blockSize + x % blockSize);
+  const float* a = block->light(light);
+  Eigen::Vector3d radiance = Eigen::Vector3d::Zero();
+  for (int channel = 0; channel < 3; ++channel)
+    for (int k = 0; k < block->rank; ++k) radiance[channel] += double{a[k]} * e[channel * block->stride + k];
+  return radiance;
+}
+
+// Bilinear; empty where all four texels are background.
+std::optional<Eigen::Vector3d> lookUp(BlockCache& cache, uint32_t view, uint32_t light, double x, double y) {
+  const ViewHeader& header = cache.views()[view].header();
+  const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double weights = 0;
+  for (const double tx : {left, left + 1}) {
+    for (const double ty : {top, top + 1}) {
+      const double weight = (1 - std::abs(x - 0.5 - tx)) * (1 - std::abs(y - 0.5 - ty));
+      if (weight == 0) continue;
+      const auto radiance =
+          texelRadiance(cache, view, light, static_cast<int>(std::clamp<double>(tx, 0, header.width - 1)),
+                        static_cast<int>(std::clamp<double>(ty, 0, header.height - 1)));
+      if (!radiance) continue;
+      sum += weight * *radiance;
+      weights += weight;
+    }
+  }
+  if (weights == 0) return std::nullopt;
+  return Eigen::Vector3d(sum / weights);
+}
+
+} // namespace
+
+std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops,
+                                              std::span<const LightWeight> rows, size_t targets,
+                                              BlockCache& cache) {
+  std::vector<Eigen::Vector3d> radiance(targets, Eigen::Vector3d::Zero());
+  std::vector<double> all(targets), kept(targets);
+  for (const ShadingOp& op : ops) {
+    all[op.target] += op.weight;
+    if (!lookUp(cache, op.view, 0, op.x, op.y)) continue;
+    kept[op.target] += op.weight;
+    for (const LightWeight& w : rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin)) {
+      const Eigen::Vector3d omega = op.weight * Eigen::Vector3d(w.weight.r, w.weight.g, w.weight.b);
+      radiance[op.target] += omega.cwiseProduct(*lookUp(cache, op.view, w.light, op.x, op.y));
+    }
+  }
+  for (size_t target = 0; target < targets; ++target)
+    if (kept[target] != 0) radiance[target] *= all[target] / kept[target];
+  return radiance;
+}
+
+} // namespace surflect

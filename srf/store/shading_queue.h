@@ -1,0 +1,64 @@
+// Deferred shading: many look-ups into reflectance images, answered in the order in which the blocks lie on
+// disk.  [Weyrich 2005, §5.3]
+#pragma once
+
+#include "srf/store/block_cache.h"
+#include "surfel/rgb.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// A light of the view, by its column, and what its radiance is multiplied by.
+struct LightWeight {
+  uint32_t light = 0;
+  Rgb weight;
+};
+
+// After [Weyrich 2005, Table 2], whose operation is one look-up for one surfel, camera and light. Here all
+// lights of a surfel and camera are one operation: they share the position, hence blocks and texels, and by
+// X ~ E A their weights fold into A before any texel is touched.
+struct ShadingOp {
+  uint32_t target = 0; // the surfel that is shaded
+  uint32_t view = 0;   // the camera
+  float x = 0, y = 0;  // where the camera sees it, in pixels, centres at +0.5; clamped to the image
+  float weight = 0;    // of the camera
+  uint32_t rowBegin = 0, rowEnd = 0; // the light weights
+};
+
+// Counts add up over calls.
+struct ShadingStats {
+  uint64_t lookups = 0; // operations x their lights
+  uint64_t operations = 0;
+  uint64_t lost = 0;       // operations that saw background only
+  uint64_t tasks = 0;      // operations x the blocks they touch
+  uint64_t taskRanks = 0;  // sum of the blocks' ranks over tasks
+  uint64_t blocksRead = 0; // from disk; wrong if others use the cache meanwhile, like the next two
+  uint64_t bytesRead = 0;
+  uint64_t cacheHits = 0;
+};
+
+// radiance[target] = sum over its operations of
+//   weight * sum over bilinear taps of tap * sum_k (sum_l w_l a_kl) e_k(texel),   per channel.
+//
+// Background: taps that fall into blocks left out are dropped, and the others renormalised. An operation
+// without taps is lost; the target's other operations are scaled by (sum of all weights) / (sum of weights
+// not lost). A target without any is 0.
+//
+// Each block is fetched once a call, and the result has the same bits for any number of threads and any
+// cache. Against executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times
+// the sum of |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of it. Memory: about 40 bytes
+// an operation. Throws Error as ViewFile::read.
+std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
+                         BlockCache& cache, ShadingStats& stats);
+
+// The same as the paper states it, in double precision: one look-up for one surfel, camera and light after
+// the other, unsorted. Slow; the yardstick. Entries are r, g, b.
+std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops,
+                                              std::span<const LightWeight> rows, size_t targets,
+                                              BlockCache& cache);
+
+} // namespace surflect

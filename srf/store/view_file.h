@@ -1,0 +1,81 @@
+// The file of one view: the blocks of its reflectance image, each found and checked by itself. Blocks that
+// show no object are left out. Specified to the byte in docs/format.md.
+#pragma once
+
+#include "srf/store/block.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+inline constexpr int largestViewSide = 32768; // pixels
+inline constexpr int mostLights = 65535;
+
+struct ViewHeader {
+  int width = 0, height = 0; // pixels
+  int lights = 0;
+  float white = 1;     // radiance of a white pixel
+  float tolerance = 0; // of every block, see blockErrorBound
+
+  int blocksAcross() const { return (width + blockSize - 1) / blockSize; }
+  int blocksDown() const { return (height + blockSize - 1) / blockSize; }
+};
+
+// Where a block lies, counted in blocks.
+struct BlockPosition {
+  int x = 0, y = 0;
+  friend bool operator==(const BlockPosition&, const BlockPosition&) = default;
+};
+
+struct PlacedRecord {
+  BlockPosition position;
+  std::vector<std::byte> record; // of encodeBlock
+};
+
+// A whole view file; `blocks` row by row. Write it with writeFileAtomically.
+std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const PlacedRecord> blocks);
+
+// An open view file. Stored blocks are numbered from 0, row by row. Safe to read from many threads at once.
+class ViewFile {
+public:
+  // Checks everything but the blocks themselves; throws Error naming file and field.
+  explicit ViewFile(std::filesystem::path path);
+  ~ViewFile();
+  ViewFile(ViewFile&&) noexcept;
+  ViewFile(const ViewFile&) = delete;
+  ViewFile& operator=(const ViewFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  const ViewHeader& header() const { return header_; }
+  size_t blockCount() const { return positions_.size(); }
+  size_t storedBytes(uint32_t block) const { return offsets_[block + 1] - offsets_[block]; }
+  BlockPosition position(uint32_t block) const;
+
+  // The number of the block at a position inside the image; empty where it was left out. Constant time.
+  std::optional<uint32_t> find(BlockPosition position) const;
+
+  // Throws Error with the field "block (x, y)" where the block does not match its checksum.
+  Block read(uint32_t block) const;
+
+private:
+  void parse(std::span<const std::byte> head, uint64_t fileSize);
+  std::vector<std::byte> bytesAt(uint64_t offset, size_t count) const;
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  ViewHeader header_;
+  // Of each stored block.
+  std::vector<uint32_t> positions_; // y * blocksAcross + x, rising
+  std::vector<uint32_t> checksums_;
+  std::vector<uint64_t> offsets_; // in the file; one more, for the end
+  // One bit a position, and how many are set in the words before each.
+  std::vector<uint64_t> stored_;
+  std::vector<uint32_t> storedBefore_;
+};
+
+} // namespace surflect

@@ -1,0 +1,370 @@
+#include "render/coverage.h"
+
+#include "render/measure.h"
+#include "tests/render/clouds.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+namespace surflect {
+namespace {
+
+using namespace testing;
+using V3 = Vec3<double>;
+
+struct Scene {
+  SurfelCloud rest;
+  DeformedCloud cloud;
+  std::vector<float> colors; // RGB
+
+  Splats splats() const { return splatsOf(rest, cloud); }
+
+  // color: of a surfel at its deformed position
+  template <class Color> void add(const SurfelCloud& more, const Warp& warp, Color color) {
+    const DeformedCloud warped = deformed(more, warp);
+    append(rest, cloud, more, warped);
+    for (const auto& p : warped.p) {
+      const V3 c = color(V3(p.raw().cast<double>()));
+      for (int k = 0; k < 3; ++k) colors.push_back(static_cast<float>(c[k]));
+    }
+  }
+};
+
+V3 unmoved(const V3& p) { return p; }
+auto constant(const V3& color) {
+  return [color](const V3&) { return color; };
+}
+const V3 red(1, 0, 0), green(0, 1, 0);
+
+// cover and blend, with alpha as fourth channel.
+Image rendered(const Scene& scene, const Camera<ObjectSpace>& camera) {
+  const Coverage coverage = cover(camera, scene.splats());
+  const Image rgb = blend(coverage, scene.colors, 3);
+  Image image(rgb.width, rgb.height, 4);
+  for (int y = 0; y < rgb.height; ++y)
+    for (int x = 0; x < rgb.width; ++x) {
+      std::copy_n(rgb.at(x, y).begin(), 3, image.at(x, y).begin());
+      image.at(x, y)[3] = coverage.alpha[coverage.pixel(x, y)];
+    }
+  return image;
+}
+
+float largestDifference(const Image& a, const Image& b) {
+  float largest = 0;
+  for (size_t i = 0; i < a.values.size(); ++i)
+    largest = std::max(largest, std::abs(a.values[i] - b.values[i]));
+  return largest;
+}
+
+Mask discMask(int width, int height, double radius) {
+  Mask mask(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      mask.inside[static_cast<size_t>(y * width + x)] =
+          std::hypot(x + 0.5 - width / 2.0, y + 0.5 - height / 2.0) < radius;
+  return mask;
+}
+
+// A sphere of many surfels before a plane, in smooth colours.
+Scene sphereBeforePlane(Rng& rng) {
+  const auto smooth = [](const V3& p) {
+    return V3(0.5 + 0.4 * std::sin(2 * p[0]), 0.5 + 0.3 * p[1], 0.4 - 0.2 * p[2]);
+  };
+  Scene scene;
+  scene.add(unitSphere(6000, rng), unmoved, smooth);
+  scene.add(
+      sheet(2, 2, 0.06, 0.1, rng), [](const V3& p) { return V3(p + V3(0, 0, -1.5)); }, smooth);
+  return scene;
+}
+
+TEST(Coverage, ALinearRampOnAWarpedSheetIsReproduced) {
+  Rng rng(1);
+  const SurfelCloud rest = sheet(1, 1, 0.02, 0.1, rng);
+  const auto warp = [](const V3& p) { // sheared, stretched 1:3, curved
+    const double x = 0.6 * p[0] + 0.3 * p[1];
+    return V3(x, 1.8 * p[1], 0.3 * x * x + p[2]);
+  };
+  Scene scene;
+  // Linear on the screen: the colour is a function of x / depth.
+  const V3 eye(0, 0, 4);
+  scene.add(rest, warp, [&](const V3& p) { return V3(0.5 + 2 * p[0] / (4 - p[2]), 0, 0); });
+  for (const double focal : {60., 200., 600., 2400., 9000.}) { // surfels from 0.2 to 60 pixels apart
+    const int size = 192;
+    const auto camera = lookAt(eye, {0, 0, 0}, size, size, focal);
+    const Coverage coverage = cover(camera, scene.splats());
+    const Image image = blend(coverage, scene.colors, 3);
+    double sum = 0, low = 1e9, high = 0, worst = 0;
+    size_t pixels = 0;
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) {
+        const double px = (x + 0.5 - size / 2.0) / focal, py = (y + 0.5 - size / 2.0) / focal;
+        if (std::hypot(px, py) > 0.08) continue; // the sheet's edges are elsewhere
+        const double area = coverage.layerArea[coverage.pixel(x, y)];
+        EXPECT_EQ(coverage.alpha[coverage.pixel(x, y)], 1);
+        worst = std::max(worst, std::abs(image.at(x, y)[0] - (0.5 + 2 * px)));
+        sum += area, low = std::min(low, area), high = std::max(high, area), ++pixels;
+      }
+    const double mean = sum / static_cast<double>(pixels);
+    EXPECT_NEAR(mean, 1, 0.04) << focal;
+    EXPECT_GT(low, 0.9 * mean) << focal;
+    EXPECT_LT(high, 1.1 * mean) << focal;
+    EXPECT_LT(worst, 0.9 / 255) << focal; // over the sheet, x / depth ranges over 0.45
+  }
+}
+
+TEST(Coverage, ACheckerboardToTheHorizonIsAntialiased) {
+  // A log-polar grid around the viewer's foot: surfels get larger with distance, as pixels do.
+  Rng rng(2);
+  const double near = std::log(0.7), far = std::log(300.0), halfAngle = 1.0;
+  const auto fromLogPolar = [&](const V3& p) {
+    const double r = std::exp(p[0] + (near + far) / 2);
+    return V3(r * std::sin(p[1]), r * p[2], -r * std::cos(p[1]));
+  };
+  const SurfelCloud rest = sheet((far - near) / 2, halfAngle, 0.008, 0.1, rng);
+  const auto white = [](double x, double z) {
+    return (static_cast<long>(std::floor(x) + std::floor(z)) & 1) == 0;
+  };
+  Scene scene;
+  scene.add(rest, fromLogPolar,
+            [&](const V3& p) { return white(p[0], p[2]) ? V3(0.8, 0, 0) : V3(0.2, 0, 0); });
+
+  const int width = 160, height = 120;
+  const double focal = 110;
+  const Camera<ObjectSpace> camera = lookAt({0, 1, 0}, {0, 0.6, -1}, width, height, focal);
+  const Image image = rendered(scene, camera);
+  double squared = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      constexpr int n = 16;
+      double sum = 0;
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const auto ray = rayThrough(camera.lens, {x + (i + 0.5) / n, y + (j + 0.5) / n});
+          const V3 d = camera.cameraFromWorld.inverse()(ray->direction).raw();
+          const double t = -1 / d[1];
+          if (d[1] < 0 && std::hypot(t * d[0], t * d[2]) < 300) sum += white(t * d[0], t * d[2]) ? 0.8 : 0.2;
+        }
+      const double difference = image.at(x, y)[0] - sum / (n * n);
+      squared += difference * difference;
+    }
+  EXPECT_GT(psnr(squared / (width * height)), 30);
+}
+
+TEST(Coverage, ATinySplatCoversItsProjectedAreaWhereverItFalls) {
+  Rng rng(3);
+  for (int trial = 0; trial < 50; ++trial) {
+    const double radius = 0.02, peak = 0.5, focal = 20; // sigma: 0.04 pixels
+    Scene scene;
+    addSurfel(scene.rest, {0, 0, 0}, {0, 0, 1});
+    scene.rest.radius = {static_cast<float>(radius)};
+    scene.rest.coverage = {static_cast<float>(peak)};
+    scene.cloud = deformed(scene.rest, [&](const V3& p) { return V3(p[0], 0.5 * p[1], p[2] + 0.7 * p[0]); });
+    auto camera = lookAt({0, 0, 5}, {0, 0, 0}, 16, 16, focal);
+    camera.lens.model = Lens::Model::orthographic;
+    camera.lens.centerX += uniform(rng, -0.5, 0.5);
+    camera.lens.centerY += uniform(rng, -0.5, 0.5);
+    const Coverage coverage = cover(camera, scene.splats());
+    double area = 0;
+    for (const float a : coverage.layerArea) area += a;
+    const double sigma = kSigmaPerRadius * radius * focal;
+    const double expected = peak * 2 * std::numbers::pi * sigma * (0.5 * sigma);
+    EXPECT_NEAR(area / expected, 1, 0.04);
+  }
+}
+
+TEST(Coverage, MovingCloudAndCameraTogetherChangesNothing) {
+  Rng rng(4);
+  Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
+  const Image before = rendered(scene, camera);
+  for (int trial = 0; trial < 3; ++trial) {
+    const Mat3<double> rotation =
+        Eigen::Quaterniond(uniform(rng, -1, 1), uniform(rng, -1, 1), uniform(rng, -1, 1), uniform(rng, -1, 1))
+            .normalized()
+            .toRotationMatrix();
+    const Rigid<ObjectSpace, ObjectSpace> motion(rotation, V3(uniform(rng, -2, 2), uniform(rng, -2, 2), 1));
+    Scene moved = scene;
+    for (size_t i = 0; i < moved.cloud.size(); ++i) {
+      moved.cloud.p[i] = motion(scene.cloud.p[i]);
+      moved.cloud.u[i] = motion(scene.cloud.u[i]);
+      moved.cloud.v[i] = motion(scene.cloud.v[i]);
+    }
+    const Image after = rendered(moved, {camera.lens, camera.cameraFromWorld * motion.inverse()});
+    EXPECT_LT(largestDifference(before, after), 1e-4);
+  }
+}
+
+TEST(Coverage, ASphereCoversItsDisc) {
+  Rng rng(5);
+  Scene scene;
+  scene.add(unitSphere(8000, rng), unmoved, constant(red));
+  const double distance = 5, sine = 1 / distance;
+  for (const double focal : {100., 300., 900.}) {
+    const int size = static_cast<int>(0.5 * focal);
+    const Image image = rendered(scene, lookAt({0, 0, distance}, {0, 0, 0}, size, size, focal));
+    const Mask disc = discMask(size, size, focal * sine / std::sqrt(1 - sine * sine));
+    EXPECT_GT(intersectionOverUnion(objectMask(image), disc), 0.99) << focal;
+    const Mask interior = eroded(disc, 2);
+    for (size_t i = 0; i < interior.inside.size(); ++i)
+      EXPECT_TRUE(!interior.inside[i] || image.values[4 * i + 3] == 1) << focal;
+  }
+}
+
+TEST(Coverage, OfTwoCloseSheetsOnlyTheFrontOneIsSeen) {
+  Rng rng(6);
+  const double spacing = 0.03, gap = 0.8 * kSigmaPerRadius * spacing;
+  Scene scene;
+  scene.add(sheet(1, 1, spacing, 0.1, rng), unmoved, constant(red));
+  scene.add(
+      sheet(1, 1, spacing, 0.1, rng), [&](const V3& p) { return V3(p - V3(0, 0, gap)); }, constant(green));
+  for (const V3& eye : {V3(0, 0, 4), V3(2, 0, 3), V3(0, 3, 1.5)})
+    for (const double focal : {600., 2400.}) {
+      const Image image = rendered(scene, lookAt(eye, {0, 0, 0}, 128, 128, focal));
+      float seen = 0;
+      for (int y = 32; y < 96; ++y)
+        for (int x = 32; x < 96; ++x) seen = std::max(seen, image.at(x, y)[1]);
+      EXPECT_EQ(seen, 0) << eye.transpose() << ", focal " << focal;
+    }
+}
+
+TEST(Coverage, ASphereBeforeAPlaneHasNoHalo) {
+  Rng rng(7);
+  Scene scene;
+  scene.add(unitSphere(8000, rng), unmoved, constant(red));
+  scene.add(
+      sheet(3, 3, 0.05, 0.1, rng), [](const V3& p) { return V3(p - V3(0, 0, 1.2)); }, constant(green));
+  const int size = 160;
+  const double focal = 250, radius = focal * 0.2 / std::sqrt(1 - 0.04);
+  const Image image = rendered(scene, lookAt({0, 0, 5}, {0, 0, 0}, size, size, focal));
+  const Mask nearDisc = discMask(size, size, radius + 2), inDisc = discMask(size, size, radius - 2);
+  for (size_t i = 0; i < nearDisc.inside.size(); ++i) {
+    const float* rgba = &image.values[4 * i];
+    EXPECT_NEAR(rgba[0] + rgba[1], 1, 1e-5); // no gap between them
+    EXPECT_TRUE(!inDisc.inside[i] || rgba[1] == 0);
+    EXPECT_TRUE(nearDisc.inside[i] || rgba[0] == 0);
+  }
+}
+
+TEST(Coverage, AMirroredCloudIsTheMirroredImage) {
+  Rng rng(8);
+  const SurfelCloud sphere = unitSphere(3000, rng), plane = sheet(2, 2, 0.08, 0.1, rng);
+  const auto lean = [](const V3& p) { return V3(p[0] + 0.3 * p[1], p[1], p[2] - 0.2 * p[0]); };
+  const auto color = [](const V3& p) { return V3(0.5 + 0.4 * p[0], 0.5 + 0.2 * p[1], 0.3); };
+  const auto flip = [](const V3& p) { return V3(-p[0], p[1], p[2]); };
+  Scene scene, mirrored;
+  scene.add(sphere, lean, color);
+  mirrored.add(
+      sphere, [&](const V3& p) { return flip(lean(p)); }, [&](const V3& p) { return color(flip(p)); });
+  const auto camera = lookAt({0, 1, 5}, {0, 0, 0}, 130, 90, 120);
+  const Image a = rendered(scene, camera), b = rendered(mirrored, camera);
+  float worst = 0;
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x)
+      for (int k = 0; k < 4; ++k)
+        worst = std::max(worst, std::abs(a.at(x, y)[k] - b.at(a.width - 1 - x, y)[k]));
+  EXPECT_LT(worst, 1e-4);
+}
+
+TEST(Coverage, DeadSurfelsDrawNothing) {
+  Rng rng(9);
+  Scene scene = sphereBeforePlane(rng);
+  std::fill(scene.cloud.handedness.begin(), scene.cloud.handedness.end(), Handedness::dead);
+  const Coverage coverage = cover(lookAt({0, 0, 5}, {0, 0, 0}, 64, 48, 60), scene.splats());
+  EXPECT_EQ(coverage.counts.dead, scene.cloud.size());
+  EXPECT_TRUE(visibleSplats(coverage).empty());
+  EXPECT_EQ(*std::max_element(coverage.alpha.begin(), coverage.alpha.end()), 0);
+}
+
+TEST(Coverage, EverySplatIsCountedOnce) {
+  Rng rng(10);
+  Scene scene = sphereBeforePlane(rng);
+  scene.cloud.handedness[3] = Handedness::dead;
+  scene.cloud.p[4] = {0, std::numeric_limits<float>::quiet_NaN(), 0};
+  const SplatCounts n = cover(lookAt({0, 0, 0.5}, {0.1, 0, 0}, 64, 48, 100), scene.splats()).counts;
+  EXPECT_EQ(n.drawn + n.dead + n.notFinite + n.backFacing + n.tooNear + n.outside, scene.cloud.size());
+  EXPECT_EQ(n.dead, 1u);
+  EXPECT_EQ(n.notFinite, 1u);
+  EXPECT_GT(n.backFacing, 1000u);
+  EXPECT_GT(n.tooNear, 1000u);
+  EXPECT_GT(n.outside, 100u);
+}
+
+TEST(Coverage, RowsSumToAlphaAndTheirSplatsAreTheVisibleOnes) {
+  Rng rng(11);
+  const Scene scene = sphereBeforePlane(rng);
+  const Coverage coverage = cover(lookAt({2, 1, 5}, {0, 0, 0}, 150, 110, 130), scene.splats());
+  std::vector<uint32_t> seen;
+  for (int y = 0; y < coverage.height; ++y)
+    for (int x = 0; x < coverage.width; ++x) {
+      double sum = 0;
+      for (const Contribution& c : coverage.at(x, y)) {
+        sum += c.weight;
+        EXPECT_GT(c.weight, 0);
+        seen.push_back(c.splat);
+      }
+      EXPECT_NEAR(sum, coverage.alpha[coverage.pixel(x, y)], 1e-6);
+      EXPECT_EQ(sum > 0, std::isfinite(coverage.depth[coverage.pixel(x, y)]));
+    }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  EXPECT_EQ(visibleSplats(coverage), seen);
+  EXPECT_LT(seen.size(), coverage.counts.drawn); // some of the plane is hidden
+}
+
+TEST(Coverage, DepthIsThatOfTheSurfaceInFront) {
+  Rng rng(12);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({0, 0, 5}, {0, 0, 0}, 120, 120, 200);
+  const Coverage coverage = cover(camera, scene.splats());
+  const Mask disc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) - 2);
+  const Mask aroundDisc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) + 2);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 120; ++x) {
+      const double q2 = (std::pow(x + 0.5 - 60, 2) + std::pow(y + 0.5 - 60, 2)) / (200 * 200);
+      const double sphere =
+          (5 - std::sqrt(std::max(0.0, 25 - 24 * (1 + q2)))) / (1 + q2); // |d (qx, qy, 1) - (0, 0, 5)| = 1
+      const size_t i = coverage.pixel(x, y);
+      EXPECT_NEAR(disc.inside[i] ? coverage.depth[i] : sphere, sphere, 0.02);
+      EXPECT_NEAR(aroundDisc.inside[i] ? 6.5 : coverage.depth[i], 6.5, 1e-4);
+    }
+}
+
+TEST(Coverage, SameBitsForAnyNumberOfThreads) {
+  Rng rng(13);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1, 5}, {0, 0, 0}, 200, 150, 180);
+  const auto with = [&](size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return rendered(scene, camera);
+  };
+  EXPECT_EQ(with(1).values, with(2).values);
+}
+
+// More fragments than one pass over a tile takes.
+TEST(Coverage, AStackOfThinnedCloudsIsTheCloud) {
+  Rng rng(14);
+  Scene once, stacked;
+  const SurfelCloud rest = sheet(0.5, 0.5, 0.1, 0.1, rng);
+  const auto color = [](const V3& p) { return V3(0.5 + 0.4 * p[0], 0.5 + 0.2 * p[1], 0.3); };
+  SurfelCloud thinned = rest;
+  constexpr int copies = 300;
+  for (float& coverage : thinned.coverage) coverage /= copies;
+  once.add(rest, unmoved, color);
+  for (int i = 0; i < copies; ++i) stacked.add(thinned, unmoved, color);
+  const auto camera = lookAt({0.2, 0.3, 2}, {0, 0, 0}, 40, 36, 80);
+  EXPECT_LT(largestDifference(rendered(once, camera), rendered(stacked, camera)), 1e-4);
+}
+
+TEST(Coverage, ACloudAroundTheViewerGivesFiniteValuesWithinBounds) {
+  Rng rng(15);
+  Scene scene;
+  scene.add(sheet(1, 1, 0.05, 0.1, rng), unmoved, constant(red));
+  scene.add(unitSphere(2000, rng), unmoved, constant(green));
+  for (const V3& eye : {V3(0, 0, 1e-3), V3(0.3, 0.1, 0.02), V3(0, 0, 0.9)}) {
+    const Image image = rendered(scene, lookAt(eye, {0.5, 0.1, 0}, 96, 64, 40));
+    for (const float value : image.values) EXPECT_TRUE(value >= 0 && value <= 1.00001f);
+  }
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,348 @@
+#include "render/script.h"
+
+#include "render/shot.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+#include "surfel/hash.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace surflect {
+namespace {
+
+constexpr std::string_view example = R"(
+model = "doll.srf"
+[frames]
+first = 1
+last = 48
+fps = 24
+[output]
+size = [1024, 768]
+path = "frame.####.exr"
+png = true
+aov = ["depth", "normal", "camera_blend", "light_blend", "stretch"]
+[camera]
+position = [0, 1, [[1, 5], [48, 3.5]]]
+look_at = [0, 1, 0]
+up = [0, 1, 0]
+fov_deg = 30
+[[light]]
+type = "point"
+position = ["2*cos(t)", 1, "2*sin(t)"]
+color = [1, .2, .1]
+intensity = 40
+[[light]]
+type = "directional"
+direction = [0, 3, 4]
+[[warp]]
+type = "twist"
+axis = [0, 1, 0]
+center = [0, 0, 0]
+angle_deg = [[1, 0], [24, 90, "smooth"], [48, 0]]
+[[warp]]
+type = "expression"
+x = "x + 0.1*sin(6*y + t)"
+y = "y"
+z = "z"
+)";
+
+// TOML writes .2 as 0.2.
+std::string exampleText() {
+  std::string text(example);
+  for (const std::string decimal : {" .2", " .1"}) text.replace(text.find(decimal), 2, " 0.");
+  return text;
+}
+
+Script parse(const std::string& text) { return parseScript(text, "shots/shot.toml"); }
+
+std::string complaint(const std::string& text) {
+  try {
+    parse(text);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+template <class Function> std::string complaintOf(Function function) {
+  try {
+    function();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+std::string replaced(std::string text, std::string_view old, std::string_view by) {
+  return text.replace(text.find(old), old.size(), by);
+}
+
+TEST(Script, TheExampleHoldsWhatItSays) {
+  const Script script = parse(exampleText());
+  EXPECT_EQ(script.model, "shots/doll.srf");
+  EXPECT_EQ(script.frames->count(), 48);
+  EXPECT_EQ(script.output->width, 1024);
+  EXPECT_EQ(script.output->height, 768);
+  EXPECT_TRUE(script.output->png);
+  EXPECT_EQ(script.output->aov.size(), 5u);
+  EXPECT_TRUE(std::holds_alternative<LookAtCamera>(*script.camera));
+  EXPECT_EQ(script.lights.size(), 2u);
+  EXPECT_EQ(script.warps.size(), 2u);
+  EXPECT_NO_THROW(requireShot(script));
+}
+
+TEST(Script, EveryTruncationIsAScriptOrAnError) {
+  const std::string text = exampleText();
+  int scripts = 0;
+  for (size_t length = 0; length < text.size(); ++length) {
+    try {
+      parse(text.substr(0, length));
+      ++scripts;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.file(), "shots/shot.toml");
+    }
+  }
+  EXPECT_GT(scripts, 20);
+  EXPECT_LT(scripts, static_cast<int>(text.size()) / 2);
+}
+
+TEST(Script, EveryDamagedByteGivesAScriptOrAnErrorOfOneLine) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 5000; ++i) {
+    std::string text = exampleText();
+    for (int k = 0; k < 3; ++k) text[random() % text.size()] = static_cast<char>(random());
+    EXPECT_EQ(complaint(text).find('\n'), std::string::npos);
+  }
+}
+
+TEST(Script, AnyValueOfAnyTypeInAnyPlaceGivesAScriptOrAnError) {
+  for (const std::string_view value :
+       {"0",           "-1",       "1e308", "nan",       "inf",        "true",
+        "\"\"",        "\"x\"",    "[]",    "[[]]",      "[1]",        "[1, 2]",
+        "[1, 2, 3]",   "[[1, 2]]", "{}",    "{ a = 1 }", "1979-05-27", "9223372036854775807",
+        "\"\\u0000\"", "\"#\""}) {
+    const std::string text = exampleText();
+    for (size_t begin = text.find(" = "); begin != std::string::npos; begin = text.find(" = ", begin + 1)) {
+      const std::string changed =
+          text.substr(0, begin + 3) + std::string(value) + text.substr(text.find('\n', begin));
+      EXPECT_EQ(complaint(changed).find('\n'), std::string::npos);
+    }
+  }
+}
+
+TEST(Script, AMisspeltKeyIsToldWithItsLineAndTheNearestKnownOne) {
+  EXPECT_EQ(complaint(replaced(exampleText(), "look_at", "lookat")),
+            "shots/shot.toml: camera.lookat: unknown key on line 14; the nearest known one is look_at");
+  EXPECT_EQ(complaint(replaced(exampleText(), "angle_deg", "angel_deg")),
+            "shots/shot.toml: warp[0].angel_deg: unknown key on line 29; the nearest known one is angle_deg");
+  EXPECT_EQ(complaint("modle = \"a\""),
+            "shots/shot.toml: modle: unknown key on line 1; the nearest known one is model");
+}
+
+TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
+  EXPECT_EQ(complaint(replaced(exampleText(), "first = 1", "first = 1.5")),
+            "shots/shot.toml: frames.first: found 1.5 on line 4, expected an integer in 0..1000000");
+  EXPECT_EQ(
+      complaint(replaced(exampleText(), "[0, 3, 4]", "[0, true, 4]")),
+      "shots/shot.toml: light[1].direction[1]: found true on line 23, expected a number, a list of keyframes "
+      "or an expression");
+  EXPECT_EQ(complaint(replaced(exampleText(), "\"smooth\"", "\"smoth\"")),
+            "shots/shot.toml: warp[0].angle_deg[1][2]: found \"smoth\" on line 28, expected \"smooth\"");
+  EXPECT_EQ(
+      complaint(replaced(exampleText(), "\"twist\"", "\"mesh\"")),
+      "shots/shot.toml: warp[0].type: found \"mesh\" on line 25, expected one of rigid, scale, twist, bend, "
+      "sine, expression");
+  EXPECT_EQ(
+      complaint(replaced(exampleText(), "\"point\"", "\"environment\"")),
+      "shots/shot.toml: light[0].type: found \"environment\" on line 17, expected one of directional, point");
+  EXPECT_EQ(complaint(replaced(exampleText(), "\"stretch\"", "\"strech\"")),
+            "shots/shot.toml: output.aov[4]: found \"strech\" on line 11, expected one of depth, normal, "
+            "camera_blend, "
+            "light_blend, stretch");
+  EXPECT_EQ(complaint(replaced(exampleText(), "fov_deg = 30", "")),
+            "shots/shot.toml: camera.fov_deg: missing from the table on line 12");
+}
+
+TEST(Script, SizesAndFramesAreBounded) {
+  EXPECT_NE(complaint(replaced(exampleText(), "1024", "0")), "no complaint");
+  EXPECT_NE(complaint(replaced(exampleText(), "1024", "16385")), "no complaint");
+  EXPECT_EQ(complaint(replaced(exampleText(), "1024", "16384")), "no complaint");
+  EXPECT_NE(complaint(replaced(exampleText(), "last = 48", "last = 1000001")), "no complaint");
+  EXPECT_NE(complaint(replaced(exampleText(), "last = 48", "last = 0")), "no complaint"); // before the first
+  EXPECT_NE(complaint(replaced(exampleText(), "fps = 24", "fps = 0")), "no complaint");
+}
+
+TEST(Script, AKeyThatContradictsAnotherIsAnError) {
+  EXPECT_EQ(complaint("[camera]\nfrom = \"C017\""), "no complaint");
+  EXPECT_NE(complaint("[camera]\nfrom = \"C017\"\nfov_deg = 30"), "no complaint");
+  EXPECT_NE(complaint("[camera]\nfov_deg = 30\nposition = [0,0,1]\norbit = {radius = 1, azimuth_deg = 0}"),
+            "no complaint");
+}
+
+TEST(Script, WarpsMayStandAlone) {
+  const Script script = parse("[[warp]]\ntype = \"rigid\"\ntranslate = [1, 2, 3]\n");
+  EXPECT_EQ(warpAt(script, shotTime(script, 5))->position({0, 0, 0}), Vec3<double>(1, 2, 3));
+  EXPECT_EQ(complaintOf([&] { requireShot(script); }),
+            "shots/shot.toml: model: missing; a shot needs model, frames, output and camera");
+}
+
+TEST(Script, EachWarpTypeIsReadFromItsKeys) {
+  const Script script = parse(R"(
+warp = [
+  {type = "rigid", axis = [0,1,0], center = [1,0,0], angle_deg = 90, translate = [0,0,1]},
+  {type = "scale", factor = [2, 3, 4], center = [0,1,0]},
+  {type = "twist", axis = [0,1,0], center = [0,0,1], angle_deg = 30, length = 2},
+  {type = "bend", axis = [0,1,0], direction = [1,0,0], center = [0,0,1], angle_deg = 30, length = 2},
+  {type = "sine", axis = [0,1,0], direction = [1,0,0], center = [0,0,1], amplitude = 2, wavelength = 3, phase_deg = 20},
+  {type = "expression", x = "x + y", y = "2*y", z = "frame"},
+])");
+  const Vec3<double> axis(0, 1, 0), direction(1, 0, 0), center(0, 0, 1);
+  std::vector<WarpPointer> expected;
+  expected.push_back(rigidWarp(axis, Angle::fromDegrees(90), {1, 0, 0}, {0, 0, 1}));
+  expected.push_back(scaleWarp({2, 3, 4}, {0, 1, 0}));
+  expected.push_back(twistWarp(axis, Angle::fromDegrees(15), center));
+  expected.push_back(bendWarp(axis, direction, Angle::fromDegrees(15), center));
+  expected.push_back(sineWarp({axis, direction, center, 2, 3, Angle::fromDegrees(20)}));
+  const Vec3<double> x(0.3, 0.4, 0.5);
+  ASSERT_EQ(script.warps.size(), 6u);
+  for (size_t i = 0; i < expected.size(); ++i)
+    EXPECT_LT((freeze(script.warps[i], {})->position(x) - expected[i]->position(x)).norm(), 1e-15) << i;
+  EXPECT_LT((freeze(script.warps[5], {0, 7, 0})->position(x) - Vec3<double>(0.7, 0.8, 7)).norm(), 1e-15);
+}
+
+TEST(Script, ReadingKeepsThePathAndTheHashOfTheText) {
+  const auto path = std::filesystem::temp_directory_path() / "surflect_script_test.toml";
+  const std::string text = exampleText();
+  writeFileAtomically(path, text);
+  const Script script = readScript(path);
+  std::filesystem::remove(path);
+  EXPECT_EQ(script.path, path);
+  EXPECT_EQ(script.model, path.parent_path() / "doll.srf");
+  EXPECT_EQ(script.hash, contentHash(std::as_bytes(std::span(text))));
+  EXPECT_THROW(readScript(path), Error);
+}
+
+TEST(Shot, TimeRunsFromZeroToOneOverTheFrames) {
+  const Script script = parse(exampleText());
+  const ShotTime first = shotTime(script, 1), last = shotTime(script, 48);
+  EXPECT_EQ(first.t, 0);
+  EXPECT_EQ(first.s, 0);
+  EXPECT_EQ(last.t, 47. / 24);
+  EXPECT_EQ(last.s, 1);
+  EXPECT_EQ(last.frame, 48);
+}
+
+TEST(Shot, FramePathsArePadded) {
+  Output output;
+  output.path = "a/frame.####.exr";
+  EXPECT_EQ(framePath(output, "out", 7), "out/a/frame.0007.exr");
+  EXPECT_EQ(framePath(output, "out", 123456), "out/a/frame.123456.exr");
+}
+
+TEST(Shot, WarpsActInTheOrderWritten) {
+  const Script script = parse(exampleText());
+  const ShotTime time = shotTime(script, 24);
+  const Vec3<double> x(0.5, 0.25, -0.5);
+  const double turn = std::numbers::pi / 2 * x.y(); // 90 degrees a unit at frame 24
+  const Vec3<double> twisted(x.x() * std::cos(turn) + x.z() * std::sin(turn), x.y(),
+                             x.z() * std::cos(turn) - x.x() * std::sin(turn));
+  const Vec3<double> moved = twisted + 0.1 * std::sin(6 * twisted.y() + time.t) * Vec3<double>::UnitX();
+  EXPECT_LT((warpAt(script, time)->position(x) - moved).norm(), 1e-15);
+}
+
+TEST(Shot, LightsAreColorTimesIntensityAtTheirPlaces) {
+  const Script script = parse(exampleText());
+  const ShotTime time = shotTime(script, 13);
+  const auto lights = lightsAt(script, time);
+  const auto& point = std::get<ShotPointLight>(lights.at(0));
+  EXPECT_LT((point.position.raw() - Vec3<double>(2 * std::cos(0.5), 1, 2 * std::sin(0.5))).norm(), 1e-15);
+  EXPECT_EQ(point.intensity, (Rgb{40, 8, 4}));
+  const auto& sun = std::get<ShotDirectionalLight>(lights.at(1));
+  EXPECT_LT((sun.towards.raw() - Vec3<double>(0, 0.6, 0.8)).norm(), 1e-15);
+  EXPECT_EQ(sun.irradiance, (Rgb{1, 1, 1}));
+}
+
+TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int i = 0; i < 200; ++i) {
+    Script script;
+    script.output = Output{640, 480, "a.#.exr", false, {}};
+    const Vec3<double> target(uniform(random), uniform(random), uniform(random));
+    const Vec3<double> position =
+        target + Vec3<double>(2 + uniform(random), uniform(random), 1 + uniform(random));
+    const Vec3<double> up(uniform(random), 2, uniform(random));
+    const double fov = 40 + 20 * uniform(random);
+    script.camera = LookAtCamera{{position[0], position[1], position[2]},
+                                 {target[0], target[1], target[2]},
+                                 {up[0], up[1], up[2]},
+                                 fov};
+    const Camera<ObjectSpace> camera = cameraAt(script, {});
+    EXPECT_LT((camera.center().raw() - position).norm(), 2e-15);
+    const Mat3<double> r = camera.cameraFromWorld.rotation();
+    EXPECT_LT((r * r.transpose() - Mat3<double>::Identity()).norm(), 2e-15);
+    EXPECT_NEAR(r.determinant(), 1, 2e-15);
+
+    const auto pixelOf = [&](const Vec3<double>& x) {
+      return *camera.project(assume<Point3<ObjectSpace, double>>(x));
+    };
+    EXPECT_NEAR(pixelOf(target).x, 320, 1e-12);
+    EXPECT_NEAR(pixelOf(target).y, 240, 1e-12);
+    EXPECT_NEAR(pixelOf(target + 0.01 * up).x, 320, 1e-11);
+    EXPECT_LT(pixelOf(target + 0.01 * up).y, 240);
+    // The upper edge of the picture is fov/2 away from the axis.
+    const Vec3<double> edge =
+        target + (position - target).norm() * std::tan(fov * std::numbers::pi / 360) * Vec3<double>(r.row(1));
+    EXPECT_NEAR(pixelOf(edge).y, 0, 1e-12);
+  }
+}
+
+Vec3<double> orbitPosition(const Track3& up, double azimuth, double elevation) {
+  Script script;
+  script.output = Output{64, 64, "a.#.exr", false, {}};
+  script.camera = OrbitCamera{{1, 2, 3}, up, 2, azimuth, elevation, 30};
+  return cameraAt(script, {}).center().raw() - Vec3<double>(1, 2, 3);
+}
+
+TEST(Shot, AnOrbitStartsInFrontAndTurnsCounterclockwiseSeenFromAbove) {
+  const Track3 y{0, 1, 0}, z{0, 0, 3};
+  EXPECT_LT((orbitPosition(y, 0, 0) - Vec3<double>(0, 0, 2)).norm(), 1e-15);
+  EXPECT_LT((orbitPosition(y, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((orbitPosition(y, 0, 30) - Vec3<double>(0, 1, std::sqrt(3))).norm(), 1e-15);
+  EXPECT_LT((orbitPosition(z, 0, 0) - Vec3<double>(0, -2, 0)).norm(), 1e-15);
+  EXPECT_LT((orbitPosition(z, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 1e-15);
+}
+
+TEST(Shot, WhatMakesNoCameraLightOrWarpAtSomeFrameIsAnErrorThatSaysWhere) {
+  const auto at = [](const std::string& old, const std::string& by, double frame) {
+    const Script script = parse(replaced(exampleText(), old, by));
+    return complaintOf([&] {
+      const ShotTime time = shotTime(script, frame);
+      cameraAt(script, time);
+      lightsAt(script, time);
+      warpAt(script, time);
+    });
+  };
+  EXPECT_EQ(at("fov_deg = 30", "fov_deg = 30", 9), "no complaint");
+  EXPECT_EQ(at("fov_deg = 30", "fov_deg = \"1/(frame-9)\"", 9),
+            "shots/shot.toml: camera.fov_deg: found inf at frame 9, expected a finite number");
+  EXPECT_EQ(
+      at("fov_deg = 30", "fov_deg = 180", 9),
+      "shots/shot.toml: camera.fov_deg: found 180.000000, expected more than 0.001 and less than 179.999");
+  EXPECT_EQ(at("up = [0, 1, 0]", "up = [0, 0, 1]", 1),
+            "shots/shot.toml: camera.up: found the viewing direction, expected another direction");
+  EXPECT_EQ(at("[0, 3, 4]", "[0, 0, 0]", 9),
+            "shots/shot.toml: light[1].direction: found length 0 at frame 9, expected a direction");
+  EXPECT_EQ(
+      at("intensity = 40", "intensity = -1", 9),
+      "shots/shot.toml: light[0].intensity: found such a strength, expected none below 0 or beyond float");
+  EXPECT_EQ(at("axis = [0, 1, 0]", "axis = [0, \"9 - frame\", 0]", 9),
+            "shots/shot.toml: warp[0].axis: found length 0 at frame 9, expected a direction");
+}
+
+} // namespace
+} // namespace surflect

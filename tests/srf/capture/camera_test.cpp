@@ -1,0 +1,130 @@
+#include "srf/capture/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace surflect {
+namespace {
+
+using CameraPoint = Point3<CameraSpace, double>;
+
+class CameraTest : public testing::Test {
+protected:
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+  // As calibrated lenses are: the picture reaches about 40 degrees aside and distorts by some percent.
+  Lens distortedLens() {
+    return {Lens::Model::pinhole,
+            640,
+            480,
+            uniform(450, 550),
+            uniform(450, 550),
+            uniform(300, 340),
+            uniform(220, 260),
+            uniform(-0.15, 0.15),
+            uniform(-0.02, 0.02),
+            uniform(-0.01, 0.01),
+            uniform(-0.01, 0.01)};
+  }
+  Pixel anyPixel(const Lens& lens) { return {uniform(0, lens.width), uniform(0, lens.height)}; }
+  Rigid<CameraSpace, AcquisitionSpace> anyPose() {
+    const Eigen::Quaterniond q(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    return {q.normalized().toRotationMatrix(), {uniform(-5, 5), uniform(-5, 5), uniform(-5, 5)}};
+  }
+
+  std::mt19937 random_{1};
+};
+
+TEST_F(CameraTest, PointsOnTheRayThroughAPixelProjectToIt) {
+  for (int i = 0; i < 2000; ++i) {
+    const Lens lens = distortedLens();
+    const Pixel pixel = anyPixel(lens);
+    const auto ray = rayThrough(lens, pixel);
+    ASSERT_TRUE(ray);
+    EXPECT_NEAR(length(ray->direction), 1, 4e-16);
+    const auto back = project(lens, ray->origin + uniform(0.1, 100) * ray->direction);
+    ASSERT_TRUE(back);
+    EXPECT_NEAR(back->x, pixel.x, 4.5e-13);
+    EXPECT_NEAR(back->y, pixel.y, 4.5e-13);
+  }
+}
+
+TEST_F(CameraTest, UndistortIsTheInverseOfDistort) {
+  for (int i = 0; i < 2000; ++i) {
+    const Lens lens = distortedLens();
+    const Vec2<double> q(uniform(-0.7, 0.7), uniform(-0.5, 0.5));
+    const auto back = undistort(lens, distort(lens, q));
+    ASSERT_TRUE(back);
+    EXPECT_NEAR((*back - q).norm(), 0, 7e-16);
+  }
+}
+
+TEST_F(CameraTest, WithoutDistortionProjectionIsSimilarity) {
+  const Lens lens{Lens::Model::pinhole, 640, 480, 500, 400, 320, 240};
+  for (int i = 0; i < 100; ++i) {
+    const CameraPoint p(uniform(-1, 1), uniform(-1, 1), uniform(-9, -1));
+    const auto pixel = project(lens, p);
+    EXPECT_NEAR(pixel->x, 320 + 500 * p.x() / -p.z(), 1e-12);
+    EXPECT_NEAR(pixel->y, 240 - 400 * p.y() / -p.z(), 1e-12); // up in space is a smaller row
+  }
+}
+
+TEST_F(CameraTest, NothingBehindAPinholeIsInThePicture) {
+  const Lens lens = distortedLens();
+  EXPECT_FALSE(project(lens, {0.1, 0.1, 0}));
+  EXPECT_FALSE(project(lens, {0.1, 0.1, 1}));
+  EXPECT_TRUE(project(lens, {0.1, 0.1, -1}));
+}
+
+// x (1 - 0.3 x^2) has its maximum at x = 1.054 and comes back to 0 at 1.826.
+TEST_F(CameraTest, PointsBeyondTheFoldOfTheDistortionAreNotInThePicture) {
+  Lens lens{Lens::Model::pinhole, 640, 480, 500, 500, 320, 240};
+  lens.k1 = -0.3;
+  EXPECT_TRUE(project(lens, {1.05, 0, -1}));
+  for (double x = 1.06; x < 20; x *= 1.1) EXPECT_FALSE(project(lens, {x, 0, -1})) << x;
+  EXPECT_FALSE(undistort(lens, {0.71, 0})); // the maximum is 0.703
+  lens.k2 = 0.03; // the polynomial turns down at 1.27 and up again at 1.57: the second rise is a fold too
+  EXPECT_TRUE(project(lens, {1.2, 0, -1}));
+  for (double x = 1.3; x < 20; x *= 1.1) EXPECT_FALSE(project(lens, {x, 0, -1})) << x;
+  lens.k2 = 0.1; // never turns
+  for (double x = 1.3; x < 20; x *= 1.1) EXPECT_TRUE(project(lens, {x, 0, -1})) << x;
+}
+
+TEST_F(CameraTest, OrthographicRaysAreParallelAndKeepTheirPixel) {
+  const Lens lens{Lens::Model::orthographic, 640, 480, 100, 100, 320, 240};
+  for (int i = 0; i < 100; ++i) {
+    const Pixel pixel = anyPixel(lens);
+    const auto ray = rayThrough(lens, pixel);
+    EXPECT_EQ(ray->direction, (Direction3<CameraSpace, double>(0, 0, -1)));
+    const auto back = project(lens, ray->origin + uniform(-10, 10) * ray->direction);
+    EXPECT_NEAR(back->x, pixel.x, 1e-12);
+    EXPECT_NEAR(back->y, pixel.y, 1e-12);
+  }
+}
+
+TEST_F(CameraTest, DirectionTowardsTheViewerIsTheReversedRay) {
+  for (int i = 0; i < 200; ++i) {
+    Camera<AcquisitionSpace> camera{distortedLens(), anyPose()};
+    if (i % 2) camera.lens = {Lens::Model::orthographic, 640, 480, 100, 100, 320, 240};
+    const auto worldFromCamera = camera.cameraFromWorld.inverse();
+    const auto ray = rayThrough(camera.lens, anyPixel(camera.lens));
+    const auto p = worldFromCamera(ray->origin + uniform(1, 10) * ray->direction);
+    EXPECT_NEAR(length(camera.towards(p) + worldFromCamera(ray->direction)), 0, 1e-14);
+    EXPECT_TRUE(camera.project(p) && contains(camera.lens, *camera.project(p)));
+  }
+}
+
+TEST_F(CameraTest, APictureContainsItsFirstEdgesOnly) {
+  const Lens lens{Lens::Model::pinhole, 4, 3, 1, 1, 2, 1.5};
+  EXPECT_TRUE(contains(lens, {0, 0}));
+  EXPECT_TRUE(contains(lens, {3.999, 2.999}));
+  EXPECT_FALSE(contains(lens, {4, 1}));
+  EXPECT_FALSE(contains(lens, {1, 3}));
+  EXPECT_FALSE(contains(lens, {-1e-9, 1}));
+}
+
+} // namespace
+} // namespace surflect

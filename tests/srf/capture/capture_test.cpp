@@ -1,0 +1,427 @@
+#include "srf/capture/capture.h"
+
+#include "srf/image/exr.h"
+#include "srf/image/png.h"
+#include "tests/srf/image/files.h"
+
+#include <nlohmann/json.hpp>
+
+#include <numbers>
+#include <sstream>
+
+namespace surflect {
+namespace {
+
+using Json = nlohmann::json;
+
+const Json identityPose = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 5}, {0, 0, 0, 1}};
+
+class CaptureFile : public testing::Test {
+protected:
+  CaptureFile() {
+    std::filesystem::create_directory(folder / "images");
+    writePng(folder / "images/a.png", Image(6, 4, 3));
+    writeExr(folder / "images/b.exr", Image(8, 2, 3));
+    writePng(folder / "mask.png", Image(6, 4, 1));
+    writeBytes(folder / "mesh.ply", "");
+    writePng(folder.path().string() + "-outside.png", Image(6, 4, 3));
+  }
+  ~CaptureFile() override { std::filesystem::remove(folder.path().string() + "-outside.png"); }
+
+  // Says everything that can be said.
+  static Json full() {
+    return {
+        {"color_space", "srgb"},
+        {"geometry", "mesh.ply"},
+        {"camera_model", "pinhole"},
+        {"w", 6},
+        {"h", 4},
+        {"fl_x", 10.5},
+        {"fl_y", 11.5},
+        {"cx", 3.25},
+        {"cy", 1.75},
+        {"k1", 0.01},
+        {"k2", 0.02},
+        {"p1", 0.03},
+        {"p2", 0.04},
+        {"lights",
+         {{{"name", "L00"}, {"type", "directional"}, {"direction", {0, 0.6, 0.8}}, {"irradiance", {1, 2, 3}}},
+          {{"name", "P01"},
+           {"type", "point"},
+           {"position", {1, 2, 3}},
+           {"intensity", {4, 5, 6}},
+           {"cluster", "L00"}}}},
+        {"frames",
+         {{{"file_path", "images/a.png"},
+           {"transform_matrix", identityPose},
+           {"camera", "C00"},
+           {"light", "L00"},
+           {"layer", ""},
+           {"alpha_layer", ""},
+           {"exposure", 0.5},
+           {"mask_path", "mask.png"},
+           {"split", "train"}},
+          {{"file_path", "images/b.exr"},
+           {"layer", "Combined_P01"},
+           {"alpha_layer", "Combined"},
+           {"transform_matrix", identityPose},
+           {"camera", "C00"},
+           {"light", "P01"},
+           {"split", "test"}}}}};
+  }
+  // Says as little as possible: fixed light, as nerfstudio and Blender write it.
+  static Json small() {
+    return {{"camera_angle_x", 0.5},
+            {"frames", {{{"file_path", "./images/a"}, {"transform_matrix", identityPose}}}}};
+  }
+
+  Capture read(const Json& json) const { return readText(json.dump()); }
+  Capture readText(const std::string& text) const {
+    writeBytes(folder / "transforms.json", text);
+    return readCapture(folder.path());
+  }
+  // The line of the Error, after the file's name.
+  std::string error(const Json& json) const {
+    const std::string line = errorOf([&] { read(json); }),
+                      file = (folder / "transforms.json").string() + ": ";
+    EXPECT_TRUE(line.starts_with(file)) << line;
+    return line.substr(std::min(file.size(), line.size()));
+  }
+
+  TemporaryFolder folder;
+};
+
+TEST_F(CaptureFile, EveryFieldIsRead) {
+  const Capture capture = read(full());
+  EXPECT_EQ(capture.folder(), folder.path());
+  EXPECT_EQ(capture.colorSpace, ColorSpace::srgb);
+  EXPECT_EQ(capture.geometry, "mesh.ply");
+  EXPECT_EQ(capture.lights, (std::vector<Light>{{"L00", "L00", DirectionalLight{{0, 0.6, 0.8}, {1, 2, 3}}},
+                                                {"P01", "L00", PointLight{{1, 2, 3}, {4, 5, 6}}}}));
+  ASSERT_EQ(capture.views.size(), 1u);
+  EXPECT_EQ(capture.views[0].identity, "C00");
+  EXPECT_EQ(capture.views[0].camera.lens,
+            (Lens{Lens::Model::pinhole, 6, 4, 10.5, 11.5, 3.25, 1.75, 0.01, 0.02, 0.03, 0.04}));
+  EXPECT_EQ(capture.views[0].camera.center(), (Point3<AcquisitionSpace, double>(0, 0, 5)));
+  EXPECT_EQ(capture.frames,
+            (std::vector<Frame>{{0, 0, "images/a.png", "", "", 0.5, "mask.png", Split::train},
+                                {0, 1, "images/b.exr", "Combined_P01", "Combined", 1, "", Split::test}}));
+}
+
+TEST_F(CaptureFile, AJsonFileOfAnotherNameCanBeGiven) {
+  writeBytes(folder / "deformed.json", full().dump());
+  EXPECT_EQ(readCapture(folder / "deformed.json").frames.size(), 2u);
+  EXPECT_EQ(readCapture(folder / "deformed.json").folder(), folder.path());
+}
+
+TEST_F(CaptureFile, FixedLightFilesOfOtherProgramsOpenAsTheyAre) {
+  Json json = small();
+  json["aabb_scale"] = 16; // unknown keys are passed over
+  json["camera_model"] = "OPENCV";
+  json["frames"][0]["rotation"] = 0.01;
+  const Capture capture = read(json);
+  const Frame& frame = capture.frames.at(0);
+  EXPECT_EQ(frame.light, std::nullopt);
+  EXPECT_EQ(frame.split, Split::train);
+  EXPECT_EQ(frame.picture, "images/a.png"); // the extension was found
+  EXPECT_EQ(capture.views.at(0).identity, "images/a");
+  const Lens& lens = capture.views[0].camera.lens;
+  EXPECT_EQ(lens, (Lens{Lens::Model::pinhole, 6, 4, lens.focalX, lens.focalX, 3, 2})); // the picture's size
+  // The angle is between the rays through the left and the right edge.
+  const auto left = rayThrough(lens, {0, 2}), right = rayThrough(lens, {6, 2});
+  EXPECT_NEAR(std::acos(dot(left->direction, right->direction)), 0.5, 1e-12);
+}
+
+TEST_F(CaptureFile, WhatAFrameSaysOverridesTheCapture) {
+  Json json = full();
+  json["frames"][1].update(
+      {{"w", 8}, {"h", 2}, {"cx", 4}, {"k1", 0}, {"camera_angle_x", std::numbers::pi / 2}});
+  const Capture capture = read(json);
+  ASSERT_EQ(capture.views.size(), 2u);
+  const Lens &first = capture.views[0].camera.lens, &second = capture.views[1].camera.lens;
+  EXPECT_EQ(first.focalX, 10.5);
+  EXPECT_NEAR(second.focalX, 4, 1e-14); // its angle, not the capture's fl_x
+  EXPECT_EQ(second,
+            (Lens{Lens::Model::pinhole, 8, 2, second.focalX, second.focalX, 4, 1.75, 0, 0.02, 0.03, 0.04}));
+}
+
+TEST_F(CaptureFile, AnOrthographicLensHasItsHeightInSceneUnits) {
+  Json json = small();
+  json["camera_model"] = "orthographic";
+  json["ortho_height"] = 2;
+  const Lens lens = read(json).views[0].camera.lens;
+  EXPECT_EQ(lens.model, Lens::Model::orthographic);
+  EXPECT_EQ(rayThrough(lens, {3, 0})->origin.y() - rayThrough(lens, {3, 4})->origin.y(), 2);
+  json.erase("ortho_height");
+  EXPECT_EQ(error(json), "frames[0].ortho_height: found nothing, expected a number above 0");
+}
+
+TEST_F(CaptureFile, PhotographsFromOnePlaceShareAView) {
+  Json json = full();
+  Json third = json["frames"][1];
+  third["transform_matrix"][0][3] = 1e-6;
+  json["frames"].push_back(third);
+  third["camera"] = "C01";
+  json["frames"].push_back(third);
+  const Capture capture = read(json);
+  ASSERT_EQ(capture.views.size(), 3u); // one more for the moved pose, one more for the other camera
+  EXPECT_EQ(capture.frames[1].view, 0u);
+  EXPECT_EQ(capture.views[1].identity, "C00");
+  EXPECT_EQ(capture.views[2].identity, "C01");
+}
+
+TEST_F(CaptureFile, LightsWrittenIntoFramesAreSharedWhereEqual) {
+  Json json = small();
+  json["frames"][0]["pl_pos"] = {1, 2, 3};
+  json["frames"][0]["pl_intensity"] = {4, 5, 6};
+  for (int i = 0; i < 2; ++i) json["frames"].push_back(json["frames"][0]);
+  json["frames"][1]["pl_pos"] = {1, 2, 4};
+  json["frames"][2]["split"] = "test";
+  const Capture capture = read(json);
+  ASSERT_EQ(capture.lights.size(), 2u);
+  EXPECT_NE(capture.lights[0].name, capture.lights[1].name);
+  EXPECT_EQ(std::get<PointLight>(capture.lights[0].kind), (PointLight{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(capture.frames[1].light, 1u);
+  EXPECT_EQ(capture.frames[2].light, 0u);
+}
+
+TEST_F(CaptureFile, RoundingOfAPoseIsTakenOut) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Quaterniond q(normal(random), normal(random), normal(random), normal(random));
+    const Mat3<double> rotation = q.normalized().toRotationMatrix();
+    Json json = small();
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column)
+        json["frames"][0]["transform_matrix"][row][column] = std::round(1e6 * rotation(row, column)) / 1e6;
+    const Mat3<double> found = read(json).views[0].camera.cameraFromWorld.rotation();
+    EXPECT_NEAR((found * found.transpose() - Mat3<double>::Identity()).norm(), 0, 3e-15);
+    EXPECT_NEAR((found.transpose() - rotation).norm(), 0, 1.5e-6);
+  }
+}
+
+TEST_F(CaptureFile, PosesThatAreNotRigidAreNamed) {
+  const std::string field = "frames[0].transform_matrix";
+  Json json = small();
+  for (int row = 0; row < 3; ++row) json["frames"][0]["transform_matrix"][row][row] = 2;
+  EXPECT_EQ(error(json), field +
+                             ": found columns of length 2.000000, 2.000000, 2.000000, expected a rotation "
+                             "without scale or shear");
+  json = small();
+  json["frames"][0]["transform_matrix"][0][1] = 0.01;
+  EXPECT_NE(error(json).find("shear"), std::string::npos);
+  json = small();
+  json["frames"][0]["transform_matrix"][0][0] = -1;
+  EXPECT_EQ(error(json), field + ": found a reflection, expected a rotation");
+  json = small();
+  json["frames"][0]["transform_matrix"][3][0] = 1;
+  EXPECT_NE(error(json).find(field + "[3]: "), std::string::npos);
+}
+
+TEST_F(CaptureFile, LightDirectionsMustBeUnitButForRounding) {
+  Json json = full();
+  json["lights"][0]["direction"] = {0, 0.6003, 0.8004};
+  const Capture capture = read(json);
+  EXPECT_NEAR(length(std::get<DirectionalLight>(capture.lights[0].kind).towards), 1, 1e-15);
+  json["lights"][0]["direction"] = {0, 0.602, 0.802};
+  EXPECT_EQ(error(json), "lights[0].direction: found length 1.002800, expected a unit vector");
+  json["lights"][0]["direction"] = {0, 0, 0};
+  EXPECT_EQ(error(json), "lights[0].direction: found length 0.000000, expected a unit vector");
+}
+
+TEST_F(CaptureFile, AnUnknownLightComesWithTheNearestKnownName) {
+  Json json = full();
+  json["frames"][1]["light"] = "P02";
+  EXPECT_EQ(error(json), "frames[1].light: found \"P02\", expected a light of the list (nearest: P01)");
+  json["frames"][1]["light"] = "L0O";
+  EXPECT_NE(error(json).find("(nearest: L00)"), std::string::npos);
+}
+
+TEST_F(CaptureFile, NamesOfLightsAreUnique) {
+  Json json = full();
+  json["lights"][1]["name"] = "L00";
+  EXPECT_EQ(error(json), "lights[1].name: a second light is called L00");
+}
+
+TEST_F(CaptureFile, ExposureBracketsMustBeMergedFirst) {
+  Json json = full();
+  json["frames"].push_back(json["frames"][0]);
+  json["frames"][2]["exposure"] = 4;
+  const std::string line = error(json);
+  EXPECT_TRUE(line.starts_with("frames[2]: ")) << line;
+  EXPECT_NE(line.find("frames[0]; an exposure bracket must be merged first"), std::string::npos) << line;
+  json["frames"][2]["split"] = "test";
+  EXPECT_EQ(read(json).frames.size(), 3u);
+}
+
+TEST_F(CaptureFile, LitAndUnlitFramesDoNotMix) {
+  Json json = full();
+  json["frames"][1].erase("light");
+  EXPECT_EQ(error(json), "frames[1].light: found no light, expected one, as in frames[0]");
+}
+
+TEST_F(CaptureFile, PathsCannotLeaveTheFolder) {
+  const std::string outside = folder.path().filename().string() + "-outside.png";
+  for (const std::string& path :
+       {"../" + outside, "images/../../" + outside, folder.path().string() + "-outside.png",
+        folder.path().string() + "/images/a.png", std::string(".."), std::string(),
+        std::string("images/a.png\0x", 14)})
+    for (const char* field : {"/geometry", "/frames/0/file_path", "/frames/0/mask_path"}) {
+      Json json = full();
+      json[Json::json_pointer(field)] = path;
+      EXPECT_NE(error(json).find("expected a path inside the capture's folder"), std::string::npos) << path;
+    }
+  Json json = full();
+  json["frames"][0]["file_path"] = "images/../images/a.png"; // this one stays inside
+  EXPECT_EQ(read(json).frames[0].picture, "images/a.png");
+}
+
+TEST_F(CaptureFile, MissingFilesAreNamed) {
+  Json json = full();
+  json["frames"][1]["file_path"] = "images/c.exr";
+  EXPECT_EQ(error(json),
+            "frames[1].file_path: found none at images/c.exr, expected a picture (also tried .png, "
+            ".jpg, .exr)");
+  json = full();
+  json["geometry"] = "images";
+  EXPECT_EQ(error(json), "geometry: found none at images, expected a file");
+  EXPECT_NE(errorOf([&] { readCapture(folder / "none.json"); }).find("none.json: cannot open"),
+            std::string::npos);
+}
+
+TEST_F(CaptureFile, ADamagedPictureOfUnknownSizeIsNamedItself) {
+  writeBytes(folder / "images/a.png", "no picture");
+  const std::string line = errorOf([&] { read(small()); });
+  EXPECT_TRUE(line.starts_with((folder / "images/a.png").string())) << line;
+}
+
+// "frames[0].light" for "/frames/0/light".
+std::string fieldOf(std::string pointer) {
+  std::string field;
+  for (std::stringstream steps(pointer.erase(0, 1)); std::getline(steps, pointer, '/');)
+    field += std::isdigit(static_cast<unsigned char>(pointer[0])) ? "[" + pointer + "]"
+                                                                  : (field.empty() ? "" : ".") + pointer;
+  return field;
+}
+
+TEST_F(CaptureFile, AWrongTypeInAnyFieldIsNamedWithItsField) {
+  Json json = full();
+  json["ortho_height"] = 1;
+  json["camera_angle_x"] = 1;
+  json["frames"][0]["pl_pos"] = {1, 2, 3};
+  json["frames"][0]["pl_intensity"] = {1, 2, 3};
+  json["frames"][0].erase("light"); // which would hide pl_pos
+  const Json flat = json.flatten();
+  size_t fields = 0;
+  for (const auto& [pointer, value] : flat.items()) {
+    Json wrong = json;
+    wrong[Json::json_pointer(pointer)] = Json{{"an", "object"}};
+    const std::string line = error(wrong);
+    std::string field = fieldOf(pointer);
+    // Short lists are one field.
+    for (const char* list : {"direction", "irradiance", "position", "intensity", "pl_pos", "pl_intensity"})
+      if (const size_t at = field.find(std::string(list) + "["); at != std::string::npos)
+        field.erase(field.rfind('['));
+    EXPECT_TRUE(line.starts_with(field + ": found ")) << pointer << ": " << line;
+    EXPECT_NE(line.find(", expected "), std::string::npos) << line;
+    ++fields;
+  }
+  EXPECT_GT(fields, 60u);
+  for (const char* list : {"/lights", "/frames", "/frames/0", "/lights/1", "/frames/0/transform_matrix/2"}) {
+    Json wrong = json;
+    wrong[Json::json_pointer(list)] = 7;
+    EXPECT_TRUE(error(wrong).starts_with(fieldOf(list) + ": found 7, expected ")) << error(wrong);
+  }
+}
+
+TEST_F(CaptureFile, AMissingFieldIsNamed) {
+  for (const char* pointer :
+       {"/frames", "/frames/0/file_path", "/frames/1/transform_matrix", "/lights/0/name", "/lights/0/type",
+        "/lights/0/direction", "/lights/0/irradiance", "/lights/1/position", "/lights/1/intensity"}) {
+    Json json = full();
+    const Json::json_pointer field(pointer);
+    json[field.parent_pointer()].erase(field.back());
+    EXPECT_TRUE(error(json).starts_with(fieldOf(pointer) + ": found nothing, expected ")) << error(json);
+  }
+  Json json = small();
+  json.erase("camera_angle_x");
+  EXPECT_EQ(error(json), "frames[0].fl_x: found nothing, expected a number above 0, or camera_angle_x");
+}
+
+TEST_F(CaptureFile, ValuesOutOfRangeAreNamed) {
+  const std::pair<const char*, Json> wrongs[] = {{"/w", 0},
+                                                 {"/w", 1e9},
+                                                 {"/h", 2.5},
+                                                 {"/fl_x", 0},
+                                                 {"/fl_y", -1},
+                                                 {"/camera_angle_x", 3.2},
+                                                 {"/k3", 0.1},
+                                                 {"/camera_model", "OPENCV_FISHEYE"},
+                                                 {"/color_space", "sRGB"},
+                                                 {"/frames", Json::array()},
+                                                 {"/frames/0/exposure", 0},
+                                                 {"/frames/0/split", "val"},
+                                                 {"/lights/0/irradiance", {1, 1, 0}},
+                                                 {"/lights/1/intensity", {1, -1, 1}},
+                                                 {"/lights/0/irradiance", {1, 1, 1e300}},
+                                                 {"/lights/0/type", "area"}};
+  for (const auto& [pointer, value] : wrongs) {
+    Json json = full();
+    json[Json::json_pointer(pointer)] = value;
+    EXPECT_TRUE(error(json).starts_with(fieldOf(pointer) + ": ")) << error(json);
+  }
+}
+
+TEST_F(CaptureFile, EveryTruncationIsMalformed) {
+  const std::string text = full().dump(1);
+  for (size_t length = 0; length < text.size(); ++length) {
+    const std::string line = errorOf([&] { readText(text.substr(0, length)); });
+    EXPECT_NE(line.find("transforms.json: malformed JSON in line "), std::string::npos) << line;
+  }
+}
+
+TEST_F(CaptureFile, DamageGivesAnErrorOrACaptureWhoseIndicesHold) {
+  const std::string text = full().dump();
+  std::mt19937 random(2);
+  int rejected = 0;
+  for (int i = 0; i < 3000; ++i) {
+    std::string damaged = text;
+    damaged[random() % text.size()] = "0123456789{}[],:\"\\ eE.-xL\x80"[random() % 26];
+    try {
+      for (const Capture capture = readText(damaged); const Frame& frame : capture.frames) {
+        EXPECT_LT(frame.view, capture.views.size());
+        EXPECT_LT(frame.light.value_or(0), capture.lights.size());
+      }
+    } catch (const Error&) {
+      ++rejected;
+    }
+  }
+  EXPECT_GT(rejected, 1000);
+}
+
+TEST_F(CaptureFile, DeepNestingAndHugeNumbersAreErrors) {
+  EXPECT_NE(errorOf([&] { readText(std::string(200000, '[')); }), "");
+  EXPECT_NE(errorOf([&] { readText("{\"frames\":[1e999]}"); }).find("too large"), std::string::npos);
+}
+
+TEST_F(CaptureFile, ASubsetKeepsWhatItsFramesMean) {
+  Json json = full();
+  json["frames"].push_back(json["frames"][1]);
+  json["frames"][2]["camera"] = "C01";
+  json["frames"][2]["light"] = "L00";
+  const Capture capture = read(json);
+  const Capture part = subset(capture, [](const Frame& frame) { return frame.split == Split::test; });
+  ASSERT_EQ(part.frames.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(part.views[part.frames[i].view].identity, capture.views[capture.frames[i + 1].view].identity);
+    EXPECT_EQ(part.lights[*part.frames[i].light], capture.lights[*capture.frames[i + 1].light]);
+  }
+  const Capture one = subset(capture, [](const Frame& frame) { return frame.view == 1; });
+  EXPECT_EQ(one.views.size(), 1u);
+  EXPECT_EQ(one.lights.size(), 1u);
+  EXPECT_EQ(one.frames[0].view, 0u);
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,230 @@
+#include "srf/capture/photograph.h"
+
+#include "srf/capture/writer.h"
+#include "srf/image/color.h"
+#include "srf/image/png.h"
+#include "tests/srf/image/files.h"
+
+#include <limits>
+#include <numeric>
+
+namespace surflect {
+namespace {
+
+constexpr int width = 12, height = 9;
+
+class PhotographFile : public testing::Test {
+protected:
+  // A capture of one view; frames are appended by add().
+  PhotographFile() {
+    capture.file = folder / "transforms.json";
+    capture.views = {{"C00", {{Lens::Model::pinhole, width, height, 10, 10, 6, 4.5}, {}}}};
+  }
+
+  Frame& add(const std::string& picture) {
+    capture.frames.push_back({.view = 0, .picture = picture});
+    return capture.frames.back();
+  }
+  std::vector<Photograph> readAll() const {
+    std::vector<size_t> frames(capture.frames.size());
+    std::iota(frames.begin(), frames.end(), size_t{0});
+    return readPhotographs(capture, frames);
+  }
+  void writeExrPicture(const Image& image) const { writeExr(folder / "a.exr", image, Precision::single); }
+
+  TemporaryFolder folder;
+  Capture capture;
+};
+
+Image constant(int channels, std::initializer_list<float> texel) {
+  Image image(width, height, channels);
+  for (size_t i = 0; i < image.values.size(); ++i) image.values[i] = texel.begin()[i % texel.size()];
+  return image;
+}
+
+TEST_F(PhotographFile, LinearRadianceIsReadAsItIsNegativesIncluded) {
+  const Image image = randomImage(width, height, 3, -1, 100, 1);
+  writeExrPicture(image);
+  add("a.exr");
+  const Photograph photograph = readAll()[0];
+  EXPECT_EQ(photograph.radiance.values, image.values);
+  EXPECT_EQ(photograph.alpha.values, std::vector<float>(width * height, 1));
+  EXPECT_FALSE(photograph.hasMatte);
+  EXPECT_EQ(photograph.invalidTexels, 0u);
+}
+
+TEST_F(PhotographFile, GrayIsAllThreeChannels) {
+  const Image image = randomImage(width, height, 1, 0, 1, 2);
+  writeExrPicture(image);
+  add("a.exr");
+  const Photograph photograph = readAll()[0];
+  for (size_t i = 0; i < photograph.radiance.values.size(); ++i)
+    EXPECT_EQ(photograph.radiance.values[i], image.values[i / 3]);
+}
+
+TEST_F(PhotographFile, ExposureScalesRadianceDown) {
+  writeExrPicture(randomImage(width, height, 3, 0, 1, 3));
+  add("a.exr");
+  add("a.exr").exposure = 4;
+  const auto photographs = readAll();
+  for (size_t i = 0; i < photographs[0].radiance.values.size(); ++i)
+    EXPECT_EQ(photographs[0].radiance.values[i], 4 * photographs[1].radiance.values[i]);
+}
+
+TEST_F(PhotographFile, EightBitsAreSrgbAndSixteenLinearUnlessStated) {
+  const Image image = constant(3, {0.2f, 0.6f, 1});
+  writePng(folder / "a.png", image, 8);
+  writePng(folder / "b.png", image, 16);
+  add("a.png");
+  add("b.png");
+  for (const auto stated :
+       {std::optional<ColorSpace>(), std::optional(ColorSpace::srgb), std::optional(ColorSpace::linear)}) {
+    capture.colorSpace = stated;
+    const auto photographs = readAll();
+    for (size_t p = 0; p < 2; ++p)
+      for (size_t i = 0; i < image.values.size(); ++i) {
+        const bool srgb = stated ? *stated == ColorSpace::srgb : p == 0;
+        EXPECT_FLOAT_EQ(photographs[p].radiance.values[i],
+                        srgb ? linearFromSrgb(image.values[i]) : image.values[i]);
+      }
+  }
+}
+
+TEST_F(PhotographFile, PremultipliedColoursAreDividedByAlphaAndStraightOnesNot) {
+  capture.colorSpace = ColorSpace::linear;
+  writeExrPicture(constant(4, {0.1f, 0.2f, 0.3f, 0.5f}));
+  writePng(folder / "a.png", constant(4, {0.2f, 0.4f, 0.6f, 0.2f}));
+  add("a.exr");
+  add("a.png");
+  const auto photographs = readAll();
+  EXPECT_EQ(photographs[0].radiance.values, constant(3, {0.2f, 0.4f, 0.6f}).values);
+  EXPECT_EQ(photographs[1].radiance.values, constant(3, {0.2f, 0.4f, 0.6f}).values);
+  EXPECT_EQ(photographs[0].alpha.values, constant(1, {0.5f}).values);
+  EXPECT_EQ(photographs[1].alpha.values, constant(1, {0.2f}).values);
+  EXPECT_TRUE(photographs[0].hasMatte && photographs[1].hasMatte);
+}
+
+TEST_F(PhotographFile, NothingIsSeenWhereAlphaIsZero) {
+  Image image = randomImage(width, height, 4, 0.5f, 1, 4);
+  for (size_t i = 0; i < image.values.size(); i += 8) image.values[i + 3] = i % 16 ? 0.f : -0.25f;
+  writeExrPicture(image);
+  add("a.exr");
+  const Photograph photograph = readAll()[0];
+  EXPECT_EQ(photograph.invalidTexels, 0u);
+  for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
+    EXPECT_EQ(photograph.alpha.values[i] == 0, i % 2 == 0);
+    EXPECT_EQ(photograph.radiance.values[3 * i] == 0, i % 2 == 0);
+  }
+}
+
+TEST_F(PhotographFile, TexelsThatAreNoNumbersAreBlackAndCounted) {
+  Image image = constant(4, {1, 2, 3, 1});
+  image.at(2, 3)[1] = std::numeric_limits<float>::quiet_NaN();
+  image.at(4, 3)[0] = std::numeric_limits<float>::infinity();
+  image.at(5, 5)[3] = std::numeric_limits<float>::quiet_NaN();
+  writeExrPicture(image);
+  add("a.exr");
+  const Photograph photograph = readAll()[0];
+  EXPECT_EQ(photograph.invalidTexels, 3u);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const bool bad = (y == 3 && (x == 2 || x == 4)) || (x == 5 && y == 5);
+      EXPECT_EQ(photograph.radiance.at(x, y)[2], bad ? 0 : 3);
+    }
+}
+
+TEST_F(PhotographFile, AMaskScalesAlphaButNotRadiance) {
+  writeExrPicture(constant(4, {0.1f, 0.2f, 0.3f, 0.5f}));
+  Image mask = constant(1, {1});
+  mask.at(0, 0)[0] = 0;
+  mask.at(1, 0)[0] = 0.2f;
+  writePng(folder / "gray.png", mask);
+  Image transparent = constant(4, {1, 1, 1, 1});
+  for (size_t i = 0; i < mask.values.size(); ++i) transparent.values[4 * i + 3] = mask.values[i];
+  writePng(folder / "rgba.png", transparent);
+  for (const char* name : {"gray.png", "rgba.png"}) add("a.exr").mask = name;
+  for (const Photograph& photograph : readAll()) {
+    EXPECT_TRUE(photograph.hasMatte);
+    EXPECT_EQ(photograph.alpha.at(0, 0)[0], 0);
+    EXPECT_NEAR(photograph.alpha.at(1, 0)[0], 0.1f, 1e-8f);
+    EXPECT_NEAR(photograph.alpha.at(2, 0)[0], 0.5f, 3e-8f);
+    EXPECT_EQ(photograph.radiance.at(0, 0)[0], 0);
+    EXPECT_EQ(photograph.radiance.at(1, 0)[0], 0.2f);
+  }
+}
+
+TEST_F(PhotographFile, LayersWrittenForAViewComeBack) {
+  Image alpha = randomImage(width, height, 1, 0.1f, 1, 5);
+  alpha.at(3, 3)[0] = 0;
+  std::vector<Image> images;
+  std::vector<RadianceLayer> layers;
+  for (unsigned l = 0; l < 5; ++l) {
+    images.push_back(randomImage(width, height, 3, 0, 5, 10 + l));
+    std::fill_n(images[l].at(3, 3).begin(), 3, 0.f);
+  }
+  for (size_t l = 0; l < images.size(); ++l) layers.push_back({"Combined_L" + std::to_string(l), &images[l]});
+  for (const Precision precision : {Precision::single, Precision::half}) {
+    writeViewPictures(folder / "view.exr", layers, &alpha, "Combined", precision);
+    capture.frames.clear();
+    for (const auto& layer : layers) {
+      Frame& frame = add("view.exr");
+      frame.layer = layer.layer;
+      frame.alphaLayer = "Combined";
+    }
+    const auto photographs = readAll();
+    const float relative = precision == Precision::half ? 1.1e-3f : 1.3e-7f; // of colour, and of alpha
+    for (size_t l = 0; l < images.size(); ++l)
+      for (size_t i = 0; i < images[l].values.size(); ++i)
+        EXPECT_NEAR(photographs[l].radiance.values[i], images[l].values[i],
+                    relative * images[l].values[i] + 1e-6f);
+  }
+}
+
+TEST_F(PhotographFile, WithoutAlphaFloatLayersComeBackExactly) {
+  const Image image = randomImage(width, height, 3, -1, 5, 6);
+  const RadianceLayer layer{"", &image};
+  writeViewPictures(folder / "view.exr", std::span(&layer, 1), nullptr, "", Precision::single);
+  add("view.exr");
+  EXPECT_EQ(readAll()[0].radiance.values, image.values);
+}
+
+TEST_F(PhotographFile, PhotographsComeInTheOrderAskedFor) {
+  std::vector<Image> images;
+  std::vector<RadianceLayer> layers;
+  for (unsigned l = 0; l < 4; ++l) images.push_back(randomImage(width, height, 3, 0, 1, l));
+  for (size_t l = 0; l < 3; ++l) layers.push_back({"L" + std::to_string(l), &images[l]});
+  writeViewPictures(folder / "view.exr", layers);
+  writeExrPicture(images[3]);
+  for (const auto& layer : layers) add("view.exr").layer = layer.layer;
+  add("a.exr");
+  const std::vector<size_t> order{3, 1, 2, 0, 1};
+  const auto together = readPhotographs(capture, order);
+  ASSERT_EQ(together.size(), order.size());
+  for (size_t i = 0; i < order.size(); ++i)
+    EXPECT_EQ(together[i].radiance.values,
+              readPhotographs(capture, std::span(&order[i], 1))[0].radiance.values);
+  EXPECT_EQ(together[0].radiance.values, images[3].values);
+  EXPECT_NE(together[1].radiance.values, together[2].radiance.values);
+}
+
+TEST_F(PhotographFile, WhatDoesNotFitIsNamed) {
+  writeExr(folder / "a.exr", Image(width + 1, height, 3));
+  add("a.exr");
+  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: size: found 13 x 9, expected 12 x 9"),
+            std::string::npos);
+  writeExr(folder / "a.exr", Image(width, height, 3));
+  capture.frames[0].mask = "m.png";
+  writePng(folder / "m.png", Image(height, width, 1));
+  EXPECT_NE(errorOf([&] { readAll(); }).find("m.png: size: found 9 x 12"), std::string::npos);
+  capture.frames[0].mask = "";
+  capture.frames[0].layer = "diffuse";
+  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: layer diffuse: "), std::string::npos);
+  capture.frames[0] = {.picture = "a.exr", .alphaLayer = "matte"};
+  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: layer matte: "), std::string::npos);
+  writePng(folder / "a.png", Image(width, height, 3));
+  capture.frames[0] = {.picture = "a.png", .layer = "diffuse"};
+  EXPECT_NE(errorOf([&] { readAll(); }).find("a.png: layer diffuse: only .exr"), std::string::npos);
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,92 @@
+#include "srf/store/block_cache.h"
+
+#include "tests/srf/store/synthetic.h"
+
+#include <thread>
+
+namespace surflect {
+namespace {
+
+using synthetic::glossySphere;
+using synthetic::TemporaryFolder;
+
+class BlockCacheTest : public testing::Test {
+protected:
+  BlockCacheTest() {
+    for (const char* name : {"a.view", "b.view"}) {
+      writeFileAtomically(folder_ / name, encodeView(glossySphere(40, 6), {}).file);
+      views_.emplace_back(folder_ / name);
+    }
+  }
+  uint32_t blockCount() const { return static_cast<uint32_t>(views_[0].blockCount()); }
+  // Every block of both views, in order.
+  void sweep(BlockCache& cache) const {
+    for (uint32_t view = 0; view < 2; ++view)
+      for (uint32_t block = 0; block < blockCount(); ++block) cache.get(view, block);
+  }
+
+  TemporaryFolder folder_;
+  std::vector<ViewFile> views_;
+};
+
+TEST_F(BlockCacheTest, ReturnsWhatTheFileHolds) {
+  BlockCache cache(views_, 1 << 30);
+  for (int pass = 0; pass < 2; ++pass) {
+    for (uint32_t block = 0; block < blockCount(); ++block) {
+      EXPECT_EQ(cache.get(1, block)->basis, views_[1].read(block).basis);
+      EXPECT_EQ(cache.get(1, block)->coefficients, views_[1].read(block).coefficients);
+    }
+  }
+}
+
+TEST_F(BlockCacheTest, RoomForAllReadsEachBlockOnce) {
+  BlockCache cache(views_, 1 << 30);
+  sweep(cache);
+  sweep(cache);
+  uint64_t bytes = 0;
+  for (uint32_t block = 0; block < blockCount(); ++block) bytes += 2 * views_[0].storedBytes(block);
+  EXPECT_EQ(cache.counts().reads, 2 * blockCount());
+  EXPECT_EQ(cache.counts().hits, 2 * blockCount());
+  EXPECT_EQ(cache.counts().bytesRead, bytes);
+}
+
+TEST_F(BlockCacheTest, WithoutRoomEveryRequestReads) {
+  BlockCache cache(views_, 0);
+  for (int i = 0; i < 3; ++i) EXPECT_GT(cache.get(0, 3)->rank, 0);
+  EXPECT_EQ(cache.counts().reads, 3u);
+  EXPECT_EQ(cache.counts().hits, 0u);
+}
+
+TEST_F(BlockCacheTest, TheLeastRecentlyUsedBlockGoesFirst) {
+  const auto memory = [&](uint32_t block) { return views_[0].read(block).memory(); };
+  BlockCache cache(views_, memory(1) + std::max(memory(2), memory(3)));
+  cache.get(0, 1);
+  cache.get(0, 2);
+  cache.get(0, 1);
+  cache.get(0, 3); // in place of 2
+  EXPECT_EQ(cache.counts().hits, 1u);
+  cache.get(0, 1);
+  cache.get(0, 3);
+  EXPECT_EQ(cache.counts().hits, 3u);
+  cache.get(0, 2);
+  EXPECT_EQ(cache.counts().hits, 3u);
+}
+
+TEST_F(BlockCacheTest, BlocksInUseSurviveTheirEviction) {
+  BlockCache cache(views_, 0);
+  const auto held = cache.get(0, 3);
+  sweep(cache);
+  EXPECT_EQ(held->basis, views_[0].read(3).basis);
+}
+
+TEST_F(BlockCacheTest, ThreadsMayAskAtOnce) {
+  BlockCache cache(views_, 3 * views_[0].read(3).memory());
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 4; ++t) threads.emplace_back([&] { sweep(cache); });
+  }
+  EXPECT_EQ(cache.counts().reads + cache.counts().hits, 4u * 2 * blockCount());
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,221 @@
+#include "srf/store/block.h"
+
+#include "srf/store/bytes.h"
+#include "tests/srf/store/synthetic.h"
+
+namespace surflect {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::MatrixXf;
+using synthetic::random;
+
+constexpr uint64_t full = ~uint64_t{0};
+
+// The rows of the present texels, from what a reader sees.
+MatrixXd decoded(const EncodedBlock& encoded, uint64_t present, Eigen::Index lights) {
+  const Block block = decodeBlock(encoded.record, lights);
+  MatrixXd radiance(3 * std::popcount(present), lights);
+  Eigen::Index row = 0;
+  for (uint64_t rest = present; rest != 0; rest &= rest - 1)
+    for (int c = 0; c < 3; ++c, ++row)
+      for (Eigen::Index l = 0; l < lights; ++l) {
+        radiance(row, l) = 0;
+        for (int k = 0; k < block.rank; ++k)
+          radiance(row, l) +=
+              double{block.texel(std::countr_zero(rest))[c * block.stride + k]} * block.light(l)[k];
+      }
+  return radiance;
+}
+
+struct Case {
+  std::string name;
+  uint64_t present;
+  MatrixXf radiance;
+};
+
+std::vector<Case> cases() {
+  std::mt19937 generator(1);
+  const uint64_t some = 0x00f0'ff81'0300'1007;
+  const int rows = 3 * std::popcount(some);
+  const MatrixXf spike = Eigen::VectorXf::Unit(192, 5) * Eigen::VectorXf::Unit(28, 7).transpose();
+  MatrixXf highlights = MatrixXf::Constant(192, 28, 0.01f);
+  for (int i = 0; i < 28; ++i) highlights(7 * i, i) = 1e4f;
+  std::vector<Case> all = {
+      {"random", full, random(192, 28, generator)},
+      {"random, some texels", some, random(rows, 28, generator)},
+      {"more lights than values", 1, random(3, 60, generator)},
+      {"one light", full, random(192, 1, generator)},
+      {"low rank", full, random(192, 3, generator) * random(3, 28, generator)},
+      {"low rank and noise", some,
+       random(rows, 2, generator) * random(2, 28, generator) + 0.01f * random(rows, 28, generator)},
+      {"constant", full, MatrixXf::Constant(192, 28, 0.25f)},
+      {"negative", full, MatrixXf::Constant(192, 28, -0.5f) - random(192, 28, generator).cwiseAbs()},
+      {"one value", full, spike},
+      {"one texel, one light", 1ull << 63, MatrixXf::Constant(3, 1, 0.7f)},
+      {"highlights", full, highlights},
+      {"bright", full, 1e4f * random(192, 28, generator)},
+      {"beyond half floats", some, 1e8f * random(rows, 28, generator)},
+      {"faint", full, 1e-4f * random(192, 28, generator)},
+      {"below half floats", full, 1e-9f * random(192, 28, generator)},
+  };
+  return all;
+}
+
+TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
+  for (const auto& [name, present, x] : cases()) {
+    for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, smallestTolerance}) {
+      for (const double white : {1e-6, 1.0, 1e4}) {
+        const EncodedBlock encoded = encodeBlock(present, x, tolerance, white);
+        const double error = (decoded(encoded, present, x.cols()) - x.cast<double>()).norm();
+        EXPECT_LE(error, blockErrorBound(x.cast<double>().norm(), x.size(), tolerance, white) * (1 + 1e-12))
+            << name << ", tolerance " << tolerance << ", white " << white;
+        EXPECT_NEAR(error * error, encoded.squaredError, 1e-9 * encoded.squaredError) << name;
+      }
+    }
+  }
+}
+
+TEST(Block, ToleranceBelowTheSmallestIsTakenAsTheSmallest) {
+  for (const auto& [name, present, x] : cases()) {
+    const EncodedBlock encoded = encodeBlock(present, x, 0, 1e-6);
+    EXPECT_LE(encoded.squaredError, std::pow(smallestTolerance * x.cast<double>().norm(), 2)) << name;
+    EXPECT_EQ(encoded.record, encodeBlock(present, x, smallestTolerance, 1e-6).record) << name;
+  }
+}
+
+TEST(Block, ErrorFallsAndSizeGrowsAsToleranceTightens) {
+  std::mt19937 generator(2);
+  const Eigen::VectorXf falling = Eigen::VectorXf::LinSpaced(28, 0, -9).array().exp();
+  const MatrixXf x = random(192, 28, generator) * falling.asDiagonal() * random(28, 28, generator);
+  EncodedBlock coarser = encodeBlock(full, x, 0.5, 1);
+  for (double tolerance = 0.25; tolerance > 1e-3; tolerance /= 2) {
+    EncodedBlock finer = encodeBlock(full, x, tolerance, 1);
+    EXPECT_LT(finer.squaredError, coarser.squaredError) << tolerance;
+    EXPECT_GT(finer.record.size(), coarser.record.size()) << tolerance;
+    EXPECT_GE(finer.rank, coarser.rank) << tolerance;
+    coarser = std::move(finer);
+  }
+  EXPECT_GT(coarser.rank, 10);
+}
+
+TEST(Block, ZeroBlockHasRankZero) {
+  const EncodedBlock encoded = encodeBlock(full, MatrixXf::Zero(192, 28), 0, 1);
+  EXPECT_EQ(encoded.rank, 0);
+  EXPECT_EQ(encoded.squaredError, 0);
+  EXPECT_EQ(encoded.record.size(), 4u);
+  EXPECT_EQ(decodeBlock(encoded.record, 28).rank, 0);
+}
+
+TEST(Block, BlockBelowTheFloorHasRankZero) {
+  const EncodedBlock encoded = encodeBlock(full, MatrixXf::Constant(192, 28, 0.9e-3f * 0.03f), 0.03, 1);
+  EXPECT_EQ(encoded.rank, 0);
+}
+
+TEST(Block, LowRankBlockIsStoredWithItsRank) {
+  std::mt19937 generator(3);
+  for (int rank = 1; rank <= 6; ++rank) {
+    const MatrixXf x = random(192, rank, generator) * random(rank, 28, generator);
+    EXPECT_EQ(encodeBlock(full, x, 1e-3, 1).rank, rank);
+  }
+}
+
+// Four bits a value and a half float a light: what rank 1 at 10 % needs, and no byte more.
+TEST(Block, RecordIsAsSmallAsItsTermsAllow) {
+  std::mt19937 generator(4);
+  const MatrixXf x = random(192, 1, generator).array().tanh().matrix() * random(1, 28, generator);
+  EXPECT_EQ(encodeBlock(full, x, 0.1, 1).record.size(), 4u + 28 * 2 + 192 / 2);
+  const uint64_t three = 0b10101;
+  EXPECT_EQ(encodeBlock(three, x.topRows(9), 0.1, 1).record.size(), 4u + 8 + 28 * 2 + 5);
+}
+
+TEST(Block, CoefficientsBecomeFloatsWhereHalvesOverflow) {
+  std::mt19937 generator(5);
+  const MatrixXf x = random(192, 1, generator) * random(1, 28, generator);
+  const auto bytes = [&](float scale) { return encodeBlock(full, scale * x, 0.01, 1).record.size(); };
+  EXPECT_EQ(bytes(1e6f), bytes(1) + 28 * 2);
+}
+
+// The clipped error is the one that a viewer sees: what lies above white or below black is not counted.
+TEST(Block, ClippedErrorIsThatOfClippedValues) {
+  std::mt19937 generator(6);
+  const MatrixXf x = random(192, 28, generator);
+  const EncodedBlock encoded = encodeBlock(full, x, 0.1, 0.8);
+  const MatrixXd stored = decoded(encoded, full, 28);
+  double expected = 0;
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    expected += std::pow(std::clamp(double{x.data()[i]}, 0., 0.8) - std::clamp(stored.data()[i], 0., 0.8), 2);
+  EXPECT_NEAR(encoded.clippedSquaredError, expected, 1e-12 * expected);
+  EXPECT_LT(encoded.clippedSquaredError, encoded.squaredError);
+}
+
+TEST(Block, AbsentTexelsRepeatTheNearestPresentOne) {
+  std::mt19937 generator(7);
+  for (int trial = 0; trial < 20; ++trial) {
+    const uint64_t present = (uint64_t{generator()} << 32 | generator()) & generator() & ~1ull;
+    if (present == 0) continue;
+    const MatrixXf x = random(3 * std::popcount(present), 28, generator);
+    const Block block = decodeBlock(encodeBlock(present, x, 0.01, 1).record, 28);
+    EXPECT_EQ(block.present, present);
+    for (int t = 0; t < blockTexels; ++t) {
+      const auto distance = [&](int other) {
+        return std::hypot(other % blockSize - t % blockSize, other / blockSize - t / blockSize);
+      };
+      double least = 100;
+      for (int other = 0; other < blockTexels; ++other)
+        if (present >> other & 1) least = std::min(least, distance(other));
+      bool repeats = false;
+      for (int other = 0; other < blockTexels; ++other)
+        repeats |= (present >> other & 1) && distance(other) == least &&
+                   std::equal(block.texel(t), block.texel(t) + 3 * block.stride, block.texel(other));
+      EXPECT_TRUE(repeats) << t;
+    }
+  }
+}
+
+TEST(Block, EveryTruncationAndEveryExtensionOfARecordIsRejected) {
+  for (const auto& [name, present, x] : cases()) {
+    auto record = encodeBlock(present, x, 0.05, 1).record;
+    for (size_t size = 0; size < record.size(); ++size)
+      EXPECT_THROW(decodeBlock(std::span(record).first(size), x.cols()), Error) << name << ", " << size;
+    record.push_back(std::byte{0});
+    EXPECT_THROW(decodeBlock(record, x.cols()), Error) << name;
+  }
+}
+
+// A record has a checksum in its file; one made to deceive still must not crash the reader.
+TEST(Block, DamagedRecordDecodesToModestNumbersOrIsRejected) {
+  int rejected = 0;
+  for (const auto& [name, present, x] : cases()) {
+    const auto record = encodeBlock(present, x, 0.05, 1).record;
+    for (size_t i = 0; i < record.size(); ++i) {
+      auto damaged = record;
+      damaged[i] = ~damaged[i];
+      try {
+        for (const float a : decodeBlock(damaged, x.cols()).coefficients)
+          ASSERT_LT(std::abs(a), 1e33f) << name;
+      } catch (const Error&) {
+        ++rejected;
+      }
+    }
+  }
+  EXPECT_GT(rejected, 100);
+}
+
+TEST(Block, MeaninglessRecordsNameTheirField) {
+  const auto fieldOf = [](std::vector<uint8_t> bytes) {
+    try {
+      decodeBlock(std::as_bytes(std::span(bytes)), 2);
+    } catch (const Error& error) {
+      return error.field();
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(fieldOf({4, 0, 0, 0}), "flags");
+  EXPECT_EQ(fieldOf({2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "present");
+  EXPECT_EQ(fieldOf({0, 1, 1, 1}), "rank");
+  EXPECT_EQ(fieldOf({2, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0x7c, 0, 0, 0, 0}), "coefficients"); // infinity
+}
+
+} // namespace
+} // namespace surflect

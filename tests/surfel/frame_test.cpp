@@ -1,0 +1,160 @@
+#include "surfel/frame.h"
+
+#include <Eigen/SVD>
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using Tangents = Eigen::Matrix<double, 3, 2>;
+
+Vec3<double> randomUnit(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return Vec3<double>(normal(random), normal(random), normal(random)).normalized();
+}
+
+// Tangents with angles between them of 3 to 177 degrees and lengths of 0.1 to 10.
+Tangents randomTangents(std::mt19937& random) {
+  std::uniform_real_distribution<double> exponent(-1, 1);
+  for (;;) {
+    const Vec3<double> u = randomUnit(random), v = randomUnit(random);
+    if (u.cross(v).norm() < std::sin(3 * std::numbers::pi / 180)) continue;
+    Tangents tangents;
+    tangents << std::pow(10, exponent(random)) * u, std::pow(10, exponent(random)) * v;
+    return tangents;
+  }
+}
+
+// The pair of orthonormal vectors nearest to the columns, by singular value decomposition.
+Tangents nearestOrthonormal(const Tangents& tangents) {
+  const Eigen::JacobiSVD<Tangents, Eigen::FullPivHouseholderQRPreconditioner> svd(
+      tangents, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU().leftCols<2>() * svd.matrixV().transpose();
+}
+
+Tangents tangentsOf(const OrthonormalFrame<double>& frame) {
+  Tangents tangents;
+  tangents << frame.u, frame.v;
+  return tangents;
+}
+
+Mat3<double> matrixOf(const OrthonormalFrame<double>& frame) {
+  Mat3<double> matrix;
+  matrix << frame.u, frame.v, frame.n;
+  return matrix;
+}
+
+double roundTripError(const Vec3<double>& n) {
+  const Rodrigues r0 = rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(n));
+  return (rotationOf<double>(r0).col(2) - n).norm();
+}
+
+TEST(Rodrigues, AMillionNormalsComeBack) {
+  std::mt19937 random(1);
+  double worst = 0, longest = 0;
+  for (int i = 0; i < 1'000'000; ++i) {
+    const Vec3<double> n = randomUnit(random);
+    const Rodrigues r0 = rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(n));
+    worst = std::max(worst, (rotationOf<double>(r0).col(2) - n).norm());
+    longest = std::max(longest, std::hypot(double{r0.x}, double{r0.y}));
+  }
+  EXPECT_LT(worst, 1.1e-7); // float32 keeps 9e-6 degrees
+  EXPECT_LE(longest, 1 + 1e-7);
+}
+
+TEST(Rodrigues, AxesComeBack) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {1., -1.}) EXPECT_EQ(roundTripError(sign * Vec3<double>::Unit(axis)), 0);
+}
+
+TEST(Rodrigues, NormalsNearThePolesComeBack) {
+  std::mt19937 random(2);
+  for (double tilt = 1e-12; tilt < 0.1; tilt *= 3)
+    for (const double pole : {1., -1.}) {
+      const Vec3<double> n = (pole * Vec3<double>::UnitZ() + tilt * randomUnit(random)).normalized();
+      EXPECT_LT(roundTripError(n), 1e-7 * tilt + 1e-15) << tilt << ' ' << pole;
+    }
+}
+
+TEST(Rodrigues, FramesAreRightHandedRotations) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 1000; ++i) {
+    const Mat3<double> r =
+        rotationOf<double>(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(randomUnit(random))));
+    EXPECT_LT((r * r.transpose() - Mat3<double>::Identity()).norm(), 1e-15);
+    EXPECT_NEAR(r.determinant(), 1, 1e-15);
+  }
+}
+
+TEST(PolarFrame, IsThePolarFactorOfTheUnnormalisedTangents) {
+  std::mt19937 random(4);
+  for (int i = 0; i < 10000; ++i) {
+    const Tangents tangents = randomTangents(random);
+    const auto frame = polarFrame<double>(tangents.col(0), tangents.col(1));
+    ASSERT_TRUE(frame);
+    EXPECT_LT((tangentsOf(*frame) - nearestOrthonormal(tangents)).norm(), 7e-15);
+  }
+}
+
+TEST(BisectorFrame, SolvesProcrustesForTheNormalisedTangents) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 10000; ++i) {
+    const Tangents tangents = randomTangents(random);
+    const auto frame = bisectorFrame<double>(tangents.col(0), tangents.col(1));
+    ASSERT_TRUE(frame);
+    const Tangents unit = tangents.colwise().normalized();
+    EXPECT_LT((tangentsOf(*frame) - nearestOrthonormal(unit)).norm(), 1.2e-14);
+  }
+}
+
+TEST(Frames, AreRightHandedAndOrthonormal) {
+  std::mt19937 random(6);
+  for (int i = 0; i < 10000; ++i) {
+    const Tangents tangents = randomTangents(random);
+    for (const auto& frame : {polarFrame<double>(tangents.col(0), tangents.col(1)),
+                              bisectorFrame<double>(tangents.col(0), tangents.col(1))}) {
+      const Mat3<double> m = matrixOf(*frame);
+      EXPECT_LT((m * m.transpose() - Mat3<double>::Identity()).norm(), 1e-14);
+      EXPECT_NEAR(m.determinant(), 1, 5e-15);
+    }
+  }
+}
+
+TEST(Frames, AgreeOnOrthogonalTangentsOfOneLength) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3<double> u = randomUnit(random), v = u.cross(randomUnit(random)).normalized();
+    const Mat3<double> polar = matrixOf(*polarFrame<double>(3 * u, 3 * v));
+    EXPECT_LT((polar - matrixOf(*bisectorFrame<double>(3 * u, 3 * v))).norm(), 1.5e-15);
+    EXPECT_LT((polar.col(0) - u).norm() + (polar.col(1) - v).norm(), 1.5e-15);
+  }
+}
+
+TEST(PolarFrame, DoesNotDependOnTheLengthOfBothTangents) {
+  std::mt19937 random(8);
+  for (const double scale : {1e-300, 1e-30, 1e30, 1e300}) {
+    const Tangents t = randomTangents(random);
+    const auto frame = polarFrame<double>(t.col(0), t.col(1));
+    const auto scaled = polarFrame<double>(scale * t.col(0), scale * t.col(1));
+    ASSERT_TRUE(scaled);
+    EXPECT_LT((matrixOf(*frame) - matrixOf(*scaled)).norm(), 5e-16);
+  }
+}
+
+TEST(Frames, AreRefusedWhereTangentsSpanNoPlane) {
+  const Vec3<double> u(1, 2, 3), zero(0, 0, 0);
+  const double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::pair<Vec3<double>, Vec3<double>>> dead = {
+      {u, 2 * u},   {u, -u},          {u, zero},        {zero, zero},
+      {u, u * 0.1}, {u, {inf, 0, 0}}, {{0, nan, 0}, u}, {u, {0, 0, nan}}};
+  for (const auto& [a, b] : dead) {
+    EXPECT_FALSE(polarFrame<double>(a, b)) << a.transpose() << " | " << b.transpose();
+    EXPECT_FALSE(bisectorFrame<double>(a, b)) << a.transpose() << " | " << b.transpose();
+  }
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,21 @@
+// What a warp does to a surfel cloud.
+#pragma once
+
+#include "surfel/cloud.h"
+#include "warp/warp.h"
+
+namespace surflect {
+
+// p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored where det J < 0, dead where polarFrame finds
+// no frame for (u, v) or anything is not finite in float; the p, u, v of dead surfels are 0. J is the warp's
+// own or, along u0, v0, n0, by Eq. 6 with the step below. Evaluated in double, in the caller's arena; the
+// same bits for any number of threads.
+DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp);
+
+// The step of Eq. 6 for a cloud. With M the largest coordinate, rounding of Psi costs e M / epsilon
+// (e = 2^-53), and what the third derivative leaves out is about epsilon^2 / (6 l^2) for a warp with features
+// of size l. The sum is least at epsilon = (3 e M l^2)^(1/3); l is taken as 1/16 of the bounding box's
+// diagonal. A cloud of no extent has l = M/16, one at the origin 1/16.
+double differenceStep(const SurfelCloud& cloud);
+
+} // namespace surflect

@@ -1,0 +1,66 @@
+#include "warp/motion.h"
+
+#include "surfel/error.h"
+
+namespace surflect {
+
+namespace {
+
+double nonZeroAt(const Track& track, const ShotTime& time, std::string_view field) {
+  const double value = finiteAt(track, time, field);
+  if (value == 0) throw Error::mismatch("another number", "0").at(field);
+  return value;
+}
+
+Angle anglePerUnit(const Track& angleDeg, const Track& length, const ShotTime& time) {
+  return Angle::fromDegrees(finiteAt(angleDeg, time, "angle_deg") / nonZeroAt(length, time, "length"));
+}
+
+WarpPointer frozen(const RigidMotion& m, const ShotTime& time) {
+  return rigidWarp(unitAt(m.axis, time, "axis"), Angle::fromDegrees(finiteAt(m.angleDeg, time, "angle_deg")),
+                   finiteAt(m.center, time, "center"), finiteAt(m.translate, time, "translate"));
+}
+
+WarpPointer frozen(const ScaleMotion& m, const ShotTime& time) {
+  return scaleWarp(finiteAt(m.factor, time, "factor"), finiteAt(m.center, time, "center"));
+}
+
+WarpPointer frozen(const TwistMotion& m, const ShotTime& time) {
+  return twistWarp(unitAt(m.axis, time, "axis"), anglePerUnit(m.angleDeg, m.length, time),
+                   finiteAt(m.center, time, "center"));
+}
+
+WarpPointer frozen(const BendMotion& m, const ShotTime& time) {
+  const Vec3<double> axis = unitAt(m.axis, time, "axis");
+  const Vec3<double> wish = unitAt(m.direction, time, "direction");
+  const Vec3<double> across = wish - axis.dot(wish) * axis;
+  if (across.norm() < 1e-6)
+    throw Error::mismatch("one that is not", "a direction along the axis").at("direction");
+  // Twice, so that what rounding left along the axis is gone too.
+  const Vec3<double> direction = (across - axis.dot(across) * axis).normalized();
+  return bendWarp(axis, direction, anglePerUnit(m.angleDeg, m.length, time),
+                  finiteAt(m.center, time, "center"));
+}
+
+WarpPointer frozen(const SineMotion& m, const ShotTime& time) {
+  SineWave wave;
+  wave.axis = unitAt(m.axis, time, "axis");
+  wave.direction = unitAt(m.direction, time, "direction");
+  wave.center = finiteAt(m.center, time, "center");
+  wave.amplitude = finiteAt(m.amplitude, time, "amplitude");
+  wave.wavelength = nonZeroAt(m.wavelength, time, "wavelength");
+  wave.phase = Angle::fromDegrees(finiteAt(m.phaseDeg, time, "phase_deg"));
+  return sineWarp(wave);
+}
+
+WarpPointer frozen(const ExpressionMotion& m, const ShotTime& time) {
+  return expressionWarp(m.x, m.y, m.z, time);
+}
+
+} // namespace
+
+WarpPointer freeze(const WarpMotion& motion, const ShotTime& time) {
+  return std::visit([&](const auto& m) { return frozen(m, time); }, motion);
+}
+
+} // namespace surflect

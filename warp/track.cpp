@@ -1,0 +1,76 @@
+#include "warp/track.h"
+
+#include "surfel/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+double interpolate(std::span<const Keyframe> keys, double frame) {
+  const auto next = std::upper_bound(keys.begin(), keys.end(), frame,
+                                     [](double f, const Keyframe& key) { return f < key.frame; });
+  if (next == keys.begin()) return keys.front().value;
+  if (next == keys.end()) return keys.back().value;
+  const Keyframe& from = *(next - 1);
+  const double x = (frame - from.frame) / (next->frame - from.frame);
+  const double weight = next->smooth ? x * x * (3 - 2 * x) : x;
+  return (1 - weight) * from.value + weight * next->value;
+}
+
+std::string shown(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
+
+} // namespace
+
+Track Track::keyframes(std::vector<Keyframe> keys) {
+  if (keys.empty()) throw Error::mismatch("at least one [frame, value]", "no keyframe");
+  for (size_t i = 0; i < keys.size(); ++i) {
+    if (!std::isfinite(keys[i].frame) || !std::isfinite(keys[i].value))
+      throw Error::mismatch("finite numbers", "inf or nan in keyframe " + std::to_string(i + 1));
+    if (i > 0 && !(keys[i].frame > keys[i - 1].frame))
+      throw Error::mismatch("frames that increase",
+                            shown(keys[i].frame) + " after " + shown(keys[i - 1].frame));
+  }
+  return Track(Source(std::move(keys)));
+}
+
+Track Track::expression(std::string text) {
+  constexpr std::array<std::string_view, 3> variables = {"t", "frame", "s"};
+  return Track(Source(Expression(std::move(text), variables)));
+}
+
+double Track::at(const ShotTime& time) const {
+  if (const auto* literal = std::get_if<double>(&source_)) return *literal;
+  if (const auto* keys = std::get_if<std::vector<Keyframe>>(&source_)) return interpolate(*keys, time.frame);
+  return std::get<Expression>(source_)(std::array{time.t, time.frame, time.s});
+}
+
+double finiteAt(const Track& track, const ShotTime& time, std::string_view field) {
+  const double value = track.at(time);
+  if (!std::isfinite(value))
+    throw Error::mismatch("a finite number", shown(value) + " at frame " + shown(time.frame)).at(field);
+  return value;
+}
+
+Vec3<double> finiteAt(const Track3& track, const ShotTime& time, std::string_view field) {
+  Vec3<double> value;
+  for (int i = 0; i < 3; ++i)
+    value[i] =
+        finiteAt(track[static_cast<size_t>(i)], time, std::string(field) + '[' + std::to_string(i) + ']');
+  return value;
+}
+
+Vec3<double> unitAt(const Track3& track, const ShotTime& time, std::string_view field) {
+  const Vec3<double> unit = finiteAt(track, time, field).stableNormalized();
+  if (!(unit.squaredNorm() > 0.5))
+    throw Error::mismatch("a direction", "length 0 at frame " + shown(time.frame)).at(field);
+  return unit;
+}
+
+} // namespace surflect

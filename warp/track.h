@@ -1,0 +1,52 @@
+// A number over the time of a shot: a literal, keyframes, or an expression.
+#pragma once
+
+#include "surfel/space.h"
+#include "warp/expression.h"
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace surflect {
+
+struct ShotTime {
+  double t = 0; // seconds since the first frame
+  double frame = 0;
+  double s = 0; // 0 at the first frame .. 1 at the last
+};
+
+struct Keyframe {
+  double frame = 0, value = 0;
+  bool smooth = false; // eases (3x^2 - 2x^3) on the segment that arrives here; else linear
+};
+
+class Track {
+public:
+  Track(double literal = 0) : source_(literal) {}
+  // Frames must increase; before the first and after the last key its value holds.
+  // Throws Error when there is none, when frames do not increase, or anything is not finite.
+  static Track keyframes(std::vector<Keyframe> keys);
+  // In t, frame and s. Throws Error as Expression does.
+  static Track expression(std::string text);
+
+  // Not finite only where an expression is not.
+  double at(const ShotTime& time) const;
+
+private:
+  using Source = std::variant<double, std::vector<Keyframe>, Expression>;
+  explicit Track(Source source) : source_(std::move(source)) {}
+  Source source_;
+};
+
+using Track3 = std::array<Track, 3>;
+
+// The value, or an Error at `field` saying the frame where it is not finite.
+double finiteAt(const Track& track, const ShotTime& time, std::string_view field);
+Vec3<double> finiteAt(const Track3& track, const ShotTime& time, std::string_view field);
+// Normalised; an Error also where the length is zero.
+Vec3<double> unitAt(const Track3& track, const ShotTime& time, std::string_view field);
+
+} // namespace surflect

@@ -1,0 +1,78 @@
+// A warp at one instant: a map of space to itself, and how it acts in the small.
+//
+// [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
+// Symbols: Psi the warp; x a point before it; J = dPsi/dx its Jacobian, columns dPsi/dx, dPsi/dy, dPsi/dz.
+//
+// A whole warp takes acquisition space to object space (deform.h does the typing); the links of a chain meet
+// at points between the two, so warps themselves speak of bare vectors, in scene units.
+#pragma once
+
+#include "surfel/angle.h"
+#include "surfel/space.h"
+#include "warp/expression.h"
+#include "warp/track.h"
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace surflect {
+
+// Both functions may be called from any thread and never throw. Where the warp has no value the result is not
+// finite.
+class Warp {
+public:
+  virtual ~Warp() = default;
+  virtual Vec3<double> position(const Vec3<double>& x) const = 0;
+  // Exact; empty, for every x alike, where the warp knows no closed form: then use centralDifferences.
+  virtual std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const = 0;
+};
+
+using WarpPointer = std::unique_ptr<const Warp>;
+
+// Derivatives of the warp along the columns of `directions`, as columns:
+//   (Psi(x + epsilon d) - Psi(x - epsilon d)) / (2 epsilon)   [Weyrich 2005, Eq. 6]
+// Error: epsilon^2/6 of the third derivative along d, and rounding of about 2^-53 |Psi| / epsilon.
+Mat3<double> centralDifferences(const Warp& warp, const Vec3<double>& x, const Mat3<double>& directions,
+                                double epsilon);
+
+// Below, every axis and direction is a unit vector and every parameter finite: asserted.
+
+// Turns about the axis through the centre, right-handed, then translates.
+WarpPointer rigidWarp(const Vec3<double>& axis, Angle angle, const Vec3<double>& center,
+                      const Vec3<double>& translation);
+
+// Stretches along x, y, z about the centre; a negative factor mirrors.
+WarpPointer scaleWarp(const Vec3<double>& factors, const Vec3<double>& center);
+
+// Turns each plane across the axis by anglePerUnit times its signed distance from the centre.
+WarpPointer twistWarp(const Vec3<double>& axis, Angle anglePerUnit, const Vec3<double>& center);
+
+// Bends the axis into a circle that leaves the centre along the axis and curves towards `direction` (at right
+// angles to it) by anglePerUnit per unit of arc length; planes across the axis stay planes across the circle.
+// There are no ends: the circle closes after 2 pi / anglePerUnit. Points further along `direction` than the
+// circle's radius 1 / anglePerUnit turn inside out.
+WarpPointer bendWarp(const Vec3<double>& axis, const Vec3<double>& direction, Angle anglePerUnit,
+                     const Vec3<double>& center);
+
+// Displaces along `direction` by amplitude sin(2 pi axis . (x - center) / wavelength + phase); wavelength is
+// not 0.
+struct SineWave {
+  Vec3<double> axis, direction, center;
+  double amplitude = 0, wavelength = 1; // scene units
+  Angle phase = Angle();
+};
+WarpPointer sineWarp(const SineWave& wave);
+
+// New coordinates by three formulas, each in the variables x, y, z, t, frame, s in this order. Has no exact
+// Jacobian.
+inline constexpr std::array<std::string_view, 6> warpVariables = {"x", "y", "z", "t", "frame", "s"};
+WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time);
+
+// The first link acts first; none is the identity. Has an exact Jacobian, by the chain rule, when all links
+// do.
+WarpPointer chainWarp(std::vector<WarpPointer> links);
+
+} // namespace surflect
