@@ -163,7 +163,8 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
         const Light& light = capture.lights[*frame.light];
         lights.push_back(inObjectSpace(light));
         result.light = light.identity;
-        result.frontLit = dot(towardsLight(light, center), capture.views[view].camera.towards(center)) >= 0;
+        result.frontLit =
+            dot(towardsLight(light, center), Viewpoint(capture.views[view].camera).towards(center)) >= 0;
         knownLight = knownLights.contains(light.identity);
       }
       result.camera = capture.views[view].identity;

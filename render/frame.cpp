@@ -81,6 +81,7 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
                      std::span<const ShotLight> lights) {
+  const Viewpoint viewpoint(camera);
   QueryBatch batch;
   batch.lights = lights.size();
   batch.surfels.assign(surfels.begin(), surfels.end());
@@ -91,7 +92,7 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
     const size_t surfel = surfels[query];
     const LookUp<double> lookUp = lookUpAt(rest, deformed, surfel);
     const auto p = deformed.p[surfel].cast<double>();
-    batch.towardsView[query] = lookUp(camera.towards(p)).cast<float>();
+    batch.towardsView[query] = lookUp(viewpoint.towards(p)).cast<float>();
     for (size_t l = 0; l < lights.size(); ++l) {
       const Incidence incidence = incidenceAt(lights[l], p);
       batch.towardsLight[query * lights.size() + l] = lookUp(incidence.towards).cast<float>();

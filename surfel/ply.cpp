@@ -196,7 +196,8 @@ void readElement(Body& body, const std::vector<PropertyDeclaration>& declaration
   size_t smallestItem = 0;
   for (const auto& d : declarations) smallestItem += body.smallestSize(d.listCount.value_or(d.value));
   if (smallestItem == 0 ? element.count > 0 : element.count > body.bytesLeft() / smallestItem)
-    throw Error::mismatch("at most as many items as the file has bytes for", std::to_string(element.count));
+    throw Error::mismatch("at most as many items as the file has bytes for", std::to_string(element.count))
+        .at(element.name);
   for (size_t p = 0; p < declarations.size(); ++p) {
     PlyProperty& property = element.properties[p];
     if (property.isList) property.start.assign(1, 0);

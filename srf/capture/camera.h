@@ -6,6 +6,7 @@
 
 #include "surfel/space.h"
 
+#include <limits>
 #include <optional>
 
 namespace surflect {
@@ -56,15 +57,30 @@ template <class World> struct Camera {
   Point3<World, double> center() const {
     return cameraFromWorld.inverse()(Point3<CameraSpace, double>(0, 0, 0));
   }
-  // Unit direction from a point towards the viewer.
-  Direction3<World, double> towards(const Point3<World, double>& p) const {
-    if (lens.model == Lens::Model::orthographic)
-      return cameraFromWorld.inverse()(Direction3<CameraSpace, double>(0, 0, 1));
-    return normalized(center() - p);
-  }
   std::optional<Pixel> project(const Point3<World, double>& p) const {
     return surflect::project(lens, cameraFromWorld(p));
   }
+};
+
+// Where a camera looks from: a point, or for an orthographic one a direction.
+template <class World> class Viewpoint {
+public:
+  explicit Viewpoint(const Camera<World>& camera)
+      : isDistant_(camera.lens.model == Lens::Model::orthographic), center_(camera.center()),
+        backwards_(camera.cameraFromWorld.inverse()(Direction3<CameraSpace, double>(0, 0, 1))) {}
+
+  // Unit direction from a point towards the viewer.
+  Direction3<World, double> towards(const Point3<World, double>& p) const {
+    return isDistant_ ? backwards_ : normalized(center_ - p);
+  }
+  double distance(const Point3<World, double>& p) const {
+    return isDistant_ ? std::numeric_limits<double>::infinity() : length(center_ - p);
+  }
+
+private:
+  bool isDistant_;
+  Point3<World, double> center_;
+  Direction3<World, double> backwards_;
 };
 
 } // namespace surflect

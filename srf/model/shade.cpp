@@ -43,7 +43,9 @@ class Planner {
 public:
   Planner(const Model& model, const QueryBatch& batch, const ShadeOptions& options)
       : model_(model), batch_(batch), options_(options), viewPenalty_(model.rig.views.size()),
-        row_(model.rig.lights.size()) {}
+        row_(model.rig.lights.size()) {
+    for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
+  }
 
   void plan(size_t query, ShadingPlan& plan) {
     const uint32_t surfel = batch_.surfels[query];
@@ -77,7 +79,7 @@ private:
       const auto& camera = model_.rig.views[view].camera;
       viewPenalty_[view] = kInfinity;
       if (seen && fades[view] == 0) continue;
-      const float penalty = anglePenalty(camera.towards(p0_).template cast<float>(), towardsView);
+      const float penalty = anglePenalty(viewpoints_[view].towards(p0_).template cast<float>(), towardsView);
       if (seen) {
         viewPenalty_[view] = options_.nearest ? penalty : penalty * 255 / fades[view];
       } else if (const auto pixel = camera.project(p0_); pixel && contains(camera.lens, *pixel)) {
@@ -170,6 +172,7 @@ private:
   const Model& model_;
   const QueryBatch& batch_;
   const ShadeOptions& options_;
+  std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
   std::vector<float> viewPenalty_; // per view, of the current query
   std::vector<Rgb> row_;           // per column
   std::vector<PlannedOp> ops_;

@@ -28,6 +28,10 @@ Normal3<AcquisitionSpace> normalOf(const SurfelCloud& cloud, size_t i) {
   return assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2));
 }
 
+std::vector<Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const Camera<AcquisitionSpace>> views) {
+  return {views.begin(), views.end()};
+}
+
 } // namespace
 
 double smoothStep(double from, double to, double x) {
@@ -46,19 +50,18 @@ double borderFade(const Lens& lens, Pixel pixel) {
 std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   std::vector<uint8_t> free(cloud.size() * views.size(), 0);
+  const auto viewpoints = viewpointsOf(views);
   const double offset = impostor.selfHitOffset();
   forRuns(cloud.size(), "visibility", progress, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto p = cloud.p0[i].cast<double>();
       const auto n = normalOf(cloud, i).cast<double>();
+      const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(offset * n.raw());
       for (size_t view = 0; view < views.size(); ++view) {
-        const auto towards = views[view].towards(p);
+        const auto towards = viewpoints[view].towards(p);
         if (!(dot(n, towards) > 0)) continue;
-        const double distance = views[view].lens.model == Lens::Model::orthographic
-                                    ? std::numeric_limits<double>::infinity()
-                                    : length(views[view].center() - p);
-        const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(offset * n.raw());
-        free[i * views.size() + view] = !impostor.occluded(lifted, towards, offset, distance);
+        free[i * views.size() + view] =
+            !impostor.occluded(lifted, towards, offset, viewpoints[view].distance(p));
       }
     }
   });
@@ -76,12 +79,13 @@ struct Openness::Votes {
         std::vector<uint8_t> sight, float reach)
       : views(cameras.size()), radius(reach), index(cloud.p0), normals(cloud.size()), free(std::move(sight)),
         facing(cloud.size() * views) {
+    const auto viewpoints = viewpointsOf(cameras);
     tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
       const auto n = normalOf(cloud, i);
       normals[i] = n.raw();
       for (size_t view = 0; view < views; ++view)
         facing[i * views + view] =
-            dot(n.cast<double>(), cameras[view].towards(cloud.p0[i].cast<double>())) > 0;
+            dot(n.cast<double>(), viewpoints[view].towards(cloud.p0[i].cast<double>())) > 0;
     });
   }
 };
@@ -110,20 +114,15 @@ void Openness::at(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSp
     openness[view] = openness[view] > 0 ? openness[view] / all[view] : 0;
 }
 
-void viewFades(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
-               std::span<const Camera<AcquisitionSpace>> views, std::span<const float> openness,
-               std::span<float> fades) {
+double viewFade(const Camera<AcquisitionSpace>& camera, const Viewpoint<AcquisitionSpace>& viewpoint,
+                const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n, double openness) {
   const auto point = p.cast<double>();
-  for (size_t view = 0; view < views.size(); ++view) {
-    const auto pixel = views[view].project(point);
-    // At an edge of occlusion one half of the neighbourhood is open, at a convex corner of the hidden part up
-    // to three quarters: there the view must be gone.
-    const double open = smoothStep(0.75, 1, openness[view]);
-    fades[view] =
-        pixel ? static_cast<float>(open * grazingFade(dot(n.cast<double>(), views[view].towards(point))) *
-                                   borderFade(views[view].lens, *pixel))
-              : 0;
-  }
+  const auto pixel = camera.project(point);
+  if (!pixel) return 0;
+  // At an edge of occlusion one half of the neighbourhood is open, at a convex corner of the hidden part up
+  // to three quarters: there the view must be gone.
+  return smoothStep(0.75, 1, openness) * grazingFade(dot(n.cast<double>(), viewpoint.towards(point))) *
+         borderFade(camera.lens, *pixel);
 }
 
 ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
@@ -134,14 +133,15 @@ ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<Acquisiti
   std::ranges::nth_element(radii, radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2));
   const Openness votes(cloud, views, lineOfSight(cloud, views, impostor, progress),
                        reach * radii[radii.size() / 2]);
+  const auto viewpoints = viewpointsOf(views);
   forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
-    std::vector<float> openness(views.size()), fades(views.size());
+    std::vector<float> openness(views.size());
     for (size_t i = begin; i < end; ++i) {
       const auto n = normalOf(cloud, i);
       votes.at(cloud.p0[i], n, openness);
-      viewFades(cloud.p0[i], n, views, openness, fades);
       for (size_t view = 0; view < views.size(); ++view)
-        result.values[i * views.size() + view] = static_cast<uint8_t>(std::lround(255 * fades[view]));
+        result.values[i * views.size() + view] = static_cast<uint8_t>(
+            std::lround(255 * viewFade(views[view], viewpoints[view], cloud.p0[i], n, openness[view])));
     }
   });
   return result;

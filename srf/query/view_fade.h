@@ -38,7 +38,7 @@ std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camer
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
 
 // The share of free lines of sight among the surfels around a point, weighted by a smooth kernel of the given
-// radius (scene units), as seen by view `view`; a continuous function of the point. Only surfels of the same
+// radius (scene units), as seen by each view; a continuous function of the point. Only surfels of the same
 // sheet that face the view have a vote. 0 where none has.
 class Openness {
 public:
@@ -55,11 +55,9 @@ private:
   std::unique_ptr<const Votes> votes_;
 };
 
-// The fade of every view at any point of the surface with unit normal n; `openness` from Openness at this
-// point. One value per view.
-void viewFades(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
-               std::span<const Camera<AcquisitionSpace>> views, std::span<const float> openness,
-               std::span<float> fades);
+// The fade of a view at any point of the surface with unit normal n; `openness` from Openness at this point.
+double viewFade(const Camera<AcquisitionSpace>& camera, const Viewpoint<AcquisitionSpace>& viewpoint,
+                const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n, double openness);
 
 // The fades at all surfels. The kernel of the openness reaches `reach` splat radii.
 ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,

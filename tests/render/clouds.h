@@ -16,6 +16,13 @@ inline double uniform(Rng& rng, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(rng);
 }
 
+// Each coordinate within [-reach, reach].
+inline Vec3<double> randomVector(Rng& rng, double reach) {
+  Vec3<double> v;
+  for (int k = 0; k < 3; ++k) v[k] = uniform(rng, -reach, reach); // in an order that compilers agree on
+  return v;
+}
+
 inline void addSurfel(SurfelCloud& cloud, const Vec3<double>& p, const Vec3<double>& n) {
   cloud.p0.push_back(assume<Point3<AcquisitionSpace>>(p));
   cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace>>(n)));
@@ -40,10 +47,9 @@ inline SurfelCloud unitSphere(int count, Rng& rng) {
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0)), jitter = 0.4 / std::sqrt(count);
   for (int i = 0; i < count; ++i) {
     const double z = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - z * z);
-    const Vec3<double> nudge(uniform(rng, -jitter, jitter), uniform(rng, -jitter, jitter),
-                             uniform(rng, -jitter, jitter));
     const Vec3<double> n =
-        (Vec3<double>(r * std::cos(golden * i), r * std::sin(golden * i), z) + nudge).normalized();
+        (Vec3<double>(r * std::cos(golden * i), r * std::sin(golden * i), z) + randomVector(rng, jitter))
+            .normalized();
     addSurfel(cloud, n, n);
   }
   estimateSplats(cloud);

@@ -14,7 +14,7 @@
 namespace surflect {
 namespace {
 
-constexpr std::string_view example = R"(
+const std::string example = R"toml(
 model = "doll.srf"
 [frames]
 first = 1
@@ -33,7 +33,7 @@ fov_deg = 30
 [[light]]
 type = "point"
 position = ["2*cos(t)", 1, "2*sin(t)"]
-color = [1, .2, .1]
+color = [1, 0.2, 0.1]
 intensity = 40
 [[light]]
 type = "directional"
@@ -48,25 +48,9 @@ type = "expression"
 x = "x + 0.1*sin(6*y + t)"
 y = "y"
 z = "z"
-)";
-
-// TOML writes .2 as 0.2.
-std::string exampleText() {
-  std::string text(example);
-  for (const std::string decimal : {" .2", " .1"}) text.replace(text.find(decimal), 2, " 0.");
-  return text;
-}
+)toml";
 
 Script parse(const std::string& text) { return parseScript(text, "shots/shot.toml"); }
-
-std::string complaint(const std::string& text) {
-  try {
-    parse(text);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no complaint";
-}
 
 template <class Function> std::string complaintOf(Function function) {
   try {
@@ -76,13 +60,16 @@ template <class Function> std::string complaintOf(Function function) {
   }
   return "no complaint";
 }
+std::string complaint(const std::string& text) {
+  return complaintOf([&] { parse(text); });
+}
 
 std::string replaced(std::string text, std::string_view old, std::string_view by) {
   return text.replace(text.find(old), old.size(), by);
 }
 
 TEST(Script, TheExampleHoldsWhatItSays) {
-  const Script script = parse(exampleText());
+  const Script script = parse(example);
   EXPECT_EQ(script.model, "shots/doll.srf");
   EXPECT_EQ(script.frames->count(), 48);
   EXPECT_EQ(script.output->width, 1024);
@@ -96,25 +83,24 @@ TEST(Script, TheExampleHoldsWhatItSays) {
 }
 
 TEST(Script, EveryTruncationIsAScriptOrAnError) {
-  const std::string text = exampleText();
   int scripts = 0;
-  for (size_t length = 0; length < text.size(); ++length) {
+  for (size_t length = 0; length < example.size(); ++length) {
     try {
-      parse(text.substr(0, length));
+      parse(example.substr(0, length));
       ++scripts;
     } catch (const Error& error) {
       EXPECT_EQ(error.file(), "shots/shot.toml");
     }
   }
   EXPECT_GT(scripts, 20);
-  EXPECT_LT(scripts, static_cast<int>(text.size()) / 2);
+  EXPECT_LT(scripts, static_cast<int>(example.size()) / 2);
 }
 
 TEST(Script, EveryDamagedByteGivesAScriptOrAnErrorOfOneLine) {
   std::mt19937 random(1);
   for (int i = 0; i < 5000; ++i) {
-    std::string text = exampleText();
-    for (int k = 0; k < 3; ++k) text[random() % text.size()] = static_cast<char>(random());
+    std::string text = example;
+    for (int k = 0; k < 3; ++k) text[random() % example.size()] = static_cast<char>(random());
     EXPECT_EQ(complaint(text).find('\n'), std::string::npos);
   }
 }
@@ -125,55 +111,55 @@ TEST(Script, AnyValueOfAnyTypeInAnyPlaceGivesAScriptOrAnError) {
         "\"\"",        "\"x\"",    "[]",    "[[]]",      "[1]",        "[1, 2]",
         "[1, 2, 3]",   "[[1, 2]]", "{}",    "{ a = 1 }", "1979-05-27", "9223372036854775807",
         "\"\\u0000\"", "\"#\""}) {
-    const std::string text = exampleText();
-    for (size_t begin = text.find(" = "); begin != std::string::npos; begin = text.find(" = ", begin + 1)) {
+    for (size_t begin = example.find(" = "); begin != std::string::npos;
+         begin = example.find(" = ", begin + 1)) {
       const std::string changed =
-          text.substr(0, begin + 3) + std::string(value) + text.substr(text.find('\n', begin));
+          example.substr(0, begin + 3) + std::string(value) + example.substr(example.find('\n', begin));
       EXPECT_EQ(complaint(changed).find('\n'), std::string::npos);
     }
   }
 }
 
 TEST(Script, AMisspeltKeyIsToldWithItsLineAndTheNearestKnownOne) {
-  EXPECT_EQ(complaint(replaced(exampleText(), "look_at", "lookat")),
+  EXPECT_EQ(complaint(replaced(example, "look_at", "lookat")),
             "shots/shot.toml: camera.lookat: unknown key on line 14; the nearest known one is look_at");
-  EXPECT_EQ(complaint(replaced(exampleText(), "angle_deg", "angel_deg")),
+  EXPECT_EQ(complaint(replaced(example, "angle_deg", "angel_deg")),
             "shots/shot.toml: warp[0].angel_deg: unknown key on line 29; the nearest known one is angle_deg");
   EXPECT_EQ(complaint("modle = \"a\""),
             "shots/shot.toml: modle: unknown key on line 1; the nearest known one is model");
 }
 
 TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
-  EXPECT_EQ(complaint(replaced(exampleText(), "first = 1", "first = 1.5")),
+  EXPECT_EQ(complaint(replaced(example, "first = 1", "first = 1.5")),
             "shots/shot.toml: frames.first: found 1.5 on line 4, expected an integer in 0..1000000");
   EXPECT_EQ(
-      complaint(replaced(exampleText(), "[0, 3, 4]", "[0, true, 4]")),
-      "shots/shot.toml: light[1].direction[1]: found true on line 23, expected a number, a list of keyframes "
+      complaint(replaced(example, "[0, 3, 4]", "[0, true, 4]")),
+      "shots/shot.toml: light[1].direction[1]: found true on line 24, expected a number, a list of keyframes "
       "or an expression");
-  EXPECT_EQ(complaint(replaced(exampleText(), "\"smooth\"", "\"smoth\"")),
-            "shots/shot.toml: warp[0].angle_deg[1][2]: found \"smoth\" on line 28, expected \"smooth\"");
+  EXPECT_EQ(complaint(replaced(example, "\"smooth\"", "\"smoth\"")),
+            "shots/shot.toml: warp[0].angle_deg[1][2]: found \"smoth\" on line 29, expected \"smooth\"");
   EXPECT_EQ(
-      complaint(replaced(exampleText(), "\"twist\"", "\"mesh\"")),
-      "shots/shot.toml: warp[0].type: found \"mesh\" on line 25, expected one of rigid, scale, twist, bend, "
+      complaint(replaced(example, "\"twist\"", "\"mesh\"")),
+      "shots/shot.toml: warp[0].type: found \"mesh\" on line 26, expected one of rigid, scale, twist, bend, "
       "sine, expression");
   EXPECT_EQ(
-      complaint(replaced(exampleText(), "\"point\"", "\"environment\"")),
-      "shots/shot.toml: light[0].type: found \"environment\" on line 17, expected one of directional, point");
-  EXPECT_EQ(complaint(replaced(exampleText(), "\"stretch\"", "\"strech\"")),
+      complaint(replaced(example, "\"point\"", "\"environment\"")),
+      "shots/shot.toml: light[0].type: found \"environment\" on line 18, expected one of directional, point");
+  EXPECT_EQ(complaint(replaced(example, "\"stretch\"", "\"strech\"")),
             "shots/shot.toml: output.aov[4]: found \"strech\" on line 11, expected one of depth, normal, "
             "camera_blend, "
             "light_blend, stretch");
-  EXPECT_EQ(complaint(replaced(exampleText(), "fov_deg = 30", "")),
+  EXPECT_EQ(complaint(replaced(example, "fov_deg = 30", "")),
             "shots/shot.toml: camera.fov_deg: missing from the table on line 12");
 }
 
 TEST(Script, SizesAndFramesAreBounded) {
-  EXPECT_NE(complaint(replaced(exampleText(), "1024", "0")), "no complaint");
-  EXPECT_NE(complaint(replaced(exampleText(), "1024", "16385")), "no complaint");
-  EXPECT_EQ(complaint(replaced(exampleText(), "1024", "16384")), "no complaint");
-  EXPECT_NE(complaint(replaced(exampleText(), "last = 48", "last = 1000001")), "no complaint");
-  EXPECT_NE(complaint(replaced(exampleText(), "last = 48", "last = 0")), "no complaint"); // before the first
-  EXPECT_NE(complaint(replaced(exampleText(), "fps = 24", "fps = 0")), "no complaint");
+  EXPECT_NE(complaint(replaced(example, "1024", "0")), "no complaint");
+  EXPECT_NE(complaint(replaced(example, "1024", "16385")), "no complaint");
+  EXPECT_EQ(complaint(replaced(example, "1024", "16384")), "no complaint");
+  EXPECT_NE(complaint(replaced(example, "last = 48", "last = 1000001")), "no complaint");
+  EXPECT_NE(complaint(replaced(example, "last = 48", "last = 0")), "no complaint"); // before the first
+  EXPECT_NE(complaint(replaced(example, "fps = 24", "fps = 0")), "no complaint");
 }
 
 TEST(Script, AKeyThatContradictsAnotherIsAnError) {
@@ -191,22 +177,22 @@ TEST(Script, WarpsMayStandAlone) {
 }
 
 TEST(Script, EachWarpTypeIsReadFromItsKeys) {
-  const Script script = parse(R"(
+  const Script script = parse(R"toml(
 warp = [
   {type = "rigid", axis = [0,1,0], center = [1,0,0], angle_deg = 90, translate = [0,0,1]},
   {type = "scale", factor = [2, 3, 4], center = [0,1,0]},
   {type = "twist", axis = [0,1,0], center = [0,0,1], angle_deg = 30, length = 2},
   {type = "bend", axis = [0,1,0], direction = [1,0,0], center = [0,0,1], angle_deg = 30, length = 2},
-  {type = "sine", axis = [0,1,0], direction = [1,0,0], center = [0,0,1], amplitude = 2, wavelength = 3, phase_deg = 20},
+  {type = "sine", axis = [0,1,0], direction = [1,0,0], amplitude = 2, wavelength = 3, phase_deg = 20},
   {type = "expression", x = "x + y", y = "2*y", z = "frame"},
-])");
+])toml");
   const Vec3<double> axis(0, 1, 0), direction(1, 0, 0), center(0, 0, 1);
   std::vector<WarpPointer> expected;
   expected.push_back(rigidWarp(axis, Angle::fromDegrees(90), {1, 0, 0}, {0, 0, 1}));
   expected.push_back(scaleWarp({2, 3, 4}, {0, 1, 0}));
   expected.push_back(twistWarp(axis, Angle::fromDegrees(15), center));
   expected.push_back(bendWarp(axis, direction, Angle::fromDegrees(15), center));
-  expected.push_back(sineWarp({axis, direction, center, 2, 3, Angle::fromDegrees(20)}));
+  expected.push_back(sineWarp({axis, direction, {0, 0, 0}, 2, 3, Angle::fromDegrees(20)}));
   const Vec3<double> x(0.3, 0.4, 0.5);
   ASSERT_EQ(script.warps.size(), 6u);
   for (size_t i = 0; i < expected.size(); ++i)
@@ -216,18 +202,17 @@ warp = [
 
 TEST(Script, ReadingKeepsThePathAndTheHashOfTheText) {
   const auto path = std::filesystem::temp_directory_path() / "surflect_script_test.toml";
-  const std::string text = exampleText();
-  writeFileAtomically(path, text);
+  writeFileAtomically(path, std::string_view(example));
   const Script script = readScript(path);
   std::filesystem::remove(path);
   EXPECT_EQ(script.path, path);
   EXPECT_EQ(script.model, path.parent_path() / "doll.srf");
-  EXPECT_EQ(script.hash, contentHash(std::as_bytes(std::span(text))));
+  EXPECT_EQ(script.hash, contentHash(std::as_bytes(std::span(example))));
   EXPECT_THROW(readScript(path), Error);
 }
 
 TEST(Shot, TimeRunsFromZeroToOneOverTheFrames) {
-  const Script script = parse(exampleText());
+  const Script script = parse(example);
   const ShotTime first = shotTime(script, 1), last = shotTime(script, 48);
   EXPECT_EQ(first.t, 0);
   EXPECT_EQ(first.s, 0);
@@ -244,7 +229,7 @@ TEST(Shot, FramePathsArePadded) {
 }
 
 TEST(Shot, WarpsActInTheOrderWritten) {
-  const Script script = parse(exampleText());
+  const Script script = parse(example);
   const ShotTime time = shotTime(script, 24);
   const Vec3<double> x(0.5, 0.25, -0.5);
   const double turn = std::numbers::pi / 2 * x.y(); // 90 degrees a unit at frame 24
@@ -255,7 +240,7 @@ TEST(Shot, WarpsActInTheOrderWritten) {
 }
 
 TEST(Shot, LightsAreColorTimesIntensityAtTheirPlaces) {
-  const Script script = parse(exampleText());
+  const Script script = parse(example);
   const ShotTime time = shotTime(script, 13);
   const auto lights = lightsAt(script, time);
   const auto& point = std::get<ShotPointLight>(lights.at(0));
@@ -282,22 +267,22 @@ TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
                                  {up[0], up[1], up[2]},
                                  fov};
     const Camera<ObjectSpace> camera = cameraAt(script, {});
-    EXPECT_LT((camera.center().raw() - position).norm(), 2e-15);
+    EXPECT_LT((camera.center().raw() - position).norm(), 3e-15);
     const Mat3<double> r = camera.cameraFromWorld.rotation();
-    EXPECT_LT((r * r.transpose() - Mat3<double>::Identity()).norm(), 2e-15);
-    EXPECT_NEAR(r.determinant(), 1, 2e-15);
+    EXPECT_LT((r * r.transpose() - Mat3<double>::Identity()).norm(), 1.5e-15);
+    EXPECT_NEAR(r.determinant(), 1, 1e-15);
 
     const auto pixelOf = [&](const Vec3<double>& x) {
       return *camera.project(assume<Point3<ObjectSpace, double>>(x));
     };
-    EXPECT_NEAR(pixelOf(target).x, 320, 1e-12);
-    EXPECT_NEAR(pixelOf(target).y, 240, 1e-12);
-    EXPECT_NEAR(pixelOf(target + 0.01 * up).x, 320, 1e-11);
+    EXPECT_NEAR(pixelOf(target).x, 320, 2.3e-13);
+    EXPECT_NEAR(pixelOf(target).y, 240, 3.5e-13);
+    EXPECT_NEAR(pixelOf(target + 0.01 * up).x, 320, 3.5e-13);
     EXPECT_LT(pixelOf(target + 0.01 * up).y, 240);
     // The upper edge of the picture is fov/2 away from the axis.
     const Vec3<double> edge =
         target + (position - target).norm() * std::tan(fov * std::numbers::pi / 360) * Vec3<double>(r.row(1));
-    EXPECT_NEAR(pixelOf(edge).y, 0, 1e-12);
+    EXPECT_NEAR(pixelOf(edge).y, 0, 3.5e-13);
   }
 }
 
@@ -312,14 +297,14 @@ TEST(Shot, AnOrbitStartsInFrontAndTurnsCounterclockwiseSeenFromAbove) {
   const Track3 y{0, 1, 0}, z{0, 0, 3};
   EXPECT_LT((orbitPosition(y, 0, 0) - Vec3<double>(0, 0, 2)).norm(), 1e-15);
   EXPECT_LT((orbitPosition(y, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 1e-15);
-  EXPECT_LT((orbitPosition(y, 0, 30) - Vec3<double>(0, 1, std::sqrt(3))).norm(), 1e-15);
-  EXPECT_LT((orbitPosition(z, 0, 0) - Vec3<double>(0, -2, 0)).norm(), 1e-15);
-  EXPECT_LT((orbitPosition(z, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((orbitPosition(y, 0, 30) - Vec3<double>(0, 1, std::sqrt(3))).norm(), 9e-16);
+  EXPECT_LT((orbitPosition(z, 0, 0) - Vec3<double>(0, -2, 0)).norm(), 9e-16);
+  EXPECT_LT((orbitPosition(z, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 9e-16);
 }
 
 TEST(Shot, WhatMakesNoCameraLightOrWarpAtSomeFrameIsAnErrorThatSaysWhere) {
   const auto at = [](const std::string& old, const std::string& by, double frame) {
-    const Script script = parse(replaced(exampleText(), old, by));
+    const Script script = parse(replaced(example, old, by));
     return complaintOf([&] {
       const ShotTime time = shotTime(script, frame);
       cameraAt(script, time);

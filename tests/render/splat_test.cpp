@@ -20,17 +20,14 @@ struct Disc {
   V3 normal() const { return u.raw().cross(v.raw()); }
 };
 
-// A sheared, stretched disc of about unit size in front of the camera.
+// A sheared, stretched disc of about unit size in front of the camera, not quite edge on.
 Disc randomDisc(Rng& rng, double depth) {
-  const auto random = [&](double r) {
-    return V3(uniform(rng, -r, r), uniform(rng, -r, r), uniform(rng, -r, r));
-  };
   Disc disc;
   do {
-    disc.p = assume<Point3<CameraSpace, double>>(V3(0, 0, -depth) + random(0.4 * depth));
-    disc.u = assume<Direction3<CameraSpace, double>>(random(1));
-    disc.v = assume<Direction3<CameraSpace, double>>(random(1));
-  } while (disc.normal().norm() < 0.2);
+    disc.p = assume<Point3<CameraSpace, double>>(V3(0, 0, -depth) + randomVector(rng, 0.4 * depth));
+    disc.u = assume<Direction3<CameraSpace, double>>(randomVector(rng, 1));
+    disc.v = assume<Direction3<CameraSpace, double>>(randomVector(rng, 1));
+  } while (std::abs(disc.normal().dot(disc.p.raw())) < 0.2 * disc.p.raw().norm());
   return disc;
 }
 
@@ -55,7 +52,7 @@ double contourError(const Lens& lens, const Disc& disc, double s) {
 
 TEST(Splat, ItsEllipseIsTheExactPerspectiveImageOfTheCircle) {
   Rng rng(1);
-  for (int trial = 0; trial < 200; ++trial) EXPECT_LT(contourError(pinhole(), randomDisc(rng, 10), 1), 4e-8);
+  for (int trial = 0; trial < 200; ++trial) EXPECT_LT(contourError(pinhole(), randomDisc(rng, 10), 1), 3e-14);
 }
 
 TEST(Splat, ItsEllipseFollowsLensDistortionToFirstOrder) {
@@ -64,8 +61,8 @@ TEST(Splat, ItsEllipseFollowsLensDistortionToFirstOrder) {
   lens.k1 = -0.15, lens.k2 = 0.05, lens.p1 = 0.01, lens.p2 = -0.02;
   for (int trial = 0; trial < 200; ++trial) {
     const Disc disc = randomDisc(rng, 10);
-    EXPECT_LT(contourError(lens, disc, 1e-3), 2e-3);
-    EXPECT_LT(contourError(lens, disc, 1e-5), 2e-5);
+    EXPECT_LT(contourError(lens, disc, 1e-3), 3e-4);
+    EXPECT_LT(contourError(lens, disc, 1e-5), 3e-6);
   }
 }
 
@@ -86,8 +83,8 @@ TEST(Splat, OrthographicIsTheLimitOfAFarPinhole) {
       return (a.mean - b.mean).head<2>().norm() / 700 +
              (a.covariance - b.covariance).topLeftCorner<2, 2>().norm() / (700 * 700);
     };
-    EXPECT_LT(difference(1e4), 2e-3);
-    EXPECT_LT(difference(1e6), 2e-5);
+    EXPECT_LT(difference(1e4), 5e-4);
+    EXPECT_LT(difference(1e6), 5e-6);
   }
 }
 
@@ -130,7 +127,7 @@ TEST(Splat, ItsOrderIsThatOfItsPlaneAtEveryPixel) {
                                                                     b * splat.v.raw().cast<double>()));
           const auto pixel = camera.project(point);
           const double order = f.order + f.orderX * (pixel->x - f.x) + f.orderY * (pixel->y - f.y);
-          EXPECT_NEAR(depthOfOrder(camera.lens, order), -camera.cameraFromWorld(point).z(), 1e-4);
+          EXPECT_NEAR(depthOfOrder(camera.lens, order), -camera.cameraFromWorld(point).z(), 2.4e-6);
         }
     }
 }
@@ -150,7 +147,7 @@ TEST(Splat, TheLowPassKeepsItsEnergyHoweverSmallItIs) {
                 camera.cameraFromWorld(splat.v.cast<double>()), kSigmaPerRadius * splat.radius);
     const double areaOfSigma = std::sqrt(unfiltered.covariance.topLeftCorner<2, 2>().determinant());
     // The mass of peak exp(-q/2) is 2 pi peak / sqrt(xx yy).
-    EXPECT_NEAR(f.peak / std::sqrt(f.xx * f.yy) / (splat.coverage * areaOfSigma), 1, 2e-6);
+    EXPECT_NEAR(f.peak / std::sqrt(f.xx * f.yy) / (splat.coverage * areaOfSigma), 1, 2.5e-7);
   }
 }
 

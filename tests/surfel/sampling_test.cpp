@@ -96,8 +96,16 @@ TEST(Sampling, BothSidesOfAThinWallAreCovered) {
   size_t up = 0;
   for (size_t i = 0; i < cloud.size(); ++i) up += rotationOf<float>(cloud.r0[i])(2, 2) > 0;
   EXPECT_NEAR(static_cast<double>(up) / static_cast<double>(cloud.size()), 0.5, 0.05);
-  for (const float c : cloud.coverage)
-    EXPECT_GT(c, 0.25f); // 0.38 in a hexagonal grid, half of that if both sides were taken together
+  const NeighborIndex index(cloud.p0);
+  for (size_t i = 0; i < cloud.size(); ++i) { // each side sums to one by itself
+    double sum = 0;
+    for (const auto& [j, distance] : index.within(cloud.p0[i], 0.3f)) {
+      const double sigma = kSigmaPerRadius * cloud.radius[j];
+      if (rotationOf<float>(cloud.r0[i])(2, 2) * rotationOf<float>(cloud.r0[j])(2, 2) > 0)
+        sum += cloud.coverage[j] * std::exp(-0.5 * distance * distance / (sigma * sigma));
+    }
+    EXPECT_NEAR(sum, 1, 0.02);
+  }
 }
 
 TEST(Sampling, TheSameSeedGivesTheSameCloud) {

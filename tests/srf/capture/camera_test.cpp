@@ -112,7 +112,7 @@ TEST_F(CameraTest, DirectionTowardsTheViewerIsTheReversedRay) {
     const auto worldFromCamera = camera.cameraFromWorld.inverse();
     const auto ray = rayThrough(camera.lens, anyPixel(camera.lens));
     const auto p = worldFromCamera(ray->origin + uniform(1, 10) * ray->direction);
-    EXPECT_NEAR(length(camera.towards(p) + worldFromCamera(ray->direction)), 0, 1e-14);
+    EXPECT_NEAR(length(Viewpoint(camera).towards(p) + worldFromCamera(ray->direction)), 0, 1e-14);
     EXPECT_TRUE(camera.project(p) && contains(camera.lens, *camera.project(p)));
   }
 }

@@ -48,12 +48,15 @@ protected:
   std::map<uint32_t, float> weightsAt(const Openness& openness, const Point3<AcquisitionSpace>& p,
                                       const Direction3<AcquisitionSpace>& view) const {
     const Normal3<AcquisitionSpace> up(0, 0, 1);
-    std::vector<float> open(views.size()), fades(views.size());
+    std::vector<float> open(views.size());
     openness.at(p, up, open);
-    viewFades(p, up, views, open, fades);
     NearestCandidates nearest(3);
-    for (uint32_t i = 0; i < views.size(); ++i)
-      nearest.offer({i, anglePenalty(views[i].towards(p.cast<double>()).cast<float>(), view) / fades[i]});
+    for (uint32_t i = 0; i < views.size(); ++i) {
+      const Viewpoint viewpoint(views[i]);
+      const double fade = viewFade(views[i], viewpoint, p, up, open[i]);
+      nearest.offer({i, anglePenalty(viewpoint.towards(p.cast<double>()).cast<float>(), view) /
+                            static_cast<float>(fade)});
+    }
     std::map<uint32_t, float> weights;
     for (const auto& [index, weight] : ulrWeights(nearest)) weights[index] = weight;
     return weights;

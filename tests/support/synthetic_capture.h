@@ -1,0 +1,227 @@
+// A capture whose truth is known in closed form: a Lambert sphere of radius 1 at the origin, photographed from
+// all around under directional lights from all around.
+#pragma once
+
+#include "srf/capture/writer.h"
+#include "srf/model/model.h"
+#include "srf/model/pack.h"
+#include "tests/srf/image/files.h"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <sstream>
+
+namespace surflect::studio {
+
+inline constexpr double cameraDistance = 4;
+
+// count unit vectors, evenly spread over the sphere.
+inline std::vector<Vec3<double>> spiral(int count) {
+  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::vector<Vec3<double>> directions;
+  for (int i = 0; i < count; ++i) {
+    const double y = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - y * y);
+    directions.emplace_back(r * std::cos(golden * i), y, r * std::sin(golden * i));
+  }
+  return directions;
+}
+
+// Looks at the origin from the given direction; the sphere leaves a border of 7 of the size x size pixels.
+template <class World> Camera<World> cameraFrom(const Vec3<double>& direction, int size) {
+  const Vec3<double> back = direction.normalized();
+  const Vec3<double> right = (std::abs(back[1]) < 0.99 ? Vec3<double>(0, 1, 0) : Vec3<double>(0, 0, -1))
+                                 .cross(back)
+                                 .normalized();
+  Mat3<double> rotation;
+  rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
+  Camera<World> camera;
+  camera.lens.width = camera.lens.height = size;
+  camera.lens.centerX = camera.lens.centerY = size / 2.0;
+  const double tangent = 1 / std::sqrt(cameraDistance * cameraDistance - 1); // of the sphere's angular radius
+  camera.lens.focalX = camera.lens.focalY = (size / 2.0 - 7) / tangent;
+  camera.cameraFromWorld = {rotation, Vec3<double>(0, 0, -cameraDistance)};
+  return camera;
+}
+
+// Where rays through the pixels of a camera meet the sphere: exact intersections of samples x samples rays a
+// pixel.
+struct SphereView {
+  int width = 0, height = 0;
+  std::vector<Vec3<float>> normals; // pixel by pixel
+  std::vector<uint32_t> first;      // of each pixel; one more, for the end
+  Image alpha;                      // share of the rays that meet the sphere
+};
+
+template <class World> SphereView viewSphere(const Camera<World>& camera, int samples) {
+  SphereView view{camera.lens.width, camera.lens.height, {}, {0}, {}};
+  view.alpha = Image(view.width, view.height, 1);
+  const auto worldFromCamera = camera.cameraFromWorld.inverse();
+  const auto traced = [&](Pixel pixel) -> std::optional<Vec3<double>> {
+    const auto ray = rayThrough(camera.lens, pixel);
+    const Vec3<double> o = worldFromCamera(ray->origin).raw(), d = worldFromCamera(ray->direction).raw();
+    const double b = o.dot(d), discriminant = b * b - o.squaredNorm() + 1;
+    if (discriminant < 0) return std::nullopt;
+    return Vec3<double>(o + (-b - std::sqrt(discriminant)) * d);
+  };
+  for (int y = 0; y < view.height; ++y)
+    for (int x = 0; x < view.width; ++x) {
+      for (int s = 0; s < samples * samples; ++s)
+        if (const std::optional<Vec3<double>> hit = traced({x + (s % samples + 0.5) / samples, y + (s / samples + 0.5) / samples}))
+          view.normals.push_back(hit->cast<float>());
+      const auto hits = static_cast<uint32_t>(view.normals.size()) - view.first.back();
+      view.alpha.at(x, y)[0] = static_cast<float>(hits) / static_cast<float>(samples * samples);
+      view.first.push_back(static_cast<uint32_t>(view.normals.size()));
+    }
+  return view;
+}
+
+// The picture of a radiance that is a function of the unit normal, not multiplied by alpha.
+template <class RadianceAt> Image shadeSphere(const SphereView& view, const RadianceAt& radianceAt) {
+  Image image(view.width, view.height, 3);
+  for (size_t pixel = 0; pixel + 1 < view.first.size(); ++pixel) {
+    const uint32_t begin = view.first[pixel], end = view.first[pixel + 1];
+    Rgb sum;
+    for (uint32_t i = begin; i < end; ++i) sum = sum + radianceAt(view.normals[i]);
+    if (end > begin) sum = 1 / static_cast<float>(end - begin) * sum;
+    std::ranges::copy(std::array{sum.r, sum.g, sum.b}, &image.values[3 * pixel]);
+  }
+  return image;
+}
+
+// The same over black: RGBA, premultiplied.
+template <class RadianceAt> Image overBlack(const SphereView& view, const RadianceAt& radianceAt) {
+  const Image straight = shadeSphere(view, radianceAt);
+  Image rgba(view.width, view.height, 4);
+  for (size_t pixel = 0; pixel < view.alpha.values.size(); ++pixel) {
+    const float alpha = view.alpha.values[pixel];
+    for (size_t c = 0; c < 3; ++c) rgba.values[4 * pixel + c] = alpha * straight.values[3 * pixel + c];
+    rgba.values[4 * pixel + 3] = alpha;
+  }
+  return rgba;
+}
+
+// Radiance of a Lambert surface: albedo / pi  E  max(0, n . l).
+inline Rgb lambert(Rgb albedo, Rgb irradiance, const Vec3<float>& n, const Vec3<float>& towards) {
+  return std::max(0.f, n.dot(towards)) / std::numbers::pi_v<float> * (albedo * irradiance);
+}
+
+// A sphere of slices x slices/2 quads as ASCII PLY, corners on the unit sphere.
+inline void writeSphereMesh(const std::filesystem::path& path, int slices = 96) {
+  const int stacks = slices / 2;
+  std::ostringstream ply;
+  ply << "ply\nformat ascii 1.0\nelement vertex " << (stacks + 1) * slices
+      << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << stacks * slices
+      << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int j = 0; j <= stacks; ++j)
+    for (int i = 0; i < slices; ++i) {
+      const double theta = std::numbers::pi * j / stacks, phi = 2 * std::numbers::pi * i / slices;
+      ply << std::sin(theta) * std::cos(phi) << ' ' << std::cos(theta) << ' '
+          << -std::sin(theta) * std::sin(phi) << '\n';
+    }
+  for (int j = 0; j < stacks; ++j)
+    for (int i = 0; i < slices; ++i) {
+      const int next = (i + 1) % slices;
+      ply << "4 " << j * slices + i << ' ' << (j + 1) * slices + i << ' ' << (j + 1) * slices + next << ' '
+          << j * slices + next << '\n';
+    }
+  writeBytes(path, ply.str());
+}
+
+inline std::string numbered(const char* prefix, size_t number) { return prefix + std::to_string(number); }
+
+struct Studio {
+  int cameras = 14;
+  int lights = 20; // 0: fixed illumination, of radiance fixedRadiance
+  int size = 40;   // of pictures, pixels
+  int samples = 3; // see SphereView
+  Rgb albedo{0.8f, 0.5f, 0.3f};
+  // What a frame is for; nothing: it is not taken.
+  std::function<std::optional<Split>(size_t view, size_t light)> split = [](size_t, size_t) {
+    return std::optional(Split::train);
+  };
+};
+
+inline Rgb fixedRadiance(const Vec3<float>& n) { return (0.6f + 0.4f * n[1]) * Rgb{0.9f, 0.7f, 0.2f}; }
+
+// Of different strengths, which results must not show.
+inline std::vector<Light> studioLights(int count) {
+  std::vector<Light> lights;
+  for (const Vec3<double>& towards : spiral(count)) {
+    const size_t i = lights.size();
+    const auto level = static_cast<float>(1 + i % 3);
+    lights.push_back({numbered("L", i), numbered("L", i),
+                      DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards),
+                                       {level, 2 * level, 3}}});
+  }
+  return lights;
+}
+
+// Writes transforms.json, mesh.ply and one EXR a camera.
+inline Capture photograph(const Studio& studio, const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  writeSphereMesh(folder / "mesh.ply");
+  Capture capture;
+  capture.file = folder / "transforms.json";
+  capture.colorSpace = ColorSpace::linear;
+  capture.geometry = "mesh.ply";
+  capture.lights = studioLights(studio.lights);
+  const auto shots = static_cast<size_t>(std::max(studio.lights, 1));
+  for (const Vec3<double>& direction : spiral(studio.cameras)) {
+    const size_t v = capture.views.size();
+    const View& view = capture.views.emplace_back(
+        View{numbered("C", v), cameraFrom<AcquisitionSpace>(direction, studio.size)});
+    const SphereView sphere = viewSphere(view.camera, studio.samples);
+    const std::string picture = numbered("C", v) + ".exr";
+    std::vector<Image> images(shots);
+    std::vector<RadianceLayer> layers;
+    for (size_t l = 0; l < shots; ++l) {
+      const auto split = studio.split(v, l);
+      if (!split) continue;
+      Frame frame;
+      frame.view = v;
+      frame.picture = picture;
+      frame.layer = numbered("L", l);
+      frame.alphaLayer = "matte";
+      frame.split = *split;
+      images[l] = shadeSphere(sphere, fixedRadiance);
+      if (studio.lights > 0) {
+        frame.light = l;
+        const auto& light = std::get<DirectionalLight>(capture.lights[l].kind);
+        const Vec3<float> towards = light.towards.raw().cast<float>();
+        images[l] = shadeSphere(sphere, [&](const Vec3<float>& n) {
+          return lambert(studio.albedo, light.irradiance, n, towards);
+        });
+      }
+      layers.push_back({frame.layer, &images[l]});
+      capture.frames.push_back(frame);
+    }
+    writeViewPictures(folder / picture, layers, &sphere.alpha, "matte");
+  }
+  writeCapture(capture, folder);
+  return capture;
+}
+
+inline PackOptions packOptions(size_t surfels, double tolerance = 0.005) {
+  PackOptions options;
+  options.surfels = surfels;
+  options.tolerance = tolerance;
+  return options;
+}
+
+// A studio, photographed and packed, for as long as this lives.
+class PackedStudio {
+public:
+  explicit PackedStudio(const Studio& studio, size_t surfels = 3000)
+      : capture(photograph(studio, folder / "capture")),
+        report(pack(capture, folder / "model", packOptions(surfels), {}, nullptr)),
+        model(openModel(folder / "model")) {}
+
+  TemporaryFolder folder;
+  Capture capture;
+  PackReport report;
+  Model model;
+};
+
+} // namespace surflect::studio
