@@ -109,6 +109,12 @@ template <class T> T fieldOf(const Json& object, const char* key) {
   }
 }
 
+// Of all fields but the one that holds it.
+std::string ownHash(Json manifest) {
+  manifest.erase("checksum");
+  return hex(hashOf(manifest.dump()));
+}
+
 Json readManifest(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path))
     throw Error("no manifest: not a packed model, or packing was not finished").in(path);
@@ -119,6 +125,8 @@ Json readManifest(const std::filesystem::path& path) {
       throw Error::mismatch("'" + std::string(kFormat) + "'", manifest["format"].dump()).at("format");
     if (fieldOf<int>(manifest, "version") != kVersion)
       throw Error::mismatch(std::to_string(kVersion), manifest["version"].dump()).at("version");
+    if (const auto checksum = fieldOf<std::string>(manifest, "checksum"); checksum != ownHash(manifest))
+      throw Error::mismatch(checksum, ownHash(manifest)).at("checksum");
     return manifest;
   } catch (Error& error) {
     throw std::move(error).in(path);
@@ -203,6 +211,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
   for (const char* name : {kRigFile, kSurfelFile, kFadeFile})
     manifest["checksums"][name] = fileHash(folder / name);
   for (const uint64_t hash : content.viewHashes) manifest["view_checksums"].push_back(hex(hash));
+  manifest["checksum"] = ownHash(manifest);
   writeFileAtomically(folder / "manifest.json", manifest.dump(2) + "\n");
 }
 

@@ -1,6 +1,7 @@
 #include "srf/model/pack.h"
 
 #include "srf/capture/photograph.h"
+#include "srf/image/mask.h"
 #include "srf/model/model.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/error.h"
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <set>
 
 namespace surflect {
 
@@ -73,7 +75,17 @@ double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
   return footprints[footprints.size() / 2];
 }
 
-// The photographs of a view, with the matte they share; without one, the mesh's silhouette.
+// The mesh as the camera sees it, less a rim on which a mesh that is a pixel or two off would show
+// background.
+Image matteFromMesh(const Camera<AcquisitionSpace>& camera, const RayCaster<AcquisitionSpace>& impostor) {
+  constexpr int kRim = 2; // pixels
+  Image matte = silhouette(camera, impostor);
+  const Mask inside = eroded(objectMask(matte), kRim);
+  std::ranges::copy(inside.inside, matte.values.begin());
+  return matte;
+}
+
+// The photographs of a view, with the matte they share; without one, the mesh's.
 struct LoadedView {
   ReflectanceStack stack;
   size_t invalidTexels = 0;
@@ -94,16 +106,27 @@ LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
     hasMatte |= photograph.hasMatte;
     view.stack.lights.push_back(std::move(photograph.radiance));
   }
-  if (!hasMatte && impostor) view.stack.alpha = silhouette(camera, *impostor);
+  if (!hasMatte && impostor) view.stack.alpha = matteFromMesh(camera, *impostor);
   return view;
 }
 
-// What makes a view file of an earlier run the one that this run would write.
+// What makes a view file of an earlier run the one that this run would write. Photographs are known by size
+// and time of change.
 std::string packIdentity(const Capture& capture, const StoreOptions& options, const TriangleMesh& mesh) {
-  const std::string description = readFile(capture.file);
+  std::set<std::filesystem::path> pictures;
+  for (const Frame& frame : capture.frames) {
+    pictures.insert(frame.picture);
+    if (!frame.mask.empty()) pictures.insert(frame.mask);
+  }
+  std::string description = readFile(capture.file);
+  for (const auto& picture : pictures) {
+    const auto path = capture.folder() / picture;
+    description += fmt::format("{} {} {}\n", picture.string(), std::filesystem::file_size(path),
+                               std::filesystem::last_write_time(path).time_since_epoch().count());
+  }
   const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
-  return fmt::format("{:016x} {:016x} {:.17g} {:.17g}\n", hash(description), hash(mesh.positions),
-                     options.tolerance, options.white);
+  return fmt::format("{:016x} {:016x} {:016x} {:.17g} {:.17g}\n", hash(description), hash(mesh.positions),
+                     hash(mesh.triangles), options.tolerance, options.white);
 }
 
 bool isFinished(const std::filesystem::path& path) {

@@ -51,10 +51,11 @@ public:
     const uint32_t surfel = batch_.surfels[query];
     p0_ = model_.cloud.p0[surfel].cast<double>();
     cameraBlend_ = lightBlend_ = {};
-    if (!rateViews(surfel, batch_.towardsView[query])) ++plan.unseen;
+    seen_ = rateViews(surfel, batch_.towardsView[query]);
+    if (!seen_) ++plan.unseen;
     if (model_.rig.lights.empty())
       planFixedIllumination(plan);
-    else if (model_.isFullProduct || options_.nearest)
+    else if (model_.isFullProduct)
       planProduct(query, plan);
     else
       planPairs(query, plan);
@@ -89,8 +90,11 @@ private:
     return seen;
   }
 
-  BlendSet blendViews(size_t k) const {
-    NearestCandidates nearest(k);
+  // How many are blended; the nearest alone stands in where no camera sees the surfel.
+  size_t blended(size_t wanted) const { return options_.nearest || !seen_ ? 1 : wanted; }
+
+  BlendSet blendViews() const {
+    NearestCandidates nearest(blended(options_.cameras));
     for (uint32_t view = 0; view < viewPenalty_.size(); ++view) nearest.offer({view, viewPenalty_[view]});
     return ulrWeights(nearest);
   }
@@ -98,42 +102,39 @@ private:
   void planFixedIllumination(ShadingPlan& plan) {
     const auto row = static_cast<uint32_t>(plan.rows.size());
     plan.rows.push_back({0, {1, 1, 1}});
-    for (const auto& [view, weight] : blendViews(options_.nearest ? 1 : options_.cameras)) {
+    for (const auto& [view, weight] : blendViews()) {
       ops_.push_back({view, weight, row, row + 1});
       cameraBlend_ = cameraBlend_ + weight * randomColor(view);
     }
   }
 
-  // Cameras first, then lights. Cameras that hold the same lights share a row.
+  // Cameras and lights apart. All cameras hold the same lights, so they share a row.
   void planProduct(size_t query, ShadingPlan& plan) {
-    uint32_t rowBegin = 0, rowEnd = 0;
-    for (const auto& [view, weight] : blendViews(options_.nearest ? 1 : options_.cameras)) {
-      if (rowEnd == rowBegin) {
-        rowBegin = static_cast<uint32_t>(plan.rows.size());
-        foldLights(query, model_.columns[view], plan.rows);
-        rowEnd = static_cast<uint32_t>(plan.rows.size());
-      }
+    const auto rowBegin = static_cast<uint32_t>(plan.rows.size());
+    foldLights(query, plan.rows);
+    const auto rowEnd = static_cast<uint32_t>(plan.rows.size());
+    for (const auto& [view, weight] : blendViews()) {
       ops_.push_back({view, weight, rowBegin, rowEnd});
       cameraBlend_ = cameraBlend_ + weight * randomColor(view);
     }
   }
 
-  // Adds the row of one view: all script lights, each spread over its nearest captured lights.
-  void foldLights(size_t query, std::span<const uint32_t> columns, std::vector<LightWeight>& rows) {
-    std::fill_n(row_.begin(), columns.size(), Rgb{});
+  // Adds a row: all script lights, each spread over its nearest captured lights.
+  void foldLights(size_t query, std::vector<LightWeight>& rows) {
+    std::ranges::fill(row_, Rgb{});
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
       NearestCandidates nearest(options_.nearest ? 1 : options_.lights);
-      for (uint32_t column = 0; column < columns.size(); ++column)
-        nearest.offer({column, lightPenalty(columns[column], entry)});
-      for (const auto& [column, weight] : ulrWeights(nearest)) {
-        const Light& light = model_.rig.lights[columns[column]];
-        row_[column] = row_[column] + weight * ratio(batch_.irradiance[entry], irradianceAt(light, p0_));
-        lightBlend_ = lightBlend_ + weight / static_cast<float>(batch_.lights) * randomColor(columns[column]);
+      for (uint32_t light = 0; light < row_.size(); ++light)
+        nearest.offer({light, lightPenalty(light, entry)});
+      for (const auto& [light, weight] : ulrWeights(nearest)) {
+        const Rgb captured = irradianceAt(model_.rig.lights[light], p0_);
+        row_[light] = row_[light] + weight * ratio(batch_.irradiance[entry], captured);
+        lightBlend_ = lightBlend_ + weight / static_cast<float>(batch_.lights) * randomColor(light);
       }
     }
-    for (uint32_t column = 0; column < columns.size(); ++column)
-      if (row_[column] != Rgb{}) rows.push_back({column, row_[column]});
+    for (uint32_t light = 0; light < row_.size(); ++light)
+      if (row_[light] != Rgb{}) rows.push_back({light, row_[light]});
   }
 
   float lightPenalty(uint32_t light, size_t entry) const {
@@ -145,7 +146,7 @@ private:
   void planPairs(size_t query, ShadingPlan& plan) {
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
-      NearestCandidates nearest(options_.nearest ? 1 : options_.pairs);
+      NearestCandidates nearest(blended(options_.pairs));
       uint32_t pair = 0;
       for (size_t view = 0; view < model_.columns.size(); ++view)
         for (const uint32_t light : model_.columns[view]) {
@@ -174,7 +175,8 @@ private:
   const ShadeOptions& options_;
   std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
   std::vector<float> viewPenalty_; // per view, of the current query
-  std::vector<Rgb> row_;           // per column
+  std::vector<Rgb> row_;           // per light
+  bool seen_ = true;               // by a camera
   std::vector<PlannedOp> ops_;
   Point3<AcquisitionSpace, double> p0_;
   Rgb cameraBlend_, lightBlend_;
@@ -202,6 +204,8 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
   if (model.rig.lights.empty() && batch.lights > 0)
     throw Error("captured under fixed illumination: it cannot be lit by a light of the script")
         .in(model.folder);
+  if (!model.rig.lights.empty() && batch.lights == 0)
+    throw Error("captured under several lights: the script needs a light of its own").in(model.folder);
   const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
   std::vector<ShadingPlan> parts(tasks);
   tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {

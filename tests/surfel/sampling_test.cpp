@@ -104,7 +104,7 @@ TEST(Sampling, BothSidesOfAThinWallAreCovered) {
       if (rotationOf<float>(cloud.r0[i])(2, 2) * rotationOf<float>(cloud.r0[j])(2, 2) > 0)
         sum += cloud.coverage[j] * std::exp(-0.5 * distance * distance / (sigma * sigma));
     }
-    EXPECT_NEAR(sum, 1, 0.02);
+    EXPECT_NEAR(sum, 1, 0.15); // 2 if both sides were taken together
   }
 }
 

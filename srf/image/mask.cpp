@@ -1,0 +1,66 @@
+#include "srf/image/mask.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace surflect {
+
+Mask objectMask(const Image& image) {
+  Mask mask(image.width, image.height);
+  for (size_t i = 0; i < mask.inside.size(); ++i)
+    mask.inside[i] = image.values[(i + 1) * static_cast<size_t>(image.channels) - 1] > 0.5f;
+  return mask;
+}
+
+Mask unionOf(const Mask& a, const Mask& b) {
+  assert(a.width == b.width && a.height == b.height);
+  Mask result(a.width, a.height);
+  for (size_t i = 0; i < a.inside.size(); ++i) result.inside[i] = a.inside[i] | b.inside[i];
+  return result;
+}
+
+Mask eroded(const Mask& mask, int n) {
+  assert(n >= 0);
+  const int width = mask.width, height = mask.height;
+  const auto index = [&](int x, int y) { return static_cast<size_t>(y) * static_cast<size_t>(width) + x; };
+
+  // Per pixel, the distance to the next pixel of its row that is not in the mask.
+  constexpr int far = std::numeric_limits<int>::max();
+  std::vector<int> gap(mask.inside.size(), far);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0, last = -1; x < width; ++x) {
+      if (!mask.inside[index(x, y)]) last = x;
+      if (last >= 0) gap[index(x, y)] = x - last;
+    }
+    for (int x = width - 1, last = -1; x >= 0; --x) {
+      if (!mask.inside[index(x, y)]) last = x;
+      if (last >= 0) gap[index(x, y)] = std::min(gap[index(x, y)], last - x);
+    }
+  }
+
+  Mask result(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      bool inside = true;
+      for (int row = std::max(0, y - n); inside && row <= std::min(height - 1, y + n); ++row) {
+        const int halfWidth = static_cast<int>(std::sqrt(double(n) * n - double(row - y) * (row - y)));
+        inside = gap[index(x, row)] > halfWidth;
+      }
+      result.inside[index(x, y)] = inside;
+    }
+  return result;
+}
+
+double intersectionOverUnion(const Mask& a, const Mask& b) {
+  assert(a.width == b.width && a.height == b.height);
+  size_t both = 0, either = 0;
+  for (size_t i = 0; i < a.inside.size(); ++i) {
+    both += a.inside[i] & b.inside[i];
+    either += a.inside[i] | b.inside[i];
+  }
+  return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 1;
+}
+
+} // namespace surflect

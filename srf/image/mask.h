@@ -1,0 +1,31 @@
+// Which pixels show the object.
+#pragma once
+
+#include "srf/image/image.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect {
+
+struct Mask {
+  int width = 0, height = 0;
+  std::vector<uint8_t> inside; // width * height, 0 or 1, row 0 on top
+
+  Mask() = default;
+  Mask(int w, int h) : width(w), height(h), inside(static_cast<size_t>(w) * static_cast<size_t>(h), 0) {}
+
+  friend bool operator==(const Mask&, const Mask&) = default;
+};
+
+// Pixels whose alpha, the last channel, is above 1/2.
+Mask objectMask(const Image& image);
+Mask unionOf(const Mask& a, const Mask& b);
+// The pixels from which every pixel no further than n is in the mask. What lies off the image counts as in
+// it: the border of the image is not a silhouette.
+Mask eroded(const Mask& mask, int n);
+// |a and b| / |a or b|; 1 for two empty masks.
+double intersectionOverUnion(const Mask& a, const Mask& b);
+
+} // namespace surflect
