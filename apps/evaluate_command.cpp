@@ -23,6 +23,7 @@ Json jsonOf(const Score& score) {
           {"psnr_srgb_db", score.difference.psnrSrgb()},
           {"ssim_srgb", score.difference.ssim()},
           {"psnr_linear_interior_db", psnr(score.interiorError.mean())},
+          {"truth_noise_db", psnr(score.truthNoise.mean())},
           {"frame_count", score.frames}};
 }
 

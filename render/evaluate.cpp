@@ -103,8 +103,10 @@ std::string groupOf(bool knownCamera, bool knownLight) {
 Score scoreOf(const Image& truth, const Image& rendered, double exposure) {
   Score score;
   score.difference = compare(truth, rendered, exposure);
-  score.interiorError = squaredError(exposed(truth, exposure), exposed(rendered, exposure),
-                                     eroded(objectMask(truth), kErosion));
+  const Image exposedTruth = exposed(truth, exposure);
+  const Mask interior = eroded(objectMask(truth), kErosion);
+  score.interiorError = squaredError(exposedTruth, exposed(rendered, exposure), interior);
+  score.truthNoise = noiseVariance(exposedTruth, interior);
   score.frames = 1;
   return score;
 }
@@ -114,6 +116,7 @@ Score scoreOf(const Image& truth, const Image& rendered, double exposure) {
 Score& Score::operator+=(const Score& other) {
   difference += other.difference;
   interiorError += other.interiorError;
+  truthNoise += other.truthNoise;
   frames += other.frames;
   return *this;
 }

@@ -22,6 +22,7 @@ struct EvaluateOptions {
 struct Score {
   Difference difference;
   PooledMean interiorError;
+  PooledMean truthNoise; // linear, after exposure; an upper bound, see noiseVariance
   size_t frames = 0;
 
   Score& operator+=(const Score& other);

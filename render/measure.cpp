@@ -114,6 +114,29 @@ PooledMean squaredError(const Image& a, const Image& b, const Mask& mask) {
   });
 }
 
+PooledMean noiseVariance(const Image& image, const Mask& mask) {
+  assert(sameSize(image, mask) && image.channels >= 3);
+  constexpr int kTaps[3] = {1, -2, 1};
+  const Mask whole = eroded(mask, 2); // its pixels have all eight neighbours in the mask
+  return overRows(image.height, [&](int y) {
+    PooledMean row;
+    if (y == 0 || y == image.height - 1) return row;
+    for (int x = 1; x < image.width - 1; ++x) {
+      if (!whole.inside[static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x)])
+        continue;
+      for (size_t c = 0; c < 3; ++c) {
+        double response = 0;
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx)
+            response += kTaps[dy + 1] * kTaps[dx + 1] * static_cast<double>(image.at(x + dx, y + dy)[c]);
+        row.sum += response * response / 36;
+        ++row.count;
+      }
+    }
+    return row;
+  });
+}
+
 PooledMean structuralSimilarity(const Image& a, const Image& b, const Mask& mask) {
   assert(sameSize(a, b) && sameSize(a, mask) && a.channels >= 3 && b.channels >= 3);
   const auto index = [&](int x, int y) { return static_cast<size_t>(y) * static_cast<size_t>(a.width) + x; };

@@ -4,6 +4,7 @@
 // masks; PSNR in linear light and after the sRGB curve, SSIM of the sRGB luma. Sets are pooled: figures of
 // several pictures are those of their pixels together, never means of decibels.
 //
+// [Immerkaer 1996] Immerkaer: Fast Noise Variance Estimation, CVIU 64(2).
 // [Wang 2004] Wang, Bovik, Sheikh, Simoncelli: Image Quality Assessment: From Error Visibility to Structural
 //             Similarity.
 #pragma once
@@ -38,6 +39,12 @@ Image srgbEncoded(const Image& linear);
 
 // Squared differences of the first three channels over the mask.
 PooledMean squaredError(const Image& a, const Image& b, const Mask& mask);
+
+// The variance of pixel noise, averaged over the mask and three channels: the mean square of the response to
+//   1 -2 1 / -2 4 -2 / 1 -2 1, over 36  [Immerkaer 1996],
+// which is blind to planes but not to edges and texture: an upper bound. Pixels whose neighbours are not all
+// in the mask are left out.
+PooledMean noiseVariance(const Image& image, const Mask& mask);
 
 // Structural similarity of the luma of two sRGB-encoded images, each of three or more channels, at the pixels
 // of the mask: 11 x 11 Gaussian window of sigma 1.5, C1 = 0.01^2, C2 = 0.03^2  [Wang 2004, Eq. 13]. Windows

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -151,6 +152,28 @@ TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {
   const double srgb = srgbFromLinear(0.4f) - srgbFromLinear(0.2f);
   EXPECT_NEAR(difference.squaredErrorSrgb.sum, 3 * srgb * srgb, 1e-6);
   EXPECT_EQ(difference.similaritySrgb.count, 3u);
+}
+
+TEST(NoiseVariance, IsThatOfWhiteNoiseOnAPlane) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<float> noise(0, 0.05f);
+  Image image(200, 200, 3);
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 200; ++x)
+      for (float& value : image.at(x, y))
+        value = 0.3f + 0.002f * static_cast<float>(x - 2 * y) + noise(random);
+  Mask all(200, 200);
+  std::ranges::fill(all.inside, uint8_t{1});
+  EXPECT_NEAR(noiseVariance(image, all).mean(), 0.05 * 0.05, 0.04 * 0.05 * 0.05);
+}
+
+TEST(NoiseVariance, IsZeroOnAPlane) {
+  Image image(50, 40, 3);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 50; ++x) std::ranges::fill(image.at(x, y), static_cast<float>(x + 3 * y));
+  Mask all(50, 40);
+  std::ranges::fill(all.inside, uint8_t{1});
+  EXPECT_EQ(noiseVariance(image, all).mean(), 0);
 }
 
 } // namespace
