@@ -3,14 +3,13 @@
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/hash.h"
+#include "surfel/nearest_name.h"
 
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
-#include <utility>
 
 namespace surflect {
 
@@ -56,21 +55,6 @@ Error mismatch(const Entry& entry, std::string_view expected) {
   return Error::mismatch(expected, shown(entry.node)).at(entry.field);
 }
 
-// Levenshtein's distance: letters to insert, delete or replace.
-size_t editDistance(std::string_view a, std::string_view b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t{0});
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = std::exchange(row[0], i);
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row.back();
-}
-
 using Keys = std::vector<std::string_view>;
 
 // A table whose keys are all known.
@@ -81,11 +65,8 @@ public:
     for (const auto& [key, node] : table_) {
       const std::string name = shown(key.str());
       if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
-      const auto nearest = std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
-        return editDistance(name, a) < editDistance(name, b);
-      });
       throw Error("unknown key on line " + std::to_string(key.source().begin.line) +
-                  "; the nearest known one is " + std::string(*nearest))
+                  "; the nearest known one is " + std::string(nearestName(name, known)))
           .at(fieldOf(name));
     }
   }

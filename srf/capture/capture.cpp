@@ -3,6 +3,7 @@
 #include "srf/image/image_file.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/nearest_name.h"
 
 #include <Eigen/SVD>
 #include <nlohmann/json.hpp>
@@ -135,30 +136,15 @@ Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Cho
 // ---------------------------------------------------------------------------------------------------------
 // Names.
 
-// Levenshtein's: how many letters to change, add or drop.
-size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t{0});
-  for (size_t i = 0; i < a.size(); ++i) {
-    size_t diagonal = std::exchange(row[0], i + 1);
-    for (size_t j = 0; j < b.size(); ++j) {
-      const size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
-
 size_t lightNamed(const std::vector<Light>& lights, const Json& value) {
   const std::string name = text(value);
   for (size_t l = 0; l < lights.size(); ++l)
     if (lights[l].name == name) return l;
   if (lights.empty()) throw Error::mismatch("no light, as the capture lists none", shown(value));
-  const auto nearest = std::min_element(lights.begin(), lights.end(), [&](const Light& a, const Light& b) {
-    return editDistance(name, a.name) < editDistance(name, b.name);
-  });
-  throw Error::mismatch("a light of the list (nearest: " + nearest->name + ")", shown(value));
+  std::vector<std::string_view> known;
+  for (const Light& light : lights) known.push_back(light.name);
+  throw Error::mismatch("a light of the list (nearest: " + std::string(nearestName(name, known)) + ")",
+                        shown(value));
 }
 
 // ---------------------------------------------------------------------------------------------------------
