@@ -2,6 +2,7 @@
 
 #include "srf/capture/photograph.h"
 #include "srf/image/mask.h"
+#include "srf/image/percentile.h"
 #include "srf/model/model.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/error.h"
@@ -91,7 +92,7 @@ struct LoadedView {
   size_t invalidTexels = 0;
 };
 LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
-                    const RayCaster<AcquisitionSpace>* impostor) {
+                    const RayCaster<AcquisitionSpace>& impostor) {
   auto photographs = readPhotographs(capture, frames);
   const auto& camera = capture.views[capture.frames[frames[0]].view].camera;
   LoadedView view;
@@ -106,8 +107,26 @@ LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
     hasMatte |= photograph.hasMatte;
     view.stack.lights.push_back(std::move(photograph.radiance));
   }
-  if (!hasMatte && impostor) view.stack.alpha = matteFromMesh(camera, *impostor);
+  if (!hasMatte) view.stack.alpha = matteFromMesh(camera, impostor);
   return view;
+}
+
+// The 99.5th percentile of the object's radiance over all channels of up to eight views, evenly chosen: what
+// errors and floors of the store are measured against.
+double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> frames,
+                  const RayCaster<AcquisitionSpace>& impostor) {
+  constexpr size_t kViews = 8;
+  PercentileCounter values;
+  const size_t count = std::min(kViews, frames.size());
+  for (size_t i = 0; i < count; ++i) {
+    const auto view = loadView(capture, frames[i * frames.size() / count], impostor);
+    for (const auto& light : view.stack.lights)
+      for (size_t texel = 0; texel < view.stack.alpha.values.size(); ++texel)
+        if (view.stack.alpha.values[texel] >= 0.5f)
+          for (size_t c = 0; c < 3; ++c) values.add(light.values[3 * texel + c]);
+  }
+  if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
+  return std::clamp(values.percentile(0.995), 1e-20, 1e20);
 }
 
 // What makes a view file of an earlier run the one that this run would write. Photographs are known by size
@@ -142,24 +161,6 @@ bool isFinished(const std::filesystem::path& path) {
 
 } // namespace
 
-double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> frames) {
-  constexpr size_t kViews = 8;
-  std::vector<float> values;
-  const size_t count = std::min(kViews, frames.size());
-  for (size_t i = 0; i < count; ++i) {
-    const auto view = loadView(capture, frames[i * frames.size() / count], nullptr);
-    for (const auto& light : view.stack.lights)
-      for (size_t texel = 0; texel < view.stack.alpha.values.size(); ++texel)
-        if (view.stack.alpha.values[texel] >= 0.5f)
-          for (size_t c = 0; c < 3; ++c) values.push_back(light.values[3 * texel + c]);
-  }
-  if (values.empty()) throw Error("no photograph shows anything of the object").in(capture.file);
-  const auto percentile =
-      values.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, percentile);
-  return std::clamp(static_cast<double>(*percentile), 1e-20, 1e20);
-}
-
 PackReport pack(const Capture& everything, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
   const Capture capture = subset(everything, [](const Frame& frame) { return frame.split == Split::train; });
@@ -188,8 +189,10 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   const auto storeStart = Clock::now();
   StoreOptions store;
   store.tolerance = options.tolerance;
-  store.white = report.white = whiteLevel(capture, frames);
-  std::filesystem::create_directories(folder / "views");
+  store.white = report.white = whiteLevel(capture, frames, impostor);
+  std::error_code failure;
+  std::filesystem::create_directories(folder / "views", failure);
+  if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
   std::filesystem::remove(folder / "manifest.json"); // from now on the folder is unfinished
   const std::string identity = packIdentity(capture, store, mesh);
   const auto identityPath = folder / "views" / "identity";
@@ -206,7 +209,7 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
       continue;
     }
     const auto viewStart = Clock::now();
-    const LoadedView loaded = loadView(capture, frames[view], &impostor);
+    const LoadedView loaded = loadView(capture, frames[view], impostor);
     const EncodedView encoded = encodeView(loaded.stack, store, progress);
     writeFileAtomically(path, encoded.file);
     viewHashes.push_back(contentHash(encoded.file));

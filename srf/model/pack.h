@@ -38,8 +38,4 @@ struct PackReport {
 PackReport pack(const Capture& capture, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
 
-// The 99.5th percentile of the object's radiance over all channels of up to eight views, evenly chosen: what
-// errors and floors of the store are measured against. `frames` lists the training frames of each view.
-double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> frames);
-
 } // namespace surflect

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
 
 namespace surflect {
@@ -16,14 +17,13 @@ namespace {
 constexpr size_t kQueriesPerTask = 512;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// A colour that an index keeps for ever, by mixing its bits.
-Rgb randomColor(uint32_t index) {
-  uint64_t bits = (index + 1) * 0x9e3779b97f4a7c15u;
-  bits ^= bits >> 29;
-  bits *= 0xbf58476d1ce4e5b9u;
-  bits ^= bits >> 32;
-  const auto channel = [&](int shift) { return static_cast<float>(bits >> shift & 255) / 255; };
-  return {channel(0), channel(8), channel(16)};
+// A saturated colour that an index keeps for ever. Steps of sqrt(2) turns of hue: those of the golden section
+// would give one colour to neighbours on a Fibonacci spiral, as which rigs are often laid out.
+Rgb colorOf(uint32_t index) {
+  const double turns = index * 0.41421356237309515;
+  const double hue = 6 * (turns - std::floor(turns));
+  const auto channel = [](double x) { return static_cast<float>(std::clamp(x, 0.0, 1.0)); };
+  return {channel(std::abs(hue - 3) - 1), channel(2 - std::abs(hue - 2)), channel(2 - std::abs(hue - 4))};
 }
 
 // A light's weight is what falls on the surface now over what fell when the photograph was taken.
@@ -104,7 +104,7 @@ private:
     plan.rows.push_back({0, {1, 1, 1}});
     for (const auto& [view, weight] : blendViews()) {
       ops_.push_back({view, weight, row, row + 1});
-      cameraBlend_ = cameraBlend_ + weight * randomColor(view);
+      cameraBlend_ = cameraBlend_ + weight * colorOf(view);
     }
   }
 
@@ -115,7 +115,7 @@ private:
     const auto rowEnd = static_cast<uint32_t>(plan.rows.size());
     for (const auto& [view, weight] : blendViews()) {
       ops_.push_back({view, weight, rowBegin, rowEnd});
-      cameraBlend_ = cameraBlend_ + weight * randomColor(view);
+      cameraBlend_ = cameraBlend_ + weight * colorOf(view);
     }
   }
 
@@ -130,7 +130,7 @@ private:
       for (const auto& [light, weight] : ulrWeights(nearest)) {
         const Rgb captured = irradianceAt(model_.rig.lights[light], p0_);
         row_[light] = row_[light] + weight * ratio(batch_.irradiance[entry], captured);
-        lightBlend_ = lightBlend_ + weight / static_cast<float>(batch_.lights) * randomColor(light);
+        lightBlend_ = lightBlend_ + weight / static_cast<float>(batch_.lights) * colorOf(light);
       }
     }
     for (uint32_t light = 0; light < row_.size(); ++light)
@@ -164,8 +164,8 @@ private:
             {column, ratio(batch_.irradiance[entry], irradianceAt(model_.rig.lights[light], p0_))});
         ops_.push_back({view, weight, row, row + 1});
         const float share = weight / static_cast<float>(batch_.lights);
-        cameraBlend_ = cameraBlend_ + share * randomColor(view);
-        lightBlend_ = lightBlend_ + share * randomColor(light);
+        cameraBlend_ = cameraBlend_ + share * colorOf(view);
+        lightBlend_ = lightBlend_ + share * colorOf(light);
       }
     }
   }

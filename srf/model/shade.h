@@ -36,7 +36,7 @@ struct ShadeOptions {
 struct ShadingPlan {
   std::vector<ShadingOp> ops; // targets are queries
   std::vector<LightWeight> rows;
-  // Random colours of cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query.
+  // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query.
   std::vector<Rgb> cameraBlend, lightBlend;
   size_t unseen = 0; // queries that no camera sees: the nearest that has the point in its image stands in
 };

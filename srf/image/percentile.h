@@ -1,0 +1,36 @@
+// Percentiles of more values than memory holds.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect {
+
+// Counts positive values by their leading 20 bits: percentiles to 2^-12 of their value, in 8 MiB.
+class PercentileCounter {
+public:
+  // Negative values and NaN count as 0.
+  void add(float value) {
+    ++total_;
+    if (value > 0) ++bins_[std::bit_cast<uint32_t>(value) >> kDropped];
+  }
+  uint64_t count() const { return total_; }
+
+  // The value below which the share of all lies; 0 where that is not positive.
+  double percentile(double share) const {
+    auto above = static_cast<uint64_t>((1 - share) * static_cast<double>(total_));
+    for (size_t bin = bins_.size(); bin-- > 0; above -= bins_[bin])
+      if (bins_[bin] > above)
+        return static_cast<double>(std::bit_cast<float>(static_cast<uint32_t>(bin) << kDropped));
+    return 0;
+  }
+
+private:
+  static constexpr int kDropped = 11; // of 31 bits
+  std::vector<uint64_t> bins_ = std::vector<uint64_t>(size_t{1} << 20);
+  uint64_t total_ = 0;
+};
+
+} // namespace surflect
