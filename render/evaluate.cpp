@@ -1,12 +1,12 @@
 #include "render/evaluate.h"
 
 #include "srf/capture/photograph.h"
+#include "srf/image/percentile.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/error.h"
 #include "warp/deform.h"
 
 #include <algorithm>
-#include <bit>
 #include <set>
 
 namespace surflect {
@@ -14,28 +14,6 @@ namespace surflect {
 namespace {
 
 constexpr int kErosion = 2; // pixels
-
-// Counts positive values by their leading 20 bits: percentiles to 2^-12, in bounded memory.
-class PercentileCounter {
-public:
-  void add(float value) {
-    ++total_;
-    if (value > 0) ++bins_[std::bit_cast<uint32_t>(value) >> kDropped];
-  }
-  // The value below which the share of all lies; 0 where that is not positive.
-  double percentile(double share) const {
-    auto above = static_cast<uint64_t>((1 - share) * static_cast<double>(total_));
-    for (size_t bin = bins_.size(); bin-- > 0; above -= bins_[bin])
-      if (bins_[bin] > above)
-        return static_cast<double>(std::bit_cast<float>(static_cast<uint32_t>(bin) << kDropped));
-    return 0;
-  }
-
-private:
-  static constexpr int kDropped = 11; // of 31 bits
-  std::vector<uint64_t> bins_ = std::vector<uint64_t>(size_t{1} << 20);
-  uint64_t total_ = 0;
-};
 
 // The truth as the protocol wants it: RGBA, premultiplied. Without a matte the mesh's silhouette stands in.
 class TruthReader {

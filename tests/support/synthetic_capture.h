@@ -1,5 +1,5 @@
-// A capture whose truth is known in closed form: a Lambert sphere of radius 1 at the origin, photographed from
-// all around under directional lights from all around.
+// A capture whose truth is known in closed form: a Lambert sphere of radius 1 at the origin, photographed
+// from all around under directional lights from all around.
 #pragma once
 
 #include "srf/capture/writer.h"
@@ -31,9 +31,8 @@ inline std::vector<Vec3<double>> spiral(int count) {
 // Looks at the origin from the given direction; the sphere leaves a border of 7 of the size x size pixels.
 template <class World> Camera<World> cameraFrom(const Vec3<double>& direction, int size) {
   const Vec3<double> back = direction.normalized();
-  const Vec3<double> right = (std::abs(back[1]) < 0.99 ? Vec3<double>(0, 1, 0) : Vec3<double>(0, 0, -1))
-                                 .cross(back)
-                                 .normalized();
+  const Vec3<double> right =
+      (std::abs(back[1]) < 0.99 ? Vec3<double>(0, 1, 0) : Vec3<double>(0, 0, -1)).cross(back).normalized();
   Mat3<double> rotation;
   rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
   Camera<World> camera;
@@ -68,7 +67,8 @@ template <class World> SphereView viewSphere(const Camera<World>& camera, int sa
   for (int y = 0; y < view.height; ++y)
     for (int x = 0; x < view.width; ++x) {
       for (int s = 0; s < samples * samples; ++s)
-        if (const std::optional<Vec3<double>> hit = traced({x + (s % samples + 0.5) / samples, y + (s / samples + 0.5) / samples}))
+        if (const std::optional<Vec3<double>> hit =
+                traced({x + (s % samples + 0.5) / samples, y + (s / samples + 0.5) / samples}))
           view.normals.push_back(hit->cast<float>());
       const auto hits = static_cast<uint32_t>(view.normals.size()) - view.first.back();
       view.alpha.at(x, y)[0] = static_cast<float>(hits) / static_cast<float>(samples * samples);
@@ -129,7 +129,9 @@ inline void writeSphereMesh(const std::filesystem::path& path, int slices = 96) 
   writeBytes(path, ply.str());
 }
 
-inline std::string numbered(const char* prefix, size_t number) { return prefix + std::to_string(number); }
+inline std::string numbered(const char* prefix, size_t number) {
+  return std::string(prefix).append(std::to_string(number));
+}
 
 struct Studio {
   int cameras = 14;
@@ -137,6 +139,7 @@ struct Studio {
   int size = 40;   // of pictures, pixels
   int samples = 3; // see SphereView
   Rgb albedo{0.8f, 0.5f, 0.3f};
+  bool matte = true; // pictures have alpha
   // What a frame is for; nothing: it is not taken.
   std::function<std::optional<Split>(size_t view, size_t light)> split = [](size_t, size_t) {
     return std::optional(Split::train);
@@ -151,9 +154,9 @@ inline std::vector<Light> studioLights(int count) {
   for (const Vec3<double>& towards : spiral(count)) {
     const size_t i = lights.size();
     const auto level = static_cast<float>(1 + i % 3);
-    lights.push_back({numbered("L", i), numbered("L", i),
-                      DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards),
-                                       {level, 2 * level, 3}}});
+    lights.push_back(
+        {numbered("L", i), numbered("L", i),
+         DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {level, 2 * level, 3}}});
   }
   return lights;
 }
@@ -183,7 +186,7 @@ inline Capture photograph(const Studio& studio, const std::filesystem::path& fol
       frame.view = v;
       frame.picture = picture;
       frame.layer = numbered("L", l);
-      frame.alphaLayer = "matte";
+      if (studio.matte) frame.alphaLayer = "matte";
       frame.split = *split;
       images[l] = shadeSphere(sphere, fixedRadiance);
       if (studio.lights > 0) {
@@ -197,7 +200,7 @@ inline Capture photograph(const Studio& studio, const std::filesystem::path& fol
       layers.push_back({frame.layer, &images[l]});
       capture.frames.push_back(frame);
     }
-    writeViewPictures(folder / picture, layers, &sphere.alpha, "matte");
+    writeViewPictures(folder / picture, layers, studio.matte ? &sphere.alpha : nullptr, "matte");
   }
   writeCapture(capture, folder);
   return capture;

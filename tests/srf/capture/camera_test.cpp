@@ -126,5 +126,14 @@ TEST_F(CameraTest, APictureContainsItsFirstEdgesOnly) {
   EXPECT_FALSE(contains(lens, {-1e-9, 1}));
 }
 
+TEST(Lens, ResizedSeesTheSameWithPixelsScaled) {
+  const Lens lens{
+      .width = 640, .height = 480, .focalX = 700, .focalY = 710, .centerX = 301, .centerY = 244, .k1 = 0.1};
+  const Lens half = resized(lens, 320, 120);
+  const Point3<CameraSpace, double> p(0.2, -0.15, -1.3);
+  EXPECT_NEAR(project(half, p)->x, project(lens, p)->x / 2, 1e-12);
+  EXPECT_NEAR(project(half, p)->y, project(lens, p)->y / 4, 1e-12);
+}
+
 } // namespace
 } // namespace surflect

@@ -1,0 +1,141 @@
+#include "srf/model/model.h"
+
+#include "surfel/file.h"
+#include "tests/support/synthetic_capture.h"
+
+namespace surflect {
+namespace {
+
+using studio::PackedStudio;
+using studio::Studio;
+
+Studio smallStudio() {
+  Studio small;
+  small.cameras = 4;
+  small.lights = 3;
+  small.size = 24;
+  return small;
+}
+
+constexpr size_t fewSurfels = 150;
+
+void readEverything(const std::filesystem::path& folder) {
+  const Model model = openModel(folder);
+  for (const ViewFile& file : model.files)
+    for (uint32_t block = 0; block < file.blockCount(); ++block) file.read(block);
+}
+
+SurfelCloud randomCloud(size_t count, std::mt19937& random) {
+  std::uniform_real_distribution<float> number(-1, 1);
+  SurfelCloud cloud;
+  for (size_t i = 0; i < count; ++i) {
+    cloud.p0.push_back({number(random), number(random), number(random)});
+    cloud.r0.push_back({number(random), number(random), static_cast<float>(i % 2)});
+    cloud.radius.push_back(number(random));
+    cloud.coverage.push_back(number(random));
+  }
+  return cloud;
+}
+
+TEST(Model, WhatIsWrittenIsReadBackEqual) {
+  const PackedStudio packed(smallStudio(), fewSurfels);
+  std::mt19937 random(1);
+  const SurfelCloud cloud = randomCloud(333, random);
+  ViewFades fades{4, std::vector<uint8_t>(4 * cloud.size())};
+  for (auto& fade : fades.values) fade = static_cast<uint8_t>(random());
+  const auto copy = packed.folder / "copy";
+  std::filesystem::create_directories(copy);
+  std::filesystem::copy(packed.model.folder / "views", copy / "views");
+  writeModel(copy, {packed.model.rig, cloud, fades, {1, 2, 3, 4}, 0.7, 0.02});
+
+  const Model model = openModel(copy);
+  EXPECT_EQ(model.cloud.p0, cloud.p0);
+  EXPECT_EQ(model.cloud.radius, cloud.radius);
+  EXPECT_EQ(model.cloud.coverage, cloud.coverage);
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    EXPECT_EQ(model.cloud.r0[i].x, cloud.r0[i].x);
+    EXPECT_EQ(model.cloud.r0[i].y, cloud.r0[i].y);
+    EXPECT_EQ(model.cloud.r0[i].lower, cloud.r0[i].lower);
+  }
+  EXPECT_EQ(model.fades.views, fades.views);
+  EXPECT_EQ(model.fades.values, fades.values);
+  EXPECT_EQ(model.white, 0.7);
+  EXPECT_EQ(model.tolerance, 0.02);
+  EXPECT_NE(model.identity, packed.model.identity);
+}
+
+TEST(Model, TheRigIsThatOfTheCapture) {
+  const PackedStudio packed(smallStudio(), fewSurfels);
+  const Capture &rig = packed.model.rig, &capture = packed.capture;
+  EXPECT_EQ(rig.lights, capture.lights);
+  ASSERT_EQ(rig.views.size(), capture.views.size());
+  for (size_t v = 0; v < rig.views.size(); ++v) {
+    EXPECT_EQ(rig.views[v].identity, capture.views[v].identity);
+    EXPECT_EQ(rig.views[v].camera.lens, capture.views[v].camera.lens);
+    const auto &got = rig.views[v].camera.cameraFromWorld, &wanted = capture.views[v].camera.cameraFromWorld;
+    EXPECT_NEAR((got.rotation() - wanted.rotation()).norm(), 0, 2e-15);
+    EXPECT_NEAR((got.translation() - wanted.translation()).norm(), 0, 1e-14);
+    EXPECT_EQ(packed.model.columns[v], (std::vector<uint32_t>{0, 1, 2}));
+  }
+  EXPECT_TRUE(packed.model.isFullProduct);
+}
+
+TEST(Model, WithoutOneFrameTheProductIsNotFull) {
+  Studio gap = smallStudio();
+  gap.split = [](size_t view, size_t light) {
+    return view == 2 && light == 1 ? std::nullopt : std::optional(Split::train);
+  };
+  const PackedStudio packed(gap, fewSurfels);
+  EXPECT_FALSE(packed.model.isFullProduct);
+  EXPECT_EQ(packed.model.columns[1], (std::vector<uint32_t>{0, 1, 2}));
+  EXPECT_EQ(packed.model.columns[2], (std::vector<uint32_t>{0, 2}));
+}
+
+TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
+  const PackedStudio packed(smallStudio(), fewSurfels);
+  const auto folder = packed.model.folder;
+  std::mt19937 random(2);
+  for (const std::string name :
+       {"manifest.json", "transforms.json", "surfels.ply", "fades.bin", "views/0001.srfb"}) {
+    const std::string whole = readFile(folder / name);
+    const auto isRefused = [&](const std::string& damaged) {
+      writeBytes(folder / name, damaged);
+      const std::string line = errorOf([&] { readEverything(folder); });
+      EXPECT_NE(line.find(name), std::string::npos) << line;
+    };
+    const size_t end = whole.size() - 1; // of the manifest, whose last byte is a line feed and can go
+    for (const size_t length : {size_t{0}, size_t{1}, size_t{40}, end / 2, random() % end, end - 1})
+      isRefused(whole.substr(0, length));
+    for (int flip = 0; flip < 40; ++flip) {
+      std::string damaged = whole;
+      damaged[random() % whole.size()] ^= static_cast<char>(1 << random() % 8);
+      isRefused(damaged);
+    }
+    std::filesystem::remove(folder / name);
+    const std::string line = errorOf([&] { readEverything(folder); });
+    EXPECT_NE(line.find(name), std::string::npos) << line;
+    writeBytes(folder / name, whole);
+  }
+  readEverything(folder);
+}
+
+TEST(Model, AnUnfinishedFolderSaysSo) {
+  const PackedStudio packed(smallStudio(), fewSurfels);
+  std::filesystem::remove(packed.model.folder / "manifest.json");
+  const std::string line = errorOf([&] { openModel(packed.model.folder); });
+  EXPECT_NE(line.find("packing was not finished"), std::string::npos) << line;
+}
+
+TEST(Model, AViewFileOfAnotherShapeIsRefused) {
+  const PackedStudio packed(smallStudio(), fewSurfels);
+  Studio other = smallStudio();
+  other.lights = 2;
+  const PackedStudio foreign(other, fewSurfels);
+  const auto path = packed.model.folder / "views/0003.srfb";
+  writeBytes(path, readFile(foreign.model.folder / "views/0003.srfb"));
+  const std::string line = errorOf([&] { openModel(packed.model.folder); });
+  EXPECT_EQ(line, path.string() + ": found 24x24, 2 lights, expected 24x24, 3 lights");
+}
+
+} // namespace
+} // namespace surflect

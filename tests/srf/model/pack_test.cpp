@@ -1,0 +1,205 @@
+#include "srf/model/pack.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/image/mask.h"
+#include "srf/query/ray_caster.h"
+#include "surfel/file.h"
+#include "surfel/sampling.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <algorithm>
+#include <map>
+
+namespace surflect {
+namespace {
+
+using studio::packOptions;
+using studio::Studio;
+
+class Pack : public testing::Test {
+protected:
+  Pack() {
+    studio.cameras = 5;
+    studio.lights = 3;
+    studio.size = 24;
+  }
+
+  Capture photographed() { return photograph(studio, folder / "capture"); }
+  PackReport packed(const Capture& capture, const std::string& name = "model",
+                    const PackOptions& options = packOptions(150)) {
+    return pack(capture, folder / name, options, {}, nullptr);
+  }
+  // Of all files of a model, by name.
+  std::map<std::string, std::string> content(const std::string& name = "model") {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / name))
+      if (entry.is_regular_file() && entry.path().filename() != "identity")
+        files[entry.path().lexically_relative(folder / name).string()] = readFile(entry.path());
+    return files;
+  }
+
+  TemporaryFolder folder;
+  Studio studio;
+};
+
+TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {
+  const Capture capture = photographed();
+  const PackReport report = packed(capture);
+  const Model model = openModel(folder / "model");
+
+  const TriangleMesh mesh = readMesh(folder / "capture/mesh.ply");
+  const SurfelCloud cloud = sampleSurfels(mesh, spacingFor(mesh, 150));
+  std::vector<Camera<AcquisitionSpace>> cameras;
+  for (const auto& view : capture.views) cameras.push_back(view.camera);
+  EXPECT_EQ(model.cloud.p0, cloud.p0);
+  EXPECT_EQ(model.cloud.radius, cloud.radius);
+  EXPECT_EQ(model.cloud.coverage, cloud.coverage);
+  EXPECT_EQ(model.fades.values, surfelFades(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
+  EXPECT_EQ(report.surfels, cloud.size());
+  EXPECT_EQ(report.views, 5u);
+  EXPECT_EQ(report.lights, 3u);
+  EXPECT_EQ(report.resumedViews, 0u);
+}
+
+TEST_F(Pack, PackingAgainResumesAndGivesTheSameBytes) {
+  const Capture capture = photographed();
+  packed(capture);
+  const auto first = content();
+  EXPECT_EQ(packed(capture).resumedViews, 5u);
+  EXPECT_EQ(content(), first);
+}
+
+TEST_F(Pack, AnInterruptedRunIsTakenUpWhereItStopped) {
+  const Capture capture = photographed();
+  packed(capture, "whole");
+  Progress untilTheThirdView;
+  bool stop = false;
+  untilTheThirdView.report = [&](std::string_view stage, double fraction) {
+    stop |= stage == "reflectance images" && fraction > 0.35;
+  };
+  untilTheThirdView.cancelled = [&] { return stop; };
+  EXPECT_THROW(pack(capture, folder / "model", packOptions(150), untilTheThirdView, nullptr), Cancelled);
+  EXPECT_FALSE(std::filesystem::exists(folder / "model/manifest.json"));
+  EXPECT_EQ(packed(capture).resumedViews, 2u);
+  EXPECT_EQ(content(), content("whole"));
+}
+
+TEST_F(Pack, ADamagedViewFileIsEncodedAgain) {
+  const Capture capture = photographed();
+  packed(capture);
+  const auto first = content();
+  std::string damaged = first.at("views/0002.srfb");
+  damaged.back() ^= 1;
+  writeBytes(folder / "model/views/0002.srfb", damaged);
+  EXPECT_EQ(packed(capture).resumedViews, 4u);
+  EXPECT_EQ(content(), first);
+}
+
+TEST_F(Pack, AnotherToleranceMeshOrPhotographIsEncodedAnew) {
+  const Capture capture = photographed();
+  packed(capture);
+  const auto first = content();
+  EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
+  EXPECT_NE(content(), first);
+
+  studio::writeSphereMesh(folder / "capture/mesh.ply", 80);
+  EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
+
+  // Darker in one picture that does not set the white level.
+  const auto path = folder / "capture/C4.exr";
+  const ExrFile file(path);
+  std::vector<ExrLayer> layers;
+  std::vector<Image> images;
+  for (const char* layer : {"L0", "L1", "L2"}) images.push_back(file.read(colorChannels(file, layer)));
+  images.push_back(file.read(ChannelSet{"matte.A"}));
+  for (float& value : images[1].values) value *= 0.5f;
+  for (size_t l = 0; l < 3; ++l)
+    layers.push_back({colorChannels(file, studio::numbered("L", l)), &images[l], Precision::half});
+  layers.push_back({{"matte.A"}, &images[3], Precision::half});
+  writeExr(path, layers);
+  EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
+}
+
+TEST_F(Pack, TestFramesPlayNoPart) {
+  const auto isTaken = [](size_t view, size_t light) { return view != 3 && light != 1; };
+  studio.split = [&](size_t view, size_t light) {
+    return std::optional(isTaken(view, light) ? Split::train : Split::test);
+  };
+  packed(photograph(studio, folder / "withTest"), "a");
+  studio.split = [&](size_t view, size_t light) {
+    return isTaken(view, light) ? std::optional(Split::train) : std::nullopt;
+  };
+  packed(subset(photograph(studio, folder / "without"), [](const Frame&) { return true; }), "b");
+  EXPECT_EQ(content("a"), content("b"));
+  EXPECT_EQ(openModel(folder / "a").rig.views.size(), 4u);
+  EXPECT_EQ(openModel(folder / "a").rig.lights.size(), 2u);
+}
+
+float percentile995(std::vector<float> values) {
+  std::ranges::sort(values);
+  return values[static_cast<size_t>(0.995 * static_cast<double>(values.size() - 1))];
+}
+
+TEST_F(Pack, WhiteIsThe995thPercentileOfTheObject) {
+  const Capture capture = photographed();
+  std::vector<float> values;
+  for (size_t i = 0; i < capture.frames.size(); ++i) {
+    const Photograph photograph = readPhotographs(capture, std::vector{i})[0];
+    for (size_t v = 0; v < photograph.radiance.values.size(); ++v)
+      if (photograph.alpha.values[v / 3] >= 0.5f) values.push_back(photograph.radiance.values[v]);
+  }
+  EXPECT_NEAR(packed(capture).white / percentile995(values), 1, 0x1p-12);
+}
+
+TEST_F(Pack, WithoutMatteTheObjectIsTheSilhouetteOfTheMeshLessARim) {
+  studio.matte = false;
+  const Capture capture = photographed();
+  const PackReport report = packed(capture);
+  const Model model = openModel(folder / "model");
+  const RayCaster<AcquisitionSpace> mesh(readMesh(folder / "capture/mesh.ply"));
+  std::vector<Mask> objects;
+  for (size_t v = 0; v < model.files.size(); ++v) {
+    const Mask& object =
+        objects.emplace_back(eroded(objectMask(silhouette(capture.views[v].camera, mesh)), 2));
+    const ViewFile& file = model.files[v];
+    for (int y = 0; y < object.height; ++y)
+      for (int x = 0; x < object.width; ++x) {
+        const auto block = file.find({x / blockSize, y / blockSize});
+        const int texel = y % blockSize * blockSize + x % blockSize;
+        const bool stored = block && file.read(*block).present >> texel & 1;
+        EXPECT_EQ(stored, object.inside[y * object.width + x] == 1) << v << ": " << x << ", " << y;
+      }
+  }
+  std::vector<float> values;
+  for (size_t i = 0; i < capture.frames.size(); ++i) {
+    const Image radiance = readPhotographs(capture, std::vector{i})[0].radiance;
+    for (size_t v = 0; v < radiance.values.size(); ++v)
+      if (objects[capture.frames[i].view].inside[v / 3]) values.push_back(radiance.values[v]);
+  }
+  EXPECT_NEAR(report.white / percentile995(values), 1, 0x1p-12);
+}
+
+TEST_F(Pack, TheEstimateComesOnceAndIsNearTheTruth) {
+  const Capture capture = photographed();
+  std::vector<PackEstimate> estimates;
+  const PackReport report = pack(capture, folder / "model", packOptions(150), {},
+                                 [&](const PackEstimate& estimate) { estimates.push_back(estimate); });
+  ASSERT_EQ(estimates.size(), 1u);
+  EXPECT_EQ(estimates[0].surfels, report.surfels);
+  const auto bytes = static_cast<double>(report.store.fileBytes);
+  EXPECT_NEAR(static_cast<double>(estimates[0].diskBytes), bytes, 0.2 * bytes);
+}
+
+TEST_F(Pack, WhatIsMissingIsSaid) {
+  Capture capture = photographed();
+  capture.geometry.clear();
+  EXPECT_NE(errorOf([&] { packed(capture); }).find("no geometry"), std::string::npos);
+  for (Frame& frame : capture.frames) frame.split = Split::test;
+  EXPECT_NE(errorOf([&] { packed(capture); }).find("found none, expected training frames"),
+            std::string::npos);
+  writeBytes(folder / "file", "");
+  EXPECT_NE(errorOf([&] { packed(photographed(), "file/model"); }).find("file/model"), std::string::npos);
+}
+
+} // namespace
+} // namespace surflect
