@@ -61,14 +61,9 @@ Camera<ObjectSpace> shotCamera(const Script& script, const Model& model, const S
       .in(script.path);
 }
 
-// Another size of picture from the same place.
-Lens scaled(Lens lens, double scale) {
-  const int width = std::max(1, static_cast<int>(std::lround(lens.width * scale)));
-  const int height = std::max(1, static_cast<int>(std::lround(lens.height * scale)));
-  const double sx = static_cast<double>(width) / lens.width, sy = static_cast<double>(height) / lens.height;
-  lens.focalX *= sx, lens.centerX *= sx, lens.width = width;
-  lens.focalY *= sy, lens.centerY *= sy, lens.height = height;
-  return lens;
+Lens scaled(const Lens& lens, double scale) {
+  const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
+  return resized(lens, side(lens.width), side(lens.height));
 }
 
 class Shot {

@@ -67,4 +67,11 @@ std::optional<CameraRay> rayThrough(const Lens& lens, Pixel pixel) {
   return CameraRay{{0, 0, 0}, normalized(Direction3<CameraSpace, double>((*q)[0], -(*q)[1], -1))};
 }
 
+Lens resized(Lens lens, int width, int height) {
+  const double x = static_cast<double>(width) / lens.width, y = static_cast<double>(height) / lens.height;
+  lens.focalX *= x, lens.centerX *= x, lens.width = width;
+  lens.focalY *= y, lens.centerY *= y, lens.height = height;
+  return lens;
+}
+
 } // namespace surflect

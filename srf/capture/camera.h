@@ -48,6 +48,9 @@ inline bool contains(const Lens& lens, Pixel pixel) {
   return pixel.x >= 0 && pixel.y >= 0 && pixel.x < lens.width && pixel.y < lens.height;
 }
 
+// The same view on a picture of another size, in pixels.
+Lens resized(Lens lens, int width, int height);
+
 // A lens placed in a world.
 template <class World> struct Camera {
   Lens lens;
