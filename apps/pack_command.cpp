@@ -33,12 +33,11 @@ Json reportOf(const PackReport& report) {
       {"seconds",
        {{"surfels", report.surfelSeconds}, {"fades", report.fadeSeconds}, {"store", report.storeSeconds}}},
       {"memory_peak_bytes", memoryUse().peakBytes}};
-  if (report.resumedViews < report.views)
-    json["store"] = {{"bytes", report.store.fileBytes},
-                     {"object_texels", report.store.objectTexels},
-                     {"ratio_to_half", compressionRatio(report.store)},
-                     {"psnr_linear_db", psnrDb(report.store, report.white)},
-                     {"blocks_of_rank", report.store.blocksOfRank}};
+  json["store"] = {{"bytes", report.store.fileBytes},
+                   {"object_texels", report.store.objectTexels},
+                   {"ratio_to_half", compressionRatio(report.store)},
+                   {"blocks_of_rank", report.store.blocksOfRank}};
+  if (report.resumedViews == 0) json["store"]["psnr_linear_db"] = psnrDb(report.store, report.white);
   return json;
 }
 
@@ -49,11 +48,12 @@ Json runPack(const Arguments& arguments, const Progress& progress) {
       pack(readCapture(arguments.capture), arguments.output, options, progress, announceEstimate);
   if (report.invalidTexels > 0)
     say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));
-  if (report.resumedViews < report.views)
-    say(fmt::format(
-        "{}: {} surfels, {} views; {:.1f} MB of reflectance, {:.1f}:1 against half floats at {:.1f} dB",
-        arguments.output, report.surfels, report.views, static_cast<double>(report.store.fileBytes) / 1e6,
-        compressionRatio(report.store), psnrDb(report.store, report.white)));
+  const std::string error = report.resumedViews == 0
+                                ? fmt::format(" at {:.1f} dB", psnrDb(report.store, report.white))
+                                : fmt::format("; {} views were there already", report.resumedViews);
+  say(fmt::format("{}: {} surfels, {} views; {:.1f} MB of reflectance, {:.1f}:1 against half floats{}",
+                  arguments.output, report.surfels, report.views,
+                  static_cast<double>(report.store.fileBytes) / 1e6, compressionRatio(report.store), error));
   return reportOf(report);
 }
 

@@ -47,15 +47,25 @@ FrameRange parseRange(const std::string& text, const Frames& frames) {
   return range;
 }
 
+// A captured camera on a picture of the script's size.
+Camera<ObjectSpace> fitted(Camera<ObjectSpace> camera, const Script& script) {
+  const Output& output = *script.output;
+  const Lens& lens = camera.lens;
+  if (std::abs(output.width * lens.height - output.height * lens.width) > std::max(output.width, lens.width))
+    throw Error::mismatch(fmt::format("the shape of the camera's pictures, {} x {}", lens.width, lens.height),
+                          fmt::format("{} x {}", output.width, output.height))
+        .at("output.size")
+        .in(script.path);
+  camera.lens = resized(lens, output.width, output.height);
+  return camera;
+}
+
 // The script's camera at a time, or the captured one of its name.
 Camera<ObjectSpace> shotCamera(const Script& script, const Model& model, const ShotTime& time) {
   const auto* named = std::get_if<NamedCamera>(&*script.camera);
   if (!named) return cameraAt(script, time);
   for (const auto& view : model.rig.views)
-    if (view.identity == named->from) {
-      const auto& pose = view.camera.cameraFromWorld;
-      return {view.camera.lens, {pose.rotation(), pose.translation()}};
-    }
+    if (view.identity == named->from) return fitted(inObjectSpace(view.camera), script);
   throw Error::mismatch("a camera of " + model.folder.string(), "'" + named->from + "'")
       .at("camera.from")
       .in(script.path);
@@ -75,21 +85,33 @@ public:
 
   Film render(int frame, double scale, bool withAovs, FrameStats& stats) {
     const ShotTime time = shotTime(script_, frame);
-    Camera<ObjectSpace> camera = shotCamera(script_, model_, time);
-    camera.lens = scaled(camera.lens, scale);
     FrameOptions options = options_;
     if (!withAovs) options.aovs.clear();
-    return renderFrame(model_, *warpAt(script_, time), camera, lightsAt(script_, time), options, cache_,
-                       stats);
+    return renderFrame(model_, *warpAt(script_, time), camera(frame, scale), lightsAt(script_, time), options,
+                       cache_, stats);
   }
 
-  // One exposure for all previews of the shot, whatever part of it is rendered: its first frame sets it.
+  // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
+  // spread over it is white.
   double previewExposure() {
+    constexpr int kFrames = 5;
     if (!exposure_) {
-      FrameStats ignored;
-      exposure_ = exposureFor(render(script_.frames->first, 0.25, false, ignored).color);
+      double white = 0;
+      const Frames& frames = *script_.frames;
+      for (int i = 0; i < kFrames; ++i) {
+        FrameStats ignored;
+        const int frame = frames.first + (frames.count() - 1) * i / (kFrames - 1);
+        white = std::max(white, whiteOf(render(frame, 0.25, false, ignored).color));
+      }
+      exposure_ = white > 0 ? 1 / white : 1;
     }
     return *exposure_;
+  }
+
+  Camera<ObjectSpace> camera(int frame, double scale) const {
+    Camera<ObjectSpace> camera = shotCamera(script_, model_, shotTime(script_, frame));
+    camera.lens = scaled(camera.lens, scale);
+    return camera;
   }
 
 private:
@@ -119,9 +141,27 @@ Json jsonOf(const FrameStats& stats) {
 // What decides the pixels of a frame of this film.
 std::string filmIdentity(const Script& script, const Model& model, const Arguments& arguments) {
   const FrameOptions& frame = arguments.model.frame;
-  return fmt::format("script {} model {} cameras {} lights {} pairs {} low-pass {} scale {}",
-                     hex(script.hash), hex(model.identity), frame.shade.cameras, frame.shade.lights,
-                     frame.shade.pairs, frame.splats.lowPass, arguments.scale);
+  return fmt::format("surflect {} script {} model {} cameras {} lights {} pairs {} low-pass {} scale {}",
+                     SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras,
+                     frame.shade.lights, frame.shade.pairs, frame.splats.lowPass, arguments.scale);
+}
+
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from
+// object.
+std::string describe(const Camera<ObjectSpace>& camera) {
+  const Lens& lens = camera.lens;
+  std::string text = fmt::format("focal {:.9g} {:.9g} center {:.9g} {:.9g} camera_from_object", lens.focalX,
+                                 lens.focalY, lens.centerX, lens.centerY);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      text += fmt::format(" {:.9g}", camera.cameraFromWorld.rotation()(row, column));
+    text += fmt::format(" {:.9g}", camera.cameraFromWorld.translation()[row]);
+  }
+  return text;
 }
 
 bool isRendered(const std::filesystem::path& path, const std::string& identity) {
@@ -154,12 +194,15 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     const auto start = std::chrono::steady_clock::now();
     FrameStats stats;
     const Film film = shot.render(frame, arguments.scale, true, stats);
+    const auto rendered = std::chrono::steady_clock::now();
     if (script.output->png) writePreview(preview, film.color, shot.previewExposure());
     writeFilm(path, film,
               {{"surflect.version", SURFLECT_VERSION},
                {"surflect.identity", identity},
                {"surflect.script", hex(script.hash)},
+               {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
                {"surflect.frame", std::to_string(frame)}});
+    stats.seconds["write"] = secondsSince(rendered);
     Json entry = jsonOf(stats);
     entry["frame"] = frame;
     entry["file"] = path.string();

@@ -18,7 +18,8 @@ constexpr int kErosion = 2; // pixels
 // The truth as the protocol wants it: RGBA, premultiplied. Without a matte the mesh's silhouette stands in.
 class TruthReader {
 public:
-  explicit TruthReader(const Capture& capture) : capture_(capture) {}
+  // What was photographed is the capture's geometry after the warp.
+  TruthReader(const Capture& capture, const Warp& warp) : capture_(capture), warp_(warp) {}
 
   std::vector<Image> read(std::span<const size_t> frames) {
     std::vector<Image> truths;
@@ -41,24 +42,21 @@ private:
       if (!mesh_) {
         if (capture_.geometry.empty())
           throw Error("neither mattes nor geometry: no object to measure").in(capture_.file);
-        mesh_.emplace(readMesh(capture_.folder() / capture_.geometry));
+        mesh_.emplace(deform(readMesh(capture_.folder() / capture_.geometry), warp_));
       }
-      silhouette_ = silhouette(capture_.views[view].camera, *mesh_);
+      silhouette_ = silhouette(inObjectSpace(capture_.views[view].camera), *mesh_);
       view_ = view;
     }
     return silhouette_;
   }
 
   const Capture& capture_;
-  std::optional<RayCaster<AcquisitionSpace>> mesh_;
+  const Warp& warp_;
+  std::optional<RayCaster<ObjectSpace>> mesh_;
   std::optional<size_t> view_;
   Image silhouette_;
 };
 
-// Capture and script share one world: what stood there in acquisition stands there in the shot.
-Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
-  return {camera.lens, {camera.cameraFromWorld.rotation(), camera.cameraFromWorld.translation()}};
-}
 ShotLight inObjectSpace(const Light& light) {
   if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
     return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
@@ -76,6 +74,32 @@ Point3<AcquisitionSpace, double> centerOf(const SurfelCloud& cloud) {
 std::string groupOf(bool knownCamera, bool knownLight) {
   if (knownCamera) return knownLight ? "known" : "new_light";
   return knownLight ? "new_camera" : "new_both";
+}
+
+Capture ofSplit(const Capture& capture, Split split) {
+  return subset(capture, [&](const Frame& frame) { return frame.split == split; });
+}
+
+std::vector<std::vector<size_t>> framesByView(const Capture& capture) {
+  std::vector<std::vector<size_t>> frames(capture.views.size());
+  for (size_t i = 0; i < capture.frames.size(); ++i) frames[capture.frames[i].view].push_back(i);
+  return frames;
+}
+
+// Maps the 99.5th percentile of the true object pixels to 1.
+double exposureOf(const Capture& capture, const Warp& warp, const Progress& progress) {
+  TruthReader truths(capture, warp);
+  PercentileCounter values;
+  const auto frames = framesByView(capture);
+  for (size_t view = 0; view < frames.size(); ++view) {
+    progress("exposure", static_cast<double>(view) / static_cast<double>(frames.size()));
+    for (const Image& truth : truths.read(frames[view]))
+      for (size_t i = 0; i < truth.values.size(); i += 4)
+        if (truth.values[i + 3] > 0.5f)
+          std::for_each_n(&truth.values[i], 3, [&](float value) { values.add(value); });
+  }
+  const double white = values.percentile(0.995);
+  return white > 0 ? 1 / white : 1;
 }
 
 Score scoreOf(const Image& truth, const Image& rendered, double exposure) {
@@ -101,28 +125,17 @@ Score& Score::operator+=(const Score& other) {
 
 Evaluation evaluate(const Model& model, const Capture& everything, const Warp& warp,
                     const EvaluateOptions& options, BlockCache& cache, const Progress& progress) {
-  const Capture capture =
-      subset(everything, [&](const Frame& frame) { return frame.split == options.split; });
+  const Capture capture = ofSplit(everything, options.split);
   if (capture.frames.empty())
     throw Error::mismatch(options.split == Split::test ? "test frames" : "training frames", "none")
         .at("frames")
         .in(capture.file);
-  std::vector<std::vector<size_t>> frames(capture.views.size());
-  for (size_t i = 0; i < capture.frames.size(); ++i) frames[capture.frames[i].view].push_back(i);
-
-  TruthReader truths(capture);
-  PercentileCounter values;
-  for (size_t view = 0; view < frames.size(); ++view) {
-    progress("exposure", static_cast<double>(view) / static_cast<double>(frames.size()));
-    for (const Image& truth : truths.read(frames[view]))
-      for (size_t i = 0; i < truth.values.size(); i += 4)
-        if (truth.values[i + 3] > 0.5f)
-          std::for_each_n(&truth.values[i], 3, [&](float value) { values.add(value); });
-  }
+  const Capture test = ofSplit(everything, Split::test);
   Evaluation evaluation;
-  const double white = values.percentile(0.995);
-  evaluation.exposure = white > 0 ? 1 / white : 1;
+  evaluation.exposure = exposureOf(test.frames.empty() ? capture : test, warp, progress);
 
+  const auto frames = framesByView(capture);
+  TruthReader truths(capture, warp);
   std::set<std::string> knownCameras, knownLights;
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);

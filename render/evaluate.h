@@ -38,7 +38,8 @@ struct FrameScore {
 };
 
 struct Evaluation {
-  double exposure = 1; // maps the 99.5th percentile of the true object pixels to 1
+  double exposure = 1; // maps the 99.5th percentile of the true object pixels of all test frames to 1,
+                       // whatever the split; those of the split where there are no test frames
   std::vector<FrameScore> frames;
 };
 

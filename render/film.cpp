@@ -2,6 +2,7 @@
 
 #include "render/measure.h"
 #include "srf/image/exr.h"
+#include "srf/image/percentile.h"
 #include "srf/image/png.h"
 
 #include <algorithm>
@@ -38,15 +39,12 @@ void writePreview(const std::filesystem::path& path, const Image& color, double 
   writePng(path, encoded);
 }
 
-double exposureFor(const Image& color) {
-  std::vector<float> values;
+double whiteOf(const Image& color) {
+  PercentileCounter values;
   for (size_t i = 0; i < color.values.size(); i += 4)
-    if (color.values[i + 3] > 0.5f) values.insert(values.end(), &color.values[i], &color.values[i + 3]);
-  if (values.empty()) return 1;
-  const auto percentile =
-      values.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, percentile);
-  return *percentile > 0 ? 1 / static_cast<double>(*percentile) : 1;
+    if (color.values[i + 3] > 0.5f)
+      std::for_each_n(&color.values[i], 3, [&](float value) { values.add(value); });
+  return values.percentile(0.995);
 }
 
 } // namespace surflect

@@ -17,7 +17,7 @@ void writeFilm(const std::filesystem::path& path, const Film& film,
 // The picture of a film for the eye: times exposure, sRGB, 8 bits, straight alpha.
 void writePreview(const std::filesystem::path& path, const Image& color, double exposure);
 
-// What maps the 99.5th percentile of the object's pixels to white; 1 where there are none.
-double exposureFor(const Image& color);
+// The 99.5th percentile of the object's pixels; 0 where there are none, or nothing shines.
+double whiteOf(const Image& color);
 
 } // namespace surflect

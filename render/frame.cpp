@@ -140,7 +140,7 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   const ShadingPlan plan = planShading(model, batch, options.shade);
   stats.unseen = plan.unseen;
   clock.finish("ulr");
-  const auto radiance = execute(plan.ops, plan.rows, batch.size(), cache, stats.shading);
+  const auto radiance = shade(plan, cache, stats.shading);
   clock.finish("shade");
 
   Film film;

@@ -129,4 +129,8 @@ WarpPointer warpAt(const Script& script, const ShotTime& time) {
                                      [&](const WarpMotion& motion) { return freeze(motion, time); }));
 }
 
+Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
+  return {camera.lens, {camera.cameraFromWorld.rotation(), camera.cameraFromWorld.translation()}};
+}
+
 } // namespace surflect

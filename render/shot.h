@@ -35,6 +35,9 @@ using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight>;
 // negative.
 std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time);
 
+// Capture and script share one world: what stood there in acquisition stands there in the shot.
+Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera);
+
 // All warps as one; the identity when there is none. Throws Error as freeze() does.
 WarpPointer warpAt(const Script& script, const ShotTime& time);
 

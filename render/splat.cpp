@@ -62,15 +62,6 @@ ScreenGaussian gaussianOfCircle(const PlaneImage& image, double s) {
   return {image.origin + shift, s2 / D * (image.axes * image.axes.transpose()) + shift * shift.transpose()};
 }
 
-Mat2 distortionJacobian(const Lens& lens, const Vec2<double>& q) {
-  if (!lens.distorts()) return Mat2::Identity();
-  constexpr double step = 1e-6;
-  const Vec2<double> dx(step, 0), dy(0, step);
-  Mat2 jacobian;
-  jacobian << distort(lens, q + dx) - distort(lens, q - dx), distort(lens, q + dy) - distort(lens, q - dy);
-  return jacobian / (2 * step);
-}
-
 // Normalised image to pixels.
 ScreenGaussian throughLens(const Lens& lens, const ScreenGaussian& gaussian) {
   const Vec2<double> q = gaussian.mean.head<2>();

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace surflect {
@@ -186,6 +187,11 @@ double surfaceArea(const TriangleMesh& mesh) {
   return area;
 }
 
+// Density of a hexagonal grid.
+double surfelsAt(const TriangleMesh& mesh, double spacing) {
+  return 2 / std::sqrt(3.0) * surfaceArea(mesh) / (spacing * spacing);
+}
+
 double spacingFor(const TriangleMesh& mesh, size_t count) {
   return std::sqrt(2 / std::sqrt(3.0) * surfaceArea(mesh) / static_cast<double>(std::max<size_t>(count, 1)));
 }
@@ -193,7 +199,7 @@ double spacingFor(const TriangleMesh& mesh, size_t count) {
 SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed) {
   assert(spacing > 0);
   std::mt19937_64 random(seed);
-  const double expected = 2 / std::sqrt(3.0) * surfaceArea(mesh) / (spacing * spacing);
+  const double expected = surfelsAt(mesh, spacing);
   auto candidates =
       scatter(mesh, static_cast<size_t>(std::ceil(expected * kCandidatesPerSurfel)) + 16, random);
   for (size_t i = candidates.size(); i > 1; --i) // Fisher-Yates, the same on every standard library
@@ -216,6 +222,7 @@ void estimateSplats(SurfelCloud& cloud) {
   constexpr float kReach = 3;          // sigmas at which a Gaussian is forgotten
   constexpr float kSameSheet = -0.25f; // cosine below which two surfels lie on the two sides of a sheet
   constexpr int kRounds = 8;
+  constexpr float kLargestRadius = 2; // medians
   const size_t n = cloud.size();
   const NeighborIndex index(cloud.p0);
   std::vector<Vec3<float>> normals(n);
@@ -230,8 +237,15 @@ void estimateSplats(SurfelCloud& cloud) {
         sum += distance;
         ++count;
       }
-    cloud.radius[i] = count ? sum / static_cast<float>(count) : 0;
+    cloud.radius[i] = count ? sum / static_cast<float>(count) : std::numeric_limits<float>::infinity();
   });
+  if (n > 0) { // a speck has its neighbours far away: no reason to cover what lies between
+    std::vector<float> sorted = cloud.radius;
+    const auto median = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
+    std::ranges::nth_element(sorted, median);
+    const float limit = std::isfinite(*median) ? kLargestRadius * *median : 0;
+    for (float& radius : cloud.radius) radius = std::min(radius, limit);
+  }
 
   struct Link {
     uint32_t j;

@@ -17,10 +17,13 @@ inline constexpr float kSigmaPerRadius = 0.6f;
 // Gaussians sum to 1 at every surfel. Sorted along a space-filling curve. Cost: O(area / spacing^2).
 SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed = 1);
 
+// The number of surfels that sampleSurfels yields, about.
+double surfelsAt(const TriangleMesh& mesh, double spacing);
+
 // The spacing at which sampleSurfels yields about `count` surfels.
 double spacingFor(const TriangleMesh& mesh, size_t count);
 
-// Radius and coverage of a cloud that has positions and frames.
+// Radius and coverage of a cloud that has positions and frames. No radius is more than twice the median.
 void estimateSplats(SurfelCloud& cloud);
 
 double surfaceArea(const TriangleMesh& mesh);

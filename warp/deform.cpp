@@ -65,4 +65,13 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp) {
   return deformed;
 }
 
+Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp) {
+  Mesh<ObjectSpace> deformed{std::vector<Point3<ObjectSpace>>(mesh.positions.size()), mesh.triangles};
+  tbb::parallel_for(size_t{0}, mesh.positions.size(), [&](size_t i) {
+    const Vec3<double> rest = mesh.positions[i].cast<double>().raw();
+    deformed.positions[i] = assume<Point3<ObjectSpace>>(warp.position(rest));
+  });
+  return deformed;
+}
+
 } // namespace surflect

@@ -1,7 +1,8 @@
-// What a warp does to a surfel cloud.
+// What a warp does to a surfel cloud, or to a mesh.
 #pragma once
 
 #include "surfel/cloud.h"
+#include "surfel/mesh.h"
 #include "warp/warp.h"
 
 namespace surflect {
@@ -11,6 +12,9 @@ namespace surflect {
 // own or, along u0, v0, n0, by Eq. 6 with the step below. Evaluated in double, in the caller's arena; the
 // same bits for any number of threads.
 DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp);
+
+// The mesh with its vertices moved. It must be fine enough for the warp to be bent that way.
+Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);
 
 // The step of Eq. 6 for a cloud. With M the largest coordinate, rounding of Psi costs e M / epsilon
 // (e = 2^-53), and what the third derivative leaves out is about epsilon^2 / (6 l^2) for a warp with features

@@ -10,8 +10,6 @@ Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted) {
           y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
 }
 
-namespace {
-
 Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& q) {
   const double x = q[0], y = q[1], r2 = x * x + y * y;
   const double radial = 1 + r2 * (lens.k1 + r2 * lens.k2);
@@ -22,6 +20,8 @@ Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& q) {
       radial + slope * y * y + 6 * lens.p1 * y + 2 * lens.p2 * x;
   return j;
 }
+
+namespace {
 
 // A radial polynomial with negative terms turns back at some radius; a point beyond would land in the picture
 // a second time. True up to the first zero of d/dr (r + k1 r^3 + k2 r^5) = 1 + 3 k1 r^2 + 5 k2 r^4.

@@ -30,6 +30,8 @@ struct Pixel {
 
 // OpenCV's radial and tangential distortion of normalised image coordinates (x right, y down).
 Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted);
+// Its derivative by the undistorted coordinates.
+Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& undistorted);
 // Its inverse by Newton's method, to 1e-14; empty where the polynomial folds and no inverse is near.
 std::optional<Vec2<double>> undistort(const Lens& lens, const Vec2<double>& distorted);
 

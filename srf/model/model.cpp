@@ -17,7 +17,6 @@ namespace surflect {
 namespace {
 
 using Json = nlohmann::json;
-constexpr int kVersion = 1;
 constexpr const char* kFormat = "surflect model";
 constexpr const char* kSurfelFile = "surfels.ply";
 constexpr const char* kFadeFile = "fades.bin";
@@ -123,8 +122,8 @@ Json readManifest(const std::filesystem::path& path) {
     if (!manifest.is_object()) throw Error::mismatch("a JSON object", "something else");
     if (fieldOf<std::string>(manifest, "format") != kFormat)
       throw Error::mismatch("'" + std::string(kFormat) + "'", manifest["format"].dump()).at("format");
-    if (fieldOf<int>(manifest, "version") != kVersion)
-      throw Error::mismatch(std::to_string(kVersion), manifest["version"].dump()).at("version");
+    if (fieldOf<int>(manifest, "version") != kModelVersion)
+      throw Error::mismatch(std::to_string(kModelVersion), manifest["version"].dump()).at("version");
     if (const auto checksum = fieldOf<std::string>(manifest, "checksum"); checksum != ownHash(manifest))
       throw Error::mismatch(checksum, ownHash(manifest)).at("checksum");
     return manifest;
@@ -168,30 +167,29 @@ Model openModel(const std::filesystem::path& folder) {
   Model model;
   model.folder = folder;
   model.identity = hashOf(manifest.dump()); // it holds the hashes of all other files
+  std::vector<std::string> viewChecksums;
   try {
     checkHashes(folder, manifest);
+    viewChecksums = fieldOf<std::vector<std::string>>(manifest, "view_checksums");
     model.white = fieldOf<double>(manifest, "white");
     model.tolerance = fieldOf<double>(manifest, "tolerance");
   } catch (Error& error) {
     throw std::move(error).in(manifestPath);
   }
   model.rig = readCapture(folder);
+  if (viewChecksums.size() != model.rig.views.size())
+    throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
+                          std::to_string(viewChecksums.size()))
+        .at("view_checksums")
+        .in(manifestPath);
   model.cloud = readCloud(folder / kSurfelFile);
   model.fades = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size());
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
   for (size_t view = 0; view < model.rig.views.size(); ++view) {
     const ViewFile& file = model.files.emplace_back(folder / viewFilePath(view));
-    const Lens& lens = model.rig.views[view].camera.lens;
-    const size_t lights = std::max<size_t>(model.columns[view].size(), 1);
-    const auto shape = [](int width, int height, size_t columns) {
-      return std::to_string(width) + "x" + std::to_string(height) + ", " + std::to_string(columns) +
-             " lights";
-    };
-    const auto expected = shape(lens.width, lens.height, lights);
-    const auto found =
-        shape(file.header().width, file.header().height, static_cast<size_t>(file.header().lights));
-    if (found != expected) throw Error::mismatch(expected, found).in(file.path());
+    if (hex(file.checksum()) != viewChecksums[view])
+      throw Error::mismatch(viewChecksums[view], hex(file.checksum())).at("checksum").in(file.path());
   }
   return model;
 }
@@ -201,7 +199,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
   writeCloud(folder / kSurfelFile, content.cloud);
   writeFades(folder / kFadeFile, content.fades);
   Json manifest = {{"format", kFormat},
-                   {"version", kVersion},
+                   {"version", kModelVersion},
                    {"white", content.white},
                    {"tolerance", content.tolerance},
                    {"surfels", content.cloud.size()},
@@ -210,7 +208,8 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
                    {"view_files", "views/NNNN.srfb, by index of the view in transforms.json"}};
   for (const char* name : {kRigFile, kSurfelFile, kFadeFile})
     manifest["checksums"][name] = fileHash(folder / name);
-  for (const uint64_t hash : content.viewHashes) manifest["view_checksums"].push_back(hex(hash));
+  for (size_t view = 0; view < content.rig.views.size(); ++view)
+    manifest["view_checksums"].push_back(hex(ViewFile(folder / viewFilePath(view)).checksum()));
   manifest["checksum"] = ownHash(manifest);
   writeFileAtomically(folder / "manifest.json", manifest.dump(2) + "\n");
 }

@@ -40,10 +40,12 @@ struct ModelContent {
   const Capture& rig;
   const SurfelCloud& cloud;
   const ViewFades& fades;
-  std::vector<uint64_t> viewHashes; // contentHash of every view file
   double white, tolerance;
 };
 void writeModel(const std::filesystem::path& folder, const ModelContent& content);
+
+// Of the folder's form and of how its content is made; older models are refused, and packed anew.
+inline constexpr int kModelVersion = 1;
 
 // views/0007.srfb
 std::filesystem::path viewFilePath(size_t view);

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <set>
@@ -75,6 +76,9 @@ double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
                            footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2));
   return footprints[footprints.size() / 2];
 }
+
+// A default that no photograph justifies; asked for by number, there may be more.
+constexpr size_t kMostSurfels = 1000000;
 
 // The mesh as the camera sees it, less a rim on which a mesh that is a pixel or two off would show
 // background.
@@ -144,19 +148,68 @@ std::string packIdentity(const Capture& capture, const StoreOptions& options, co
                                std::filesystem::last_write_time(path).time_since_epoch().count());
   }
   const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
-  return fmt::format("{:016x} {:016x} {:016x} {:.17g} {:.17g}\n", hash(description), hash(mesh.positions),
-                     hash(mesh.triangles), options.tolerance, options.white);
+  return fmt::format("format {} {:016x} {:016x} {:016x} {:.17g} {:.17g}\n", kModelVersion, hash(description),
+                     hash(mesh.positions), hash(mesh.triangles), options.tolerance, options.white);
 }
 
-bool isFinished(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) return false;
+// What a view file of an earlier run holds, where it is complete. Its error is not known any more.
+std::optional<ViewSummary> finished(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) return std::nullopt;
   try {
     const ViewFile file(path);
-    for (uint32_t block = 0; block < file.blockCount(); ++block) file.read(block);
-    return true;
+    ViewSummary summary;
+    summary.fileBytes = std::filesystem::file_size(path);
+    for (uint32_t index = 0; index < file.blockCount(); ++index) {
+      const Block block = file.read(index);
+      summary.objectTexels += static_cast<uint64_t>(std::popcount(block.present));
+      summary.blocksOfRank.resize(std::max(summary.blocksOfRank.size(), static_cast<size_t>(block.rank) + 1));
+      ++summary.blocksOfRank[static_cast<size_t>(block.rank)];
+    }
+    summary.values = summary.objectTexels * static_cast<uint64_t>(file.header().lights) * 3;
+    return summary;
   } catch (const Error&) {
-    return false;
+    return std::nullopt;
   }
+}
+
+// Only a new folder, or one that pack has begun or made, may be written into: a capture has files of the same
+// names.
+void claimFolder(const std::filesystem::path& folder, const std::filesystem::path& identityPath) {
+  namespace fs = std::filesystem;
+  if (fs::exists(folder) && !fs::exists(identityPath) && !(fs::is_directory(folder) && fs::is_empty(folder)))
+    throw Error("exists and is not a model: give the output a folder of its own").in(folder);
+  std::error_code failure;
+  fs::create_directories(identityPath.parent_path(), failure);
+  if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
+}
+
+// From sizes alone, by figures measured on two cores: shares and rates of the vase in examples/.
+PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t>> frames,
+                      const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& impostor, double spacing) {
+  constexpr double kRatio = 7;                 // half floats to stored bytes, at the default tolerance
+  constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
+  constexpr double kSecondsPerFade = 1.3e-7;   // per surfel and view
+  constexpr double kSecondsPerValue = 2.2e-8;  // reading and encoding, per channel of an object pixel
+  constexpr double kBytesPerSurfel = 16 * 48;  // candidates of the sampling
+  constexpr size_t kViews = 4;                 // whose silhouettes are looked at
+  double shown = 0, pixelsLooked = 0, values = 0, largest = 0;
+  const size_t count = std::min(kViews, capture.views.size());
+  for (size_t i = 0; i < count; ++i) {
+    const Image outline = silhouette(capture.views[i * capture.views.size() / count].camera, impostor);
+    shown += static_cast<double>(std::ranges::count(outline.values, 1.f));
+    pixelsLooked += static_cast<double>(outline.values.size());
+  }
+  for (size_t view = 0; view < frames.size(); ++view) {
+    const Lens& lens = capture.views[view].camera.lens;
+    const double stack = 1.0 * lens.width * lens.height * static_cast<double>(frames[view].size());
+    values += 3 * stack * shown / pixelsLooked;
+    largest = std::max(largest, stack);
+  }
+  const double surfels = surfelsAt(mesh, spacing), fades = surfels * static_cast<double>(frames.size());
+  return {
+      static_cast<size_t>(surfels), static_cast<uint64_t>(2 * values / kRatio + 44 * surfels + fades / 8),
+      static_cast<uint64_t>(std::max(32 * largest, kBytesPerSurfel * surfels) + 3 * fades + 100 * surfels),
+      kSecondsPerSurfel * surfels + kSecondsPerFade * fades + kSecondsPerValue * values};
 }
 
 } // namespace
@@ -172,8 +225,12 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
 
   PackReport report;
   progress("surfels", 0);
-  const double spacing =
-      options.surfels ? spacingFor(mesh, *options.surfels) : pixelFootprint(capture, mesh) / 2;
+  const double spacing = options.surfels
+                             ? spacingFor(mesh, *options.surfels)
+                             : std::max(pixelFootprint(capture, mesh) / 2, spacingFor(mesh, kMostSurfels));
+  const auto identityPath = folder / "views" / "identity";
+  claimFolder(folder, identityPath);
+  if (announce) announce(estimate(capture, frames, mesh, impostor, spacing));
   const SurfelCloud cloud = sampleSurfels(mesh, spacing);
   report.surfels = cloud.size();
   report.views = capture.views.size();
@@ -190,42 +247,25 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   StoreOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = whiteLevel(capture, frames, impostor);
-  std::error_code failure;
-  std::filesystem::create_directories(folder / "views", failure);
-  if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
   std::filesystem::remove(folder / "manifest.json"); // from now on the folder is unfinished
   const std::string identity = packIdentity(capture, store, mesh);
-  const auto identityPath = folder / "views" / "identity";
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
   if (!resumes) writeFileAtomically(identityPath, identity);
-  std::vector<uint64_t> viewHashes;
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("reflectance images", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto path = folder / viewFilePath(view);
-    if (resumes && isFinished(path)) {
+    if (const auto earlier = resumes ? finished(path) : std::nullopt) {
+      report.store += *earlier;
       ++report.resumedViews;
-      const std::string file = readFile(path);
-      viewHashes.push_back(contentHash(std::as_bytes(std::span(file))));
       continue;
     }
-    const auto viewStart = Clock::now();
     const LoadedView loaded = loadView(capture, frames[view], impostor);
     const EncodedView encoded = encodeView(loaded.stack, store, progress);
     writeFileAtomically(path, encoded.file);
-    viewHashes.push_back(contentHash(encoded.file));
     report.store += encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
-    if (view == report.resumedViews && announce) {
-      const uint64_t pixels =
-          static_cast<uint64_t>(loaded.stack.width) * static_cast<uint64_t>(loaded.stack.height);
-      announce(
-          {cloud.size(), encoded.file.size() * frames.size(),
-           2 * 16 * pixels * frames[view].size() + cloud.size() * (64 + cameras.size()),
-           secondsSince(start) + secondsSince(viewStart) * static_cast<double>(frames.size() - view - 1)});
-    }
   }
-  writeModel(folder,
-             {rigOf(capture, frames), cloud, fades, std::move(viewHashes), store.white, store.tolerance});
+  writeModel(folder, {rigOf(capture, frames), cloud, fades, store.white, store.tolerance});
   report.storeSeconds = secondsSince(storeStart);
   progress("reflectance images", 1);
   return report;

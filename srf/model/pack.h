@@ -13,9 +13,10 @@
 namespace surflect {
 
 struct PackOptions {
-  std::filesystem::path mesh;    // instead of the capture's geometry; empty: that
-  double tolerance = 0.03;       // of every block, see blockErrorBound
-  std::optional<size_t> surfels; // about so many; none: two surfels across a pixel of the photographs
+  std::filesystem::path mesh; // instead of the capture's geometry; empty: that
+  double tolerance = 0.03;    // of every block, see blockErrorBound
+  std::optional<size_t>
+      surfels; // about so many; none: two across a pixel of the photographs, a million at most
 };
 
 struct PackEstimate {
@@ -28,7 +29,7 @@ struct PackReport {
   size_t surfels = 0, views = 0, lights = 0, resumedViews = 0;
   double white = 0;
   size_t invalidTexels = 0; // NaN or infinite in the photographs
-  ViewSummary store;
+  ViewSummary store;        // errors of resumed views are not in it
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;
 };
 

@@ -33,6 +33,7 @@ Rgb ratio(Rgb now, Rgb captured) {
 }
 
 struct PlannedOp {
+  size_t target;
   uint32_t view;
   float weight;
   uint32_t rowBegin, rowEnd;
@@ -54,7 +55,7 @@ public:
     seen_ = rateViews(surfel, batch_.towardsView[query]);
     if (!seen_) ++plan.unseen;
     if (model_.rig.lights.empty())
-      planFixedIllumination(plan);
+      planFixedIllumination(query, plan);
     else if (model_.isFullProduct)
       planProduct(query, plan);
     else
@@ -62,7 +63,7 @@ public:
     for (const PlannedOp& op : ops_) {
       const auto pixel = model_.rig.views[op.view].camera.project(p0_);
       if (!pixel) continue;
-      plan.ops.push_back({static_cast<uint32_t>(query), op.view, static_cast<float>(pixel->x),
+      plan.ops.push_back({static_cast<uint32_t>(op.target), op.view, static_cast<float>(pixel->x),
                           static_cast<float>(pixel->y), op.weight, op.rowBegin, op.rowEnd});
     }
     plan.cameraBlend.push_back(cameraBlend_);
@@ -82,7 +83,7 @@ private:
       if (seen && fades[view] == 0) continue;
       const float penalty = anglePenalty(viewpoints_[view].towards(p0_).template cast<float>(), towardsView);
       if (seen) {
-        viewPenalty_[view] = options_.nearest ? penalty : penalty * 255 / fades[view];
+        viewPenalty_[view] = options_.nearest ? penalty : penalty / ViewFades::decode(fades[view]);
       } else if (const auto pixel = camera.project(p0_); pixel && contains(camera.lens, *pixel)) {
         viewPenalty_[view] = penalty;
       }
@@ -99,11 +100,11 @@ private:
     return ulrWeights(nearest);
   }
 
-  void planFixedIllumination(ShadingPlan& plan) {
+  void planFixedIllumination(size_t query, ShadingPlan& plan) {
     const auto row = static_cast<uint32_t>(plan.rows.size());
     plan.rows.push_back({0, {1, 1, 1}});
     for (const auto& [view, weight] : blendViews()) {
-      ops_.push_back({view, weight, row, row + 1});
+      ops_.push_back({query, view, weight, row, row + 1});
       cameraBlend_ = cameraBlend_ + weight * colorOf(view);
     }
   }
@@ -114,7 +115,7 @@ private:
     foldLights(query, plan.rows);
     const auto rowEnd = static_cast<uint32_t>(plan.rows.size());
     for (const auto& [view, weight] : blendViews()) {
-      ops_.push_back({view, weight, rowBegin, rowEnd});
+      ops_.push_back({query, view, weight, rowBegin, rowEnd});
       cameraBlend_ = cameraBlend_ + weight * colorOf(view);
     }
   }
@@ -162,7 +163,7 @@ private:
         const auto row = static_cast<uint32_t>(plan.rows.size());
         plan.rows.push_back(
             {column, ratio(batch_.irradiance[entry], irradianceAt(model_.rig.lights[light], p0_))});
-        ops_.push_back({view, weight, row, row + 1});
+        ops_.push_back({entry, view, weight, row, row + 1});
         const float share = weight / static_cast<float>(batch_.lights);
         cameraBlend_ = cameraBlend_ + share * colorOf(view);
         lightBlend_ = lightBlend_ + share * colorOf(light);
@@ -183,6 +184,8 @@ private:
 };
 
 void append(ShadingPlan& all, ShadingPlan& part) {
+  if (all.rows.size() + part.rows.size() > std::numeric_limits<uint32_t>::max())
+    throw Error("too many surfels and lights for one frame");
   const auto offset = static_cast<uint32_t>(all.rows.size());
   for (ShadingOp& op : part.ops) {
     op.rowBegin += offset;
@@ -214,14 +217,24 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
     for (size_t query = task * kQueriesPerTask; query < end; ++query) planner.plan(query, parts[task]);
   });
   ShadingPlan plan;
+  plan.queries = batch.size();
+  plan.targetsPerQuery = model.rig.lights.empty() || model.isFullProduct ? 1 : batch.lights;
   for (ShadingPlan& part : parts) append(plan, part);
   return plan;
 }
 
+std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats) {
+  const auto targets = execute(plan.ops, plan.rows, plan.queries * plan.targetsPerQuery, cache, stats);
+  if (plan.targetsPerQuery == 1) return targets;
+  std::vector<Rgb> radiance(plan.queries);
+  for (size_t target = 0; target < targets.size(); ++target)
+    radiance[target / plan.targetsPerQuery] = radiance[target / plan.targetsPerQuery] + targets[target];
+  return radiance;
+}
+
 std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
                        BlockCache& cache, ShadingStats& stats) {
-  const ShadingPlan plan = planShading(model, batch, options);
-  return execute(plan.ops, plan.rows, batch.size(), cache, stats);
+  return shade(planShading(model, batch, options), cache, stats);
 }
 
 } // namespace surflect

@@ -34,7 +34,11 @@ struct ShadeOptions {
 // One operation per query and camera, its lights folded into a row of weights. Which cameras and lights were
 // blended is kept for those who want to see it.
 struct ShadingPlan {
-  std::vector<ShadingOp> ops; // targets are queries
+  size_t queries = 0;
+  // A target per query; where pairs are blended one per query and light, so that an operation which shows
+  // background is made up for by others of its light.
+  size_t targetsPerQuery = 1;
+  std::vector<ShadingOp> ops;
   std::vector<LightWeight> rows;
   // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query.
   std::vector<Rgb> cameraBlend, lightBlend;
@@ -44,7 +48,10 @@ struct ShadingPlan {
 // Throws Error when lights are asked of a capture with fixed illumination, or none of one without.
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options);
 
-// Radiance per query: planShading, then the queue over the block store.
+// Radiance per query, from the queue over the block store.
+std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats);
+
+// Both in one.
 std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
                        BlockCache& cache, ShadingStats& stats);
 

@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace surflect {
@@ -39,6 +40,25 @@ double smoothStep(double from, double to, double x) {
   return s * s * (3 - 2 * s);
 }
 
+namespace {
+constexpr double kOctavesPerStep = 20.0 / 254;
+}
+
+uint8_t ViewFades::encode(double fade) {
+  const double steps = 255 + std::log2(fade) / kOctavesPerStep; // -infinity for 0
+  return steps < 0.5 ? 0 : static_cast<uint8_t>(std::lround(steps));
+}
+
+float ViewFades::decode(uint8_t value) {
+  static const auto table = [] {
+    std::array<float, 256> fades{};
+    for (size_t v = 1; v < fades.size(); ++v)
+      fades[v] = static_cast<float>(std::exp2(kOctavesPerStep * (static_cast<double>(v) - 255)));
+    return fades;
+  }();
+  return table[value];
+}
+
 double grazingFade(double cosine) { return smoothStep(0.0, 0.3, cosine); }
 
 double borderFade(const Lens& lens, Pixel pixel) {
@@ -56,7 +76,9 @@ std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camer
     for (size_t i = begin; i < end; ++i) {
       const auto p = cloud.p0[i].cast<double>();
       const auto n = normalOf(cloud, i).cast<double>();
-      const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(offset * n.raw());
+      // A surfel stands for its disc, and may lie a little inside of a crease.
+      const double lift = std::max(offset, 0.25 * static_cast<double>(cloud.radius[i]));
+      const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(lift * n.raw());
       for (size_t view = 0; view < views.size(); ++view) {
         const auto towards = viewpoints[view].towards(p);
         if (!(dot(n, towards) > 0)) continue;
@@ -140,8 +162,8 @@ ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<Acquisiti
       const auto n = normalOf(cloud, i);
       votes.at(cloud.p0[i], n, openness);
       for (size_t view = 0; view < views.size(); ++view)
-        result.values[i * views.size() + view] = static_cast<uint8_t>(
-            std::lround(255 * viewFade(views[view], viewpoints[view], cloud.p0[i], n, openness[view])));
+        result.values[i * views.size() + view] =
+            ViewFades::encode(viewFade(views[view], viewpoints[view], cloud.p0[i], n, openness[view]));
     }
   });
   return result;

@@ -24,12 +24,17 @@ double grazingFade(double cosine);
 // Smooth fall over the last pixels before the border of the image; 0 outside.
 double borderFade(const Lens& lens, Pixel pixel);
 
-// A row per surfel of one byte per view: 255 x fade, 0 where the view must not be asked.
+// A row per surfel of one byte per view, the logarithm of the fade: near a camera of small penalty p a fade
+// still moves the weights when it is as small as p, and equal ratios of fades move them by equal amounts.
 struct ViewFades {
   size_t views = 0;
-  std::vector<uint8_t> values;
+  std::vector<uint8_t> values; // 0 where the view must not be asked
 
   std::span<const uint8_t> of(size_t surfel) const { return {values.data() + surfel * views, views}; }
+
+  // 255 for 1, then down to 1 for 2^-20 in steps of 5.6 %; 0 for less.
+  static uint8_t encode(double fade);
+  static float decode(uint8_t value);
 };
 
 // Is the line of sight from each surfel to each view free? Rows as in ViewFades, 1 or 0; 0 for surfels that

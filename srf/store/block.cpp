@@ -3,6 +3,7 @@
 #include "srf/store/block.h"
 
 #include "srf/store/bytes.h"
+#include "surfel/error.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -264,7 +265,7 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
   const Factors factors = factorise(x);
   std::optional<Candidate> candidate = cheapest(x, factors, bound * bound, CoefficientType::half);
   if (!candidate) candidate = cheapest(x, factors, bound * bound, CoefficientType::single);
-  assert(candidate); // by the choice of smallestTolerance
+  if (!candidate) throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
 
   EncodedBlock block;
   block.record = recordOf(present, *candidate);

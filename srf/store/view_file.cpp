@@ -132,7 +132,7 @@ ViewFile::~ViewFile() {
 
 ViewFile::ViewFile(ViewFile&& other) noexcept
     : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)),
-      header_(other.header_), positions_(std::move(other.positions_)),
+      header_(other.header_), checksum_(other.checksum_), positions_(std::move(other.positions_)),
       checksums_(std::move(other.checksums_)), offsets_(std::move(other.offsets_)),
       stored_(std::move(other.stored_)), storedBefore_(std::move(other.storedBefore_)) {}
 
@@ -143,6 +143,7 @@ void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
   header_ = fixed.view;
   const auto checked = head.first(head.size() - headChecksumBytes);
   const auto checksum = ByteReader(head.last(headChecksumBytes)).take<uint64_t>();
+  checksum_ = checksum;
   if (contentHash(checked) != checksum)
     throw Error::mismatch(hex(checksum), hex(contentHash(checked))).at("checksum of header and index");
 

@@ -52,6 +52,8 @@ public:
 
   const std::filesystem::path& path() const { return path_; }
   const ViewHeader& header() const { return header_; }
+  // Of header and index, and so, through the checksums in the index, of the whole file.
+  uint64_t checksum() const { return checksum_; }
   size_t blockCount() const { return positions_.size(); }
   size_t storedBytes(uint32_t block) const { return offsets_[block + 1] - offsets_[block]; }
   BlockPosition position(uint32_t block) const;
@@ -69,6 +71,7 @@ private:
   std::filesystem::path path_;
   int descriptor_ = -1;
   ViewHeader header_;
+  uint64_t checksum_ = 0;
   // Of each stored block.
   std::vector<uint32_t> positions_; // y * blocksAcross + x, rising
   std::vector<uint32_t> checksums_;

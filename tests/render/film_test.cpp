@@ -79,7 +79,7 @@ TEST(Preview, ShowsExposedColoursWithStraightAlpha) {
   }
 }
 
-TEST(Exposure, MapsThe995thPercentileOfTheObjectToOne) {
+TEST(WhiteOf, IsThe995thPercentileOfTheObject) {
   // A thousand object pixels: in each, channels 3 i, 3 i + 1, 3 i + 2 of 0..2999; and bright ones outside.
   Image color(60, 20, 4);
   for (size_t i = 0; i < 1200; ++i) {
@@ -88,14 +88,14 @@ TEST(Exposure, MapsThe995thPercentileOfTheObjectToOne) {
     for (size_t c = 0; c < 3; ++c) color.values[4 * i + c] = isObject ? static_cast<float>(rank + c) : 1e6f;
     color.values[4 * i + 3] = isObject ? 0.6f : 0.5f;
   }
-  EXPECT_DOUBLE_EQ(exposureFor(color), 1 / 2984.0); // floor(0.995 * 2999)
+  EXPECT_NEAR(whiteOf(color), 2984, 2984 * 0x1p-12); // floor(0.995 * 2999)
 }
 
-TEST(Exposure, IsOneWhereThereIsNothingToSee) {
-  EXPECT_EQ(exposureFor(Image(4, 4, 4)), 1);
+TEST(WhiteOf, IsZeroWhereThereIsNothingToSee) {
+  EXPECT_EQ(whiteOf(Image(4, 4, 4)), 0);
   Image black(4, 4, 4);
   for (size_t i = 3; i < black.values.size(); i += 4) black.values[i] = 1;
-  EXPECT_EQ(exposureFor(black), 1);
+  EXPECT_EQ(whiteOf(black), 0);
 }
 
 } // namespace

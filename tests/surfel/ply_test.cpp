@@ -3,6 +3,7 @@
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/mesh.h"
+#include "tests/srf/image/files.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +12,9 @@
 namespace surflect {
 namespace {
 
-std::filesystem::path temporaryFile(std::string_view name) {
-  return std::filesystem::path(testing::TempDir()) / ("surflect_ply_" + std::string(name));
+std::filesystem::path temporaryFile(const std::string& name) {
+  static const TemporaryFolder folder; // of this process: tests run side by side
+  return folder / name;
 }
 
 std::filesystem::path fileWith(std::string_view content) {

@@ -46,7 +46,7 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   const auto copy = packed.folder / "copy";
   std::filesystem::create_directories(copy);
   std::filesystem::copy(packed.model.folder / "views", copy / "views");
-  writeModel(copy, {packed.model.rig, cloud, fades, {1, 2, 3, 4}, 0.7, 0.02});
+  writeModel(copy, {packed.model.rig, cloud, fades, 0.7, 0.02});
 
   const Model model = openModel(copy);
   EXPECT_EQ(model.cloud.p0, cloud.p0);
@@ -126,7 +126,7 @@ TEST(Model, AnUnfinishedFolderSaysSo) {
   EXPECT_NE(line.find("packing was not finished"), std::string::npos) << line;
 }
 
-TEST(Model, AViewFileOfAnotherShapeIsRefused) {
+TEST(Model, AViewFileOfAnotherModelIsRefused) {
   const PackedStudio packed(smallStudio(), fewSurfels);
   Studio other = smallStudio();
   other.lights = 2;
@@ -134,7 +134,7 @@ TEST(Model, AViewFileOfAnotherShapeIsRefused) {
   const auto path = packed.model.folder / "views/0003.srfb";
   writeBytes(path, readFile(foreign.model.folder / "views/0003.srfb"));
   const std::string line = errorOf([&] { openModel(packed.model.folder); });
-  EXPECT_EQ(line, path.string() + ": found 24x24, 2 lights, expected 24x24, 3 lights");
+  EXPECT_EQ(line.find(path.string() + ": checksum: found "), 0u) << line;
 }
 
 } // namespace
