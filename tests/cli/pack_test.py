@@ -1,0 +1,84 @@
+"""`surflect pack`: what it reports, and that an interrupted run leaves no trace in the result."""
+
+import signal
+import subprocess
+import time
+import unittest
+
+from support import SURFLECT, TestInFolder, content, succeed, write_small_capture
+
+
+class Pack(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.capture = cls.folder / "capture"
+        write_small_capture(cls.capture, cameras=5, lights=3)
+        cls.report = cls.pack("whole.srf")
+        cls.whole = content(cls.folder / "whole.srf")
+
+    @classmethod
+    def arguments(cls, name):
+        return ["pack", cls.capture, "-o", cls.folder / name, "--surfels", "3000"]
+
+    @classmethod
+    def pack(cls, name):
+        return succeed(*cls.arguments(name))
+
+    def interrupt(self, name, moment, signal_number):
+        """Starts to pack and sends the signal once the file `moment` is in the model's folder."""
+        process = subprocess.Popen([SURFLECT, *map(str, self.arguments(name))],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 60
+        while not (self.folder / name / moment).exists() and time.monotonic() < deadline:
+            time.sleep(0.001)
+        process.send_signal(signal_number)
+        _, said = process.communicate(timeout=60)
+        self.assertFalse((self.folder / name / "manifest.json").exists(), "came too late to interrupt")
+        return process.returncode, said
+
+    def test_the_report_counts_what_was_packed(self):
+        counts = {"views": 5, "lights": 3, "resumed_views": 0}
+        self.assertEqual({key: self.report[key] for key in counts}, counts)
+        self.assertAlmostEqual(self.report["surfels"], 3000, delta=600)
+        views = {name: data for name, data in self.whole.items() if name.endswith(".srfb")}
+        self.assertEqual(self.report["store"]["bytes"], sum(map(len, views.values())))
+        self.assertEqual(set(self.report["seconds"]), {"surfels", "fades", "store"})
+        self.assertGreater(self.report["memory_peak_bytes"], 0)
+
+    def test_packing_again_gives_the_same_bytes(self):
+        self.pack("again.srf")
+        self.assertEqual(content(self.folder / "again.srf"), self.whole)
+
+    def test_packing_over_a_finished_model_keeps_its_views(self):
+        self.pack("twice.srf")
+        self.assertEqual(self.pack("twice.srf")["resumed_views"], 5)
+        self.assertEqual(content(self.folder / "twice.srf"), self.whole)
+
+    def test_an_interrupted_run_goes_on_to_the_same_bytes(self):
+        for signal_number in (signal.SIGINT, signal.SIGKILL):
+            for moment, least_resumed in (("views", 0), ("views/0000.srfb", 1), ("views/0002.srfb", 3)):
+                with self.subTest(signal=signal_number, moment=moment):
+                    name = f"{signal_number}-{least_resumed}.srf"
+                    status, said = self.interrupt(name, moment, signal_number)
+                    if signal_number == signal.SIGINT:
+                        self.assertEqual(status, 1)
+                        self.assertIn("interrupted", said)
+                    else:
+                        self.assertEqual(status, -signal.SIGKILL)
+                    self.assertGreaterEqual(self.pack(name)["resumed_views"], least_resumed)
+                    left = content(self.folder / name)
+                    self.assertEqual({n: d for n, d in left.items() if not n.endswith(".tmp")}, self.whole)
+
+    def test_a_damaged_view_is_packed_anew(self):
+        self.pack("damaged.srf")
+        view = self.folder / "damaged.srf" / "views" / "0001.srfb"
+        data = bytearray(view.read_bytes())
+        data[len(data) // 2] ^= 1
+        view.write_bytes(data)
+        self.assertEqual(self.pack("damaged.srf")["resumed_views"], 4)
+        self.assertEqual(content(self.folder / "damaged.srf"), self.whole)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,114 @@
+"""`surflect render` and `evaluate`: their reports, and that frames depend on script and model alone."""
+
+import subprocess
+import unittest
+
+from support import FILM_CHECK, SCRIPT, VASE, TestInFolder, content, run, succeed, write_small_capture
+
+FRAMES = [f"frame.{frame:02}.{kind}" for frame in (1, 2, 3) for kind in ("exr", "png")]
+
+
+class Render(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.capture, cls.model, cls.script = (cls.folder / n for n in ("capture", "model.srf", "film.toml"))
+        write_small_capture(cls.capture, cameras=3, lights=3)
+        succeed("pack", cls.capture, "-o", cls.model, "--surfels", "60000")
+        cls.script.write_text(SCRIPT)
+        cls.report = cls.render("film")
+        cls.film = content(cls.folder / "film")
+
+    @classmethod
+    def render(cls, name, *options):
+        return succeed("render", cls.script, "-o", cls.folder / name, *options)
+
+    def test_the_report_of_a_frame_says_what_was_done(self):
+        self.assertEqual([frame["frame"] for frame in self.report["frames"]], [1, 2, 3])
+        self.assertGreater(self.report["memory_peak_bytes"], 0)
+        for frame in self.report["frames"]:
+            for key in ("lookups", "operations", "blocks_read", "bytes_read", "cache_hits", "mean_rank",
+                        "total_seconds"):
+                self.assertIsInstance(frame[key], (int, float), key)
+            self.assertGreater(frame["surfels"]["drawn"], 1000)
+            self.assertEqual(frame["surfels"]["dead"], 0)
+            self.assertGreater(frame["operations"], 0)
+            self.assertGreaterEqual(len(frame["seconds"]), 3)
+            self.assertLessEqual(sum(frame["seconds"].values()), frame["total_seconds"] + 1e-3)
+        self.assertGreater(self.report["frames"][0]["blocks_read"], 0)
+
+    def test_every_frame_has_a_picture_and_a_preview(self):
+        self.assertEqual(sorted(self.film), FRAMES)
+
+    def test_threads_and_cache_do_not_change_a_bit(self):
+        for threads in (1, 2):
+            for megabytes in (0, 64):
+                with self.subTest(threads=threads, megabytes=megabytes):
+                    name = f"film-{threads}-{megabytes}"
+                    self.render(name, "--threads", threads, "--cache-mb", megabytes)
+                    self.assertEqual(content(self.folder / name), self.film)
+
+    def test_a_part_of_the_film_is_the_same_as_in_the_whole(self):
+        self.render("part", "--frames", "2-3")
+        self.assertEqual(content(self.folder / "part"), {name: self.film[name] for name in FRAMES[2:]})
+
+    def test_resume_renders_only_what_is_missing_or_damaged(self):
+        frames = self.folder / "resumed"
+        self.render("resumed", "--frames", "1-2")
+        kept = (frames / "frame.01.exr").stat().st_mtime_ns
+        (frames / "frame.02.exr").write_bytes(b"torn")
+        report = self.render("resumed", "--resume")
+        self.assertEqual([frame["frame"] for frame in report["frames"]], [2, 3])
+        self.assertEqual((frames / "frame.01.exr").stat().st_mtime_ns, kept)
+        self.assertEqual(content(frames), self.film)
+
+    def test_resume_renders_anew_what_another_script_has_rendered(self):
+        other = self.folder / "other.toml"
+        other.write_text(SCRIPT.replace("40]]", "20]]"))
+        succeed("render", other, "-o", self.folder / "changed")
+        self.assertNotEqual(content(self.folder / "changed"), self.film)
+        self.assertEqual(len(self.render("changed", "--resume")["frames"]), 3)
+        self.assertEqual(content(self.folder / "changed"), self.film)
+
+    def test_frames_outside_the_script_are_refused(self):
+        for frames in ("0-2", "3-4", "2-1", "x", "1-"):
+            with self.subTest(frames=frames):
+                result = run("render", self.script, "-o", self.folder / "none", "--frames", frames)
+                self.assertEqual(result.returncode, 1)
+                self.assertIn("--frames", result.stderr)
+
+    def film_check(self, script, frames):
+        return subprocess.run([FILM_CHECK, script, frames, VASE / "vase.ply"], capture_output=True, text=True)
+
+    def test_the_film_covers_the_warped_mesh(self):
+        self.render("large", "--scale", "2")
+        result = self.film_check(self.script, self.folder / "large")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("3 frames: ", result.stdout)
+
+    def test_the_film_checker_tells_another_warp_and_a_missing_frame(self):
+        other = self.folder / "unwarped.toml"
+        other.write_text(SCRIPT.replace("40]]", "0]]"))
+        self.assertEqual(self.film_check(other, self.folder / "film").returncode, 1)
+        self.assertEqual(self.film_check(self.script, self.folder / "nowhere").returncode, 1)
+
+    def test_evaluate_reports_groups_and_baseline(self):
+        report = succeed("evaluate", self.model, self.capture, "--baseline", "nearest")
+        scores = {"psnr_linear_db", "psnr_srgb_db", "ssim_srgb"}
+        self.assertGreater(report["exposure"], 0)
+        self.assertLessEqual(scores, set(report))
+        self.assertLessEqual(scores, set(report["baseline"]))
+        self.assertEqual(len(report["frames"]), 12)
+        for summary in (report, report["baseline"]):
+            self.assertLessEqual({"new_camera", "new_light", "new_both"}, set(summary["groups"]))
+        for frame in report["frames"]:
+            self.assertLessEqual(scores | {"camera", "light"}, set(frame))
+
+    def test_inspect_counts_views_and_lights(self):
+        self.assertEqual(succeed("inspect", self.model)["views"], 3)
+        self.assertEqual(succeed("inspect", self.model)["lights"], 3)
+        self.assertEqual(succeed("inspect", self.capture)["training_frames"], 9)
+
+
+if __name__ == "__main__":
+    unittest.main()

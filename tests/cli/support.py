@@ -1,0 +1,86 @@
+"""What the command-line tests share: running `surflect`, and a small capture and script."""
+
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+SURFLECT = os.environ["SURFLECT"]
+FILM_CHECK = os.environ["FILM_CHECK"]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+VASE = ROOT / "examples" / "vase"
+COMMANDS = ["pack", "render", "evaluate", "inspect"]
+
+# Seen from between the cameras of the small capture, under warps that bend, and two lights.
+SCRIPT = """
+model = "model.srf"
+[frames]
+first = 1
+last = 3
+[output]
+size = [120, 90]
+path = "frame.##.exr"
+png = true
+aov = ["depth", "normal", "camera_blend", "light_blend", "stretch"]
+[camera]
+position = ["4 + s", -0.5, 1]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+fov_deg = 32
+[[light]]
+type = "point"
+position = ["3*cos(3*s)", "3*sin(3*s)", 1]
+color = [1, 0.7, 0.4]
+intensity = 30
+[[light]]
+type = "directional"
+direction = [1, -1, 1]
+[[warp]]
+type = "twist"
+axis = [0, 0, 1]
+angle_deg = [[1, 0], [3, 40]]
+"""
+
+
+def run(*arguments):
+    """A finished `surflect`: returncode, stdout, stderr."""
+    return subprocess.run([SURFLECT, *map(str, arguments)], capture_output=True, text=True, timeout=300)
+
+
+def succeed(*arguments):
+    """The JSON report of a `surflect` that must do its work."""
+    result = run(*arguments, "--json")
+    if result.returncode != 0:
+        raise AssertionError(f"surflect {arguments} failed: {result.stderr}")
+    return json.loads(result.stdout)
+
+
+def content(folder):
+    """The bytes of every file below the folder, by relative path."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes()
+            for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def write_small_capture(folder, cameras, lights):
+    """A few of the vase's cameras and lights, and all its test frames."""
+    capture = json.loads((VASE / "transforms.json").read_text())
+    kept_cameras = {f"C{4 * i + 13}" for i in range(cameras)}
+    kept_lights = {f"L{4 * i + 5:02}" for i in range(lights)}
+    capture["frames"] = [frame for frame in capture["frames"] if frame["split"] == "test" or
+                         (frame["camera"] in kept_cameras and frame["light"] in kept_lights)]
+    folder.mkdir()
+    (folder / "transforms.json").write_text(json.dumps(capture))
+    for name in ("images", "vase.ply"):
+        (folder / name).symlink_to(VASE / name)
+
+
+class TestInFolder(unittest.TestCase):
+    """Every test class has an empty folder of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(holder.cleanup)
+        cls.folder = pathlib.Path(holder.name)

@@ -1,0 +1,93 @@
+"""How `surflect` answers wrong arguments and wrong files."""
+
+import itertools
+import json
+import unittest
+
+from support import COMMANDS, ROOT, SCRIPT, TestInFolder, run
+
+
+def first_example(page):
+    """The first indented block of a page of docs/."""
+    lines = (ROOT / "docs" / page).read_text().splitlines()
+    block = itertools.dropwhile(lambda line: not line.startswith("    "), lines)
+    block = itertools.takewhile(lambda line: not line or line.startswith("    "), block)
+    return "\n".join(line[4:] for line in block)
+
+
+class Usage(unittest.TestCase):
+    def test_wrong_arguments_exit_with_2_and_leave_stdout_empty(self):
+        for arguments in ([], ["paint"], ["pack"], ["pack", "capture"], ["render", "film.toml"], ["inspect"],
+                          ["evaluate", "model.srf"], ["inspect", "model.srf", "--loud"],
+                          ["pack", "capture", "-o", "model.srf", "--tolerance", "2"],
+                          ["pack", "capture", "-o", "model.srf", "--surfels", "none"],
+                          ["render", "film.toml", "-o", "frames", "--cameras", "0"],
+                          ["render", "film.toml", "-o", "frames", "--threads", "0"],
+                          ["evaluate", "model.srf", "capture", "--baseline", "best"]):
+            with self.subTest(arguments=arguments):
+                result = run(*arguments)
+                self.assertEqual(result.returncode, 2)
+                self.assertEqual(result.stdout, "")
+                self.assertNotEqual(result.stderr, "")
+
+    def test_help_succeeds_and_shows_an_example(self):
+        for arguments in ([], *([command] for command in COMMANDS)):
+            with self.subTest(command=arguments):
+                result = run(*arguments, "--help")
+                self.assertEqual(result.returncode, 0)
+                self.assertIn("Example: surflect " + " ".join(arguments), result.stdout)
+
+    def test_the_version_is_three_numbers(self):
+        result = run("--version")
+        self.assertEqual(result.returncode, 0)
+        self.assertRegex(result.stdout, r"^\d+\.\d+\.\d+\n$")
+
+
+class Failures(TestInFolder):
+    def assert_fails_in_one_line(self, expected, *arguments):
+        plain = run(*arguments)
+        self.assertEqual(plain.returncode, 1)
+        self.assertEqual(plain.stdout, "")
+        self.assertRegex(plain.stderr, r"^surflect: [^\n]+\n$")
+        self.assertIn(expected, plain.stderr)
+        reported = run(*arguments, "--json")
+        self.assertEqual(reported.returncode, 1)
+        self.assertEqual("surflect: " + json.loads(reported.stdout)["error"] + "\n", plain.stderr)
+
+    def test_a_missing_file_is_named_in_one_line(self):
+        missing = self.folder / "missing"
+        for arguments in (["pack", missing, "-o", self.folder / "model.srf"], ["inspect", missing],
+                          ["render", missing, "-o", self.folder / "frames"],
+                          ["evaluate", missing, missing]):
+            with self.subTest(arguments=arguments):
+                self.assert_fails_in_one_line(str(missing), *arguments)
+
+    def test_an_unfinished_model_is_not_opened(self):
+        unfinished = self.folder / "unfinished.srf"
+        unfinished.mkdir()
+        self.assert_fails_in_one_line("manifest", "evaluate", unfinished, unfinished)
+
+    def test_a_misspelt_key_is_answered_with_the_nearest(self):
+        script = self.folder / "misspelt.toml"
+        script.write_text(SCRIPT.replace("fov_deg", "fov_dge"))
+        self.assert_fails_in_one_line("fov_deg", "render", script, "-o", self.folder / "frames")
+
+    def test_the_examples_of_the_documentation_want_nothing_but_their_files(self):
+        for page, name, command, wanted in (
+                ("script.md", "film.toml", ["render", "-o", self.folder / "frames"], "doll.srf"),
+                ("capture.md", "transforms.json", ["inspect"], "mesh.ply")):
+            with self.subTest(page=page):
+                path = self.folder / name
+                path.write_text(first_example(page))
+                self.assert_fails_in_one_line(wanted, *command, path)
+
+    def test_what_is_not_a_capture_is_refused(self):
+        for index, text in enumerate(["", "{", "[]", "{}", '{"frames": []}', '{"frames": [{}]}', "\0" * 100]):
+            with self.subTest(text=text):
+                path = self.folder / f"{index}.json"
+                path.write_text(text)
+                self.assert_fails_in_one_line(path.name, "inspect", path)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,105 @@
+// Does a film show the whole object, and nothing else? Each frame is compared with a ray-cast of the mesh
+// under the same warp: opaque everywhere inside, and of the same outline.
+//
+//   film_check SCRIPT FRAMES MESH [STEP]
+//
+// Checks every STEP-th frame of the script (default 1), at whatever size it was rendered, and exits with 1
+// where one is missing or wrong. The mesh must be fine enough to be bent by moving its vertices.
+
+#include "render/measure.h"
+#include "render/shot.h"
+#include "srf/image/exr.h"
+#include "srf/query/ray_caster.h"
+#include "surfel/error.h"
+#include "warp/deform.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+using namespace surflect;
+
+namespace {
+
+constexpr int kErosion = 2; // pixels
+constexpr double kLeastAlpha = 0.999;
+constexpr double kLeastOverlap = 0.99; // intersection over union
+
+struct Agreement {
+  double leastAlpha = 1; // on the eroded mask
+  double overlap = 1;
+
+  bool holds() const { return leastAlpha >= kLeastAlpha && overlap >= kLeastOverlap; }
+};
+
+Agreement agreement(const Image& rendered, const Mask& truth) {
+  const Mask interior = eroded(truth, kErosion);
+  if (std::ranges::count(interior.inside, 1) == 0) throw Error("the mesh is not in the picture");
+  Agreement result;
+  for (size_t i = 0; i < interior.inside.size(); ++i) {
+    const double alpha = rendered.values[4 * i + 3];
+    if (interior.inside[i]) result.leastAlpha = std::min(result.leastAlpha, std::isfinite(alpha) ? alpha : 0);
+  }
+  result.overlap = intersectionOverUnion(truth, objectMask(rendered));
+  return result;
+}
+
+Agreement checkFrame(const Script& script, const TriangleMesh& mesh, const std::filesystem::path& path,
+                     int frame) {
+  const Image rendered = ExrFile(path).read({"R", "G", "B", "A"});
+  const ShotTime time = shotTime(script, frame);
+  Camera<ObjectSpace> camera = cameraAt(script, time);
+  camera.lens = resized(camera.lens, rendered.width, rendered.height);
+  const RayCaster<ObjectSpace> caster(deform(mesh, *warpAt(script, time)));
+  try {
+    return agreement(rendered, objectMask(silhouette(camera, caster)));
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+int checkFilm(const std::filesystem::path& scriptPath, const std::filesystem::path& frames,
+              const std::filesystem::path& meshPath, int step) {
+  const Script script = readScript(scriptPath);
+  requireShot(script);
+  if (std::holds_alternative<NamedCamera>(*script.camera))
+    throw Error::mismatch("a camera with position or orbit", "a captured one")
+        .at("camera.from")
+        .in(scriptPath);
+  const TriangleMesh mesh = readMesh(meshPath);
+
+  Agreement worst;
+  int checked = 0, failed = 0;
+  for (int frame = script.frames->first; frame <= script.frames->last; frame += step) {
+    const auto path = framePath(*script.output, frames, frame);
+    const Agreement found = checkFrame(script, mesh, path, frame);
+    std::printf("%s: least alpha inside %.5f, mask IoU %.5f%s\n", path.c_str(), found.leastAlpha,
+                found.overlap, found.holds() ? "" : "  FAILED");
+    worst.leastAlpha = std::min(worst.leastAlpha, found.leastAlpha);
+    worst.overlap = std::min(worst.overlap, found.overlap);
+    ++checked;
+    failed += !found.holds();
+  }
+  std::printf(
+      "%d frames: least alpha inside %.5f (at least %.3f), least mask IoU %.5f (at least %.2f); %d failed\n",
+      checked, worst.leastAlpha, kLeastAlpha, worst.overlap, kLeastOverlap, failed);
+  return failed == 0 ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  const int step = argc == 5 ? std::atoi(argv[4]) : 1;
+  if (argc < 4 || argc > 5 || step < 1) {
+    std::fprintf(stderr, "usage: film_check SCRIPT FRAMES MESH [STEP]\n");
+    return 2;
+  }
+  try {
+    return checkFilm(argv[1], argv[2], argv[3], step);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "film_check: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,76 @@
+"""Every kind of wrong include is found when planted in a clean tree, and nothing else is."""
+
+import pathlib
+import tempfile
+import unittest
+
+from include_direction import violations
+
+CLEAN = {
+    "surfel/space.h": "#include <Eigen/Core>\n#include <vector>\n",
+    "srf/image/image.h": '#include "surfel/space.h"\n',
+    "srf/image/png.cpp": '#include "srf/image/image.h"\n#include <png.h>\n',
+    "srf/capture/capture.h": '#include "srf/image/image.h"\n',
+    "srf/store/block.h": '#include "surfel/space.h"\n',
+    "srf/query/ulr.h": '#include "srf/capture/capture.h"\n',
+    "srf/model/model.h": '#include "srf/query/ulr.h"\n#include "srf/store/block.h"\n',
+    "warp/warp.h": '#include "surfel/space.h"\n',
+    "render/frame.h": '#include "srf/model/model.h"\n#include "warp/warp.h"\n',
+    "apps/command.h": '#include "render/frame.h"\n#include <nlohmann/json.hpp>\n',
+    "tests/render/frame_test.cpp": '#include "render/frame.h"\n#include <gtest/gtest.h>\n',
+}
+
+PLANTED = {
+    "surfel/space.h": '#include "warp/warp.h"',
+    "srf/image/image.h": '#include "srf/capture/capture.h"',
+    "srf/capture/capture.h": '#include "srf/query/ulr.h"',
+    "srf/store/block.h": '#include "srf/capture/capture.h"',
+    "srf/query/ulr.h": '#include "srf/store/block.h"',
+    "srf/model/model.h": '  #  include "render/frame.h"',
+    "srf/image/png.cpp": '#include "warp/warp.h"',
+    "warp/warp.h": '#include "srf/image/image.h"',
+    "render/frame.h": '#include "apps/command.h"',
+    "apps/command.h": '#include "tests/render/frame_test.cpp"',
+    "tests/render/frame_test.cpp": '#include "frame.h"',
+}
+
+
+def violations_of(sources):
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in sources.items():
+            path = pathlib.Path(folder, name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        return violations(pathlib.Path(folder))
+
+
+class IncludeDirection(unittest.TestCase):
+    def test_a_clean_tree_has_no_violations(self):
+        self.assertEqual(violations_of(CLEAN), [])
+
+    def test_an_upward_or_unrooted_include_is_found(self):
+        for name, line in PLANTED.items():
+            with self.subTest(file=name):
+                found = violations_of({**CLEAN, name: CLEAN[name] + line + "\n"})
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith(name + ": includes "), found[0])
+
+    def test_a_third_party_header_in_a_header_is_found(self):
+        for header in ("nlohmann/json.hpp", "toml++/toml.h", "CLI/CLI.hpp", "muParser.h", "embree3/rtcore.h",
+                       "flann/flann.hpp", "ImfHeader.h", "png.h", "OpenImageIO/imageio.h", "zlib.h",
+                       "fmt/format.h", "tbb/parallel_for.h"):
+            with self.subTest(header=header):
+                name = "render/frame.h"
+                found = violations_of({**CLEAN, name: CLEAN[name] + f"#include <{header}>\n"})
+                self.assertEqual(len(found), 1)
+                self.assertIn(header, found[0])
+
+    def test_a_folder_without_a_place_is_found(self):
+        self.assertEqual(len(violations_of({**CLEAN, "srf/misc/misc.h": ""})), 1)
+
+    def test_an_empty_tree_is_a_violation(self):
+        self.assertEqual(len(violations_of({})), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
