@@ -20,6 +20,7 @@ struct Arguments {
   std::string script, output, frames;
   ModelOptions model;
   double scale = 1;
+  int every = 1;
   bool resume = false;
 };
 
@@ -184,7 +185,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   const std::string identity = filmIdentity(script, model, arguments);
   Json report = {
       {"model", model.folder.string()}, {"surfels", model.cloud.size()}, {"frames", Json::array()}};
-  for (int frame = range.first; frame <= range.last; ++frame) {
+  for (int frame = range.first; frame <= range.last; frame += arguments.every) {
     progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
     const auto path = framePath(*script.output, arguments.output, frame);
     const auto preview = std::filesystem::path(path).replace_extension(".png");
@@ -227,6 +228,9 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
       ->required();
   command->add_option("-o,--output", arguments->output, "folder for the frames")->required();
   command->add_option("--frames", arguments->frames, "A or A-B; default: all");
+  command->add_option("--every", arguments->every, "only each N-th of them")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
   command->add_option("--scale", arguments->scale, "of width and height")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 8.0));

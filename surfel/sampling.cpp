@@ -221,6 +221,9 @@ void estimateSplats(SurfelCloud& cloud) {
   constexpr size_t kNeighbors = 6;
   constexpr float kReach = 3;          // sigmas at which a Gaussian is forgotten
   constexpr float kSameSheet = -0.25f; // cosine below which two surfels lie on the two sides of a sheet
+  // Splats help each other to cover a place only if they are seen together. Across a sharp edge, or where one
+  // surface pierces another, a viewer may see one face alone, which must then be closed by itself.
+  constexpr float kOneFace = 0.5f; // cosine
   constexpr int kRounds = 8;
   constexpr float kLargestRadius = 2; // medians
   const size_t n = cloud.size();
@@ -257,7 +260,7 @@ void estimateSplats(SurfelCloud& cloud) {
     for (const auto& [j, distance] : index.within(cloud.p0[i], widest)) {
       const float sigma = kSigmaPerRadius * cloud.radius[j];
       if (distance > kReach * sigma && j != i) continue;
-      if (normals[i].dot(normals[j]) <= kSameSheet) continue;
+      if (normals[i].dot(normals[j]) <= kOneFace) continue;
       const float ratio = sigma > 0 ? distance / sigma : 0;
       links[i].push_back({j, std::exp(-0.5f * ratio * ratio)});
     }

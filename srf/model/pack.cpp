@@ -172,11 +172,23 @@ std::optional<ViewSummary> finished(const std::filesystem::path& path) {
   }
 }
 
+// A folder in which there is nothing, or what a run leaves that was interrupted early: folders and
+// temporaries.
+bool isVacant(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(folder)) return false;
+  const auto isContent = [](const fs::directory_entry& entry) {
+    return !entry.is_directory() && entry.path().extension() != ".tmp";
+  };
+  const fs::recursive_directory_iterator entries(folder);
+  return std::none_of(begin(entries), end(entries), isContent);
+}
+
 // Only a new folder, or one that pack has begun or made, may be written into: a capture has files of the same
 // names.
 void claimFolder(const std::filesystem::path& folder, const std::filesystem::path& identityPath) {
   namespace fs = std::filesystem;
-  if (fs::exists(folder) && !fs::exists(identityPath) && !(fs::is_directory(folder) && fs::is_empty(folder)))
+  if (fs::exists(folder) && !fs::exists(identityPath) && !isVacant(folder))
     throw Error("exists and is not a model: give the output a folder of its own").in(folder);
   std::error_code failure;
   fs::create_directories(identityPath.parent_path(), failure);

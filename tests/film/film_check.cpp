@@ -29,6 +29,7 @@ constexpr double kLeastOverlap = 0.99; // intersection over union
 
 struct Agreement {
   double leastAlpha = 1; // on the eroded mask
+  int x = 0, y = 0;      // where it is
   double overlap = 1;
 
   bool holds() const { return leastAlpha >= kLeastAlpha && overlap >= kLeastOverlap; }
@@ -40,7 +41,10 @@ Agreement agreement(const Image& rendered, const Mask& truth) {
   Agreement result;
   for (size_t i = 0; i < interior.inside.size(); ++i) {
     const double alpha = rendered.values[4 * i + 3];
-    if (interior.inside[i]) result.leastAlpha = std::min(result.leastAlpha, std::isfinite(alpha) ? alpha : 0);
+    if (!interior.inside[i] || alpha >= result.leastAlpha) continue;
+    result.leastAlpha = std::isfinite(alpha) ? alpha : 0;
+    result.x = static_cast<int>(i % static_cast<size_t>(interior.width));
+    result.y = static_cast<int>(i / static_cast<size_t>(interior.width));
   }
   result.overlap = intersectionOverUnion(truth, objectMask(rendered));
   return result;
@@ -75,8 +79,8 @@ int checkFilm(const std::filesystem::path& scriptPath, const std::filesystem::pa
   for (int frame = script.frames->first; frame <= script.frames->last; frame += step) {
     const auto path = framePath(*script.output, frames, frame);
     const Agreement found = checkFrame(script, mesh, path, frame);
-    std::printf("%s: least alpha inside %.5f, mask IoU %.5f%s\n", path.c_str(), found.leastAlpha,
-                found.overlap, found.holds() ? "" : "  FAILED");
+    std::printf("%s: least alpha inside %.5f at (%d, %d), mask IoU %.5f%s\n", path.c_str(), found.leastAlpha,
+                found.x, found.y, found.overlap, found.holds() ? "" : "  FAILED");
     worst.leastAlpha = std::min(worst.leastAlpha, found.leastAlpha);
     worst.overlap = std::min(worst.overlap, found.overlap);
     ++checked;

@@ -179,7 +179,7 @@ TEST(Deform, AliveSurfelsAlwaysHaveAFrame) {
     }
 }
 
-TEST(Deform, AnEmptyCloudStaysEmpty) { EXPECT_EQ(deform({}, *chainWarp({})).size(), 0u); }
+TEST(Deform, AnEmptyCloudStaysEmpty) { EXPECT_EQ(deform(SurfelCloud{}, *chainWarp({})).size(), 0u); }
 
 TEST(DifferenceStep, GrowsWithTheScene) {
   std::mt19937 random(10);
