@@ -185,13 +185,16 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   const std::string identity = filmIdentity(script, model, arguments);
   Json report = {
       {"model", model.folder.string()}, {"surfels", model.cloud.size()}, {"frames", Json::array()}};
+  size_t kept = 0;
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
     progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
     const auto path = framePath(*script.output, arguments.output, frame);
     const auto preview = std::filesystem::path(path).replace_extension(".png");
     if (arguments.resume && isRendered(path, identity) &&
-        (!script.output->png || std::filesystem::exists(preview)))
+        (!script.output->png || std::filesystem::exists(preview))) {
+      ++kept;
       continue;
+    }
     const auto start = std::chrono::steady_clock::now();
     FrameStats stats;
     const Film film = shot.render(frame, arguments.scale, true, stats);
@@ -214,7 +217,8 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   const MemoryUse memory = memoryUse();
   report["memory_peak_bytes"] = memory.peakBytes;
   report["memory_anonymous_bytes"] = memory.anonymousBytes;
-  say(fmt::format("{} frames in {}", report["frames"].size(), arguments.output));
+  say(fmt::format("{}: {} frames rendered, {} were there already", arguments.output, report["frames"].size(),
+                  kept));
   return report;
 }
 
