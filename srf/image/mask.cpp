@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace surflect {
 
@@ -51,6 +52,29 @@ Mask eroded(const Mask& mask, int n) {
       result.inside[index(x, y)] = inside;
     }
   return result;
+}
+
+std::vector<size_t> nearestSeeds(const Mask& seeds, const Mask& region) {
+  assert(seeds.width == region.width && seeds.height == region.height);
+  const int width = seeds.width, height = seeds.height;
+  std::vector<size_t> nearest(seeds.inside.size()), front;
+  std::iota(nearest.begin(), nearest.end(), size_t{0});
+  std::vector<uint8_t> reached = seeds.inside;
+  for (size_t i = 0; i < reached.size(); ++i)
+    if (reached[i]) front.push_back(i);
+  for (size_t next = 0; next < front.size(); ++next) {
+    const int x = static_cast<int>(front[next] % static_cast<size_t>(width)),
+              y = static_cast<int>(front[next] / static_cast<size_t>(width));
+    for (int row = std::max(0, y - 1); row <= std::min(height - 1, y + 1); ++row)
+      for (int column = std::max(0, x - 1); column <= std::min(width - 1, x + 1); ++column) {
+        const size_t i = static_cast<size_t>(row) * static_cast<size_t>(width) + static_cast<size_t>(column);
+        if (!region.inside[i] || reached[i]) continue;
+        reached[i] = 1;
+        nearest[i] = nearest[front[next]];
+        front.push_back(i);
+      }
+  }
+  return nearest;
 }
 
 double intersectionOverUnion(const Mask& a, const Mask& b) {

@@ -25,6 +25,9 @@ Mask unionOf(const Mask& a, const Mask& b);
 // The pixels from which every pixel no further than n is in the mask. What lies off the image counts as in
 // it: the border of the image is not a silhouette.
 Mask eroded(const Mask& mask, int n);
+// For each pixel of `region`, the index of the pixel of `seeds` that is the fewest steps through the region
+// away, diagonal ones included; itself where no path leads to a seed, and outside the region.
+std::vector<size_t> nearestSeeds(const Mask& seeds, const Mask& region);
 // |a and b| / |a or b|; 1 for two empty masks.
 double intersectionOverUnion(const Mask& a, const Mask& b);
 

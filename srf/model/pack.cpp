@@ -80,21 +80,29 @@ double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
 // A default that no photograph justifies; asked for by number, there may be more.
 constexpr size_t kMostSurfels = 1000000;
 
-// The mesh as the camera sees it, less a rim on which a mesh that is a pixel or two off would show
-// background.
-Image matteFromMesh(const Camera<AcquisitionSpace>& camera, const RayCaster<AcquisitionSpace>& impostor) {
-  constexpr int kRim = 2; // pixels
-  Image matte = silhouette(camera, impostor);
-  const Mask inside = eroded(objectMask(matte), kRim);
-  std::ranges::copy(inside.inside, matte.values.begin());
-  return matte;
-}
-
 // The photographs of a view, with the matte they share; without one, the mesh's.
 struct LoadedView {
   ReflectanceStack stack;
+  Mask object; // what the photographs are sure to show
   size_t invalidTexels = 0;
 };
+
+// Without a matte the mesh's silhouette is the object. Its rim, where a mesh that is a pixel or two off would
+// show background, continues what lies inside.
+void matteFromMesh(LoadedView& view, const Camera<AcquisitionSpace>& camera,
+                   const RayCaster<AcquisitionSpace>& impostor) {
+  constexpr int kRim = 2; // pixels
+  view.stack.alpha = silhouette(camera, impostor);
+  const Mask outline = objectMask(view.stack.alpha);
+  view.object = eroded(outline, kRim);
+  const auto source = nearestSeeds(view.object, outline);
+  for (Image& light : view.stack.lights)
+    for (size_t texel = 0; texel < source.size(); ++texel)
+      if (source[texel] != texel)
+        std::copy_n(light.values.begin() + static_cast<std::ptrdiff_t>(3 * source[texel]), 3,
+                    light.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
+}
+
 LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
                     const RayCaster<AcquisitionSpace>& impostor) {
   auto photographs = readPhotographs(capture, frames);
@@ -111,7 +119,10 @@ LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
     hasMatte |= photograph.hasMatte;
     view.stack.lights.push_back(std::move(photograph.radiance));
   }
-  if (!hasMatte) view.stack.alpha = matteFromMesh(camera, impostor);
+  if (hasMatte)
+    view.object = objectMask(view.stack.alpha);
+  else
+    matteFromMesh(view, camera, impostor);
   return view;
 }
 
@@ -125,8 +136,8 @@ double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> f
   for (size_t i = 0; i < count; ++i) {
     const auto view = loadView(capture, frames[i * frames.size() / count], impostor);
     for (const auto& light : view.stack.lights)
-      for (size_t texel = 0; texel < view.stack.alpha.values.size(); ++texel)
-        if (view.stack.alpha.values[texel] >= 0.5f)
+      for (size_t texel = 0; texel < view.object.inside.size(); ++texel)
+        if (view.object.inside[texel])
           for (size_t c = 0; c < 3; ++c) values.add(light.values[3 * texel + c]);
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);

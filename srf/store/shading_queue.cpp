@@ -8,6 +8,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace surflect {
 
@@ -55,6 +56,43 @@ Footprint footprintOf(const ViewFile& view, float x, float y) {
   return footprint;
 }
 
+// The point between texel centres of a stored block that is nearest to (x, y), all in pixels; empty for a
+// view that stores nothing. Of equals, the first in rings of blocks about the one that holds (x, y); no
+// further ring can come nearer.
+std::optional<Eigen::Vector2f> nearestStored(const ViewFile& view, float x, float y) {
+  const ViewHeader& header = view.header();
+  x = std::clamp(x, 0.5f, static_cast<float>(header.width) - 0.5f);
+  y = std::clamp(y, 0.5f, static_cast<float>(header.height) - 0.5f);
+  const int cx = static_cast<int>(x) / blockSize, cy = static_cast<int>(y) / blockSize;
+  std::optional<Eigen::Vector2f> nearest;
+  float least = std::numeric_limits<float>::infinity(); // squared
+  const auto offer = [&](int bx, int by) {
+    if (bx < 0 || by < 0 || bx >= header.blocksAcross() || by >= header.blocksDown() || !view.find({bx, by}))
+      return;
+    // Centres of its outermost texels; those beyond the image's border are not asked for.
+    const auto inside = [](float value, int block, int size) {
+      const int last = std::min((block + 1) * blockSize, size) - 1;
+      return std::clamp(value, static_cast<float>(block * blockSize) + 0.5f, static_cast<float>(last) + 0.5f);
+    };
+    const Eigen::Vector2f here{inside(x, bx, header.width), inside(y, by, header.height)};
+    const float distance = (here - Eigen::Vector2f(x, y)).squaredNorm();
+    if (distance < least) least = distance, nearest = here;
+  };
+  const int rings = std::max(header.blocksAcross(), header.blocksDown());
+  for (int ring = 0; ring < rings; ++ring) {
+    const auto reach = static_cast<float>((ring - 1) * blockSize); // no block of the ring is nearer
+    if (ring > 0 && reach * reach > least) break;
+    for (int d = -ring; d <= ring; ++d) {
+      offer(cx + d, cy - ring);
+      offer(cx + d, cy + ring);
+      if (std::abs(d) == ring) continue; // the corners are done
+      offer(cx - ring, cy + d);
+      offer(cx + ring, cy + d);
+    }
+  }
+  return nearest;
+}
+
 // Calls visit(block) for each block of a footprint, once.
 template <class Visit> void forEachBlock(const Footprint& footprint, Visit visit) {
   for (int t = 0; t < footprint.count; ++t) {
@@ -76,30 +114,51 @@ struct Task {
   }
 };
 
-struct TaskList {
-  std::vector<Task> tasks;         // sorted by block
-  std::vector<uint32_t> firstSlot; // of each operation; one more, for the end
-};
-
-TaskList tasksOf(std::span<const ShadingOp> ops, std::span<const ViewFile> views) {
-  TaskList list;
-  list.firstSlot.resize(ops.size() + 1);
+// Where each operation's results begin, one a block that it touches; one more, for the end.
+std::vector<uint32_t> firstSlots(std::span<const ShadingOp> ops, std::span<const ViewFile> views) {
+  std::vector<uint32_t> first(ops.size() + 1);
   tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
-    forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y),
-                 [&](uint32_t) { ++list.firstSlot[i + 1]; });
+    forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t) { ++first[i + 1]; });
   });
-  for (size_t i = 0; i < ops.size(); ++i) list.firstSlot[i + 1] += list.firstSlot[i];
+  for (size_t i = 0; i < ops.size(); ++i) first[i + 1] += first[i];
+  return first;
+}
 
-  list.tasks.resize(list.firstSlot.back());
+bool isLost(std::span<const uint32_t> firstSlot, size_t op) { return firstSlot[op] == firstSlot[op + 1]; }
+
+// The operations, with those of targets that see nothing but background moved to what is stored nearest;
+// empty where there is no such target.
+std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const uint32_t> firstSlot,
+                               std::span<const ViewFile> views, size_t targets) {
+  std::vector<uint8_t> sees(targets), blind(targets);
+  for (size_t i = 0; i < ops.size(); ++i) (isLost(firstSlot, i) ? blind : sees)[ops[i].target] = 1;
+  for (size_t target = 0; target < targets; ++target) blind[target] = blind[target] && !sees[target];
+  if (std::ranges::count(blind, 1) == 0) return {};
+  std::vector<ShadingOp> moved(ops.begin(), ops.end());
+  tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
+    ShadingOp& op = moved[i];
+    if (!blind[op.target]) return;
+    if (const auto stored = nearestStored(views[op.view], op.x, op.y)) {
+      op.x = stored->x();
+      op.y = stored->y();
+    }
+  });
+  return moved;
+}
+
+// Sorted by block.
+std::vector<Task> sortedTasks(std::span<const ShadingOp> ops, std::span<const uint32_t> firstSlot,
+                              std::span<const ViewFile> views) {
+  std::vector<Task> tasks(firstSlot.back());
   tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
-    uint32_t slot = list.firstSlot[i];
+    uint32_t slot = firstSlot[i];
     forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t block) {
-      list.tasks[slot] = {uint64_t{ops[i].view} << 32 | block, static_cast<uint32_t>(i), slot};
+      tasks[slot] = {uint64_t{ops[i].view} << 32 | block, static_cast<uint32_t>(i), slot};
       ++slot;
     });
   });
-  tbb::parallel_sort(list.tasks); // no two compare equal: one order only
-  return list;
+  tbb::parallel_sort(tasks); // no two compare equal: one order only
+  return tasks;
 }
 
 constexpr int mostValues = 3 * 3 * blockTexels; // 3 channels x the highest rank, 192
@@ -166,7 +225,17 @@ std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWe
            op.rowEnd <= rows.size();
   }));
   const CacheCounts before = cache.counts();
-  const auto [tasks, firstSlot] = tasksOf(ops, views);
+  std::vector<uint32_t> firstSlot = firstSlots(ops, views);
+  for (size_t i = 0; i < ops.size(); ++i) {
+    stats.lookups += ops[i].rowEnd - ops[i].rowBegin;
+    stats.lost += isLost(firstSlot, i);
+  }
+  const std::vector<ShadingOp> moved = sighted(ops, firstSlot, views, targets);
+  if (!moved.empty()) {
+    ops = moved;
+    firstSlot = firstSlots(ops, views);
+  }
+  const std::vector<Task> tasks = sortedTasks(ops, firstSlot, views);
 
   std::vector<size_t> runs; // of tasks in one block: where each begins; one more, for the end
   for (size_t t = 0; t < tasks.size(); ++t)
@@ -189,13 +258,10 @@ std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWe
   std::vector<Rgb> radiance(targets);
   std::vector<Coverage> coverage(targets);
   for (size_t i = 0; i < ops.size(); ++i) {
-    const bool lost = firstSlot[i] == firstSlot[i + 1];
     coverage[ops[i].target].all += ops[i].weight;
-    if (!lost) coverage[ops[i].target].kept += ops[i].weight;
+    if (!isLost(firstSlot, i)) coverage[ops[i].target].kept += ops[i].weight;
     for (size_t s = firstSlot[i]; s < firstSlot[i + 1]; ++s)
       radiance[ops[i].target] = radiance[ops[i].target] + slots[s];
-    stats.lookups += ops[i].rowEnd - ops[i].rowBegin;
-    stats.lost += lost;
   }
   for (size_t target = 0; target < targets; ++target)
     radiance[target] = coverage[target].scale() * radiance[target];
@@ -247,6 +313,24 @@ std::optional<Eigen::Vector3d> lookUp(BlockCache& cache, uint32_t view, uint32_t
   return Eigen::Vector3d(sum / weights);
 }
 
+// The point of the area between the centres of a block's texels that is nearest, over all stored blocks.
+std::optional<Eigen::Vector2d> nearestTexel(BlockCache& cache, uint32_t view, double x, double y) {
+  const ViewFile& file = cache.views()[view];
+  const auto clamped = [](double value, int block, int size) {
+    return std::clamp(value, block * blockSize + 0.5, std::min((block + 1) * blockSize, size) - 0.5);
+  };
+  const Eigen::Vector2d from{std::clamp(x, 0.5, file.header().width - 0.5),
+                             std::clamp(y, 0.5, file.header().height - 0.5)};
+  std::optional<Eigen::Vector2d> nearest;
+  for (uint32_t number = 0; number < file.blockCount(); ++number) {
+    const BlockPosition block = file.position(number);
+    const Eigen::Vector2d here{clamped(from.x(), block.x, file.header().width),
+                               clamped(from.y(), block.y, file.header().height)};
+    if (!nearest || (here - from).squaredNorm() < (*nearest - from).squaredNorm()) nearest = here;
+  }
+  return nearest;
+}
+
 } // namespace
 
 std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops,
@@ -254,14 +338,24 @@ std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops,
                                               BlockCache& cache) {
   std::vector<Eigen::Vector3d> radiance(targets, Eigen::Vector3d::Zero());
   std::vector<double> all(targets), kept(targets);
-  for (const ShadingOp& op : ops) {
-    all[op.target] += op.weight;
-    if (!lookUp(cache, op.view, 0, op.x, op.y)) continue;
+  const auto add = [&](const ShadingOp& op, double x, double y) {
+    if (!lookUp(cache, op.view, 0, x, y)) return;
     kept[op.target] += op.weight;
     for (const LightWeight& w : rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin)) {
       const Eigen::Vector3d omega = op.weight * Eigen::Vector3d(w.weight.r, w.weight.g, w.weight.b);
-      radiance[op.target] += omega.cwiseProduct(*lookUp(cache, op.view, w.light, op.x, op.y));
+      radiance[op.target] += omega.cwiseProduct(*lookUp(cache, op.view, w.light, x, y));
     }
+  };
+  std::vector<bool> isBlind(targets, true);
+  for (const ShadingOp& op : ops) {
+    all[op.target] += op.weight;
+    if (lookUp(cache, op.view, 0, op.x, op.y)) isBlind[op.target] = false;
+  }
+  for (const ShadingOp& op : ops) {
+    if (!isBlind[op.target])
+      add(op, op.x, op.y);
+    else if (const auto texel = nearestTexel(cache, op.view, op.x, op.y))
+      add(op, texel->x(), texel->y());
   }
   for (size_t target = 0; target < targets; ++target)
     if (kept[target] != 0) radiance[target] *= all[target] / kept[target];

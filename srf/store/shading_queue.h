@@ -46,7 +46,8 @@ struct ShadingStats {
 //
 // Background: taps that fall into blocks left out are dropped, and the others renormalised. An operation
 // without taps is lost; the target's other operations are scaled by (sum of all weights) / (sum of weights
-// not lost). A target without any is 0.
+// not lost). Where all of a target's are lost, each looks up what its view stores nearest: a surface whose
+// silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
 // Each block is fetched once a call, and the result has the same bits for any number of threads and any
 // cache. Against executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times

@@ -151,30 +151,38 @@ TEST_F(Pack, WhiteIsThe995thPercentileOfTheObject) {
   EXPECT_NEAR(packed(capture).white / percentile995(values), 1, 0x1p-12);
 }
 
-TEST_F(Pack, WithoutMatteTheObjectIsTheSilhouetteOfTheMeshLessARim) {
+TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInside) {
   studio.matte = false;
   const Capture capture = photographed();
-  const PackReport report = packed(capture);
+  const PackReport report = packed(capture, "model", packOptions(1500, 0));
   const Model model = openModel(folder / "model");
   const RayCaster<AcquisitionSpace> mesh(readMesh(folder / "capture/mesh.ply"));
-  std::vector<Mask> objects;
+  std::vector<float> values; // of the inside
   for (size_t v = 0; v < model.files.size(); ++v) {
-    const Mask& object =
-        objects.emplace_back(eroded(objectMask(silhouette(capture.views[v].camera, mesh)), 2));
-    const ViewFile& file = model.files[v];
-    for (int y = 0; y < object.height; ++y)
-      for (int x = 0; x < object.width; ++x) {
-        const auto block = file.find({x / blockSize, y / blockSize});
+    const Mask outline = objectMask(silhouette(capture.views[v].camera, mesh));
+    const Mask inside = eroded(outline, 2);
+    const auto source = nearestSeeds(inside, outline);
+    std::vector<Image> photographs;
+    for (size_t i = 0; i < capture.frames.size(); ++i)
+      if (capture.frames[i].view == v)
+        photographs.push_back(readPhotographs(capture, std::vector{i})[0].radiance);
+    for (int y = 0; y < outline.height; ++y)
+      for (int x = 0; x < outline.width; ++x) {
+        const size_t pixel = y * outline.width + x;
+        const auto number = model.files[v].find({x / blockSize, y / blockSize});
         const int texel = y % blockSize * blockSize + x % blockSize;
-        const bool stored = block && file.read(*block).present >> texel & 1;
-        EXPECT_EQ(stored, object.inside[y * object.width + x] == 1) << v << ": " << x << ", " << y;
+        const auto block = number ? std::optional(model.files[v].read(*number)) : std::nullopt;
+        ASSERT_EQ(block && block->present >> texel & 1, outline.inside[pixel] == 1)
+            << v << ": " << x << ", " << y;
+        if (!outline.inside[pixel]) continue;
+        for (size_t light = 0; light < photographs.size(); ++light) {
+          const float* wanted = &photographs[light].values[3 * source[pixel]];
+          float stored = 0; // red
+          for (int k = 0; k < block->stride; ++k) stored += block->light(light)[k] * block->texel(texel)[k];
+          EXPECT_NEAR(stored, wanted[0], 2e-3f * report.white) << v << ": " << x << ", " << y;
+          if (inside.inside[pixel]) values.insert(values.end(), wanted, wanted + 3);
+        }
       }
-  }
-  std::vector<float> values;
-  for (size_t i = 0; i < capture.frames.size(); ++i) {
-    const Image radiance = readPhotographs(capture, std::vector{i})[0].radiance;
-    for (size_t v = 0; v < radiance.values.size(); ++v)
-      if (objects[capture.frames[i].view].inside[v / 3]) values.push_back(radiance.values[v]);
   }
   EXPECT_NEAR(report.white / percentile995(values), 1, 0x1p-12);
 }
