@@ -53,13 +53,6 @@ Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frame
   return rig;
 }
 
-TriangleMesh impostorMesh(const Capture& capture, const PackOptions& options) {
-  if (!options.mesh.empty()) return readMesh(options.mesh);
-  if (capture.geometry.empty())
-    throw Error("no geometry in the capture, and no --mesh given").in(capture.file);
-  return readMesh(capture.folder() / capture.geometry);
-}
-
 // What one pixel covers at the centre of the mesh, scene units; the median over views.
 double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
@@ -243,7 +236,7 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   const auto frames = framesByView(capture);
   if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
   const auto start = Clock::now();
-  const TriangleMesh mesh = impostorMesh(capture, options);
+  const TriangleMesh mesh = impostorOf(capture, options.impostor, progress).mesh;
   const RayCaster<AcquisitionSpace> impostor(mesh);
 
   PackReport report;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/model/impostor.h"
 #include "srf/store/view_encoder.h"
 #include "surfel/progress.h"
 
@@ -13,8 +14,8 @@
 namespace surflect {
 
 struct PackOptions {
-  std::filesystem::path mesh; // instead of the capture's geometry; empty: that
-  double tolerance = 0.03;    // of every block, see blockErrorBound
+  ImpostorOptions impostor;
+  double tolerance = 0.03; // of every block, see blockErrorBound
   std::optional<size_t>
       surfels; // about so many; none: two across a pixel of the photographs, a million at most
 };

@@ -1,0 +1,32 @@
+// The impostor: the geometry that stands in for the captured object.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "surfel/mesh.h"
+#include "surfel/progress.h"
+
+#include <filesystem>
+
+namespace surflect {
+
+struct ImpostorOptions {
+  std::filesystem::path mesh; // instead of the capture's geometry; empty: that
+};
+
+struct Impostor {
+  enum class Origin {
+    given,  // a file
+    hull,   // carved from the masks of several views
+    plane,  // faces the only view
+    relief, // a height field over the plane
+  };
+
+  TriangleMesh mesh;
+  Origin origin = Origin::given;
+};
+
+// The geometry that pack samples and inspect draws. Only training frames may take part: hand over a capture
+// of these. Throws Error and Cancelled.
+Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress);
+
+} // namespace surflect
