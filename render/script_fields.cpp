@@ -1,0 +1,181 @@
+#include "render/script_fields.h"
+
+#include "surfel/nearest_name.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace surflect {
+
+namespace {
+
+const toml::node& nodeOf(const Entry& entry) { return *static_cast<const toml::node*>(entry.node); }
+
+Entry entryOf(const toml::node& node, std::string field, const Entry& parent) {
+  return {&node, std::move(field), parent.folder};
+}
+
+std::string fieldOf(const Entry& table, std::string_view key) {
+  return table.field.empty() ? std::string(key) : table.field + '.' + std::string(key);
+}
+
+// What a user typed, fit for one line of a message.
+std::string shown(std::string_view typed, size_t limit = 60) {
+  std::string line(typed.substr(0, limit));
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
+  return line;
+}
+
+std::string shown(const toml::node& node) {
+  std::string text = "a date or time";
+  if (const auto* string = node.as_string()) text = '"' + shown(string->get()) + '"';
+  if (const auto* integer = node.as_integer()) text = std::to_string(integer->get());
+  if (const auto* real = node.as_floating_point()) {
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%g", real->get());
+    text = digits;
+  }
+  if (const auto* boolean = node.as_boolean()) text = boolean->get() ? "true" : "false";
+  if (const auto* array = node.as_array()) text = "an array of " + std::to_string(array->size());
+  if (node.is_table()) text = "a table";
+  return text + " on line " + std::to_string(node.source().begin.line);
+}
+
+const toml::table& asTable(const Entry& entry) {
+  if (const toml::table* table = nodeOf(entry).as_table()) return *table;
+  throw mismatch(entry, "a table");
+}
+
+Keyframe asKeyframe(const Entry& entry) {
+  constexpr std::string_view form = "a keyframe [frame, value] or [frame, value, \"smooth\"]";
+  const std::vector<Entry> parts = asArray(entry, form);
+  if (parts.size() < 2 || parts.size() > 3) throw mismatch(entry, form);
+  if (parts.size() == 3 && nodeOf(parts[2]).value_or(std::string_view()) != "smooth")
+    throw mismatch(parts[2], "\"smooth\"");
+  return {asNumber(parts[0]), asNumber(parts[1]), parts.size() == 3};
+}
+
+} // namespace
+
+struct ScriptDocument::Parsed {
+  toml::table table;
+  std::filesystem::path folder;
+};
+
+ScriptDocument::ScriptDocument(std::string_view text, const std::filesystem::path& path) {
+  try {
+    parsed_ = std::make_unique<const Parsed>(Parsed{toml::parse(text), path.parent_path()});
+  } catch (const toml::parse_error& error) {
+    const auto where = error.source().begin;
+    throw Error("line " + std::to_string(where.line) + ", column " + std::to_string(where.column) +
+                ": not TOML: " + shown(error.description(), 200));
+  }
+}
+
+ScriptDocument::~ScriptDocument() = default;
+
+Entry ScriptDocument::root() const { return {&parsed_->table, "", &parsed_->folder}; }
+
+Section::Section(const Entry& table, const Keys& known) : table_(table) {
+  for (const auto& [key, node] : asTable(table)) {
+    const std::string name = shown(key.str());
+    if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
+    throw Error("unknown key on line " + std::to_string(key.source().begin.line) +
+                "; the nearest known one is " + std::string(nearestName(name, known)))
+        .at(fieldOf(table, name));
+  }
+}
+
+size_t Section::size() const { return asTable(table_).size(); }
+
+std::optional<Entry> Section::find(std::string_view key) const {
+  const toml::node* node = asTable(table_).get(key);
+  if (!node) return std::nullopt;
+  return entryOf(*node, fieldOf(table_, key), table_);
+}
+
+Entry Section::require(std::string_view key) const {
+  if (const auto entry = find(key)) return *entry;
+  throw Error("missing from the table on line " + std::to_string(nodeOf(table_).source().begin.line))
+      .at(fieldOf(table_, key));
+}
+
+Error mismatch(const Entry& entry, std::string_view expected) {
+  return Error::mismatch(expected, shown(nodeOf(entry))).at(entry.field);
+}
+
+std::string asText(const Entry& entry) {
+  const auto* text = nodeOf(entry).as_string();
+  if (!text || text->get().empty()) throw mismatch(entry, "a string");
+  return text->get();
+}
+
+std::filesystem::path asPath(const Entry& entry) { return *entry.folder / asText(entry); }
+
+double asNumber(const Entry& entry) {
+  const auto number = nodeOf(entry).value<double>();
+  if (!nodeOf(entry).is_number() || !number || !std::isfinite(*number))
+    throw mismatch(entry, "a finite number");
+  return *number;
+}
+
+int asInteger(const Entry& entry, int least, int most) {
+  const auto* integer = nodeOf(entry).as_integer();
+  if (!integer || integer->get() < least || integer->get() > most)
+    throw mismatch(entry, "an integer in " + std::to_string(least) + ".." + std::to_string(most));
+  return static_cast<int>(integer->get());
+}
+
+bool asBoolean(const Entry& entry) {
+  if (const auto* boolean = nodeOf(entry).as_boolean()) return boolean->get();
+  throw mismatch(entry, "true or false");
+}
+
+std::vector<Entry> asArray(const Entry& entry, std::string_view expected) {
+  const toml::array* array = nodeOf(entry).as_array();
+  if (!array) throw mismatch(entry, expected);
+  std::vector<Entry> elements;
+  for (size_t i = 0; i < array->size(); ++i)
+    elements.push_back(entryOf(*array->get(i), entry.field + '[' + std::to_string(i) + ']', entry));
+  return elements;
+}
+
+Track asTrack(const Entry& entry) {
+  if (nodeOf(entry).is_number()) return asNumber(entry);
+  if (nodeOf(entry).is_string()) return at(entry, [&] { return Track::expression(asText(entry)); });
+  std::vector<Keyframe> keys;
+  for (const Entry& key : asArray(entry, "a number, a list of keyframes or an expression"))
+    keys.push_back(asKeyframe(key));
+  return at(entry, [&] { return Track::keyframes(std::move(keys)); });
+}
+
+Track3 asTrack3(const Entry& entry) {
+  const std::vector<Entry> elements = asArray(entry, "an array of 3");
+  if (elements.size() != 3) throw mismatch(entry, "an array of 3");
+  return {asTrack(elements[0]), asTrack(elements[1]), asTrack(elements[2])};
+}
+
+Track trackOr(const Section& section, std::string_view key, double otherwise) {
+  const auto entry = section.find(key);
+  return entry ? asTrack(*entry) : Track(otherwise);
+}
+
+Track3 trackOr(const Section& section, std::string_view key, const Track3& otherwise) {
+  const auto entry = section.find(key);
+  return entry ? asTrack3(*entry) : otherwise;
+}
+
+size_t typeOf(const Entry& table, const Keys& types) {
+  const toml::node* type = asTable(table).get("type");
+  if (!type) throw Error::mismatch("type = one of " + listed(types), "no type").at(table.field);
+  const auto found = std::find(types.begin(), types.end(), type->value_or(std::string_view()));
+  if (found == types.end())
+    throw mismatch(entryOf(*type, table.field + ".type", table), "one of " + listed(types));
+  return static_cast<size_t>(found - types.begin());
+}
+
+} // namespace surflect
