@@ -67,7 +67,7 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
       ->required();
   command->add_option("-o,--output", arguments->output, "the model's folder")->required();
   command->add_option("--mesh", arguments->options.impostor.mesh,
-                      "impostor geometry (PLY) instead of the capture's");
+                      "impostor geometry (PLY or OBJ) instead of the capture's");
   command->add_option("--tolerance", arguments->options.tolerance, "relative error of every block")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));

@@ -1,7 +1,11 @@
 #include "surfel/mesh.h"
 
 #include "surfel/error.h"
+#include "surfel/obj.h"
 #include "surfel/ply.h"
+
+#include <algorithm>
+#include <string>
 
 namespace surflect {
 
@@ -39,15 +43,7 @@ void addStrips(const PlyProperty& lists, TriangleMesh& mesh) {
   }
 }
 
-} // namespace
-
-Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle) {
-  const auto& [a, b, c] = mesh.triangles[triangle];
-  const Vec3<double> pa = mesh.positions[a].cast<double>().raw();
-  return (mesh.positions[b].cast<double>().raw() - pa).cross(mesh.positions[c].cast<double>().raw() - pa);
-}
-
-TriangleMesh readMesh(const std::filesystem::path& path) {
+TriangleMesh readPlyMesh(const std::filesystem::path& path) {
   const PlyFile ply = readPly(path);
   try {
     TriangleMesh mesh;
@@ -71,16 +67,36 @@ TriangleMesh readMesh(const std::filesystem::path& path) {
               throw std::move(error).at(element);
             }
           }
-    TriangleMesh solid{std::move(mesh.positions), {}};
-    for (const auto& triangle : mesh.triangles) {
-      solid.triangles.push_back(triangle);
-      if (!(areaVector(solid, solid.triangles.size() - 1).norm() > 0)) solid.triangles.pop_back();
-    }
-    if (solid.triangles.empty()) throw Error::mismatch("triangles", "none that has an area");
-    return solid;
+    return mesh;
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
+}
+
+} // namespace
+
+Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  const Vec3<double> pa = mesh.positions[a].cast<double>().raw();
+  return (mesh.positions[b].cast<double>().raw() - pa).cross(mesh.positions[c].cast<double>().raw() - pa);
+}
+
+TriangleMesh readMeshAsStored(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; });
+  return extension == ".obj" ? readObj(path) : readPlyMesh(path);
+}
+
+TriangleMesh readMesh(const std::filesystem::path& path) {
+  TriangleMesh stored = readMeshAsStored(path);
+  TriangleMesh solid{std::move(stored.positions), {}};
+  for (const auto& triangle : stored.triangles) {
+    solid.triangles.push_back(triangle);
+    if (!(areaVector(solid, solid.triangles.size() - 1).norm() > 0)) solid.triangles.pop_back();
+  }
+  if (solid.triangles.empty()) throw Error::mismatch("triangles", "none that has an area").in(path);
+  return solid;
 }
 
 } // namespace surflect

@@ -19,8 +19,11 @@ using TriangleMesh = Mesh<AcquisitionSpace>;
 // Twice the area vector of a triangle: its normal, not normalised.
 Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
 
-// Reads faces (fan-triangulated) and triangle strips. Triangles without area are left out; a mesh without any
-// other is an Error, as is an index beyond the vertices or a position that is not finite.
+// Reads OBJ or PLY, by the extension (anything but .obj is PLY): faces (fan-triangulated) and triangle
+// strips. An index beyond the vertices or a position that is not finite is an Error.
+TriangleMesh readMeshAsStored(const std::filesystem::path& path);
+
+// The same without the triangles that have no area; an Error when no other is left.
 TriangleMesh readMesh(const std::filesystem::path& path);
 
 } // namespace surflect

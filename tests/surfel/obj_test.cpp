@@ -1,0 +1,116 @@
+#include "surfel/obj.h"
+
+#include "surfel/error.h"
+#include "surfel/file.h"
+#include "tests/srf/image/files.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace surflect {
+namespace {
+
+std::filesystem::path fileWith(std::string_view content) {
+  static const TemporaryFolder folder; // of this process: tests run side by side
+  const auto path = folder / "content.OBJ";
+  writeFileAtomically(path, content);
+  return path;
+}
+
+TriangleMesh meshOf(std::string_view content) { return parseObj(content); }
+
+std::string complaintAbout(std::string_view content) {
+  try {
+    meshOf(content);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+constexpr std::string_view corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+using Triangles = std::vector<std::array<uint32_t, 3>>;
+const Triangles square = {{0, 1, 2}, {0, 2, 3}};
+
+TEST(Obj, PolygonsBecomeFans) {
+  const TriangleMesh mesh = meshOf(std::string(corners) + "f 1 2 3 4\n");
+  EXPECT_EQ(mesh.triangles, square);
+  ASSERT_EQ(mesh.positions.size(), 4u);
+  EXPECT_EQ(mesh.positions[2].raw(), Vec3<float>(1, 1, 0));
+  EXPECT_EQ(meshOf("v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5").triangles,
+            (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
+}
+
+TEST(Obj, CornersMayCountFromTheEndAndCarryTextureAndNormal) {
+  for (const std::string_view face : {"f -4 -3 -2 -1", "f 1/9 2/8 3/7 4/6", "f 1//9 2//8 3//7 4//6",
+                                      "f 1/1/1 2/2/2 3/3/3 4/4/4", "f -4/-4/-4 +2 -2//-1 4"})
+    EXPECT_EQ(meshOf(std::string(corners) + std::string(face)).triangles, square) << face;
+  // -1 is the last vertex so far, not of the file.
+  EXPECT_EQ(meshOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\n").triangles, (Triangles{{0, 1, 2}}));
+  // A positive number may name a vertex still to come.
+  EXPECT_EQ(meshOf("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles, (Triangles{{0, 1, 2}}));
+}
+
+TEST(Obj, CommentsBlanksContinuationsAndOtherKeywordsDoNotMatter) {
+  const TriangleMesh mesh = meshOf(
+      "# a square\r\nmtllib a.mtl\r\n\r\no square\r\nv\t0 0 \\\r\n 0 # first\r\nv 1 0 0 1.0 0.5 0.5 0.5\r\n"
+      "vn 0 0 1\r\nvt 0 0\r\n  v 1e0 +1 0\r\nv 0 1 0\r\ns off\r\nusemtl x\r\nf 1 2 \\\r\n3 4");
+  EXPECT_EQ(mesh.triangles, square);
+  EXPECT_EQ(mesh.positions[2].raw(), Vec3<float>(1, 1, 0));
+}
+
+TEST(Obj, TrianglesWithoutAreaStayAsStoredAndGoFromTheMesh) {
+  const auto path = fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
+  EXPECT_EQ(readMeshAsStored(path).triangles.size(), 2u);
+  EXPECT_EQ(readMesh(path).triangles, (Triangles{{0, 1, 3}}));
+  EXPECT_THROW(readMesh(fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), Error);
+}
+
+TEST(Obj, ComplaintsNameTheFile) {
+  const auto path = fileWith("v 1");
+  try {
+    readMesh(path);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.what(), path.string() + ": line 1.v: found 1, expected three coordinates");
+  }
+}
+
+TEST(Obj, ComplaintsNameTheLine) {
+  const std::string four(corners);
+  EXPECT_EQ(complaintAbout(four + "f 1 2 5\n"), "line 5: found 5, expected a vertex of 1..4");
+  EXPECT_EQ(complaintAbout(four + "f 1 2 0\n"), "line 5: found 0, expected a vertex of 1..4 or -1..-4");
+  EXPECT_EQ(complaintAbout(four + "f 1 2 -5\n"), "line 5: found -5, expected a vertex of 1..4 or -1..-4");
+  EXPECT_EQ(complaintAbout(four + "f 1 2 -9223372036854775808"),
+            "line 5: found -9223372036854775808, expected a vertex of 1..4 or -1..-4");
+  EXPECT_EQ(complaintAbout(four + "f 1 2 99999999999999999999"),
+            "line 5: found '99999999999999999999', expected a vertex number");
+  EXPECT_EQ(complaintAbout(four + "\n\nf 1 \\\n2 x"), "line 7: found 'x', expected a vertex number");
+  EXPECT_EQ(complaintAbout(four + "f 1 2"), "line 5.f: found 2, expected at least three corners");
+  EXPECT_EQ(complaintAbout("v 1 2"), "line 1.v: found 2, expected three coordinates");
+  EXPECT_EQ(complaintAbout("v 1 2 1e99"), "line 1.v: found a value that is not, expected finite coordinates");
+  EXPECT_EQ(complaintAbout("v 1 2 3x"), "line 1: found '3x', expected a number");
+}
+
+TEST(Obj, EveryDamagedByteGivesAMeshOrAnErrorOfOneLine) {
+  std::mt19937 random(1);
+  const std::string whole = std::string(corners) + "f 1/1/1 2 3//4 \\\n 4\nf -1 -2 -3 # end\n";
+  int meshes = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::string text = whole;
+    for (int k = 0; k < 2; ++k) text[random() % text.size()] = static_cast<char>(random());
+    try {
+      const TriangleMesh mesh = meshOf(text);
+      ++meshes;
+      for (const auto& triangle : mesh.triangles)
+        for (const uint32_t corner : triangle) ASSERT_LT(corner, mesh.positions.size());
+    } catch (const Error& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+  }
+  EXPECT_GT(meshes, 1000);
+}
+
+} // namespace
+} // namespace surflect
