@@ -1,10 +1,15 @@
 #include "apps/command.h"
 #include "apps/terminal.h"
+#include "render/contact_sheet.h"
+#include "srf/image/png.h"
+#include "srf/model/impostor.h"
 #include "srf/model/model.h"
+#include "surfel/error.h"
 
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 namespace surflect {
 
@@ -38,21 +43,76 @@ Json describe(const Model& model) {
           {"tolerance", model.tolerance}};
 }
 
-Json runInspect(const std::string& path) {
-  const bool packed = std::filesystem::exists(std::filesystem::path(path) / "manifest.json");
-  Json report = packed ? describe(openModel(path)) : describe(readCapture(path));
+struct Arguments {
+  std::string path, overlay;
+  ImpostorOptions impostor;
+  size_t maxFrames = 24;
+};
+
+std::string nameOf(Impostor::Origin origin) {
+  switch (origin) {
+  case Impostor::Origin::given:
+    return "given";
+  case Impostor::Origin::hull:
+    return "hull";
+  case Impostor::Origin::plane:
+    return "plane";
+  case Impostor::Origin::relief:
+    return "relief";
+  }
+  return {};
+}
+
+Json drawOverlay(const Capture& capture, const Arguments& arguments, const Progress& progress) {
+  const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
+  const Impostor impostor = impostorOf(training, arguments.impostor, progress);
+  const WhiteSurface surface(impostor.mesh);
+  const auto frames = spreadFrames(capture, arguments.maxFrames);
+  const ContactSheet sheet = contactSheet(capture, frames, surface, progress);
+  writePng(arguments.overlay, sheet.image);
+  Json tiles = Json::array();
+  for (const Overlay& overlay : sheet.overlays) {
+    Json& tile = tiles.emplace_back(Json{{"camera", overlay.camera}, {"light", overlay.light}});
+    if (overlay.maskIou) tile["mask_iou"] = *overlay.maskIou;
+    tile["shading_correlation"] = overlay.shadingCorrelation;
+    tile["back_share"] = overlay.backShare;
+  }
+  say(fmt::format("{}: {} of {} photographs", arguments.overlay, frames.size(), capture.frames.size()));
+  return {{"path", arguments.overlay}, {"geometry", nameOf(impostor.origin)}, {"frames", tiles}};
+}
+
+Json runInspect(const Arguments& arguments, const Progress& progress) {
+  const bool packed = std::filesystem::exists(std::filesystem::path(arguments.path) / "manifest.json");
+  if (packed && !arguments.overlay.empty())
+    throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.path);
+  std::optional<Capture> capture;
+  if (!packed) capture = readCapture(arguments.path);
+  Json report = packed ? describe(openModel(arguments.path)) : describe(*capture);
   for (const auto& [key, value] : report.items()) say(fmt::format("{:<20} {}", key, value.dump()));
+  if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(*capture, arguments, progress);
   return report;
 }
 
 } // namespace
 
 void addInspectCommand(CLI::App& app, CommandWork& work) {
-  auto path = std::make_shared<std::string>();
+  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("inspect", "say what is in a capture or a model");
-  command->footer("Example: surflect inspect vase.srf");
-  command->add_option("path", *path, "a capture or a packed model")->required();
-  command->callback([path, &work] { work = [path](const Progress&) { return runInspect(*path); }; });
+  command->footer("Example: surflect inspect vase.srf\n"
+                  "         surflect inspect examples/vase --overlay sheet.png");
+  command->add_option("path", arguments->path, "a capture or a packed model")->required();
+  CLI::Option* overlay = command->add_option(
+      "--overlay", arguments->overlay,
+      "of a capture: draw the geometry over photographs, and lit as they say, into this PNG");
+  command->add_option("--mesh", arguments->impostor.mesh, "geometry (PLY) instead of the capture's")
+      ->needs(overlay);
+  command->add_option("--max-frames", arguments->maxFrames, "photographs on the sheet, at most")
+      ->needs(overlay)
+      ->capture_default_str()
+      ->check(CLI::Range(1, 400));
+  command->callback([arguments, &work] {
+    work = [arguments](const Progress& progress) { return runInspect(*arguments, progress); };
+  });
 }
 
 } // namespace surflect

@@ -1,0 +1,38 @@
+#include "srf/image/resize.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace surflect {
+
+namespace {
+
+// Calls add(from, share) for those of `from` cells that meet cell `i` of `to` cells of the same length
+// together; shares sum to 1.
+template <class Add> void forCellsUnder(int i, int to, int from, const Add& add) {
+  const double scale = static_cast<double>(from) / to, begin = i * scale, end = (i + 1) * scale;
+  for (int j = static_cast<int>(begin); j < from && j < end; ++j)
+    add(j, static_cast<float>((std::min(end, j + 1.0) - std::max(begin, 1.0 * j)) / scale));
+}
+
+} // namespace
+
+Image resampled(const Image& image, const PixelWindow& window, int width, int height) {
+  assert(width > 0 && height > 0 && window.width() > 0 && window.height() > 0);
+  const auto addTo = [](std::span<float> sum, float share, std::span<const float> pixel) {
+    for (size_t c = 0; c < sum.size(); ++c) sum[c] += share * pixel[c];
+  };
+  Image rows(width, window.height(), image.channels), result(width, height, image.channels);
+  for (int y = 0; y < rows.height; ++y)
+    for (int x = 0; x < width; ++x)
+      forCellsUnder(x, width, window.width(), [&](int from, float share) {
+        addTo(rows.at(x, y), share, image.at(window.x0 + from, window.y0 + y));
+      });
+  for (int y = 0; y < height; ++y)
+    forCellsUnder(y, height, window.height(), [&](int from, float share) {
+      for (int x = 0; x < width; ++x) addTo(result.at(x, y), share, rows.at(x, from));
+    });
+  return result;
+}
+
+} // namespace surflect

@@ -1,0 +1,75 @@
+"""`surflect inspect --overlay`: the sheet that it draws, and what it refuses."""
+
+import json
+import struct
+import unittest
+
+from support import TestInFolder, run, succeed, write_small_capture
+
+
+def png_size(path):
+    header = path.read_bytes()[:24]
+    assert header[:8] == b"\x89PNG\r\n\x1a\n"
+    return struct.unpack(">II", header[16:24])
+
+
+class Overlay(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.capture = cls.folder / "capture"
+        write_small_capture(cls.capture, cameras=3, lights=2)
+
+    def overlay(self, *arguments):
+        return succeed("inspect", self.capture, "--overlay", self.folder / "sheet.png", *arguments)["overlay"]
+
+    def test_the_sheet_fits_a_screen_and_its_numbers_are_reported(self):
+        report = self.overlay()
+        width, height = png_size(self.folder / "sheet.png")
+        self.assertTrue(1000 < width < 4000 and 500 < height < 4000, (width, height))
+        self.assertEqual(report["geometry"], "given")
+        self.assertEqual(len(report["frames"]), 18)
+        for frame in report["frames"]:
+            with self.subTest(frame=frame):
+                self.assertGreater(frame["mask_iou"], 0.97)
+                self.assertTrue(0 <= frame["back_share"] < 0.3)
+                self.assertTrue(-1 <= frame["shading_correlation"] <= 1)
+                self.assertTrue(frame["camera"] and frame["light"])
+
+    def test_max_frames_bounds_the_tiles(self):
+        self.assertEqual(len(self.overlay("--max-frames", "3")["frames"]), 3)
+
+    def test_another_mesh_is_drawn_instead(self):
+        sliver = self.folder / "sliver.ply"
+        sliver.write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                          "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                          "end_header\n0 0 0\n0.1 0 0\n0 0 0.1\n3 0 1 2\n")
+        for frame in self.overlay("--mesh", sliver, "--max-frames", "2")["frames"]:
+            self.assertLess(frame["mask_iou"], 0.5)
+
+    def test_a_capture_without_geometry_asks_for_it(self):
+        description = json.loads((self.capture / "transforms.json").read_text())
+        del description["geometry"]
+        bare = self.capture / "bare.json"
+        bare.write_text(json.dumps(description))
+        result = run("inspect", bare, "--overlay", self.folder / "bare.png")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("geometry", result.stderr)
+        self.assertFalse((self.folder / "bare.png").exists())
+
+    def test_a_model_has_nothing_to_draw_over(self):
+        model = self.folder / "model.srf"
+        succeed("pack", self.capture, "-o", model, "--surfels", "500")
+        result = run("inspect", model, "--overlay", self.folder / "model.png")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("--overlay", result.stderr)
+
+    def test_options_of_the_overlay_want_it(self):
+        for arguments in (["--mesh", "mesh.ply"], ["--max-frames", "3"],
+                          ["--overlay", "sheet.png", "--max-frames", "0"]):
+            with self.subTest(arguments=arguments):
+                self.assertEqual(run("inspect", self.capture, *arguments).returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
