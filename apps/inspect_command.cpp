@@ -49,20 +49,6 @@ struct Arguments {
   size_t maxFrames = 24;
 };
 
-std::string nameOf(Impostor::Origin origin) {
-  switch (origin) {
-  case Impostor::Origin::given:
-    return "given";
-  case Impostor::Origin::hull:
-    return "hull";
-  case Impostor::Origin::plane:
-    return "plane";
-  case Impostor::Origin::relief:
-    return "relief";
-  }
-  return {};
-}
-
 Json drawOverlay(const Capture& capture, const Arguments& arguments, const Progress& progress) {
   const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
   const Impostor impostor = impostorOf(training, arguments.impostor, progress);

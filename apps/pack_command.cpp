@@ -24,6 +24,7 @@ void announceEstimate(const PackEstimate& estimate) {
 
 Json reportOf(const PackReport& report) {
   Json json = {
+      {"geometry", nameOf(report.geometry)},
       {"surfels", report.surfels},
       {"views", report.views},
       {"lights", report.lights},
@@ -51,9 +52,10 @@ Json runPack(const Arguments& arguments, const Progress& progress) {
   const std::string error = report.resumedViews == 0
                                 ? fmt::format(" at {:.1f} dB", psnrDb(report.store, report.white))
                                 : fmt::format("; {} views were there already", report.resumedViews);
-  say(fmt::format("{}: {} surfels, {} views; {:.1f} MB of reflectance, {:.1f}:1 against half floats{}",
-                  arguments.output, report.surfels, report.views,
-                  static_cast<double>(report.store.fileBytes) / 1e6, compressionRatio(report.store), error));
+  say(fmt::format(
+      "{}: {} surfels on a {}, {} views; {:.1f} MB of reflectance, {:.1f}:1 against half floats{}",
+      arguments.output, report.surfels, nameOf(report.geometry), report.views,
+      static_cast<double>(report.store.fileBytes) / 1e6, compressionRatio(report.store), error));
   return reportOf(report);
 }
 
@@ -66,8 +68,12 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
   command->add_option("capture", arguments->capture, "folder with transforms.json, or a JSON file")
       ->required();
   command->add_option("-o,--output", arguments->output, "the model's folder")->required();
-  command->add_option("--mesh", arguments->options.impostor.mesh,
-                      "impostor geometry (PLY or OBJ) instead of the capture's");
+  CLI::Option* mesh = command->add_option("--mesh", arguments->options.impostor.mesh,
+                                          "impostor geometry (PLY or OBJ) instead of the capture's");
+  command
+      ->add_flag("--relief", arguments->options.impostor.relief,
+                 "geometry from shading, for a capture of one view under three lights or more")
+      ->excludes(mesh);
   command->add_option("--tolerance", arguments->options.tolerance, "relative error of every block")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));

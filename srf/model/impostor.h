@@ -6,11 +6,13 @@
 #include "surfel/progress.h"
 
 #include <filesystem>
+#include <string_view>
 
 namespace surflect {
 
 struct ImpostorOptions {
   std::filesystem::path mesh; // instead of the capture's geometry; empty: that
+  bool relief = false;        // from the shading of the only view, instead of either
 };
 
 struct Impostor {
@@ -25,8 +27,11 @@ struct Impostor {
   Origin origin = Origin::given;
 };
 
+// As reports say it: mesh, hull, plane or relief.
+std::string_view nameOf(Impostor::Origin origin);
+
 // The geometry that pack samples and inspect draws. Only training frames may take part: hand over a capture
-// of these. Throws Error and Cancelled.
+// of these. With one view and nothing else it is a plane, see one_view.h. Throws Error and Cancelled.
 Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress);
 
 } // namespace surflect

@@ -236,10 +236,11 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   const auto frames = framesByView(capture);
   if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
   const auto start = Clock::now();
-  const TriangleMesh mesh = impostorOf(capture, options.impostor, progress).mesh;
+  const auto [mesh, origin] = impostorOf(capture, options.impostor, progress);
   const RayCaster<AcquisitionSpace> impostor(mesh);
 
   PackReport report;
+  report.geometry = origin;
   progress("surfels", 0);
   const double spacing = options.surfels
                              ? spacingFor(mesh, *options.surfels)
