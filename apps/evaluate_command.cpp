@@ -13,10 +13,18 @@ namespace surflect {
 namespace {
 
 struct Arguments {
-  std::string model, capture, script, split = "test", baseline;
+  std::string model, capture, script, split = "test";
+  std::vector<std::string> baselines;
   double frame = 1;
   ModelOptions options;
 };
+
+struct BaselineWord {
+  Baseline kind;
+  std::string key; // in the report
+};
+const std::map<std::string, BaselineWord> kBaselines = {{"nearest", {Baseline::nearest, "baseline"}},
+                                                        {"lambert", {Baseline::lambert, "baseline_lambert"}}};
 
 Json jsonOf(const Score& score) {
   return {{"psnr_linear_db", score.difference.psnrLinear()},
@@ -54,7 +62,8 @@ void sayTable(const Json& report) {
     for (const auto& [group, score] : summary["groups"].items()) row("  " + group, score);
   };
   table("surflect", report);
-  if (report.contains("baseline")) table("nearest", report["baseline"]);
+  for (const auto& [name, baseline] : kBaselines)
+    if (report.contains(baseline.key)) table(name, report[baseline.key]);
 }
 
 Json runEvaluate(const Arguments& arguments, const Progress& progress) {
@@ -68,15 +77,20 @@ Json runEvaluate(const Arguments& arguments, const Progress& progress) {
   EvaluateOptions options;
   options.frame = arguments.options.frame;
   options.split = arguments.split == "train" ? Split::train : Split::test;
-  options.baseline = !arguments.baseline.empty();
+  for (const auto& name : arguments.baselines) options.baselines.insert(kBaselines.at(name).kind);
+  if (options.baselines.contains(Baseline::lambert) && !arguments.script.empty())
+    throw Error("the Lambert baseline does not bend: no --script with it");
   BlockCache cache(model.files, arguments.options.cacheBytes());
   const Evaluation evaluation = evaluate(model, capture, *warp, options, cache, progress);
 
   Json report = {{"exposure", evaluation.exposure}};
   report.update(summaryOf(evaluation, [](const FrameScore& frame) -> const Score& { return frame.score; }));
-  if (options.baseline)
-    report["baseline"] =
-        summaryOf(evaluation, [](const FrameScore& frame) -> const Score& { return *frame.baseline; });
+  for (const auto& name : arguments.baselines) {
+    const auto& [kind, key] = kBaselines.at(name);
+    report[key] = summaryOf(evaluation, [kind = kind](const FrameScore& frame) -> const Score& {
+      return frame.baselines.at(kind);
+    });
+  }
   for (const FrameScore& frame : evaluation.frames) {
     Json entry = {{"camera", frame.camera},
                   {"light", frame.light},
@@ -84,7 +98,9 @@ Json runEvaluate(const Arguments& arguments, const Progress& progress) {
                   {"lit", frame.frontLit ? "front" : "back"},
                   {"mask_iou", frame.maskIou}};
     entry.update(jsonOf(frame.score));
-    if (frame.baseline) entry["baseline"] = jsonOf(*frame.baseline);
+    for (const auto& [name, baseline] : kBaselines)
+      if (frame.baselines.contains(baseline.kind))
+        entry[baseline.key] = jsonOf(frame.baselines.at(baseline.kind));
     report["frames"].push_back(std::move(entry));
   }
   sayTable(report);
@@ -103,8 +119,13 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
   command->add_option("--split", arguments->split, "which photographs")
       ->capture_default_str()
       ->check(CLI::IsMember({"test", "train"}));
-  command->add_option("--baseline", arguments->baseline, "also without interpolation")
-      ->check(CLI::IsMember({"nearest"}));
+  command
+      ->add_option("--baseline", arguments->baselines,
+                   "also what is simpler: nearest (no interpolation), lambert (a matte surface fitted to the "
+                   "same camera's photographs), or nearest,lambert")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"nearest", "lambert"}));
   command->add_option("--script", arguments->script, "warps that the photographed object went through");
   command->add_option("--frame", arguments->frame, "of the script")->capture_default_str();
   addModelOptions(*command, arguments->options);

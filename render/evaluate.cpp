@@ -1,5 +1,6 @@
 #include "render/evaluate.h"
 
+#include "render/lambert_view.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/percentile.h"
 #include "srf/query/ray_caster.h"
@@ -7,7 +8,7 @@
 #include "warp/deform.h"
 
 #include <algorithm>
-#include <set>
+#include <optional>
 
 namespace surflect {
 
@@ -15,7 +16,8 @@ namespace {
 
 constexpr int kErosion = 2; // pixels
 
-// The truth as the protocol wants it: RGBA, premultiplied. Without a matte the mesh's silhouette stands in.
+// The truth as the protocol wants it: RGBA, premultiplied. Without a matte the mesh's silhouette stands in,
+// or the whole picture of a capture that has one view and no mesh.
 class TruthReader {
 public:
   // What was photographed is the capture's geometry after the warp.
@@ -24,8 +26,9 @@ public:
   std::vector<Image> read(std::span<const size_t> frames) {
     std::vector<Image> truths;
     for (const Photograph& photograph : readPhotographs(capture_, frames)) {
-      const Image& alpha =
-          photograph.hasMatte ? photograph.alpha : silhouetteOf(capture_.frames[frames[0]].view);
+      const Image& alpha = photograph.hasMatte || isWholeImage()
+                               ? photograph.alpha
+                               : silhouetteOf(capture_.frames[frames[0]].view);
       Image& truth = truths.emplace_back(alpha.width, alpha.height, 4);
       for (size_t i = 0; i < alpha.values.size(); ++i) {
         for (size_t c = 0; c < 3; ++c)
@@ -37,6 +40,9 @@ public:
   }
 
 private:
+  // With one view and nothing else, see meshOfOneView.
+  bool isWholeImage() const { return capture_.views.size() == 1 && capture_.geometry.empty(); }
+
   const Image& silhouetteOf(size_t view) {
     if (view_ != view) {
       if (!mesh_) {
@@ -131,6 +137,7 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
         .at("frames")
         .in(capture.file);
   const Capture test = ofSplit(everything, Split::test);
+  const Capture training = ofSplit(everything, Split::train);
   Evaluation evaluation;
   evaluation.exposure = exposureOf(test.frames.empty() ? capture : test, warp, progress);
 
@@ -147,6 +154,9 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
     const auto truth = truths.read(frames[view]);
     const auto camera = inObjectSpace(capture.views[view].camera);
     const Sight sight = look(camera, model.cloud, deformed, options.frame.splats);
+    std::optional<LambertView> lambert;
+    if (options.baselines.contains(Baseline::lambert))
+      lambert.emplace(training, capture.views[view], truth[0], progress);
     for (size_t i = 0; i < truth.size(); ++i) {
       progress.checkpoint();
       const Frame& frame = capture.frames[frames[view][i]];
@@ -167,14 +177,17 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       const auto rendered = [&](const ShadeOptions& shadeOptions) {
         return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats));
       };
+      const auto baseline = [&](Baseline kind) {
+        if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);
+        ShadeOptions nearest = options.frame.shade;
+        nearest.nearest = true;
+        return rendered(nearest);
+      };
       const Image ours = rendered(options.frame.shade);
       result.maskIou = intersectionOverUnion(objectMask(truth[i]), objectMask(ours));
       result.score = scoreOf(truth[i], ours, evaluation.exposure);
-      if (options.baseline) {
-        ShadeOptions nearest = options.frame.shade;
-        nearest.nearest = true;
-        result.baseline = scoreOf(truth[i], rendered(nearest), evaluation.exposure);
-      }
+      for (const Baseline kind : options.baselines)
+        result.baselines[kind] = scoreOf(truth[i], baseline(kind), evaluation.exposure);
       evaluation.frames.push_back(std::move(result));
     }
   }

@@ -6,16 +6,23 @@
 #include "surfel/progress.h"
 
 #include <map>
-#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace surflect {
 
+// What renderings are held against, by the same protocol.
+enum class Baseline {
+  nearest, // the nearest camera and light, see ShadeOptions::nearest
+  lambert, // a Lambert surface fitted to the training photographs of the frame's own camera, see
+           // lambert_view.h
+};
+
 struct EvaluateOptions {
   FrameOptions frame;
   Split split = Split::test;
-  bool baseline = false; // also the nearest camera and light, see ShadeOptions::nearest
+  std::set<Baseline> baselines;
 };
 
 // Pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two pixels.
@@ -34,7 +41,7 @@ struct FrameScore {
   bool frontLit = true;      // light and camera on one side of the object's centre
   double maskIou = 0;
   Score score;
-  std::optional<Score> baseline;
+  std::map<Baseline, Score> baselines;
 };
 
 struct Evaluation {
@@ -44,7 +51,8 @@ struct Evaluation {
 };
 
 // Renders every frame of the capture's split with its own camera and light, the cloud bent by `warp`. Known
-// cameras and lights are those of the model's rig. Throws Error where the split is empty.
+// cameras and lights are those of the model's rig. Throws Error where the split is empty, and where the
+// Lambert baseline is asked for but a camera has no photographs that tell normals.
 Evaluation evaluate(const Model& model, const Capture& capture, const Warp& warp,
                     const EvaluateOptions& options, BlockCache& cache, const Progress& progress);
 

@@ -27,7 +27,7 @@ class Overlay(TestInFolder):
         report = self.overlay()
         width, height = png_size(self.folder / "sheet.png")
         self.assertTrue(1000 < width < 4000 and 500 < height < 4000, (width, height))
-        self.assertEqual(report["geometry"], "given")
+        self.assertEqual(report["geometry"], "mesh")
         self.assertEqual(len(report["frames"]), 18)
         for frame in report["frames"]:
             with self.subTest(frame=frame):

@@ -142,13 +142,13 @@ TEST(Evaluate, BaselineOnlyWhenAsked) {
   studio.split = heldOut;
   const PackedStudio packed(studio, 300);
   for (const FrameScore& frame : evaluated(packed.model, packed.capture).frames)
-    EXPECT_FALSE(frame.baseline.has_value());
+    EXPECT_TRUE(frame.baselines.empty());
   EvaluateOptions options;
-  options.baseline = true;
+  options.baselines = {Baseline::nearest};
   size_t different = 0;
   for (const FrameScore& frame : evaluated(packed.model, packed.capture, options).frames) {
-    ASSERT_TRUE(frame.baseline.has_value());
-    different += frame.baseline->interiorError.sum != frame.score.interiorError.sum;
+    ASSERT_TRUE(frame.baselines.contains(Baseline::nearest));
+    different += frame.baselines.at(Baseline::nearest).interiorError.sum != frame.score.interiorError.sum;
   }
   EXPECT_GT(different, 0u);
 }
