@@ -14,6 +14,7 @@ BELOW = {
     "surfel": [],
     "srf/image": ["surfel"],
     "srf/capture": ["surfel", "srf/image"],
+    "srf/calibration": ["surfel", "srf/image", "srf/capture"],
     "srf/store": ["surfel", "srf/image"],
     "srf/query": ["surfel", "srf/image", "srf/capture"],
     "srf/relief": ["surfel", "srf/image", "srf/capture"],

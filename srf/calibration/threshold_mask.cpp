@@ -1,0 +1,92 @@
+#include "srf/calibration/threshold_mask.h"
+
+#include "srf/image/color.h"
+#include "srf/image/percentile.h"
+#include "surfel/error.h"
+
+#include <algorithm>
+#include <cassert>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+constexpr double kSmall = 0.1; // of the largest group's pixels
+
+struct Group {
+  std::vector<size_t> pixels;
+  bool touchesBorder = false;
+};
+
+// Connected pixels of one value.
+std::vector<Group> groupsOf(const Mask& mask, uint8_t value, bool diagonally) {
+  const int width = mask.width, height = mask.height;
+  std::vector<uint8_t> seen(mask.inside.size());
+  std::vector<Group> groups;
+  for (size_t start = 0; start < seen.size(); ++start) {
+    if (seen[start] || mask.inside[start] != value) continue;
+    Group& group = groups.emplace_back();
+    group.pixels.push_back(start);
+    seen[start] = 1;
+    for (size_t next = 0; next < group.pixels.size(); ++next) {
+      const int x = static_cast<int>(group.pixels[next] % static_cast<size_t>(width)),
+                y = static_cast<int>(group.pixels[next] / static_cast<size_t>(width));
+      group.touchesBorder |= x == 0 || y == 0 || x == width - 1 || y == height - 1;
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          if ((!diagonally && dx != 0 && dy != 0) || x + dx < 0 || y + dy < 0 || x + dx >= width ||
+              y + dy >= height)
+            continue;
+          const size_t i = static_cast<size_t>(y + dy) * static_cast<size_t>(width) + (x + dx);
+          if (seen[i] || mask.inside[i] != value) continue;
+          seen[i] = 1;
+          group.pixels.push_back(i);
+        }
+    }
+  }
+  return groups;
+}
+
+std::vector<float> largestLuminance(std::span<const Image> photographs) {
+  std::vector<float> largest(static_cast<size_t>(photographs[0].width) *
+                             static_cast<size_t>(photographs[0].height));
+  for (const Image& image : photographs) {
+    if (image.width != photographs[0].width || image.height != photographs[0].height)
+      throw Error("photographs of one view have different sizes");
+    const size_t channels = static_cast<size_t>(image.channels);
+    for (size_t i = 0; i < largest.size(); ++i) {
+      const float* texel = image.values.data() + i * channels;
+      largest[i] = std::max(largest[i], channels >= 3 ? luma({texel[0], texel[1], texel[2]}) : texel[0]);
+    }
+  }
+  return largest;
+}
+
+} // namespace
+
+Mask objectByThreshold(std::span<const Image> photographs, double threshold) {
+  assert(!photographs.empty());
+  const std::vector<float> luminance = largestLuminance(photographs);
+  PercentileCounter counter;
+  for (const float value : luminance) counter.add(value);
+  const double level = threshold * counter.percentile(0.995);
+  Mask mask(photographs[0].width, photographs[0].height);
+  for (size_t i = 0; i < luminance.size(); ++i) mask.inside[i] = static_cast<double>(luminance[i]) > level;
+
+  const std::vector<Group> parts = groupsOf(mask, 1, true);
+  size_t largest = 0;
+  for (const Group& part : parts) largest = std::max(largest, part.pixels.size());
+  const auto isSmall = [&](const Group& group) {
+    return static_cast<double>(group.pixels.size()) < kSmall * static_cast<double>(largest);
+  };
+  for (const Group& part : parts)
+    if (isSmall(part))
+      for (const size_t i : part.pixels) mask.inside[i] = 0;
+  for (const Group& hole : groupsOf(mask, 0, false))
+    if (!hole.touchesBorder && isSmall(hole))
+      for (const size_t i : hole.pixels) mask.inside[i] = 1;
+  return mask;
+}
+
+} // namespace surflect

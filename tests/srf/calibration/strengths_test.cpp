@@ -1,0 +1,185 @@
+#include "srf/calibration/strengths.h"
+
+#include "tests/srf/image/files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace surflect {
+namespace {
+
+using Towards = Direction3<AcquisitionSpace, double>;
+
+// A bumpy Lambert relief in a square picture, photographed under lights of known strengths.
+struct Relief {
+  int size = 96, lights = 14;
+  double noise = 0.002;     // standard deviation, in units of a typical pixel
+  double shadows = 0.08;    // share of samples that a neighbour shadows
+  double highlights = 0.05; // share of samples with a highlight
+  double clip = 1e9;        // largest sample
+  unsigned seed = 1;
+
+  std::vector<Towards> towards = {};
+  std::vector<Rgb> strengths = {};
+  std::vector<Image> photographs = {};
+  Mask object = {};
+
+  void photograph() {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform;
+    std::normal_distribution<double> normal;
+    for (int l = 0; l < lights; ++l) {
+      const double azimuth = 2.4 * l, tilt = 0.15 + 0.5 * uniform(random);
+      towards.emplace_back(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth),
+                           std::cos(tilt));
+      const auto strength = [&] { return static_cast<float>(0.4 + 1.4 * uniform(random)); };
+      strengths.push_back({strength(), strength(), strength()});
+      photographs.emplace_back(size, size, 3);
+    }
+    object = Mask(size, size);
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) {
+        const double u = (x + 0.5) / size, v = (y + 0.5) / size;
+        if (std::hypot(u - 0.5, v - 0.5) > 0.48) continue;
+        object.inside[static_cast<size_t>(y * size + x)] = 1;
+        // Slopes of a ball with ripples.
+        const Vec3<double> n = Vec3<double>(2.2 * (u - 0.5) + 0.3 * std::sin(20 * u + 5 * v),
+                                            2.2 * (v - 0.5) + 0.3 * std::cos(17 * v - 9 * u), 1)
+                                   .normalized();
+        const Vec3<double> albedo(0.4 + 0.6 * uniform(random), 0.5 + 0.3 * std::sin(9 * u), 0.3 + 0.5 * v);
+        for (size_t l = 0; l < towards.size(); ++l) {
+          const double lit = uniform(random) < shadows ? 0.1 * uniform(random) : 1,
+                       shine = uniform(random) < highlights ? 0.2 + uniform(random) : 0;
+          const double cosine = std::max(0., n.dot(towards[l].raw()));
+          const Rgb s = strengths[l];
+          const double channel[3] = {s.r, s.g, s.b};
+          for (int c = 0; c < 3; ++c)
+            photographs[l].at(x, y)[static_cast<size_t>(c)] = static_cast<float>(
+                std::min(clip, channel[c] * (albedo[c] * cosine * lit + shine) + noise * normal(random)));
+        }
+      }
+  }
+};
+
+std::vector<Rgb> meanOne(std::vector<Rgb> strengths) {
+  Rgb sum;
+  for (const Rgb s : strengths) sum = sum + s;
+  const auto count = static_cast<float>(strengths.size());
+  for (Rgb& s : strengths) s = s * Rgb{count / sum.r, count / sum.g, count / sum.b};
+  return strengths;
+}
+
+double largestDifference(std::span<const Rgb> a, std::span<const Rgb> b) {
+  double largest = 0;
+  for (size_t l = 0; l < a.size(); ++l)
+    for (const float d : {a[l].r - b[l].r, a[l].g - b[l].g, a[l].b - b[l].b})
+      largest = std::max(largest, static_cast<double>(std::abs(d)));
+  return largest;
+}
+
+TEST(LightStrengths, AreFoundExactlyWithoutNoise) {
+  Relief relief{.noise = 0, .shadows = 0, .highlights = 0};
+  relief.photograph();
+  EXPECT_LT(largestDifference(lightStrengths(relief.photographs, relief.object, relief.towards),
+                              meanOne(relief.strengths)),
+            1e-6);
+}
+
+TEST(LightStrengths, AreFoundThroughNoiseShadowsAndHighlights) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    Relief relief{.seed = seed};
+    relief.photograph();
+    EXPECT_LT(largestDifference(lightStrengths(relief.photographs, relief.object, relief.towards),
+                                meanOne(relief.strengths)),
+              1e-3);
+  }
+}
+
+TEST(LightStrengths, ClippedSamplesAreLeftOut) {
+  Relief relief{.shadows = 0, .highlights = 0.05, .clip = 0.9};
+  relief.photograph();
+  EXPECT_LT(largestDifference(lightStrengths(relief.photographs, relief.object, relief.towards),
+                              meanOne(relief.strengths)),
+            2e-3);
+}
+
+TEST(LightStrengths, DoNotDependOnScale) {
+  Relief relief;
+  relief.photograph();
+  const auto strengths = lightStrengths(relief.photographs, relief.object, relief.towards);
+  for (Image& image : relief.photographs)
+    for (float& value : image.values) value *= 1024; // exact in floating point
+  EXPECT_LT(largestDifference(lightStrengths(relief.photographs, relief.object, relief.towards), strengths),
+            1e-7);
+}
+
+TEST(LightStrengths, FollowTheOrderOfTheLights) {
+  Relief relief;
+  relief.photograph();
+  const auto strengths = lightStrengths(relief.photographs, relief.object, relief.towards);
+  std::vector<size_t> order(relief.towards.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::shuffle(order.begin(), order.end(), std::mt19937(7));
+  std::vector<Image> photographs = {};
+  std::vector<Towards> towards = {};
+  std::vector<Rgb> expected;
+  for (const size_t l : order) {
+    photographs.push_back(relief.photographs[l]);
+    towards.push_back(relief.towards[l]);
+    expected.push_back(strengths[l]);
+  }
+  EXPECT_LT(largestDifference(lightStrengths(photographs, relief.object, towards), expected), 1e-4);
+}
+
+TEST(LightStrengths, OfGrayPhotographsAreGray) {
+  Relief relief;
+  relief.photograph();
+  std::vector<Image> gray;
+  for (const Image& image : relief.photographs) {
+    Image& one = gray.emplace_back(image.width, image.height, 1);
+    for (size_t i = 0; i < one.values.size(); ++i) one.values[i] = image.values[3 * i + 1];
+  }
+  const auto fromRgb = lightStrengths(relief.photographs, relief.object, relief.towards);
+  const auto fromGray = lightStrengths(gray, relief.object, relief.towards);
+  for (size_t l = 0; l < gray.size(); ++l) {
+    EXPECT_EQ(fromGray[l].r, fromRgb[l].g);
+    EXPECT_EQ(fromGray[l], (Rgb{fromGray[l].r, fromGray[l].r, fromGray[l].r}));
+  }
+}
+
+TEST(LightStrengths, WhatCannotBeToldIsRefused) {
+  Relief few{.lights = 3};
+  few.photograph();
+  EXPECT_NE(errorOf([&] { lightStrengths(few.photographs, few.object, few.towards); }).find("four lights"),
+            std::string::npos);
+
+  Relief relief;
+  relief.photograph();
+  auto plane = relief.towards; // all but the last
+  for (size_t l = 0; l + 1 < plane.size(); ++l)
+    plane[l] = Towards(std::sin(0.1 * double(l) - 0.7), 0, std::cos(0.1 * double(l) - 0.7));
+  EXPECT_NE(errorOf([&] { lightStrengths(relief.photographs, relief.object, plane); }).find("in a plane"),
+            std::string::npos);
+
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(0, 0.01f);
+  std::vector<Image> flat;
+  for (size_t l = 0; l < relief.towards.size(); ++l)
+    for (float& value : flat.emplace_back(relief.photographs[l]).values)
+      value = static_cast<float>(relief.towards[l].z()) + noise(random);
+  EXPECT_NE(errorOf([&] { lightStrengths(flat, relief.object, relief.towards); }).find("flat"),
+            std::string::npos);
+
+  const Mask nothing(relief.size, relief.size);
+  EXPECT_NE(errorOf([&] { lightStrengths(relief.photographs, nothing, relief.towards); }).find("found 0"),
+            std::string::npos);
+  const Mask other(relief.size, relief.size + 1);
+  EXPECT_NE(errorOf([&] {
+              lightStrengths(relief.photographs, other, relief.towards);
+            }).find("photograph 0: found 96 x 96, expected 96 x 97"),
+            std::string::npos);
+}
+
+} // namespace
+} // namespace surflect
