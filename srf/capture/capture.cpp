@@ -15,6 +15,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace surflect {
@@ -131,6 +132,31 @@ Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Cho
     expected += (expected.empty() ? "" : " or ") + std::string(name);
   }
   throw Error::mismatch(expected, shown(value));
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Response curves.
+
+std::array<float, Response::codes> readCurve(const Json& value) {
+  const std::string expected = std::to_string(Response::codes) + " exposures";
+  if (!value.is_array() || value.size() != Response::codes) throw Error::mismatch(expected, shown(value));
+  std::array<float, Response::codes> curve;
+  float last = 0;
+  for (size_t z = 0; z < curve.size(); ++z)
+    within(element("", z), [&] {
+      curve[z] = static_cast<float>(number(value[z]));
+      if (!(curve[z] >= last) || !std::isfinite(curve[z]))
+        throw Error::mismatch("a number not below the one before it", shown(value[z]));
+      last = curve[z];
+    });
+  if (!(last > 0)) throw Error::mismatch("an exposure above 0 at the end", "0");
+  return curve;
+}
+
+Response readResponse(const Json& value) {
+  const Json& curves = objectOf(value);
+  return {
+      {required(curves, "r", readCurve), required(curves, "g", readCurve), required(curves, "b", readCurve)}};
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -355,6 +381,9 @@ public:
     capture_.colorSpace = optional(root, "color_space", [](const Json& value) {
       return oneOf<ColorSpace>(value, {{"linear", ColorSpace::linear}, {"srgb", ColorSpace::srgb}});
     });
+    capture_.response = optional(root, "response", readResponse);
+    if (capture_.colorSpace && capture_.response)
+      throw Error::mismatch("either color_space or response", "both").at("response");
     capture_.geometry = optional(root, "geometry", [this](const Json& v) { return fileAt(v); }).value_or("");
     if (const auto lights = root.find("lights"); lights != root.end())
       within("lights", [&] { listOf(*lights); });
@@ -418,8 +447,35 @@ private:
     }
     frame.view = viewOf(optional(json, "camera", text), lensOf(lens),
                         required(json, "transform_matrix", readPose), frame.picture);
-    checkAgainstOthers(frame, index);
-    capture_.frames.push_back(std::move(frame));
+    checkAgainstOthers(frame);
+    if (Frame* bracket = bracketFor(frame)) {
+      if (bracket->mask != frame.mask)
+        throw Error::mismatch("that of the other exposures, " + shownPath(bracket->mask),
+                              shownPath(frame.mask))
+            .at("mask_path");
+      bracket->further.push_back(
+          {std::move(frame.picture), std::move(frame.layer), std::move(frame.alphaLayer), frame.exposure});
+    } else {
+      capture_.frames.push_back(std::move(frame));
+    }
+  }
+
+  static std::string shownPath(const fs::path& path) { return path.empty() ? "none" : path.string(); }
+
+  // The frame of the same view, light and split, if it has no picture of this exposure yet. Of test frames
+  // there may be several, which follow one another.
+  Frame* bracketFor(const Frame& frame) {
+    const size_t next = capture_.frames.size();
+    const auto [last, isNew] = brackets_.try_emplace({frame.view, frame.light, frame.split}, next);
+    if (isNew) return nullptr;
+    Frame& bracket = capture_.frames[last->second];
+    const auto isTaken = [&](const Exposure& e) { return e.exposure == frame.exposure; };
+    if (bracket.exposure != frame.exposure && std::ranges::none_of(bracket.further, isTaken)) return &bracket;
+    if (frame.split == Split::train)
+      throw Error("photographs the same view and light for training as " + bracket.picture.string() +
+                  ", with the same exposure");
+    last->second = next;
+    return nullptr;
   }
 
   // Frames without a camera's name share a view where pose and lens agree.
@@ -435,22 +491,17 @@ private:
     return capture_.views.size() - 1;
   }
 
-  void checkAgainstOthers(const Frame& frame, size_t index) {
+  void checkAgainstOthers(const Frame& frame) const {
     if (!capture_.frames.empty() && capture_.frames[0].light.has_value() != frame.light.has_value())
       throw Error::mismatch(frame.light ? "none, as in frames[0]" : "one, as in frames[0]",
                             frame.light ? "a light" : "no light")
           .at("light");
-    if (frame.split != Split::train) return;
-    const auto [first, isNew] = firstTrained_.try_emplace(std::pair(frame.view, frame.light), index);
-    if (!isNew)
-      throw Error("photographs the same view and light for training as frames[" +
-                  std::to_string(first->second) + "]; an exposure bracket must be merged first");
   }
 
   Capture capture_;
   std::vector<bool> named_; // per view
   std::map<fs::path, PictureSize> sizes_;
-  std::map<std::pair<size_t, std::optional<size_t>>, size_t> firstTrained_; // (view, light) to frame
+  std::map<std::tuple<size_t, std::optional<size_t>, Split>, size_t> brackets_; // to the last such frame
 };
 
 Json parse(const std::string& content) {
@@ -467,6 +518,12 @@ Json parse(const std::string& content) {
 }
 
 } // namespace
+
+std::vector<Exposure> bracketOf(const Frame& frame) {
+  std::vector<Exposure> bracket{{frame.picture, frame.layer, frame.alphaLayer, frame.exposure}};
+  bracket.insert(bracket.end(), frame.further.begin(), frame.further.end());
+  return bracket;
+}
 
 Capture readCapture(const fs::path& folderOrJson) {
   const fs::path file = fs::is_directory(folderOrJson) ? folderOrJson / "transforms.json" : folderOrJson;

@@ -2,7 +2,8 @@
 //
 // On disk a folder with transforms.json, a superset of what nerfstudio and Blender's exporters write:
 //
-//   { "color_space": "linear" or "srgb", "geometry": "mesh.ply",
+//   { "color_space": "linear" or "srgb", or "response": { "r", "g", "b": 256 exposures }, "geometry":
+//   "mesh.ply",
 //     "w", "h", "fl_x", "fl_y", "cx", "cy": pixels, "camera_angle_x": radians, "k1", "k2", "p1", "p2",
 //     "camera_model": "pinhole" or "orthographic" with "ortho_height", scene units,
 //     "lights": [{ "name", "cluster", "type": "directional", "direction", "irradiance": [r, g, b] },
@@ -16,6 +17,7 @@
 
 #include "srf/capture/camera.h"
 #include "srf/capture/rig.h"
+#include "srf/image/response.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -36,7 +38,17 @@ struct View {
   Camera<AcquisitionSpace> camera;
 };
 
-// One photograph. Paths are relative to the capture's folder.
+// One more picture of the same view and light, exposed for another time.
+struct Exposure {
+  std::filesystem::path picture = {};
+  std::string layer = {}, alphaLayer = {};
+  double exposure = 1; // seconds
+
+  friend bool operator==(const Exposure&, const Exposure&) = default;
+};
+
+// One photograph: a picture, or a bracket of pictures that differ in exposure. Paths are relative to the
+// capture's folder.
 struct Frame {
   size_t view = 0;                  // index into Capture::views
   std::optional<size_t> light = {}; // index into Capture::lights; none: fixed illumination
@@ -46,6 +58,7 @@ struct Frame {
   double exposure = 1;             // seconds; stored values are divided by it
   std::filesystem::path mask = {}; // empty: none
   Split split = Split::train;
+  std::vector<Exposure> further = {}; // the rest of the bracket; no two exposures of a bracket are equal
 
   friend bool operator==(const Frame&, const Frame&) = default;
 };
@@ -53,6 +66,7 @@ struct Frame {
 struct Capture {
   std::filesystem::path file;           // the JSON file
   std::optional<ColorSpace> colorSpace; // of the pictures; none: sRGB for 8 bits, linear for more
+  std::optional<Response> response;     // instead of colorSpace: all pictures have 8 bits of this camera
   std::filesystem::path geometry;       // a mesh, relative to the folder; empty: none
   std::vector<Light> lights;
   std::vector<View> views;
@@ -60,6 +74,9 @@ struct Capture {
 
   std::filesystem::path folder() const { return file.parent_path(); }
 };
+
+// The pictures of a frame in the order of the file: its own, and those further ones.
+std::vector<Exposure> bracketOf(const Frame& frame);
 
 // Reads a folder's transforms.json, or a JSON file of that form. Checks everything but pixels: that the files
 // named are there and inside the folder, lights known and unit, poses rigid. Pictures are opened only where

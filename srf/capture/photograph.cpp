@@ -1,5 +1,6 @@
 #include "srf/capture/photograph.h"
 
+#include "srf/image/bracket.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
@@ -39,16 +40,15 @@ Undeveloped split(const Picture& picture) {
 }
 
 // The layers of one EXR, in one pass over it.
-std::vector<Undeveloped> readLayers(const std::filesystem::path& path,
-                                    const std::vector<const Frame*>& frames) {
+std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std::vector<Exposure>& shots) {
   const ExrFile file(path);
-  std::vector<ChannelSet> sets; // colour, and where there is one alpha, per frame
+  std::vector<ChannelSet> sets; // colour, and where there is one alpha, per shot
   std::vector<bool> hasAlpha;
-  for (const Frame* frame : frames) {
-    sets.push_back(colorChannels(file, frame->layer));
-    const auto alpha = alphaChannel(file, frame->alphaLayer.empty() ? frame->layer : frame->alphaLayer);
-    if (!alpha && !frame->alphaLayer.empty())
-      throw Error::mismatch("a channel A", "none").at("layer " + frame->alphaLayer).in(path);
+  for (const Exposure& shot : shots) {
+    sets.push_back(colorChannels(file, shot.layer));
+    const auto alpha = alphaChannel(file, shot.alphaLayer.empty() ? shot.layer : shot.alphaLayer);
+    if (!alpha && !shot.alphaLayer.empty())
+      throw Error::mismatch("a channel A", "none").at("layer " + shot.alphaLayer).in(path);
     hasAlpha.push_back(alpha.has_value());
     if (alpha) sets.push_back({*alpha});
   }
@@ -62,14 +62,13 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path,
   return layers;
 }
 
-// One picture for each of the frames that use the file.
-std::vector<Undeveloped> readShared(const std::filesystem::path& path,
-                                    const std::vector<const Frame*>& frames) {
-  if (formatOf(path) == PictureFormat::exr) return readLayers(path, frames);
-  for (const Frame* frame : frames)
-    if (!frame->layer.empty() || !frame->alphaLayer.empty())
-      throw Error("only .exr files have layers").at("layer " + frame->layer + frame->alphaLayer).in(path);
-  return std::vector<Undeveloped>(frames.size(), split(readPicture(path)));
+// One picture for each of the shots that use the file.
+std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots) {
+  if (formatOf(path) == PictureFormat::exr) return readLayers(path, shots);
+  for (const Exposure& shot : shots)
+    if (!shot.layer.empty() || !shot.alphaLayer.empty())
+      throw Error("only .exr files have layers").at("layer " + shot.layer + shot.alphaLayer).in(path);
+  return std::vector<Undeveloped>(shots.size(), split(readPicture(path)));
 }
 
 void checkSize(const Image& image, const Lens& lens, const std::filesystem::path& path) {
@@ -99,23 +98,70 @@ bool storesSrgb(const std::optional<ColorSpace>& stated, int bits) {
   return stated ? *stated == ColorSpace::srgb : bits == 8;
 }
 
-Photograph develop(const Undeveloped& picture, const Image* coverage, bool srgb, double exposure) {
-  const int width = picture.color.width, height = picture.color.height;
+// What stored values stand for, of the pictures of a capture.
+class Encoding {
+public:
+  explicit Encoding(const Capture& capture) : capture_(capture) {}
+
+  void check(const Undeveloped& picture, const std::filesystem::path& path) const {
+    if (capture_.response && picture.bits != 8)
+      throw Error::mismatch("8 bits, as the capture has a response curve",
+                            picture.bits ? std::to_string(picture.bits) + " bits" : "floating point")
+          .in(path);
+  }
+  float linear(float stored, size_t channel, int bits) const {
+    if (capture_.response) return (*capture_.response)(channel, stored);
+    return storesSrgb(capture_.colorSpace, bits) ? linearFromSrgb(stored) : stored;
+  }
+
+private:
+  const Capture& capture_;
+};
+
+// A colour as stored, not multiplied by alpha; of alpha above 0.
+float straight(const Undeveloped& picture, size_t pixel, size_t channel) {
+  const auto channels = static_cast<size_t>(picture.color.channels);
+  const float stored = picture.color.values[pixel * channels + (channels == 3 ? channel : 0)];
+  return picture.alphaPremultiplied && picture.alpha ? stored / picture.alpha->values[pixel] : stored;
+}
+
+// Where the camera clips, or above all there is: the largest colour of object pixels in a bracket.
+float largestColor(std::span<const Undeveloped> bracket) {
+  float largest = 0;
+  for (const Undeveloped& picture : bracket)
+    for (size_t i = 0; i < picture.color.values.size(); ++i) {
+      const auto channels = static_cast<size_t>(picture.color.channels);
+      if (picture.alpha && !(picture.alpha->values[i / channels] > 0.5f)) continue;
+      if (const float value = straight(picture, i / channels, i % channels); std::isfinite(value))
+        largest = std::max(largest, value);
+    }
+  return largest;
+}
+
+// The bracket: pictures of one size, and their exposures.
+Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposure> shots,
+                   const Image* coverage, const Encoding& encoding) {
+  const Undeveloped& first = bracket[0];
+  const int width = first.color.width, height = first.color.height;
   Photograph photograph{Image(width, height, 3), Image(width, height, 1)};
-  photograph.hasMatte = picture.alpha || coverage;
-  const size_t colors = static_cast<size_t>(picture.color.channels);
-  const float perSecond = static_cast<float>(1 / exposure);
+  photograph.hasMatte = first.alpha || coverage;
+  const float zMax = bracket.size() > 1 ? largestColor(bracket) : 0;
+  std::vector<ExposureSample> samples(bracket.size());
 
   for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
-    const float pictureAlpha = picture.alpha ? picture.alpha->values[i] : 1;
+    const float pictureAlpha = first.alpha ? first.alpha->values[i] : 1;
     const float alpha = unit(pictureAlpha) * (coverage ? unit(coverage->values[i]) : 1);
     photograph.alpha.values[i] = alpha;
     bool valid = std::isfinite(pictureAlpha);
     float* radiance = photograph.radiance.values.data() + 3 * i;
     for (size_t c = 0; c < 3 && alpha > 0; ++c) {
-      const float stored = picture.color.values[i * colors + (colors == 3 ? c : 0)];
-      const float straight = picture.alphaPremultiplied ? stored / pictureAlpha : stored;
-      radiance[c] = (srgb ? linearFromSrgb(straight) : straight) * perSecond;
+      for (size_t k = 0; k < bracket.size(); ++k) {
+        const float z = straight(bracket[k], i, c);
+        samples[k] = {std::isfinite(z) ? z : NAN, encoding.linear(z, c, bracket[k].bits),
+                      static_cast<float>(shots[k].exposure)};
+      }
+      radiance[c] = bracket.size() > 1 ? mergedRadiance(samples, zMax)
+                                       : samples[0].exposure * static_cast<float>(1 / shots[0].exposure);
       valid = valid && std::isfinite(radiance[c]);
     }
     if (valid) continue;
@@ -128,32 +174,50 @@ Photograph develop(const Undeveloped& picture, const Image* coverage, bool srgb,
 } // namespace
 
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames) {
-  std::map<std::filesystem::path, std::vector<size_t>> users; // positions in `frames`
+  struct Place {
+    size_t frame, shot; // positions in `frames`, and in its bracket
+  };
+  std::map<std::filesystem::path, std::vector<Place>> users;
+  std::vector<std::vector<Exposure>> shots(frames.size());
   for (size_t i = 0; i < frames.size(); ++i) {
     assert(frames[i] < capture.frames.size());
-    users[capture.frames[frames[i]].picture].push_back(i);
+    shots[i] = bracketOf(capture.frames[frames[i]]);
+    for (size_t k = 0; k < shots[i].size(); ++k) users[shots[i][k].picture].push_back({i, k});
   }
+  const Encoding encoding(capture);
   std::map<std::filesystem::path, Image> masks;
+  std::vector<std::vector<Undeveloped>> brackets(frames.size());
+  std::vector<size_t> missing(frames.size()); // shots that have not been read
+  for (size_t i = 0; i < frames.size(); ++i) {
+    brackets[i].resize(shots[i].size());
+    missing[i] = shots[i].size();
+  }
   std::vector<Photograph> photographs(frames.size());
-  for (const auto& [name, positions] : users) {
-    std::vector<const Frame*> sharing;
-    for (const size_t i : positions) sharing.push_back(&capture.frames[frames[i]]);
+
+  const auto developWhenComplete = [&](size_t i) {
+    if (--missing[i] > 0) return;
+    const Frame& frame = capture.frames[frames[i]];
+    const Image* coverage = nullptr;
+    if (!frame.mask.empty()) {
+      const auto [mask, isNew] = masks.try_emplace(frame.mask);
+      if (isNew) mask->second = coverageOf(readPicture(capture.folder() / frame.mask));
+      checkSize(mask->second, capture.views[frame.view].camera.lens, capture.folder() / frame.mask);
+      coverage = &mask->second;
+    }
+    photographs[i] = develop(brackets[i], shots[i], coverage, encoding);
+    brackets[i].clear(); // its memory is not needed any more
+  };
+  for (const auto& [name, places] : users) {
+    std::vector<Exposure> sharing;
+    for (const auto [i, k] : places) sharing.push_back(shots[i][k]);
     const std::filesystem::path path = capture.folder() / name;
     std::vector<Undeveloped> pictures = readShared(path, sharing);
-    for (size_t k = 0; k < sharing.size(); ++k) {
-      const Frame& frame = *sharing[k];
-      const Lens& lens = capture.views[frame.view].camera.lens;
-      checkSize(pictures[k].color, lens, path);
-      const Image* coverage = nullptr;
-      if (!frame.mask.empty()) {
-        const auto [mask, isNew] = masks.try_emplace(frame.mask);
-        if (isNew) mask->second = coverageOf(readPicture(capture.folder() / frame.mask));
-        checkSize(mask->second, lens, capture.folder() / frame.mask);
-        coverage = &mask->second;
-      }
-      photographs[positions[k]] =
-          develop(pictures[k], coverage, storesSrgb(capture.colorSpace, pictures[k].bits), frame.exposure);
-      pictures[k] = {}; // its memory is not needed any more
+    for (size_t p = 0; p < places.size(); ++p) {
+      const auto [i, k] = places[p];
+      checkSize(pictures[p].color, capture.views[capture.frames[frames[i]].view].camera.lens, path);
+      encoding.check(pictures[p], path);
+      brackets[i][k] = std::move(pictures[p]);
+      developWhenComplete(i);
     }
   }
   return photographs;

@@ -12,16 +12,17 @@ namespace surflect {
 
 // Both images have the size of the view's lens.
 struct Photograph {
-  Image radiance; // 3 channels, in the photograph's own scale: linear, divided by alpha and exposure. Noise
-                  // below zero is kept. Black where alpha is 0.
-  Image alpha;    // 1 channel, 0..1: the picture's alpha times the mask; 1 without either
+  Image radiance; // 3 channels, in the photograph's own scale: linear, divided by alpha and exposure, a
+                  // bracket merged. Noise below zero is kept. Black where alpha is 0.
+  Image alpha;    // 1 channel, 0..1: the picture's alpha (the first's of a bracket) times the mask; 1 without
   bool hasMatte = false;    // the picture has alpha, or a mask
   size_t invalidTexels = 0; // were NaN or infinite, are black now
 };
 
 // The photographs of the given frames (indices into capture.frames), in that order. Each file is opened and
 // decompressed once: ask for all frames of one view, whose lights often share a file, and not for more than
-// memory holds (16 bytes a pixel and frame, twice that while reading). Throws Error naming the picture.
+// memory holds (16 bytes a pixel and frame; while reading as much again for each picture). Throws Error
+// naming the picture.
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames);
 
 } // namespace surflect

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 
 namespace surflect {
 
@@ -56,16 +57,16 @@ Json lightJson(const Light& light) {
   return json;
 }
 
-Json frameJson(const Capture& capture, const Frame& frame, bool withLens) {
+Json frameJson(const Capture& capture, const Frame& frame, const Exposure& shot, bool withLens) {
   const View& view = capture.views[frame.view];
-  Json json{{"file_path", frame.picture.generic_string()}};
-  if (!frame.layer.empty()) json["layer"] = frame.layer;
-  if (!frame.alphaLayer.empty()) json["alpha_layer"] = frame.alphaLayer;
+  Json json{{"file_path", shot.picture.generic_string()}};
+  if (!shot.layer.empty()) json["layer"] = shot.layer;
+  if (!shot.alphaLayer.empty()) json["alpha_layer"] = shot.alphaLayer;
   json["camera"] = view.identity;
   if (frame.light) json["light"] = capture.lights[*frame.light].name;
   json["transform_matrix"] = poseJson(view.camera.cameraFromWorld);
   if (withLens) json.update(lensJson(view.camera.lens));
-  if (frame.exposure != 1) json["exposure"] = frame.exposure;
+  if (shot.exposure != 1) json["exposure"] = shot.exposure;
   if (!frame.mask.empty()) json["mask_path"] = frame.mask.generic_string();
   json["split"] = frame.split == Split::train ? "train" : "test";
   return json;
@@ -87,13 +88,19 @@ void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
                                    [&](const View& view) { return view.camera.lens == firstLens; });
   Json head = oneLens ? lensJson(firstLens) : Json::object();
   if (capture.colorSpace) head["color_space"] = *capture.colorSpace == ColorSpace::srgb ? "srgb" : "linear";
+  if (capture.response) {
+    const auto& [r, g, b] = capture.response->exposure;
+    head["response"] = {{"r", r}, {"g", g}, {"b", b}};
+  }
   if (!capture.geometry.empty()) head["geometry"] = capture.geometry.generic_string();
 
   std::string text = "{\n";
   for (const auto& [key, value] : head.items()) text += Json(key).dump() + ": " + value.dump() + ",\n";
   if (!capture.lights.empty()) text += "\"lights\": " + lines(capture.lights, lightJson) + ",\n";
-  const auto frameLine = [&](const Frame& frame) { return frameJson(capture, frame, !oneLens); };
-  text += "\"frames\": " + lines(capture.frames, frameLine) + "\n}\n";
+  std::vector<Json> shots;
+  for (const Frame& frame : capture.frames)
+    for (const Exposure& shot : bracketOf(frame)) shots.push_back(frameJson(capture, frame, shot, !oneLens));
+  text += "\"frames\": " + lines(shots, std::identity()) + "\n}\n";
   writeFileAtomically(folder / "transforms.json", text);
 }
 

@@ -244,15 +244,58 @@ TEST_F(CaptureFile, NamesOfLightsAreUnique) {
   EXPECT_EQ(error(json), "lights[1].name: a second light is called L00");
 }
 
-TEST_F(CaptureFile, ExposureBracketsMustBeMergedFirst) {
+TEST_F(CaptureFile, FramesThatDifferInExposureAloneAreOneBracket) {
+  Json json = full();
+  for (const auto& [exposure, layer] : {std::pair(4., "long"), std::pair(0.125, "short")}) {
+    json["frames"].push_back(json["frames"][0]);
+    json["frames"].back().update({{"exposure", exposure}, {"layer", layer}});
+  }
+  const Capture capture = read(json);
+  ASSERT_EQ(capture.frames.size(), 2u);
+  EXPECT_EQ(bracketOf(capture.frames[0]), (std::vector<Exposure>{{"images/a.png", "", "", 0.5},
+                                                                 {"images/a.png", "long", "", 4},
+                                                                 {"images/a.png", "short", "", 0.125}}));
+  EXPECT_EQ(bracketOf(capture.frames[1]).size(), 1u);
+  json["frames"][3].erase("mask_path");
+  EXPECT_EQ(error(json), "frames[3].mask_path: found none, expected that of the other exposures, mask.png");
+}
+
+TEST_F(CaptureFile, OfOneExposureThereIsOneTrainingFrameButAnyNumberForTests) {
   Json json = full();
   json["frames"].push_back(json["frames"][0]);
-  json["frames"][2]["exposure"] = 4;
-  const std::string line = error(json);
-  EXPECT_TRUE(line.starts_with("frames[2]: ")) << line;
-  EXPECT_NE(line.find("frames[0]; an exposure bracket must be merged first"), std::string::npos) << line;
-  json["frames"][2]["split"] = "test";
-  EXPECT_EQ(read(json).frames.size(), 3u);
+  EXPECT_EQ(error(json), "frames[2]: photographs the same view and light for training as images/a.png, with "
+                         "the same exposure");
+  for (const double exposure : {0.5, 1., 0.5, 1.}) { // two brackets of two
+    json["frames"][2]["split"] = "test";
+    json["frames"][2]["exposure"] = exposure;
+    json["frames"].push_back(json["frames"][2]);
+  }
+  json["frames"].erase(2);
+  const Capture capture = read(json);
+  ASSERT_EQ(capture.frames.size(), 4u);
+  for (const size_t i : {2u, 3u}) EXPECT_EQ(bracketOf(capture.frames[i]).size(), 2u);
+}
+
+TEST_F(CaptureFile, AResponseCurveStandsInForAColorSpace) {
+  Json json = full(), curve = Json::array();
+  for (int z = 0; z < 256; ++z) curve.push_back(z * 0.5);
+  json["response"] = {{"r", curve}, {"g", curve}, {"b", curve}};
+  EXPECT_EQ(error(json), "response: found both, expected either color_space or response");
+  json.erase("color_space");
+  EXPECT_EQ(read(json).response->exposure[1][7], 3.5f);
+  Json wrong = json;
+  wrong["response"]["b"][9] = 3;
+  EXPECT_EQ(error(wrong), "response.b[9]: found 3, expected a number not below the one before it");
+  wrong = json;
+  wrong["response"]["g"].erase(255);
+  EXPECT_EQ(error(wrong), "response.g: found a list of 255, expected 256 exposures");
+  wrong = json;
+  for (Json& exposure : wrong["response"]["r"]) exposure = 0;
+  EXPECT_EQ(error(wrong), "response.r: found 0, expected an exposure above 0 at the end");
+  wrong["response"].erase("r");
+  EXPECT_EQ(error(wrong), "response.r: found nothing, expected 256 exposures");
+  wrong["response"] = 2;
+  EXPECT_EQ(error(wrong), "response: found 2, expected an object");
 }
 
 TEST_F(CaptureFile, LitAndUnlitFramesDoNotMix) {

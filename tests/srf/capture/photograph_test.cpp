@@ -71,6 +71,88 @@ TEST_F(PhotographFile, ExposureScalesRadianceDown) {
     EXPECT_EQ(photographs[0].radiance.values[i], 4 * photographs[1].radiance.values[i]);
 }
 
+TEST_F(PhotographFile, ABracketIsTheSceneWhereAnyExposureShowsIt) {
+  // A linear camera that clips at 1 takes a scene of four decades.
+  Image scene = randomImage(width, height, 3, -4, 4, 7);
+  for (float& value : scene.values) value = std::exp(value);
+  std::vector<Exposure> shots;
+  for (const double seconds : {1., 0.015625, 0.125, 8.}) {
+    Image picture = scene;
+    for (float& value : picture.values) value = std::min(1.f, value * static_cast<float>(seconds));
+    shots.push_back({"shot" + std::to_string(shots.size()) + ".exr", "", "", seconds});
+    writeExr(folder / shots.back().picture, picture, Precision::single);
+  }
+  add("shot0.exr").further.assign(shots.begin() + 1, shots.end());
+  add("shot1.exr").exposure = shots[1].exposure; // alone, beside its bracket
+  const auto photographs = readAll();
+  for (size_t i = 0; i < scene.values.size(); ++i) {
+    EXPECT_NEAR(photographs[0].radiance.values[i], scene.values[i], 1e-6f * scene.values[i]);
+    EXPECT_EQ(photographs[1].radiance.values[i], scene.values[i]); // by a power of two
+  }
+}
+
+TEST_F(PhotographFile, ABracketOfLayersOrOfMasksIsOneToo) {
+  const Image scene = randomImage(width, height, 3, 0.1f, 0.9f, 8);
+  Image half = scene;
+  for (float& value : half.values) value /= 2;
+  const RadianceLayer layers[] = {{"full", &scene}, {"half", &half}};
+  Image alpha = constant(1, {0.75f});
+  alpha.at(1, 1)[0] = 0;
+  writeViewPictures(folder / "a.exr", layers, &alpha, "matte", Precision::single);
+  Frame& frame = add("a.exr");
+  frame.layer = "full";
+  frame.alphaLayer = "matte";
+  frame.further = {{"a.exr", "half", "matte", 0.5}};
+  frame.mask = "m.png";
+  writePng(folder / "m.png", constant(1, {0.2f}));
+  const Photograph photograph = readAll()[0];
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const bool gone = x == 1 && y == 1;
+      EXPECT_NEAR(photograph.alpha.at(x, y)[0], gone ? 0 : 0.15f, 1e-7f);
+      for (size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(photograph.radiance.at(x, y)[c], gone ? 0 : scene.at(x, y)[c], 1e-6f);
+    }
+  EXPECT_EQ(photograph.invalidTexels, 0u);
+}
+
+TEST_F(PhotographFile, WhatOneExposureLacksAnotherHas) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Image a = constant(3, {0.5f, 0.5f, 0.5f}), b = a;
+  a.at(1, 1)[0] = nan;
+  a.at(2, 2)[1] = b.at(2, 2)[1] = nan;
+  writeExr(folder / "a.exr", a, Precision::single);
+  writeExr(folder / "b.exr", b, Precision::single);
+  add("a.exr").further = {{"b.exr", "", "", 2}};
+  const Photograph photograph = readAll()[0];
+  EXPECT_EQ(photograph.invalidTexels, 1u);
+  EXPECT_EQ(photograph.radiance.at(1, 1)[0], 0.25f);
+  EXPECT_EQ(photograph.radiance.at(2, 2)[0], 0);
+}
+
+TEST_F(PhotographFile, AResponseCurveSaysWhatCodesMean) {
+  capture.response.emplace();
+  for (size_t c = 0; c < 3; ++c)
+    for (size_t z = 0; z < Response::codes; ++z)
+      capture.response->exposure[c][z] = static_cast<float>((c + 1) * z * z);
+  Image codes(width, height, 3);
+  for (size_t i = 0; i < codes.values.size(); ++i) codes.values[i] = static_cast<float>(i % 256) / 255;
+  writePng(folder / "a.png", codes);
+  add("a.png").exposure = 2;
+  const Photograph photograph = readAll()[0];
+  for (size_t i = 0; i < codes.values.size(); ++i) {
+    const auto z = static_cast<float>(i % 256), expected = (static_cast<float>(i % 3) + 1) * z * z / 2;
+    EXPECT_NEAR(photograph.radiance.values[i], expected, 1e-4f * (1 + expected));
+  }
+  writePng(folder / "a.png", codes, 16);
+  EXPECT_NE(errorOf([&] { readAll(); }).find("a.png: found 16 bits, expected 8 bits, as the capture has a"),
+            std::string::npos);
+  writeExrPicture(codes);
+  capture.frames[0].picture = "a.exr";
+  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: found floating point, expected 8 bits"),
+            std::string::npos);
+}
+
 TEST_F(PhotographFile, EightBitsAreSrgbAndSixteenLinearUnlessStated) {
   const Image image = constant(3, {0.2f, 0.6f, 1});
   writePng(folder / "a.png", image, 8);

@@ -42,9 +42,11 @@ protected:
     for (int v = 0; v < 6; ++v) capture.views.push_back(view(v, oneLens));
     for (size_t v = 0; v < 6; ++v)
       for (size_t l = 0; l < 5; ++l)
-        capture.frames.push_back({v, l, "a.png", numbered("Layer_", static_cast<int>(l)),
-                                  l % 2 ? "Layer" : "", uniform(0.1, 9), v % 2 ? "mask.png" : "",
-                                  l == 4 ? Split::test : Split::train});
+        capture.frames.push_back(
+            {v, l, "a.png", numbered("Layer_", static_cast<int>(l)), l % 2 ? "Layer" : "", uniform(0.1, 9),
+             v % 2 ? "mask.png" : "", l == 4 ? Split::test : Split::train,
+             l == 3 ? std::vector<Exposure>{{"a.png", "", "", 0.01}, {"mask.png", "x", "y", 1}}
+                    : std::vector<Exposure>{}});
     return capture;
   }
 
@@ -55,11 +57,17 @@ protected:
 TEST_F(Writer, WhatIsWrittenIsReadBackEqual) {
   for (const char* name : {"a.png", "mask.png", "mesh.ply"}) writeBytes(folder / name, "");
   for (const bool oneLens : {true, false}) {
-    const Capture capture = anyCapture(oneLens);
+    Capture capture = anyCapture(oneLens);
+    if (!oneLens) {
+      capture.colorSpace.reset();
+      for (auto& curve : capture.response.emplace().exposure)
+        for (size_t z = 1; z < curve.size(); ++z) curve[z] = curve[z - 1] + 0.1f * positive();
+    }
     writeCapture(capture, folder.path());
     const Capture back = readCapture(folder.path());
     EXPECT_EQ(back.file, folder / "transforms.json");
     EXPECT_EQ(back.colorSpace, capture.colorSpace);
+    EXPECT_EQ(back.response, capture.response);
     EXPECT_EQ(back.geometry, capture.geometry);
     EXPECT_EQ(back.lights, capture.lights);
     EXPECT_EQ(back.frames, capture.frames);
@@ -90,13 +98,14 @@ TEST_F(Writer, FixedIlluminationStaysFixed) {
   EXPECT_TRUE(back.lights.empty() && back.geometry.empty());
 }
 
-TEST_F(Writer, EveryFrameHasItsOwnLine) {
+TEST_F(Writer, EveryPictureHasItsOwnLine) {
   const Capture capture = anyCapture(true);
   writeCapture(capture, folder.path());
   std::istringstream text(readFile(folder / "transforms.json"));
-  size_t frames = 0;
-  for (std::string line; std::getline(text, line);) frames += line.starts_with("  {\"file_path\":");
-  EXPECT_EQ(frames, capture.frames.size());
+  size_t lines = 0, pictures = 0;
+  for (std::string line; std::getline(text, line);) lines += line.starts_with("  {\"file_path\":");
+  for (const Frame& frame : capture.frames) pictures += bracketOf(frame).size();
+  EXPECT_EQ(lines, pictures);
 }
 
 } // namespace

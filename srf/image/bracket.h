@@ -1,0 +1,47 @@
+// Several exposures of one scene become one picture of more range than each.
+//
+// [Debevec 1997] P. Debevec, J. Malik: Recovering High Dynamic Range Radiance Maps from Photographs.
+//   z  stored value     w  weight     X  exposure, E dt     E  radiance     dt  seconds
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace surflect {
+
+// How far a stored value can be trusted: most in the middle of the range, not at all where it is black or
+// clipped.  [Debevec 1997, Eq. 4]
+inline float hatWeight(float z, float zMin, float zMax) {
+  return z <= (zMin + zMax) / 2 ? std::max(0.f, z - zMin) : std::max(0.f, zMax - z);
+}
+
+// One channel of one pixel in one exposure; NaN in z: the sample is not there.
+struct ExposureSample {
+  float z = 0;        // stored value; the range is 0..zMax
+  float exposure = 0; // linear: what z stands for
+  float seconds = 1;
+};
+
+// [Debevec 1997, Eq. 6], but for averaging E where the paper averages ln E: noise in linear pictures goes
+// below zero. Where no sample has weight: of samples that are not clipped the longest exposed one (black in
+// all is nearly black); where all are clipped the shortest. NaN without samples.
+inline float mergedRadiance(std::span<const ExposureSample> samples, float zMax) {
+  const auto radiance = [](const ExposureSample& s) { return s.exposure / s.seconds; };
+  float sum = 0, weights = 0;
+  const ExposureSample *longestOpen = nullptr, *shortest = nullptr;
+  for (const ExposureSample& s : samples) {
+    if (std::isnan(s.z)) continue;
+    const float w = hatWeight(s.z, 0, zMax);
+    sum += w * radiance(s);
+    weights += w;
+    if (s.z < zMax && (!longestOpen || s.seconds > longestOpen->seconds)) longestOpen = &s;
+    if (!shortest || s.seconds < shortest->seconds) shortest = &s;
+  }
+  if (weights > 0) return sum / weights;
+  if (!shortest) return std::numeric_limits<float>::quiet_NaN();
+  return radiance(longestOpen ? *longestOpen : *shortest);
+}
+
+} // namespace surflect

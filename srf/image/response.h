@@ -1,0 +1,29 @@
+// What a camera of 8 bits made of light: its response curve.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace surflect {
+
+// The exposure (radiance times seconds, in any one unit) that each code of 8 bits stands for, of each colour
+// channel: not negative, not falling, and above 0 for the last code.
+struct Response {
+  static constexpr size_t codes = 256;
+  std::array<std::array<float, codes>, 3> exposure{};
+
+  // Of an encoded value in 0..1; between codes, which masks and premultiplied alpha leave, it is linear.
+  float operator()(size_t channel, float encoded) const {
+    const std::array<float, codes>& curve = exposure[channel];
+    const float code = std::clamp(encoded, 0.f, 1.f) * (codes - 1); // NaN stays NaN
+    if (!(code >= 0)) return code;
+    const auto low = std::min(static_cast<size_t>(code), codes - 2);
+    const float share = code - static_cast<float>(low);
+    return (1 - share) * curve[low] + share * curve[low + 1];
+  }
+
+  friend bool operator==(const Response&, const Response&) = default;
+};
+
+} // namespace surflect
