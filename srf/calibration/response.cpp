@@ -1,0 +1,184 @@
+#include "srf/calibration/response.h"
+
+#include "srf/image/bracket.h"
+#include "srf/image/color.h"
+#include "srf/image/image_file.h"
+#include "surfel/error.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+constexpr int kCodes = static_cast<int>(Response::codes), kMiddle = 128;
+constexpr size_t kBrackets = 16;     // from which the response is recovered
+constexpr size_t kPixelsPerCode = 8; // of one picture
+// Enough to carry over codes that no pixel has; more would straighten the bend of dark codes.
+constexpr double kLambda = 0.01;
+
+double weight(int z) { return static_cast<double>(hatWeight(static_cast<float>(z), 0, kCodes - 1)); }
+
+} // namespace
+
+std::array<double, Response::codes> recoverLogResponse(std::span<const BracketPixel> pixels, double lambda) {
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(kCodes, kCodes);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(kCodes);
+
+  // ln E_i that is best for given g is a weighted mean, ln E = sum w^2 (g - ln dt) / sum w^2; put into the
+  // sum, it leaves one equation in g for each sample.
+  size_t telling = 0;
+  for (const BracketPixel& pixel : pixels) {
+    assert(pixel.codes.size() == pixel.logSeconds.size());
+    double weights = 0, meanLogSeconds = 0;
+    size_t weighted = 0;
+    for (size_t j = 0; j < pixel.codes.size(); ++j) {
+      const double w = weight(pixel.codes[j]), squared = w * w;
+      weights += squared;
+      meanLogSeconds += squared * pixel.logSeconds[j];
+      weighted += squared > 0;
+    }
+    if (weighted < 2) continue;
+    ++telling;
+    meanLogSeconds /= weights;
+    for (size_t j = 0; j < pixel.codes.size(); ++j) {
+      const int zj = pixel.codes[j];
+      const double wj = weight(zj) * weight(zj);
+      normal(zj, zj) += wj;
+      right[zj] += wj * (pixel.logSeconds[j] - meanLogSeconds);
+      for (const uint8_t zk : pixel.codes) normal(zj, zk) -= wj * weight(zk) * weight(zk) / weights;
+    }
+  }
+  if (telling == 0) throw Error::mismatch("pixels between black and clipped in two exposures", "none");
+  normal /= static_cast<double>(telling);
+  right /= static_cast<double>(telling);
+
+  for (int z = 1; z + 1 < kCodes; ++z) { // g'' = g(z-1) - 2 g(z) + g(z+1)
+    const Eigen::Vector3d second(1, -2, 1);
+    normal.block<3, 3>(z - 1, z - 1) += lambda * weight(z) * weight(z) * second * second.transpose();
+  }
+  normal(kMiddle, kMiddle) += normal.diagonal().maxCoeff(); // g(128) = 0, which no other equation opposes
+  const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+  const Eigen::VectorXd solution = solver.solve(right);
+  std::array<double, Response::codes> g;
+  for (int z = 0; z < kCodes; ++z) g[static_cast<size_t>(z)] = solution[z] - solution[kMiddle];
+  return g;
+}
+
+namespace {
+
+// The nearest sequence that does not fall: neighbours that do are pooled to their mean.
+std::vector<double> notFalling(std::span<const double> values) {
+  struct Pool {
+    double mean;
+    size_t count;
+  };
+  std::vector<Pool> pools;
+  for (const double value : values) {
+    pools.push_back({value, 1});
+    while (pools.size() > 1 && pools[pools.size() - 2].mean > pools.back().mean) {
+      const Pool last = pools.back();
+      pools.pop_back();
+      Pool& into = pools.back();
+      const auto a = static_cast<double>(into.count), b = static_cast<double>(last.count);
+      into = {(a * into.mean + b * last.mean) / (a + b), into.count + last.count};
+    }
+  }
+  std::vector<double> result;
+  for (const Pool& pool : pools) result.insert(result.end(), pool.count, pool.mean);
+  return result;
+}
+
+struct Bracket {
+  std::vector<Picture> pictures;
+  std::vector<double> logSeconds;
+
+  // A code of a pixel's channel; gray is all three.
+  uint8_t code(size_t shot, size_t pixel, size_t channel) const {
+    const Image& image = pictures[shot].image;
+    const auto channels = static_cast<size_t>(image.channels);
+    const float value = image.values[pixel * channels + (channels >= 3 ? channel : 0)];
+    return static_cast<uint8_t>(std::lround(std::clamp(value, 0.f, 1.f) * (kCodes - 1)));
+  }
+};
+
+Bracket readBracket(const Capture& capture, const Frame& frame) {
+  Bracket bracket;
+  for (const Exposure& shot : bracketOf(frame)) {
+    const auto path = capture.folder() / shot.picture;
+    const Picture& picture = bracket.pictures.emplace_back(readPicture(path));
+    if (picture.bits != 8)
+      throw Error::mismatch("8 bits, of which a response can be told",
+                            picture.isFloat() ? "floating point" : std::to_string(picture.bits) + " bits")
+          .in(path);
+    const Image &image = picture.image, &first = bracket.pictures[0].image;
+    if (image.width != first.width || image.height != first.height || image.channels != first.channels)
+      throw Error("not of the size and channels of " + frame.picture.string()).in(path);
+    bracket.logSeconds.push_back(std::log(shot.exposure));
+  }
+  return bracket;
+}
+
+// For each code that a picture has, some pixels that have it, evenly from all of them.
+std::vector<size_t> spreadPixels(const Bracket& bracket, size_t shot, size_t channel) {
+  std::array<std::vector<size_t>, Response::codes> having;
+  const Image& image = bracket.pictures[shot].image;
+  const size_t pixels = image.values.size() / static_cast<size_t>(image.channels);
+  for (size_t i = 0; i < pixels; ++i) having[bracket.code(shot, i, channel)].push_back(i);
+  std::vector<size_t> chosen;
+  for (size_t z = 1; z + 1 < having.size(); ++z)
+    for (size_t k = 0; k < std::min(kPixelsPerCode, having[z].size()); ++k)
+      chosen.push_back(having[z][k * having[z].size() / std::min(kPixelsPerCode, having[z].size())]);
+  return chosen;
+}
+
+} // namespace
+
+Response recoverResponse(const Capture& capture, const Progress& progress) {
+  std::vector<const Frame*> frames;
+  for (const Frame& frame : capture.frames)
+    if (!frame.further.empty()) frames.push_back(&frame);
+  if (frames.empty())
+    throw Error::mismatch("frames that differ in exposure alone", "none").at("frames").in(capture.file);
+
+  std::vector<Bracket> brackets; // logSeconds stays; pictures do not
+  std::array<std::vector<BracketPixel>, 3> pixels;
+  const size_t count = std::min(kBrackets, frames.size());
+  brackets.reserve(count);
+  for (size_t b = 0; b < count; ++b) {
+    progress("response", static_cast<double>(b) / static_cast<double>(count));
+    Bracket& bracket = brackets.emplace_back(readBracket(capture, *frames[b * frames.size() / count]));
+    for (size_t channel = 0; channel < 3; ++channel)
+      for (size_t shot = 0; shot < bracket.pictures.size(); ++shot)
+        for (const size_t i : spreadPixels(bracket, shot, channel)) {
+          BracketPixel& pixel = pixels[channel].emplace_back(BracketPixel{bracket.logSeconds, {}});
+          for (size_t k = 0; k < bracket.pictures.size(); ++k)
+            pixel.codes.push_back(bracket.code(k, i, channel));
+        }
+    bracket.pictures.clear();
+  }
+
+  Response response;
+  for (size_t channel = 0; channel < 3; ++channel) {
+    progress.checkpoint();
+    std::array<double, Response::codes> g;
+    try {
+      g = recoverLogResponse(pixels[channel], kLambda);
+    } catch (Error& e) {
+      throw std::move(e).in(capture.file);
+    }
+    const std::vector<double> rising = notFalling(g);
+    const auto middle = static_cast<double>(linearFromSrgb(kMiddle / 255.f));
+    for (size_t z = 0; z < Response::codes; ++z)
+      response.exposure[channel][z] = static_cast<float>(middle * std::exp(rising[z] - rising[kMiddle]));
+  }
+  return response;
+}
+
+} // namespace surflect
