@@ -41,6 +41,7 @@ Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frame
   Capture rig = capture;
   rig.geometry.clear();
   rig.colorSpace = ColorSpace::linear;
+  rig.response.reset();
   rig.frames.clear();
   for (size_t view = 0; view < frames.size(); ++view)
     for (const size_t i : frames[view]) {
@@ -142,7 +143,7 @@ double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> f
 std::string packIdentity(const Capture& capture, const StoreOptions& options, const TriangleMesh& mesh) {
   std::set<std::filesystem::path> pictures;
   for (const Frame& frame : capture.frames) {
-    pictures.insert(frame.picture);
+    for (const Exposure& shot : bracketOf(frame)) pictures.insert(shot.picture);
     if (!frame.mask.empty()) pictures.insert(frame.mask);
   }
   std::string description = readFile(capture.file);

@@ -19,6 +19,7 @@ BELOW = {
     "srf/query": ["surfel", "srf/image", "srf/capture"],
     "srf/relief": ["surfel", "srf/image", "srf/capture"],
     "srf/model": ["surfel", "srf/image", "srf/capture", "srf/store", "srf/query", "srf/relief"],
+    "srf/checks": ["surfel", "srf/image", "srf/capture", "srf/query"],
     "warp": ["surfel"],
     "render": ["surfel", "srf/image", "srf/capture", "srf/store", "srf/query", "srf/relief", "srf/model", "warp"],
     "apps": ["surfel", "srf", "warp", "render"],

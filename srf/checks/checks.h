@@ -1,0 +1,49 @@
+// What about a capture and its mesh cannot be right: the mistakes that captures come with, told from numbers
+// and photographs. Each check looks for one kind and finds nothing in a capture that is as it should be.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "srf/query/ray_caster.h"
+#include "surfel/mesh.h"
+#include "surfel/progress.h"
+
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+struct Finding {
+  enum class Severity {
+    warning, // some photographs will serve badly
+    error    // the capture as a whole is not what it says
+  };
+  Severity severity;
+  std::string text; // one sentence, without a full stop; names the worst cameras or lights
+};
+
+// Cameras that have none of the mesh in their picture.
+std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& mesh);
+
+// Units that differ: cameras inside the mesh's box, or the mesh a speck in all pictures; point lights inside
+// the box, or a thousand times as far away as the mesh is large.
+std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh);
+
+// Views whose masks and silhouettes of the mesh differ by more than a rim: pixels at least two steps inside
+// of one and outside of the other, at no more than 512 pixels a side, more than 2 % of the silhouette. Views
+// without alpha or mask are passed over. Reads one photograph a view; progress names the stage "masks".
+std::vector<Finding> checkMasks(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
+                                const Progress& progress);
+
+// Whether photographs are brighter where the mesh faces the light, by the correlation over pixels between
+// max(0, n . l) and luminance, each relative to its mean over the lights of the pixel. Three kinds of
+// findings: all directions become much better by negated or exchanged axes; photographs of one light look lit
+// by another; photographs of a light do not follow its direction. Lights that leave the visible side dark
+// tell nothing, and so does fixed illumination. Also finds faces that point inwards. Reads the photographs of
+// up to six views, and one of every light that these do not have; progress names the stage "lights".
+std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
+                                 const RayCaster<AcquisitionSpace>& caster, const Progress& progress);
+
+// All of the above; where cameras or units are wrong altogether, these alone.
+std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh, const Progress& progress);
+
+} // namespace surflect

@@ -1,0 +1,225 @@
+#include "srf/checks/checks.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/checks/names.h"
+#include "srf/image/mask.h"
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace surflect {
+
+namespace {
+
+using WorldPoint = Point3<AcquisitionSpace, double>;
+using Severity = Finding::Severity;
+
+constexpr size_t kVertices = 5000;   // of the mesh, evenly chosen, that stand for it
+constexpr double kSpeck = 0.01;      // of the picture's larger side
+constexpr double kFarLight = 1000;   // times the mesh's size
+constexpr int kSide = 512, kRim = 2; // pixels
+constexpr double kMaskShare = 0.02;
+
+struct Extent {
+  Eigen::AlignedBox3d box;
+  double size() const { return box.diagonal().norm(); }
+  WorldPoint center() const { return assume<WorldPoint>(box.center()); }
+};
+
+Extent extentOf(const TriangleMesh& mesh) {
+  Extent extent;
+  for (const auto& p : mesh.positions) extent.box.extend(p.cast<double>().raw());
+  return extent;
+}
+
+std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
+  std::vector<WorldPoint> vertices;
+  const size_t count = std::min(kVertices, mesh.positions.size());
+  for (size_t i = 0; i < count; ++i)
+    vertices.push_back(mesh.positions[i * mesh.positions.size() / count].cast<double>());
+  return vertices;
+}
+
+double degreesAside(const Camera<AcquisitionSpace>& camera, const WorldPoint& point) {
+  const Vec3<double> seen = camera.cameraFromWorld(point).raw();
+  return std::acos(std::clamp(-seen[2] / seen.norm(), -1., 1.)) * 180 / std::numbers::pi;
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+// The larger side of what vertices cover, over the picture's; empty where none is in front.
+std::optional<double> shareOfPicture(const Camera<AcquisitionSpace>& camera,
+                                     const std::vector<WorldPoint>& vertices) {
+  Eigen::AlignedBox2d box;
+  for (const WorldPoint& vertex : vertices)
+    if (const auto pixel = camera.project(vertex)) box.extend(Eigen::Vector2d(pixel->x, pixel->y));
+  if (box.isEmpty()) return std::nullopt;
+  return box.sizes().maxCoeff() / std::max(camera.lens.width, camera.lens.height);
+}
+
+} // namespace
+
+std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& mesh) {
+  const std::vector<WorldPoint> vertices = someVertices(mesh);
+  const WorldPoint center = extentOf(mesh).center();
+  std::vector<Offender> blind;
+  for (const View& view : capture.views) {
+    const auto seen = [&](const WorldPoint& vertex) {
+      const auto pixel = view.camera.project(vertex);
+      return pixel && contains(view.camera.lens, *pixel);
+    };
+    if (std::ranges::any_of(vertices, seen)) continue;
+    const double aside = degreesAside(view.camera, center);
+    blind.push_back({aside, fmt::format("{} ({:.0f} degrees)", view.identity, aside)});
+  }
+  if (blind.empty()) return {};
+  const bool most = 2 * blind.size() > capture.views.size();
+  return {
+      {most ? Severity::error : Severity::warning,
+       fmt::format("{} of {} cameras have none of the mesh in their picture; aside from where they look it "
+                   "is for {}",
+                   blind.size(), capture.views.size(), worst(blind))}};
+}
+
+std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh) {
+  const Extent extent = extentOf(mesh);
+  std::vector<Finding> findings;
+
+  const std::vector<WorldPoint> vertices = someVertices(mesh);
+  std::vector<Offender> inside;
+  std::vector<double> distances, shares;
+  for (const View& view : capture.views) {
+    if (const auto share = shareOfPicture(view.camera, vertices)) shares.push_back(*share);
+    if (view.camera.lens.model == Lens::Model::orthographic) continue; // it has no place
+    const double distance = length(view.camera.center() - extent.center());
+    distances.push_back(distance);
+    if (extent.box.contains(view.camera.center().raw())) inside.push_back({-distance, view.identity});
+  }
+  if (!inside.empty()) {
+    const bool most = 2 * inside.size() > distances.size();
+    findings.push_back(
+        {most ? Severity::error : Severity::warning,
+         fmt::format(
+             "{} of {} cameras stand within the box of the mesh, which is {:.3g} across: {}; is the mesh "
+             "in other units?",
+             inside.size(), distances.size(), extent.size(), worst(inside))});
+  } else if (!shares.empty() && median(shares) < kSpeck) {
+    findings.push_back(
+        {Severity::error,
+         fmt::format("the mesh, {:.3g} across, is {:.2g} % of a picture's side: is it in other "
+                     "units?",
+                     extent.size(), 100 * median(shares))});
+  } else if (!shares.empty() && median(shares) > 1 / kSpeck) {
+    findings.push_back(
+        {Severity::error,
+         fmt::format("the mesh, {:.3g} across, is {:.0f} times as large as a picture: is it in "
+                     "other units?",
+                     extent.size(), median(shares))});
+  }
+
+  std::vector<Offender> within, far;
+  size_t points = 0;
+  for (const Light& light : capture.lights) {
+    const auto* point = std::get_if<PointLight>(&light.kind);
+    if (!point) continue;
+    ++points;
+    const double distance = length(point->position - extent.center());
+    if (extent.box.contains(point->position.raw()))
+      within.push_back({-distance, light.name});
+    else if (distance > kFarLight * extent.size())
+      far.push_back({distance, fmt::format("{} ({:.2g} times)", light.name, distance / extent.size())});
+  }
+  const auto severity = [&](size_t count) {
+    return 2 * count > points ? Severity::error : Severity::warning;
+  };
+  if (!within.empty())
+    findings.push_back(
+        {severity(within.size()), fmt::format("{} of {} point lights stand within the box of the mesh: {}",
+                                              within.size(), points, worst(within))});
+  if (!far.empty())
+    findings.push_back(
+        {severity(far.size()),
+         fmt::format("{} of {} point lights are more than {:.0f} times as far away as the mesh is "
+                     "large: {}",
+                     far.size(), points, kFarLight, worst(far))});
+  return findings;
+}
+
+std::vector<Finding> checkMasks(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
+                                const Progress& progress) {
+  std::vector<std::optional<size_t>> frameOf(capture.views.size());
+  for (size_t i = capture.frames.size(); i-- > 0;) frameOf[capture.frames[i].view] = i;
+
+  std::vector<Offender> different;
+  size_t checked = 0;
+  for (size_t v = 0; v < capture.views.size(); ++v) {
+    progress("masks", static_cast<double>(v) / static_cast<double>(capture.views.size()));
+    if (!frameOf[v]) continue;
+    const Photograph photograph = readPhotographs(capture, std::span(&*frameOf[v], 1))[0];
+    if (!photograph.hasMatte) continue;
+    ++checked;
+
+    const Camera<AcquisitionSpace>& camera = capture.views[v].camera;
+    const int longest = std::max(camera.lens.width, camera.lens.height), step = (longest + kSide - 1) / kSide;
+    Camera<AcquisitionSpace> small = camera;
+    small.lens =
+        resized(camera.lens, std::max(1, camera.lens.width / step), std::max(1, camera.lens.height / step));
+    const Mask outline = objectMask(silhouette(small, mesh));
+    Mask mask(outline.width, outline.height);
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x) {
+        const auto at = [](int i, int count, int all) {
+          return std::min(static_cast<int>((i + 0.5) * all / count), all - 1);
+        };
+        mask.inside[static_cast<size_t>(y * mask.width + x)] =
+            photograph.alpha.at(at(x, mask.width, camera.lens.width),
+                                at(y, mask.height, camera.lens.height))[0] > 0.5f;
+      }
+
+    const Mask outlineCore = eroded(outline, kRim), maskCore = eroded(mask, kRim);
+    size_t surplus = 0, missing = 0, all = 0;
+    for (size_t i = 0; i < mask.inside.size(); ++i) {
+      surplus += outlineCore.inside[i] && !mask.inside[i];
+      missing += maskCore.inside[i] && !outline.inside[i];
+      all += outline.inside[i];
+    }
+    const auto share = [&](size_t count) {
+      return static_cast<double>(count) / static_cast<double>(std::max<size_t>(1, all));
+    };
+    if (share(std::max(surplus, missing)) <= kMaskShare) continue;
+    different.push_back(
+        {share(surplus + missing),
+         fmt::format("{} ({:.0f} % of the silhouette outside the mask, the mask {:.0f} % beyond it)",
+                     capture.views[v].identity, 100 * share(surplus), 100 * share(missing))});
+  }
+  if (different.empty()) return {};
+  const bool most = 2 * different.size() > checked;
+  return {{most ? Severity::error : Severity::warning,
+           fmt::format("the mesh and the masks differ in {} of {} views: {}", different.size(), checked,
+                       worst(different))}};
+}
+
+std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh,
+                                  const Progress& progress) {
+  std::vector<Finding> findings = checkCameras(capture, mesh);
+  const auto append = [&](const std::vector<Finding>& more) {
+    findings.insert(findings.end(), more.begin(), more.end());
+  };
+  append(checkUnits(capture, mesh));
+  if (std::ranges::any_of(findings, [](const Finding& f) { return f.severity == Severity::error; }))
+    return findings;
+  const RayCaster<AcquisitionSpace> caster(mesh);
+  append(checkMasks(capture, caster, progress));
+  append(checkLights(capture, mesh, caster, progress));
+  return findings;
+}
+
+} // namespace surflect

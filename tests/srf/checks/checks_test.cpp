@@ -1,0 +1,162 @@
+#include "srf/checks/checks.h"
+
+#include "srf/image/png.h"
+#include "tests/support/synthetic_capture.h"
+
+namespace surflect {
+namespace {
+
+using Severity = Finding::Severity;
+using studio::Studio;
+
+// Capture, mesh and photographs of the Lambert sphere.
+class Checks : public testing::Test {
+protected:
+  Checks() {
+    Studio studio;
+    studio.cameras = 10;
+    studio.lights = 24;
+    studio.size = 64;
+    capture = studio::photograph(studio, folder.path());
+    mesh = readMesh(folder / "mesh.ply");
+  }
+
+  std::vector<Finding> findings() const { return checkCapture(capture, mesh, {}); }
+  // The text of the only finding.
+  std::string only(Severity severity) const {
+    const auto all = findings();
+    for (const Finding& finding : all) SCOPED_TRACE(finding.text);
+    EXPECT_EQ(all.size(), 1u) << (all.size() > 1 ? all[1].text : "");
+    if (all.empty()) return "";
+    EXPECT_EQ(all[0].severity, severity);
+    return all[0].text;
+  }
+  template <class Change> void changeDirections(const Change& change) {
+    for (Light& light : capture.lights) {
+      auto& towards = std::get<DirectionalLight>(light.kind).towards;
+      towards = assume<Direction3<AcquisitionSpace, double>>(change(towards.raw()));
+    }
+  }
+
+  TemporaryFolder folder;
+  Capture capture;
+  TriangleMesh mesh;
+};
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(Checks, FindNothingInACaptureThatIsRight) {
+  for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
+}
+
+TEST_F(Checks, FindNothingUnderFixedLight) {
+  Studio studio;
+  studio.lights = 0;
+  capture = studio::photograph(studio, folder / "fixed");
+  for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
+}
+
+TEST_F(Checks, FindNegatedAxes) {
+  changeDirections([](Vec3<double> d) { return Vec3<double>(d[0], -d[1], d[2]); });
+  EXPECT_TRUE(contains(only(Severity::error), "light directions look negated in y"));
+  changeDirections([](Vec3<double> d) { return Vec3<double>(-d[0], -d[1], -d[2]); });
+  EXPECT_TRUE(contains(only(Severity::error), "negated in x and z"));
+}
+
+TEST_F(Checks, FindExchangedAxes) {
+  // The usual mistake: z up taken for y up, (x, y, z) written as (x, z, -y).
+  changeDirections([](Vec3<double> d) { return Vec3<double>(d[0], d[2], -d[1]); });
+  EXPECT_TRUE(contains(only(Severity::error), "(x, -z, y) fits better than (x, y, z)"));
+}
+
+TEST_F(Checks, FindLightsThatAreExchanged) {
+  std::swap(capture.lights[2].kind, capture.lights[20].kind);
+  const std::string text = only(Severity::warning);
+  EXPECT_TRUE(contains(text, "photographs of 2 lights look lit by another")) << text;
+  EXPECT_TRUE(contains(text, "L2 by L20") && contains(text, "L20 by L2 ")) << text;
+}
+
+TEST_F(Checks, FindAPhotographThatIsOfNoLight) {
+  for (Frame& frame : capture.frames)
+    if (frame.light == 7) {
+      frame.picture = "flat.exr";
+      frame.layer = frame.alphaLayer = "";
+    }
+  const Image noise = randomImage(64, 64, 3, 0.4f, 0.6f, 1);
+  writeExr(folder / "flat.exr", noise);
+  const std::string text = only(Severity::warning);
+  EXPECT_TRUE(contains(text, "photographs of 1 lights do not follow") && contains(text, "L7 (")) << text;
+}
+
+TEST_F(Checks, FindACameraThatLooksAway) {
+  auto& pose = capture.views[4].camera.cameraFromWorld;
+  const Mat3<double> turned = Eigen::AngleAxisd(2.5, Vec3<double>(0, 1, 0)).toRotationMatrix();
+  pose = {turned * pose.rotation(), turned * pose.translation()};
+  bool found = false;
+  for (const Finding& finding : findings())
+    found |= finding.severity == Severity::warning &&
+             contains(finding.text, "1 of 10 cameras have none of the mesh in their picture") &&
+             contains(finding.text, "C4 (143 degrees)");
+  EXPECT_TRUE(found);
+}
+
+TEST_F(Checks, FindACameraThatIsSlightlyTurned) {
+  auto& pose = capture.views[4].camera.cameraFromWorld;
+  const Mat3<double> turned = Eigen::AngleAxisd(0.06, Vec3<double>(0, 1, 0)).toRotationMatrix();
+  pose = {turned * pose.rotation(), turned * pose.translation()};
+  const std::string text = only(Severity::warning);
+  EXPECT_TRUE(contains(text, "the mesh and the masks differ in 1 of 10 views: C4 (")) << text;
+}
+
+TEST_F(Checks, FindOtherUnits) {
+  for (const float scale : {1000.f, 1e-3f}) {
+    for (auto& p : mesh.positions) p = {scale * p.x(), scale * p.y(), scale * p.z()};
+    EXPECT_TRUE(contains(only(Severity::error), "units?")) << scale;
+    for (auto& p : mesh.positions) p = {p.x() / scale, p.y() / scale, p.z() / scale};
+  }
+}
+
+TEST_F(Checks, FindPointLightsThatAreTooNearOrTooFar) {
+  for (Light& light : capture.lights) {
+    const auto towards = std::get<DirectionalLight>(light.kind).towards;
+    light.kind = PointLight{assume<Point3<AcquisitionSpace, double>>(8 * towards.raw()), {10, 10, 10}};
+  }
+  EXPECT_TRUE(checkUnits(capture, mesh).empty());
+  auto& position = std::get<PointLight>(capture.lights[3].kind).position;
+  position = {0.3, 0.2, 0.1};
+  EXPECT_TRUE(contains(checkUnits(capture, mesh).at(0).text, "1 of 24 point lights stand within the box"));
+  position = {1e4, 0, 0};
+  EXPECT_TRUE(
+      contains(checkUnits(capture, mesh).at(0).text, "1 of 24 point lights are more than 1000 times"));
+}
+
+TEST_F(Checks, FindMasksThatAreShifted) {
+  const Image mask = [] {
+    Image image(64, 64, 1);
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x) image.at(x, y)[0] = std::hypot(x - 38.0, y - 32.0) < 25;
+    return image;
+  }();
+  writePng(folder / "mask.png", mask);
+  for (Frame& frame : capture.frames) frame.mask = "mask.png";
+  const RayCaster<AcquisitionSpace> caster(mesh);
+  const auto found = checkMasks(capture, caster, {});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].severity, Severity::error);
+  EXPECT_TRUE(contains(found[0].text, "differ in 10 of 10 views")) << found[0].text;
+}
+
+TEST_F(Checks, FindFacesThatPointInwards) {
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  EXPECT_TRUE(contains(only(Severity::error), "the faces of the mesh point inwards: 100 %"));
+}
+
+TEST_F(Checks, StopWhenAskedTo) {
+  const Progress progress{{}, [] { return true; }};
+  EXPECT_THROW(checkCapture(capture, mesh, progress), Cancelled);
+}
+
+} // namespace
+} // namespace surflect
