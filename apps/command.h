@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 using CommandWork = std::function<Json(const Progress& progress)>;
 
 // Each adds its subcommand and sets `work` when it is chosen.
+void addImportCommand(CLI::App& app, CommandWork& work);
 void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);
 void addEvaluateCommand(CLI::App& app, CommandWork& work);

@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
       "Example: surflect pack examples/vase -o vase.srf && surflect render examples/film.toml -o frames/");
 
   CommandWork work;
+  addImportCommand(app, work);
   addPackCommand(app, work);
   addRenderCommand(app, work);
   addEvaluateCommand(app, work);

@@ -114,12 +114,12 @@ Rgb positiveRgb(const Json& value) {
   return {rgb[0], rgb[1], rgb[2]};
 }
 
-// A path that stays inside the capture's folder, without detours.
-fs::path innerPath(const Json& value) {
+// A path without detours, that stays inside the capture's folder unless it may be anywhere.
+fs::path pathOf(const Json& value, PathRule rule) {
   const std::string written = text(value);
   const fs::path path = fs::path(written).lexically_normal();
-  if (written.empty() || written.find('\0') != std::string::npos || path.is_absolute() ||
-      *path.begin() == "..")
+  if (written.empty() || written.find('\0') != std::string::npos ||
+      (rule == PathRule::inside && (path.is_absolute() || *path.begin() == "..")))
     throw Error::mismatch("a path inside the capture's folder", shown(value));
   return path;
 }
@@ -374,7 +374,7 @@ bool samePose(const Pose& a, const Pose& b) {
 
 class CaptureReader {
 public:
-  explicit CaptureReader(const fs::path& file) { capture_.file = file; }
+  CaptureReader(const fs::path& file, PathRule paths) : paths_(paths) { capture_.file = file; }
 
   Capture read(const Json& root) && {
     objectOf(root);
@@ -385,6 +385,7 @@ public:
     if (capture_.colorSpace && capture_.response)
       throw Error::mismatch("either color_space or response", "both").at("response");
     capture_.geometry = optional(root, "geometry", [this](const Json& v) { return fileAt(v); }).value_or("");
+    readCalibration(root);
     if (const auto lights = root.find("lights"); lights != root.end())
       within("lights", [&] { listOf(*lights); });
     readEach(root, "lights",
@@ -404,8 +405,16 @@ private:
       within(element(key, i), [&] { read((*list)[i], i); });
   }
 
+  // Only notes for people: whatever else other programs keep under this name is passed over.
+  void readCalibration(const Json& root) {
+    const auto notes = root.find("calibration");
+    if (notes == root.end() || !notes->is_object()) return;
+    for (const auto& [name, note] : notes->items())
+      if (note.is_string()) capture_.calibration[name] = note;
+  }
+
   fs::path fileAt(const Json& value) const {
-    const fs::path path = innerPath(value);
+    const fs::path path = pathOf(value, paths_);
     if (!fs::is_regular_file(capture_.folder() / path))
       throw Error::mismatch("a file", "none at " + path.string());
     return path;
@@ -413,7 +422,7 @@ private:
 
   // Blender's exporters leave the extension out.
   fs::path pictureAt(const Json& value) const {
-    const fs::path path = innerPath(value);
+    const fs::path path = pathOf(value, paths_);
     for (const char* extension : {"", ".png", ".jpg", ".exr"})
       if (const fs::path tried = path.string() + extension; fs::is_regular_file(capture_.folder() / tried))
         return tried;
@@ -498,6 +507,7 @@ private:
           .at("light");
   }
 
+  PathRule paths_;
   Capture capture_;
   std::vector<bool> named_; // per view
   std::map<fs::path, PictureSize> sizes_;
@@ -527,8 +537,12 @@ std::vector<Exposure> bracketOf(const Frame& frame) {
 
 Capture readCapture(const fs::path& folderOrJson) {
   const fs::path file = fs::is_directory(folderOrJson) ? folderOrJson / "transforms.json" : folderOrJson;
+  return parseCapture(readFile(file), file);
+}
+
+Capture parseCapture(const std::string& json, const fs::path& file, PathRule paths) {
   try {
-    return CaptureReader(file).read(parse(readFile(file)));
+    return CaptureReader(file, paths).read(parse(json));
   } catch (Error& e) {
     throw std::move(e).in(file);
   }

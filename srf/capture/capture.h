@@ -22,6 +22,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -71,6 +72,9 @@ struct Capture {
   std::vector<Light> lights;
   std::vector<View> views;
   std::vector<Frame> frames; // all with a light, or none; no two of train share view and light
+  // What was estimated from the photographs, and how: { "light_strengths": "estimated from ..." }. For
+  // people.
+  std::map<std::string, std::string> calibration;
 
   std::filesystem::path folder() const { return file.parent_path(); }
 };
@@ -82,6 +86,12 @@ std::vector<Exposure> bracketOf(const Frame& frame);
 // named are there and inside the folder, lights known and unit, poses rigid. Pictures are opened only where
 // the file does not say their size. Throws Error with file, field, expected and found.
 Capture readCapture(const std::filesystem::path& folderOrJson);
+
+// The same of a description in memory, whose paths are relative to the folder of `file`; a trusting caller
+// can let them leave it.
+enum class PathRule { inside, anywhere };
+Capture parseCapture(const std::string& json, const std::filesystem::path& file,
+                     PathRule paths = PathRule::inside);
 
 // The frames wanted, with the views and lights they use, in the same order.
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);

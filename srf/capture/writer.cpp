@@ -93,6 +93,7 @@ void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
     head["response"] = {{"r", r}, {"g", g}, {"b", b}};
   }
   if (!capture.geometry.empty()) head["geometry"] = capture.geometry.generic_string();
+  if (!capture.calibration.empty()) head["calibration"] = capture.calibration;
 
   std::string text = "{\n";
   for (const auto& [key, value] : head.items()) text += Json(key).dump() + ": " + value.dump() + ",\n";

@@ -15,6 +15,7 @@ BELOW = {
     "srf/image": ["surfel"],
     "srf/capture": ["surfel", "srf/image"],
     "srf/calibration": ["surfel", "srf/image", "srf/capture"],
+    "srf/import": ["surfel", "srf/image", "srf/capture", "srf/calibration"],
     "srf/store": ["surfel", "srf/image"],
     "srf/query": ["surfel", "srf/image", "srf/capture"],
     "srf/relief": ["surfel", "srf/image", "srf/capture"],

@@ -38,6 +38,7 @@ protected:
     Capture capture;
     capture.colorSpace = ColorSpace::linear;
     capture.geometry = "mesh.ply";
+    capture.calibration = {{"light_strengths", "estimated by \"hand\""}};
     for (int l = 0; l < 5; ++l) capture.lights.push_back(light(l));
     for (int v = 0; v < 6; ++v) capture.views.push_back(view(v, oneLens));
     for (size_t v = 0; v < 6; ++v)
@@ -69,6 +70,7 @@ TEST_F(Writer, WhatIsWrittenIsReadBackEqual) {
     EXPECT_EQ(back.colorSpace, capture.colorSpace);
     EXPECT_EQ(back.response, capture.response);
     EXPECT_EQ(back.geometry, capture.geometry);
+    EXPECT_EQ(back.calibration, capture.calibration);
     EXPECT_EQ(back.lights, capture.lights);
     EXPECT_EQ(back.frames, capture.frames);
     ASSERT_EQ(back.views.size(), capture.views.size());

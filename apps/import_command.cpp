@@ -1,0 +1,108 @@
+#include "apps/command.h"
+#include "apps/terminal.h"
+#include "srf/import/import.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+
+namespace surflect {
+
+namespace {
+
+const std::map<std::string, ImportFormat> kFormats{{"colmap", ImportFormat::colmap},
+                                                   {"json", ImportFormat::transforms},
+                                                   {"middlebury", ImportFormat::middlebury},
+                                                   {"lights", ImportFormat::lights}};
+const std::map<std::string, ColorSpace> kColorSpaces{{"linear", ColorSpace::linear},
+                                                     {"srgb", ColorSpace::srgb}};
+
+struct Arguments {
+  std::string source, output, images, lights;
+  ImportFormat format{};
+  ColorSpace colorSpace{};
+  double fieldOfViewDegrees = 0, maskThreshold = 0;
+  ImportOptions options;
+};
+
+std::string nameOf(ImportFormat format) {
+  for (const auto& [name, named] : kFormats)
+    if (named == format) return name;
+  return "";
+}
+
+Json runImport(const Arguments& arguments, const Progress& progress) {
+  const ImportReport report = importCapture(arguments.source, arguments.output, arguments.options, progress);
+  for (const std::string& note : report.notes) say(note);
+  say(fmt::format("{}: {} views, {} lights, {} photographs to train and {} to test with; {:.1f} MB",
+                  arguments.output, report.views, report.lights, report.trainingFrames, report.testFrames,
+                  static_cast<double>(report.bytes) / 1e6));
+  return {{"format", nameOf(report.format)},
+          {"views", report.views},
+          {"lights", report.lights},
+          {"training_frames", report.trainingFrames},
+          {"test_frames", report.testFrames},
+          {"pictures", report.pictures},
+          {"masks", report.masks},
+          {"bytes", report.bytes},
+          {"notes", report.notes}};
+}
+
+} // namespace
+
+void addImportCommand(CLI::App& app, CommandWork& work) {
+  auto arguments = std::make_shared<Arguments>();
+  ImportOptions& options = arguments->options;
+  CLI::App* command = app.add_subcommand("import", "make a capture folder of other people's formats");
+  command->footer("Example: surflect import temple/templeSR_par.txt -o temple --test-every 8");
+  command
+      ->add_option("source", arguments->source,
+                   "COLMAP, NeRF JSON, Middlebury, RTI (.lp) or photometric stereo: a folder or file")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "the capture's folder; new, or empty")->required();
+  CLI::Option* format = command->add_option("--format", arguments->format, "instead of a guess")
+                            ->transform(CLI::Transformer(kFormats))
+                            ->option_text("colmap, json, middlebury or lights");
+  command->add_option("--images", arguments->images, "COLMAP's pictures; default: SOURCE/images");
+  command->add_option("--lights", arguments->lights,
+                      "light file of a folder of photographs: .lp, or \"x y z\" lines or columns");
+  command->add_flag("--positions", options.litView.positions,
+                    "the light file gives positions in scene units, not directions");
+  CLI::Option* fieldOfView =
+      command
+          ->add_option(
+              "--fov", arguments->fieldOfViewDegrees,
+              "vertical field of view in degrees of the one view of a light file; default: orthographic")
+          ->check(CLI::Range(0.01, 179.0));
+  command
+      ->add_option("--height", options.litView.height,
+                   "what the picture of a light file shows at the object, scene units")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-6, 1e6));
+  command->add_option("--test", options.test, "cameras or lights to hold out: NAME,NAME..")->delimiter(',');
+  command->add_option("--test-every", options.testEvery,
+                      "hold out each Nth camera, or light where there is one view");
+  CLI::Option* threshold =
+      command
+          ->add_option("--mask-threshold", arguments->maskThreshold,
+                       "make masks: brighter than this share of the view's 99.5th percentile, linear")
+          ->check(CLI::Range(0.0, 1.0));
+  CLI::Option* colorSpace =
+      command->add_option("--color-space", arguments->colorSpace, "of the pictures; default: 8 bits are sRGB")
+          ->transform(CLI::Transformer(kColorSpaces))
+          ->option_text("linear or srgb");
+  command->add_flag("--allow-outside", options.allowOutside, "follow paths that leave the source's folder");
+  command->callback([=, &work] {
+    ImportOptions& chosen = arguments->options;
+    if (*format) chosen.format = arguments->format;
+    if (*fieldOfView) chosen.litView.fieldOfView = Angle::fromDegrees(arguments->fieldOfViewDegrees);
+    if (*threshold) chosen.maskThreshold = arguments->maskThreshold;
+    if (*colorSpace) chosen.colorSpace = arguments->colorSpace;
+    chosen.images = arguments->images;
+    chosen.lights = arguments->lights;
+    work = [arguments](const Progress& progress) { return runImport(*arguments, progress); };
+  });
+}
+
+} // namespace surflect

@@ -1,0 +1,32 @@
+// What other people's captures lack, estimated from all photographs of a view, a few of them in memory at a
+// time.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "srf/image/image.h"
+#include "srf/image/mask.h"
+#include "surfel/progress.h"
+
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// Means over squares of factor x factor pixels; what does not fill a square at the right and below is left
+// out. The image has at least factor pixels each way.
+Image shrunk(const Image& image, int factor);
+// Pixels all of whose square is in the mask.
+Mask shrunk(const Mask& mask, int factor);
+
+// Object pixels by threshold (srf/calibration/threshold_mask.h) of the view that the given frames (indices
+// into capture.frames) photograph. Black where a matte is: no object.
+// Throws Error.
+Mask objectOfView(const Capture& capture, std::span<const size_t> frames, double threshold,
+                  const Progress& progress = {});
+
+// Relative strengths, mean 1, of the directional lights of the given frames of one view, in their order, from
+// photographs shrunk to at most 2^18 pixels. Throws Error, also where they cannot be told.
+std::vector<Rgb> strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
+                                 const Progress& progress = {});
+
+} // namespace surflect

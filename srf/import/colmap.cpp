@@ -1,0 +1,312 @@
+#include "srf/import/colmap.h"
+
+#include "srf/import/text.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <map>
+
+namespace surflect {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// In the order of COLMAP's numbers, from 0.
+struct Model {
+  std::string_view name;
+  size_t parameters;
+};
+constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3},
+                             Model{"PINHOLE", 4},
+                             Model{"SIMPLE_RADIAL", 4},
+                             Model{"RADIAL", 5},
+                             Model{"OPENCV", 8},
+                             Model{"OPENCV_FISHEYE", 8},
+                             Model{"FULL_OPENCV", 12},
+                             Model{"FOV", 5},
+                             Model{"SIMPLE_RADIAL_FISHEYE", 4},
+                             Model{"RADIAL_FISHEYE", 5},
+                             Model{"THIN_PRISM_FISHEYE", 12},
+                             Model{"RAD_TAN_THIN_PRISM_FISHEYE", 16}};
+
+constexpr std::string_view kKnown =
+    "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV (undistort the pictures with COLMAP first)";
+
+using Cameras = std::map<uint32_t, Lens>;
+
+struct Registered {
+  std::string name;
+  uint32_t camera = 0;
+  Rigid<CameraSpace, AcquisitionSpace> cameraFromWorld;
+};
+
+// COLMAP's QW QX QY QZ TX TY TZ.
+Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v) {
+  const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
+  if (!(std::abs(q.norm() - 1) <= 1e-3))
+    throw Error::mismatch("a unit quaternion", "length " + std::to_string(q.norm())).at("QW QX QY QZ");
+  return poseFromVisionAxes(q.normalized().toRotationMatrix(), {v[4], v[5], v[6]});
+}
+
+void addCamera(Cameras& cameras, uint32_t id, const Lens& lens) {
+  if (!cameras.try_emplace(id, lens).second) throw Error("a second camera has this CAMERA_ID");
+}
+
+std::string numbered(const char* list, uint64_t index) {
+  return std::string(list).append("[").append(std::to_string(index)).append("]");
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Text.
+
+std::vector<double> numbersOf(std::span<const std::string_view> words) {
+  std::vector<double> numbers;
+  for (const std::string_view word : words) numbers.push_back(numberOf(word));
+  return numbers;
+}
+
+Cameras readCamerasText(const std::string& content) {
+  Cameras cameras;
+  for (const TextLine& line : sayingLinesOf(content)) try {
+      const std::vector<std::string_view> words = wordsOf(line.text);
+      if (words.size() < 4)
+        throw Error::mismatch("CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]", shownText(line.text));
+      const Lens lens =
+          colmapLens(words[1], checkedPixelCount(numberOf(words[2])), checkedPixelCount(numberOf(words[3])),
+                     numbersOf(std::span(words).subspan(4)));
+      addCamera(cameras, static_cast<uint32_t>(countOf(words[0])), lens);
+    } catch (Error& e) {
+      throw std::move(e).at(fieldOf(line));
+    }
+  return cameras;
+}
+
+Registered registeredIn(std::string_view text) {
+  constexpr const char* expected = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME";
+  const std::vector<std::string_view> words = wordsOf(text);
+  if (words.size() < 10) throw Error::mismatch(expected, shownText(text));
+  std::array<double, 7> pose;
+  for (size_t i = 0; i < pose.size(); ++i) pose[i] = numberOf(words[i + 1]);
+  Registered image;
+  image.name = text.substr(static_cast<size_t>(words[9].data() - text.data())); // names can have blanks
+  image.camera = static_cast<uint32_t>(countOf(words[8]));
+  image.cameraFromWorld = poseOf(pose);
+  return image;
+}
+
+std::vector<Registered> readImagesText(const std::string& content) {
+  const std::vector<TextLine> lines = linesOf(content);
+  std::vector<Registered> images;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].text.empty() || lines[i].text.front() == '#') continue;
+    try {
+      images.push_back(registeredIn(lines[i].text));
+    } catch (Error& e) {
+      throw std::move(e).at(fieldOf(lines[i]));
+    }
+    ++i; // the line of its points, which may be empty
+  }
+  return images;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Binary, little-endian.
+
+static_assert(std::endian::native == std::endian::little);
+
+class Bytes {
+public:
+  explicit Bytes(std::string_view file) : rest_(file), size_(file.size()) {}
+
+  template <class T> T take(const char* field) {
+    T value;
+    std::memcpy(&value, bytes(sizeof value, field).data(), sizeof value);
+    return value;
+  }
+  // A number of records to come, each of at least so many bytes.
+  uint64_t takeCount(const char* field, size_t recordBytes) {
+    const auto count = take<uint64_t>(field);
+    if (count > rest_.size() / recordBytes)
+      throw Error::mismatch("at most " + std::to_string(rest_.size() / recordBytes) +
+                                ", as the file has no room for more",
+                            std::to_string(count))
+          .at(field);
+    return count;
+  }
+  std::string_view takeText(const char* field) {
+    const size_t end = rest_.find('\0');
+    if (end == std::string_view::npos) throw truncated(field);
+    const std::string_view text = rest_.substr(0, end);
+    rest_.remove_prefix(end + 1);
+    return text;
+  }
+  void skip(size_t count, const char* field) { bytes(count, field); }
+  void finish() const {
+    if (!rest_.empty())
+      throw Error::mismatch("the end of the file", std::to_string(rest_.size()) + " more bytes");
+  }
+
+private:
+  std::string_view bytes(size_t count, const char* field) {
+    if (rest_.size() < count) throw truncated(field);
+    const std::string_view taken = rest_.substr(0, count);
+    rest_.remove_prefix(count);
+    return taken;
+  }
+  Error truncated(const char* field) const {
+    return Error("the file is truncated, at byte " + std::to_string(size_)).at(field);
+  }
+
+  std::string_view rest_;
+  size_t size_;
+};
+
+Cameras readCamerasBinary(const std::string& content) {
+  Bytes bytes(content);
+  Cameras cameras;
+  const uint64_t count = bytes.takeCount("num_cameras", 4 + 4 + 8 + 8 + 3 * 8);
+  for (uint64_t i = 0; i < count; ++i) try {
+      const auto id = bytes.take<uint32_t>("camera_id");
+      const auto model = bytes.take<uint32_t>("model_id");
+      const auto width = bytes.take<uint64_t>("width"), height = bytes.take<uint64_t>("height");
+      if (model >= kModels.size())
+        throw Error::mismatch(kKnown, "model number " + std::to_string(model)).at("model_id");
+      std::vector<double> parameters(kModels[model].parameters);
+      for (double& parameter : parameters) parameter = bytes.take<double>("params");
+      addCamera(cameras, id,
+                colmapLens(kModels[model].name, checkedPixelCount(static_cast<double>(width)),
+                           checkedPixelCount(static_cast<double>(height)), parameters));
+    } catch (Error& e) {
+      throw std::move(e).at(numbered("cameras", i));
+    }
+  bytes.finish();
+  return cameras;
+}
+
+std::vector<Registered> readImagesBinary(const std::string& content) {
+  Bytes bytes(content);
+  std::vector<Registered> images;
+  const uint64_t count = bytes.takeCount("num_reg_images", 4 + 7 * 8 + 4 + 1 + 8);
+  for (uint64_t i = 0; i < count; ++i) try {
+      bytes.take<uint32_t>("image_id");
+      std::array<double, 7> pose;
+      for (double& value : pose) value = bytes.take<double>("qvec tvec");
+      Registered image;
+      image.cameraFromWorld = poseOf(pose);
+      image.camera = bytes.take<uint32_t>("camera_id");
+      image.name = bytes.takeText("name");
+      constexpr size_t pointBytes = 8 + 8 + 8;
+      bytes.skip(bytes.takeCount("num_points2D", pointBytes) * pointBytes, "points2D");
+      images.push_back(std::move(image));
+    } catch (Error& e) {
+      throw std::move(e).at(numbered("images", i));
+    }
+  bytes.finish();
+  return images;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+
+template <class Read> auto readAt(const fs::path& file, Read read) {
+  try {
+    return read(readFile(file));
+  } catch (Error& e) {
+    throw std::move(e).in(file);
+  }
+}
+
+bool isFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+} // namespace
+
+Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters) {
+  const auto known =
+      std::find_if(kModels.begin(), kModels.end(), [&](const Model& m) { return m.name == model; });
+  if (known == kModels.end()) throw Error::mismatch(kKnown, shownText(model)).at("MODEL");
+  if (parameters.size() != known->parameters)
+    throw Error::mismatch(std::to_string(known->parameters) + " of " + std::string(model),
+                          std::to_string(parameters.size()))
+        .at("PARAMS");
+  for (const double parameter : parameters)
+    if (!std::isfinite(parameter)) throw Error("found a value that is not finite").at("PARAMS");
+
+  Lens lens{.model = Lens::Model::pinhole, .width = width, .height = height};
+  const bool oneFocal = model.starts_with("SIMPLE_") || model == "RADIAL";
+  lens.focalX = checkedFocalLength(parameters[0]);
+  lens.focalY = checkedFocalLength(parameters[oneFocal ? 0 : 1]);
+  const auto rest = parameters.subspan(oneFocal ? 1 : 2);
+  lens.centerX = rest[0], lens.centerY = rest[1];
+  if (model == "SIMPLE_PINHOLE" || model == "PINHOLE") return lens;
+  lens.k1 = rest[2];
+  if (model == "SIMPLE_RADIAL") return lens;
+  lens.k2 = rest[3];
+  if (model == "RADIAL") return lens;
+  lens.p1 = rest[4], lens.p2 = rest[5];
+  const auto further = rest.subspan(6);
+  const bool straight = std::all_of(further.begin(), further.end(), [](double k) { return k == 0; });
+  if (model == "OPENCV" || (model == "FULL_OPENCV" && straight)) return lens;
+  throw Error::mismatch(kKnown,
+                        std::string(model) + (model == "FULL_OPENCV" ? " with k3 to k6 that are not 0" : ""))
+      .at("MODEL");
+}
+
+std::optional<fs::path> findColmapModel(const fs::path& folder) {
+  for (const char* below : {"", "sparse/0", "sparse", "colmap/sparse/0"})
+    if (const fs::path model = folder / below; isFile(model / "cameras.bin") || isFile(model / "cameras.txt"))
+      return model;
+  return std::nullopt;
+}
+
+Source readColmap(const fs::path& folder, const fs::path& images, bool allowOutside) {
+  const auto model = findColmapModel(folder);
+  if (!model) throw Error("no cameras.bin or cameras.txt here or in sparse/0").in(folder);
+  const bool binary = isFile(*model / "cameras.bin");
+  const fs::path camerasFile = *model / (binary ? "cameras.bin" : "cameras.txt"),
+                 imagesFile = *model / (binary ? "images.bin" : "images.txt");
+  const Cameras cameras = readAt(camerasFile, binary ? readCamerasBinary : readCamerasText);
+  std::vector<Registered> registered = readAt(imagesFile, binary ? readImagesBinary : readImagesText);
+  if (registered.empty()) throw Error("no picture is registered").in(imagesFile);
+  // COLMAP numbers pictures as threads finish with them.
+  std::sort(registered.begin(), registered.end(),
+            [](const Registered& a, const Registered& b) { return a.name < b.name; });
+
+  Source source;
+  source.files = {images.empty() ? folder / "images" : images, allowOutside};
+  if (std::error_code ignored; !fs::is_directory(source.files.root, ignored))
+    throw Error("no such folder; --images says where the pictures are").in(source.files.root);
+  const SourceFiles masks{source.files.root.parent_path() / "masks", allowOutside};
+  std::vector<fs::path> names;
+  for (const Registered& image : registered) names.emplace_back(image.name);
+  const std::vector<std::string> identities = namesOfPictures(names);
+  size_t masked = 0;
+  for (size_t i = 0; i < registered.size(); ++i) try {
+      const auto lens = cameras.find(registered[i].camera);
+      if (lens == cameras.end())
+        throw Error::mismatch("a camera of " + camerasFile.filename().string(),
+                              std::to_string(registered[i].camera))
+            .at("CAMERA_ID");
+      if (i > 0 && registered[i].name == registered[i - 1].name) throw Error("is listed twice");
+      Frame frame{.view = i, .picture = source.files.at(registered[i].name)};
+      if (const auto mask = masks.find(registered[i].name + ".png")) frame.mask = *mask, ++masked;
+      source.capture.views.push_back({identities[i], {lens->second, registered[i].cameraFromWorld}});
+      source.capture.frames.push_back(std::move(frame));
+    } catch (Error& e) {
+      throw std::move(e).at("picture " + shownText(registered[i].name)).in(imagesFile);
+    }
+  source.notes.push_back("COLMAP's model in " + model->string() + (binary ? ", binary" : ", text") +
+                         "; scale and orientation of its world are kept");
+  if (masked > 0) source.notes.push_back(std::to_string(masked) + " masks from " + masks.root.string());
+  return source;
+}
+
+} // namespace surflect

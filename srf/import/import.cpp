@@ -1,0 +1,345 @@
+#include "srf/import/import.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/capture/writer.h"
+#include "srf/image/image_file.h"
+#include "srf/image/png.h"
+#include "srf/import/calibrate.h"
+#include "srf/import/colmap.h"
+#include "srf/import/middlebury.h"
+#include "srf/import/output_folder.h"
+#include "srf/import/text.h"
+#include "srf/import/transforms.h"
+#include "surfel/error.h"
+#include "surfel/nearest_name.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace surflect {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Where no mask tells the object, strengths come from what is brighter than this share of the brightest.
+constexpr double kStrengthThreshold = 0.1;
+
+bool isFolder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+// The *_par.txt of a folder; throws Error if there are several.
+std::optional<fs::path> findParameters(const fs::path& folder) {
+  std::optional<fs::path> found;
+  std::error_code problem;
+  for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    if (!entry->path().filename().string().ends_with("_par.txt")) continue;
+    if (found)
+      throw Error("two parameter files: " + found->filename().string() + " and " +
+                  entry->path().filename().string() + "; name one of them")
+          .in(folder);
+    found = entry->path();
+  }
+  return found;
+}
+
+Source readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
+  const auto folder = isFolder(source) ? source : source.parent_path();
+  switch (format) {
+  case ImportFormat::colmap:
+    return readColmap(folder, options.images, options.allowOutside);
+  case ImportFormat::transforms:
+    return readTransforms(source, options.allowOutside);
+  case ImportFormat::middlebury: {
+    const auto file = isFolder(source) ? findParameters(source) : source;
+    if (!file) throw Error("no *_par.txt here").in(source);
+    return readMiddlebury(*file, options.allowOutside);
+  }
+  case ImportFormat::lights: {
+    auto file = isFolder(source) ? options.lights : source;
+    if (file.empty()) file = findLights(source).value_or("");
+    if (file.empty())
+      throw Error("no light file (.lp, lights.txt, light_directions.txt) here; --lights says where it is")
+          .in(source);
+    return readLitView(folder, file, options.litView, options.allowOutside);
+  }
+  }
+  throw Error("unknown format");
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Lenses and pictures.
+
+// Data sets come with shrunk copies of their pictures; the lens goes with them.
+void fitLenses(Source& source, const Progress& progress) {
+  Capture& capture = source.capture;
+  std::vector<std::optional<PictureSize>> sizes(capture.views.size());
+  std::map<fs::path, PictureSize> known;
+  size_t shrunken = 0;
+  for (size_t f = 0; f < capture.frames.size(); ++f) {
+    const Frame& frame = capture.frames[f];
+    progress("looking at pictures", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
+    const auto [entry, isNew] = known.try_emplace(frame.picture);
+    if (isNew) entry->second = readPictureSize(frame.picture);
+    const PictureSize size = entry->second;
+    const auto written = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
+    if (!sizes[frame.view]) {
+      Lens& lens = capture.views[frame.view].camera.lens;
+      sizes[frame.view] = size;
+      if (size == PictureSize{lens.width, lens.height}) continue;
+      // Of the same shape, but for rounding to whole pixels.
+      const double height = static_cast<double>(lens.height) / lens.width * size.width;
+      if (std::abs(height - size.height) > 1)
+        throw Error::mismatch(written(lens.width, lens.height) + " or of that shape",
+                              written(size.width, size.height))
+            .at("size")
+            .in(frame.picture);
+      lens = resized(lens, size.width, size.height);
+      ++shrunken;
+    } else if (*sizes[frame.view] != size) {
+      throw Error::mismatch(written(sizes[frame.view]->width, sizes[frame.view]->height) +
+                                ", as other pictures of this view",
+                            written(size.width, size.height))
+          .at("size")
+          .in(frame.picture);
+    }
+  }
+  if (shrunken > 0)
+    source.notes.push_back(std::to_string(shrunken) +
+                           " views have pictures of another size than their lens; the lens was resized");
+}
+
+std::vector<std::vector<size_t>> framesOfViews(const Capture& capture) {
+  std::vector<std::vector<size_t>> frames(capture.views.size());
+  for (size_t f = 0; f < capture.frames.size(); ++f) frames[capture.frames[f].view].push_back(f);
+  return frames;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Calibration.
+
+// The object of a view as far as the source tells it; empty where it does not.
+std::optional<Mask> objectByMatte(const Capture& capture, size_t frame) {
+  const Photograph photograph = std::move(readPhotographs(capture, {&frame, 1}).front());
+  if (!photograph.hasMatte) return std::nullopt;
+  return objectMask(photograph.alpha);
+}
+
+// Masks by threshold are one a view; empty without.
+void estimateStrengths(Source& source, const std::vector<Mask>& masks, const Progress& progress) {
+  Capture& capture = source.capture;
+  const auto isDirectional = [](const Light& light) {
+    return std::holds_alternative<DirectionalLight>(light.kind);
+  };
+  if (!source.strengthsUnknown) return;
+  if (!std::ranges::all_of(capture.lights, isDirectional)) {
+    capture.calibration["light_strengths"] = "unknown, taken as equal";
+    source.notes.push_back("light strengths are unknown; one intensity is written for all");
+    return;
+  }
+  std::vector<size_t> frames(capture.frames.size());
+  for (size_t f = 0; f < frames.size(); ++f) frames[f] = f;
+  try {
+    std::optional<Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
+    if (!object) object = objectOfView(capture, frames, kStrengthThreshold, progress);
+    const std::vector<Rgb> strengths = strengthsInView(capture, frames, *object, progress);
+    for (size_t f = 0; f < frames.size(); ++f)
+      std::get<DirectionalLight>(capture.lights[*capture.frames[f].light].kind).irradiance = strengths[f];
+    capture.calibration["light_strengths"] = "estimated from all " + std::to_string(frames.size()) +
+                                             " photographs by a Lambert fit; relative, mean 1";
+    source.notes.push_back("light strengths estimated by a Lambert fit");
+  } catch (const Error& e) { // a flat thing, a few lights: no reason to do without the photographs
+    capture.calibration["light_strengths"] = "unknown, taken as equal";
+    source.notes.push_back(std::string("light strengths could not be estimated (") + e.what() +
+                           "); 1 is written for all");
+  }
+}
+
+std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
+  std::vector<Mask> masks;
+  for (Frame& frame : source.capture.frames) frame.mask.clear();
+  const auto views = framesOfViews(source.capture);
+  for (size_t v = 0; v < views.size(); ++v) {
+    progress("masks", static_cast<double>(v) / static_cast<double>(views.size()));
+    masks.push_back(objectOfView(source.capture, views[v], threshold, progress));
+  }
+  source.capture.calibration["masks"] =
+      "by threshold, " + std::to_string(std::lround(1000 * threshold)) + " thousandths of the 99.5th percentile of each view";
+  return masks;
+}
+
+Image imageOf(const Mask& mask) {
+  Image image(mask.width, mask.height, 1);
+  std::ranges::copy(mask.inside, image.values.begin());
+  return image;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// The output.
+
+// Copies files into a folder, each once, keeping what their paths say where that is possible.
+class Copies {
+public:
+  Copies(fs::path root, fs::path output) : root_(std::move(root)), output_(std::move(output)) {}
+
+  // A path of its own below images/ or masks/.
+  fs::path claim(const fs::path& source, const char* place) {
+    fs::path inner = source.lexically_normal().lexically_relative(root_.lexically_normal());
+    if (root_.empty()) inner = source.lexically_normal();
+    if (inner.empty() || inner.is_absolute() || *inner.begin() == "..") inner = source.filename();
+    if (*inner.begin() == place && std::next(inner.begin()) != inner.end())
+      inner = inner.lexically_relative(place);
+    fs::path path = fs::path(place) / inner;
+    for (int copy = 2; !taken_.insert(path).second; ++copy)
+      path = fs::path(place) / inner.parent_path() /
+             (inner.stem().string() + "-" + std::to_string(copy) + inner.extension().string());
+    fs::create_directories((output_ / path).parent_path());
+    return path;
+  }
+
+  fs::path copy(const fs::path& source, const char* place) {
+    const auto [known, isNew] = copied_.try_emplace({source, place});
+    if (isNew) {
+      known->second = claim(source, place);
+      std::error_code problem;
+      fs::copy_file(source, output_ / known->second, problem);
+      if (problem) throw Error("cannot copy (" + problem.message() + ")").in(source);
+      fs::permissions(output_ / known->second, fs::perms(0644), problem);
+      count(known->second);
+    }
+    return known->second;
+  }
+
+  void count(const fs::path& written) { bytes_ += fs::file_size(output_ / written); }
+  size_t files(const char* place) const {
+    return static_cast<size_t>(
+        std::ranges::count_if(taken_, [&](const fs::path& path) { return *path.begin() == place; }));
+  }
+  uint64_t bytes() const { return bytes_; }
+
+private:
+  fs::path root_, output_;
+  std::map<std::pair<fs::path, std::string>, fs::path> copied_;
+  std::set<fs::path> taken_;
+  uint64_t bytes_ = 0;
+};
+
+// Copies all files; afterwards the capture's paths are those of the output.
+void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies, const fs::path& output,
+               const Progress& progress) {
+  std::vector<fs::path> maskOf(capture.views.size());
+  for (size_t f = 0; f < capture.frames.size(); ++f) {
+    Frame& frame = capture.frames[f];
+    progress("copying", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
+    if (!masks.empty()) {
+      fs::path& mask = maskOf[frame.view];
+      if (mask.empty()) {
+        mask = copies.claim(fs::path(frame.picture).replace_extension(".png"), "masks");
+        writePng(output / mask, imageOf(masks[frame.view]));
+        copies.count(mask);
+      }
+      frame.mask = mask;
+    } else if (!frame.mask.empty()) {
+      frame.mask = copies.copy(frame.mask, "masks");
+    }
+    frame.picture = copies.copy(frame.picture, "images");
+  }
+  if (!capture.geometry.empty()) capture.geometry = copies.copy(capture.geometry, "geometry");
+}
+
+} // namespace
+
+ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options) {
+  if (options.format) return *options.format;
+  if (std::error_code ignored; !fs::exists(source, ignored))
+    throw Error("cannot open (no such file)").in(source);
+  if (!isFolder(source)) {
+    if (source.extension() == ".json") return ImportFormat::transforms;
+    if (source.filename().string().ends_with("_par.txt")) return ImportFormat::middlebury;
+    if (source.extension() == ".lp" || source.extension() == ".txt") return ImportFormat::lights;
+  } else {
+    if (!options.lights.empty()) return ImportFormat::lights;
+    if (findTransforms(source)) return ImportFormat::transforms;
+    if (findColmapModel(source)) return ImportFormat::colmap;
+    if (findParameters(source)) return ImportFormat::middlebury;
+    if (findLights(source)) return ImportFormat::lights;
+  }
+  throw Error(
+      "no format known: expected transforms.json (or transforms_train.json), cameras.bin or cameras.txt "
+      "(also in sparse/0), *_par.txt, *.lp, lights.txt or light_directions.txt")
+      .in(source);
+}
+
+void holdOut(Capture& capture, const std::vector<std::string>& names, size_t every) {
+  // In the order of their first frames; lights of one cluster are one.
+  std::vector<std::string> cameras, lights;
+  const auto add = [](std::vector<std::string>& list, const std::string& name) {
+    if (std::ranges::find(list, name) == list.end()) list.push_back(name);
+  };
+  for (const View& view : capture.views) add(cameras, view.identity);
+  for (const Light& light : capture.lights) add(lights, light.identity);
+
+  std::set<std::string> outCameras, outLights;
+  for (const std::string& name : names) {
+    const bool isCamera = std::ranges::find(cameras, name) != cameras.end();
+    const auto light = std::ranges::find_if(
+        capture.lights, [&](const Light& l) { return l.name == name || l.identity == name; });
+    if (isCamera) outCameras.insert(name);
+    if (light != capture.lights.end()) outLights.insert(light->identity);
+    if (isCamera || light != capture.lights.end()) continue;
+    std::vector<std::string_view> known(cameras.begin(), cameras.end());
+    known.insert(known.end(), lights.begin(), lights.end());
+    throw Error::mismatch("a camera or light (nearest: " + std::string(nearestName(name, known)) + ")",
+                          shownText(name))
+        .at("--test");
+  }
+  const bool ofLights = cameras.size() == 1 && lights.size() > 1;
+  const std::vector<std::string>& counted = ofLights ? lights : cameras;
+  for (size_t i = 1; every > 0 && i * every <= counted.size(); ++i)
+    (ofLights ? outLights : outCameras).insert(counted[i * every - 1]);
+
+  for (Frame& frame : capture.frames)
+    if (outCameras.contains(capture.views[frame.view].identity) ||
+        (frame.light && outLights.contains(capture.lights[*frame.light].identity)))
+      frame.split = Split::test;
+  const auto trains = [](const Frame& frame) { return frame.split == Split::train; };
+  if (std::ranges::none_of(capture.frames, trains)) throw Error("no photograph is left to train with");
+}
+
+ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, const ImportOptions& options,
+                           const Progress& progress) {
+  ImportReport report;
+  report.format = formatOfSource(sourcePath, options);
+  OutputFolder folder(output);
+  Source source = readSource(sourcePath, report.format, options);
+  Capture& capture = source.capture;
+  if (options.colorSpace) capture.colorSpace = options.colorSpace;
+  holdOut(capture, options.test, options.testEvery);
+  fitLenses(source, progress);
+  std::vector<Mask> masks;
+  if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
+  estimateStrengths(source, masks, progress);
+
+  Copies copies(source.files.root, folder.temporaryPath());
+  takeAlong(capture, masks, copies, folder.temporaryPath(), progress);
+  writeCapture(capture, folder.temporaryPath());
+  progress("copying", 1);
+  folder.commit();
+
+  report.views = capture.views.size();
+  report.lights = capture.lights.size();
+  for (const Frame& frame : capture.frames)
+    ++(frame.split == Split::train ? report.trainingFrames : report.testFrames);
+  report.pictures = copies.files("images");
+  report.masks = copies.files("masks");
+  report.bytes = copies.bytes();
+  report.notes = source.notes;
+  return report;
+}
+
+} // namespace surflect

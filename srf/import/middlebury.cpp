@@ -1,0 +1,85 @@
+#include "srf/import/middlebury.h"
+
+#include "srf/image/image_file.h"
+#include "srf/import/text.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+
+#include <cmath>
+#include <set>
+
+namespace surflect {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Mat3<double> matrixAt(const std::vector<std::string_view>& words, size_t first) {
+  Mat3<double> m;
+  for (size_t i = 0; i < 9; ++i)
+    m(static_cast<int>(i / 3), static_cast<int>(i % 3)) = numberOf(words[first + i]);
+  return m;
+}
+
+// K of the file, whose whole numbers are centres, to a lens whose centres lie at +0.5.
+Lens lensOf(Mat3<double> k, PictureSize size) {
+  if (k(1, 0) != 0 || k(2, 0) != 0 || k(2, 1) != 0 || !(k(2, 2) > 0))
+    throw Error::mismatch("an upper triangular matrix with k33 above 0", "another").at("K");
+  k /= k(2, 2);
+  const double focal = checkedFocalLength(k(0, 0));
+  if (!(std::abs(k(0, 1)) <= 1e-6 * focal))
+    throw Error::mismatch("no skew", std::to_string(k(0, 1))).at("k12");
+  return {.width = size.width,
+          .height = size.height,
+          .focalX = focal,
+          .focalY = checkedFocalLength(k(1, 1)),
+          .centerX = k(0, 2) + 0.5,
+          .centerY = k(1, 2) + 0.5};
+}
+
+void addPicture(Source& source, const TextLine& line) {
+  const std::vector<std::string_view> words = wordsOf(line.text);
+  if (words.size() != 22)
+    throw Error::mismatch("a picture, K, R and t: 22 words", std::to_string(words.size()));
+  const fs::path picture = source.files.at(words[0]);
+  const Lens lens = lensOf(matrixAt(words, 1), readPictureSize(picture));
+  const Vec3<double> translation(numberOf(words[19]), numberOf(words[20]), numberOf(words[21]));
+  source.capture.frames.push_back({.view = source.capture.views.size(), .picture = picture});
+  source.capture.views.push_back(
+      {std::string(words[0]), {lens, poseFromVisionAxes(matrixAt(words, 10), translation)}});
+}
+
+} // namespace
+
+Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
+  const std::string content = readFile(parameters);
+  const std::vector<TextLine> lines = sayingLinesOf(content);
+  if (lines.empty()) throw Error::mismatch("the number of pictures", "an empty file");
+  Source source;
+  source.files = {parameters.parent_path(), allowOutside};
+  for (size_t i = 0; i < lines.size(); ++i) try {
+      if (i > 0)
+        addPicture(source, lines[i]);
+      else if (countOf(lines[0].text) != lines.size() - 1)
+        throw Error::mismatch(std::to_string(lines.size() - 1) + ", as many as lines follow",
+                              std::string(lines[0].text));
+    } catch (Error& e) {
+      throw std::move(e).at(fieldOf(lines[i]));
+    }
+  if (source.capture.frames.empty()) throw Error("it lists no picture");
+
+  std::vector<fs::path> names;
+  std::set<std::string> different;
+  for (const View& view : source.capture.views) {
+    names.emplace_back(view.identity);
+    if (!different.insert(view.identity).second) throw Error(shownText(view.identity) + " is listed twice");
+  }
+  const std::vector<std::string> identities = namesOfPictures(names);
+  for (size_t v = 0; v < identities.size(); ++v) source.capture.views[v].identity = identities[v];
+  source.notes.push_back("Middlebury: pixel centres moved from whole numbers to +0.5");
+  return source;
+} catch (Error& e) {
+  throw std::move(e).in(parameters);
+}
+
+} // namespace surflect

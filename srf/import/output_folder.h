@@ -1,0 +1,25 @@
+// A folder that appears whole, or not at all.
+#pragma once
+
+#include <filesystem>
+
+namespace surflect {
+
+// Filled beside the target and renamed by commit(); dropped by the destructor otherwise. The target must not
+// be there yet, or be an empty folder; throws Error.
+class OutputFolder {
+public:
+  explicit OutputFolder(std::filesystem::path target);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  const std::filesystem::path& temporaryPath() const { return temporary_; }
+  void commit();
+
+private:
+  std::filesystem::path target_, temporary_;
+  bool committed_ = false;
+};
+
+} // namespace surflect

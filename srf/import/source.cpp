@@ -1,0 +1,95 @@
+#include "srf/import/source.h"
+
+#include "srf/import/text.h"
+#include "surfel/error.h"
+
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace surflect {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool isFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+} // namespace
+
+std::optional<fs::path> SourceFiles::find(std::string_view written) const {
+  const auto isControl = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+  if (written.empty() || written.size() > 4096 || std::any_of(written.begin(), written.end(), isControl))
+    throw Error::mismatch("a file's name", shownText(written));
+  std::string slashes(written);
+  std::replace(slashes.begin(), slashes.end(), '\\', '/');
+  for (const fs::path& name : {fs::path(written), fs::path(slashes)}) {
+    const fs::path file = root / name; // an absolute name stands for itself
+    if (!isFile(file)) continue;
+    check(file);
+    return file;
+  }
+  return std::nullopt;
+}
+
+fs::path SourceFiles::at(std::string_view written) const {
+  if (auto file = find(written)) return *std::move(file);
+  throw Error::mismatch("a file in " + (root.empty() ? "." : root.string()), shownText(written));
+}
+
+void SourceFiles::check(const fs::path& file) const {
+  if (allowOutside) return;
+  std::error_code problem;
+  const fs::path folder = fs::canonical(root.empty() ? "." : root, problem),
+                 place = problem ? fs::path() : fs::canonical(file, problem);
+  if (problem) throw Error("cannot open (" + problem.message() + ")").in(file);
+  if (std::mismatch(folder.begin(), folder.end(), place.begin(), place.end()).first != folder.end())
+    throw Error("found " + shownText(file.string()) + ", which leaves the folder " + folder.string() +
+                "; --allow-outside lets it");
+}
+
+Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
+                                                        const Vec3<double>& translation) {
+  if (!rotation.allFinite() || !translation.allFinite() || !(translation.cwiseAbs().maxCoeff() <= 1e12))
+    throw Error("the pose is not finite");
+  const double error = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= 1e-4))
+    throw Error::mismatch("a rotation", "a matrix that is not orthonormal by " + std::to_string(error));
+  if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
+  const Eigen::JacobiSVD<Mat3<double>> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vec3<double> flip(1, -1, -1); // x right, y up, looking along -z
+  return {flip.asDiagonal() * (svd.matrixU() * svd.matrixV().transpose()), flip.cwiseProduct(translation)};
+}
+
+std::vector<std::string> namesOfPictures(const std::vector<fs::path>& pictures) {
+  std::set<std::string> different;
+  std::vector<std::string> names;
+  for (fs::path picture : pictures) {
+    names.push_back(picture.replace_extension().generic_string());
+    different.insert(names.back());
+  }
+  if (different.size() == pictures.size()) return names;
+  names.clear();
+  for (const fs::path& picture : pictures) names.push_back(picture.generic_string());
+  return names;
+}
+
+double checkedFocalLength(double pixels) {
+  if (!(pixels >= 1e-12 && pixels <= 1e12))
+    throw Error::mismatch("a focal length above 0 (1e-12 to 1e12)", std::to_string(pixels));
+  return pixels;
+}
+
+int checkedPixelCount(double pixels) {
+  constexpr int most = 1 << 16;
+  if (!(pixels >= 1 && pixels <= most && pixels == std::floor(pixels)))
+    throw Error::mismatch("pixels, a whole number from 1 to " + std::to_string(most), std::to_string(pixels));
+  return static_cast<int>(pixels);
+}
+
+} // namespace surflect

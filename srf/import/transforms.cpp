@@ -1,0 +1,248 @@
+#include "srf/import/transforms.h"
+
+#include "srf/import/text.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+namespace surflect {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+enum class Part { train, validation, test, none };
+
+// Frames of one file, and the part each plays.
+struct Description {
+  Capture capture;
+  std::vector<Part> parts; // one a frame
+};
+
+// ---------------------------------------------------------------------------------------------------------
+// Other spellings of what the reader knows. What has the wrong type stays, for the reader to complain about.
+
+// [cx, cy, fl_x, fl_y] of NRHints and GS3.
+void spellOutIntrinsics(Json& object) {
+  const auto list = object.find("camera_intrinsics");
+  if (list == object.end() || !list->is_array() || list->size() != 4) return;
+  constexpr std::array keys{"cx", "cy", "fl_x", "fl_y"};
+  const Json values = *list;
+  for (size_t i = 0; i < 4; ++i) object[keys[i]] = values[i];
+}
+
+// NRHints keeps the extension apart; GS3's img_path stands before file_path.
+void spellOutPath(Json& frame) {
+  const auto path = frame.find("file_path"), extension = frame.find("file_ext"),
+             whole = frame.find("img_path");
+  if (whole != frame.end() && whole->is_string())
+    frame["file_path"] = *whole;
+  else if (path != frame.end() && path->is_string() && extension != frame.end() && extension->is_string())
+    *path = path->get<std::string>() + extension->get<std::string>();
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Splits.
+
+std::set<std::string> namesIn(const Json& root, const char* key) {
+  std::set<std::string> names;
+  if (const auto list = root.find(key); list != root.end() && list->is_array())
+    for (const Json& name : *list)
+      if (name.is_string()) names.insert(fs::path(name.get<std::string>()).lexically_normal());
+  return names;
+}
+
+// nerfstudio's lists of file names: what none of them names takes no part.
+struct SplitLists {
+  std::set<std::string> train, validation, test;
+
+  explicit SplitLists(const Json& root)
+      : train(namesIn(root, "train_filenames")), validation(namesIn(root, "val_filenames")),
+        test(namesIn(root, "test_filenames")) {}
+
+  bool given() const { return !train.empty() || !validation.empty() || !test.empty(); }
+  Part of(const std::string& name) const {
+    if (train.contains(name)) return Part::train;
+    if (test.contains(name)) return Part::test;
+    return validation.contains(name) ? Part::validation : Part::none;
+  }
+};
+
+Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
+  const auto path = frame.find("file_path"), split = frame.find("split");
+  if (lists.given() && path != frame.end() && path->is_string())
+    return lists.of(fs::path(path->get<std::string>()).lexically_normal());
+  if (split == frame.end() || !split->is_string()) return ofFile;
+  if (*split == "val" || *split == "valid" || *split == "validation") return Part::validation;
+  return *split == "test" ? Part::test : Part::train;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+
+Json parseShallow(const std::string& content) {
+  constexpr int deepest = 64; // else writing it out again could overflow the stack
+  const auto shallow = [](int depth, Json::parse_event_t, Json&) {
+    if (depth > deepest) throw Error("nested more than " + std::to_string(deepest) + " deep");
+    return true;
+  };
+  return Json::parse(content, shallow, false);
+}
+
+Description describe(const fs::path& file, Part ofFile, bool allowOutside, std::vector<std::string>& notes) {
+  const PathRule paths = allowOutside ? PathRule::anywhere : PathRule::inside;
+  const std::string content = readFile(file);
+  Json root;
+  try {
+    root = parseShallow(content);
+  } catch (Error& e) {
+    throw std::move(e).in(file);
+  }
+  const auto frames = root.is_object() ? root.find("frames") : root.end();
+  if (!root.is_object() || frames == root.end() || !frames->is_array())
+    return {parseCapture(content, file, paths), {}}; // which says what is wrong
+
+  if (root.contains("applied_transform") || root.contains("applied_scale"))
+    notes.push_back("nerfstudio's applied_transform is kept in: poses are as " + file.filename().string() +
+                    " says, not as COLMAP did");
+  spellOutIntrinsics(root);
+  const SplitLists lists(root);
+  Description description;
+  for (Json& frame : *frames) {
+    description.parts.push_back(frame.is_object() ? partOf(frame, lists, ofFile) : Part::none);
+    if (!frame.is_object()) continue;
+    spellOutIntrinsics(frame);
+    spellOutPath(frame);
+    const auto split = frame.find("split");
+    const bool readersOwn = split != frame.end() && !split->is_string();
+    if (!readersOwn) frame["split"] = description.parts.back() == Part::train ? "train" : "test";
+  }
+  description.capture = parseCapture(root.dump(), file, paths);
+  return description;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Several files become one capture.
+
+bool samePlace(const View& a, const View& b) {
+  const auto &x = a.camera.cameraFromWorld, &y = b.camera.cameraFromWorld;
+  return a.camera.lens == b.camera.lens && x.rotation() == y.rotation() && x.translation() == y.translation();
+}
+
+// Lights that the reader has named by the frame they were found in.
+bool isUnnamed(const Light& light) { return light.name.starts_with("pl_pos["); }
+
+size_t lightIn(std::vector<Light>& lights, Light light, const std::string& file) {
+  for (size_t l = 0; l < lights.size(); ++l) {
+    const bool sameName = lights[l].name == light.name;
+    if (lights[l].kind == light.kind && (sameName || (isUnnamed(lights[l]) && isUnnamed(light)))) return l;
+    if (sameName && !isUnnamed(light))
+      throw Error("differs from the light of this name in another file").at("light " + light.name);
+  }
+  if (isUnnamed(light)) light.identity = light.name += " of " + file;
+  lights.push_back(std::move(light));
+  return lights.size() - 1;
+}
+
+template <class Value, class IsSet> void agree(Value& all, const Value& part, const char* key, IsSet isSet) {
+  if (isSet(all) && isSet(part) && all != part) throw Error("differs from that of another file").at(key);
+  if (isSet(part)) all = part;
+}
+
+void append(Description& all, Description part, const fs::path& file) {
+  agree(all.capture.colorSpace, part.capture.colorSpace, "color_space", [](auto& c) { return bool(c); });
+  agree(all.capture.geometry, part.capture.geometry, "geometry", [](auto& g) { return !g.empty(); });
+  if (!all.capture.frames.empty() &&
+      all.capture.frames[0].light.has_value() != part.capture.frames[0].light.has_value())
+    throw Error("one file has lights, another has none").at("frames[0].light");
+  std::vector<size_t> newView, newLight;
+  for (View& view : part.capture.views) {
+    auto& views = all.capture.views;
+    const auto known =
+        std::find_if(views.begin(), views.end(), [&](const View& other) { return samePlace(view, other); });
+    newView.push_back(static_cast<size_t>(known - views.begin()));
+    if (known == views.end()) views.push_back(std::move(view));
+  }
+  for (Light& light : part.capture.lights)
+    newLight.push_back(lightIn(all.capture.lights, std::move(light), file.stem().string()));
+  for (Frame& frame : part.capture.frames) {
+    frame.view = newView[frame.view];
+    if (frame.light) frame.light = newLight[*frame.light];
+    all.capture.frames.push_back(std::move(frame));
+  }
+  all.parts.insert(all.parts.end(), part.parts.begin(), part.parts.end());
+  all.capture.calibration.merge(part.capture.calibration);
+}
+
+std::optional<fs::path> firstFile(const fs::path& folder, std::initializer_list<const char*> names) {
+  std::error_code ignored;
+  for (const char* name : names)
+    if (fs::is_regular_file(folder / name, ignored)) return folder / name;
+  return std::nullopt;
+}
+
+// Leaves validation out, or makes it the test; leaves out what takes no part.
+void settle(Description& all, std::vector<std::string>& notes) {
+  const auto count = [&](Part part) { return std::ranges::count(all.parts, part); };
+  const auto tests = count(Part::test), validations = count(Part::validation), idle = count(Part::none);
+  if (validations > 0)
+    notes.push_back(std::to_string(validations) + " validation photographs " +
+                    (tests > 0 ? "are left out" : "are the test"));
+  if (idle > 0) notes.push_back(std::to_string(idle) + " photographs that no split names are left out");
+  size_t next = 0;
+  all.capture = subset(all.capture, [&](const Frame&) { // in the order of the frames
+    const Part part = all.parts[next++];
+    return part != Part::none && (part != Part::validation || tests == 0);
+  });
+}
+
+} // namespace
+
+std::optional<fs::path> findTransforms(const fs::path& folder) {
+  return firstFile(folder, {"transforms.json", "transforms_train.json"});
+}
+
+Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
+  std::error_code ignored;
+  const bool isFolder = fs::is_directory(folderOrFile, ignored);
+  const fs::path file =
+      isFolder ? findTransforms(folderOrFile).value_or(folderOrFile / "transforms.json") : folderOrFile;
+  const fs::path folder = file.parent_path();
+  Source source;
+  source.files = {folder, allowOutside};
+
+  Description all = describe(file, Part::train, allowOutside, source.notes);
+  if (isFolder && file.filename() == "transforms_train.json") {
+    const auto test = firstFile(folder, {"transforms_test.json"}),
+               validation = firstFile(folder, {"transforms_val.json", "transforms_valid.json"});
+    for (const auto& [other, part] : {std::pair(test, Part::test), std::pair(validation, Part::validation)})
+      if (other && (part == Part::test || !test)) try {
+          append(all, describe(*other, part, allowOutside, source.notes), *other);
+        } catch (Error& e) {
+          throw std::move(e).in(*other);
+        }
+    if (test && validation)
+      source.notes.push_back("validation photographs of " + validation->filename().string() +
+                             " are left out");
+  }
+  settle(all, source.notes);
+  source.capture = std::move(all.capture);
+
+  source.capture.file.clear();
+  const auto toPlace = [&](fs::path& path) {
+    if (path.empty()) return;
+    path = folder / path;
+    source.files.check(path); // links, too
+  };
+  toPlace(source.capture.geometry);
+  for (Frame& frame : source.capture.frames) toPlace(frame.picture), toPlace(frame.mask);
+  return source;
+}
+
+} // namespace surflect

@@ -1,0 +1,310 @@
+#include "srf/import/colmap.h"
+
+#include "srf/import/import.h"
+#include "tests/srf/import/vision_camera.h"
+
+#include <cstring>
+#include <map>
+
+namespace surflect {
+namespace {
+
+constexpr std::array models{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"};
+
+// The parameters of a camera in COLMAP's order, and the camera as far as the model can say it.
+std::pair<std::vector<double>, VisionCamera> asModel(const std::string& model, VisionCamera c) {
+  if (model != "PINHOLE" && model != "OPENCV" && model != "FULL_OPENCV") c.fy = c.fx;
+  if (model.ends_with("PINHOLE")) c.k1 = c.k2 = c.p1 = c.p2 = 0;
+  if (model.ends_with("RADIAL")) c.p1 = c.p2 = 0;
+  if (model == "SIMPLE_RADIAL") c.k2 = 0;
+  const std::map<std::string, std::vector<double>> parameters{
+      {"SIMPLE_PINHOLE", {c.fx, c.cx, c.cy}},
+      {"PINHOLE", {c.fx, c.fy, c.cx, c.cy}},
+      {"SIMPLE_RADIAL", {c.fx, c.cx, c.cy, c.k1}},
+      {"RADIAL", {c.fx, c.cx, c.cy, c.k1, c.k2}},
+      {"OPENCV", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}},
+      {"FULL_OPENCV", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 0, 0, 0, 0}}};
+  return {parameters.at(model), c};
+}
+
+template <class... Values> void put(std::string& bytes, Values... values) {
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+}
+
+class Colmap : public testing::Test {
+protected:
+  struct Image {
+    std::string name;
+    std::string model;
+    VisionCamera camera;
+  };
+
+  Image& add(const std::string& name, const std::string& model) {
+    images.push_back({name, model, asModel(model, rig.camera(true)).second});
+    writePicture(folder / "images" / name);
+    return images.back();
+  }
+  void addOneOfEachModel() {
+    for (const char* model : models) add(std::string("im_").append(model) + ".png", model);
+  }
+
+  // COLMAP's numbers need not follow each other, nor their order.
+  static uint32_t cameraId(size_t i) { return static_cast<uint32_t>(100 - 7 * i); }
+
+  std::string camerasText() const {
+    std::string text = "# Camera list with one line of data per camera:\n";
+    for (size_t i = 0; i < images.size(); ++i) {
+      text.append(std::to_string(cameraId(i))).append(" ").append(images[i].model).append(" 16 12");
+      for (const double p : asModel(images[i].model, images[i].camera).first) text += " " + digits(p);
+      text += "\n";
+    }
+    return text;
+  }
+  std::string imagesText() const {
+    std::string text = "# Image list with two lines of data per image:\n";
+    for (size_t i = 0; i < images.size(); ++i) {
+      const VisionCamera& c = images[i].camera;
+      text += std::to_string(i + 5) + " " +
+              row(c.rotation.w(), c.rotation.x(), c.rotation.y(), c.rotation.z(), c.translation[0],
+                  c.translation[1], c.translation[2]) +
+              " " + std::to_string(cameraId(i)) + " " + images[i].name + "\n";
+      text += i % 2 ? "\n" : "1.5 2.5 -1 3.5 4.5 17\n";
+    }
+    return text;
+  }
+  std::string camerasBinary() const {
+    std::string bytes;
+    put(bytes, uint64_t{images.size()});
+    for (size_t i = 0; i < images.size(); ++i) {
+      const auto number = std::ranges::find(models, images[i].model) - models.begin();
+      put(bytes, cameraId(i), static_cast<int32_t>(number == 5 ? 6 : number), uint64_t{16}, uint64_t{12});
+      for (const double p : asModel(images[i].model, images[i].camera).first) put(bytes, p);
+    }
+    return bytes;
+  }
+  std::string imagesBinary() const {
+    std::string bytes;
+    put(bytes, uint64_t{images.size()});
+    for (size_t i = 0; i < images.size(); ++i) {
+      const VisionCamera& c = images[i].camera;
+      put(bytes, static_cast<uint32_t>(i + 5), c.rotation.w(), c.rotation.x(), c.rotation.y(), c.rotation.z(),
+          c.translation[0], c.translation[1], c.translation[2], cameraId(i));
+      bytes += images[i].name + '\0';
+      put(bytes, uint64_t{i % 2}); // points
+      if (i % 2) put(bytes, 1.5, 2.5, int64_t{-1});
+    }
+    return bytes;
+  }
+  void writeText() const {
+    std::filesystem::create_directories(folder / "sparse/0");
+    writeBytes(folder / "sparse/0/cameras.txt", camerasText());
+    writeBytes(folder / "sparse/0/images.txt", imagesText());
+  }
+  void writeBinary() const {
+    std::filesystem::create_directories(folder / "sparse/0");
+    writeBytes(folder / "sparse/0/cameras.bin", camerasBinary());
+    writeBytes(folder / "sparse/0/images.bin", imagesBinary());
+  }
+  Source read() const { return readColmap(folder.path(), {}, false); }
+  void expectAllImages(const Capture& capture) {
+    ASSERT_EQ(capture.views.size(), images.size());
+    for (const Image& image : images)
+      rig.expectSamePixels(viewNamed(capture, std::filesystem::path(image.name).replace_extension()).camera,
+                           image.camera);
+  }
+
+  TemporaryFolder folder;
+  VisionRig rig{1};
+  std::vector<Image> images;
+};
+
+TEST_F(Colmap, TextAndBinaryKeepThePixelsOfEveryModel) {
+  addOneOfEachModel();
+  writeText();
+  expectAllImages(read().capture);
+  std::filesystem::remove_all(folder / "sparse");
+  writeBinary();
+  expectAllImages(read().capture);
+}
+
+TEST_F(Colmap, TheImportedFolderKeepsThePixelsToo) {
+  addOneOfEachModel();
+  add("below/im.png", "PINHOLE");
+  writeBinary();
+  importCapture(folder.path(), folder / "out", {});
+  const Capture capture = readCapture(folder / "out");
+  expectAllImages(capture);
+  for (const Frame& frame : capture.frames)
+    EXPECT_EQ(frame.picture, std::filesystem::path("images") / (capture.views[frame.view].identity + ".png"));
+}
+
+TEST_F(Colmap, ACameraAtTheOriginLooksAlongZWithYDown) {
+  Image& image = add("a.png", "PINHOLE");
+  image.camera.rotation = Eigen::Quaterniond::Identity();
+  image.camera.translation = {0, 0, 0};
+  writeText();
+  const Source source = read();
+  const auto& camera = source.capture.views[0].camera;
+  const auto& lens = camera.lens;
+  const auto ahead = camera.project({0, 0, 1}), right = camera.project({1, 0, 1}),
+             down = camera.project({0, 1, 1});
+  ASSERT_TRUE(ahead && right && down);
+  EXPECT_DOUBLE_EQ(ahead->x, lens.centerX);
+  EXPECT_DOUBLE_EQ(ahead->y, lens.centerY);
+  EXPECT_DOUBLE_EQ(right->x, lens.centerX + lens.focalX);
+  EXPECT_DOUBLE_EQ(down->y, lens.centerY + lens.focalY);
+  EXPECT_FALSE(camera.project({0, 0, -1}));
+}
+
+TEST_F(Colmap, NamesCanHaveBlanksAndFolders) {
+  add("a b/c d.png", "PINHOLE");
+  writeText();
+  EXPECT_EQ(read().capture.views[0].identity, "a b/c d");
+}
+
+TEST_F(Colmap, PicturesThatDifferOnlyInTheirExtensionKeepIt) {
+  add("a.png", "PINHOLE");
+  images.push_back(images[0]);
+  images.back().name = "a.PNG";
+  writePicture(folder / "images/a.PNG");
+  writeText();
+  const Source source = read();
+  EXPECT_EQ(source.capture.views[0].identity, "a.PNG");
+  EXPECT_EQ(source.capture.views[1].identity, "a.png");
+}
+
+TEST_F(Colmap, MasksBesideThePicturesAreTaken) {
+  add("a.png", "PINHOLE");
+  add("b.png", "PINHOLE");
+  writePicture(folder / "masks/a.png.png");
+  writeText();
+  importCapture(folder.path(), folder / "out", {});
+  const Capture capture = readCapture(folder / "out");
+  EXPECT_EQ(capture.frames[0].mask, "masks/a.png.png");
+  EXPECT_EQ(capture.frames[1].mask, "");
+}
+
+TEST_F(Colmap, ShrunkPicturesShrinkTheLens) {
+  VisionCamera camera = add("a.png", "OPENCV").camera;
+  writeText();
+  writePicture(folder / "half/a.png", 8, 6);
+  ImportOptions options;
+  options.images = folder / "half";
+  importCapture(folder.path(), folder / "out", options);
+  camera.width = 8, camera.height = 6;
+  camera.fx /= 2, camera.fy /= 2, camera.cx /= 2, camera.cy /= 2;
+  rig.expectSamePixels(readCapture(folder / "out").views[0].camera, camera);
+
+  writePicture(folder / "half/a.png", 8, 8);
+  EXPECT_NE(errorOf([&] {
+              importCapture(folder.path(), folder / "out2", options);
+            }).find("found 8 x 8, expected 16 x 12"),
+            std::string::npos);
+}
+
+TEST_F(Colmap, OtherModelsAreNamed) {
+  const std::vector<double> twelve{20, 20, 8, 6, 0, 0, 0, 0, 0.01, 0, 0, 0};
+  for (const auto& [model, count] : {std::pair("OPENCV_FISHEYE", 8), std::pair("FULL_OPENCV", 12),
+                                     std::pair("FOV", 5), std::pair("SIMPLE_RADIAL_FISHEYE", 4),
+                                     std::pair("RADIAL_FISHEYE", 5), std::pair("THIN_PRISM_FISHEYE", 12)}) {
+    const std::span parameters(twelve.data(), static_cast<size_t>(count));
+    EXPECT_NE(errorOf([&] { colmapLens(model, 16, 12, parameters); }).find(std::string("found ") + model),
+              std::string::npos);
+  }
+  EXPECT_NE(errorOf([&] { colmapLens("BEST", 16, 12, twelve); }).find("found \"BEST\""), std::string::npos);
+  EXPECT_NE(errorOf([&] { colmapLens("PINHOLE", 16, 12, twelve); }).find("expected 4 of PINHOLE"),
+            std::string::npos);
+}
+
+TEST_F(Colmap, WrongTextIsNamedWithItsLine) {
+  add("a.png", "PINHOLE");
+  writeText();
+  const std::string cameras = camerasText(), imagesFile = imagesText();
+  const auto errorWith = [&](const char* file, std::string text, const std::string& from,
+                             const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    writeBytes(folder / "sparse/0" / file, text);
+    const std::string line = errorOf([&] { read(); });
+    writeText();
+    EXPECT_NE(line.find(file), std::string::npos) << line;
+    return line;
+  };
+  EXPECT_NE(errorWith("cameras.txt", cameras, "PINHOLE 16", "PINHOLE x").find("line 2: found \"x\""),
+            std::string::npos);
+  EXPECT_NE(errorWith("cameras.txt", cameras, " 16 12", " 16 0").find("expected pixels"), std::string::npos);
+  EXPECT_NE(errorWith("images.txt", imagesFile, "5 ", "5 9").find("unit quaternion"), std::string::npos);
+  EXPECT_NE(errorWith("images.txt", imagesFile, "a.png", "b.png").find("expected a file in"),
+            std::string::npos);
+  EXPECT_NE(errorWith("images.txt", imagesFile, " 100 ", " 101 ").find("CAMERA_ID: found 101"),
+            std::string::npos);
+  EXPECT_NE(errorWith("images.txt", imagesFile, "5 ", "#").find("no picture"), std::string::npos);
+}
+
+TEST_F(Colmap, PathsOutOfThePicturesFolderNeedPermission) {
+  add("../outside.png", "PINHOLE");
+  writeText();
+  EXPECT_NE(errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
+  EXPECT_EQ(readColmap(folder.path(), {}, true).capture.frames.size(), 1u);
+  images[0].name = "link.png";
+  std::filesystem::create_symlink(folder / "outside.png", folder / "images/link.png");
+  writeText();
+  EXPECT_NE(errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
+  images[0].name = folder / "outside.png";
+  writeText();
+  EXPECT_NE(errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
+}
+
+TEST_F(Colmap, EveryTruncationOfABinaryIsRefused) {
+  addOneOfEachModel();
+  writeBinary();
+  for (const char* name : {"cameras.bin", "images.bin"}) {
+    const std::string whole = std::string(name) == "cameras.bin" ? camerasBinary() : imagesBinary();
+    for (size_t length = 0; length < whole.size(); ++length) {
+      writeBytes(folder / "sparse/0" / name, whole.substr(0, length));
+      const std::string line = errorOf([&] { read(); });
+      EXPECT_NE(line.find(name), std::string::npos) << line;
+    }
+    writeBytes(folder / "sparse/0" / name, whole + '\0');
+    EXPECT_NE(errorOf([&] { read(); }).find("found 1 more bytes"), std::string::npos);
+    writeBytes(folder / "sparse/0" / name, whole);
+  }
+}
+
+TEST_F(Colmap, HugeCountsCostNothing) {
+  add("a.png", "PINHOLE");
+  writeBinary();
+  std::string bytes = camerasBinary();
+  const uint64_t huge = ~uint64_t{0};
+  std::memcpy(bytes.data(), &huge, sizeof huge);
+  writeBytes(folder / "sparse/0/cameras.bin", bytes);
+  EXPECT_NE(errorOf([&] { read(); }).find("num_cameras: found 18446744073709551615"), std::string::npos);
+  writeBinary();
+  bytes = imagesBinary();
+  std::memcpy(bytes.data() + bytes.size() - 8, &huge, sizeof huge); // of points
+  writeBytes(folder / "sparse/0/images.bin", bytes);
+  EXPECT_NE(errorOf([&] { read(); }).find("num_points2D"), std::string::npos);
+}
+
+TEST_F(Colmap, DamageGivesAnErrorOrASource) {
+  addOneOfEachModel();
+  writeBinary();
+  std::mt19937 random(3);
+  int refused = 0;
+  for (int i = 0; i < 600; ++i) {
+    const bool cameras = i % 2;
+    std::string bytes = cameras ? camerasBinary() : imagesBinary();
+    bytes[random() % bytes.size()] = static_cast<char>(random());
+    writeBinary();
+    writeBytes(folder / "sparse/0" / (cameras ? "cameras.bin" : "images.bin"), bytes);
+    try {
+      for (const Source source = read(); const View& view : source.capture.views)
+        EXPECT_TRUE(view.camera.cameraFromWorld.rotation().allFinite());
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 100);
+}
+
+} // namespace
+} // namespace surflect

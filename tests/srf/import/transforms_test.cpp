@@ -1,0 +1,232 @@
+#include "srf/import/transforms.h"
+
+#include "srf/import/import.h"
+#include "tests/srf/import/vision_camera.h"
+
+#include <nlohmann/json.hpp>
+
+#include <numbers>
+
+namespace surflect {
+namespace {
+
+using Json = nlohmann::json;
+
+class Transforms : public testing::Test {
+protected:
+  // Camera to world with OpenGL's axes, of a camera with computer vision's.
+  static Json matrixOf(const VisionCamera& camera) {
+    const Mat3<double> r = camera.rotation.toRotationMatrix().transpose();
+    const Vec3<double> center = -(r * camera.translation);
+    Json rows = Json::array();
+    for (int i = 0; i < 3; ++i) rows.push_back({r(i, 0), -r(i, 1), -r(i, 2), center[i]});
+    rows.push_back({0, 0, 0, 1});
+    return rows;
+  }
+  // A frame of NeRF-synthetic: no extension.
+  Json frame(const std::string& path, const VisionCamera& camera) const {
+    writePicture(folder / (path + ".png"));
+    return {{"file_path", "./" + path}, {"transform_matrix", matrixOf(camera)}};
+  }
+  VisionCamera blenderCamera() {
+    VisionCamera camera = rig.camera(false);
+    camera.cx = 8, camera.cy = 6;
+    camera.fx = camera.fy = 8 / std::tan(0.35);
+    return camera;
+  }
+  void write(const std::string& name, const Json& json) const { writeBytes(folder / name, json.dump(1)); }
+  Source read() const { return readTransforms(folder.path(), false); }
+  Capture imported(const ImportOptions& options = {}) const {
+    std::filesystem::remove_all(folder / "out");
+    importCapture(folder.path(), folder / "out", options);
+    return readCapture(folder / "out");
+  }
+  // file by file, frames that look from random places.
+  void writeSplits(std::initializer_list<std::pair<const char*, int>> files) {
+    for (const auto& [split, count] : files) {
+      Json json{{"camera_angle_x", 0.7}, {"frames", Json::array()}};
+      for (int i = 0; i < count; ++i) {
+        cameras.push_back(blenderCamera());
+        json["frames"].push_back(frame(std::string(split) + "/r_" + std::to_string(i), cameras.back()));
+      }
+      write(std::string("transforms_") + split + ".json", json);
+    }
+  }
+
+  TemporaryFolder folder;
+  VisionRig rig{3};
+  std::vector<VisionCamera> cameras; // in the order written
+};
+
+TEST_F(Transforms, NerfSyntheticKeepsItsPixelsAndSplits) {
+  writeSplits({{"train", 3}, {"test", 2}, {"val", 2}});
+  const Capture capture = imported();
+  ASSERT_EQ(capture.views.size(), 5u);
+  for (size_t v = 0; v < 5; ++v) {
+    rig.expectSamePixels(capture.views[v].camera, cameras[v]);
+    EXPECT_EQ(capture.frames[v].split, v < 3 ? Split::train : Split::test);
+  }
+  EXPECT_EQ(capture.views[4].identity, "test/r_1");
+  EXPECT_EQ(capture.frames[4].picture, "images/test/r_1.png");
+}
+
+TEST_F(Transforms, WithoutTestPhotographsValidationIsTheTest) {
+  writeSplits({{"train", 2}, {"valid", 1}});
+  const Source source = read();
+  ASSERT_EQ(source.capture.frames.size(), 3u);
+  EXPECT_EQ(source.capture.frames[2].split, Split::test);
+  ASSERT_EQ(source.notes.size(), 1u);
+  EXPECT_EQ(source.notes[0], "1 validation photographs are the test");
+}
+
+TEST_F(Transforms, ListsOfNerfstudioAreSplits) {
+  Json json{{"fl_x", 20}, {"frames", Json::array()}, {"applied_transform", Json::array()}};
+  for (int i = 0; i < 5; ++i) {
+    const std::string path = "images/f" + std::to_string(i);
+    json["frames"].push_back(frame(path, rig.camera(false)));
+    json["frames"].back()["file_path"] = path + ".png";
+  }
+  json["train_filenames"] = {"images/f0.png", "./images/f3.png"};
+  json["val_filenames"] = {"images/f1.png"};
+  json["test_filenames"] = {"images/f2.png"};
+  write("transforms.json", json);
+  const Source source = read();
+  ASSERT_EQ(source.capture.frames.size(), 3u);
+  EXPECT_EQ(source.capture.frames[0].split, Split::train);
+  EXPECT_EQ(source.capture.frames[1].split, Split::test);
+  EXPECT_EQ(source.capture.frames[1].picture.filename(), "f2.png");
+  EXPECT_EQ(source.capture.frames[2].picture.filename(), "f3.png");
+  EXPECT_EQ(source.capture.views.size(), 3u);
+  EXPECT_EQ(source.notes.size(), 3u); // the transform, validation, what no list names
+}
+
+TEST_F(Transforms, PointLightsOfRelightingSetsAreKnownAgainInTheTest) {
+  writeSplits({{"train", 2}, {"test", 2}});
+  const Json positions{{1, 2, 3}, {2, 2, 2}};
+  for (const char* file : {"transforms_train.json", "transforms_test.json"}) {
+    Json json = Json::parse(std::ifstream(folder / file));
+    const bool test = std::string(file).find("test") != std::string::npos;
+    for (size_t i = 0; i < 2; ++i) {
+      json["frames"][i]["pl_pos"] = test && i == 1 ? Json{9, 9, 9} : positions[1 - i];
+      json["frames"][i]["pl_intensity"] = {4, 5, 6};
+    }
+    write(file, json);
+  }
+  const Capture capture = imported();
+  ASSERT_EQ(capture.lights.size(), 3u);
+  ASSERT_EQ(capture.frames.size(), 4u);
+  EXPECT_EQ(*capture.frames[2].light, *capture.frames[0].light);
+  EXPECT_EQ(std::get<PointLight>(capture.lights[*capture.frames[1].light].kind),
+            (PointLight{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(std::get<PointLight>(capture.lights[*capture.frames[3].light].kind),
+            (PointLight{{9, 9, 9}, {4, 5, 6}}));
+  EXPECT_EQ(std::set<std::string>(
+                {capture.lights[0].identity, capture.lights[1].identity, capture.lights[2].identity})
+                .size(),
+            3u);
+}
+
+TEST_F(Transforms, SpellingsOfRelightingSetsAreUnderstood) {
+  VisionCamera camera = rig.camera(false);
+  Json json{{"camera_intrinsics", {camera.cx, camera.cy, camera.fx, camera.fy}}, {"frames", Json::array()}};
+  json["frames"].push_back(frame("a", camera));
+  json["frames"][0]["file_ext"] = ".png";
+  VisionCamera own = rig.camera(false);
+  json["frames"].push_back(frame("b", own));
+  json["frames"][1]["camera_intrinsics"] = {own.cx, own.cy, own.fx, own.fy};
+  json["frames"][1]["file_path"] = "nowhere";
+  json["frames"][1]["img_path"] = "b.png";
+  write("transforms.json", json);
+  const Capture capture = imported();
+  rig.expectSamePixels(viewNamed(capture, "a").camera, camera);
+  rig.expectSamePixels(viewNamed(capture, "b").camera, own);
+}
+
+TEST_F(Transforms, ACaptureOfOurOwnComesThroughWhole) {
+  Json json{
+      {"fl_x", 20.5}, {"color_space", "linear"}, {"geometry", "parts/mesh.ply"}, {"frames", Json::array()}};
+  std::filesystem::create_directories(folder / "parts");
+  writeBytes(folder / "parts/mesh.ply", "ply");
+  json["lights"] = {
+      {{"name", "L"}, {"type", "directional"}, {"direction", {0, 0, 1}}, {"irradiance", {1, 2, 3}}}};
+  json["frames"].push_back(frame("a", rig.camera(false)));
+  json["frames"][0].update({{"light", "L"}, {"camera", "C"}, {"mask_path", "a.png"}, {"exposure", 2}});
+  json["frames"].push_back(json["frames"][0]);
+  json["frames"][1]["split"] = "test";
+  write("transforms.json", json);
+  const Capture before = readCapture(folder.path()), after = imported();
+  EXPECT_EQ(after.colorSpace, before.colorSpace);
+  EXPECT_EQ(after.lights, before.lights);
+  EXPECT_EQ(after.geometry, "geometry/mesh.ply");
+  ASSERT_EQ(after.frames.size(), 2u);
+  EXPECT_EQ(after.frames[0].exposure, 2);
+  EXPECT_EQ(after.frames[0].mask, "masks/a.png");
+  EXPECT_EQ(after.frames[1].split, Split::test);
+  EXPECT_EQ(after.views.size(), 1u);
+  for (const auto& [from, to] : {std::pair(folder / "a.png", folder / "out/images/a.png"),
+                                 std::pair(folder / "parts/mesh.ply", folder / "out/geometry/mesh.ply")}) {
+    std::ifstream a(from, std::ios::binary), b(to, std::ios::binary);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(a), {}),
+              std::string(std::istreambuf_iterator<char>(b), {}));
+  }
+}
+
+TEST_F(Transforms, PathsOutOfTheFolderNeedPermission) {
+  const std::filesystem::path inner = folder / "inner";
+  std::filesystem::create_directories(inner);
+  Json json{{"fl_x", 20}, {"frames", Json::array()}};
+  json["frames"].push_back(frame("a", rig.camera(false)));
+  for (const std::string& path : {std::string("../a"), (folder / "a.png").string()}) {
+    json["frames"][0]["file_path"] = path;
+    writeBytes(inner / "transforms.json", json.dump());
+    EXPECT_NE(errorOf([&] { readTransforms(inner, false); }).find("a path inside"), std::string::npos);
+    std::filesystem::remove_all(folder / "out");
+    ImportOptions options;
+    options.allowOutside = true;
+    importCapture(inner, folder / "out", options);
+    EXPECT_EQ(readCapture(folder / "out").frames[0].picture, "images/a.png");
+  }
+  json["frames"][0]["file_path"] = "link.png";
+  writeBytes(inner / "transforms.json", json.dump());
+  std::filesystem::create_symlink(folder / "a.png", inner / "link.png");
+  EXPECT_NE(errorOf([&] { readTransforms(inner, false); }).find("--allow-outside"), std::string::npos);
+}
+
+TEST_F(Transforms, FilesThatDisagreeAreRefused) {
+  writeSplits({{"train", 1}, {"test", 1}});
+  const Json train = Json::parse(std::ifstream(folder / "transforms_train.json"));
+  Json test = Json::parse(std::ifstream(folder / "transforms_test.json"));
+  test["frames"][0]["pl_pos"] = {1, 2, 3};
+  write("transforms_test.json", test);
+  EXPECT_NE(errorOf([&] { read(); }).find("transforms_test.json: frames[0].light: one file has lights"),
+            std::string::npos);
+  test["frames"][0].erase("pl_pos");
+  test["color_space"] = "linear";
+  write("transforms_test.json", test);
+  EXPECT_EQ(read().capture.colorSpace, ColorSpace::linear);
+  Json other = train;
+  other["color_space"] = "srgb";
+  write("transforms_train.json", other);
+  EXPECT_NE(errorOf([&] { read(); }).find("transforms_test.json: color_space: differs"), std::string::npos);
+}
+
+TEST_F(Transforms, ComplaintsOfTheReaderComeThrough) {
+  Json json{{"fl_x", 20}, {"frames", Json::array()}};
+  json["frames"].push_back(frame("a", rig.camera(false)));
+  const std::string text = json.dump();
+  for (size_t length = 0; length < text.size(); ++length) {
+    writeBytes(folder / "transforms.json", text.substr(0, length));
+    EXPECT_NE(errorOf([&] { read(); }).find("transforms.json: malformed JSON"), std::string::npos);
+  }
+  for (const char* wrong :
+       {"[]", "3", "{}", "{\"frames\": 3}", "{\"frames\": []}", "{\"frames\": [3]}", "{\"frames\": [{}]}",
+        "{\"frames\": [{\"split\": 3, \"file_path\": \"a.png\"}]}"}) {
+    writeBytes(folder / "transforms.json", wrong);
+    EXPECT_NE(errorOf([&] { read(); }).find("transforms.json: "), std::string::npos) << wrong;
+  }
+  writeBytes(folder / "transforms.json", std::string(100000, '['));
+  EXPECT_NE(errorOf([&] { read(); }).find("transforms.json: nested"), std::string::npos);
+}
+
+} // namespace
+} // namespace surflect
