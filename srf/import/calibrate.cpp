@@ -4,6 +4,7 @@
 #include "srf/calibration/threshold_mask.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
+#include "surfel/error.h"
 
 #include <algorithm>
 #include <cassert>
@@ -58,7 +59,7 @@ Mask objectOfView(const Capture& capture, std::span<const size_t> frames, double
   return objectByThreshold({&brightest, 1}, threshold);
 }
 
-std::vector<Rgb> strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
+StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
                                  const Progress& progress) {
   int factor = 1;
   while (int64_t{object.width / factor} * (object.height / factor) > kCalibrationPixels) ++factor;
@@ -70,7 +71,11 @@ std::vector<Rgb> strengthsInView(const Capture& capture, std::span<const size_t>
     towards.push_back(
         std::get<DirectionalLight>(capture.lights[*capture.frames[frames[i]].light].kind).towards);
   }
-  return lightStrengths(radiance, shrunk(object, factor), towards);
+  try {
+    return {lightStrengths(radiance, shrunk(object, factor), towards), ""};
+  } catch (const Error& e) {
+    return {{}, e.what()};
+  }
 }
 
 } // namespace surflect

@@ -8,6 +8,7 @@
 #include "surfel/progress.h"
 
 #include <span>
+#include <string>
 #include <vector>
 
 namespace surflect {
@@ -25,8 +26,12 @@ Mask objectOfView(const Capture& capture, std::span<const size_t> frames, double
                   const Progress& progress = {});
 
 // Relative strengths, mean 1, of the directional lights of the given frames of one view, in their order, from
-// photographs shrunk to at most 2^18 pixels. Throws Error, also where they cannot be told.
-std::vector<Rgb> strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
+// photographs shrunk to at most 2^18 pixels. Throws Error for a damaged photograph.
+struct StrengthEstimate {
+  std::vector<Rgb> strengths; // empty where they cannot be told
+  std::string problem;        // then: why
+};
+StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
                                  const Progress& progress = {});
 
 } // namespace surflect

@@ -144,20 +144,21 @@ void estimateStrengths(Source& source, const std::vector<Mask>& masks, const Pro
   }
   std::vector<size_t> frames(capture.frames.size());
   for (size_t f = 0; f < frames.size(); ++f) frames[f] = f;
-  try {
-    std::optional<Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
-    if (!object) object = objectOfView(capture, frames, kStrengthThreshold, progress);
-    const std::vector<Rgb> strengths = strengthsInView(capture, frames, *object, progress);
-    for (size_t f = 0; f < frames.size(); ++f)
-      std::get<DirectionalLight>(capture.lights[*capture.frames[f].light].kind).irradiance = strengths[f];
-    capture.calibration["light_strengths"] = "estimated from all " + std::to_string(frames.size()) +
-                                             " photographs by a Lambert fit; relative, mean 1";
-    source.notes.push_back("light strengths estimated by a Lambert fit");
-  } catch (const Error& e) { // a flat thing, a few lights: no reason to do without the photographs
+  std::optional<Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
+  if (!object) object = objectOfView(capture, frames, kStrengthThreshold, progress);
+  const StrengthEstimate estimate = strengthsInView(capture, frames, *object, progress);
+  if (estimate.strengths.empty()) { // a flat thing, a few lights: no reason to do without the photographs
     capture.calibration["light_strengths"] = "unknown, taken as equal";
-    source.notes.push_back(std::string("light strengths could not be estimated (") + e.what() +
+    source.notes.push_back("light strengths could not be estimated (" + estimate.problem +
                            "); 1 is written for all");
+    return;
   }
+  for (size_t f = 0; f < frames.size(); ++f)
+    std::get<DirectionalLight>(capture.lights[*capture.frames[f].light].kind).irradiance =
+        estimate.strengths[f];
+  capture.calibration["light_strengths"] = "estimated from all " + std::to_string(frames.size()) +
+                                           " photographs by a Lambert fit; relative, mean 1";
+  source.notes.push_back("light strengths estimated by a Lambert fit");
 }
 
 std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
@@ -168,8 +169,8 @@ std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progr
     progress("masks", static_cast<double>(v) / static_cast<double>(views.size()));
     masks.push_back(objectOfView(source.capture, views[v], threshold, progress));
   }
-  source.capture.calibration["masks"] =
-      "by threshold, " + std::to_string(std::lround(1000 * threshold)) + " thousandths of the 99.5th percentile of each view";
+  source.capture.calibration["masks"] = "by threshold, " + std::to_string(std::lround(1000 * threshold)) +
+                                        " thousandths of the 99.5th percentile of each view";
   return masks;
 }
 

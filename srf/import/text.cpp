@@ -50,7 +50,7 @@ std::vector<std::string_view> wordsOf(std::string_view text, std::string_view se
 
 double numberOf(std::string_view word) {
   std::string_view digits = word;
-  if (digits.starts_with("+")) digits.remove_prefix(1);
+  if (digits.starts_with("+") && !digits.starts_with("+-")) digits.remove_prefix(1);
   double value = 0;
   const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (problem != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))

@@ -45,7 +45,7 @@ protected:
     return images.back();
   }
   void addOneOfEachModel() {
-    for (const char* model : models) add(std::string("im_").append(model) + ".png", model);
+    for (const char* model : models) add(std::string("im_").append(model).append(".png"), model);
   }
 
   // COLMAP's numbers need not follow each other, nor their order.
@@ -55,7 +55,8 @@ protected:
     std::string text = "# Camera list with one line of data per camera:\n";
     for (size_t i = 0; i < images.size(); ++i) {
       text.append(std::to_string(cameraId(i))).append(" ").append(images[i].model).append(" 16 12");
-      for (const double p : asModel(images[i].model, images[i].camera).first) text += " " + digits(p);
+      for (const double p : asModel(images[i].model, images[i].camera).first)
+        text.append(" ").append(digits(p));
       text += "\n";
     }
     return text;
@@ -64,10 +65,12 @@ protected:
     std::string text = "# Image list with two lines of data per image:\n";
     for (size_t i = 0; i < images.size(); ++i) {
       const VisionCamera& c = images[i].camera;
-      text += std::to_string(i + 5) + " " +
-              row(c.rotation.w(), c.rotation.x(), c.rotation.y(), c.rotation.z(), c.translation[0],
-                  c.translation[1], c.translation[2]) +
-              " " + std::to_string(cameraId(i)) + " " + images[i].name + "\n";
+      for (const std::string& word : {std::to_string(i + 5),
+                                      row(c.rotation.w(), c.rotation.x(), c.rotation.y(), c.rotation.z(),
+                                          c.translation[0], c.translation[1], c.translation[2]),
+                                      std::to_string(cameraId(i)), images[i].name})
+        text.append(word).append(" ");
+      text += "\n";
       text += i % 2 ? "\n" : "1.5 2.5 -1 3.5 4.5 17\n";
     }
     return text;
@@ -237,7 +240,7 @@ TEST_F(Colmap, WrongTextIsNamedWithItsLine) {
             std::string::npos);
   EXPECT_NE(errorWith("images.txt", imagesFile, " 100 ", " 101 ").find("CAMERA_ID: found 101"),
             std::string::npos);
-  EXPECT_NE(errorWith("images.txt", imagesFile, "5 ", "#").find("no picture"), std::string::npos);
+  EXPECT_NE(errorWith("images.txt", "5\n", "5", "# none").find("no picture"), std::string::npos);
 }
 
 TEST_F(Colmap, PathsOutOfThePicturesFolderNeedPermission) {

@@ -66,14 +66,14 @@ TEST_F(Middlebury, TheImportedFolderKeepsThePixelsToo) {
 }
 
 TEST_F(Middlebury, SkewAndOtherMatricesAreRefused) {
-  EXPECT_NE(error("1\n" + line(0, 1, 0.01)).find("line 2: k12: found 0.010000, expected no skew"),
+  EXPECT_NE(error("1\n" + line(0, 1, 0.01)).find("line 2.k12: found 0.010000, expected no skew"),
             std::string::npos);
   cameras[0].fx = -cameras[0].fx;
   EXPECT_NE(error("1\n" + line(0)).find("line 2: found -"), std::string::npos);
   std::string text = "1\n" + line(1);
   const size_t zero = text.find(" 0 ", text.find(" 0 ") + 2);
   text.replace(zero, 3, " 1 ");
-  EXPECT_NE(error(text).find("line 2: K: "), std::string::npos);
+  EXPECT_NE(error(text).find("line 2.K: "), std::string::npos);
 }
 
 TEST_F(Middlebury, WhatIsNoRotationIsRefused) {

@@ -157,14 +157,15 @@ TEST_F(Transforms, ACaptureOfOurOwnComesThroughWhole) {
   const Capture before = readCapture(folder.path()), after = imported();
   EXPECT_EQ(after.colorSpace, before.colorSpace);
   EXPECT_EQ(after.lights, before.lights);
-  EXPECT_EQ(after.geometry, "geometry/mesh.ply");
+  EXPECT_EQ(after.geometry, "geometry/parts/mesh.ply");
   ASSERT_EQ(after.frames.size(), 2u);
   EXPECT_EQ(after.frames[0].exposure, 2);
   EXPECT_EQ(after.frames[0].mask, "masks/a.png");
   EXPECT_EQ(after.frames[1].split, Split::test);
   EXPECT_EQ(after.views.size(), 1u);
-  for (const auto& [from, to] : {std::pair(folder / "a.png", folder / "out/images/a.png"),
-                                 std::pair(folder / "parts/mesh.ply", folder / "out/geometry/mesh.ply")}) {
+  for (const auto& [from, to] :
+       {std::pair(folder / "a.png", folder / "out/images/a.png"),
+        std::pair(folder / "parts/mesh.ply", folder / "out/geometry/parts/mesh.ply")}) {
     std::ifstream a(from, std::ios::binary), b(to, std::ios::binary);
     EXPECT_EQ(std::string(std::istreambuf_iterator<char>(a), {}),
               std::string(std::istreambuf_iterator<char>(b), {}));

@@ -82,7 +82,7 @@ inline std::string digits(double value) {
 }
 template <class... Numbers> std::string row(Numbers... numbers) {
   std::string text;
-  ((text += (text.empty() ? "" : " ") + digits(numbers)), ...);
+  (text.append(text.empty() ? "" : " ").append(digits(numbers)), ...);
   return text;
 }
 
