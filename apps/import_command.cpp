@@ -92,6 +92,10 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
       command->add_option("--color-space", arguments->colorSpace, "of the pictures; default: 8 bits are sRGB")
           ->transform(CLI::Transformer(kColorSpaces))
           ->option_text("linear or srgb");
+  command
+      ->add_flag("--recover-response", options.recoverResponse,
+                 "tell the camera's response from exposure brackets [Debevec and Malik 1997]")
+      ->excludes(colorSpace);
   command->add_flag("--allow-outside", options.allowOutside, "follow paths that leave the source's folder");
   command->callback([=, &work] {
     ImportOptions& chosen = arguments->options;

@@ -1,5 +1,6 @@
 #include "srf/import/import.h"
 
+#include "srf/calibration/response.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"
 #include "srf/image/image_file.h"
@@ -75,39 +76,44 @@ Source readSource(const fs::path& source, ImportFormat format, const ImportOptio
 // ---------------------------------------------------------------------------------------------------------
 // Lenses and pictures.
 
-// Data sets come with shrunk copies of their pictures; the lens goes with them.
+std::string shown(PictureSize size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+// Data sets come with shrunk copies of their pictures; the lens goes with them, if the shape is the same but
+// for rounding to whole pixels. Whether it was resized.
+bool fitLens(Lens& lens, PictureSize size) {
+  const PictureSize stated{lens.width, lens.height};
+  if (size == stated) return false;
+  if (std::abs(static_cast<double>(lens.height) / lens.width * size.width - size.height) > 1)
+    throw Error::mismatch(shown(stated) + " or of that shape", shown(size)).at("size");
+  lens = resized(lens, size.width, size.height);
+  return true;
+}
+
+// All pictures of a view, and its masks, have one size.
 void fitLenses(Source& source, const Progress& progress) {
   Capture& capture = source.capture;
   std::vector<std::optional<PictureSize>> sizes(capture.views.size());
-  std::map<fs::path, PictureSize> known;
+  std::set<fs::path> seen;
   size_t shrunken = 0;
   for (size_t f = 0; f < capture.frames.size(); ++f) {
     const Frame& frame = capture.frames[f];
     progress("looking at pictures", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
-    const auto [entry, isNew] = known.try_emplace(frame.picture);
-    if (isNew) entry->second = readPictureSize(frame.picture);
-    const PictureSize size = entry->second;
-    const auto written = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
-    if (!sizes[frame.view]) {
-      Lens& lens = capture.views[frame.view].camera.lens;
-      sizes[frame.view] = size;
-      if (size == PictureSize{lens.width, lens.height}) continue;
-      // Of the same shape, but for rounding to whole pixels.
-      const double height = static_cast<double>(lens.height) / lens.width * size.width;
-      if (std::abs(height - size.height) > 1)
-        throw Error::mismatch(written(lens.width, lens.height) + " or of that shape",
-                              written(size.width, size.height))
-            .at("size")
-            .in(frame.picture);
-      lens = resized(lens, size.width, size.height);
-      ++shrunken;
-    } else if (*sizes[frame.view] != size) {
-      throw Error::mismatch(written(sizes[frame.view]->width, sizes[frame.view]->height) +
-                                ", as other pictures of this view",
-                            written(size.width, size.height))
-          .at("size")
-          .in(frame.picture);
-    }
+    std::vector<fs::path> pictures;
+    for (const Exposure& exposure : bracketOf(frame)) pictures.push_back(exposure.picture);
+    if (!frame.mask.empty()) pictures.push_back(frame.mask);
+    for (const fs::path& picture : pictures) try {
+        std::optional<PictureSize>& ofView = sizes[frame.view];
+        if (ofView && !seen.insert(picture).second) continue;
+        const PictureSize size = readPictureSize(picture);
+        if (!ofView) shrunken += fitLens(capture.views[frame.view].camera.lens, size);
+        if (ofView && *ofView != size)
+          throw Error::mismatch(shown(*ofView) + ", as other pictures of this view", shown(size)).at("size");
+        ofView = size;
+      } catch (Error& e) {
+        throw std::move(e).in(picture);
+      }
   }
   if (shrunken > 0)
     source.notes.push_back(std::to_string(shrunken) +
@@ -249,6 +255,7 @@ void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies,
       frame.mask = copies.copy(frame.mask, "masks");
     }
     frame.picture = copies.copy(frame.picture, "images");
+    for (Exposure& exposure : frame.further) exposure.picture = copies.copy(exposure.picture, "images");
   }
   if (!capture.geometry.empty()) capture.geometry = copies.copy(capture.geometry, "geometry");
 }
@@ -319,9 +326,17 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   OutputFolder folder(output);
   Source source = readSource(sourcePath, report.format, options);
   Capture& capture = source.capture;
-  if (options.colorSpace) capture.colorSpace = options.colorSpace;
+  if (options.colorSpace) {
+    capture.colorSpace = options.colorSpace;
+    capture.response.reset();
+  }
   holdOut(capture, options.test, options.testEvery);
   fitLenses(source, progress);
+  if (options.recoverResponse) {
+    capture.response = recoverResponse(capture, progress);
+    capture.colorSpace.reset();
+    capture.calibration["response"] = "recovered from exposure brackets";
+  }
   std::vector<Mask> masks;
   if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
   estimateStrengths(source, masks, progress);

@@ -20,11 +20,12 @@ struct ImportOptions {
   std::filesystem::path images;       // COLMAP: where its names start; empty: images/ of the source
   std::filesystem::path lights;       // the light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
-  std::vector<std::string> test;       // cameras and lights to hold out, beside those that the source does
-  size_t testEvery = 0;                // hold out each Nth camera, or light where there is one view; 0: none
-  std::optional<double> maskThreshold; // masks by threshold, in the place of the source's
-  std::optional<ColorSpace> colorSpace;
-  bool allowOutside = false; // files of the source can lie out of its folder
+  std::vector<std::string> test;        // cameras and lights to hold out, beside those that the source does
+  size_t testEvery = 0;                 // hold out each Nth camera, or light where there is one view; 0: none
+  std::optional<double> maskThreshold;  // masks by threshold, in the place of the source's
+  std::optional<ColorSpace> colorSpace; // of the pictures, whatever the source says
+  bool recoverResponse = false;         // of the camera, from exposure brackets
+  bool allowOutside = false;            // files of the source can lie out of its folder
 };
 
 struct ImportReport {

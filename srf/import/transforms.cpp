@@ -20,12 +20,6 @@ using Json = nlohmann::json;
 
 enum class Part { train, validation, test, none };
 
-// Frames of one file, and the part each plays.
-struct Description {
-  Capture capture;
-  std::vector<Part> parts; // one a frame
-};
-
 // ---------------------------------------------------------------------------------------------------------
 // Other spellings of what the reader knows. What has the wrong type stays, for the reader to complain about.
 
@@ -95,7 +89,27 @@ Json parseShallow(const std::string& content) {
   return Json::parse(content, shallow, false);
 }
 
-Description describe(const fs::path& file, Part ofFile, bool allowOutside, std::vector<std::string>& notes) {
+// Leaves validation out, or makes it the test; leaves out what takes no part.
+void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vector<std::string>& notes) {
+  std::vector<Part> parts;
+  for (const Json& frame : frames) parts.push_back(partOf(frame, lists, ofFile));
+  const auto count = [&](Part part) { return std::ranges::count(parts, part); };
+  const auto tests = count(Part::test), validations = count(Part::validation), idle = count(Part::none);
+  if (validations > 0)
+    notes.push_back(std::to_string(validations) + " validation photographs " +
+                    (tests > 0 ? "are left out" : "are the test"));
+  if (idle > 0) notes.push_back(std::to_string(idle) + " photographs that no split names are left out");
+  Json kept = Json::array();
+  for (size_t f = 0; f < frames.size(); ++f) {
+    if (parts[f] == Part::none || (parts[f] == Part::validation && tests > 0)) continue;
+    kept.push_back(std::move(frames[f]));
+    if (kept.back().is_object() && (!kept.back().contains("split") || kept.back()["split"].is_string()))
+      kept.back()["split"] = parts[f] == Part::train ? "train" : "test";
+  }
+  frames = std::move(kept);
+}
+
+Capture describe(const fs::path& file, Part ofFile, bool allowOutside, std::vector<std::string>& notes) {
   const PathRule paths = allowOutside ? PathRule::anywhere : PathRule::inside;
   const std::string content = readFile(file);
   Json root;
@@ -104,27 +118,20 @@ Description describe(const fs::path& file, Part ofFile, bool allowOutside, std::
   } catch (Error& e) {
     throw std::move(e).in(file);
   }
-  const auto frames = root.is_object() ? root.find("frames") : root.end();
-  if (!root.is_object() || frames == root.end() || !frames->is_array())
-    return {parseCapture(content, file, paths), {}}; // which says what is wrong
+  if (!root.is_object() || !root.contains("frames") || !root["frames"].is_array())
+    return parseCapture(content, file, paths); // which says what is wrong
 
   if (root.contains("applied_transform") || root.contains("applied_scale"))
     notes.push_back("nerfstudio's applied_transform is kept in: poses are as " + file.filename().string() +
                     " says, not as COLMAP did");
+  settleSplits(root["frames"], SplitLists(root), ofFile, notes);
   spellOutIntrinsics(root);
-  const SplitLists lists(root);
-  Description description;
-  for (Json& frame : *frames) {
-    description.parts.push_back(frame.is_object() ? partOf(frame, lists, ofFile) : Part::none);
+  for (Json& frame : root["frames"]) {
     if (!frame.is_object()) continue;
     spellOutIntrinsics(frame);
     spellOutPath(frame);
-    const auto split = frame.find("split");
-    const bool readersOwn = split != frame.end() && !split->is_string();
-    if (!readersOwn) frame["split"] = description.parts.back() == Part::train ? "train" : "test";
   }
-  description.capture = parseCapture(root.dump(), file, paths);
-  return description;
+  return parseCapture(root.dump(), file, paths);
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -155,29 +162,27 @@ template <class Value, class IsSet> void agree(Value& all, const Value& part, co
   if (isSet(part)) all = part;
 }
 
-void append(Description& all, Description part, const fs::path& file) {
-  agree(all.capture.colorSpace, part.capture.colorSpace, "color_space", [](auto& c) { return bool(c); });
-  agree(all.capture.geometry, part.capture.geometry, "geometry", [](auto& g) { return !g.empty(); });
-  if (!all.capture.frames.empty() &&
-      all.capture.frames[0].light.has_value() != part.capture.frames[0].light.has_value())
+void append(Capture& all, Capture part, const fs::path& file) {
+  agree(all.colorSpace, part.colorSpace, "color_space", [](auto& c) { return bool(c); });
+  agree(all.response, part.response, "response", [](auto& r) { return bool(r); });
+  agree(all.geometry, part.geometry, "geometry", [](auto& g) { return !g.empty(); });
+  if (all.frames[0].light.has_value() != part.frames[0].light.has_value())
     throw Error("one file has lights, another has none").at("frames[0].light");
   std::vector<size_t> newView, newLight;
-  for (View& view : part.capture.views) {
-    auto& views = all.capture.views;
+  for (View& view : part.views) {
     const auto known =
-        std::find_if(views.begin(), views.end(), [&](const View& other) { return samePlace(view, other); });
-    newView.push_back(static_cast<size_t>(known - views.begin()));
-    if (known == views.end()) views.push_back(std::move(view));
+        std::ranges::find_if(all.views, [&](const View& other) { return samePlace(view, other); });
+    newView.push_back(static_cast<size_t>(known - all.views.begin()));
+    if (known == all.views.end()) all.views.push_back(std::move(view));
   }
-  for (Light& light : part.capture.lights)
-    newLight.push_back(lightIn(all.capture.lights, std::move(light), file.stem().string()));
-  for (Frame& frame : part.capture.frames) {
+  for (Light& light : part.lights)
+    newLight.push_back(lightIn(all.lights, std::move(light), file.stem().string()));
+  for (Frame& frame : part.frames) {
     frame.view = newView[frame.view];
     if (frame.light) frame.light = newLight[*frame.light];
-    all.capture.frames.push_back(std::move(frame));
+    all.frames.push_back(std::move(frame));
   }
-  all.parts.insert(all.parts.end(), part.parts.begin(), part.parts.end());
-  all.capture.calibration.merge(part.capture.calibration);
+  all.calibration.merge(part.calibration);
 }
 
 std::optional<fs::path> firstFile(const fs::path& folder, std::initializer_list<const char*> names) {
@@ -185,21 +190,6 @@ std::optional<fs::path> firstFile(const fs::path& folder, std::initializer_list<
   for (const char* name : names)
     if (fs::is_regular_file(folder / name, ignored)) return folder / name;
   return std::nullopt;
-}
-
-// Leaves validation out, or makes it the test; leaves out what takes no part.
-void settle(Description& all, std::vector<std::string>& notes) {
-  const auto count = [&](Part part) { return std::ranges::count(all.parts, part); };
-  const auto tests = count(Part::test), validations = count(Part::validation), idle = count(Part::none);
-  if (validations > 0)
-    notes.push_back(std::to_string(validations) + " validation photographs " +
-                    (tests > 0 ? "are left out" : "are the test"));
-  if (idle > 0) notes.push_back(std::to_string(idle) + " photographs that no split names are left out");
-  size_t next = 0;
-  all.capture = subset(all.capture, [&](const Frame&) { // in the order of the frames
-    const Part part = all.parts[next++];
-    return part != Part::none && (part != Part::validation || tests == 0);
-  });
 }
 
 } // namespace
@@ -217,7 +207,7 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
   Source source;
   source.files = {folder, allowOutside};
 
-  Description all = describe(file, Part::train, allowOutside, source.notes);
+  Capture all = describe(file, Part::train, allowOutside, source.notes);
   if (isFolder && file.filename() == "transforms_train.json") {
     const auto test = firstFile(folder, {"transforms_test.json"}),
                validation = firstFile(folder, {"transforms_val.json", "transforms_valid.json"});
@@ -231,17 +221,19 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
       source.notes.push_back("validation photographs of " + validation->filename().string() +
                              " are left out");
   }
-  settle(all, source.notes);
-  source.capture = std::move(all.capture);
-
-  source.capture.file.clear();
+  all.file.clear();
   const auto toPlace = [&](fs::path& path) {
     if (path.empty()) return;
     path = folder / path;
     source.files.check(path); // links, too
   };
-  toPlace(source.capture.geometry);
-  for (Frame& frame : source.capture.frames) toPlace(frame.picture), toPlace(frame.mask);
+  toPlace(all.geometry);
+  for (Frame& frame : all.frames) {
+    toPlace(frame.picture);
+    toPlace(frame.mask);
+    for (Exposure& exposure : frame.further) toPlace(exposure.picture);
+  }
+  source.capture = std::move(all);
   return source;
 }
 

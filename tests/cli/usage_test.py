@@ -19,6 +19,9 @@ class Usage(unittest.TestCase):
     def test_wrong_arguments_exit_with_2_and_leave_stdout_empty(self):
         for arguments in ([], ["paint"], ["pack"], ["pack", "capture"], ["render", "film.toml"], ["inspect"],
                           ["evaluate", "model.srf"], ["inspect", "model.srf", "--loud"],
+                          ["import"], ["import", "source"], ["import", "source", "-o", "out", "--format", "avi"],
+                          ["import", "source", "-o", "out", "--mask-threshold", "2"],
+                          ["import", "source", "-o", "out", "--color-space", "linear", "--recover-response"],
                           ["pack", "capture", "-o", "model.srf", "--tolerance", "2"],
                           ["pack", "capture", "-o", "model.srf", "--surfels", "none"],
                           ["render", "film.toml", "-o", "frames", "--cameras", "0"],
@@ -57,6 +60,7 @@ class Failures(TestInFolder):
     def test_a_missing_file_is_named_in_one_line(self):
         missing = self.folder / "missing"
         for arguments in (["pack", missing, "-o", self.folder / "model.srf"], ["inspect", missing],
+                          ["import", missing, "-o", self.folder / "imported"],
                           ["render", missing, "-o", self.folder / "frames"],
                           ["evaluate", missing, missing]):
             with self.subTest(arguments=arguments):

@@ -1,0 +1,69 @@
+"""`surflect import` at the command line: the example capture copied whole, and a lit view from a light file."""
+
+import json
+import math
+import struct
+import unittest
+import zlib
+
+from support import VASE, TestInFolder, content, run, succeed
+
+
+def write_png(path, rows):
+    """8-bit gray."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 0, 0, 0, 0)
+    pixels = b"".join(b"\0" + bytes(row) for row in rows)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(pixels)) +
+                     chunk(b"IEND", b""))
+
+
+class Import(TestInFolder):
+    def test_a_capture_of_our_own_comes_through_whole(self):
+        out = self.folder / "vase"
+        report = succeed("import", VASE, "-o", out)
+        self.assertEqual(report["format"], "json")
+        before, after = succeed("inspect", VASE), succeed("inspect", out)
+        self.assertEqual({**after, "geometry": ""}, {**before, "geometry": ""})
+        self.assertEqual(report["training_frames"], before["training_frames"])
+        pictures = {name: data for name, data in content(out).items() if name.startswith("images/")}
+        self.assertEqual(report["pictures"], len(pictures))
+        for name, data in pictures.items():
+            self.assertEqual(data, (VASE / name).read_bytes())
+
+    def test_a_light_file_and_its_pictures_are_a_view(self):
+        source = self.folder / "set"
+        source.mkdir()
+        lines = []
+        for index in range(6):
+            azimuth = math.pi / 3 * index
+            towards = (0.4 * math.cos(azimuth), 0.4 * math.sin(azimuth), math.sqrt(1 - 0.16))
+            write_png(source / f"{index}.png",
+                      [[round(200 * max(0, (x - 8) / 20 * towards[0] - (y - 8) / 20 * towards[1] +
+                                        0.8 * towards[2])) for x in range(16)] for y in range(16)])
+            lines.append("{} {} {}".format(*towards))
+        (source / "lights.txt").write_text("\n".join(lines))
+        out = self.folder / "imported"
+        report = succeed("import", source, "-o", out, "--color-space", "linear", "--test", "2,5", "--height", "3")
+        self.assertEqual((report["format"], report["views"], report["lights"]), ("lights", 1, 6))
+        self.assertEqual((report["training_frames"], report["test_frames"]), (4, 2))
+        capture = json.loads((out / "transforms.json").read_text())
+        self.assertEqual(capture["ortho_height"], 3)
+        self.assertEqual(capture["color_space"], "linear")
+        self.assertIn("light_strengths", capture["calibration"])
+        self.assertEqual([frame["light"] for frame in capture["frames"] if frame["split"] == "test"], ["2", "5"])
+
+    def test_a_folder_that_holds_something_is_left_alone(self):
+        out = self.folder / "mine"
+        out.mkdir()
+        (out / "letter.txt").write_text("dear")
+        result = run("import", VASE, "-o", out)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("an empty one", result.stderr)
+        self.assertEqual(content(out), {"letter.txt": b"dear"})
+        self.assertEqual([path.name for path in self.folder.iterdir() if path.name.startswith("mine")], ["mine"])
+
+
+if __name__ == "__main__":
+    unittest.main()
