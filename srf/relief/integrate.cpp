@@ -11,7 +11,8 @@ namespace surflect {
 
 namespace {
 
-constexpr double kGrazing = 0.1; // least cosine between normal and viewer that is told apart
+constexpr double kUnknown = 1e-4; // weight of a difference that nothing is known of
+constexpr double kGrazing = 0.1;  // least cosine between normal and viewer that is told apart
 
 Vec3<double> towardsViewer(const Lens& lens, const Vec2<double>& q) {
   return lens.model == Lens::Model::orthographic ? Vec3<double>(0, 0, 1)
@@ -21,7 +22,6 @@ Vec3<double> towardsViewer(const Lens& lens, const Vec2<double>& q) {
 // Errors of normals enter gradients as 1 / cosine^2; weights are the inverse of their variance, but for what
 // an unknown normal is worth.
 double trust(const Vec3<double>& n, const Vec3<double>& viewer) {
-  constexpr double kUnknown = 1e-4;
   if (n.isZero()) return kUnknown;
   const double cosine = std::max(kGrazing, n.normalized().dot(viewer));
   return cosine * cosine;
@@ -60,12 +60,14 @@ DepthMap integrateNormals(const Camera<AcquisitionSpace>& camera, const Image& n
     weight[i] = trust(n, towardsViewer(camera.lens, points[i]));
   }
 
-  // Trapezoids: exact where depth (or its logarithm) is quadratic.
+  // Trapezoids: exact where depth (or its logarithm) is quadratic. A neighbour that is unknown has no say.
+  const auto isKnown = [&](size_t i) { return weight[i] > kUnknown; };
   Differences differences(map.mask);
   const auto set = [&](double& difference, double& edge, size_t i, size_t j) {
     if (edge == 0) return;
-    difference = (map.gradient[i] + map.gradient[j]).dot(points[j] - points[i]) / 2;
-    edge = std::sqrt(weight[i] * weight[j]);
+    const Vec2<double> sum = map.gradient[i] + map.gradient[j];
+    difference = sum.dot(points[j] - points[i]) / (isKnown(i) == isKnown(j) ? 2 : 1);
+    edge = std::min(weight[i], weight[j]);
   };
   for (size_t i = 0; i < pixels; ++i) {
     set(differences.right[i], differences.rightWeight[i], i, i + 1);

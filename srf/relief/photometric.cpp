@@ -53,30 +53,32 @@ struct RobustFit {
 };
 
 // Least absolute deviations, as least squares that are weighted anew by 1 / |residual|, and then least
-// squares without outliers. A light that both model and pixel hold for black says no more than that.
+// squares without outliers. A light counts the less the darker the pixel is under it, for what is dark may be
+// in shadow.
 std::optional<RobustFit> robustFit(std::span<const Vec3<double>> l, std::span<const double> y) {
   constexpr int kRounds = 20;
   constexpr double kFloor = 0.01;      // of the brightest: smaller residuals are all alike
   constexpr double kOutlier = 2.5;     // times the scale  [Rousseeuw 1987, §5.1]
   constexpr double kMadScale = 1.4826; // median of absolute residuals to standard deviation, for a Gaussian
   const double floor = kFloor * *std::ranges::max_element(y);
+  const double middle = std::max(floor, median({y.begin(), y.end()}));
   std::vector<double> weights(l.size(), 1), residuals(l.size());
   auto b = weightedFit(l, y, weights);
   if (!b) return std::nullopt;
-  const auto isDark = [&](size_t i) { return b->dot(l[i]) <= 0 && y[i] < floor; };
   const auto rate = [&] {
     for (size_t i = 0; i < l.size(); ++i) residuals[i] = std::abs(y[i] - std::max(0.0, b->dot(l[i])));
   };
   for (int round = 0; round < kRounds; ++round) {
     rate();
-    for (size_t i = 0; i < l.size(); ++i) weights[i] = isDark(i) ? 0 : 1 / std::max(floor, residuals[i]);
+    for (size_t i = 0; i < l.size(); ++i)
+      weights[i] = std::clamp(y[i] / middle, 0.0, 1.0) / std::max(floor, residuals[i]);
     const auto next = weightedFit(l, y, weights);
     if (!next) break;
     b = next;
   }
   rate();
   const double limit = kOutlier * std::max(floor, kMadScale * median(residuals));
-  for (size_t i = 0; i < l.size(); ++i) weights[i] = !isDark(i) && residuals[i] <= limit;
+  for (size_t i = 0; i < l.size(); ++i) weights[i] = b->dot(l[i]) > 0 && residuals[i] <= limit;
   return RobustFit{weightedFit(l, y, weights).value_or(*b), weights};
 }
 
