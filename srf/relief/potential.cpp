@@ -80,7 +80,7 @@ private:
   Values cycle(size_t level, const Values& b) const {
     const Grid& grid = grids_[level];
     Values f(b.size(), 0);
-    if (b.size() == 1) return f;
+    if (level + 1 == grids_.size()) return f;
     constexpr int kSweeps = 2;
     const auto relax = [&](size_t i, int x, int y) {
       f[i] = (b[i] + grid.neighbors(f, i, x, y)) / grid.diagonal[i];
