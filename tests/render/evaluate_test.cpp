@@ -153,6 +153,65 @@ TEST(Evaluate, BaselineOnlyWhenAsked) {
   EXPECT_GT(different, 0u);
 }
 
+// One camera and no mesh. Every third light is kept back.
+Studio oneViewStudio() {
+  Studio studio = testStudio();
+  studio.cameras = 1;
+  studio.lights = 24;
+  studio.split = [](size_t, size_t light) { return light % 3 == 0 ? Split::test : Split::train; };
+  return studio;
+}
+
+struct OneView {
+  TemporaryFolder folder;
+  Capture capture;
+  Model model;
+
+  explicit OneView(const Studio& studio) : capture(photograph(studio, folder / "capture")) {
+    capture.geometry.clear();
+    writeCapture(capture, folder / "capture");
+    pack(capture, folder / "model", studio::packOptions(4000), {}, nullptr);
+    model = openModel(folder / "model");
+  }
+};
+
+double interiorPsnr(const Evaluation& evaluation, Baseline baseline) {
+  Score pooled;
+  for (const FrameScore& frame : evaluation.frames) pooled += frame.baselines.at(baseline);
+  return psnr(pooled.interiorError.mean());
+}
+
+// The studio's sphere is one.
+TEST(Evaluate, TheLambertBaselineOfALambertSurfaceIsExactWhateverLightIsNew) {
+  const OneView view(oneViewStudio());
+  EvaluateOptions options;
+  options.baselines = {Baseline::nearest, Baseline::lambert};
+  const Evaluation evaluation = evaluated(view.model, view.capture, options);
+  EXPECT_EQ(evaluation.frames.size(), 8u);
+  EXPECT_GT(interiorPsnr(evaluation, Baseline::lambert), 50);
+  EXPECT_LT(interiorPsnr(evaluation, Baseline::nearest), 30);
+}
+
+TEST(Evaluate, TheLambertBaselineNeedsPhotographsOfTheFramesCamera) {
+  Studio studio = testStudio();
+  studio.split = heldOut;
+  const PackedStudio packed(studio, 300);
+  EvaluateOptions options;
+  options.baselines = {Baseline::lambert};
+  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture, options); });
+  EXPECT_NE(line.find("the Lambert baseline of C2: found 0, expected photographs under three"),
+            std::string::npos)
+      << line;
+}
+
+TEST(Evaluate, AViewWithoutMatteIsMeasuredOnItsWholePicture) {
+  Studio studio = oneViewStudio();
+  studio.matte = false;
+  const OneView view(studio);
+  for (const FrameScore& frame : evaluated(view.model, view.capture).frames)
+    EXPECT_EQ(frame.score.interiorError.count, 3u * pictureSize * pictureSize);
+}
+
 TEST(Evaluate, ExposureMapsThe995thPercentileToOne) {
   Studio studio = testStudio();
   studio.split = heldOut;
