@@ -11,6 +11,7 @@ SURFLECT = os.environ["SURFLECT"]
 FILM_CHECK = os.environ["FILM_CHECK"]
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 VASE = ROOT / "examples" / "vase"
+CAT = ROOT / "examples" / "cat"
 COMMANDS = ["import", "pack", "render", "evaluate", "inspect"]
 
 # Seen from between the cameras of the small capture, under warps that bend, and two lights.
