@@ -172,6 +172,33 @@ TEST_F(Transforms, ACaptureOfOurOwnComesThroughWhole) {
   }
 }
 
+TEST_F(Transforms, ExposureBracketsComeAlong) {
+  Json json{{"fl_x", 20}, {"frames", Json::array()}};
+  const VisionCamera camera = rig.camera(false);
+  for (const char* path : {"short", "long"}) json["frames"].push_back(frame(path, camera));
+  json["frames"][0].update({{"camera", "C"}, {"exposure", 0.25}});
+  json["frames"][1].update({{"camera", "C"}, {"exposure", 4}});
+  write("transforms.json", json);
+  const Capture capture = imported();
+  ASSERT_EQ(capture.frames.size(), 1u);
+  ASSERT_EQ(capture.frames[0].further.size(), 1u);
+  EXPECT_EQ(capture.frames[0].picture, "images/short.png");
+  EXPECT_EQ(capture.frames[0].further[0].picture, "images/long.png");
+  EXPECT_EQ(capture.frames[0].further[0].exposure, 4);
+}
+
+TEST_F(Transforms, PicturesOfOneViewHaveOneSize) {
+  Json json{{"fl_x", 20}, {"frames", Json::array()}};
+  json["frames"].push_back(frame("a", rig.camera(false)));
+  json["frames"][0]["mask_path"] = "mask.png";
+  write("transforms.json", json);
+  writePicture(folder / "mask.png", 16, 11);
+  EXPECT_NE(errorOf([&] {
+              importCapture(folder.path(), folder / "out", {});
+            }).find("mask.png: size: found 16 x 11, expected 16 x 12"),
+            std::string::npos);
+}
+
 TEST_F(Transforms, PathsOutOfTheFolderNeedPermission) {
   const std::filesystem::path inner = folder / "inner";
   std::filesystem::create_directories(inner);
