@@ -80,7 +80,9 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
                    "what the picture of a light file shows at the object, scene units")
       ->capture_default_str()
       ->check(CLI::Range(1e-6, 1e6));
-  command->add_option("--test", options.test, "cameras or lights to hold out: NAME,NAME..")->delimiter(',');
+  command->add_option("--test", options.test, "cameras or lights to hold out: NAME,NAME..")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--test-every", options.testEvery,
                       "hold out each Nth camera, or light where there is one view");
   CLI::Option* threshold =

@@ -1,5 +1,6 @@
 #include "srf/capture/writer.h"
 
+#include "surfel/error.h"
 #include "surfel/file.h"
 
 #include <nlohmann/json.hpp>
@@ -81,7 +82,7 @@ template <class Items, class ToJson> std::string lines(const Items& items, ToJso
 
 } // namespace
 
-void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
+void writeCapture(const Capture& capture, const std::filesystem::path& folder) try {
   assert(!capture.views.empty());
   const Lens& firstLens = capture.views.front().camera.lens;
   const bool oneLens = std::all_of(capture.views.begin(), capture.views.end(),
@@ -103,6 +104,8 @@ void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
     for (const Exposure& shot : bracketOf(frame)) shots.push_back(frameJson(capture, frame, shot, !oneLens));
   text += "\"frames\": " + lines(shots, std::identity()) + "\n}\n";
   writeFileAtomically(folder / "transforms.json", text);
+} catch (const Json::type_error&) { // of dump()
+  throw Error("a name or path is not UTF-8").in(folder / "transforms.json");
 }
 
 void writeViewPictures(const std::filesystem::path& path, std::span<const RadianceLayer> layers,

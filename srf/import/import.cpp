@@ -50,7 +50,8 @@ std::optional<fs::path> findParameters(const fs::path& folder) {
 }
 
 Source readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
-  const auto folder = isFolder(source) ? source : source.parent_path();
+  fs::path folder = isFolder(source) ? source : source.parent_path();
+  if (folder.empty()) folder = ".";
   switch (format) {
   case ImportFormat::colmap:
     return readColmap(folder, options.images, options.allowOutside);

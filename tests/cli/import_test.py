@@ -45,7 +45,7 @@ class Import(TestInFolder):
             lines.append("{} {} {}".format(*towards))
         (source / "lights.txt").write_text("\n".join(lines))
         out = self.folder / "imported"
-        report = succeed("import", source, "-o", out, "--color-space", "linear", "--test", "2,5", "--height", "3")
+        report = succeed("import", "--test", "2,5", source, "-o", out, "--color-space", "linear", "--height", "3")
         self.assertEqual((report["format"], report["views"], report["lights"]), ("lights", 1, 6))
         self.assertEqual((report["training_frames"], report["test_frames"]), (4, 2))
         capture = json.loads((out / "transforms.json").read_text())

@@ -100,6 +100,13 @@ TEST_F(Writer, FixedIlluminationStaysFixed) {
   EXPECT_TRUE(back.lights.empty() && back.geometry.empty());
 }
 
+TEST_F(Writer, NamesThatAreNotUtf8AreRefused) {
+  Capture capture = anyCapture(true);
+  capture.frames[3].picture = "caf\xe9.png";
+  EXPECT_NE(errorOf([&] { writeCapture(capture, folder.path()); }).find("is not UTF-8"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST_F(Writer, EveryPictureHasItsOwnLine) {
   const Capture capture = anyCapture(true);
   writeCapture(capture, folder.path());
