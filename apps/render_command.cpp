@@ -79,8 +79,10 @@ Lens scaled(const Lens& lens, double scale) {
 
 class Shot {
 public:
-  Shot(const Script& script, const Model& model, const ModelOptions& options)
-      : script_(script), model_(model), options_(options.frame), cache_(model.files, options.cacheBytes()) {
+  Shot(const Script& script, const Model& model, const ModelOptions& options, const Progress& progress)
+      : script_(script), model_(model), options_(options.frame),
+        environments_(prepareEnvironments(script, model, options.frame.shade, progress)),
+        cache_(model.files, options.cacheBytes()) {
     options_.aovs = script.output->aov;
   }
 
@@ -88,8 +90,8 @@ public:
     const ShotTime time = shotTime(script_, frame);
     FrameOptions options = options_;
     if (!withAovs) options.aovs.clear();
-    return renderFrame(model_, *warpAt(script_, time), camera(frame, scale), lightsAt(script_, time), options,
-                       cache_, stats);
+    return renderFrame(model_, *warpAt(script_, time), camera(frame, scale),
+                       lightsAt(script_, time, environments_), options, cache_, stats);
   }
 
   // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
@@ -115,10 +117,13 @@ public:
     return camera;
   }
 
+  const std::vector<PreparedEnvironment>& environments() const { return environments_; }
+
 private:
   const Script& script_;
   const Model& model_;
   FrameOptions options_;
+  std::vector<PreparedEnvironment> environments_;
   BlockCache cache_;
   std::optional<double> exposure_;
 };
@@ -139,12 +144,23 @@ Json jsonOf(const FrameStats& stats) {
   return json;
 }
 
+Json jsonOf(const PreparedEnvironment& environment) {
+  return {{"image", environment.image.string()},        {"texels", environment.texels},
+          {"replaced_texels", environment.replaced},    {"lights", environment.lights.size()},
+          {"tabulated", environment.table.has_value()}, {"seconds", environment.seconds}};
+}
+
 // What decides the pixels of a frame of this film.
-std::string filmIdentity(const Script& script, const Model& model, const Arguments& arguments) {
+std::string filmIdentity(const Script& script, const Model& model, const Shot& shot,
+                         const Arguments& arguments) {
   const FrameOptions& frame = arguments.model.frame;
-  return fmt::format("surflect {} script {} model {} cameras {} lights {} pairs {} low-pass {} scale {}",
+  std::string environments;
+  for (const PreparedEnvironment& environment : shot.environments())
+    environments += " environment " + hex(environment.hash);
+  return environments.insert(
+      0, fmt::format("surflect {} script {} model {} cameras {} lights {} pairs {} low-pass {} scale {}",
                      SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras,
-                     frame.shade.lights, frame.shade.pairs, frame.splats.lowPass, arguments.scale);
+                     frame.shade.lights, frame.shade.pairs, frame.splats.lowPass, arguments.scale));
 }
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -179,12 +195,20 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   requireShot(script);
   const Model model = openModel(script.model);
   const FrameRange range = parseRange(arguments.frames, *script.frames);
-  Shot shot(script, model, arguments.model);
+  Shot shot(script, model, arguments.model, progress);
+  for (const PreparedEnvironment& environment : shot.environments())
+    if (environment.replaced > 0)
+      say(fmt::format("{}: {} texels with samples below 0 or not finite, which are taken for 0",
+                      environment.image.string(), environment.replaced));
   std::filesystem::create_directories(arguments.output);
 
-  const std::string identity = filmIdentity(script, model, arguments);
-  Json report = {
-      {"model", model.folder.string()}, {"surfels", model.cloud.size()}, {"frames", Json::array()}};
+  const std::string identity = filmIdentity(script, model, shot, arguments);
+  Json report = {{"model", model.folder.string()},
+                 {"surfels", model.cloud.size()},
+                 {"environments", Json::array()},
+                 {"frames", Json::array()}};
+  for (const PreparedEnvironment& environment : shot.environments())
+    report["environments"].push_back(jsonOf(environment));
   size_t kept = 0;
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
     progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));

@@ -34,11 +34,22 @@ struct Incidence {
 Incidence incidenceAt(const ShotLight& light, const Point3<ObjectSpace, double>& p) {
   if (const auto* directional = std::get_if<ShotDirectionalLight>(&light))
     return {directional->towards, directional->irradiance};
-  const auto& point = std::get<ShotPointLight>(light);
+  const auto& point = std::get<ShotPointLight>(light); // environments have no one direction
   const auto toLight = point.position - p;
   const double squared = dot(toLight, toLight);
   if (!(squared > 0)) return {{0, 0, 1}, {}}; // the light sits on the surfel
   return {normalized(toLight), static_cast<float>(1 / squared) * point.intensity}; // A(|p* - p_l|) = 1 / d^2
+}
+
+Uncovered uncoveredOf(const ShotLight& light) {
+  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light)) return directional->uncovered;
+  return std::get<ShotPointLight>(light).uncovered;
+}
+
+QueryEnvironment queryOf(const ShotEnvironment& light) {
+  const PreparedEnvironment& environment = *light.environment;
+  return {environment.lights, light.strength, environment.uncovered,
+          environment.table ? &*environment.table : nullptr};
 }
 
 template <class ValueOf> Image developEach(const Sight& sight, int channels, const ValueOf& valueOf) {
@@ -83,21 +94,37 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const ShotLight> lights) {
   const Viewpoint viewpoint(camera);
   QueryBatch batch;
-  batch.lights = lights.size();
+  std::vector<const ShotLight*> single; // from one direction at a surfel
+  std::vector<const ShotEnvironment*> environments;
+  for (const ShotLight& light : lights) {
+    if (const auto* environment = std::get_if<ShotEnvironment>(&light)) {
+      environments.push_back(environment);
+      batch.environments.push_back(queryOf(*environment));
+    } else {
+      single.push_back(&light);
+      batch.uncovered.push_back(uncoveredOf(light));
+    }
+  }
+  batch.lights = single.size();
   batch.surfels.assign(surfels.begin(), surfels.end());
   batch.towardsView.resize(surfels.size());
-  batch.towardsLight.resize(surfels.size() * lights.size());
-  batch.irradiance.resize(surfels.size() * lights.size());
+  batch.towardsLight.resize(surfels.size() * single.size());
+  batch.irradiance.resize(surfels.size() * single.size());
+  batch.acquisitionFromEnvironment.resize(surfels.size() * environments.size());
   tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t query) {
     const size_t surfel = surfels[query];
     const LookUp<double> lookUp = lookUpAt(rest, deformed, surfel);
     const auto p = deformed.p[surfel].cast<double>();
     batch.towardsView[query] = lookUp(viewpoint.towards(p)).cast<float>();
-    for (size_t l = 0; l < lights.size(); ++l) {
-      const Incidence incidence = incidenceAt(lights[l], p);
-      batch.towardsLight[query * lights.size() + l] = lookUp(incidence.towards).cast<float>();
-      batch.irradiance[query * lights.size() + l] = incidence.irradiance;
+    for (size_t l = 0; l < single.size(); ++l) {
+      const Incidence incidence = incidenceAt(*single[l], p);
+      batch.towardsLight[query * single.size() + l] = lookUp(incidence.towards).cast<float>();
+      batch.irradiance[query * single.size() + l] = incidence.irradiance;
     }
+    const Turn<AcquisitionSpace, ObjectSpace> acquisitionFromObject(lookUp.matrix());
+    for (size_t e = 0; e < environments.size(); ++e)
+      batch.acquisitionFromEnvironment[query * environments.size() + e] =
+          (acquisitionFromObject * environments[e]->objectFromEnvironment).cast<float>();
   });
   return batch;
 }

@@ -28,7 +28,8 @@ Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const Def
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
 
 // Directions to viewer and lights, and the lights' irradiance at the deformed surfels, brought back to
-// acquisition space by L. One query per entry of `surfels`, none of which may be dead.
+// acquisition space by L; environments are turned by it. One query per entry of `surfels`, none of which may
+// be dead.
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
                      std::span<const ShotLight> lights);

@@ -77,20 +77,59 @@ CameraMotion asCamera(const Entry& entry) {
                      trackOr(path, "elevation_deg", 0), asTrack(section.require("fov_deg"))};
 }
 
+template <class Value>
+std::optional<Value> findChoice(const Section& section, std::string_view key,
+                                const std::vector<std::pair<std::string_view, Value>>& choices) {
+  const auto entry = section.find(key);
+  if (!entry) return std::nullopt;
+  const std::string text = asText(*entry);
+  Keys names;
+  for (const auto& [name, value] : choices) {
+    if (text == name) return value;
+    names.push_back(name);
+  }
+  throw mismatch(*entry, "one of " + listed(names));
+}
+
+Uncovered uncoveredOr(const Section& section, Uncovered otherwise) {
+  return findChoice<Uncovered>(section, "uncovered",
+                               {{"extrapolate", Uncovered::extrapolate}, {"fade", Uncovered::fade}})
+      .value_or(otherwise);
+}
+
+LightMotion asEnvironment(const Section& section) {
+  EnvironmentLightMotion light;
+  light.image = asPath(section.require("image"));
+  light.mapping = findChoice<EnvironmentMapping>(
+      section, "mapping",
+      {{"latlong", EnvironmentMapping::latLong}, {"angular", EnvironmentMapping::angular}});
+  light.up = trackOr(section, "up", yUp);
+  light.rotateDeg = trackOr(section, "rotate_deg", 0);
+  light.color = trackOr(section, "color", white);
+  light.intensity = trackOr(section, "intensity", 1);
+  if (const auto samples = section.find("samples"))
+    light.samples = static_cast<size_t>(asInteger(*samples, 1, 65536));
+  light.uncovered = uncoveredOr(section, Uncovered::fade);
+  return light;
+}
+
 const std::vector<Kind<LightMotion>>& lightKinds() {
   static const std::vector<Kind<LightMotion>> kinds = {
       {"directional",
-       {"direction", "color", "intensity"},
+       {"direction", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
          return DirectionalLightMotion{asTrack3(s.require("direction")), trackOr(s, "color", white),
-                                       trackOr(s, "intensity", 1)};
+                                       trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
        }},
       {"point",
-       {"position", "color", "intensity"},
+       {"position", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
          return PointLightMotion{asTrack3(s.require("position")), trackOr(s, "color", white),
-                                 trackOr(s, "intensity", 1)};
+                                 trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
        }},
+      {"environment",
+       {"image", "mapping", "up", "rotate_deg", "color", "intensity", "samples", "uncovered"},
+       asEnvironment},
   };
   return kinds;
 }

@@ -4,6 +4,8 @@
 // expression in t, frame and s (warp/track.h).
 #pragma once
 
+#include "srf/query/environment.h"
+#include "srf/query/light_coverage.h"
 #include "warp/motion.h"
 
 #include <array>
@@ -55,14 +57,28 @@ struct DirectionalLightMotion {
   Track3 direction; // towards the light, any length
   Track3 color;
   Track intensity;
+  Uncovered uncovered = Uncovered::extrapolate;
 };
 // color * intensity is in W/sr.
 struct PointLightMotion {
   Track3 position;
   Track3 color;
   Track intensity;
+  Uncovered uncovered = Uncovered::extrapolate;
 };
-using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion>;
+// color * intensity multiplies the picture's radiance. The picture's own up (y) is turned to `up` along the
+// shortest arc, as an orbit is, after a turn by rotate_deg about it, counter-clockwise seen from above.
+struct EnvironmentLightMotion {
+  std::filesystem::path image;               // resolved against the script's folder
+  std::optional<EnvironmentMapping> mapping; // by the picture's shape where not given
+  Track3 up;
+  Track rotateDeg;
+  Track3 color;
+  Track intensity;
+  std::optional<size_t> samples; // lights that stand for it, 1..65536
+  Uncovered uncovered = Uncovered::fade;
+};
+using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 
 struct Script {
   std::filesystem::path path;

@@ -67,12 +67,22 @@ Rgb strengthAt(const Track3& color, const Track& intensity, const ShotTime& time
 ShotLight lit(const DirectionalLightMotion& light, const ShotTime& time) {
   return ShotDirectionalLight{
       assume<Direction3<ObjectSpace, double>>(unitAt(light.direction, time, "direction")),
-      strengthAt(light.color, light.intensity, time)};
+      strengthAt(light.color, light.intensity, time), light.uncovered};
 }
 
 ShotLight lit(const PointLightMotion& light, const ShotTime& time) {
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(finiteAt(light.position, time, "position")),
-                        strengthAt(light.color, light.intensity, time)};
+                        strengthAt(light.color, light.intensity, time), light.uncovered};
+}
+
+ShotLight lit(const EnvironmentLightMotion& light, const ShotTime& time,
+              const PreparedEnvironment& environment) {
+  const Vec3<double> up = unitAt(light.up, time, "up"), y = Vec3<double>::UnitY();
+  const double turn = Angle::fromDegrees(finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
+  const Mat3<double> objectFromEnvironment =
+      (Eigen::Quaterniond::FromTwoVectors(y, up) * Eigen::AngleAxisd(turn, y)).toRotationMatrix();
+  return ShotEnvironment{&environment, Turn<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
+                         strengthAt(light.color, light.intensity, time)};
 }
 
 // make(element) for each, errors told with the element's place in the script.
@@ -118,9 +128,14 @@ Camera<ObjectSpace> cameraAt(const Script& script, const ShotTime& time) {
   }
 }
 
-std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time) {
+std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time,
+                                std::span<const PreparedEnvironment> environments) {
+  size_t prepared = 0;
   return each<ShotLight>(script, script.lights, "light", [&](const LightMotion& light) {
-    return std::visit([&](const auto& kind) { return lit(kind, time); }, light);
+    if (const auto* directional = std::get_if<DirectionalLightMotion>(&light)) return lit(*directional, time);
+    if (const auto* point = std::get_if<PointLightMotion>(&light)) return lit(*point, time);
+    assert(prepared < environments.size());
+    return lit(std::get<EnvironmentLightMotion>(light), time, environments[prepared++]);
   });
 }
 

@@ -1,6 +1,7 @@
 // The script at one time: where the camera stands, which lights shine and how space is warped.
 #pragma once
 
+#include "render/environment.h"
 #include "render/script.h"
 #include "srf/capture/camera.h"
 #include "surfel/rgb.h"
@@ -24,16 +25,24 @@ Camera<ObjectSpace> cameraAt(const Script& script, const ShotTime& time);
 struct ShotDirectionalLight {
   Direction3<ObjectSpace, double> towards; // the light; unit
   Rgb irradiance;
+  Uncovered uncovered = Uncovered::extrapolate;
 };
 struct ShotPointLight {
   Point3<ObjectSpace, double> position;
   Rgb intensity; // W/sr
+  Uncovered uncovered = Uncovered::extrapolate;
 };
-using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight>;
+struct ShotEnvironment {
+  const PreparedEnvironment* environment = nullptr; // never null
+  Turn<ObjectSpace, EnvironmentSpace> objectFromEnvironment;
+  Rgb strength{1, 1, 1}; // radiance scale
+};
+using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight, ShotEnvironment>;
 
-// One per light of the script. Throws Error where a track is not finite, a direction zero or a strength
-// negative.
-std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time);
+// One per light of the script, whose environments have been prepared; they are pointed to. Throws Error where
+// a track is not finite, a direction zero or a strength negative.
+std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time,
+                                std::span<const PreparedEnvironment> environments = {});
 
 // Capture and script share one world: what stood there in acquisition stands there in the shot.
 Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera);

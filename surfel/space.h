@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <array>
 #include <type_traits>
 
 namespace surflect {
@@ -123,6 +124,31 @@ template <class A, class B, class C, class T>
 Rigid<A, C, T> operator*(const Rigid<A, B, T>& aFromB, const Rigid<B, C, T>& bFromC) {
   return {aFromB.rotation() * bFromC.rotation(),
           aFromB.rotation() * bFromC.translation() + aFromB.translation()};
+}
+
+// A rotation, or a rotation and a mirroring, of directions; named target-from-source.
+template <class To, class From, class T = double> class Turn {
+public:
+  // Stored as bare scalars, so that arrays of turns can be copied as bytes.
+  explicit Turn(const Mat3<T>& orthogonal = Mat3<T>::Identity()) {
+    Eigen::Map<Mat3<T>>(matrix_.data()) = orthogonal;
+  }
+
+  Mat3<T> matrix() const { return Eigen::Map<const Mat3<T>>(matrix_.data()); }
+
+  template <class U> Direction3<To, U> operator()(const Direction3<From, U>& d) const {
+    return assume<Direction3<To, U>>(Eigen::Map<const Mat3<T>>(matrix_.data()) * d.raw().template cast<T>());
+  }
+
+  template <class U> Turn<To, From, U> cast() const { return Turn<To, From, U>(matrix().template cast<U>()); }
+
+private:
+  std::array<T, 9> matrix_;
+};
+
+template <class A, class B, class C, class T>
+Turn<A, C, T> operator*(const Turn<A, B, T>& aFromB, const Turn<B, C, T>& bFromC) {
+  return Turn<A, C, T>(aFromB.matrix() * bFromC.matrix());
 }
 
 } // namespace surflect

@@ -32,6 +32,18 @@ Rgb ratio(Rgb now, Rgb captured) {
   return {divide(now.r, captured.r), divide(now.g, captured.g), divide(now.b, captured.b)};
 }
 
+float brightness(Rgb light) { return light.r + light.g + light.b; }
+
+// Towards each light of the rig from the middle of the cloud.
+std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const Model& model) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : model.cloud.p0) box.extend(p.cast<double>().raw());
+  const auto middle = assume<Point3<AcquisitionSpace, double>>(box.center());
+  std::vector<Direction3<AcquisitionSpace, double>> directions;
+  for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, middle));
+  return directions;
+}
+
 struct PlannedOp {
   size_t target;
   uint32_t view;
@@ -42,15 +54,28 @@ struct PlannedOp {
 // Plans one query after the other; holds what it would otherwise allocate anew.
 class Planner {
 public:
-  Planner(const Model& model, const QueryBatch& batch, const ShadeOptions& options)
-      : model_(model), batch_(batch), options_(options), viewPenalty_(model.rig.views.size()),
-        row_(model.rig.lights.size()) {
+  Planner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+          const ShadeOptions& options)
+      : model_(model), coverage_(coverage), batch_(batch), options_(options),
+        viewPenalty_(model.rig.views.size()), rigLights_(model.rig.lights.size()),
+        lightPenalty_(model.rig.lights.size()), row_(model.rig.lights.size()),
+        share_(model.rig.lights.size()) {
     for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
+    for (const auto& lights : model.columns) {
+      firstPair_.push_back(pairs_);
+      pairs_ += lights.size();
+    }
+    for (const QueryEnvironment& environment : batch.environments)
+      environmentBrightness_.push_back(brightness(totalIrradiance(environment.lights)));
   }
 
   void plan(size_t query, ShadingPlan& plan) {
     const uint32_t surfel = batch_.surfels[query];
     p0_ = model_.cloud.p0[surfel].cast<double>();
+    for (size_t light = 0; light < rigLights_.size(); ++light) {
+      const Light& captured = model_.rig.lights[light];
+      rigLights_[light] = {towardsLight(captured, p0_).template cast<float>(), irradianceAt(captured, p0_)};
+    }
     cameraBlend_ = lightBlend_ = {};
     seen_ = rateViews(surfel, batch_.towardsView[query]);
     if (!seen_) ++plan.unseen;
@@ -120,68 +145,181 @@ private:
     }
   }
 
-  // Adds a row: all script lights, each spread over its nearest captured lights.
+  // Adds a row: all lights of the query, each spread over its nearest captured lights.
   void foldLights(size_t query, std::vector<LightWeight>& rows) {
     std::ranges::fill(row_, Rgb{});
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
-      NearestCandidates nearest(options_.nearest ? 1 : options_.lights);
-      for (uint32_t light = 0; light < row_.size(); ++light)
-        nearest.offer({light, lightPenalty(light, entry)});
-      for (const auto& [light, weight] : ulrWeights(nearest)) {
-        const Rgb captured = irradianceAt(model_.rig.lights[light], p0_);
-        row_[light] = row_[light] + weight * ratio(batch_.irradiance[entry], captured);
-        lightBlend_ = lightBlend_ + weight / static_cast<float>(batch_.lights) * colorOf(light);
+      for (const auto& [light, weight] : blendLights(batch_.towardsLight[entry], uncoveredOf(l))) {
+        row_[light] = row_[light] + weight * ratio(batch_.irradiance[entry], rigLights_[light].irradiance);
+        lightBlend_ = lightBlend_ + weight / static_cast<float>(targets()) * colorOf(light);
       }
     }
+    for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(query, e);
     for (uint32_t light = 0; light < row_.size(); ++light)
       if (row_[light] != Rgb{}) rows.push_back({light, row_[light]});
   }
 
-  float lightPenalty(uint32_t light, size_t entry) const {
-    return anglePenalty(towardsLight(model_.rig.lights[light], p0_).template cast<float>(),
-                        batch_.towardsLight[entry]);
-  }
-
-  // Camera and light chosen together, by the sum of their penalties; each pair is an operation of its own.
-  void planPairs(size_t query, ShadingPlan& plan) {
-    for (size_t l = 0; l < batch_.lights; ++l) {
-      const size_t entry = query * batch_.lights + l;
-      NearestCandidates nearest(blended(options_.pairs));
-      uint32_t pair = 0;
-      for (size_t view = 0; view < model_.columns.size(); ++view)
-        for (const uint32_t light : model_.columns[view]) {
-          if (viewPenalty_[view] < kInfinity)
-            nearest.offer({pair, viewPenalty_[view] + lightPenalty(light, entry)});
-          ++pair;
-        }
-      for (const auto& [chosen, weight] : ulrWeights(nearest)) {
-        uint32_t view = 0, column = chosen;
-        for (; column >= model_.columns[view].size(); ++view)
-          column -= static_cast<uint32_t>(model_.columns[view].size());
-        const uint32_t light = model_.columns[view][column];
-        const auto row = static_cast<uint32_t>(plan.rows.size());
-        plan.rows.push_back(
-            {column, ratio(batch_.irradiance[entry], irradianceAt(model_.rig.lights[light], p0_))});
-        ops_.push_back({entry, view, weight, row, row + 1});
-        const float share = weight / static_cast<float>(batch_.lights);
-        cameraBlend_ = cameraBlend_ + share * colorOf(view);
-        lightBlend_ = lightBlend_ + share * colorOf(light);
-      }
+  // By the linearity of light: what falls from around each captured light, as a share of the row.
+  void foldEnvironment(size_t query, size_t e) {
+    const QueryEnvironment& environment = batch_.environments[e];
+    const auto& acquisitionFromEnvironment = turnOf(query, e);
+    std::ranges::fill(share_, Rgb{});
+    for (const auto& [towards, irradiance] : environment.lights) {
+      const auto direction = acquisitionFromEnvironment(towards);
+      if (environment.table)
+        environment.table->spread(direction, irradiance, share_);
+      else
+        for (const auto& [light, weight] : blendLights(direction, environment.uncovered))
+          share_[light] = share_[light] + weight * irradiance;
+    }
+    for (uint32_t light = 0; light < row_.size(); ++light) {
+      if (share_[light] == Rgb{}) continue;
+      row_[light] = row_[light] + ratio(environment.strength * share_[light], rigLights_[light].irradiance);
+      lightBlend_ = lightBlend_ + blendShare(brightness(share_[light]), e) * colorOf(light);
     }
   }
 
+  // ULR over the rig's lights; weights sum to the coverage.
+  BlendSet blendLights(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) const {
+    NearestCandidates nearest(options_.nearest ? 1 : options_.lights);
+    for (uint32_t light = 0; light < rigLights_.size(); ++light)
+      nearest.offer({light, anglePenalty(rigLights_[light].towards, towards)});
+    BlendSet blend = ulrWeights(nearest);
+    const float covered = coverage(nearest.sorted()[0].penalty, uncovered);
+    for (auto& blended : blend) blended.weight *= covered;
+    return blend;
+  }
+
+  float coverage(float nearestPenalty, Uncovered uncovered) const {
+    return uncovered == Uncovered::fade && !options_.nearest ? coverage_.at(nearestPenalty) : 1.f;
+  }
+  Uncovered uncoveredOf(size_t light) const {
+    return batch_.uncovered.empty() ? Uncovered::extrapolate : batch_.uncovered[light];
+  }
+  const Turn<AcquisitionSpace, EnvironmentSpace, float>& turnOf(size_t query, size_t e) const {
+    return batch_.acquisitionFromEnvironment[query * batch_.environments.size() + e];
+  }
+  // Lights and environments, which share in the colours of a query alike.
+  size_t targets() const { return batch_.lights + batch_.environments.size(); }
+  // Of a part of an environment's light in the colours of a query.
+  float blendShare(float part, size_t e) const {
+    return part / (environmentBrightness_[e] * static_cast<float>(targets()));
+  }
+
+  // Camera and light chosen together, by the sum of their penalties.
+  void planPairs(size_t query, ShadingPlan& plan) {
+    for (size_t l = 0; l < batch_.lights; ++l) {
+      const size_t entry = query * batch_.lights + l;
+      const float covered = ratePairs(batch_.towardsLight[entry], uncoveredOf(l));
+      for (const auto& [pair, weight] : blendPairs()) {
+        const auto [view, column, light] = placeOf(pair);
+        const auto row = static_cast<uint32_t>(plan.rows.size());
+        plan.rows.push_back(
+            {column, covered * ratio(batch_.irradiance[entry], rigLights_[light].irradiance)});
+        // Each pair is an operation of its own.
+        ops_.push_back({query * targets() + l, view, weight, row, row + 1});
+        const float share = weight / static_cast<float>(targets());
+        cameraBlend_ = cameraBlend_ + share * colorOf(view);
+        lightBlend_ = lightBlend_ + covered * share * colorOf(light);
+      }
+    }
+    for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironmentPairs(query, e, plan);
+  }
+
+  // The pairs of all the environment's lights; those of one view are one operation.
+  void planEnvironmentPairs(size_t query, size_t e, ShadingPlan& plan) {
+    const QueryEnvironment& environment = batch_.environments[e];
+    const auto& acquisitionFromEnvironment = turnOf(query, e);
+    pairShare_.assign(pairs_, Rgb{});
+    for (const auto& [towards, irradiance] : environment.lights) {
+      const float covered = ratePairs(acquisitionFromEnvironment(towards), environment.uncovered);
+      for (const auto& [pair, weight] : blendPairs())
+        pairShare_[pair] = pairShare_[pair] + covered * weight * irradiance;
+    }
+    for (uint32_t view = 0; view < model_.columns.size(); ++view) {
+      const auto& lights = model_.columns[view];
+      float brightnessOfView = 0;
+      for (size_t column = 0; column < lights.size(); ++column)
+        brightnessOfView += brightness(pairShare_[firstPair_[view] + column]);
+      if (!(brightnessOfView > 0)) continue;
+      const float weight = brightnessOfView / environmentBrightness_[e];
+      const auto rowBegin = static_cast<uint32_t>(plan.rows.size());
+      for (uint32_t column = 0; column < lights.size(); ++column) {
+        const Rgb share = pairShare_[firstPair_[view] + column];
+        if (share == Rgb{}) continue;
+        plan.rows.push_back(
+            {column,
+             1 / weight * ratio(environment.strength * share, rigLights_[lights[column]].irradiance)});
+        lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(lights[column]);
+      }
+      ops_.push_back({query * targets() + batch_.lights + e, view, weight, rowBegin,
+                      static_cast<uint32_t>(plan.rows.size())});
+      cameraBlend_ = cameraBlend_ + blendShare(brightnessOfView, e) * colorOf(view);
+    }
+  }
+
+  // Penalties of the rig's lights for a direction, and its coverage.
+  float ratePairs(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) {
+    float smallest = kInfinity;
+    for (size_t light = 0; light < rigLights_.size(); ++light) {
+      lightPenalty_[light] = anglePenalty(rigLights_[light].towards, towards);
+      smallest = std::min(smallest, lightPenalty_[light]);
+    }
+    return coverage(smallest, uncovered);
+  }
+
+  BlendSet blendPairs() const {
+    NearestCandidates nearest(blended(options_.pairs));
+    for (size_t view = 0; view < model_.columns.size(); ++view) {
+      if (!(viewPenalty_[view] < kInfinity)) continue;
+      const auto& lights = model_.columns[view];
+      for (size_t column = 0; column < lights.size(); ++column)
+        nearest.offer({static_cast<uint32_t>(firstPair_[view] + column),
+                       viewPenalty_[view] + lightPenalty_[lights[column]]});
+    }
+    return ulrWeights(nearest);
+  }
+
+  struct Pair {
+    uint32_t view, column, light;
+  };
+  Pair placeOf(uint32_t pair) const {
+    const auto next = std::ranges::upper_bound(firstPair_, size_t{pair});
+    const auto view = static_cast<uint32_t>(next - firstPair_.begin() - 1);
+    const auto column = static_cast<uint32_t>(pair - firstPair_[view]);
+    return {view, column, model_.columns[view][column]};
+  }
+
   const Model& model_;
+  const LightCoverage& coverage_;
   const QueryBatch& batch_;
   const ShadeOptions& options_;
   std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
   std::vector<float> viewPenalty_; // per view, of the current query
-  std::vector<Rgb> row_;           // per light
-  bool seen_ = true;               // by a camera
+  struct RigLight {
+    Direction3<AcquisitionSpace> towards;
+    Rgb irradiance;
+  };
+  std::vector<RigLight> rigLights_; // at the current query
+  std::vector<float> lightPenalty_; // per light of the rig, of the current direction
+  std::vector<size_t> firstPair_;   // per view; the pairs of a view are its columns
+  size_t pairs_ = 0;
+  std::vector<float> environmentBrightness_;
+  std::vector<Rgb> row_;       // per light
+  std::vector<Rgb> share_;     // per light: what it takes over of an environment
+  std::vector<Rgb> pairShare_; // per pair, the same
+  bool seen_ = true;           // by a camera
   std::vector<PlannedOp> ops_;
   Point3<AcquisitionSpace, double> p0_;
   Rgb cameraBlend_, lightBlend_;
 };
+
+bool fades(const QueryBatch& batch) {
+  return std::ranges::find(batch.uncovered, Uncovered::fade) != batch.uncovered.end() ||
+         std::ranges::find(batch.environments, Uncovered::fade, &QueryEnvironment::uncovered) !=
+             batch.environments.end();
+}
 
 void append(ShadingPlan& all, ShadingPlan& part) {
   if (all.rows.size() + part.rows.size() > std::numeric_limits<uint32_t>::max())
@@ -200,25 +338,39 @@ void append(ShadingPlan& all, ShadingPlan& part) {
 
 } // namespace
 
+std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered) {
+  const auto isDirectional = [](const Light& light) {
+    return std::holds_alternative<DirectionalLight>(light.kind);
+  };
+  if (!model.isFullProduct || !std::ranges::all_of(model.rig.lights, isDirectional)) return std::nullopt;
+  return LightTable(lightDirections(model), options.nearest ? 1 : options.lights,
+                    options.nearest ? Uncovered::extrapolate : uncovered);
+}
+
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options) {
   assert(batch.towardsView.size() == batch.size());
   assert(batch.towardsLight.size() == batch.size() * batch.lights &&
          batch.irradiance.size() == batch.towardsLight.size());
-  if (model.rig.lights.empty() && batch.lights > 0)
+  assert(batch.uncovered.empty() || batch.uncovered.size() == batch.lights);
+  assert(batch.acquisitionFromEnvironment.size() == batch.size() * batch.environments.size());
+  const size_t lights = batch.lights + batch.environments.size();
+  if (model.rig.lights.empty() && lights > 0)
     throw Error("captured under fixed illumination: it cannot be lit by a light of the script")
         .in(model.folder);
-  if (!model.rig.lights.empty() && batch.lights == 0)
+  if (!model.rig.lights.empty() && lights == 0)
     throw Error("captured under several lights: the script needs a light of its own").in(model.folder);
+  const LightCoverage coverage(fades(batch) ? lightDirections(model)
+                                            : std::vector<Direction3<AcquisitionSpace, double>>{});
   const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
   std::vector<ShadingPlan> parts(tasks);
   tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
-    Planner planner(model, batch, options);
+    Planner planner(model, coverage, batch, options);
     const size_t end = std::min(batch.size(), (task + 1) * kQueriesPerTask);
     for (size_t query = task * kQueriesPerTask; query < end; ++query) planner.plan(query, parts[task]);
   });
   ShadingPlan plan;
   plan.queries = batch.size();
-  plan.targetsPerQuery = model.rig.lights.empty() || model.isFullProduct ? 1 : batch.lights;
+  plan.targetsPerQuery = model.rig.lights.empty() || model.isFullProduct ? 1 : lights;
   for (ShadingPlan& part : parts) append(plan, part);
   return plan;
 }

@@ -2,13 +2,25 @@
 #pragma once
 
 #include "srf/model/model.h"
+#include "srf/query/environment.h"
+#include "srf/query/light_coverage.h"
+#include "srf/query/light_table.h"
 #include "srf/store/shading_queue.h"
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace surflect {
+
+// An environment that lights all queries of a batch.
+struct QueryEnvironment {
+  std::span<const EnvironmentLight> lights;
+  Rgb strength{1, 1, 1}; // of them all
+  Uncovered uncovered = Uncovered::fade;
+  const LightTable* table = nullptr; // see lightTable; without it every light is answered by ULR of its own
+};
 
 // What is asked of a model, as arrays; everything in acquisition space.
 struct QueryBatch {
@@ -18,6 +30,10 @@ struct QueryBatch {
   // Row by row, `lights` per query: unit direction to the light, and the irradiance on a surface facing it.
   std::vector<Direction3<AcquisitionSpace>> towardsLight;
   std::vector<Rgb> irradiance;
+  std::vector<Uncovered> uncovered; // one per light of a query; none: they extrapolate
+  std::vector<QueryEnvironment> environments;
+  // Row by row, one per environment: L after the environment's own place in the world.
+  std::vector<Turn<AcquisitionSpace, EnvironmentSpace, float>> acquisitionFromEnvironment;
 
   size_t size() const { return surfels.size(); }
 };
@@ -35,8 +51,8 @@ struct ShadeOptions {
 // blended is kept for those who want to see it.
 struct ShadingPlan {
   size_t queries = 0;
-  // A target per query; where pairs are blended one per query and light, so that an operation which shows
-  // background is made up for by others of its light.
+  // A target per query; where pairs are blended one per query and light or environment, so that an operation
+  // which shows background is made up for by others of its light.
   size_t targetsPerQuery = 1;
   std::vector<ShadingOp> ops;
   std::vector<LightWeight> rows;
@@ -44,6 +60,10 @@ struct ShadingPlan {
   std::vector<Rgb> cameraBlend, lightBlend;
   size_t unseen = 0; // queries that no camera sees: the nearest that has the point in its image stands in
 };
+
+// For the environments of queries to this model, with these options; nothing where weights depend on more
+// than the direction: lights near the object, or a capture that is not a full product.
+std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
 
 // Throws Error when lights are asked of a capture with fixed illumination, or none of one without.
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options);

@@ -1,0 +1,64 @@
+// Light from all directions, as a picture of it, and the directional lights that stand for it.
+#pragma once
+
+#include "srf/image/image.h"
+#include "surfel/rgb.h"
+#include "surfel/space.h"
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace surflect {
+
+// Of the picture: y is up, and its middle lies on -z with x to the right.
+struct EnvironmentSpace;
+
+enum class EnvironmentMapping {
+  latLong, // columns are longitudes, rows latitudes: the whole sphere, twice as wide as high
+  angular, // a light probe: the distance from the middle is the angle from -z; the sphere fills a disk
+};
+
+// Where a place of the picture looks to; u from its left edge (0) to its right (1), v from top to bottom.
+// Latitude pi (1/2 - v), longitude 2 pi (u - 1/2) from -z towards x.
+Direction3<EnvironmentSpace, double> latLongDirection(double u, double v);
+
+// The angle from -z is pi r, r the distance from the middle of the picture in halves of its side; nothing
+// beyond the disk, r > 1.  [Debevec 1998, Rendering Synthetic Objects into Real Scenes, light probe images]
+std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, double v);
+
+// One texel, or many gathered into one: a light so far away that its rays are parallel.
+struct EnvironmentLight {
+  Direction3<EnvironmentSpace> towards; // unit
+  Rgb irradiance;                       // of a surface facing it: the integral of radiance over solid angle
+
+  friend bool operator==(const EnvironmentLight&, const EnvironmentLight&) = default;
+};
+
+struct EnvironmentMap {
+  std::vector<EnvironmentLight> texels; // those that shine; solid angles of a picture sum to 4 pi
+  size_t replaced = 0;                  // texels with samples below 0 or not finite, which are taken for 0
+};
+
+// Gray or RGB radiance; alpha is ignored.
+EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping);
+
+// Without a mapping the picture's shape tells: 2:1 is a lat-long, 1:1 an angular map. Throws Error, also
+// where samples are not floating point, and beyond 2^25 pixels.
+EnvironmentMap readEnvironment(const std::filesystem::path& path,
+                               std::optional<EnvironmentMapping> mapping = std::nullopt);
+
+// At most `count` lights (>= 1) of the same total irradiance, each at the mean direction of what it stands
+// for. The directions are cut where they spread most, weighted by energy, so that small bright sources become
+// lights of their own; with `count` growing the result converges to the given lights.
+//   [after Debevec 2005, A Median Cut Algorithm for Light Probe Sampling]
+// Of a function with bounded second derivatives the integral errs by about half of the mean spread, the
+// energy-weighted variance of direction within a light: over a constant map of n lights pi / (3 n).
+std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, size_t count);
+
+// The sum of irradiances: of a constant map 4 pi times its radiance.
+Rgb totalIrradiance(std::span<const EnvironmentLight> lights);
+
+} // namespace surflect
