@@ -7,12 +7,13 @@
 
 namespace surflect {
 
-PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, size_t samples, Uncovered uncovered,
+PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
                                        const Model& model, const ShadeOptions& options) {
   PreparedEnvironment prepared;
   prepared.texels = map.texels.size();
   prepared.replaced = map.replaced;
-  prepared.lights = gathered(map.texels, samples);
+  const double spacing = std::min(1.0, lightSpacing(model));
+  prepared.lights = gathered(map.texels, error * spacing * spacing / 2);
   prepared.uncovered = uncovered;
   prepared.table = lightTable(model, options, uncovered);
   static_assert(sizeof(EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
@@ -22,7 +23,6 @@ PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, size_t samples
 
 std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const Model& model,
                                                      const ShadeOptions& options, const Progress& progress) {
-  const size_t defaultSamples = std::max<size_t>(256, 4 * model.rig.lights.size());
   std::vector<PreparedEnvironment> environments;
   for (size_t i = 0; i < script.lights.size(); ++i) {
     const auto* light = std::get_if<EnvironmentLightMotion>(&script.lights[i]);
@@ -30,8 +30,8 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
     progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
     const auto start = std::chrono::steady_clock::now();
     const EnvironmentMap map = readEnvironment(light->image, light->mapping);
-    auto& prepared = environments.emplace_back(
-        prepareEnvironment(map, light->samples.value_or(defaultSamples), light->uncovered, model, options));
+    auto& prepared =
+        environments.emplace_back(prepareEnvironment(map, light->error, light->uncovered, model, options));
     prepared.image = light->image;
     prepared.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }

@@ -20,13 +20,14 @@ struct PreparedEnvironment {
   double seconds = 0;              // it took
 };
 
-// One per environment of the script, in order. Where the script does not say how many lights stand for a
-// picture there are 256, or 4 per captured light if that is more. Throws Error as readEnvironment does.
+// One per environment of the script, in order. Throws Error as readEnvironment does.
 std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const Model& model,
                                                      const ShadeOptions& options, const Progress& progress);
 
-// From texels that are at hand.
-PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, size_t samples, Uncovered uncovered,
+// From texels that are at hand. As many lights stand for them as keep the weights of captured lights within
+// about `error` of the whole: their spread is error s^2 / 2, s the spacing of the captured lights in radians
+// but at most 1. Measured, sum of absolute errors of weights: TODO
+PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
                                        const Model& model, const ShadeOptions& options);
 
 } // namespace surflect

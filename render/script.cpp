@@ -107,8 +107,10 @@ LightMotion asEnvironment(const Section& section) {
   light.rotateDeg = trackOr(section, "rotate_deg", 0);
   light.color = trackOr(section, "color", white);
   light.intensity = trackOr(section, "intensity", 1);
-  if (const auto samples = section.find("samples"))
-    light.samples = static_cast<size_t>(asInteger(*samples, 1, 65536));
+  if (const auto error = section.find("error")) {
+    light.error = asNumber(*error);
+    if (light.error < 1e-4 || light.error > 1) throw mismatch(*error, "a number in 0.0001..1");
+  }
   light.uncovered = uncoveredOr(section, Uncovered::fade);
   return light;
 }
@@ -128,7 +130,7 @@ const std::vector<Kind<LightMotion>>& lightKinds() {
                                  trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
        }},
       {"environment",
-       {"image", "mapping", "up", "rotate_deg", "color", "intensity", "samples", "uncovered"},
+       {"image", "mapping", "up", "rotate_deg", "color", "intensity", "error", "uncovered"},
        asEnvironment},
   };
   return kinds;

@@ -75,7 +75,7 @@ struct EnvironmentLightMotion {
   Track rotateDeg;
   Track3 color;
   Track intensity;
-  std::optional<size_t> samples; // lights that stand for it, 1..65536
+  double error = 0.02; // of the captured lights' weights, about; 0.0001..1
   Uncovered uncovered = Uncovered::fade;
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;

@@ -164,19 +164,19 @@ private:
   void foldEnvironment(size_t query, size_t e) {
     const QueryEnvironment& environment = batch_.environments[e];
     const auto& acquisitionFromEnvironment = turnOf(query, e);
-    std::ranges::fill(share_, Rgb{});
-    for (const auto& [towards, irradiance] : environment.lights) {
-      const auto direction = acquisitionFromEnvironment(towards);
-      if (environment.table)
-        environment.table->spread(direction, irradiance, share_);
-      else
-        for (const auto& [light, weight] : blendLights(direction, environment.uncovered))
-          share_[light] = share_[light] + weight * irradiance;
-    }
+    std::ranges::fill(share_, Eigen::Array4f::Zero());
+    if (environment.table)
+      environment.table->spread(environment.lights, acquisitionFromEnvironment, share_);
+    else
+      for (const auto& [towards, irradiance] : environment.lights)
+        for (const auto& [light, weight] :
+             blendLights(acquisitionFromEnvironment(towards), environment.uncovered))
+          share_[light] += weight * Eigen::Array4f(irradiance.r, irradiance.g, irradiance.b, 0);
     for (uint32_t light = 0; light < row_.size(); ++light) {
-      if (share_[light] == Rgb{}) continue;
-      row_[light] = row_[light] + ratio(environment.strength * share_[light], rigLights_[light].irradiance);
-      lightBlend_ = lightBlend_ + blendShare(brightness(share_[light]), e) * colorOf(light);
+      const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
+      if (share == Rgb{}) continue;
+      row_[light] = row_[light] + ratio(environment.strength * share, rigLights_[light].irradiance);
+      lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(light);
     }
   }
 
@@ -306,10 +306,10 @@ private:
   std::vector<size_t> firstPair_;   // per view; the pairs of a view are its columns
   size_t pairs_ = 0;
   std::vector<float> environmentBrightness_;
-  std::vector<Rgb> row_;       // per light
-  std::vector<Rgb> share_;     // per light: what it takes over of an environment
-  std::vector<Rgb> pairShare_; // per pair, the same
-  bool seen_ = true;           // by a camera
+  std::vector<Rgb> row_;              // per light
+  std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, r g b 0
+  std::vector<Rgb> pairShare_;        // per pair, the same
+  bool seen_ = true;                  // by a camera
   std::vector<PlannedOp> ops_;
   Point3<AcquisitionSpace, double> p0_;
   Rgb cameraBlend_, lightBlend_;
@@ -337,6 +337,8 @@ void append(ShadingPlan& all, ShadingPlan& part) {
 }
 
 } // namespace
+
+double lightSpacing(const Model& model) { return LightCoverage(lightDirections(model)).spacing(); }
 
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered) {
   const auto isDirectional = [](const Light& light) {

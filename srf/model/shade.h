@@ -61,6 +61,9 @@ struct ShadingPlan {
   size_t unseen = 0; // queries that no camera sees: the nearest that has the point in its image stands in
 };
 
+// Radians between neighbouring lights of the rig, as LightCoverage has it.
+double lightSpacing(const Model& model);
+
 // For the environments of queries to this model, with these options; nothing where weights depend on more
 // than the direction: lights near the object, or a capture that is not a full product.
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);

@@ -145,12 +145,14 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
   return map;
 }
 
-std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, size_t count) {
-  if (lights.size() <= count) return lights;
+std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread) {
+  if (lights.empty()) return lights;
   std::vector<Cell> whole; // cells that need no further cut
   std::priority_queue<Cell> cells;
   cells.push(cellOf(lights, 0, lights.size()));
-  while (!cells.empty() && cells.size() + whole.size() < count) {
+  double energy = 0, spreads = cells.top().spread;
+  for (const EnvironmentLight& light : lights) energy += brightness(light.irradiance);
+  while (!cells.empty() && spreads > spread * energy && cells.size() + whole.size() < kMostGathered) {
     const Cell cell = cells.top();
     cells.pop();
     const auto begin = lights.begin() + static_cast<std::ptrdiff_t>(cell.begin);
@@ -163,8 +165,9 @@ std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, siz
       continue;
     }
     const auto middle = static_cast<size_t>(cut - lights.begin());
-    cells.push(cellOf(lights, cell.begin, middle));
-    cells.push(cellOf(lights, middle, cell.end));
+    const Cell halves[] = {cellOf(lights, cell.begin, middle), cellOf(lights, middle, cell.end)};
+    spreads += halves[0].spread + halves[1].spread - cell.spread;
+    for (const Cell& half : halves) cells.push(half);
   }
   for (; !cells.empty(); cells.pop()) whole.push_back(cells.top());
   std::ranges::sort(whole, {}, &Cell::begin);

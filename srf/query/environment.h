@@ -50,13 +50,14 @@ EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping);
 EnvironmentMap readEnvironment(const std::filesystem::path& path,
                                std::optional<EnvironmentMapping> mapping = std::nullopt);
 
-// At most `count` lights (>= 1) of the same total irradiance, each at the mean direction of what it stands
-// for. The directions are cut where they spread most, weighted by energy, so that small bright sources become
-// lights of their own; with `count` growing the result converges to the given lights.
+// Few lights of the same total irradiance, each at the mean direction of what it stands for. The directions
+// are cut where they spread most, weighted by energy, so that small bright sources become lights of their
+// own, until the mean spread is at most `spread` > 0: the energy-weighted mean square distance of directions
+// from their light (unit sphere). A constant map becomes about pi / (3 spread) lights. The integral of a
+// smooth function f errs by about half of the spread times f''. Never more than kMostGathered lights.
 //   [after Debevec 2005, A Median Cut Algorithm for Light Probe Sampling]
-// Of a function with bounded second derivatives the integral errs by about half of the mean spread, the
-// energy-weighted variance of direction within a light: over a constant map of n lights pi / (3 n).
-std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, size_t count);
+inline constexpr size_t kMostGathered = 4096;
+std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread);
 
 // The sum of irradiances: of a constant map 4 pi times its radiance.
 Rgb totalIrradiance(std::span<const EnvironmentLight> lights);

@@ -30,17 +30,12 @@ Vec3<float> folded(OnSquare p) {
       .normalized();
 }
 
-// 16 cells a light; n lights lie about sqrt(4 pi / n) apart.
+// 16 cells from light to light, n of which lie about sqrt(4 pi / n) apart.
 int cellsFor(size_t lights) {
-  return std::clamp(static_cast<int>(16 * std::sqrt(static_cast<double>(lights))), 32, 512);
+  return std::clamp(static_cast<int>(16 * std::sqrt(static_cast<double>(lights))), 32, 256);
 }
 
 } // namespace
-
-Direction3<AcquisitionSpace> LightTable::vertexDirection(int x, int y) const {
-  const auto place = [&](int i) { return static_cast<float>(2 * i - cells_) / static_cast<float>(cells_); };
-  return assume<Direction3<AcquisitionSpace>>(folded({place(x), place(y)}));
-}
 
 LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, size_t blended,
                        Uncovered uncovered)
@@ -50,46 +45,58 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
   for (const auto& light : lights) towards.push_back(light.cast<float>());
 
   const int side = cells_ + 1;
-  std::vector<BlendSet> ofVertex(static_cast<size_t>(side) * static_cast<size_t>(side));
+  std::vector<BlendSet> vertices(static_cast<size_t>(side) * static_cast<size_t>(side));
   tbb::parallel_for(0, side, [&](int y) {
+    const auto place = [&](int i) { return static_cast<float>(2 * i - cells_) / static_cast<float>(cells_); };
     for (int x = 0; x < side; ++x) {
-      const auto direction = vertexDirection(x, y);
+      const auto direction = assume<Direction3<AcquisitionSpace>>(folded({place(x), place(y)}));
       NearestCandidates nearest(blended);
       for (uint32_t light = 0; light < towards.size(); ++light)
         nearest.offer({light, anglePenalty(towards[light], direction)});
       BlendSet blend = ulrWeights(nearest);
       if (uncovered == Uncovered::fade)
         for (auto& share : blend) share.weight *= coverage.at(nearest.sorted()[0].penalty);
-      ofVertex[static_cast<size_t>(y * side + x)] = blend;
+      vertices[static_cast<size_t>(y * side + x)] = blend;
     }
   });
-  for (const BlendSet& blend : ofVertex) {
-    first_.push_back(static_cast<uint32_t>(shares_.size()));
-    for (const auto& [light, weight] : blend)
-      if (weight > 0) shares_.push_back({light, weight});
+
+  for (int cell = 0; cell < cells_ * cells_; ++cell) {
+    const size_t begin = shares_.size();
+    first_.push_back(static_cast<uint32_t>(begin));
+    for (int corner = 0; corner < 4; ++corner) {
+      const int x = cell % cells_ + corner % 2, y = cell / cells_ + corner / 2;
+      for (const auto& [light, weight] : vertices[static_cast<size_t>(y * side + x)]) {
+        if (!(weight > 0)) continue;
+        auto share = std::find_if(shares_.begin() + static_cast<std::ptrdiff_t>(begin), shares_.end(),
+                                  [&](const Share& other) { return other.light == light; });
+        if (share == shares_.end()) share = shares_.insert(shares_.end(), {light, {}});
+        share->atCorner[static_cast<size_t>(corner)] = weight;
+      }
+    }
   }
   first_.push_back(static_cast<uint32_t>(shares_.size()));
 }
 
-void LightTable::spread(const Direction3<AcquisitionSpace>& towards, Rgb irradiance,
-                        std::span<Rgb> row) const {
-  const OnSquare place = unfolded(towards.raw());
-  const auto cellOf = [&](float t) {
-    const float along = (t + 1) / 2 * static_cast<float>(cells_);
-    const int cell = std::clamp(static_cast<int>(along), 0, cells_ - 1);
-    return std::pair(cell, along - static_cast<float>(cell));
-  };
-  const auto [x, fx] = cellOf(place.a);
-  const auto [y, fy] = cellOf(place.b);
-  const auto vertex = static_cast<size_t>(y * (cells_ + 1) + x);
-  const auto addVertex = [&](size_t index, float tap) {
-    for (uint32_t i = first_[index]; i < first_[index + 1]; ++i)
-      row[shares_[i].light] = row[shares_[i].light] + tap * shares_[i].weight * irradiance;
-  };
-  addVertex(vertex, (1 - fx) * (1 - fy));
-  addVertex(vertex + 1, fx * (1 - fy));
-  addVertex(vertex + static_cast<size_t>(cells_) + 1, (1 - fx) * fy);
-  addVertex(vertex + static_cast<size_t>(cells_) + 2, fx * fy);
+void LightTable::spread(std::span<const EnvironmentLight> environment,
+                        const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
+                        std::span<Eigen::Array4f> row) const {
+  const auto cells = static_cast<float>(cells_);
+  for (const auto& [towards, irradiance] : environment) {
+    const OnSquare place = unfolded(acquisitionFromEnvironment(towards).raw());
+    const float a = (place.a + 1) / 2 * cells, b = (place.b + 1) / 2 * cells;
+    const int x = std::clamp(static_cast<int>(a), 0, cells_ - 1);
+    const int y = std::clamp(static_cast<int>(b), 0, cells_ - 1);
+    const float fx = a - static_cast<float>(x), fy = b - static_cast<float>(y);
+    const std::array taps{(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+    const Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b, 0);
+    const auto cell = static_cast<size_t>(y * cells_ + x);
+    for (uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
+      const auto& [captured, atCorner] = shares_[i];
+      const float weight =
+          (taps[0] * atCorner[0] + taps[1] * atCorner[1]) + (taps[2] * atCorner[2] + taps[3] * atCorner[3]);
+      row[captured] += weight * light;
+    }
+  }
 }
 
 } // namespace surflect

@@ -3,9 +3,12 @@
 // directions per surfel.
 #pragma once
 
+#include "srf/query/environment.h"
 #include "srf/query/light_coverage.h"
-#include "surfel/rgb.h"
 
+#include <Eigen/Core>
+
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,24 +18,25 @@ namespace surflect {
 class LightTable {
 public:
   // ULR over the `blended` nearest of the lights (unit directions), times their coverage where light beyond
-  // it fades. The grid is about 16 times finer than the lights are dense, which errs by less than 1 % of a
-  // light's weight. Costs 256 ULR evaluations a light, 30 bytes each.
+  // it fades. A grid 16 times finer than the lights are dense, of at most 256 x 256 cells; about 100 bytes
+  // each.
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, size_t blended,
              Uncovered uncovered);
 
-  // row[light] += weight of the light * irradiance; a row has one entry per light. Continuous in `towards`
-  // (unit). The weights are not negative and sum to 1, to the coverage where it fades.
-  void spread(const Direction3<AcquisitionSpace>& towards, Rgb irradiance, std::span<Rgb> row) const;
+  // row[l] += the irradiance (r, g, b, 0) that captured light l takes over from an environment; a row has one
+  // entry per captured light. The weights behind it are continuous in the turn, not negative, and sum to 1,
+  // or to the coverage where it fades.
+  void spread(std::span<const EnvironmentLight> environment,
+              const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
+              std::span<Eigen::Array4f> row) const;
 
 private:
-  struct Share {
-    uint32_t light;
-    float weight;
+  struct Share { // of a light in a cell: its weights at the corners (0,0), (1,0), (0,1), (1,1)
+    uint32_t light = 0;
+    std::array<float, 4> atCorner{};
   };
-  Direction3<AcquisitionSpace> vertexDirection(int x, int y) const;
-
   int cells_ = 0;               // along a side of the octahedral square
-  std::vector<uint32_t> first_; // of each vertex's shares, row by row; one more, for the end
+  std::vector<uint32_t> first_; // of each cell's shares, row by row; one more, for the end
   std::vector<Share> shares_;
 };
 
