@@ -25,7 +25,7 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
                                                      const ShadeOptions& options, const Progress& progress);
 
 // From texels that are at hand. As many lights stand for them as keep the weights of captured lights within
-// about `error` of the whole: their spread is error s^2 / 2, s the spacing of the captured lights in radians
+// about `error` of the whole: their spread is error s^2, s the spacing of the captured lights in radians
 // but at most 1. Measured, sum of absolute errors of weights: TODO
 PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
                                        const Model& model, const ShadeOptions& options);

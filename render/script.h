@@ -75,7 +75,7 @@ struct EnvironmentLightMotion {
   Track rotateDeg;
   Track3 color;
   Track intensity;
-  double error = 0.02; // of the captured lights' weights, about; 0.0001..1
+  double error = 0.01; // of the captured lights' weights, about; 0.0001..1
   Uncovered uncovered = Uncovered::fade;
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;

@@ -53,7 +53,7 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path,
 // Few lights of the same total irradiance, each at the mean direction of what it stands for. The directions
 // are cut where they spread most, weighted by energy, so that small bright sources become lights of their
 // own, until the mean spread is at most `spread` > 0: the energy-weighted mean square distance of directions
-// from their light (unit sphere). A constant map becomes about pi / (3 spread) lights. The integral of a
+// from their light (unit sphere). A constant map becomes about 2 pi / (3 spread) lights. The integral of a
 // smooth function f errs by about half of the spread times f''. Never more than kMostGathered lights.
 //   [after Debevec 2005, A Median Cut Algorithm for Light Probe Sampling]
 inline constexpr size_t kMostGathered = 4096;

@@ -30,9 +30,9 @@ Vec3<float> folded(OnSquare p) {
       .normalized();
 }
 
-// 16 cells from light to light, n of which lie about sqrt(4 pi / n) apart.
+// About 20 cells from light to light, n of which lie about sqrt(4 pi / n) apart.
 int cellsFor(size_t lights) {
-  return std::clamp(static_cast<int>(16 * std::sqrt(static_cast<double>(lights))), 32, 256);
+  return std::clamp(static_cast<int>(32 * std::sqrt(static_cast<double>(lights))), 64, 512);
 }
 
 } // namespace

@@ -1,0 +1,299 @@
+#include "render/environment.h"
+
+#include "render/frame.h"
+#include "render/measure.h"
+#include "srf/image/exr.h"
+#include "srf/query/ulr.h"
+#include "tests/support/synthetic_capture.h"
+#include "warp/deform.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using studio::cameraFrom;
+using studio::PackedStudio;
+using studio::Studio;
+using studio::viewSphere;
+
+constexpr int pictureSize = 40; // pixels
+
+Film filmOf(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+            const std::vector<ShotLight>& lights, const FrameOptions& options = {}) {
+  BlockCache cache(model.files, size_t{1} << 28);
+  FrameStats stats;
+  return renderFrame(model, warp, camera, lights, options, cache, stats);
+}
+
+WarpPointer noWarp() { return chainWarp({}); }
+
+double largestDifference(const Image& a, const Image& b) {
+  EXPECT_EQ(a.values.size(), b.values.size());
+  double largest = 0;
+  for (size_t i = 0; i < a.values.size(); ++i)
+    largest = std::max(largest, double{std::abs(a.values[i] - b.values[i])});
+  return largest;
+}
+
+double rootMeanSquare(const Image& a, const Image& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.values.size(); ++i) sum += std::pow(a.values[i] - b.values[i], 2);
+  return std::sqrt(sum / static_cast<double>(a.values.size()));
+}
+
+// A sky, a dark ground and two suns of different colour.
+EnvironmentMap liveliest(int height) {
+  Image image(2 * height, height, 3);
+  const auto sun = [](const Vec3<double>& d, const Vec3<double>& towards) {
+    return std::exp(80 * (d.dot(towards.normalized()) - 1));
+  };
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < 2 * height; ++x) {
+      const Vec3<double> d = latLongDirection((x + 0.5) / (2 * height), (y + 0.5) / height).raw();
+      const double sky = 0.6 + 0.4 * d[1], warm = 30 * sun(d, {1, 1, -1}), cold = 20 * sun(d, {-2, 0.3, 0.5});
+      const std::array rgb{sky + warm, sky + 0.5 * (warm + cold), 1.5 * sky + cold};
+      for (size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(rgb[c]);
+    }
+  return environmentOf(image, EnvironmentMapping::latLong);
+}
+
+std::vector<ShotLight> lightOf(const PreparedEnvironment& environment,
+                               const Mat3<double>& objectFromEnvironment = Mat3<double>::Identity()) {
+  return {ShotEnvironment{&environment, Turn<ObjectSpace, EnvironmentSpace>(objectFromEnvironment)}};
+}
+
+TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
+  Studio studio;
+  studio.lights = 80;
+  studio.size = pictureSize;
+  const PackedStudio packed(studio, 1500);
+  Image white(64, 32, 3);
+  std::ranges::fill(white.values, 1.f);
+  const auto map = environmentOf(white, EnvironmentMapping::latLong);
+  const auto environment = prepareEnvironment(map, 0.01, Uncovered::fade, packed.model, {});
+  const auto camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, pictureSize);
+  const Image film = filmOf(packed.model, *noWarp(), camera, lightOf(environment)).color;
+  const Mask interior = eroded(objectMask(viewSphere(camera, 1).alpha), 2);
+  size_t pixels = 0;
+  for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
+    if (!interior.inside[pixel]) continue;
+    ++pixels;
+    EXPECT_NEAR(film.values[4 * pixel] / studio.albedo.r, 1, 0.0075);
+    EXPECT_NEAR(film.values[4 * pixel + 1] / studio.albedo.g, 1, 0.0075);
+    EXPECT_NEAR(film.values[4 * pixel + 2] / studio.albedo.b, 1, 0.0075);
+  }
+  EXPECT_GT(pixels, 400u);
+}
+
+class EnvironmentOfSphere : public testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    Studio studio;
+    studio.size = pictureSize;
+    packed = std::make_unique<PackedStudio>(studio, 1500);
+  }
+  static void TearDownTestSuite() { packed.reset(); }
+  static const Model& model() { return packed->model; }
+
+  static inline std::unique_ptr<PackedStudio> packed;
+  const Camera<ObjectSpace> camera = cameraFrom<ObjectSpace>({0.3, 0.5, 1}, pictureSize);
+  const EnvironmentMap map = liveliest(32);
+  const PreparedEnvironment environment = prepareEnvironment(map, 0.01, Uncovered::fade, model(), {});
+};
+
+// Through a script and a picture on disk, against where the texel's light must come from, by hand: with z up
+// the middle of the map (-z of the picture) turns by the shortest arc from y to z onto +y.
+TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
+  struct Case {
+    int x, y;                 // of 64 x 32, whose texels' directions are off the axes by half a texel
+    const char* placement;    // in the script
+    Vec3<double> environment; // the middle of the texel
+    Mat3<double> objectFromEnvironment;
+  };
+  const double longitude = 2 * std::numbers::pi * 0.5 / 64, polar = std::numbers::pi * 0.5 / 32;
+  // Just right of -z and just below the horizon; just right of +x and below; near the zenith.
+  const Vec3<double> front(std::cos(polar) * std::sin(longitude), -std::sin(polar),
+                           -std::cos(polar) * std::cos(longitude)),
+      right(std::cos(polar) * std::cos(longitude), -std::sin(polar), std::cos(polar) * std::sin(longitude)),
+      top(std::sin(polar) * std::sin(longitude), std::cos(polar), -std::sin(polar) * std::cos(longitude));
+  const Mat3<double> same = Mat3<double>::Identity();
+  Mat3<double> zUp, aboutY, aboutZAfterZUp;
+  zUp << 1, 0, 0, 0, 0, -1, 0, 1, 0;    // y -> z, -z -> y
+  aboutY << 0, 0, 1, 0, 1, 0, -1, 0, 0; // by 90 degrees, counter-clockwise from above: -z -> -x
+  const Mat3<double> zUpTurned = zUp * aboutY;
+  const Case cases[] = {{32, 16, "", front, same},
+                        {48, 16, "", right, same},
+                        {32, 0, "", top, same},
+                        {32, 16, "up = [0, 0, 2]", front, zUp},
+                        {48, 16, "up = [0, 0, 1]", right, zUp},
+                        {32, 0, "up = [0, 0, 1]", top, zUp},
+                        {32, 16, "rotate_deg = 90", front, aboutY},
+                        {48, 16, "rotate_deg = \"45*frame\"", right, aboutY},
+                        {32, 16, "up = [0, 0, 1]\nrotate_deg = 90", front, zUpTurned}};
+  TemporaryFolder folder;
+  for (const Case& one : cases) {
+    Image texel(64, 32, 3);
+    std::ranges::copy(std::array{300.f, 200.f, 100.f}, texel.at(one.x, one.y).begin());
+    writeExr(folder / "texel.exr", texel, Precision::single);
+    const Script script = parseScript(std::string("[[light]]\ntype = \"environment\"\nimage = \"texel.exr\"\n"
+                                                  "color = [0.5, 1, 1]\nintensity = 2\n") +
+                                          one.placement,
+                                      folder / "shot.toml");
+    const auto environments = prepareEnvironments(script, model(), {}, {});
+    ASSERT_EQ(environments.size(), 1u);
+    const auto lights = lightsAt(script, shotTime(script, 2), environments);
+    const auto solidAngle = static_cast<float>(
+        2 * std::numbers::pi / 64 *
+        (std::cos(std::numbers::pi * one.y / 32) - std::cos(std::numbers::pi * (one.y + 1) / 32)));
+    const Vec3<double> towards = one.objectFromEnvironment * one.environment;
+    const std::vector<ShotLight> lamp{ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
+                                                           solidAngle * Rgb{300, 400, 200}}};
+    // From in front of the light, where a light from elsewhere would be seen at once.
+    const auto facing = cameraFrom<ObjectSpace>(towards + Vec3<double>(0.2, 0.3, 0.1), pictureSize);
+    const Image expected = filmOf(model(), *noWarp(), facing, lamp).color;
+    const Image got = filmOf(model(), *noWarp(), facing, lights).color;
+    const float brightest = *std::ranges::max_element(expected.values);
+    EXPECT_LT(largestDifference(got, expected) / brightest, 0.02) << one.placement << ' ' << one.x;
+    EXPECT_GT(largestDifference(got, Image(got.width, got.height, 4)), 0.5 * brightest);
+  }
+}
+
+// The paper's way for a still object [Weyrich 2005, Fig. 2]: the map filtered once by the weights of the
+// captured lights, and the photographs added up with it. Here texel by texel, by ULR in double precision.
+TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
+  const auto& rig = model().rig.lights;
+  std::vector<Vec3<double>> filtered(rig.size(), Vec3<double>::Zero());
+  for (const auto& texel : map.texels) {
+    NearestCandidates nearest(ShadeOptions().lights);
+    const Vec3<float> towards = texel.towards.raw();
+    for (uint32_t l = 0; l < rig.size(); ++l) {
+      const auto& light = std::get<DirectionalLight>(rig[l].kind);
+      nearest.offer(
+          {l, static_cast<float>((light.towards.raw() - towards.cast<double>()).squaredNorm() / 2)});
+    }
+    for (const auto& [light, weight] : ulrWeights(nearest))
+      filtered[light] += weight * Vec3<double>(texel.irradiance.r, texel.irradiance.g, texel.irradiance.b);
+  }
+  Image relit(pictureSize, pictureSize, 4);
+  for (size_t l = 0; l < rig.size(); ++l) {
+    const auto& light = std::get<DirectionalLight>(rig[l].kind);
+    const auto towards = assume<Direction3<ObjectSpace, double>>(light.towards.raw());
+    const Image alone =
+        filmOf(model(), *noWarp(), camera, {ShotDirectionalLight{towards, light.irradiance}}).color;
+    const std::array captured{light.irradiance.r, light.irradiance.g, light.irradiance.b};
+    for (size_t i = 0; i < alone.values.size(); ++i)
+      if (i % 4 < 3)
+        relit.values[i] +=
+            alone.values[i] * static_cast<float>(filtered[l][static_cast<int>(i % 4)]) / captured[i % 4];
+      else
+        relit.values[i] = alone.values[i];
+  }
+  const float brightest = *std::ranges::max_element(relit.values);
+  const Image film = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
+  EXPECT_LT(rootMeanSquare(film, relit) / brightest, 0.003);
+  EXPECT_LT(largestDifference(film, relit) / brightest, 0.01);
+
+  // Every surfel has the same weights.
+  const auto deformed = deform(model().cloud, *noWarp());
+  const std::vector<uint32_t> some{3, 500, 1200};
+  const auto batch = queriesAt(model().cloud, deformed, some, camera, lightOf(environment));
+  for (const auto& turn : batch.acquisitionFromEnvironment)
+    EXPECT_LT((turn.matrix() - Mat3<float>::Identity()).norm(), 1e-6);
+}
+
+// Under a warp, in the limit of as many lights as the map has texels and without a table.
+TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
+  const auto warp = twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
+  PreparedEnvironment exact;
+  exact.lights = map.texels;
+  const Image truth = filmOf(model(), *warp, camera, lightOf(exact)).color;
+  const float brightest = *std::ranges::max_element(truth.values);
+  for (const double error : {0.1, 0.01}) {
+    const auto prepared = prepareEnvironment(map, error, Uncovered::fade, model(), {});
+    EXPECT_LT(prepared.lights.size(), map.texels.size() / 5);
+    const Image film = filmOf(model(), *warp, camera, lightOf(prepared)).color;
+    EXPECT_LT(rootMeanSquare(film, truth) / brightest, error / 2);
+    EXPECT_LT(largestDifference(film, truth) / brightest, 2 * error);
+  }
+}
+
+TEST_F(EnvironmentOfSphere, OneRigidMotionOfEverythingLeavesTheImageUnchanged) {
+  const Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int trial = 0; trial < 3; ++trial) {
+    const double x = uniform(random), y = uniform(random), z = uniform(random);
+    const Vec3<double> axis = Vec3<double>(x, y, z).normalized(), translation(2 * y, z, 3 * x);
+    const Angle angle = Angle::fromRadians(3 * uniform(random));
+    const Rigid<ObjectSpace, ObjectSpace> motion(Eigen::AngleAxisd(angle.radians(), axis).toRotationMatrix(),
+                                                 translation);
+    auto movedCamera = camera;
+    movedCamera.cameraFromWorld = camera.cameraFromWorld * motion.inverse();
+    const auto warp = rigidWarp(axis, angle, Vec3<double>::Zero(), translation);
+    const Image moved = filmOf(model(), *warp, movedCamera, lightOf(environment, motion.rotation())).color;
+    EXPECT_LT(largestDifference(moved, still) / *std::ranges::max_element(still.values), 2e-5);
+  }
+}
+
+TEST_F(EnvironmentOfSphere, AMirroredWorldGivesTheMirroredImage) {
+  const Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
+  const Mat3<double> mirror = Vec3<double>(-1, 1, 1).asDiagonal();
+  auto mirroredCamera = camera;
+  mirroredCamera.cameraFromWorld = {mirror * camera.cameraFromWorld.rotation() * mirror,
+                                    mirror * camera.cameraFromWorld.translation()};
+  const auto warp = scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
+  const Image mirrored = filmOf(model(), *warp, mirroredCamera, lightOf(environment, mirror)).color;
+  Image flipped = mirrored;
+  for (int y = 0; y < pictureSize; ++y)
+    for (int x = 0; x < pictureSize; ++x)
+      std::ranges::copy(mirrored.at(pictureSize - 1 - x, y), flipped.at(x, y).begin());
+  EXPECT_LT(largestDifference(flipped, still) / *std::ranges::max_element(still.values), 2e-5);
+}
+
+TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
+  const ShotPointLight lamp{{2, 1, 2}, {9, 8, 7}};
+  FrameOptions options;
+  options.aovs = {"light_blend"};
+  const Film mapAlone = filmOf(model(), *noWarp(), camera, lightOf(environment), options),
+             lampAlone = filmOf(model(), *noWarp(), camera, {lamp}, options),
+             both = filmOf(model(), *noWarp(), camera, {lamp, lightOf(environment)[0]}, options);
+  Image sum = mapAlone.color, mean = mapAlone.aovs.at("light_blend");
+  for (size_t i = 0; i < sum.values.size(); ++i)
+    if (i % 4 < 3) sum.values[i] += lampAlone.color.values[i];
+  for (size_t i = 0; i < mean.values.size(); ++i)
+    mean.values[i] = (mean.values[i] + lampAlone.aovs.at("light_blend").values[i]) / 2;
+  EXPECT_LT(largestDifference(both.color, sum) / *std::ranges::max_element(sum.values), 1e-5);
+  EXPECT_LT(largestDifference(both.aovs.at("light_blend"), mean), 1e-5);
+}
+
+TEST_F(EnvironmentOfSphere, PreparingTellsWhatTheMapHolds) {
+  Image image(32, 16, 3);
+  std::ranges::fill(image.values, 1.f);
+  image.at(3, 4)[1] = -2;
+  std::ranges::fill(image.at(9, 9), std::numeric_limits<float>::quiet_NaN());
+  TemporaryFolder folder;
+  writeExr(folder / "map.exr", image, Precision::single);
+  const auto prepared = [&](const std::string& keys) {
+    return prepareEnvironments(parseScript("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\n[[light]]\n"
+                                           "type = \"environment\"\nimage = \"map.exr\"\n" +
+                                               keys,
+                                           folder / "shot.toml"),
+                               model(), {}, {});
+  };
+  const auto coarse = prepared("error = 0.1"), fine = prepared("");
+  ASSERT_EQ(coarse.size(), 1u);
+  EXPECT_EQ(coarse[0].image, folder / "map.exr");
+  EXPECT_EQ(coarse[0].texels, 32u * 16 - 1);
+  EXPECT_EQ(coarse[0].replaced, 2u);
+  EXPECT_LT(coarse[0].lights.size(), fine[0].lights.size());
+  EXPECT_NE(coarse[0].hash, fine[0].hash);
+  EXPECT_EQ(fine[0].hash, prepared("")[0].hash);
+}
+
+} // namespace
+} // namespace surflect

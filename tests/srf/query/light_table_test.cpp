@@ -1,0 +1,150 @@
+#include "srf/query/light_table.h"
+
+#include "srf/query/ulr.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using Direction = Direction3<AcquisitionSpace, double>;
+using ToAcquisition = Turn<AcquisitionSpace, EnvironmentSpace, float>;
+
+std::vector<Direction> spiral(int count, double lowest = -1) {
+  std::vector<Direction> lights;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (1 - lowest) * (i + 0.5) / count, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
+    lights.push_back(normalized(Direction(r * std::cos(turn), r * std::sin(turn), z)));
+  }
+  return lights;
+}
+
+Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  const float x = normal(random), y = normal(random), z = normal(random);
+  return assume<Direction3<AcquisitionSpace>>(Vec3<float>(x, y, z).normalized());
+}
+
+// What the table gives to each light, of 1 from this direction.
+std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction3<AcquisitionSpace>& d) {
+  std::vector<Eigen::Array4f> row(lights, Eigen::Array4f::Zero());
+  const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 2, 3}};
+  table.spread({&light, 1}, ToAcquisition(), row);
+  std::vector<float> weights;
+  for (const auto& sum : row) {
+    EXPECT_EQ(sum[1], 2 * sum[0]);
+    EXPECT_NEAR(sum[2], 3 * sum[0], 5e-7);
+    weights.push_back(sum[0]);
+  }
+  return weights;
+}
+
+std::vector<float> exact(std::span<const Direction> lights, size_t blended,
+                         const Direction3<AcquisitionSpace>& d, const LightCoverage* coverage = nullptr) {
+  NearestCandidates nearest(blended);
+  for (uint32_t i = 0; i < lights.size(); ++i) nearest.offer({i, anglePenalty(lights[i].cast<float>(), d)});
+  std::vector<float> weights(lights.size());
+  for (const auto& [light, weight] : ulrWeights(nearest))
+    weights[light] = weight * (coverage ? coverage->at(nearest.sorted()[0].penalty) : 1);
+  return weights;
+}
+
+double sumOf(std::span<const float> weights) {
+  double sum = 0;
+  for (const float weight : weights) {
+    EXPECT_GE(weight, 0);
+    sum += weight;
+  }
+  return sum;
+}
+
+TEST(LightTable, WeightsSumToOne) {
+  std::mt19937 random(1);
+  for (const int count : {1, 2, 6, 30, 200})
+    for (const size_t blended : {1, 3, 8}) {
+      const LightTable table(spiral(count), blended, Uncovered::extrapolate);
+      for (int i = 0; i < 300; ++i)
+        EXPECT_NEAR(sumOf(tabulated(table, count, randomDirection(random))), 1, 1e-6);
+    }
+}
+
+double totalError(std::span<const float> got, std::span<const float> wanted) {
+  double error = 0;
+  for (size_t l = 0; l < got.size(); ++l) error += std::abs(got[l] - wanted[l]);
+  return error;
+}
+
+// In the mean over directions, and for a source as wide as a quarter of the lights' spacing. At single
+// directions it can be far off: ULR turns steeply where its last lights are about as far as the threshold.
+TEST(LightTable, EqualsUlr) {
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal;
+  for (const int count : {12, 30, 100})
+    for (const double lowest : {-1.0, 0.2}) {
+      const auto lights = spiral(count, lowest);
+      const LightCoverage coverage(lights);
+      for (const auto uncovered : {Uncovered::extrapolate, Uncovered::fade}) {
+        const LightTable table(lights, 3, uncovered);
+        double mean = 0, worst = 0;
+        constexpr int sources = 40, rays = 150;
+        for (int source = 0; source < sources; ++source) {
+          const Vec3<float> middle = randomDirection(random).raw();
+          std::vector<float> gotSum(lights.size()), wantedSum(lights.size());
+          for (int ray = 0; ray < rays; ++ray) {
+            const float x = normal(random), y = normal(random), z = normal(random);
+            const auto d = assume<Direction3<AcquisitionSpace>>(
+                (middle + static_cast<float>(coverage.spacing()) / 4 * Vec3<float>(x, y, z)).normalized());
+            const auto got = tabulated(table, lights.size(), d);
+            const auto wanted = exact(lights, 3, d, uncovered == Uncovered::fade ? &coverage : nullptr);
+            mean += totalError(got, wanted) / (sources * rays);
+            for (size_t l = 0; l < lights.size(); ++l) {
+              gotSum[l] += got[l] / rays;
+              wantedSum[l] += wanted[l] / rays;
+            }
+          }
+          worst = std::max(worst, totalError(gotSum, wantedSum));
+        }
+        EXPECT_LT(mean, 0.005) << count << ' ' << lowest;
+        EXPECT_LT(worst, 0.0075) << count << ' ' << lowest;
+      }
+    }
+}
+
+TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal;
+  const auto lights = spiral(30);
+  const LightTable table(lights, 3, Uncovered::extrapolate);
+  for (int i = 0; i < 5000; ++i) {
+    auto d = randomDirection(random).raw();
+    if (i % 2) d[i % 3] = 0; // the seams of the unfolded octahedron, too
+    d.normalize();
+    const float x = normal(random), y = normal(random), z = normal(random);
+    const Vec3<float> moved = (d + 1e-4f * Vec3<float>(x, y, z)).normalized();
+    const auto a = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(d));
+    const auto b = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(moved));
+    for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(a[l], b[l], 100 * (moved - d).norm());
+  }
+}
+
+TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
+  std::mt19937 random(4);
+  const auto lights = spiral(20);
+  const LightTable table(lights, 3, Uncovered::extrapolate);
+  const Mat3<float> turn = Eigen::Quaternionf(0.5f, 0.1f, -0.7f, 0.5f).normalized().toRotationMatrix();
+  for (const Mat3<float>& matrix : {turn, Mat3<float>(-turn)}) {
+    const auto d = randomDirection(random);
+    std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Constant(5));
+    const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(matrix.transpose() * d.raw()),
+                                 {1, 1, 1}};
+    table.spread({&light, 1}, ToAcquisition(matrix), row);
+    const auto direct = tabulated(table, lights.size(), d);
+    for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(row[l][0], 5 + direct[l], 2e-5);
+  }
+}
+
+} // namespace
+} // namespace surflect
