@@ -77,6 +77,40 @@ class Render(TestInFolder):
                 self.assertEqual(result.returncode, 1)
                 self.assertIn("--frames", result.stderr)
 
+    def write_map(self, name, brightest):
+        """A lat-long map of 8 x 4 pixels, RGBE: one texel of radiance 2 ^ (brightest - 128), the others of 1/2."""
+        texels = [bytes([128, 128, 128, 128])] * 32
+        texels[11] = bytes([255, 255, 255, brightest])
+        (self.folder / name).write_bytes(
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + b"".join(texels))
+
+    def test_an_environment_is_reported_and_part_of_the_films_identity(self):
+        self.write_map("map.hdr", 135)
+        script = self.folder / "map.toml"
+        script.write_text(SCRIPT + "[[light]]\ntype = \"environment\"\nimage = \"map.hdr\"\nup = [0, 0, 1]\n")
+        frames = self.folder / "lit"
+        report = succeed("render", script, "-o", frames)
+        (environment,) = report["environments"]
+        self.assertEqual(environment["texels"], 32)
+        self.assertEqual(environment["replaced_texels"], 0)
+        self.assertIn(environment["lights"], range(2, 33))
+        self.assertGreater(environment["seconds"], 0)
+        self.assertEqual(len(succeed("render", script, "-o", frames, "--resume")["frames"]), 0)
+        lit = content(frames)
+        self.assertNotEqual(lit, self.film)
+        self.write_map("map.hdr", 137)
+        self.assertEqual(len(succeed("render", script, "-o", frames, "--resume")["frames"]), 3)
+        self.assertNotEqual(content(frames), lit)
+
+    def test_an_environment_that_is_none_is_refused_by_name(self):
+        (self.folder / "torn.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n")
+        for image in ("torn.hdr", "none.exr"):
+            script = self.folder / "bad.toml"
+            script.write_text(SCRIPT + f"[[light]]\ntype = \"environment\"\nimage = \"{image}\"\n")
+            result = run("render", script, "-o", self.folder / "none")
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(image, result.stderr)
+
     def film_check(self, script, frames):
         return subprocess.run([FILM_CHECK, script, frames, VASE / "vase.ply"], capture_output=True, text=True)
 

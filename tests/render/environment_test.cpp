@@ -158,7 +158,7 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
     const Image expected = filmOf(model(), *noWarp(), facing, lamp).color;
     const Image got = filmOf(model(), *noWarp(), facing, lights).color;
     const float brightest = *std::ranges::max_element(expected.values);
-    EXPECT_LT(largestDifference(got, expected) / brightest, 0.02) << one.placement << ' ' << one.x;
+    EXPECT_LT(largestDifference(got, expected) / brightest, 0.001) << one.placement << ' ' << one.x;
     EXPECT_GT(largestDifference(got, Image(got.width, got.height, 4)), 0.5 * brightest);
   }
 }
@@ -195,8 +195,8 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   }
   const float brightest = *std::ranges::max_element(relit.values);
   const Image film = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
-  EXPECT_LT(rootMeanSquare(film, relit) / brightest, 0.003);
-  EXPECT_LT(largestDifference(film, relit) / brightest, 0.01);
+  EXPECT_LT(rootMeanSquare(film, relit) / brightest, 0.0006);
+  EXPECT_LT(largestDifference(film, relit) / brightest, 0.004);
 
   // Every surfel has the same weights.
   const auto deformed = deform(model().cloud, *noWarp());
@@ -217,8 +217,8 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
     const auto prepared = prepareEnvironment(map, error, Uncovered::fade, model(), {});
     EXPECT_LT(prepared.lights.size(), map.texels.size() / 5);
     const Image film = filmOf(model(), *warp, camera, lightOf(prepared)).color;
-    EXPECT_LT(rootMeanSquare(film, truth) / brightest, error / 2);
-    EXPECT_LT(largestDifference(film, truth) / brightest, 2 * error);
+    EXPECT_LT(rootMeanSquare(film, truth) / brightest, error / 10);
+    EXPECT_LT(largestDifference(film, truth) / brightest, error);
   }
 }
 

@@ -142,9 +142,9 @@ TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
       complaint(replaced(example, "\"twist\"", "\"mesh\"")),
       "shots/shot.toml: warp[0].type: found \"mesh\" on line 26, expected one of rigid, scale, twist, bend, "
       "sine, expression");
-  EXPECT_EQ(
-      complaint(replaced(example, "\"point\"", "\"environment\"")),
-      "shots/shot.toml: light[0].type: found \"environment\" on line 18, expected one of directional, point");
+  EXPECT_EQ(complaint(replaced(example, "\"point\"", "\"ambient\"")),
+            "shots/shot.toml: light[0].type: found \"ambient\" on line 18, expected one of directional, "
+            "point, environment");
   EXPECT_EQ(complaint(replaced(example, "\"stretch\"", "\"strech\"")),
             "shots/shot.toml: output.aov[4]: found \"strech\" on line 11, expected one of depth, normal, "
             "camera_blend, "
@@ -249,6 +249,58 @@ TEST(Shot, LightsAreColorTimesIntensityAtTheirPlaces) {
   const auto& sun = std::get<ShotDirectionalLight>(lights.at(1));
   EXPECT_LT((sun.towards.raw() - Vec3<double>(0, 0.6, 0.8)).norm(), 1e-15);
   EXPECT_EQ(sun.irradiance, (Rgb{1, 1, 1}));
+}
+
+const std::string studioLight = R"toml(
+[[light]]
+type = "environment"
+image = "maps/studio.exr"
+mapping = "angular"
+up = [0, 0, 1]
+rotate_deg = "30*t"
+color = [1, 0.5, 0]
+intensity = 2
+error = 0.05
+uncovered = "extrapolate"
+)toml";
+
+TEST(Script, AnEnvironmentHoldsWhatItSays) {
+  const auto full = std::get<EnvironmentLightMotion>(parse(studioLight).lights[0]);
+  EXPECT_EQ(full.image, "shots/maps/studio.exr");
+  EXPECT_EQ(full.mapping, EnvironmentMapping::angular);
+  EXPECT_EQ(full.up[2].at({}), 1);
+  EXPECT_EQ(full.rotateDeg.at({2, 0, 0}), 60);
+  EXPECT_EQ(full.color[1].at({}), 0.5);
+  EXPECT_EQ(full.intensity.at({}), 2);
+  EXPECT_EQ(full.error, 0.05);
+  EXPECT_EQ(full.uncovered, Uncovered::extrapolate);
+  const auto bare = std::get<EnvironmentLightMotion>(
+      parse("[[light]]\ntype = \"environment\"\nimage = \"/a.hdr\"").lights[0]);
+  EXPECT_EQ(bare.image, "/a.hdr");
+  EXPECT_FALSE(bare.mapping);
+  EXPECT_EQ(bare.up[1].at({}), 1);
+  EXPECT_EQ(bare.uncovered, Uncovered::fade);
+}
+
+TEST(Script, WhatIsNoEnvironmentIsToldWithWhatWasExpected) {
+  const auto told = [](std::string_view old, std::string_view by) {
+    return complaint(replaced(studioLight, old, by));
+  };
+  EXPECT_NE(told("image = \"maps/studio.exr\"", "").find("light[0].image: missing"), std::string::npos);
+  EXPECT_NE(told("\"angular\"", "\"cube\"").find("light[0].mapping: found \"cube\""), std::string::npos);
+  EXPECT_NE(told("\"angular\"", "\"cube\"").find("one of latlong, angular"), std::string::npos);
+  EXPECT_NE(told("0.05", "0").find("light[0].error: found 0"), std::string::npos);
+  EXPECT_NE(told("0.05", "2").find("0.0001..1"), std::string::npos);
+  EXPECT_NE(told("extrapolate", "drop").find("one of extrapolate, fade"), std::string::npos);
+  EXPECT_NE(told("rotate_deg", "rotate_dge").find("nearest known one is rotate_deg"), std::string::npos);
+}
+
+TEST(Script, LampsFadeWhenAsked) {
+  const Script script = parse("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nuncovered = \"fade\"\n"
+                              "[[light]]\ntype = \"directional\"\ndirection = [1, 2, 3]");
+  const auto lights = lightsAt(script, {});
+  EXPECT_EQ(std::get<ShotPointLight>(lights[0]).uncovered, Uncovered::fade);
+  EXPECT_EQ(std::get<ShotDirectionalLight>(lights[1]).uncovered, Uncovered::extrapolate);
 }
 
 TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
