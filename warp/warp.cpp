@@ -92,6 +92,33 @@ private:
   Vec3<double> center_;
 };
 
+// With h = a . (x - c), q = x - c - h a and s = exp(g h):
+//   Psi(x) = c + h a + s q
+//   J      = a a^T + s (I - a a^T) + g s q a^T
+class Taper final : public Warp {
+public:
+  Taper(const Vec3<double>& axis, double g, const Vec3<double>& center)
+      : axis_(axis), g_(g), center_(center) {}
+
+  Vec3<double> position(const Vec3<double>& x) const override {
+    const double h = heightOf(x);
+    return center_ + h * axis_ + std::exp(g_ * h) * across(x, h);
+  }
+  std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const override {
+    const double h = heightOf(x), s = std::exp(g_ * h);
+    const Mat3<double> along = axis_ * axis_.transpose();
+    return along + s * (Mat3<double>::Identity() - along) + g_ * s * across(x, h) * axis_.transpose();
+  }
+
+private:
+  double heightOf(const Vec3<double>& x) const { return axis_.dot(x - center_); }
+  Vec3<double> across(const Vec3<double>& x, double h) const { return x - center_ - h * axis_; }
+
+  Vec3<double> axis_;
+  double g_; // per unit
+  Vec3<double> center_;
+};
+
 // With q = 2 pi / wavelength and phi = q a . (x - c) + phase:
 //   Psi(x) = x + A sin(phi) d
 //   J      = I + A q cos(phi) d a^T
@@ -179,6 +206,11 @@ WarpPointer bendWarp(const Vec3<double>& axis, const Vec3<double>& direction, An
                      const Vec3<double>& center) {
   assert(isUnit(axis) && isUnit(direction) && std::abs(axis.dot(direction)) < 1e-9);
   return std::make_unique<Bend>(axis, direction, anglePerUnit.radians(), center);
+}
+
+WarpPointer taperWarp(const Vec3<double>& axis, double growthPerUnit, const Vec3<double>& center) {
+  assert(isUnit(axis));
+  return std::make_unique<Taper>(axis, growthPerUnit, center);
 }
 
 WarpPointer sineWarp(const SineWave& wave) {

@@ -57,6 +57,10 @@ WarpPointer twistWarp(const Vec3<double>& axis, Angle anglePerUnit, const Vec3<d
 WarpPointer bendWarp(const Vec3<double>& axis, const Vec3<double>& direction, Angle anglePerUnit,
                      const Vec3<double>& center);
 
+// Scales across the axis, about it, by exp(growthPerUnit h) at the signed distance h from the centre along
+// it: never by 0.
+WarpPointer taperWarp(const Vec3<double>& axis, double growthPerUnit, const Vec3<double>& center);
+
 // Displaces along `direction` by amplitude sin(2 pi axis . (x - center) / wavelength + phase); wavelength is
 // not 0.
 struct SineWave {

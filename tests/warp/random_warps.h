@@ -1,6 +1,8 @@
 // Warps with seeded random parameters, for tests of laws that all warps obey.
 #pragma once
 
+#include "warp/handles.h"
+#include "warp/lattice.h"
 #include "warp/warp.h"
 
 #include <random>
@@ -48,6 +50,43 @@ inline WarpPointer randomSine(std::mt19937& random) {
                    .wavelength = randomBetween(1, 4, random),
                    .phase = Angle::fromRadians(randomBetween(-3, 3, random))});
 }
+inline WarpPointer randomTaper(std::mt19937& random) {
+  return taperWarp(randomUnit(random), randomBetween(-1, 1, random), randomVector(random));
+}
+// Over a box of side 2.2 to 2.6 about the origin, with up to 4 divisions an axis.
+inline Lattice randomLattice(std::mt19937& random) {
+  Lattice lattice;
+  lattice.least = Vec3<double>::Constant(-1.2) + 0.1 * randomVector(random);
+  lattice.most = Vec3<double>::Constant(1.2) + 0.1 * randomVector(random);
+  for (int& n : lattice.divisions) n = 1 + static_cast<int>(random() % 4);
+  for (size_t i = 0; i < lattice.pointCount(); ++i) lattice.moves.push_back(0.1 * randomVector(random));
+  return lattice;
+}
+inline WarpPointer randomLatticeWarp(std::mt19937& random) { return latticeWarp(randomLattice(random)); }
+
+inline std::vector<Vec3<double>> randomPoints(size_t count, std::mt19937& random) {
+  std::vector<Vec3<double>> points;
+  for (size_t i = 0; i < count; ++i) points.push_back(randomVector(random));
+  return points;
+}
+// Near the corners of a cube, so that no two are close.
+inline std::vector<Vec3<double>> randomCorners(std::mt19937& random) {
+  std::vector<Vec3<double>> corners;
+  for (int i = 0; i < 8; ++i)
+    corners.push_back(Vec3<double>(i & 1 ? 0.7 : -0.7, i & 2 ? 0.7 : -0.7, i & 4 ? 0.7 : -0.7) +
+                      0.3 * randomVector(random));
+  return corners;
+}
+inline WarpPointer randomHandlesWarp(std::mt19937& random, std::optional<double> radius) {
+  const auto rest = randomCorners(random);
+  auto targets = rest;
+  for (Vec3<double>& target : targets) target += 0.2 * randomVector(random);
+  return Handles(rest, radius).pullTo(targets);
+}
+inline WarpPointer randomHandles(std::mt19937& random) { return randomHandlesWarp(random, std::nullopt); }
+inline WarpPointer randomLocalHandles(std::mt19937& random) {
+  return randomHandlesWarp(random, randomBetween(1, 2, random));
+}
 inline WarpPointer randomChain(std::mt19937& random) {
   std::vector<WarpPointer> links;
   links.push_back(randomBend(random));
@@ -63,9 +102,11 @@ struct NamedWarp {
   WarpPointer (*make)(std::mt19937&);
 };
 // All that have an exact Jacobian.
-inline constexpr NamedWarp exactWarps[] = {{"rigid", randomRigid}, {"scale", randomScale},
-                                           {"twist", randomTwist}, {"bend", randomBend},
-                                           {"sine", randomSine},   {"chain", randomChain}};
+inline constexpr NamedWarp exactWarps[] = {
+    {"rigid", randomRigid},         {"scale", randomScale},     {"twist", randomTwist},
+    {"bend", randomBend},           {"sine", randomSine},       {"taper", randomTaper},
+    {"lattice", randomLatticeWarp}, {"handles", randomHandles}, {"local handles", randomLocalHandles},
+    {"chain", randomChain}};
 
 inline WarpPointer formulas(const std::string& x, const std::string& y, const std::string& z,
                             const ShotTime& time = {}) {

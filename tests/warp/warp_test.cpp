@@ -115,6 +115,20 @@ TEST(BendWarp, TurnsInsideOutBeyondTheCentreOfCurvature) {
   EXPECT_LT(warp->jacobian({0.51, 1, 0})->determinant(), 0);
 }
 
+TEST(TaperWarp, ScalesEachPlaneAcrossTheAxisByAPowerOfItsHeight) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 100; ++i) {
+    const Vec3<double> axis = randomUnit(random), center = randomVector(random);
+    const double growth = randomBetween(-2, 2, random), height = randomBetween(-2, 2, random);
+    const WarpPointer warp = taperWarp(axis, growth, center);
+    const Vec3<double> foot = center + height * axis, across = axis.cross(randomVector(random));
+    const double scale = std::exp(growth * height), rounding = 1e-15 * (1 + scale);
+    EXPECT_LT((warp->position(foot) - foot).norm(), rounding);
+    EXPECT_LT((warp->position(foot + across) - foot - scale * across).norm(), 2 * rounding);
+    EXPECT_GT(warp->jacobian(foot + across)->determinant(), 0);
+  }
+}
+
 TEST(SineWarp, IsPeriodicAndStaysWithinItsAmplitude) {
   std::mt19937 random(8);
   for (int i = 0; i < 100; ++i) {

@@ -1,0 +1,121 @@
+#include "warp/lattice.h"
+
+#include "tests/warp/random_warps.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace surflect {
+namespace {
+
+const Mat3<double> identity = Mat3<double>::Identity();
+
+// Calls function(point, its rest position) for every control point.
+template <class Function> void forEachPoint(const Lattice& lattice, Function function) {
+  const auto [l, m, n] = lattice.divisions;
+  for (int k = 0; k <= n; ++k)
+    for (int j = 0; j <= m; ++j)
+      for (int i = 0; i <= l; ++i) {
+        const Vec3<double> place(double(i) / l, double(j) / m, double(k) / n);
+        function(std::array{i, j, k}, lattice.least + place.cwiseProduct(lattice.most - lattice.least));
+      }
+}
+
+double binomial(int n, int k) { return k == 0 ? 1 : binomial(n - 1, k - 1) * n / k; }
+
+TEST(Lattice, AtRestIsTheIdentityEverywhere) {
+  std::mt19937 random(1);
+  Lattice lattice = randomLattice(random);
+  std::ranges::fill(lattice.moves, Vec3<double>::Zero());
+  const WarpPointer warp = latticeWarp(lattice);
+  for (int i = 0; i < 100; ++i) {
+    const Vec3<double> x = 3 * randomVector(random);
+    EXPECT_EQ(warp->position(x), x);
+    EXPECT_EQ(*warp->jacobian(x), identity);
+  }
+}
+
+// [Sederberg and Parry 1986, Eq. 2], literally.
+TEST(Lattice, InsideTheBoxItIsTheSumOverBernsteinPolynomials) {
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 100; ++trial) {
+    const Lattice lattice = randomLattice(random);
+    const Vec3<double> place = (randomVector(random) + Vec3<double>::Ones()) / 2;
+    Vec3<double> expected = Vec3<double>::Zero();
+    forEachPoint(lattice, [&](const std::array<int, 3>& point, const Vec3<double>& rest) {
+      double weight = 1;
+      for (int a = 0; a < 3; ++a) {
+        const int n = lattice.divisions[a], i = point[a];
+        weight *= binomial(n, i) * std::pow(1 - place[a], n - i) * std::pow(place[a], i);
+      }
+      expected += weight * (rest + lattice.moves[lattice.pointIndex(point)]);
+    });
+    const Vec3<double> x = lattice.least + place.cwiseProduct(lattice.most - lattice.least);
+    EXPECT_LT((latticeWarp(lattice)->position(x) - expected).norm(), 3e-15);
+  }
+}
+
+TEST(Lattice, AffineMovesOfItsPointsMoveAllSpaceAffinely) {
+  std::mt19937 random(3);
+  for (int trial = 0; trial < 100; ++trial) {
+    Lattice lattice = randomLattice(random);
+    Mat3<double> linear;
+    for (int i = 0; i < 3; ++i) linear.col(i) = randomVector(random);
+    const Vec3<double> offset = randomVector(random);
+    forEachPoint(lattice, [&](const std::array<int, 3>& point, const Vec3<double>& rest) {
+      lattice.moves[lattice.pointIndex(point)] = linear * rest + offset - rest;
+    });
+    const WarpPointer warp = latticeWarp(lattice);
+    const Vec3<double> x = 2 * randomVector(random);
+    EXPECT_LT((warp->position(x) - linear * x - offset).norm(), 4e-14);
+    EXPECT_LT((*warp->jacobian(x) - linear).norm(), 4e-14);
+  }
+}
+
+TEST(Lattice, PositionAndJacobianAreContinuousAcrossTheBox) {
+  std::mt19937 random(4);
+  for (int trial = 0; trial < 300; ++trial) {
+    const Lattice lattice = randomLattice(random);
+    const WarpPointer warp = latticeWarp(lattice);
+    // On one, two or all three of the faces that meet at a corner.
+    Vec3<double> x = randomVector(random);
+    for (int a = 0; a < 3; ++a)
+      if (a == trial % 3 || random() & 1) x[a] = random() & 1 ? lattice.least[a] : lattice.most[a];
+    const double epsilon = 1e-7;
+    const Vec3<double> step = epsilon * randomUnit(random);
+    EXPECT_LT((warp->position(x + step) - warp->position(x - step)).norm(), 10 * epsilon);
+    EXPECT_LT((*warp->jacobian(x + step) - *warp->jacobian(x - step)).norm(), 100 * epsilon);
+  }
+}
+
+// On one side of a face at least: there the warp is a polynomial, but for the clamping of other axes.
+TEST(Lattice, BeyondTheBoxTheJacobianIsThatOfThePosition) {
+  std::mt19937 random(6);
+  for (int trial = 0; trial < 100; ++trial) {
+    const WarpPointer warp = randomLatticeWarp(random);
+    Vec3<double> x = 3 * randomVector(random);
+    x[trial % 3] = random() & 1 ? 2 : -2;
+    EXPECT_LT((centralDifferences(*warp, x, identity, 1e-6) - *warp->jacobian(x)).norm(), 3e-9);
+  }
+}
+
+TEST(Lattice, WhereTheTwoOutermostLayersRestSoDoesAllBeyond) {
+  std::mt19937 random(5);
+  Lattice lattice = randomLattice(random);
+  lattice.divisions = {2, 2, 4};
+  lattice.moves.assign(lattice.pointCount(), Vec3<double>::Zero());
+  forEachPoint(lattice, [&](const std::array<int, 3>& point, const Vec3<double>&) {
+    if (point[2] >= 2) lattice.moves[lattice.pointIndex(point)] = randomVector(random);
+  });
+  const WarpPointer warp = latticeWarp(lattice);
+  for (int i = 0; i < 100; ++i) {
+    Vec3<double> x = 2 * randomVector(random);
+    x[2] = lattice.least[2] - std::abs(x[2]);
+    EXPECT_EQ(warp->position(x), x);
+    EXPECT_EQ(*warp->jacobian(x), identity);
+  }
+}
+
+} // namespace
+} // namespace surflect
