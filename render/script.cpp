@@ -156,6 +156,11 @@ Script parseScript(std::string_view text, const std::filesystem::path& path) {
     Script script = asScript(document.root());
     script.path = path;
     script.hash = contentHash(std::as_bytes(std::span(text)));
+    for (const WarpMotion& warp : script.warps)
+      if (const uint64_t files = filesHash(warp)) {
+        const std::array both = {script.hash, files};
+        script.hash = contentHash(std::as_bytes(std::span(both)));
+      }
     return script;
   } catch (Error& error) {
     throw std::move(error).in(path);

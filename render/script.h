@@ -82,7 +82,7 @@ using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, Envir
 
 struct Script {
   std::filesystem::path path;
-  uint64_t hash = 0;           // contentHash of the text
+  uint64_t hash = 0;           // contentHash of the text, and of the files that its warps read
   std::filesystem::path model; // resolved against the script's folder; empty: not given
   std::optional<Frames> frames;
   std::optional<Output> output;

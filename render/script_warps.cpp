@@ -1,5 +1,7 @@
 #include "render/script_warps.h"
 
+#include <algorithm>
+
 namespace surflect {
 
 namespace {
@@ -8,6 +10,58 @@ const Track3 origin{0, 0, 0}, yUp{0, 1, 0};
 
 Expression asFormula(const Entry& entry) {
   return at(entry, [&] { return Expression(asText(entry), warpVariables); });
+}
+
+std::array<int, 3> asThreeIntegers(const Entry& entry, std::string_view expected,
+                                   const std::array<int, 3>& least, const std::array<int, 3>& most) {
+  const std::vector<Entry> elements = asArray(entry, expected);
+  if (elements.size() != 3) throw mismatch(entry, expected);
+  return {asInteger(elements[0], least[0], most[0]), asInteger(elements[1], least[1], most[1]),
+          asInteger(elements[2], least[2], most[2])};
+}
+
+LatticeMotion asLattice(const Section& section) {
+  constexpr int most = mostLatticeDivisions;
+  LatticeMotion lattice{asTrack3(section.require("min")), asTrack3(section.require("max")), {}, {}};
+  lattice.divisions =
+      asThreeIntegers(section.require("divisions"), "three counts", {1, 1, 1}, {most, most, most});
+  for (const Entry& entry : asArray(section.require("point"), "tables { at, move }")) {
+    const Section point(entry, {"at", "move"});
+    const Entry at = point.require("at");
+    const auto index = asThreeIntegers(at, "three numbers of a control point", {0, 0, 0}, lattice.divisions);
+    const auto same = [&](const LatticeMotion::Point& other) { return other.index == index; };
+    if (std::ranges::any_of(lattice.points, same)) throw mismatch(at, "each control point once");
+    lattice.points.push_back({index, asTrack3(point.require("move"))});
+  }
+  return lattice;
+}
+
+HandlesMotion asHandles(const Section& section) {
+  std::vector<Vec3<double>> rest;
+  HandlesMotion motion;
+  const Entry handles = section.require("handle");
+  for (const Entry& entry : asArray(handles, "tables { rest, to }")) {
+    const Section handle(entry, {"rest", "to"});
+    const Entry place = handle.require("rest");
+    const std::vector<Entry> xyz = asArray(place, "three numbers");
+    if (xyz.size() != 3) throw mismatch(place, "three numbers");
+    rest.emplace_back(asNumber(xyz[0]), asNumber(xyz[1]), asNumber(xyz[2]));
+    motion.targets.push_back(asTrack3(handle.require("to")));
+  }
+  std::optional<double> radius;
+  if (const auto entry = section.find("radius")) {
+    radius = asNumber(*entry);
+    if (!(*radius > 0)) throw mismatch(*entry, "more than 0");
+  }
+  motion.handles = at(handles, [&] { return std::make_shared<const Handles>(std::move(rest), radius); });
+  return motion;
+}
+
+MeshMotion asMesh(const Section& section) {
+  const auto rest = asPath(section.require("rest")), frames = asPath(section.require("frames"));
+  const auto frame = section.find("frame");
+  return {std::make_shared<const MeshSequence>(rest, frames),
+          frame ? asTrack(*frame) : Track::expression("frame")};
 }
 
 const std::vector<Kind<WarpMotion>>& warpKinds() {
@@ -36,6 +90,12 @@ const std::vector<Kind<WarpMotion>>& warpKinds() {
                            trackOr(s, "center", origin), asTrack(s.require("angle_deg")),
                            trackOr(s, "length", 1)};
        }},
+      {"taper",
+       {"axis", "center", "factor", "length"},
+       [](const Section& s) -> WarpMotion {
+         return TaperMotion{asTrack3(s.require("axis")), trackOr(s, "center", origin),
+                            asTrack(s.require("factor")), trackOr(s, "length", 1)};
+       }},
       {"sine",
        {"axis", "direction", "center", "amplitude", "wavelength", "phase_deg"},
        [](const Section& s) -> WarpMotion {
@@ -49,6 +109,11 @@ const std::vector<Kind<WarpMotion>>& warpKinds() {
          return ExpressionMotion{asFormula(s.require("x")), asFormula(s.require("y")),
                                  asFormula(s.require("z"))};
        }},
+      {"lattice",
+       {"min", "max", "divisions", "point"},
+       [](const Section& s) -> WarpMotion { return asLattice(s); }},
+      {"handles", {"handle", "radius"}, [](const Section& s) -> WarpMotion { return asHandles(s); }},
+      {"mesh", {"rest", "frames", "frame"}, [](const Section& s) -> WarpMotion { return asMesh(s); }},
   };
   return kinds;
 }

@@ -2,6 +2,9 @@
 
 #include "surfel/error.h"
 
+#include <cassert>
+#include <cmath>
+
 namespace surflect {
 
 namespace {
@@ -42,6 +45,17 @@ WarpPointer frozen(const BendMotion& m, const ShotTime& time) {
                   finiteAt(m.center, time, "center"));
 }
 
+double positiveAt(const Track& track, const ShotTime& time, std::string_view field) {
+  const double value = finiteAt(track, time, field);
+  if (!(value > 0)) throw Error::mismatch("more than 0", std::to_string(value)).at(field);
+  return value;
+}
+
+WarpPointer frozen(const TaperMotion& m, const ShotTime& time) {
+  const double growth = std::log(positiveAt(m.factor, time, "factor")) / nonZeroAt(m.length, time, "length");
+  return taperWarp(unitAt(m.axis, time, "axis"), growth, finiteAt(m.center, time, "center"));
+}
+
 WarpPointer frozen(const SineMotion& m, const ShotTime& time) {
   SineWave wave;
   wave.axis = unitAt(m.axis, time, "axis");
@@ -57,7 +71,37 @@ WarpPointer frozen(const ExpressionMotion& m, const ShotTime& time) {
   return expressionWarp(m.x, m.y, m.z, time);
 }
 
+WarpPointer frozen(const LatticeMotion& m, const ShotTime& time) {
+  Lattice lattice{finiteAt(m.least, time, "min"), finiteAt(m.most, time, "max"), m.divisions, {}};
+  if (!((lattice.most - lattice.least).minCoeff() > 0))
+    throw Error::mismatch("more than min along every axis", "no more along one").at("max");
+  lattice.moves.assign(lattice.pointCount(), Vec3<double>::Zero());
+  for (size_t i = 0; i < m.points.size(); ++i)
+    lattice.moves[lattice.pointIndex(m.points[i].index)] =
+        finiteAt(m.points[i].move, time, "point[" + std::to_string(i) + "].move");
+  return latticeWarp(std::move(lattice));
+}
+
+WarpPointer frozen(const HandlesMotion& m, const ShotTime& time) {
+  assert(m.targets.size() == m.handles->size());
+  std::vector<Vec3<double>> targets;
+  for (size_t i = 0; i < m.targets.size(); ++i)
+    targets.push_back(finiteAt(m.targets[i], time, "handle[" + std::to_string(i) + "].to"));
+  return m.handles->pullTo(targets);
+}
+
+WarpPointer frozen(const MeshMotion& m, const ShotTime& time) {
+  return m.sequence->at(finiteAt(m.frame, time, "frame"));
+}
+
+uint64_t hashOf(const MeshMotion& m) { return m.sequence->contentHash(); }
+template <class Motion> uint64_t hashOf(const Motion&) { return 0; }
+
 } // namespace
+
+uint64_t filesHash(const WarpMotion& motion) {
+  return std::visit([](const auto& m) { return hashOf(m); }, motion);
+}
 
 WarpPointer freeze(const WarpMotion& motion, const ShotTime& time) {
   return std::visit([&](const auto& m) { return frozen(m, time); }, motion);

@@ -1,10 +1,16 @@
 // A warp over time: its parameters are tracks, in the units of the script (degrees, scene units).
 #pragma once
 
+#include "warp/handles.h"
+#include "warp/lattice.h"
+#include "warp/mesh_sequence.h"
 #include "warp/track.h"
 #include "warp/warp.h"
 
+#include <array>
+#include <memory>
 #include <variant>
+#include <vector>
 
 namespace surflect {
 
@@ -32,6 +38,12 @@ struct BendMotion {
   Track angleDeg, length = 1;
 };
 
+// Scales across the axis by `factor` at `length` along it, by its square at twice the length, and so on.
+struct TaperMotion {
+  Track3 axis, center;
+  Track factor, length = 1;
+};
+
 struct SineMotion {
   Track3 axis, direction, center;
   Track amplitude, wavelength, phaseDeg;
@@ -41,11 +53,34 @@ struct ExpressionMotion {
   Expression x, y, z; // in warpVariables
 };
 
-using WarpMotion =
-    std::variant<RigidMotion, ScaleMotion, TwistMotion, BendMotion, SineMotion, ExpressionMotion>;
+struct LatticeMotion {
+  Track3 least, most;
+  std::array<int, 3> divisions{}; // each 1..mostLatticeDivisions
+  struct Point {
+    std::array<int, 3> index; // from `least` on: 0..divisions
+    Track3 move;
+  };
+  std::vector<Point> points; // those that move
+};
+
+struct HandlesMotion {
+  std::shared_ptr<const Handles> handles;
+  std::vector<Track3> targets; // one a handle
+};
+
+struct MeshMotion {
+  std::shared_ptr<const MeshSequence> sequence;
+  Track frame; // of the sequence
+};
+
+using WarpMotion = std::variant<RigidMotion, ScaleMotion, TwistMotion, BendMotion, TaperMotion, SineMotion,
+                                ExpressionMotion, LatticeMotion, HandlesMotion, MeshMotion>;
 
 // The warp at one time. Throws Error, at the parameter's name in the script, where a parameter is not finite
-// or makes no warp (an axis or length of 0).
+// or makes no warp (an axis or length of 0), and with the file that does not fit.
 WarpPointer freeze(const WarpMotion& motion, const ShotTime& time);
+
+// A hash of the contents of all files that the motion reads; 0 when there are none.
+uint64_t filesHash(const WarpMotion& motion);
 
 } // namespace surflect

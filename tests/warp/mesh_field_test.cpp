@@ -1,0 +1,182 @@
+#include "warp/mesh_field.h"
+
+#include "surfel/error.h"
+#include "tests/warp/meshes.h"
+#include "tests/warp/random_warps.h"
+
+#include <gtest/gtest.h>
+
+namespace surflect {
+namespace {
+
+const Mat3<double> identity = Mat3<double>::Identity();
+
+std::vector<Vec3<double>> moved(const TriangleMesh& mesh, const Warp& warp) {
+  std::vector<Vec3<double>> positions = positionsOf(mesh);
+  for (Vec3<double>& p : positions) p = warp.position(p);
+  return positions;
+}
+
+// From on the torus to far away from it.
+Vec3<double> somewhere(int trial, std::mt19937& random) {
+  if (trial % 3 == 0) return 3 * randomVector(random);
+  const double gap = randomBetween(-0.1, trial % 3 == 1 ? 0.1 : 0.5, random);
+  return torusPoint(randomBetween(0, 1, random), randomBetween(0, 1, random), 0.25 + gap);
+}
+
+WarpPointer randomField(std::mt19937& random) {
+  const TriangleMesh mesh = torus(12, 6);
+  auto positions = positionsOf(mesh);
+  for (Vec3<double>& p : positions) p += 0.05 * randomVector(random);
+  return MeshField(mesh).follow(positions);
+}
+
+TEST(MeshField, AMeshAtRestMovesNothing) {
+  std::mt19937 random(1);
+  const TriangleMesh mesh = torus(16, 8);
+  const WarpPointer warp = MeshField(mesh).follow(positionsOf(mesh));
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3<double> x = somewhere(i, random);
+    EXPECT_LT((warp->position(x) - x).norm(), 2e-14);
+    EXPECT_LT((*warp->jacobian(x) - identity).norm(), 1e-12);
+  }
+}
+
+// That weights sum to one, and each vertex's map turns as the mesh does.
+TEST(MeshField, RigidMotionAndEvenScalingOfTheMeshMoveAllSpaceSo) {
+  std::mt19937 random(2);
+  const TriangleMesh mesh = torus(16, 8);
+  const MeshField field(mesh);
+  for (int i = 0; i < 300; ++i) {
+    const double scale = randomBetween(0.2, 3, random);
+    const WarpPointer similar =
+        chainOf(scaleWarp({scale, scale, scale}, randomVector(random)), randomRigid(random));
+    const WarpPointer warp = field.follow(moved(mesh, *similar));
+    const Vec3<double> x = somewhere(i, random);
+    EXPECT_LT((warp->position(x) - similar->position(x)).norm(), 1e-13);
+    EXPECT_LT((*warp->jacobian(x) - *similar->jacobian(x)).norm(), 3e-12);
+  }
+}
+
+TEST(MeshField, ItsJacobianIsThatOfItsPositionEverywhere) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 300; ++i) {
+    const WarpPointer warp = randomField(random);
+    const Vec3<double> x = somewhere(i, random);
+    const Mat3<double> differences = centralDifferences(*warp, x, identity, 1e-6);
+    EXPECT_LT((differences - *warp->jacobian(x)).norm(), 2e-8);
+  }
+}
+
+TEST(MeshField, PositionAndJacobianAreContinuousEverywhere) {
+  std::mt19937 random(4);
+  const WarpPointer warp = randomField(random);
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3<double> x = somewhere(i, random), step = 1e-7 * randomUnit(random);
+    EXPECT_LT((warp->position(x + step) - warp->position(x - step)).norm(), 1e-6);
+    EXPECT_LT((*warp->jacobian(x + step) - *warp->jacobian(x - step)).norm(), 1e-4);
+  }
+}
+
+struct Errors {
+  double position = 0, tangents = 0; // root mean square
+};
+
+// Of the field of a mesh that a warp has moved, against the warp, near the mesh. The tangents are those of
+// the surface: of how space shears and stretches across it a mesh knows nothing.
+Errors errorsOf(const Warp& truth, int around, int through) {
+  std::mt19937 random(5);
+  const TriangleMesh mesh = torus(around, through);
+  const WarpPointer field = MeshField(mesh).follow(moved(mesh, truth));
+  constexpr int samples = 3000;
+  Errors errors;
+  for (int i = 0; i < samples; ++i) {
+    const double u = randomBetween(0, 1, random), v = randomBetween(0, 1, random);
+    const Vec3<double> x = torusPoint(u, v);
+    const Vec3<double> n = (torusPoint(u, v, 0.26) - x).normalized();
+    const Mat3<double> difference = *field->jacobian(x) - *truth.jacobian(x);
+    errors.position += (field->position(x) - truth.position(x)).squaredNorm() / samples;
+    errors.tangents += (difference * (identity - n * n.transpose())).squaredNorm() / samples;
+  }
+  return {std::sqrt(errors.position), std::sqrt(errors.tangents)};
+}
+
+TEST(MeshField, ComesToTheWarpThatMovedTheMeshAsTheMeshGetsFiner) {
+  const WarpPointer twist = twistWarp({0, 0, 1}, Angle::fromDegrees(60), {0, 0, 0});
+  const WarpPointer bend = bendWarp({1, 0, 0}, {0, 0, 1}, Angle::fromDegrees(60), {0, 0, 0});
+  for (const Warp* truth : {twist.get(), bend.get()}) {
+    const Errors coarse = errorsOf(*truth, 24, 10), fine = errorsOf(*truth, 96, 40);
+    std::printf("%.3g %.3g -> %.3g %.3g\n", coarse.position, coarse.tangents, fine.position, fine.tangents);
+    EXPECT_LT(coarse.position, 0.01);
+    EXPECT_LT(fine.position, coarse.position / 8);
+    EXPECT_LT(fine.tangents, coarse.tangents / 4);
+  }
+}
+
+TEST(MeshField, VerticesThatAreSplitAtASeamAreOne) {
+  std::mt19937 random(6);
+  const TriangleMesh mesh = torus(12, 6);
+  TriangleMesh split;
+  std::vector<uint32_t> originals;
+  for (const auto& triangle : mesh.triangles) {
+    const auto next = static_cast<uint32_t>(split.positions.size());
+    split.triangles.push_back({next, next + 1, next + 2});
+    for (const uint32_t corner : triangle) {
+      split.positions.push_back(mesh.positions[corner]);
+      originals.push_back(corner);
+    }
+  }
+  auto positions = positionsOf(mesh);
+  for (Vec3<double>& p : positions) p += 0.05 * randomVector(random);
+  std::vector<Vec3<double>> splitPositions;
+  for (const uint32_t original : originals) splitPositions.push_back(positions[original]);
+  const WarpPointer one = MeshField(mesh).follow(positions), other = MeshField(split).follow(splitPositions);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3<double> x = somewhere(i, random);
+    EXPECT_LT((one->position(x) - other->position(x)).norm(), 1e-13);
+  }
+}
+
+TEST(MeshField, WhatIsFarFromAVertexDoesNotFollowIt) {
+  std::mt19937 random(7);
+  const TriangleMesh mesh = torus(48, 20);
+  const MeshField field(mesh);
+  auto positions = positionsOf(mesh);
+  for (Vec3<double>& p : positions)
+    if (p[0] > 0.4) p += 0.1 * randomVector(random);
+  const WarpPointer warp = field.follow(positions);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3<double> x = torusPoint(randomBetween(0.3, 0.7, random), randomBetween(0, 1, random), 0.27);
+    EXPECT_LT((warp->position(x) - x).norm(), 1e-14);
+  }
+}
+
+TEST(MeshField, AMeshThatShrinksToAPointTakesSpaceThere) {
+  std::mt19937 random(8);
+  const TriangleMesh mesh = torus(12, 6);
+  const Vec3<double> point(1, 2, 3);
+  const WarpPointer warp = MeshField(mesh).follow(std::vector<Vec3<double>>(mesh.positions.size(), point));
+  const Vec3<double> x = torusPoint(0.1, 0.2);
+  EXPECT_LT((warp->position(x) - point).norm(), 1e-14);
+  EXPECT_LT(warp->jacobian(x)->norm(), 1e-13);
+}
+
+TEST(MeshField, LooseVerticesAndTrianglesWithoutAreaDoNotMatter) {
+  std::mt19937 random(9);
+  TriangleMesh mesh = torus(12, 6);
+  auto positions = positionsOf(mesh);
+  for (Vec3<double>& p : positions) p += 0.05 * randomVector(random);
+  const WarpPointer before = MeshField(mesh).follow(positions);
+  mesh.triangles.push_back({3, 4, 3});
+  mesh.positions.emplace_back(9.f, 9.f, 9.f);
+  positions.emplace_back(0, 0, 0);
+  const WarpPointer after = MeshField(mesh).follow(positions);
+  for (int i = 0; i < 100; ++i) {
+    const Vec3<double> x = somewhere(i, random);
+    EXPECT_EQ(before->position(x), after->position(x));
+  }
+  EXPECT_THROW(MeshField(TriangleMesh{mesh.positions, {{3, 4, 3}}}), Error);
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,47 @@
+// Space that follows a mesh: what moves its vertices moves whatever is near them, smoothly.
+//
+// [Sumner et al. 2007] Embedded Deformation for Shape Manipulation, SIGGRAPH 2007.
+// [Sumner and Popovic 2004] Deformation Transfer for Triangle Meshes, SIGGRAPH 2004.
+// [Wendland 1995] Piecewise polynomial, positive definite and compactly supported radial functions.
+#pragma once
+
+#include "surfel/mesh.h"
+#include "warp/warp.h"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// A mesh at rest, bound to the space around it. Each vertex carries an affine map of its own: it takes the
+// vertex to where it has gone and turns and stretches as the triangles around it have (Deformation
+// Transfer's gradient, whose normal is scaled by the root of the triangle's area). Space is moved by the
+// blend of these maps under kernels around the rest vertices:
+//   Psi(x) = sum of w_i(x) (q_i + G_i (x - v_i)) / sum of w_i(x)
+// like Embedded Deformation, but with kernels that are fixed in space and twice continuously differentiable
+// (it takes the nearest nodes, whose set jumps). The mesh may be open, closed, coarse, in parts, and need
+// only be near what it drives: within about twice the length of its edges. Further away, the maps of all
+// vertices fade in by the sixth power of distance.
+//
+// A mesh at rest moves nothing; rigid motion and even scaling of the mesh move all space so. A vertex itself
+// comes within second order of the length of the edges to where it has gone: the field is smoother than the
+// mesh. Parts of the mesh that lie near each other pull on each other's surroundings.
+class MeshField {
+public:
+  // Vertices at one place are one; triangles without area are passed over. Throws Error when no other is
+  // left.
+  explicit MeshField(const TriangleMesh& rest);
+
+  size_t vertexCount() const; // of the mesh as given
+  // The warp that has moved each vertex of the rest mesh to the position given. Costs a look-up of the
+  // vertices around the point; far from the mesh, a pass over all.
+  WarpPointer follow(std::span<const Vec3<double>> positions) const;
+
+private:
+  struct Binding;
+  std::shared_ptr<const Binding> binding_;
+};
+
+} // namespace surflect

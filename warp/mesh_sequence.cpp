@@ -1,0 +1,112 @@
+#include "warp/mesh_sequence.h"
+
+#include "surfel/error.h"
+#include "surfel/file.h"
+#include "surfel/hash.h"
+
+#include <charconv>
+#include <optional>
+
+namespace surflect {
+
+namespace {
+
+// The number in a name that stands where the pattern has its run of #.
+std::optional<int> numberIn(std::string_view name, std::string_view before, size_t width,
+                            std::string_view after) {
+  if (name.size() < before.size() + width + after.size() || !name.starts_with(before) ||
+      !name.ends_with(after))
+    return std::nullopt;
+  const std::string_view digits = name.substr(before.size(), name.size() - before.size() - after.size());
+  if (digits.size() > width && digits[0] == '0') return std::nullopt; // padded further: another name
+  if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string_view::npos)
+    return std::nullopt;
+  int number = 0;
+  std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return number;
+}
+
+std::map<int, std::filesystem::path> keysOf(const std::filesystem::path& frames) {
+  const std::string pattern = frames.filename().string();
+  const size_t begin = pattern.find('#');
+  const size_t end = begin == std::string::npos ? begin : pattern.find_first_not_of('#', begin);
+  if (begin == std::string::npos || pattern.find('#', std::min(end, pattern.size())) != std::string::npos)
+    throw Error::mismatch("a name such as \"cage.####.obj\"", '"' + pattern + '"');
+  const size_t width = std::min(end, pattern.size()) - begin;
+  const std::string_view before = std::string_view(pattern).substr(0, begin),
+                         after = std::string_view(pattern).substr(begin + width);
+
+  std::map<int, std::filesystem::path> keys;
+  std::error_code error;
+  const std::filesystem::path folder = frames.has_parent_path() ? frames.parent_path() : ".";
+  for (std::filesystem::directory_iterator entry(folder, error), last; !error && entry != last;
+       entry.increment(error))
+    if (const auto number = numberIn(entry->path().filename().string(), before, width, after))
+      keys.emplace(*number, entry->path());
+  if (error) throw Error("cannot list the folder (" + error.message() + ')').in(folder);
+  if (keys.empty()) throw Error::mismatch("files of this name", "none").in(frames);
+  return keys;
+}
+
+MeshField fieldOf(const TriangleMesh& rest, const std::filesystem::path& path) {
+  try {
+    return MeshField(rest);
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+void checkTopology(const TriangleMesh& mesh, const TriangleMesh& rest) {
+  const auto check = [](size_t found, size_t expected, const char* field) {
+    if (found != expected)
+      throw Error::mismatch(std::to_string(expected) + " as at rest", std::to_string(found)).at(field);
+  };
+  check(mesh.positions.size(), rest.positions.size(), "vertices");
+  check(mesh.triangles.size(), rest.triangles.size(), "triangles");
+  for (size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (mesh.triangles[i] != rest.triangles[i])
+      throw Error::mismatch("the corners it has at rest", "other corners")
+          .at("triangle[" + std::to_string(i) + "]");
+}
+
+} // namespace
+
+MeshSequence::MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames)
+    : rest_(readMeshAsStored(rest)), field_(fieldOf(rest_, rest)), keys_(keysOf(frames)) {
+  const auto hashOf = [](const std::filesystem::path& path) {
+    const std::string content = readFile(path);
+    return surflect::contentHash(std::as_bytes(std::span(content)));
+  };
+  std::string hashes = hex(hashOf(rest));
+  for (const auto& [key, path] : keys_) hashes += ' ' + std::to_string(key) + ' ' + hex(hashOf(path));
+  hash_ = surflect::contentHash(std::as_bytes(std::span(hashes)));
+}
+
+std::vector<Vec3<double>> MeshSequence::positionsAt(int key) const {
+  const std::filesystem::path& path = keys_.at(key);
+  const TriangleMesh mesh = readMeshAsStored(path);
+  try {
+    checkTopology(mesh, rest_);
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+  std::vector<Vec3<double>> positions;
+  for (const auto& p : mesh.positions) positions.push_back(p.raw().cast<double>());
+  return positions;
+}
+
+WarpPointer MeshSequence::at(double frame) const {
+  const auto next = std::ranges::find_if(keys_, [&](const auto& key) { return key.first > frame; });
+  if (next == keys_.begin()) return field_.follow(positionsAt(next->first));
+  const int from = std::prev(next)->first;
+  std::vector<Vec3<double>> positions = positionsAt(from);
+  if (next != keys_.end() && frame > from) {
+    const double share = (frame - from) / (next->first - from);
+    const std::vector<Vec3<double>> later = positionsAt(next->first);
+    for (size_t i = 0; i < positions.size(); ++i)
+      positions[i] = (1 - share) * positions[i] + share * later[i];
+  }
+  return field_.follow(positions);
+}
+
+} // namespace surflect
