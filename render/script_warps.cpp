@@ -64,6 +64,12 @@ MeshMotion asMesh(const Section& section) {
           frame ? asTrack(*frame) : Track::expression("frame")};
 }
 
+SkeletonMotion asSkeleton(const Section& section) {
+  const auto animation = section.find("animation"), time = section.find("time");
+  return {std::make_shared<const Rig>(asPath(section.require("file")), animation ? asText(*animation) : ""),
+          time ? asTrack(*time) : Track::expression("t")};
+}
+
 const std::vector<Kind<WarpMotion>>& warpKinds() {
   static const std::vector<Kind<WarpMotion>> kinds = {
       {"rigid",
@@ -114,6 +120,9 @@ const std::vector<Kind<WarpMotion>>& warpKinds() {
        [](const Section& s) -> WarpMotion { return asLattice(s); }},
       {"handles", {"handle", "radius"}, [](const Section& s) -> WarpMotion { return asHandles(s); }},
       {"mesh", {"rest", "frames", "frame"}, [](const Section& s) -> WarpMotion { return asMesh(s); }},
+      {"skeleton",
+       {"file", "animation", "time"},
+       [](const Section& s) -> WarpMotion { return asSkeleton(s); }},
   };
   return kinds;
 }

@@ -143,7 +143,7 @@ private:
 };
 
 // For each vertex the first one at the same place.
-std::vector<uint32_t> firstAtSamePlace(const std::vector<Vec3<double>>& positions) {
+std::vector<uint32_t> firstAtSamePlace(std::span<const Vec3<double>> positions) {
   std::vector<uint32_t> order(positions.size()), first(positions.size());
   std::iota(order.begin(), order.end(), 0u);
   const auto key = [&](uint32_t i) {
@@ -158,14 +158,13 @@ std::vector<uint32_t> firstAtSamePlace(const std::vector<Vec3<double>>& position
 
 } // namespace
 
-MeshField::MeshField(const TriangleMesh& mesh) {
+MeshField::MeshField(std::span<const Vec3<double>> positions,
+                     std::span<const std::array<uint32_t, 3>> triangles) {
   auto binding = std::make_shared<Binding>();
-  std::vector<Vec3<double>> positions;
-  for (const auto& p : mesh.positions) positions.push_back(p.raw().cast<double>());
   const std::vector<uint32_t> first = firstAtSamePlace(positions);
 
   std::vector<uint32_t> nodeOfFirst(positions.size(), Binding::none);
-  for (const auto& corners : mesh.triangles) {
+  for (const auto& corners : triangles) {
     const Vec3<double>&a = positions[corners[0]], &b = positions[corners[1]], &c = positions[corners[2]];
     const Vec3<double> across = (b - a).cross(c - a);
     const double doubleArea = across.norm();

@@ -5,10 +5,11 @@
 // [Wendland 1995] Piecewise polynomial, positive definite and compactly supported radial functions.
 #pragma once
 
-#include "surfel/mesh.h"
 #include "warp/warp.h"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -32,7 +33,7 @@ class MeshField {
 public:
   // Vertices at one place are one; triangles without area are passed over. Throws Error when no other is
   // left.
-  explicit MeshField(const TriangleMesh& rest);
+  MeshField(std::span<const Vec3<double>> rest, std::span<const std::array<uint32_t, 3>> triangles);
 
   size_t vertexCount() const; // of the mesh as given
   // The warp that has moved each vertex of the rest mesh to the position given. Costs a look-up of the

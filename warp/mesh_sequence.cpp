@@ -48,9 +48,15 @@ std::map<int, std::filesystem::path> keysOf(const std::filesystem::path& frames)
   return keys;
 }
 
+std::vector<Vec3<double>> positionsOf(const TriangleMesh& mesh) {
+  std::vector<Vec3<double>> positions;
+  for (const auto& p : mesh.positions) positions.push_back(p.raw().cast<double>());
+  return positions;
+}
+
 MeshField fieldOf(const TriangleMesh& rest, const std::filesystem::path& path) {
   try {
-    return MeshField(rest);
+    return MeshField(positionsOf(rest), rest.triangles);
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
@@ -90,9 +96,7 @@ std::vector<Vec3<double>> MeshSequence::positionsAt(int key) const {
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
-  std::vector<Vec3<double>> positions;
-  for (const auto& p : mesh.positions) positions.push_back(p.raw().cast<double>());
-  return positions;
+  return positionsOf(mesh);
 }
 
 WarpPointer MeshSequence::at(double frame) const {

@@ -94,6 +94,11 @@ WarpPointer frozen(const MeshMotion& m, const ShotTime& time) {
   return m.sequence->at(finiteAt(m.frame, time, "frame"));
 }
 
+WarpPointer frozen(const SkeletonMotion& m, const ShotTime& time) {
+  return m.rig->at(finiteAt(m.seconds, time, "time"));
+}
+
+uint64_t hashOf(const SkeletonMotion& m) { return m.rig->contentHash(); }
 uint64_t hashOf(const MeshMotion& m) { return m.sequence->contentHash(); }
 template <class Motion> uint64_t hashOf(const Motion&) { return 0; }
 

@@ -4,6 +4,7 @@
 #include "warp/handles.h"
 #include "warp/lattice.h"
 #include "warp/mesh_sequence.h"
+#include "warp/rig.h"
 #include "warp/track.h"
 #include "warp/warp.h"
 
@@ -73,8 +74,13 @@ struct MeshMotion {
   Track frame; // of the sequence
 };
 
+struct SkeletonMotion {
+  std::shared_ptr<const Rig> rig;
+  Track seconds; // into its animation
+};
+
 using WarpMotion = std::variant<RigidMotion, ScaleMotion, TwistMotion, BendMotion, TaperMotion, SineMotion,
-                                ExpressionMotion, LatticeMotion, HandlesMotion, MeshMotion>;
+                                ExpressionMotion, LatticeMotion, HandlesMotion, MeshMotion, SkeletonMotion>;
 
 // The warp at one time. Throws Error, at the parameter's name in the script, where a parameter is not finite
 // or makes no warp (an axis or length of 0), and with the file that does not fit.

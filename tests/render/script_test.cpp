@@ -4,6 +4,7 @@
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/hash.h"
+#include "tests/srf/image/files.h"
 
 #include <gtest/gtest.h>
 
@@ -139,9 +140,9 @@ TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
   EXPECT_EQ(complaint(replaced(example, "\"smooth\"", "\"smoth\"")),
             "shots/shot.toml: warp[0].angle_deg[1][2]: found \"smoth\" on line 29, expected \"smooth\"");
   EXPECT_EQ(
-      complaint(replaced(example, "\"twist\"", "\"mesh\"")),
-      "shots/shot.toml: warp[0].type: found \"mesh\" on line 26, expected one of rigid, scale, twist, bend, "
-      "sine, expression");
+      complaint(replaced(example, "\"twist\"", "\"melt\"")),
+      "shots/shot.toml: warp[0].type: found \"melt\" on line 26, expected one of rigid, scale, twist, bend, "
+      "taper, sine, expression, lattice, handles, mesh, skeleton");
   EXPECT_EQ(complaint(replaced(example, "\"point\"", "\"ambient\"")),
             "shots/shot.toml: light[0].type: found \"ambient\" on line 18, expected one of directional, "
             "point, environment");
@@ -185,6 +186,10 @@ warp = [
   {type = "bend", axis = [0,1,0], direction = [1,0,0], center = [0,0,1], angle_deg = 30, length = 2},
   {type = "sine", axis = [0,1,0], direction = [1,0,0], amplitude = 2, wavelength = 3, phase_deg = 20},
   {type = "expression", x = "x + y", y = "2*y", z = "frame"},
+  {type = "taper", axis = [0,1,0], center = [0,0,1], factor = 0.25, length = 2},
+  {type = "lattice", min = [-1,-1,-1], max = [1,1,"frame"], divisions = [1,2,1], point = [
+    {at = [1,2,0], move = ["frame", 0, 0]}, {at = [0,0,1], move = [0, 2, 0]}]},
+  {type = "handles", radius = 0.5, handle = [{rest = [0,0,0], to = [1,"frame",0]}, {rest = [1,0,0], to = [1,0,0]}]},
 ])toml");
   const Vec3<double> axis(0, 1, 0), direction(1, 0, 0), center(0, 0, 1);
   std::vector<WarpPointer> expected;
@@ -194,10 +199,71 @@ warp = [
   expected.push_back(bendWarp(axis, direction, Angle::fromDegrees(15), center));
   expected.push_back(sineWarp({axis, direction, {0, 0, 0}, 2, 3, Angle::fromDegrees(20)}));
   const Vec3<double> x(0.3, 0.4, 0.5);
-  ASSERT_EQ(script.warps.size(), 6u);
+  ASSERT_EQ(script.warps.size(), 9u);
   for (size_t i = 0; i < expected.size(); ++i)
     EXPECT_LT((freeze(script.warps[i], {})->position(x) - expected[i]->position(x)).norm(), 1e-15) << i;
-  EXPECT_LT((freeze(script.warps[5], {0, 7, 0})->position(x) - Vec3<double>(0.7, 0.8, 7)).norm(), 1e-15);
+  const auto at7 = [&](size_t warp) { return freeze(script.warps[warp], {0, 7, 0})->position(x); };
+  EXPECT_LT((at7(5) - Vec3<double>(0.7, 0.8, 7)).norm(), 1e-15);
+  EXPECT_LT((at7(6) - taperWarp(axis, std::log(0.25) / 2, center)->position(x)).norm(), 1e-15);
+  Lattice lattice{{-1, -1, -1}, {1, 1, 7}, {1, 2, 1}, std::vector<Vec3<double>>(12, Vec3<double>(0, 0, 0))};
+  lattice.moves[lattice.pointIndex({1, 2, 0})] = {7, 0, 0};
+  lattice.moves[lattice.pointIndex({0, 0, 1})] = {0, 2, 0};
+  EXPECT_EQ(at7(7), latticeWarp(lattice)->position(x));
+  const std::vector<Vec3<double>> rest = {{0, 0, 0}, {1, 0, 0}}, targets = {{1, 7, 0}, {1, 0, 0}};
+  EXPECT_EQ(at7(8), Handles(rest, 0.5).pullTo(targets)->position(x));
+}
+
+TEST(Script, WhatMakesNoLatticeOrHandlesIsAnErrorAtItsKey) {
+  const std::string lattice =
+      "[[warp]]\ntype = \"lattice\"\nmin = [0,0,0]\nmax = [1,1,1]\ndivisions = [1,1,2]\n"
+      "point = [{at = [0,1,2], move = [0,0,0]}, {at = [1,1,2], move = [0,0,0]}]\n";
+  EXPECT_EQ(complaint(lattice), "no complaint");
+  EXPECT_EQ(complaint(replaced(lattice, "[1,1,2]", "[1,17,2]")),
+            "shots/shot.toml: warp[0].divisions[1]: found 17 on line 5, expected an integer in 1..16");
+  EXPECT_EQ(complaint(replaced(lattice, "[0,1,2]", "[0,1,3]")),
+            "shots/shot.toml: warp[0].point[0].at[2]: found 3 on line 6, expected an integer in 0..2");
+  EXPECT_EQ(complaint(replaced(lattice, "[0,1,2]", "[1,1,2]")),
+            "shots/shot.toml: warp[0].point[1].at: found an array of 3 on line 6, expected each control "
+            "point once");
+  const Script flat = parse(replaced(lattice, "[1,1,1]", "[1,1,\"frame\"]"));
+  EXPECT_EQ(complaintOf([&] {
+              warpAt(flat, {0, 0, 0});
+            }),
+            "shots/shot.toml: warp[0].max: found no more along one, expected more than min along every axis");
+
+  const std::string handles = "[[warp]]\ntype = \"handles\"\nhandle = [{rest = [0,0,0], to = [1,0,0]}, "
+                              "{rest = [0,1,0], to = [0,0,\"1/frame\"]}]\n";
+  EXPECT_EQ(complaint(handles), "no complaint");
+  EXPECT_EQ(complaint(handles + "radius = 0\n"),
+            "shots/shot.toml: warp[0].radius: found 0 on line 4, expected more than 0");
+  EXPECT_EQ(complaint(replaced(handles, "[0,1,0]", "[0,\"1\",0]")),
+            "shots/shot.toml: warp[0].handle[1].rest[1]: found \"1\" on line 3, expected a finite number");
+  EXPECT_NE(
+      complaint(replaced(handles, "[0,1,0]", "[0,0,0]")).find("warp[0].handle: found handles 0 and 1 nearer"),
+      std::string::npos);
+  EXPECT_EQ(complaintOf([&] {
+              warpAt(parse(handles), {0, 0, 0});
+            }),
+            "shots/shot.toml: warp[0].handle[1].to[2]: found inf at frame 0, expected a finite number");
+}
+
+TEST(Script, MeshesAndSkeletonsAreReadFromBesideTheScriptAndAreInItsHash) {
+  const TemporaryFolder folder;
+  const auto write = [&](const char* name, const std::string& text) {
+    writeFileAtomically(folder / name, std::string_view(text));
+  };
+  const std::string faces = "f 1 2 3\nf 1 2 4\n";
+  write("rest.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n" + faces);
+  write("cage.2.obj", "v 4 0 0\nv 5 0 0\nv 4 1 0\nv 4 0 1\n" + faces);
+  write("shot.toml",
+        "[[warp]]\ntype = \"mesh\"\nrest = \"rest.obj\"\nframes = \"cage.#.obj\"\nframe = \"frame - 5\"\n");
+  const Script script = readScript(folder / "shot.toml");
+  EXPECT_LT((warpAt(script, {0, 7, 0})->position({0, 0, 0}) - Vec3<double>(4, 0, 0)).norm(), 1e-14);
+  write("cage.2.obj", "v 4 0 0\nv 5 0 0\nv 4 1 0\nv 4 0 1.5\n" + faces);
+  EXPECT_NE(readScript(folder / "shot.toml").hash, script.hash);
+
+  write("rig.toml", "[[warp]]\ntype = \"skeleton\"\nfile = \"rig.glb\"\n");
+  EXPECT_EQ(complaintOf([&] { readScript(folder / "rig.toml"); }).find((folder / "rig.glb").string()), 0u);
 }
 
 TEST(Script, ReadingKeepsThePathAndTheHashOfTheText) {

@@ -28,13 +28,13 @@ WarpPointer randomField(std::mt19937& random) {
   const TriangleMesh mesh = torus(12, 6);
   auto positions = positionsOf(mesh);
   for (Vec3<double>& p : positions) p += 0.05 * randomVector(random);
-  return MeshField(mesh).follow(positions);
+  return fieldOf(mesh).follow(positions);
 }
 
 TEST(MeshField, AMeshAtRestMovesNothing) {
   std::mt19937 random(1);
   const TriangleMesh mesh = torus(16, 8);
-  const WarpPointer warp = MeshField(mesh).follow(positionsOf(mesh));
+  const WarpPointer warp = fieldOf(mesh).follow(positionsOf(mesh));
   for (int i = 0; i < 1000; ++i) {
     const Vec3<double> x = somewhere(i, random);
     EXPECT_LT((warp->position(x) - x).norm(), 2e-14);
@@ -46,7 +46,7 @@ TEST(MeshField, AMeshAtRestMovesNothing) {
 TEST(MeshField, RigidMotionAndEvenScalingOfTheMeshMoveAllSpaceSo) {
   std::mt19937 random(2);
   const TriangleMesh mesh = torus(16, 8);
-  const MeshField field(mesh);
+  const MeshField field = fieldOf(mesh);
   for (int i = 0; i < 300; ++i) {
     const double scale = randomBetween(0.2, 3, random);
     const WarpPointer similar =
@@ -87,7 +87,7 @@ struct Errors {
 Errors errorsOf(const Warp& truth, int around, int through) {
   std::mt19937 random(5);
   const TriangleMesh mesh = torus(around, through);
-  const WarpPointer field = MeshField(mesh).follow(moved(mesh, truth));
+  const WarpPointer field = fieldOf(mesh).follow(moved(mesh, truth));
   constexpr int samples = 3000;
   Errors errors;
   for (int i = 0; i < samples; ++i) {
@@ -130,7 +130,7 @@ TEST(MeshField, VerticesThatAreSplitAtASeamAreOne) {
   for (Vec3<double>& p : positions) p += 0.05 * randomVector(random);
   std::vector<Vec3<double>> splitPositions;
   for (const uint32_t original : originals) splitPositions.push_back(positions[original]);
-  const WarpPointer one = MeshField(mesh).follow(positions), other = MeshField(split).follow(splitPositions);
+  const WarpPointer one = fieldOf(mesh).follow(positions), other = fieldOf(split).follow(splitPositions);
   for (int i = 0; i < 300; ++i) {
     const Vec3<double> x = somewhere(i, random);
     EXPECT_LT((one->position(x) - other->position(x)).norm(), 1e-13);
@@ -140,7 +140,7 @@ TEST(MeshField, VerticesThatAreSplitAtASeamAreOne) {
 TEST(MeshField, WhatIsFarFromAVertexDoesNotFollowIt) {
   std::mt19937 random(7);
   const TriangleMesh mesh = torus(48, 20);
-  const MeshField field(mesh);
+  const MeshField field = fieldOf(mesh);
   auto positions = positionsOf(mesh);
   for (Vec3<double>& p : positions)
     if (p[0] > 0.4) p += 0.1 * randomVector(random);
@@ -155,7 +155,7 @@ TEST(MeshField, AMeshThatShrinksToAPointTakesSpaceThere) {
   std::mt19937 random(8);
   const TriangleMesh mesh = torus(12, 6);
   const Vec3<double> point(1, 2, 3);
-  const WarpPointer warp = MeshField(mesh).follow(std::vector<Vec3<double>>(mesh.positions.size(), point));
+  const WarpPointer warp = fieldOf(mesh).follow(std::vector<Vec3<double>>(mesh.positions.size(), point));
   const Vec3<double> x = torusPoint(0.1, 0.2);
   EXPECT_LT((warp->position(x) - point).norm(), 1e-14);
   EXPECT_LT(warp->jacobian(x)->norm(), 1e-13);
@@ -166,16 +166,16 @@ TEST(MeshField, LooseVerticesAndTrianglesWithoutAreaDoNotMatter) {
   TriangleMesh mesh = torus(12, 6);
   auto positions = positionsOf(mesh);
   for (Vec3<double>& p : positions) p += 0.05 * randomVector(random);
-  const WarpPointer before = MeshField(mesh).follow(positions);
+  const WarpPointer before = fieldOf(mesh).follow(positions);
   mesh.triangles.push_back({3, 4, 3});
   mesh.positions.emplace_back(9.f, 9.f, 9.f);
   positions.emplace_back(0, 0, 0);
-  const WarpPointer after = MeshField(mesh).follow(positions);
+  const WarpPointer after = fieldOf(mesh).follow(positions);
   for (int i = 0; i < 100; ++i) {
     const Vec3<double> x = somewhere(i, random);
     EXPECT_EQ(before->position(x), after->position(x));
   }
-  EXPECT_THROW(MeshField(TriangleMesh{mesh.positions, {{3, 4, 3}}}), Error);
+  EXPECT_THROW(fieldOf(TriangleMesh{mesh.positions, {{3, 4, 3}}}), Error);
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "surfel/mesh.h"
+#include "warp/mesh_field.h"
 
 #include <cmath>
 #include <fstream>
@@ -36,6 +37,8 @@ inline std::vector<Vec3<double>> positionsOf(const TriangleMesh& mesh) {
   for (const auto& p : mesh.positions) positions.push_back(p.raw().cast<double>());
   return positions;
 }
+
+inline MeshField fieldOf(const TriangleMesh& mesh) { return MeshField(positionsOf(mesh), mesh.triangles); }
 
 inline void writeObj(const std::filesystem::path& path, const TriangleMesh& mesh) {
   std::ofstream file(path);

@@ -1,0 +1,193 @@
+#include "warp/gltf.h"
+
+#include "surfel/error.h"
+#include "tests/srf/image/files.h"
+#include "tests/warp/gltf_files.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+
+namespace surflect {
+namespace {
+
+const TemporaryFolder& folder() {
+  static const TemporaryFolder folder; // of this process: tests run side by side
+  return folder;
+}
+
+GltfFile fileOf(const std::string& content, const std::string& name = "rig.glb") {
+  const std::filesystem::path path = folder() / name;
+  std::ofstream(path, std::ios::binary) << content;
+  return readGltf(path);
+}
+
+// Without the file's name.
+std::string complaintAbout(const std::string& content) {
+  try {
+    fileOf(content);
+  } catch (const Error& error) {
+    EXPECT_TRUE(error.file().ends_with("rig.glb"));
+    return error.what() + error.file().size() + 2;
+  }
+  return "no complaint";
+}
+std::string complaintAbout(const GltfMaker& maker) { return complaintAbout(maker.glb()); }
+
+std::string base64(const std::string& bytes) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    uint32_t bits = 0;
+    for (size_t k = 0; k < 3; ++k)
+      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0);
+    for (size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : digits[bits >> (18 - 6 * k) & 63];
+  }
+  return text;
+}
+
+TEST(Gltf, HoldsWhatTheFileSays) {
+  const GltfFile file = fileOf(tubeFile(12, 8).glb());
+  const Skeleton& skeleton = file.skeleton;
+  EXPECT_EQ(skeleton.nodes.size(), 4u);
+  EXPECT_EQ(skeleton.nodes[2].parent, 1u);
+  EXPECT_EQ(skeleton.nodes[1].translation, Vec3<double>(0, 0, 1));
+  ASSERT_EQ(skeleton.joints.size(), 3u);
+  EXPECT_EQ(skeleton.joints[2].inverseBind.offset, Vec3<double>(0, 0, -2));
+  EXPECT_EQ(skeleton.vertices.size(), 96u);
+  EXPECT_EQ(skeleton.triangles.size(), 176u);
+  ASSERT_EQ(skeleton.firstInfluence.size(), 97u);
+  for (size_t i = 0; i < 96; ++i) {
+    double sum = 0;
+    for (uint32_t k = skeleton.firstInfluence[i]; k < skeleton.firstInfluence[i + 1]; ++k)
+      sum += skeleton.influences[k].weight;
+    EXPECT_NEAR(sum, 1, 1e-15);
+  }
+  ASSERT_EQ(file.animations.size(), 1u);
+  EXPECT_EQ(file.animations[0].name, "Turn");
+  EXPECT_EQ(file.animations[0].channels[1].node, 2u);
+  EXPECT_EQ(file.animations[0].channels[1].seconds, (std::vector<double>{0, 2}));
+}
+
+TEST(Gltf, BuffersMayBeInTheFileOrBesideIt) {
+  const GltfMaker maker = tubeFile();
+  std::ofstream(folder() / "a buffer.bin", std::ios::binary) << maker.binary;
+  const auto posed = [](const GltfFile& file) { return pose(file.skeleton, file.animations[0].channels, 1); };
+  const auto expected = posed(fileOf(maker.glb()));
+  for (const std::string& uri :
+       {std::string("a%20buffer.bin"), "data:application/octet-stream;base64," + base64(maker.binary)})
+    EXPECT_EQ(posed(fileOf(maker.json(uri), "rig.gltf")), expected);
+}
+
+TEST(Gltf, NumbersMayBeNormalizedAndApart) {
+  GltfMaker plain = tubeFile(4, 3), packed = plain;
+  std::vector<double> bytes, shares;
+  for (int i = 0; i < 12; ++i)
+    for (const double byte : {51. * (i % 3), 255. - 51 * (i % 3), 0., 0.}) {
+      bytes.push_back(byte);
+      shares.push_back(byte / 255);
+    }
+  auto& plainWeights = plain.document["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"];
+  auto& packedWeights = packed.document["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"];
+  plainWeights = plain.addFloats("VEC4", 4, shares);
+  packedWeights = packed.add<uint8_t>("VEC4", 5121, 4, bytes, true, 12);
+  // Signed 16 bit: -32768 is -1 too.
+  auto& output = packed.document["animations"][0]["samplers"][0]["output"];
+  output = packed.add<int16_t>("VEC4", 5122, 4, {0, 0, 0, 32767, -32768, 0, 0, 0}, true);
+  auto& plainOutput = plain.document["animations"][0]["samplers"][0]["output"];
+  plainOutput = plain.addFloats("VEC4", 4, {0, 0, 0, 1, -1, 0, 0, 0});
+
+  const GltfFile a = fileOf(plain.glb()), b = fileOf(packed.glb());
+  const auto p = pose(a.skeleton, a.animations[0].channels, 1.3),
+             q = pose(b.skeleton, b.animations[0].channels, 1.3);
+  for (size_t i = 0; i < p.size(); ++i) EXPECT_LT((p[i] - q[i]).norm(), 1e-6);
+}
+
+TEST(Gltf, ComplaintsNameTheField) {
+  GltfMaker maker = tubeFile();
+  const auto with = [&](const char* pointer, const nlohmann::json& value) {
+    GltfMaker changed = maker;
+    changed.document[nlohmann::json::json_pointer(pointer)] = value;
+    return complaintAbout(changed);
+  };
+  EXPECT_EQ(complaintAbout(maker), "no complaint");
+  EXPECT_EQ(with("/asset/version", "1.0"), "asset.version: found \"1.0\", expected 2.0");
+  EXPECT_EQ(with("/skins/0/joints/2", 4), "skins[0].joints[2]: found 4, expected an integer in 0..3");
+  EXPECT_EQ(with("/skins/0/joints/2", -1), "skins[0].joints[2]: found -1, expected an integer in 0..3");
+  EXPECT_EQ(with("/nodes/3/skin", "x"), "nodes[3].skin: found \"x\", expected an integer in 0..0");
+  EXPECT_EQ(with("/nodes/2/children", {0}), "nodes: are their own ancestors");
+  EXPECT_EQ(with("/nodes/2/children", {1}),
+            "nodes[2].children[0]: found 1, expected a node that is nobody's child");
+  EXPECT_EQ(with("/meshes/0/primitives/0/mode", 5),
+            "meshes[0].primitives[0].mode: found 5, expected 4, triangles");
+  EXPECT_EQ(with("/accessors/0/count", 97), "accessors[0].count: found 97, expected an integer in 0..96");
+  EXPECT_EQ(with("/accessors/0/count", 95),
+            "meshes[0].primitives[0].attributes.JOINTS_0: found 1, expected 95 elements, as positions");
+  EXPECT_EQ(with("/accessors/0/byteOffset", 4000000000u),
+            "accessors[0].byteOffset: found 4000000000, expected an integer in 0..1152");
+  EXPECT_EQ(with("/accessors/0/componentType", 5125),
+            "accessors[0].componentType: found 5125, expected 5126, floating point");
+  EXPECT_EQ(with("/bufferViews/0/byteStride", 4), "bufferViews[0].byteStride: found 4, expected at least 12");
+  EXPECT_EQ(
+      with("/animations/0/channels/0/target/path", "weights"),
+      "animations[0].channels[0].target.path: found \"weights\", expected translation, rotation or scale");
+  EXPECT_EQ(with("/animations/0/samplers/0/interpolation", "CUBICSPLINE"),
+            "animations[0].samplers[0].output: found 6, expected values for 2 keys");
+  EXPECT_EQ(with("/extensionsRequired", {"KHR_draco_mesh_compression"}),
+            "extensionsRequired[0]: found \"KHR_draco_mesh_compression\", expected no required extension");
+  maker.document["nodes"][3].erase("skin");
+  EXPECT_EQ(complaintAbout(maker), "nodes: found none, expected a node with a mesh and a skin");
+  EXPECT_EQ(complaintAbout("{"), "not glTF: no JSON object");
+}
+
+TEST(Gltf, WeightsThatMakeNoSenseAreErrors) {
+  const GltfMaker maker = tubeFile(4, 3);
+  const auto with = [&](const char* name, const std::vector<double>& first4) {
+    GltfMaker changed = maker;
+    std::vector<double> numbers;
+    for (int i = 0; i < 12; ++i) numbers.insert(numbers.end(), first4.begin(), first4.end());
+    auto& attributes = changed.document["meshes"][0]["primitives"][0]["attributes"];
+    attributes[name] = std::string(name) == "WEIGHTS_0" ? changed.addFloats("VEC4", 4, numbers)
+                                                        : changed.add<uint8_t>("VEC4", 5121, 4, numbers);
+    return complaintAbout(changed);
+  };
+  const std::string attributes = "meshes[0].primitives[0].attributes: ";
+  EXPECT_EQ(with("WEIGHTS_0", {0, 0, 0, 0}),
+            attributes + "found none at vertex 0, expected at least one weight above 0");
+  EXPECT_EQ(with("WEIGHTS_0", {2, -1, 0, 0}),
+            attributes + "found a weight of vertex 0, expected none below 0");
+  EXPECT_EQ(with("WEIGHTS_0", {NAN, 1, 0, 0}).substr(0, 13), "accessors[9]:");
+  EXPECT_EQ(with("JOINTS_0", {3, 1, 0, 0}), attributes + "found 3 at vertex 0, expected a joint below 3");
+}
+
+TEST(Gltf, EveryTruncationIsRejected) {
+  const std::string whole = tubeFile(2, 3).glb();
+  for (size_t length = 0; length < whole.size(); ++length)
+    EXPECT_NE(complaintAbout(whole.substr(0, length)), "no complaint");
+}
+
+TEST(Gltf, EveryDamageGivesAFileOrAnErrorOfOneLine) {
+  std::mt19937 random(1);
+  const std::string whole = tubeFile(2, 3).glb();
+  int files = 0;
+  for (int i = 0; i < 4000; ++i) {
+    std::string text = whole;
+    for (int k = 0; k < 2; ++k)
+      text[random() % text.size()] = static_cast<char>(i % 2 ? random() : '0' + random() % 10);
+    const std::string complaint = complaintAbout(text);
+    EXPECT_EQ(complaint.find('\n'), std::string::npos);
+    files += complaint == "no complaint";
+  }
+  EXPECT_GT(files, 100);
+}
+
+TEST(Gltf, DeepNestingDoesNotMatter) {
+  const std::string deep = std::string(1000000, '[') + std::string(1000000, ']');
+  std::string text = tubeFile().json("x");
+  text.insert(1, "\"extras\":" + deep + ",");
+  EXPECT_NE(complaintAbout(text).find("uri"), std::string::npos);
+}
+
+} // namespace
+} // namespace surflect

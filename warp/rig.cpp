@@ -1,0 +1,37 @@
+#include "warp/rig.h"
+
+#include "surfel/error.h"
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+// Which of the animations.
+size_t chosen(const GltfFile& file, const std::string& name) {
+  std::string names;
+  for (size_t i = 0; i < file.animations.size(); ++i) {
+    if (!name.empty() ? file.animations[i].name == name : file.animations.size() == 1) return i;
+    names += (i ? ", " : "") + ('"' + file.animations[i].name + '"');
+  }
+  throw Error::mismatch(names.empty() ? "a file with an animation" : "one of " + names,
+                        name.empty() ? "no name" : '"' + name + '"')
+      .at("animation");
+}
+
+MeshField boundTo(const Skeleton& skeleton) { return MeshField(pose(skeleton, {}, 0), skeleton.triangles); }
+
+} // namespace
+
+Rig::Rig(const std::filesystem::path& path, const std::string& animation) try
+    : file_(readGltf(path)), animation_(chosen(file_, animation)), field_(boundTo(file_.skeleton)) {
+} catch (Error& error) {
+  throw std::move(error).in(path);
+}
+
+WarpPointer Rig::at(double seconds) const {
+  return field_.follow(pose(file_.skeleton, file_.animations[animation_].channels, seconds));
+}
+
+} // namespace surflect

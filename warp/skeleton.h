@@ -1,0 +1,81 @@
+// Joints that move a skin: linear blend skinning, and the key-framed motion of the joints.
+//
+// [glTF] Khronos Group: glTF 2.0 Specification. §3.7.3 skins, §3.11 and Appendix C animations.
+#pragma once
+
+#include "surfel/space.h"
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// x -> linear x + offset
+struct AffineMap {
+  Mat3<double> linear = Mat3<double>::Identity();
+  Vec3<double> offset = Vec3<double>::Zero();
+
+  Vec3<double> operator()(const Vec3<double>& x) const { return linear * x + offset; }
+};
+AffineMap operator*(const AffineMap& outer, const AffineMap& inner);
+
+// One that moves scales, then turns, then translates; a `fixed` one has a matrix of its own instead.
+struct SkeletonNode {
+  std::optional<uint32_t> parent;
+  Vec3<double> translation = Vec3<double>::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Vec3<double> scale = Vec3<double>::Ones();
+  std::optional<AffineMap> fixed;
+};
+
+struct SkinJoint {
+  uint32_t node = 0;
+  AffineMap inverseBind; // from the skin's space to the joint's
+};
+
+struct Influence {
+  uint32_t joint = 0;
+  double weight = 0;
+};
+
+struct Skeleton {
+  std::vector<SkeletonNode> nodes;
+  std::vector<uint32_t> order; // of all nodes, parents first
+  std::vector<SkinJoint> joints;
+
+  std::vector<Vec3<double>> vertices; // of the skin, as bound
+  std::vector<Influence>
+      influences; // of vertex i: [firstInfluence[i], firstInfluence[i + 1]); weights sum to 1
+  std::vector<uint32_t> firstInfluence;
+  std::vector<std::array<uint32_t, 3>> triangles;
+};
+
+enum class Interpolation { step, linear, cubicSpline };
+
+// What one property of one node is over time.
+struct Channel {
+  enum class Property { translation, rotation, scale };
+
+  uint32_t node = 0;
+  Property property{};
+  Interpolation interpolation{};
+  std::vector<double> seconds; // of the keys, increasing; at least one
+  std::vector<double>
+      values; // per key 3 or, for a rotation, x y z w; cubicSpline: in-tangent, value, out-tangent
+};
+
+// The property at a time: 3 numbers, or a unit quaternion x y z w. Before the first and after the last key it
+// stays. [glTF, Appendix C]
+Eigen::Vector4d sample(const Channel& channel, double seconds);
+
+// Where the vertices are when the channels have moved the joints, in the world of the nodes:
+//   p = sum of w_j G_j B_j v     [glTF, §3.7.3.2], G_j global transform and B_j inverse bind of joint j
+std::vector<Vec3<double>> pose(const Skeleton& skeleton, std::span<const Channel> channels, double seconds);
+
+} // namespace surflect
