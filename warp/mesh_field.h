@@ -23,7 +23,7 @@ namespace surflect {
 //   Psi(x) = sum of w_i(x) (q_i + G_i (x - v_i)) / sum of w_i(x)
 // like Embedded Deformation, but with kernels that are fixed in space and twice continuously differentiable
 // (it takes the nearest nodes, whose set jumps). The mesh may be open, closed, coarse, in parts, and need
-// only be near what it drives: within about twice the length of its edges. Further away, the maps of all
+// only be near what it drives: within about the length of its edges. Further away, the maps of all
 // vertices fade in by the sixth power of distance.
 //
 // A mesh at rest moves nothing; rigid motion and even scaling of the mesh move all space so. A vertex itself

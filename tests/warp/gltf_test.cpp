@@ -157,7 +157,7 @@ TEST(Gltf, WeightsThatMakeNoSenseAreErrors) {
             attributes + "found none at vertex 0, expected at least one weight above 0");
   EXPECT_EQ(with("WEIGHTS_0", {2, -1, 0, 0}),
             attributes + "found a weight of vertex 0, expected none below 0");
-  EXPECT_EQ(with("WEIGHTS_0", {NAN, 1, 0, 0}).substr(0, 13), "accessors[9]:");
+  EXPECT_EQ(with("WEIGHTS_0", {NAN, 1, 0, 0}).substr(0, 13), "accessors[8]:");
   EXPECT_EQ(with("JOINTS_0", {3, 1, 0, 0}), attributes + "found 3 at vertex 0, expected a joint below 3");
 }
 
@@ -186,7 +186,7 @@ TEST(Gltf, DeepNestingDoesNotMatter) {
   const std::string deep = std::string(1000000, '[') + std::string(1000000, ']');
   std::string text = tubeFile().json("x");
   text.insert(1, "\"extras\":" + deep + ",");
-  EXPECT_NE(complaintAbout(text).find("uri"), std::string::npos);
+  EXPECT_THROW(fileOf(text), Error); // there is no file x
 }
 
 } // namespace
