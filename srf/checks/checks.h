@@ -35,11 +35,12 @@ std::vector<Finding> checkMasks(const Capture& capture, const RayCaster<Acquisit
                                 const Progress& progress);
 
 // Whether photographs are brighter where the mesh faces the light, by the correlation over pixels between
-// max(0, n . l) and luminance, each relative to its mean over the lights of the pixel. Three kinds of
-// findings: all directions become much better by negated or exchanged axes; photographs of one light look lit
-// by another; photographs of a light do not follow its direction. Lights that leave the visible side dark
-// tell nothing, and so does fixed illumination. Also finds faces that point inwards. Reads the photographs of
-// up to six views, and one of every light that these do not have; progress names the stage "lights".
+// max(0, n . l) and luminance, divided by what a pixel's other photographs tell of its albedo (where a view
+// has eight lights or more). Four kinds of findings: faces point inwards; all directions fit much better with
+// axes negated or exchanged; photographs of one light look lit by another; they do not follow the direction
+// of theirs. The last two need albedo. Lights that leave the visible side dark tell nothing, and so does
+// fixed illumination; cast shadows are not expected. Reads the photographs of up to six views, and one of
+// every light that these do not have; progress names the stage "lights".
 std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const Progress& progress);
 

@@ -23,7 +23,7 @@ using World = AcquisitionSpace;
 
 constexpr size_t kViews = 6, kPixels = 1500;            // of a view
 constexpr size_t kBytes = size_t{1} << 30;              // of photographs in memory
-constexpr size_t kLightsForMean = 4;                    // fewer do not tell a pixel's albedo
+constexpr size_t kLightsForAlbedo = 8;                  // fewer do not tell that of a pixel
 constexpr double kRimCosine = 0.25;                     // n . towards camera; below, texels mix with others
 constexpr double kLitShare = 0.1;                       // of pixels, for a light to tell anything
 constexpr double kMuchBetter = 0.25, kConvincing = 0.5; // correlations
@@ -189,6 +189,7 @@ double incident(const Light& light, const Point3<World, double>& p, const Vec3<d
 void clampAbove95(std::vector<double>& values) {
   std::vector<double> sorted = values;
   const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 95 / 100);
+  if (sorted.empty()) return;
   std::nth_element(sorted.begin(), at, sorted.end());
   for (double& value : values) value = std::min(value, *at);
 }
@@ -226,31 +227,6 @@ Correlation correlate(const std::vector<double>& a, const std::vector<double>& b
 // Values by shot and pixel.
 using Table = std::vector<std::vector<double>>;
 
-// What each pixel is to be divided by, so that its albedo does not count: its mean over the shots. All 1
-// where lights are too few for that.
-std::vector<double> pixelMeans(const Table& table, size_t pixels) {
-  if (table.size() < kLightsForMean) return std::vector<double>(pixels, 1);
-  std::vector<double> means(pixels, 0);
-  for (const auto& shot : table)
-    for (size_t i = 0; i < pixels; ++i) means[i] += shot[i] / static_cast<double>(table.size());
-  return means;
-}
-
-void divide(std::vector<double>& values, const std::vector<double>& means) {
-  for (size_t i = 0; i < values.size(); ++i) values[i] = means[i] > 0 ? values[i] / means[i] : 0;
-}
-
-Table observed(const Samples& view) {
-  Table table;
-  for (const Shot& shot : view.shots) table.emplace_back(shot.luminance.begin(), shot.luminance.end());
-  const std::vector<double> means = pixelMeans(table, view.points.size());
-  for (auto& shot : table) {
-    divide(shot, means);
-    clampAbove95(shot);
-  }
-  return table;
-}
-
 // What a Lambert surface of albedo 1 would show.
 std::vector<double> shaded(const Samples& view, const Light& light) {
   std::vector<double> values;
@@ -259,40 +235,57 @@ std::vector<double> shaded(const Samples& view, const Light& light) {
   return values;
 }
 
-// Of a photograph with what the light would make of it; nothing for a light that leaves most of it dark.
-Correlation correlate(const std::vector<double>& shown, std::vector<double> expected,
-                      const std::vector<double>& means) {
+// Photographs of a view divided by each pixel's albedo: the sum of what its other photographs show (the one
+// itself must not vouch for its light) over the sum of what they would show at albedo 1. Undivided where
+// lights are too few to tell it.
+Table withoutAlbedo(const Samples& view, const Table& expected) {
+  Table shown;
+  for (const Shot& shot : view.shots) shown.emplace_back(shot.luminance.begin(), shot.luminance.end());
+  for (size_t i = 0; i < view.points.size() && shown.size() >= kLightsForAlbedo; ++i) {
+    double sumShown = 0, sumExpected = 0;
+    for (size_t s = 0; s < shown.size(); ++s) {
+      sumShown += shown[s][i];
+      sumExpected += expected[s][i];
+    }
+    for (size_t s = 0; s < shown.size(); ++s) {
+      const double others = sumShown - shown[s][i];
+      shown[s][i] = others > 0 ? shown[s][i] * (sumExpected - expected[s][i]) / others : 0;
+    }
+  }
+  for (auto& shot : shown) clampAbove95(shot);
+  return shown;
+}
+
+// Of a photograph with what its light would show; nothing for a light that leaves most of it dark.
+Correlation litCorrelation(const std::vector<double>& shown, const std::vector<double>& expected) {
   const auto lit = std::ranges::count_if(expected, [](double v) { return v > 0; });
   if (static_cast<double>(lit) < kLitShare * static_cast<double>(expected.size())) return {};
-  divide(expected, means);
   return correlate(shown, expected);
 }
 
-// How well lights explain the photographs, each over all views.
+// How well lights explain the photographs.
 struct Fit {
-  std::vector<Correlation> ofLight;
-  std::vector<std::vector<double>> means; // of what they would show, by view and pixel
+  std::vector<Correlation> ofLight; // over all views
+  std::vector<Table> shown;         // by view
 
-  Fit(const std::vector<Samples>& views, const std::vector<Table>& shown, const std::vector<Light>& lights)
-      : ofLight(lights.size()) {
-    for (size_t v = 0; v < views.size(); ++v) {
+  Fit(const std::vector<Samples>& views, const std::vector<Light>& lights) : ofLight(lights.size()) {
+    for (const Samples& view : views) {
       Table expected;
-      for (const Shot& shot : views[v].shots) expected.push_back(shaded(views[v], lights[shot.light]));
-      means.push_back(pixelMeans(expected, views[v].points.size()));
+      for (const Shot& shot : view.shots) expected.push_back(shaded(view, lights[shot.light]));
+      const Table& ofView = shown.emplace_back(withoutAlbedo(view, expected));
       for (size_t s = 0; s < expected.size(); ++s)
-        ofLight[views[v].shots[s].light].add(correlate(shown[v][s], std::move(expected[s]), means[v]));
+        ofLight[view.shots[s].light].add(litCorrelation(ofView[s], expected[s]));
     }
   }
 };
 
-// How well the photographs of light l would be explained by another light in its place.
-Correlation fitOf(const std::vector<Samples>& views, const std::vector<Table>& shown, const Fit& stated,
-                  size_t l, const Light& other) {
+// How well the photographs of light l would be explained by another light in its place; of views where albedo
+// is known, which could pass for shading.
+Correlation fitOf(const std::vector<Samples>& views, const Fit& stated, size_t l, const Light& other) {
   Correlation fit;
   for (size_t v = 0; v < views.size(); ++v)
-    for (size_t s = 0; s < views[v].shots.size(); ++s)
-      if (views[v].shots[s].light == l)
-        fit.add(correlate(shown[v][s], shaded(views[v], other), stated.means[v]));
+    for (size_t s = 0; s < views[v].shots.size() && views[v].shots.size() >= kLightsForAlbedo; ++s)
+      if (views[v].shots[s].light == l) fit.add(litCorrelation(stated.shown[v][s], shaded(views[v], other)));
   return fit;
 }
 
@@ -321,10 +314,10 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
                                       "see are backs",
                                       100.0 * static_cast<double>(turned) / static_cast<double>(pixels))});
 
-  std::vector<Table> shown;
-  for (const Samples& view : views) shown.push_back(observed(view));
-  const Fit asStated(views, shown, capture.lights);
+  const Fit asStated(views, capture.lights);
   const auto stated = meanOf(asStated.ofLight);
+  for (size_t l = 0; l < capture.lights.size(); ++l)
+    fprintf(stderr, "%s %.2f\n", capture.lights[l].name.c_str(), asStated.ofLight[l].value().value_or(-9));
   if (!stated) return findings;
 
   const std::vector<AxisMap> maps = axisMaps();
@@ -333,7 +326,7 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
     progress.checkpoint();
     std::vector<Light> lights;
     for (const Light& light : capture.lights) lights.push_back(mapped(light, maps[m]));
-    fits[m] = meanOf(Fit(views, shown, lights).ofLight);
+    fits[m] = meanOf(Fit(views, lights).ofLight);
   });
   size_t best = 0;
   for (size_t m = 0; m < maps.size(); ++m)
@@ -355,25 +348,25 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
   // Photographs of one light against the direction of another.
   const size_t count = capture.lights.size();
   struct Likeliest {
+    std::optional<double> own;
     size_t light;
     double fit;
   };
   std::vector<Likeliest> likeliest(count);
   tbb::parallel_for(size_t{0}, count, [&](size_t l) {
     progress.checkpoint();
-    const auto own = asStated.ofLight[l].value();
-    likeliest[l] = {l, own.value_or(1)};
+    const auto own = fitOf(views, asStated, l, capture.lights[l]).value();
+    likeliest[l] = {own, l, own.value_or(1)};
     if (!own || *own > kConvincing) return;
     for (size_t other = 0; other < count; ++other)
-      if (const auto fit = fitOf(views, shown, asStated, l, capture.lights[other]).value();
+      if (const auto fit = fitOf(views, asStated, l, capture.lights[other]).value();
           fit && *fit > likeliest[l].fit)
-        likeliest[l] = {other, *fit};
+        likeliest[l] = {own, other, *fit};
   });
   std::vector<Offender> exchanged, unlike;
   for (size_t l = 0; l < count; ++l) {
-    const auto own = asStated.ofLight[l].value();
+    const auto& [own, other, fit] = likeliest[l];
     if (!own) continue;
-    const auto [other, fit] = likeliest[l];
     if (fit > std::max(kConvincing, *own + kMuchBetter))
       exchanged.push_back(
           {fit - *own, fmt::format("{} by {} (correlation {:.2f}, by its own {:.2f})", capture.lights[l].name,
@@ -382,13 +375,15 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
       unlike.push_back({-*own, fmt::format("{} ({:.2f})", capture.lights[l].name, *own)});
   }
   if (!exchanged.empty())
-    findings.push_back({Severity::warning, fmt::format("photographs of {} lights look lit by another: {}",
-                                                       exchanged.size(), worst(exchanged))});
+    findings.push_back(
+        {Severity::warning, fmt::format("photographs of {} of {} lights look lit by another: {}",
+                                        exchanged.size(), count, worst(exchanged))});
   if (!unlike.empty())
     findings.push_back(
-        {Severity::warning, fmt::format("photographs of {} lights do not follow the direction of their light "
-                                        "(correlation with the mesh's normals): {}",
-                                        unlike.size(), worst(unlike))});
+        {Severity::warning,
+         fmt::format("photographs of {} of {} lights do not follow the direction of their light "
+                     "(correlation with the mesh's normals): {}",
+                     unlike.size(), count, worst(unlike))});
   return findings;
 }
 
