@@ -316,8 +316,6 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
 
   const Fit asStated(views, capture.lights);
   const auto stated = meanOf(asStated.ofLight);
-  for (size_t l = 0; l < capture.lights.size(); ++l)
-    fprintf(stderr, "%s %.2f\n", capture.lights[l].name.c_str(), asStated.ofLight[l].value().value_or(-9));
   if (!stated) return findings;
 
   const std::vector<AxisMap> maps = axisMaps();

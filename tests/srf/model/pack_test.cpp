@@ -2,6 +2,7 @@
 
 #include "srf/capture/photograph.h"
 #include "srf/image/mask.h"
+#include "srf/image/png.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/file.h"
 #include "surfel/sampling.h"
@@ -118,6 +119,48 @@ TEST_F(Pack, AnotherToleranceMeshOrPhotographIsEncodedAnew) {
   layers.push_back({{"matte.A"}, &images[3], Precision::half});
   writeExr(path, layers);
   EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
+}
+
+TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
+  // Each photograph again as two PNGs of a camera whose response is the square root.
+  Capture bracketed = photographed();
+  const PackReport exact = packed(bracketed, "exact");
+  for (size_t i = 0; i < bracketed.frames.size(); ++i) {
+    const Photograph photograph = readPhotographs(bracketed, std::span(&i, 1))[0];
+    Frame& frame = bracketed.frames[i];
+    for (const double seconds : {0.5, 1.}) {
+      Image picture(photograph.alpha.width, photograph.alpha.height, 4);
+      for (size_t p = 0; p < photograph.alpha.values.size(); ++p) {
+        for (size_t c = 0; c < 3; ++c)
+          picture.values[4 * p + c] =
+              std::sqrt(photograph.radiance.values[3 * p + c] * static_cast<float>(seconds) / 2);
+        picture.values[4 * p + 3] = photograph.alpha.values[p];
+      }
+      const std::string name = studio::numbered(seconds == 1 ? "full" : "half", i) + ".png";
+      writePng(folder / ("capture/" + name), picture);
+      if (seconds == 1)
+        frame.further = {{name, "", "", seconds}};
+      else {
+        frame.picture = name;
+        frame.exposure = seconds;
+        frame.layer = frame.alphaLayer = "";
+      }
+    }
+  }
+  bracketed.colorSpace.reset();
+  for (auto& curve : bracketed.response.emplace().exposure)
+    for (size_t z = 0; z < curve.size(); ++z) curve[z] = 2 * static_cast<float>(z * z) / (255 * 255);
+  writeCapture(bracketed, folder / "capture");
+  const Capture capture = readCapture(folder / "capture");
+
+  const PackReport report = packed(capture);
+  const Model model = openModel(folder / "model");
+  EXPECT_EQ(model.rig.frames.size(), 15u);
+  EXPECT_NEAR(report.white, exact.white, 0.01 * exact.white);
+  EXPECT_EQ(packed(capture).resumedViews, 5u);
+  std::filesystem::last_write_time(folder / "capture/full7.png",
+                                   std::filesystem::file_time_type::clock::now());
+  EXPECT_EQ(packed(capture).resumedViews, 0u); // also the second picture of a bracket counts
 }
 
 TEST_F(Pack, TestFramesPlayNoPart) {
