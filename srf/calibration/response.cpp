@@ -95,46 +95,54 @@ std::vector<double> notFalling(std::span<const double> values) {
   return result;
 }
 
+// The codes of a bracket's pictures, of three channels; gray is all three.
 struct Bracket {
-  std::vector<Picture> pictures;
+  std::vector<std::vector<uint8_t>> codes; // by shot; 3 a pixel
   std::vector<double> logSeconds;
-
-  // A code of a pixel's channel; gray is all three.
-  uint8_t code(size_t shot, size_t pixel, size_t channel) const {
-    const Image& image = pictures[shot].image;
-    const auto channels = static_cast<size_t>(image.channels);
-    const float value = image.values[pixel * channels + (channels >= 3 ? channel : 0)];
-    return static_cast<uint8_t>(std::lround(std::clamp(value, 0.f, 1.f) * (kCodes - 1)));
-  }
 };
 
+std::vector<uint8_t> codesOf(const Image& image) {
+  const auto channels = static_cast<size_t>(image.channels);
+  const size_t pixels = image.values.size() / channels;
+  std::vector<uint8_t> codes(3 * pixels);
+  for (size_t i = 0; i < codes.size(); ++i) {
+    const float value = image.values[i / 3 * channels + (channels >= 3 ? i % 3 : 0)];
+    codes[i] = static_cast<uint8_t>(std::lround(std::clamp(value, 0.f, 1.f) * (kCodes - 1)));
+  }
+  return codes;
+}
+
 Bracket readBracket(const Capture& capture, const Frame& frame) {
+  const Lens& lens = capture.views[frame.view].camera.lens;
   Bracket bracket;
   for (const Exposure& shot : bracketOf(frame)) {
     const auto path = capture.folder() / shot.picture;
-    const Picture& picture = bracket.pictures.emplace_back(readPicture(path));
+    const Picture picture = readPicture(path);
     if (picture.bits != 8)
       throw Error::mismatch("8 bits, of which a response can be told",
                             picture.isFloat() ? "floating point" : std::to_string(picture.bits) + " bits")
           .in(path);
-    const Image &image = picture.image, &first = bracket.pictures[0].image;
-    if (image.width != first.width || image.height != first.height || image.channels != first.channels)
-      throw Error("not of the size and channels of " + frame.picture.string()).in(path);
+    const PictureSize size{picture.image.width, picture.image.height};
+    if (size != PictureSize{lens.width, lens.height})
+      throw Error::mismatch(std::to_string(lens.width) + " x " + std::to_string(lens.height),
+                            std::to_string(size.width) + " x " + std::to_string(size.height))
+          .at("size")
+          .in(path);
+    bracket.codes.push_back(codesOf(picture.image));
     bracket.logSeconds.push_back(std::log(shot.exposure));
   }
   return bracket;
 }
 
 // For each code that a picture has, some pixels that have it, evenly from all of them.
-std::vector<size_t> spreadPixels(const Bracket& bracket, size_t shot, size_t channel) {
+std::vector<size_t> spreadPixels(std::span<const uint8_t> codes, size_t channel) {
   std::array<std::vector<size_t>, Response::codes> having;
-  const Image& image = bracket.pictures[shot].image;
-  const size_t pixels = image.values.size() / static_cast<size_t>(image.channels);
-  for (size_t i = 0; i < pixels; ++i) having[bracket.code(shot, i, channel)].push_back(i);
+  for (size_t i = 0; 3 * i < codes.size(); ++i) having[codes[3 * i + channel]].push_back(i);
   std::vector<size_t> chosen;
-  for (size_t z = 1; z + 1 < having.size(); ++z)
-    for (size_t k = 0; k < std::min(kPixelsPerCode, having[z].size()); ++k)
-      chosen.push_back(having[z][k * having[z].size() / std::min(kPixelsPerCode, having[z].size())]);
+  for (size_t z = 1; z + 1 < having.size(); ++z) {
+    const size_t count = std::min(kPixelsPerCode, having[z].size());
+    for (size_t k = 0; k < count; ++k) chosen.push_back(having[z][k * having[z].size() / count]);
+  }
   return chosen;
 }
 
@@ -147,21 +155,21 @@ Response recoverResponse(const Capture& capture, const Progress& progress) {
   if (frames.empty())
     throw Error::mismatch("frames that differ in exposure alone", "none").at("frames").in(capture.file);
 
-  std::vector<Bracket> brackets; // logSeconds stays; pictures do not
+  std::vector<std::vector<double>> logSeconds; // which pixels refer to
   std::array<std::vector<BracketPixel>, 3> pixels;
   const size_t count = std::min(kBrackets, frames.size());
-  brackets.reserve(count);
+  logSeconds.reserve(count);
   for (size_t b = 0; b < count; ++b) {
     progress("response", static_cast<double>(b) / static_cast<double>(count));
-    Bracket& bracket = brackets.emplace_back(readBracket(capture, *frames[b * frames.size() / count]));
+    const Bracket bracket = readBracket(capture, *frames[b * frames.size() / count]);
+    logSeconds.push_back(bracket.logSeconds);
     for (size_t channel = 0; channel < 3; ++channel)
-      for (size_t shot = 0; shot < bracket.pictures.size(); ++shot)
-        for (const size_t i : spreadPixels(bracket, shot, channel)) {
-          BracketPixel& pixel = pixels[channel].emplace_back(BracketPixel{bracket.logSeconds, {}});
-          for (size_t k = 0; k < bracket.pictures.size(); ++k)
-            pixel.codes.push_back(bracket.code(k, i, channel));
+      for (const std::vector<uint8_t>& shot : bracket.codes)
+        for (const size_t i : spreadPixels(shot, channel)) {
+          BracketPixel& pixel = pixels[channel].emplace_back(BracketPixel{logSeconds.back(), {}});
+          for (const std::vector<uint8_t>& codes : bracket.codes)
+            pixel.codes.push_back(codes[3 * i + channel]);
         }
-    bracket.pictures.clear();
   }
 
   Response response;

@@ -12,8 +12,8 @@
 
 #include "surfel/error.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <tbb/parallel_for.h>
 

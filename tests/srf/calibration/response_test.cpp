@@ -139,7 +139,9 @@ TEST(RecoverResponse, WhatTellsNothingIsRefused) {
   EXPECT_NE(errorOf([&] { recoverResponse(bracket.capture, {}); }).find("shot0.png: found 16 bits"),
             std::string::npos);
   writePng(bracket.folder / "shot0.png", Image(3, 3, 3));
-  EXPECT_NE(errorOf([&] { recoverResponse(bracket.capture, {}); }).find("not of the size"),
+  EXPECT_NE(errorOf([&] {
+              recoverResponse(bracket.capture, {});
+            }).find("shot0.png: size: found 3 x 3, expected 120 x 80"),
             std::string::npos);
   const Exposure shots[] = {{"black.png", "", "", 1}, {"white.png", "", "", 2}};
   writePng(bracket.folder / "black.png", Image(120, 80, 3));

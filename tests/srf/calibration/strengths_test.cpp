@@ -13,7 +13,7 @@ using Towards = Direction3<AcquisitionSpace, double>;
 
 // A bumpy Lambert relief in a square picture, photographed under lights of known strengths.
 struct Relief {
-  int size = 96, lights = 14;
+  int size = 72, lights = 14;
   double noise = 0.002;     // standard deviation, in units of a typical pixel
   double shadows = 0.08;    // share of samples that a neighbour shadows
   double highlights = 0.05; // share of samples with a highlight
@@ -177,7 +177,7 @@ TEST(LightStrengths, WhatCannotBeToldIsRefused) {
   const Mask other(relief.size, relief.size + 1);
   EXPECT_NE(errorOf([&] {
               lightStrengths(relief.photographs, other, relief.towards);
-            }).find("photograph 0: found 96 x 96, expected 96 x 97"),
+            }).find("photograph 0: found 72 x 72, expected 72 x 73"),
             std::string::npos);
 }
 
