@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <functional>
+#include <string>
 
 namespace surflect {
 
@@ -14,6 +15,15 @@ using Json = nlohmann::ordered_json;
 
 // Works until done; returns the machine-readable report. Throws Error or Cancelled.
 using CommandWork = std::function<Json(const Progress& progress)>;
+
+// Turns Cancelled into an Error that says what to do next.
+template <class Work> Json unlessInterrupted(const char* next, const Work& work) {
+  try {
+    return work();
+  } catch (const Cancelled&) {
+    throw Error(std::string("interrupted; ") + next);
+  }
+}
 
 // Each adds its subcommand and sets `work` when it is chosen.
 void addImportCommand(CLI::App& app, CommandWork& work);

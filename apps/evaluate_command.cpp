@@ -1,4 +1,4 @@
-#include "apps/command.h"
+#include "apps/capture_argument.h"
 #include "apps/model_options.h"
 #include "apps/terminal.h"
 #include "render/evaluate.h"
@@ -13,7 +13,8 @@ namespace surflect {
 namespace {
 
 struct Arguments {
-  std::string model, capture, script, split = "test";
+  std::string model, script, split = "test";
+  CaptureArgument capture;
   std::vector<std::string> baselines;
   double frame = 1;
   ModelOptions options;
@@ -67,8 +68,8 @@ void sayTable(const Json& report) {
 }
 
 Json runEvaluate(const Arguments& arguments, const Progress& progress) {
-  const Model model = openModel(arguments.model);
-  const Capture capture = readCapture(arguments.capture);
+  const Model model = openModel(arguments.model, progress);
+  const Capture capture = arguments.capture.read();
   WarpPointer warp = chainWarp({});
   if (!arguments.script.empty()) {
     const Script script = readScript(arguments.script);
@@ -114,8 +115,7 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand("evaluate", "compare renderings with a capture's photographs");
   command->footer("Example: surflect evaluate vase.srf examples/vase --baseline nearest --json");
   command->add_option("model", arguments->model, "a packed model")->required();
-  command->add_option("capture", arguments->capture, "folder with transforms.json, or a JSON file")
-      ->required();
+  addCaptureArgument(*command, arguments->capture);
   command->add_option("--split", arguments->split, "which photographs")
       ->capture_default_str()
       ->check(CLI::IsMember({"test", "train"}));
@@ -130,7 +130,9 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
   command->add_option("--frame", arguments->frame, "of the script")->capture_default_str();
   addModelOptions(*command, arguments->options);
   command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) { return runEvaluate(*arguments, progress); };
+    work = [arguments](const Progress& progress) {
+      return unlessInterrupted("nothing was kept", [&] { return runEvaluate(*arguments, progress); });
+    };
   });
 }
 

@@ -1,4 +1,4 @@
-#include "apps/command.h"
+#include "apps/capture_argument.h"
 #include "apps/terminal.h"
 #include "render/contact_sheet.h"
 #include "srf/image/png.h"
@@ -44,7 +44,8 @@ Json describe(const Model& model) {
 }
 
 struct Arguments {
-  std::string path, overlay;
+  CaptureArgument input;
+  std::string overlay;
   ImpostorOptions impostor;
   size_t maxFrames = 24;
 };
@@ -68,12 +69,12 @@ Json drawOverlay(const Capture& capture, const Arguments& arguments, const Progr
 }
 
 Json runInspect(const Arguments& arguments, const Progress& progress) {
-  const bool packed = std::filesystem::exists(std::filesystem::path(arguments.path) / "manifest.json");
+  const bool packed = std::filesystem::exists(std::filesystem::path(arguments.input.path) / "manifest.json");
   if (packed && !arguments.overlay.empty())
-    throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.path);
+    throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
   std::optional<Capture> capture;
-  if (!packed) capture = readCapture(arguments.path);
-  Json report = packed ? describe(openModel(arguments.path)) : describe(*capture);
+  if (!packed) capture = arguments.input.read();
+  Json report = packed ? describe(openModel(arguments.input.path, progress)) : describe(*capture);
   for (const auto& [key, value] : report.items()) say(fmt::format("{:<20} {}", key, value.dump()));
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(*capture, arguments, progress);
   return report;
@@ -86,7 +87,8 @@ void addInspectCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand("inspect", "say what is in a capture or a model");
   command->footer("Example: surflect inspect vase.srf\n"
                   "         surflect inspect examples/vase --overlay sheet.png");
-  command->add_option("path", arguments->path, "a capture or a packed model")->required();
+  command->add_option("path", arguments->input.path, "a capture or a packed model")->required();
+  addAllowOutside(*command, arguments->input.outside);
   CLI::Option* overlay = command->add_option(
       "--overlay", arguments->overlay,
       "of a capture: draw the geometry over photographs, and lit as they say, into this PNG");

@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include <optional>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <thread>
 
 namespace {
@@ -14,21 +16,25 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kUsage = 2;
 
+bool writeReport(const std::string& text) {
+  return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+}
+
 int run(const surflect::CommandWork& work, bool json) {
   using namespace surflect;
   Json report;
   int status = 0;
   try {
     report = work(terminalProgress());
-  } catch (const Cancelled&) {
-    report["error"] = "interrupted; run the same command again to go on";
-    status = kFailed;
   } catch (const std::exception& error) {
     report["error"] = error.what();
     status = kFailed;
   }
   if (status != 0) say("surflect: " + report["error"].get<std::string>());
-  if (json) fmt::print("{}\n", report.dump(2, ' ', false, Json::error_handler_t::replace));
+  if (json && !writeReport(report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n")) {
+    say(std::string("surflect: standard output: cannot write the report (") + std::strerror(errno) + ")");
+    status = kFailed;
+  }
   return status;
 }
 
@@ -61,6 +67,6 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kUsage;
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  watchForInterrupts();
+  watchSignals();
   return run(work, json);
 }

@@ -1,4 +1,4 @@
-#include "apps/command.h"
+#include "apps/capture_argument.h"
 #include "apps/terminal.h"
 #include "srf/model/pack.h"
 
@@ -11,7 +11,8 @@ namespace surflect {
 namespace {
 
 struct Arguments {
-  std::string capture, output;
+  CaptureArgument capture;
+  std::string output;
   PackOptions options;
   size_t surfels = 0;
 };
@@ -46,7 +47,7 @@ Json runPack(const Arguments& arguments, const Progress& progress) {
   PackOptions options = arguments.options;
   if (arguments.surfels > 0) options.surfels = arguments.surfels;
   const PackReport report =
-      pack(readCapture(arguments.capture), arguments.output, options, progress, announceEstimate);
+      pack(arguments.capture.read(), arguments.output, options, progress, announceEstimate);
   if (report.invalidTexels > 0)
     say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));
   const std::string error = report.resumedViews == 0
@@ -65,8 +66,7 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("pack", "make a model from a capture; run again to resume");
   command->footer("Example: surflect pack examples/vase -o vase.srf --tolerance 0.03");
-  command->add_option("capture", arguments->capture, "folder with transforms.json, or a JSON file")
-      ->required();
+  addCaptureArgument(*command, arguments->capture);
   command->add_option("-o,--output", arguments->output, "the model's folder")->required();
   CLI::Option* mesh = command->add_option("--mesh", arguments->options.impostor.mesh,
                                           "impostor geometry (PLY or OBJ) instead of the capture's");
@@ -80,7 +80,10 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
   command->add_option("--surfels", arguments->surfels, "how many, about; default: two across a pixel")
       ->check(CLI::Range(size_t{1}, size_t{100000000}));
   command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) { return runPack(*arguments, progress); };
+    work = [arguments](const Progress& progress) {
+      return unlessInterrupted("the same command again goes on from here",
+                               [&] { return runPack(*arguments, progress); });
+    };
   });
 }
 

@@ -81,7 +81,7 @@ class Shot {
 public:
   Shot(const Script& script, const Model& model, const ModelOptions& options, const Progress& progress)
       : script_(script), model_(model), options_(options.frame),
-        environments_(prepareEnvironments(script, model, options.frame.shade, progress)),
+        environments_(prepareEnvironments(script, model, options.frame.shade, progress)), progress_(progress),
         cache_(model.files, options.cacheBytes()) {
     options_.aovs = script.output->aov;
   }
@@ -91,7 +91,7 @@ public:
     FrameOptions options = options_;
     if (!withAovs) options.aovs.clear();
     return renderFrame(model_, *warpAt(script_, time), camera(frame, scale),
-                       lightsAt(script_, time, environments_), options, cache_, stats);
+                       lightsAt(script_, time, environments_), options, cache_, stats, progress_);
   }
 
   // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
@@ -124,6 +124,7 @@ private:
   const Model& model_;
   FrameOptions options_;
   std::vector<PreparedEnvironment> environments_;
+  const Progress& progress_;
   BlockCache cache_;
   std::optional<double> exposure_;
 };
@@ -193,7 +194,7 @@ bool isRendered(const std::filesystem::path& path, const std::string& identity) 
 Json runRender(const Arguments& arguments, const Progress& progress) {
   const Script script = readScript(arguments.script);
   requireShot(script);
-  const Model model = openModel(script.model);
+  const Model model = openModel(script.model, progress);
   const FrameRange range = parseRange(arguments.frames, *script.frames);
   Shot shot(script, model, arguments.model, progress);
   for (const PreparedEnvironment& environment : shot.environments())
@@ -266,7 +267,10 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
                     "keep frames that this script and model have rendered before");
   addModelOptions(*command, arguments->model);
   command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) { return runRender(*arguments, progress); };
+    work = [arguments](const Progress& progress) {
+      return unlessInterrupted("with --resume, the same command goes on from here",
+                               [&] { return runRender(*arguments, progress); });
+    };
   });
 }
 

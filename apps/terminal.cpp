@@ -16,9 +16,10 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-void interrupt(int signal) {
+void interrupt(int) {
   interrupted = 1;
-  std::signal(signal, SIG_DFL);
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
 }
 
 bool onTerminal() { return isatty(STDERR_FILENO) != 0; }
@@ -30,9 +31,10 @@ struct Line {
 
 } // namespace
 
-void watchForInterrupts() {
+void watchSignals() {
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 Progress terminalProgress() {

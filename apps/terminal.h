@@ -7,8 +7,9 @@
 
 namespace surflect {
 
-// From now on Ctrl-C and SIGTERM ask work to stop at its next checkpoint; a second one ends the process.
-void watchForInterrupts();
+// From now on Ctrl-C and SIGTERM ask work to stop at its next checkpoint; a second one of either ends the
+// process. A file that grows beyond the user's limit is an error of its writer, not the end.
+void watchSignals();
 
 // A line that follows the work, when stderr is a terminal; always asks whether the user has interrupted.
 Progress terminalProgress();

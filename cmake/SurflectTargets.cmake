@@ -13,6 +13,11 @@ if(SURFLECT_SANITIZE)
   target_link_options(surflect_settings INTERFACE -fsanitize=address,undefined)
 endif()
 
+option(SURFLECT_FUZZ "Build the fuzz targets, with clang" OFF)
+if(SURFLECT_FUZZ)
+  target_compile_options(surflect_settings INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 # surflect_library(NAME SOURCES a.cpp ... [DEPENDS PUBLIC x PRIVATE y ...])
 # Takes every header of the folder; each must compile alone.
 function(surflect_library name)

@@ -186,11 +186,12 @@ void coverBox(const Lens& lens, std::span<const Footprint> footprints, std::span
 
 // Footprints per splat; those not drawn have an empty box.
 std::vector<Footprint> project(const Camera<ObjectSpace>& camera, const Splats& splats,
-                               const SplatOptions& options, SplatCounts& counts) {
+                               const SplatOptions& options, SplatCounts& counts, const Progress& progress) {
   constexpr uint8_t drawn = 255;
   std::vector<Footprint> footprints(splats.size());
   std::vector<uint8_t> fates(splats.size(), drawn);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, splats.size(), 1024), [&](const auto& range) {
+    progress.checkpoint();
     for (size_t i = range.begin(); i < range.end(); ++i) {
       const auto result = footprintOf(camera, splats, i, options);
       if (const auto* footprint = std::get_if<Footprint>(&result)) {
@@ -239,7 +240,8 @@ TileBins binned(std::span<const Footprint> footprints, const Coverage& coverage)
 
 } // namespace
 
-Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options) {
+Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+               const Progress& progress) {
   const int width = camera.lens.width, height = camera.lens.height;
   assert(width > 0 && height > 0);
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
@@ -257,10 +259,11 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   coverage.depth.resize(pixels);
   coverage.layerArea.resize(pixels);
 
-  const std::vector<Footprint> footprints = project(camera, splats, options, coverage.counts);
+  const std::vector<Footprint> footprints = project(camera, splats, options, coverage.counts, progress);
   const TileBins bins = binned(footprints, coverage);
   tbb::enumerable_thread_specific<Scratch> scratches;
   tbb::parallel_for(size_t(0), coverage.tiles.size(), [&](size_t tile) {
+    progress.checkpoint();
     Scratch& scratch = scratches.local();
     scratch.contributions.clear();
     const int x = static_cast<int>(tile) % tilesX * size, y = static_cast<int>(tile) / tilesX * size;

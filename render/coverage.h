@@ -6,6 +6,7 @@
 
 #include "render/splat.h"
 #include "srf/image/image.h"
+#include "surfel/progress.h"
 
 #include <cassert>
 #include <cstdint>
@@ -60,7 +61,8 @@ struct Coverage {
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
 // Same bits for any number of threads. Memory: 80 bytes a splat, 8 bytes a contribution, and for each thread
 // a scratch of at most 100 MiB, or 100 bytes for each splat over one pixel.
-Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {});
+Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
+               const Progress& progress = {});
 
 // The splats with a weight in any pixel, ascending.
 std::vector<uint32_t> visibleSplats(const Coverage& coverage);

@@ -23,9 +23,9 @@ public:
   // What was photographed is the capture's geometry after the warp.
   TruthReader(const Capture& capture, const Warp& warp) : capture_(capture), warp_(warp) {}
 
-  std::vector<Image> read(std::span<const size_t> frames) {
+  std::vector<Image> read(std::span<const size_t> frames, const Progress& progress) {
     std::vector<Image> truths;
-    for (const Photograph& photograph : readPhotographs(capture_, frames)) {
+    for (const Photograph& photograph : readPhotographs(capture_, frames, progress)) {
       const Image& alpha = photograph.hasMatte || isWholeImage()
                                ? photograph.alpha
                                : silhouetteOf(capture_.frames[frames[0]].view);
@@ -99,7 +99,7 @@ double exposureOf(const Capture& capture, const Warp& warp, const Progress& prog
   const auto frames = framesByView(capture);
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("exposure", static_cast<double>(view) / static_cast<double>(frames.size()));
-    for (const Image& truth : truths.read(frames[view]))
+    for (const Image& truth : truths.read(frames[view], progress))
       for (size_t i = 0; i < truth.values.size(); i += 4)
         if (truth.values[i + 3] > 0.5f)
           std::for_each_n(&truth.values[i], 3, [&](float value) { values.add(value); });
@@ -147,13 +147,13 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
   const auto center = centerOf(model.cloud);
-  const DeformedCloud deformed = deform(model.cloud, warp);
+  const DeformedCloud deformed = deform(model.cloud, warp, progress);
   ShadingStats stats;
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
-    const auto truth = truths.read(frames[view]);
+    const auto truth = truths.read(frames[view], progress);
     const auto camera = inObjectSpace(capture.views[view].camera);
-    const Sight sight = look(camera, model.cloud, deformed, options.frame.splats);
+    const Sight sight = look(camera, model.cloud, deformed, options.frame.splats, progress);
     std::optional<LambertView> lambert;
     if (options.baselines.contains(Baseline::lambert))
       lambert.emplace(training, capture.views[view], truth[0], progress);
@@ -173,9 +173,9 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       }
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
-      const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights);
+      const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress);
       const auto rendered = [&](const ShadeOptions& shadeOptions) {
-        return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats));
+        return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats, progress));
       };
       const auto baseline = [&](Baseline kind) {
         if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);

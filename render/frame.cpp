@@ -75,9 +75,9 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
 }
 
 Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-           const SplatOptions& options) {
+           const SplatOptions& options, const Progress& progress) {
   Sight sight;
-  sight.coverage = cover(camera, splatsOf(rest, deformed), options);
+  sight.coverage = cover(camera, splatsOf(rest, deformed), options, progress);
   sight.surfels = visibleSplats(sight.coverage);
   return sight;
 }
@@ -91,7 +91,7 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights) {
+                     std::span<const ShotLight> lights, const Progress& progress) {
   const Viewpoint viewpoint(camera);
   QueryBatch batch;
   std::vector<const ShotLight*> single; // from one direction at a surfel
@@ -112,6 +112,7 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
   batch.irradiance.resize(surfels.size() * single.size());
   batch.acquisitionFromEnvironment.resize(surfels.size() * environments.size());
   tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t query) {
+    if (query % 1024 == 0) progress.checkpoint();
     const size_t surfel = surfels[query];
     const LookUp<double> lookUp = lookUpAt(rest, deformed, surfel);
     const auto p = deformed.p[surfel].cast<double>();
@@ -154,26 +155,27 @@ Image developRadiance(const Sight& sight, std::span<const Rgb> radiance) {
 
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
-                 FrameStats& stats) {
+                 FrameStats& stats, const Progress& progress) {
   StageClock clock(stats.seconds);
-  const DeformedCloud deformed = deform(model.cloud, warp);
+  const DeformedCloud deformed = deform(model.cloud, warp, progress);
   clock.finish("warp");
-  const Sight sight = look(camera, model.cloud, deformed, options.splats);
+  const Sight sight = look(camera, model.cloud, deformed, options.splats, progress);
   stats.splats = sight.coverage.counts;
   stats.visible = sight.surfels.size();
   clock.finish("splat");
-  const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights);
+  const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress);
   clock.finish("look-up");
-  const ShadingPlan plan = planShading(model, batch, options.shade);
+  const ShadingPlan plan = planShading(model, batch, options.shade, progress);
   stats.unseen = plan.unseen;
   clock.finish("ulr");
-  const auto radiance = shade(plan, cache, stats.shading);
+  const auto radiance = shade(plan, cache, stats.shading, progress);
   clock.finish("shade");
 
   Film film;
   film.color = developRadiance(sight, radiance);
   const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
   for (const std::string& aov : options.aovs) {
+    progress.checkpoint();
     Image& image = film.aovs[aov];
     if (aov == "depth") image = depthImage(sight.coverage);
     if (aov == "normal")

@@ -22,7 +22,7 @@ struct Sight {
 };
 
 Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-           const SplatOptions& options = {});
+           const SplatOptions& options = {}, const Progress& progress = {});
 
 // L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
@@ -32,7 +32,7 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 // be dead.
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights);
+                     std::span<const ShotLight> lights, const Progress& progress = {});
 
 // Values of the surfels of a sight, `channels` per entry of sight.surfels, as a picture premultiplied by
 // alpha.
@@ -62,7 +62,7 @@ struct FrameOptions {
 
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
-                 FrameStats& stats);
+                 FrameStats& stats, const Progress& progress = {});
 
 // The ratio of the principal axes of a warped splat, 1 for a circle [Weyrich 2005, Fig. 15].
 double stretchOf(const Vec3<double>& u, const Vec3<double>& v);

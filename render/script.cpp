@@ -43,6 +43,10 @@ Output asOutput(const Entry& entry) {
   const bool plain = output.path.find('\0') == std::string::npos;
   if (run < 1 || run > 16 || !together || !plain || !output.path.ends_with(".exr"))
     throw mismatch(path, "a name such as \"frame.####.exr\"");
+  // A script that somebody else has written must not choose where on the disk it writes.
+  const std::filesystem::path place = std::filesystem::path(output.path).lexically_normal();
+  if (place.is_absolute() || *place.begin() == "..")
+    throw mismatch(path, "a name inside the folder of --output");
 
   if (const auto png = section.find("png")) output.png = asBoolean(*png);
   if (const auto aov = section.find("aov"))
@@ -168,12 +172,8 @@ Script parseScript(std::string_view text, const std::filesystem::path& path) {
 }
 
 Script readScript(const std::filesystem::path& path) {
-  constexpr size_t most = size_t{1} << 24;
-  std::error_code ignored; // reading tells what is wrong
-  const auto size = std::filesystem::file_size(path, ignored);
-  if (!ignored && size > most)
-    throw Error::mismatch("a script of at most 16 MiB", std::to_string(size) + " bytes").in(path);
-  return parseScript(readFile(path), path);
+  constexpr uint64_t most = uint64_t{1} << 24;
+  return parseScript(readFile(path, most), path);
 }
 
 void requireShot(const Script& script) {

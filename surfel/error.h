@@ -44,6 +44,9 @@ private:
     if (!file_.empty()) line_ += file_ + ": ";
     if (!field_.empty()) line_ += field_ + ": ";
     line_ += problem_;
+    // Names come from outside; what we say stays one line and gives a terminal no orders.
+    for (char& c : line_)
+      if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
   }
 
   std::string file_, field_, problem_, line_;

@@ -2,15 +2,22 @@
 
 #include "surfel/error.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <new>
+#include <optional>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 namespace surflect {
 
 namespace {
+
+constexpr std::string_view kTemporaryEnd = ".tmp";
 
 Error systemError(const std::filesystem::path& path, std::string_view action) {
   return Error("cannot " + std::string(action) + " (" + std::strerror(errno) + ")").in(path);
@@ -25,37 +32,79 @@ void syncFolder(const std::filesystem::path& folder) {
 
 } // namespace
 
-std::string readFile(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+int openForReading(const std::filesystem::path& path) {
+  // Not blocking, or a pipe that nobody writes into would keep us here.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw systemError(path, "open");
-  std::string content;
-  char buffer[1 << 16];
-  for (;;) {
-    const ssize_t count = ::read(descriptor, buffer, sizeof buffer);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) {
-      const Error error = systemError(path, "read");
-      ::close(descriptor);
-      throw error;
-    }
-    if (count == 0) break;
-    content.append(buffer, static_cast<size_t>(count));
-  }
+  struct stat status {};
+  const bool known = ::fstat(descriptor, &status) == 0;
+  if (known && S_ISREG(status.st_mode)) return descriptor;
+  const Error error =
+      known ? Error(S_ISDIR(status.st_mode) ? "cannot read (a folder)" : "cannot read (not a regular file)")
+                  .in(path)
+            : systemError(path, "read");
   ::close(descriptor);
+  throw error;
+}
+
+namespace {
+
+// At most `count` bytes of a file.
+std::string readUpTo(const std::filesystem::path& path, uint64_t count) {
+  const int descriptor = openForReading(path);
+  try {
+    std::string content;
+    char buffer[1 << 16];
+    while (content.size() < count) {
+      const ssize_t got =
+          ::read(descriptor, buffer, std::min<uint64_t>(sizeof buffer, count - content.size()));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) throw systemError(path, "read");
+      if (got == 0) break;
+      content.append(buffer, static_cast<size_t>(got));
+    }
+    ::close(descriptor);
+    return content;
+  } catch (const std::bad_alloc&) {
+    ::close(descriptor);
+    throw Error("does not fit into memory").in(path);
+  } catch (...) {
+    ::close(descriptor);
+    throw;
+  }
+}
+
+} // namespace
+
+std::string readFile(const std::filesystem::path& path, uint64_t most) {
+  std::error_code ignored; // reading it will say so
+  const auto size = std::filesystem::file_size(path, ignored);
+  std::string content;
+  if (ignored || size <= most) content = readUpTo(path, most + 1);
+  if ((!ignored && size > most) || content.size() > most)
+    throw Error::mismatch("at most " + std::to_string(most) + " bytes", "more").in(path);
   return content;
 }
 
-AtomicFile::AtomicFile(std::filesystem::path target)
-    : target_(std::move(target)), temporary_(target_.string() + ".XXXXXX.tmp") {
-  std::string name = temporary_.string();
-  descriptor_ = ::mkostemps(name.data(), 4, O_CLOEXEC);
-  if (descriptor_ < 0) throw systemError(target_, "write");
-  temporary_ = name;
+std::string readFileStart(const std::filesystem::path& path, size_t count) { return readUpTo(path, count); }
+
+// While a temporary lives, its process holds a lock on it, which goes with the process: see removeAbandoned.
+AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {
+  for (;;) {
+    std::string name = target_.string() + ".XXXXXX" + std::string(kTemporaryEnd);
+    descriptor_ = ::mkostemps(name.data(), static_cast<int>(kTemporaryEnd.size()), O_CLOEXEC);
+    if (descriptor_ < 0) throw systemError(target_, "write");
+    temporary_ = name;
+    ::flock(descriptor_, LOCK_EX); // where a file system has no locks, none is taken for abandoned either
+    struct stat status {};
+    if (::fstat(descriptor_, &status) != 0 || status.st_nlink > 0) return;
+    ::close(descriptor_); // taken for abandoned before it was locked
+  }
 }
 
 AtomicFile::~AtomicFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
   if (!committed_) ::unlink(temporary_.c_str());
+  ::close(descriptor_);
 }
 
 void AtomicFile::write(std::span<const std::byte> bytes) {
@@ -69,11 +118,7 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
 
 void AtomicFile::commit() {
   ::fchmod(descriptor_, 0644);
-  // Reopened by path: a library may have replaced the file beside us instead of writing into it.
-  const int written = ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool synced = written >= 0 && ::fsync(written) == 0;
-  if (written >= 0) ::close(written);
-  if (!synced) throw systemError(target_, "write");
+  if (::fsync(descriptor_) != 0) throw systemError(target_, "write");
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw systemError(target_, "rename to");
   committed_ = true;
   syncFolder(target_.parent_path());
@@ -87,6 +132,36 @@ void writeFileAtomically(const std::filesystem::path& path, std::span<const std:
 
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text) {
   writeFileAtomically(path, std::as_bytes(std::span(text)));
+}
+
+namespace {
+
+// The target that a file is a temporary of, by its name: "frame.0001.exr.k3ZxQ1.tmp".
+std::optional<std::string> targetOf(const std::string& name) {
+  constexpr size_t kRandom = 7; // ".k3ZxQ1"
+  if (!name.ends_with(kTemporaryEnd) || name.size() <= kRandom + kTemporaryEnd.size()) return std::nullopt;
+  const size_t end = name.size() - kTemporaryEnd.size() - kRandom;
+  const auto isRandom = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+  if (name[end] != '.' || !std::all_of(&name[end + 1], &name[end + kRandom], isRandom)) return std::nullopt;
+  return name.substr(0, end);
+}
+
+void removeUnlessHeld(const std::filesystem::path& temporary) {
+  const int descriptor = ::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+  if (descriptor < 0) return;
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(temporary.c_str());
+  ::close(descriptor);
+}
+
+} // namespace
+
+void removeAbandoned(const std::filesystem::path& folder,
+                     const std::function<bool(const std::string& targetName)>& owned) {
+  std::error_code failure; // nothing was asked for that could fail: litter stays where it cannot be removed
+  for (std::filesystem::directory_iterator entry(folder, failure), end; !failure && entry != end;
+       entry.increment(failure))
+    if (const auto target = targetOf(entry->path().filename().string()); target && owned(*target))
+      removeUnlessHeld(entry->path());
 }
 
 } // namespace surflect

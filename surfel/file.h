@@ -3,16 +3,27 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace surflect {
 
-// Throws Error naming the file.
-std::string readFile(const std::filesystem::path& path);
+// Beyond these a file is not what it is taken for.
+inline constexpr uint64_t kLargestText = uint64_t{1} << 28; // descriptions that people or exporters write
+inline constexpr uint64_t kLargestFile = uint64_t{1} << 35;
+
+// A descriptor to read from; the caller closes it. Throws Error naming the file, also where it is not a
+// regular one: a device never ends, a pipe waits for ever.
+int openForReading(const std::filesystem::path& path);
+
+// Throws Error naming the file, also where it is not a regular one or larger than `most` bytes.
+std::string readFile(const std::filesystem::path& path, uint64_t most = kLargestFile);
+// Its first `count` bytes, or all there are.
+std::string readFileStart(const std::filesystem::path& path, size_t count);
 
 // Written beside the target, fsynced and renamed by commit(); dropped by the destructor otherwise.
 class AtomicFile {
@@ -24,8 +35,6 @@ public:
 
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
-  // For libraries that write to a path of their own: the file beside the target. Do not mix with write().
-  const std::filesystem::path& temporaryPath() const { return temporary_; }
   void commit();
 
 private:
@@ -36,5 +45,10 @@ private:
 
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
+
+// Removes what killed processes left beside the targets: temporaries of AtomicFile whose target's name the
+// caller owns, and which no living process holds. A folder that is not there has none.
+void removeAbandoned(const std::filesystem::path& folder,
+                     const std::function<bool(const std::string& targetName)>& owned);
 
 } // namespace surflect

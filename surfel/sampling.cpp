@@ -28,12 +28,18 @@ struct Candidate {
   Vec3<double> normal;
 };
 
+// For loops of small steps, over index i.
+void checkNowAndThen(size_t i, const Progress& progress) {
+  if (i % 4096 == 0) progress.checkpoint();
+}
+
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53; // the same on every standard library
 }
 
 // Equal shares of the area, one random point in each: stratified along the list of triangles.
-std::vector<Candidate> scatter(const TriangleMesh& mesh, size_t count, std::mt19937_64& random) {
+std::vector<Candidate> scatter(const TriangleMesh& mesh, size_t count, std::mt19937_64& random,
+                               const Progress& progress) {
   std::vector<Candidate> candidates;
   candidates.reserve(count);
   const double step = surfaceArea(mesh) / static_cast<double>(count);
@@ -47,6 +53,7 @@ std::vector<Candidate> scatter(const TriangleMesh& mesh, size_t count, std::mt19
                        b = mesh.positions[ib].cast<double>().raw(),
                        c = mesh.positions[ic].cast<double>().raw();
     while (next < areaBefore + area) {
+      checkNowAndThen(candidates.size(), progress);
       const double s = std::sqrt(uniform(random)), w = uniform(random); // uniform barycentrics
       candidates.push_back({(1 - s) * a + s * (1 - w) * b + s * w * c, cross.normalized()});
       next = step * (static_cast<double>(candidates.size()) + uniform(random));
@@ -101,10 +108,13 @@ private:
 };
 
 // Accepts candidates one after the other unless a disc of their sheet is already there.
-std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, double diameter) {
+std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, double diameter,
+                                  const Progress& progress) {
   std::vector<Candidate> accepted;
   Grid grid(diameter, candidates.size() / 8);
-  for (const auto& candidate : candidates) {
+  for (size_t c = 0; c < candidates.size(); ++c) {
+    checkNowAndThen(c, progress);
+    const Candidate& candidate = candidates[c];
     bool crowded = false;
     grid.visitAround(candidate.position, [&](uint32_t i) {
       crowded |= sameSheet(accepted[i], candidate) &&
@@ -119,13 +129,15 @@ std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, doub
 
 // One round of Lloyd: each surfel moves to the centroid of the candidates nearest to it, brought back onto
 // the plane of the candidate nearest to that centroid.
-void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candidates, double spacing) {
+void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candidates, double spacing,
+           const Progress& progress) {
   const double reach = kOwnerReach * spacing;
   Grid grid(reach, surfels.size());
   for (const auto& surfel : surfels) grid.add(surfel.position);
   constexpr uint32_t kNone = ~0u;
   std::vector<uint32_t> owner(candidates.size(), kNone);
   tbb::parallel_for(size_t{0}, candidates.size(), [&](size_t c) {
+    checkNowAndThen(c, progress);
     double nearest = reach * reach;
     grid.visitAround(candidates[c].position, [&](uint32_t i) {
       const double squared = (surfels[i].position - candidates[c].position).squaredNorm();
@@ -196,28 +208,32 @@ double spacingFor(const TriangleMesh& mesh, size_t count) {
   return std::sqrt(2 / std::sqrt(3.0) * surfaceArea(mesh) / static_cast<double>(std::max<size_t>(count, 1)));
 }
 
-SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed) {
+SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed, const Progress& progress) {
   assert(spacing > 0);
   std::mt19937_64 random(seed);
   const double expected = surfelsAt(mesh, spacing);
   auto candidates =
-      scatter(mesh, static_cast<size_t>(std::ceil(expected * kCandidatesPerSurfel)) + 16, random);
+      scatter(mesh, static_cast<size_t>(std::ceil(expected * kCandidatesPerSurfel)) + 16, random, progress);
   for (size_t i = candidates.size(); i > 1; --i) // Fisher-Yates, the same on every standard library
     std::swap(candidates[i - 1], candidates[random() % i]);
+  progress.checkpoint();
   sortAlongCurve(candidates, 8 * spacing); // random within neighbourhoods that fit the cache
-  auto surfels = throwDiscs(candidates, kDiscDiameter * spacing);
-  for (int round = 0; round < kRelaxationRounds; ++round) relax(surfels, candidates, spacing);
+  auto surfels = throwDiscs(candidates, kDiscDiameter * spacing, progress);
+  for (int round = 0; round < kRelaxationRounds; ++round) {
+    progress("surfels", static_cast<double>(round) / kRelaxationRounds);
+    relax(surfels, candidates, spacing, progress);
+  }
   sortAlongCurve(surfels, spacing);
   SurfelCloud cloud;
   for (const auto& surfel : surfels) {
     cloud.p0.push_back(assume<Point3<AcquisitionSpace>>(surfel.position));
     cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(surfel.normal)));
   }
-  estimateSplats(cloud);
+  estimateSplats(cloud, progress);
   return cloud;
 }
 
-void estimateSplats(SurfelCloud& cloud) {
+void estimateSplats(SurfelCloud& cloud, const Progress& progress) {
   constexpr size_t kNeighbors = 6;
   constexpr float kReach = 3;          // sigmas at which a Gaussian is forgotten
   constexpr float kSameSheet = -0.25f; // cosine below which two surfels lie on the two sides of a sheet
@@ -233,6 +249,7 @@ void estimateSplats(SurfelCloud& cloud) {
 
   cloud.radius.resize(n);
   tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+    checkNowAndThen(i, progress);
     float sum = 0;
     size_t count = 0;
     for (const auto& [j, distance] : index.nearest(cloud.p0[i], 2 * kNeighbors + 1))
@@ -257,6 +274,7 @@ void estimateSplats(SurfelCloud& cloud) {
   std::vector<std::vector<Link>> links(n);
   const float widest = n ? *std::ranges::max_element(cloud.radius) * kSigmaPerRadius * kReach : 0;
   tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+    checkNowAndThen(i, progress);
     for (const auto& [j, distance] : index.within(cloud.p0[i], widest)) {
       const float sigma = kSigmaPerRadius * cloud.radius[j];
       if (distance > kReach * sigma && j != i) continue;

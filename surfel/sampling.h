@@ -3,6 +3,7 @@
 
 #include "surfel/cloud.h"
 #include "surfel/mesh.h"
+#include "surfel/progress.h"
 
 #include <cstdint>
 
@@ -15,7 +16,8 @@ inline constexpr float kSigmaPerRadius = 0.6f;
 // by Lloyd's relaxation. Sheets are told apart by their normals, so that both sides of a thin wall and of a
 // sharp edge are covered. radius is the mean distance to the six nearest neighbours; coverage makes the
 // Gaussians sum to 1 at every surfel. Sorted along a space-filling curve. Cost: O(area / spacing^2).
-SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed = 1);
+SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed = 1,
+                          const Progress& progress = {});
 
 // The number of surfels that sampleSurfels yields, about.
 double surfelsAt(const TriangleMesh& mesh, double spacing);
@@ -24,7 +26,7 @@ double surfelsAt(const TriangleMesh& mesh, double spacing);
 double spacingFor(const TriangleMesh& mesh, size_t count);
 
 // Radius and coverage of a cloud that has positions and frames. No radius is more than twice the median.
-void estimateSplats(SurfelCloud& cloud);
+void estimateSplats(SurfelCloud& cloud, const Progress& progress = {});
 
 double surfaceArea(const TriangleMesh& mesh);
 

@@ -44,7 +44,7 @@ double differenceStep(const SurfelCloud& cloud) {
   return std::cbrt(3 * 0x1p-53 * farthest * feature * feature);
 }
 
-DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp) {
+DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress) {
   const size_t count = cloud.size();
   const double epsilon = differenceStep(cloud);
   DeformedCloud deformed;
@@ -53,6 +53,7 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp) {
   deformed.v.resize(count);
   deformed.handedness.resize(count);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 1024), [&](const tbb::blocked_range<size_t>& range) {
+    progress.checkpoint();
     for (size_t i = range.begin(); i < range.end(); ++i) {
       const DeformedSurfel surfel =
           deformSurfel(cloud.p0[i].raw().cast<double>(), cloud.r0[i], warp, epsilon);

@@ -3,6 +3,7 @@
 
 #include "surfel/cloud.h"
 #include "surfel/mesh.h"
+#include "surfel/progress.h"
 #include "warp/warp.h"
 
 namespace surflect {
@@ -11,7 +12,7 @@ namespace surflect {
 // no frame for (u, v) or anything is not finite in float; the p, u, v of dead surfels are 0. J is the warp's
 // own or, along u0, v0, n0, by Eq. 6 with the step below. Evaluated in double, in the caller's arena; the
 // same bits for any number of threads.
-DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp);
+DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {});
 
 // The mesh with its vertices moved. It must be fine enough for the warp to be bent that way.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);

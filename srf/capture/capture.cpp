@@ -114,16 +114,6 @@ Rgb positiveRgb(const Json& value) {
   return {rgb[0], rgb[1], rgb[2]};
 }
 
-// A path without detours, that stays inside the capture's folder unless it may be anywhere.
-fs::path pathOf(const Json& value, PathRule rule) {
-  const std::string written = text(value);
-  const fs::path path = fs::path(written).lexically_normal();
-  if (written.empty() || written.find('\0') != std::string::npos ||
-      (rule == PathRule::inside && (path.is_absolute() || *path.begin() == "..")))
-    throw Error::mismatch("a path inside the capture's folder", shown(value));
-  return path;
-}
-
 template <class Choice>
 Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Choice>> choices) {
   std::string expected;
@@ -374,7 +364,7 @@ bool samePose(const Pose& a, const Pose& b) {
 
 class CaptureReader {
 public:
-  CaptureReader(const fs::path& file, PathRule paths) : paths_(paths) { capture_.file = file; }
+  CaptureReader(const fs::path& file, OuterPaths outside) : outside_(outside) { capture_.file = file; }
 
   Capture read(const Json& root) && {
     objectOf(root);
@@ -413,19 +403,44 @@ private:
       if (note.is_string()) capture_.calibration[name] = note;
   }
 
+  // A path that stays inside the capture's folder, without detours.
+  fs::path pathOf(const Json& value) const {
+    const std::string written = text(value);
+    const fs::path path = fs::path(written).lexically_normal();
+    const bool leaves = path.is_absolute() || *path.begin() == "..";
+    if (written.empty() || written.find('\0') != std::string::npos || (leaves && !outsideAllowed()))
+      throw Error::mismatch("a path inside the capture's folder" + hint(leaves), shown(value));
+    return path;
+  }
+
+  // Is it a regular file? One inside the folder, also after all links have been followed.
+  bool isThere(const fs::path& path) const {
+    std::error_code failure; // what cannot be looked at is not there
+    const fs::path full = capture_.folder() / path;
+    if (!fs::is_regular_file(full, failure)) return false;
+    if (outsideAllowed()) return true;
+    const fs::path folder = capture_.folder().empty() ? fs::path(".") : capture_.folder();
+    const fs::path place = fs::canonical(full, failure).lexically_relative(fs::canonical(folder, failure));
+    if (failure || place.empty() || *place.begin() == "..")
+      throw Error::mismatch("a path inside the capture's folder" + hint(true),
+                            "a link that leads out of it: " + path.string());
+    return true;
+  }
+
+  bool outsideAllowed() const { return outside_ == OuterPaths::allowed; }
+  static std::string hint(bool leaves) { return leaves ? " (--allow-outside lifts this)" : ""; }
+
   fs::path fileAt(const Json& value) const {
-    const fs::path path = pathOf(value, paths_);
-    if (!fs::is_regular_file(capture_.folder() / path))
-      throw Error::mismatch("a file", "none at " + path.string());
+    const fs::path path = pathOf(value);
+    if (!isThere(path)) throw Error::mismatch("a file", "none at " + path.string());
     return path;
   }
 
   // Blender's exporters leave the extension out.
   fs::path pictureAt(const Json& value) const {
-    const fs::path path = pathOf(value, paths_);
+    const fs::path path = pathOf(value);
     for (const char* extension : {"", ".png", ".jpg", ".exr"})
-      if (const fs::path tried = path.string() + extension; fs::is_regular_file(capture_.folder() / tried))
-        return tried;
+      if (const fs::path tried = path.string() + extension; isThere(tried)) return tried;
     throw Error::mismatch("a picture (also tried .png, .jpg, .exr)", "none at " + path.string());
   }
 
@@ -507,16 +522,21 @@ private:
           .at("light");
   }
 
-  PathRule paths_;
+  OuterPaths outside_;
   Capture capture_;
   std::vector<bool> named_; // per view
   std::map<fs::path, PictureSize> sizes_;
   std::map<std::tuple<size_t, std::optional<size_t>, Split>, size_t> brackets_; // to the last such frame
 };
 
-Json parse(const std::string& content) {
+Json parse(std::string_view content) {
+  constexpr int kDeepest = 64; // the library copies and prints by recursion
+  const auto shallow = [](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepest) throw Error("malformed JSON: nested too deeply");
+    return true;
+  };
   try {
-    return Json::parse(content);
+    return Json::parse(content, shallow);
   } catch (const Json::parse_error& e) {
     const size_t end = std::min(e.byte, content.size());
     const auto line =
@@ -535,17 +555,17 @@ std::vector<Exposure> bracketOf(const Frame& frame) {
   return bracket;
 }
 
-Capture readCapture(const fs::path& folderOrJson) {
-  const fs::path file = fs::is_directory(folderOrJson) ? folderOrJson / "transforms.json" : folderOrJson;
-  return parseCapture(readFile(file), file);
-}
-
-Capture parseCapture(const std::string& json, const fs::path& file, PathRule paths) {
+Capture parseCapture(std::string_view json, const fs::path& file, OuterPaths outside) {
   try {
-    return CaptureReader(file, paths).read(parse(json));
+    return CaptureReader(file, outside).read(parse(json));
   } catch (Error& e) {
     throw std::move(e).in(file);
   }
+}
+
+Capture readCapture(const fs::path& folderOrJson, OuterPaths outside) {
+  const fs::path file = fs::is_directory(folderOrJson) ? folderOrJson / "transforms.json" : folderOrJson;
+  return parseCapture(readFile(file, kLargestText), file, outside);
 }
 
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted) {

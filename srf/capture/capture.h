@@ -25,6 +25,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace surflect {
@@ -82,16 +83,17 @@ struct Capture {
 // The pictures of a frame in the order of the file: its own, and those further ones.
 std::vector<Exposure> bracketOf(const Frame& frame);
 
+// A capture that somebody else has made names files of its own folder; whether it may name others, by "..",
+// an absolute path or a link, is for the user to say.
+enum class OuterPaths { refused, allowed };
+
 // Reads a folder's transforms.json, or a JSON file of that form. Checks everything but pixels: that the files
 // named are there and inside the folder, lights known and unit, poses rigid. Pictures are opened only where
 // the file does not say their size. Throws Error with file, field, expected and found.
-Capture readCapture(const std::filesystem::path& folderOrJson);
-
-// The same of a description in memory, whose paths are relative to the folder of `file`; a trusting caller
-// can let them leave it.
-enum class PathRule { inside, anywhere };
-Capture parseCapture(const std::string& json, const std::filesystem::path& file,
-                     PathRule paths = PathRule::inside);
+Capture readCapture(const std::filesystem::path& folderOrJson, OuterPaths outside = OuterPaths::refused);
+// The same from the text of the file.
+Capture parseCapture(std::string_view json, const std::filesystem::path& file,
+                     OuterPaths outside = OuterPaths::refused);
 
 // The frames wanted, with the views and lights they use, in the same order.
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);

@@ -40,7 +40,7 @@ Undeveloped split(const Picture& picture) {
 }
 
 // The layers of one EXR, in one pass over it.
-std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std::vector<Exposure>& shots) {
+std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std::vector<Exposure>& shots, const Progress& progress) {
   const ExrFile file(path);
   std::vector<ChannelSet> sets; // colour, and where there is one alpha, per shot
   std::vector<bool> hasAlpha;
@@ -52,7 +52,7 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std
     hasAlpha.push_back(alpha.has_value());
     if (alpha) sets.push_back({*alpha});
   }
-  std::vector<Image> images = file.read(sets);
+  std::vector<Image> images = file.read(sets, progress);
   std::vector<Undeveloped> layers;
   auto next = images.begin();
   for (const bool withAlpha : hasAlpha) {
@@ -63,8 +63,8 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std
 }
 
 // One picture for each of the shots that use the file.
-std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots) {
-  if (formatOf(path) == PictureFormat::exr) return readLayers(path, shots);
+std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots, const Progress& progress) {
+  if (formatOf(path) == PictureFormat::exr) return readLayers(path, shots, progress);
   for (const Exposure& shot : shots)
     if (!shot.layer.empty() || !shot.alphaLayer.empty())
       throw Error("only .exr files have layers").at("layer " + shot.layer + shot.alphaLayer).in(path);
@@ -173,7 +173,7 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
 
 } // namespace
 
-std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames) {
+std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames, const Progress& progress) {
   struct Place {
     size_t frame, shot; // positions in `frames`, and in its bracket
   };
@@ -208,11 +208,13 @@ std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const 
     brackets[i].clear(); // its memory is not needed any more
   };
   for (const auto& [name, places] : users) {
+    progress.checkpoint();
     std::vector<Exposure> sharing;
     for (const auto [i, k] : places) sharing.push_back(shots[i][k]);
     const std::filesystem::path path = capture.folder() / name;
-    std::vector<Undeveloped> pictures = readShared(path, sharing);
+    std::vector<Undeveloped> pictures = readShared(path, sharing, progress);
     for (size_t p = 0; p < places.size(); ++p) {
+      progress.checkpoint();
       const auto [i, k] = places[p];
       checkSize(pictures[p].color, capture.views[capture.frames[frames[i]].view].camera.lens, path);
       encoding.check(pictures[p], path);

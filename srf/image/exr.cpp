@@ -4,8 +4,10 @@
 #include "surfel/file.h"
 
 #include <ImfChannelList.h>
+#include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIO.h>
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
 #include <ImfOutputFile.h>
@@ -39,6 +41,8 @@ auto translatingErrors(const std::filesystem::path& path, const char* action, Wo
     return work();
   } catch (const Error&) {
     throw;
+  } catch (const Cancelled&) {
+    throw;
   } catch (const std::exception& e) {
     throw Error("cannot " + std::string(action) + " (" + problemOf(e) + ")").in(path);
   }
@@ -53,6 +57,15 @@ void boundHeaders() {
   }();
   (void)bounded;
 }
+
+// Bytes of pixels that one byte of file can stand for, at most: an uncompressed float is four times a sample
+// of 8 bits. DWA quantises whole blocks away.
+int64_t densestOf(Imf::Compression compression) {
+  const bool isDwa = compression == Imf::DWAA_COMPRESSION || compression == Imf::DWAB_COMPRESSION;
+  return isDwa ? 1 << 16 : 2 * 1032; // deflate, and half to float
+}
+// What any picture may take, however small its file: data windows can be small parts of empty pictures.
+constexpr int64_t alwaysGranted = int64_t{1} << 28; // bytes
 
 struct ChannelPlace {
   int part = 0;
@@ -138,7 +151,8 @@ struct Target {
 using Targets = std::map<ChannelPlace, std::vector<Target>>;
 
 // Decodes a band of rows at a time, as the data window has them, and copies what the display window shows.
-void readPart(Imf::MultiPartInputFile& file, int partIndex, const Targets& targets) {
+void readPart(Imf::MultiPartInputFile& file, int partIndex, const Targets& targets,
+              const Progress& progress) {
   Imf::InputPart part(file, partIndex);
   const Imath::Box2i data = part.header().dataWindow(), display = part.header().displayWindow();
   const int firstX = std::max(data.min.x, display.min.x), lastX = std::min(data.max.x, display.max.x);
@@ -151,6 +165,7 @@ void readPart(Imf::MultiPartInputFile& file, int partIndex, const Targets& targe
   for (size_t i = 0; i < targets.size(); ++i) planes.push_back(band);
 
   for (int top = firstY; top <= lastY; top += bandRows) {
+    progress.checkpoint();
     const int bottom = std::min(top + bandRows - 1, lastY);
     Imf::FrameBuffer frameBuffer;
     auto plane = planes.begin();
@@ -177,11 +192,27 @@ void readPart(Imf::MultiPartInputFile& file, int partIndex, const Targets& targe
 
 } // namespace
 
-std::vector<Image> ExrFile::read(std::span<const ChannelSet> sets) const {
+// Memory is not taken for pixels that the file has no bytes for.
+void ExrFile::checkClaim(std::span<const ChannelSet> sets) const {
+  int64_t channels = 0, densest = 0;
+  for (const ChannelSet& set : sets) channels += static_cast<int64_t>(set.size());
+  for (int part = 0; part < parts_->file.parts(); ++part)
+    densest = std::max(densest, densestOf(parts_->file.header(part).compression()));
+  const int64_t claimed = channels * width_ * height_ * int64_t{sizeof(float)};
+  const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path_));
+  if (claimed > alwaysGranted && claimed / densest > fileBytes)
+    throw Error::mismatch("a file of at least " + std::to_string(claimed / densest) +
+                              " bytes for so many pixels",
+                          std::to_string(fileBytes))
+        .in(path_);
+}
+
+std::vector<Image> ExrFile::read(std::span<const ChannelSet> sets, const Progress& progress) const {
   for (const ChannelSet& set : sets)
     for (const std::string& channel : set)
       if (!has(channel)) throw Error("the file has no such channel").at(channel).in(path_);
 
+  checkClaim(sets);
   std::vector<Image> images;
   images.reserve(sets.size());
   std::map<int, Targets> targetsOfPart;
@@ -193,7 +224,7 @@ std::vector<Image> ExrFile::read(std::span<const ChannelSet> sets) const {
     }
   }
   translatingErrors(path_, "read", [&] {
-    for (const auto& [part, targets] : targetsOfPart) readPart(parts_->file, part, targets);
+    for (const auto& [part, targets] : targetsOfPart) readPart(parts_->file, part, targets, progress);
   });
   return images;
 }
@@ -234,13 +265,35 @@ Imf::Slice sliceOf(const Image& image, const void* samples, Imf::PixelType type,
   return {type, base, stride, stride * static_cast<size_t>(image.width)};
 }
 
+// OpenEXR's own file stream forgets errors of its last writes: a full disk would leave a torn picture and no
+// complaint.
+class MemoryStream : public Imf::OStream {
+public:
+  MemoryStream() : Imf::OStream("") {}
+
+  void write(const char bytes[], int count) override {
+    const size_t end = place_ + static_cast<size_t>(count);
+    if (bytes_.size() < end) bytes_.resize(end);
+    std::copy_n(bytes, count, bytes_.begin() + static_cast<std::ptrdiff_t>(place_));
+    place_ = end;
+  }
+  uint64_t tellp() override { return place_; }
+  void seekp(uint64_t place) override { place_ = place; }
+
+  const std::string& bytes() const { return bytes_; }
+
+private:
+  std::string bytes_;
+  size_t place_ = 0;
+};
+
 } // namespace
 
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes) {
   assert(!layers.empty());
   const int width = layers[0].image->width, height = layers[0].image->height;
-  AtomicFile file(path);
+  MemoryStream stream;
   translatingErrors(path, "write", [&] {
     Imf::Header header(width, height);
     header.compression() = Imf::ZIP_COMPRESSION;
@@ -261,11 +314,11 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
         frameBuffer.insert(name, sliceOf(image, samples, type, plane));
       }
     }
-    Imf::OutputFile output(file.temporaryPath().c_str(), header, /*numThreads=*/0);
+    Imf::OutputFile output(stream, header, /*numThreads=*/0);
     output.setFrameBuffer(frameBuffer);
     output.writePixels(height);
   });
-  file.commit();
+  writeFileAtomically(path, stream.bytes());
 }
 
 void writeExr(const std::filesystem::path& path, const Image& image, Precision precision) {

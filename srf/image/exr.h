@@ -6,6 +6,7 @@
 #pragma once
 
 #include "srf/image/image.h"
+#include "surfel/progress.h"
 
 #include <filesystem>
 #include <map>
@@ -39,11 +40,14 @@ public:
 
   // One image a set, of the display window: zero where the data window does not reach. Half and integer
   // samples become float. Every chunk of the file is decompressed once, whatever the number of sets. Throws
-  // Error for an unknown channel, naming it, and for damaged pixels.
-  std::vector<Image> read(std::span<const ChannelSet> sets) const;
+  // Error for an unknown channel, naming it, for damaged pixels and for more of them than the file has bytes
+  // for; and Cancelled.
+  std::vector<Image> read(std::span<const ChannelSet> sets, const Progress& progress = {}) const;
   Image read(const ChannelSet& set) const;
 
 private:
+  void checkClaim(std::span<const ChannelSet> sets) const;
+
   struct Parts;
   std::filesystem::path path_;
   std::unique_ptr<Parts> parts_;

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <csetjmp>
 #include <cstring>
-#include <fstream>
 #include <string>
 
 // libpng reports errors by longjmp, over which no destructor runs. So each function that calls setjmp owns
@@ -166,12 +165,10 @@ PngPicture readPng(const std::filesystem::path& path) {
 }
 
 PngSize readPngSize(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::array<unsigned char, 24> head{}; // signature, length and name of the first chunk, width, height
-  if (!stream) throw Error("cannot open").in(path);
-  if (!stream.read(reinterpret_cast<char*>(head.data()), head.size()) || png_sig_cmp(head.data(), 0, 8) != 0)
-    throw Error("cannot read (not a PNG file)").in(path);
-  const uint32_t width = png_get_uint_32(head.data() + 16), height = png_get_uint_32(head.data() + 20);
+  const std::string start = readFileStart(path, 24); // signature, length and name of the first chunk, sizes
+  const auto* head = reinterpret_cast<const png_byte*>(start.data());
+  if (start.size() < 24 || png_sig_cmp(head, 0, 8) != 0) throw Error("cannot read (not a PNG file)").in(path);
+  const uint32_t width = png_get_uint_32(head + 16), height = png_get_uint_32(head + 20);
   if (width < 1 || height < 1 || int64_t{width} * height > maximalPixels)
     throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
         .in(path);

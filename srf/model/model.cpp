@@ -1,23 +1,20 @@
 #include "srf/model/model.h"
 
 #include "srf/capture/writer.h"
+#include "srf/model/fade_file.h"
+#include "srf/model/manifest.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/hash.h"
 #include "surfel/ply.h"
 
-#include <nlohmann/json.hpp>
-#include <zlib.h>
-
-#include <cassert>
 #include <numeric>
 
 namespace surflect {
 
 namespace {
 
-using Json = nlohmann::json;
-constexpr const char* kFormat = "surflect model";
+constexpr const char* kManifestFile = "manifest.json";
 constexpr const char* kSurfelFile = "surfels.ply";
 constexpr const char* kFadeFile = "fades.bin";
 constexpr const char* kRigFile = "transforms.json";
@@ -68,75 +65,23 @@ SurfelCloud readCloud(const std::filesystem::path& path) {
   }
 }
 
-// Fades are few values in long runs once they stand view by view; deflate makes them small.
-void writeFades(const std::filesystem::path& path, const ViewFades& fades) {
-  const size_t surfels = fades.views ? fades.values.size() / fades.views : 0;
-  std::vector<Bytef> byView;
-  byView.reserve(fades.values.size());
-  for (size_t view = 0; view < fades.views; ++view)
-    for (size_t i = 0; i < surfels; ++i) byView.push_back(fades.values[i * fades.views + view]);
-  std::vector<Bytef> packed(compressBound(byView.size()));
-  uLongf size = packed.size();
-  [[maybe_unused]] const int status = compress2(packed.data(), &size, byView.data(), byView.size(), 6);
-  assert(status == Z_OK);
-  writeFileAtomically(path, std::as_bytes(std::span(packed).first(size)));
+void checkHash(const std::filesystem::path& path, const std::string& expected) {
+  if (const auto found = fileHash(path); found != expected)
+    throw Error::mismatch(expected, found).at("checksum").in(path);
+}
+
+Manifest readManifest(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path))
+    throw Error("no manifest: not a packed model, or packing was not finished").in(path);
+  return parseManifest(readFile(path, kLargestText), path);
 }
 
 ViewFades readFades(const std::filesystem::path& path, size_t surfels, size_t views) {
   const std::string packed = readFile(path);
-  std::vector<Bytef> byView(surfels * views);
-  uLongf size = byView.size();
-  const int status =
-      uncompress(byView.data(), &size, reinterpret_cast<const Bytef*>(packed.data()), packed.size());
-  if (status != Z_OK || size != byView.size())
-    throw Error::mismatch("deflated fades of " + std::to_string(surfels) + " surfels x " +
-                              std::to_string(views) + " views",
-                          "other content")
-        .in(path);
-  ViewFades fades{views, std::vector<uint8_t>(byView.size())};
-  for (size_t view = 0; view < views; ++view)
-    for (size_t i = 0; i < surfels; ++i) fades.values[i * views + view] = byView[view * surfels + i];
-  return fades;
-}
-
-template <class T> T fieldOf(const Json& object, const char* key) {
   try {
-    return object.at(key).get<T>();
-  } catch (const Json::exception&) {
-    throw Error::mismatch("a value of the right type", object.contains(key) ? object[key].dump() : "none")
-        .at(key);
-  }
-}
-
-// Of all fields but the one that holds it.
-std::string ownHash(Json manifest) {
-  manifest.erase("checksum");
-  return hex(hashOf(manifest.dump()));
-}
-
-Json readManifest(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path))
-    throw Error("no manifest: not a packed model, or packing was not finished").in(path);
-  try {
-    const Json manifest = Json::parse(readFile(path), nullptr, false);
-    if (!manifest.is_object()) throw Error::mismatch("a JSON object", "something else");
-    if (fieldOf<std::string>(manifest, "format") != kFormat)
-      throw Error::mismatch("'" + std::string(kFormat) + "'", manifest["format"].dump()).at("format");
-    if (fieldOf<int>(manifest, "version") != kModelVersion)
-      throw Error::mismatch(std::to_string(kModelVersion), manifest["version"].dump()).at("version");
-    if (const auto checksum = fieldOf<std::string>(manifest, "checksum"); checksum != ownHash(manifest))
-      throw Error::mismatch(checksum, ownHash(manifest)).at("checksum");
-    return manifest;
+    return unpackFades(std::as_bytes(std::span(packed)), surfels, views);
   } catch (Error& error) {
     throw std::move(error).in(path);
-  }
-}
-
-void checkHashes(const std::filesystem::path& folder, const Json& manifest) {
-  for (const char* name : {kRigFile, kSurfelFile, kFadeFile}) {
-    const auto expected = fieldOf<std::string>(fieldOf<Json>(manifest, "checksums"), name);
-    const auto found = fileHash(folder / name);
-    if (found != expected) throw Error::mismatch(expected, found).at("checksum").in(folder / name);
   }
 }
 
@@ -153,6 +98,20 @@ bool isFullProduct(const std::vector<std::vector<uint32_t>>& columns, size_t lig
   return std::ranges::all_of(columns, [&](const auto& view) { return view == all; });
 }
 
+// A view file must hold what the rig says of it: look-ups rely on its size and columns.
+void checkView(const ViewFile& file, const Model& model, size_t view) {
+  const Lens& lens = model.rig.views[view].camera.lens;
+  const ViewHeader& header = file.header();
+  const auto stated = [](int width, int height, size_t lights) {
+    return std::to_string(width) + " x " + std::to_string(height) + " pixels, " + std::to_string(lights) +
+           " columns";
+  };
+  const std::string expected =
+      stated(lens.width, lens.height, std::max<size_t>(model.columns[view].size(), 1));
+  const std::string found = stated(header.width, header.height, static_cast<size_t>(header.lights));
+  if (found != expected) throw Error::mismatch(expected, found).at("size").in(file.path());
+}
+
 } // namespace
 
 std::filesystem::path viewFilePath(size_t view) {
@@ -161,35 +120,39 @@ std::filesystem::path viewFilePath(size_t view) {
   return std::filesystem::path("views") / (number + ".srfb");
 }
 
-Model openModel(const std::filesystem::path& folder) {
-  const auto manifestPath = folder / "manifest.json";
-  const Json manifest = readManifest(manifestPath);
+Model openModel(const std::filesystem::path& folder, const Progress& progress) {
+  const auto manifestPath = folder / kManifestFile;
+  const Manifest manifest = readManifest(manifestPath);
+  progress("opening", 0);
+  checkHash(folder / kRigFile, manifest.rig);
+  checkHash(folder / kSurfelFile, manifest.cloud);
+  checkHash(folder / kFadeFile, manifest.fades);
+  progress.checkpoint();
   Model model;
   model.folder = folder;
-  model.identity = hashOf(manifest.dump()); // it holds the hashes of all other files
-  std::vector<std::string> viewChecksums;
-  try {
-    checkHashes(folder, manifest);
-    viewChecksums = fieldOf<std::vector<std::string>>(manifest, "view_checksums");
-    model.white = fieldOf<double>(manifest, "white");
-    model.tolerance = fieldOf<double>(manifest, "tolerance");
-  } catch (Error& error) {
-    throw std::move(error).in(manifestPath);
-  }
+  model.identity = identityOf(manifest);
+  model.white = manifest.white;
+  model.tolerance = manifest.tolerance;
   model.rig = readCapture(folder);
-  if (viewChecksums.size() != model.rig.views.size())
+  if (manifest.viewChecksums.size() != model.rig.views.size())
     throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
-                          std::to_string(viewChecksums.size()))
+                          std::to_string(manifest.viewChecksums.size()))
         .at("view_checksums")
         .in(manifestPath);
+  progress.checkpoint();
   model.cloud = readCloud(folder / kSurfelFile);
+  progress.checkpoint();
   model.fades = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size());
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
   for (size_t view = 0; view < model.rig.views.size(); ++view) {
+    progress.checkpoint();
     const ViewFile& file = model.files.emplace_back(folder / viewFilePath(view));
-    if (hex(file.checksum()) != viewChecksums[view])
-      throw Error::mismatch(viewChecksums[view], hex(file.checksum())).at("checksum").in(file.path());
+    checkView(file, model, view);
+    if (hex(file.checksum()) != manifest.viewChecksums[view])
+      throw Error::mismatch(manifest.viewChecksums[view], hex(file.checksum()))
+          .at("checksum")
+          .in(file.path());
   }
   return model;
 }
@@ -197,21 +160,19 @@ Model openModel(const std::filesystem::path& folder) {
 void writeModel(const std::filesystem::path& folder, const ModelContent& content) {
   writeCapture(content.rig, folder);
   writeCloud(folder / kSurfelFile, content.cloud);
-  writeFades(folder / kFadeFile, content.fades);
-  Json manifest = {{"format", kFormat},
-                   {"version", kModelVersion},
-                   {"white", content.white},
-                   {"tolerance", content.tolerance},
-                   {"surfels", content.cloud.size()},
-                   {"views", content.rig.views.size()},
-                   {"lights", content.rig.lights.size()},
-                   {"view_files", "views/NNNN.srfb, by index of the view in transforms.json"}};
-  for (const char* name : {kRigFile, kSurfelFile, kFadeFile})
-    manifest["checksums"][name] = fileHash(folder / name);
+  writeFileAtomically(folder / kFadeFile, packFades(content.fades));
+  Manifest manifest{.white = content.white,
+                    .tolerance = content.tolerance,
+                    .surfels = content.cloud.size(),
+                    .views = content.rig.views.size(),
+                    .lights = content.rig.lights.size(),
+                    .rig = fileHash(folder / kRigFile),
+                    .cloud = fileHash(folder / kSurfelFile),
+                    .fades = fileHash(folder / kFadeFile),
+                    .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
-    manifest["view_checksums"].push_back(hex(ViewFile(folder / viewFilePath(view)).checksum()));
-  manifest["checksum"] = ownHash(manifest);
-  writeFileAtomically(folder / "manifest.json", manifest.dump(2) + "\n");
+    manifest.viewChecksums.push_back(hex(ViewFile(folder / viewFilePath(view)).checksum()));
+  writeFileAtomically(folder / kManifestFile, manifestText(manifest));
 }
 
 } // namespace surflect

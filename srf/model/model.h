@@ -9,6 +9,7 @@
 #include "srf/query/view_fade.h"
 #include "srf/store/view_file.h"
 #include "surfel/cloud.h"
+#include "surfel/progress.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -31,8 +32,8 @@ struct Model {
   bool isFullProduct = false;
 };
 
-// Throws Error naming file and field.
-Model openModel(const std::filesystem::path& folder);
+// Throws Error naming file and field, and Cancelled.
+Model openModel(const std::filesystem::path& folder, const Progress& progress = {});
 
 // What openModel reads beside the view files, which must be in place already. Written last, so that a folder
 // without manifest is an unfinished one.
@@ -43,9 +44,6 @@ struct ModelContent {
   double white, tolerance;
 };
 void writeModel(const std::filesystem::path& folder, const ModelContent& content);
-
-// Of the folder's form and of how its content is made; older models are refused, and packed anew.
-inline constexpr int kModelVersion = 1;
 
 // views/0007.srfb
 std::filesystem::path viewFilePath(size_t view);

@@ -3,6 +3,7 @@
 #include "srf/capture/photograph.h"
 #include "srf/image/mask.h"
 #include "srf/image/percentile.h"
+#include "srf/model/manifest.h"
 #include "srf/model/model.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/error.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <set>
@@ -98,8 +100,8 @@ void matteFromMesh(LoadedView& view, const Camera<AcquisitionSpace>& camera,
 }
 
 LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
-                    const RayCaster<AcquisitionSpace>& impostor) {
-  auto photographs = readPhotographs(capture, frames);
+                    const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+  auto photographs = readPhotographs(capture, frames, progress);
   const auto& camera = capture.views[capture.frames[frames[0]].view].camera;
   LoadedView view;
   view.stack.width = camera.lens.width;
@@ -123,16 +125,19 @@ LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
 // The 99.5th percentile of the object's radiance over all channels of up to eight views, evenly chosen: what
 // errors and floors of the store are measured against.
 double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> frames,
-                  const RayCaster<AcquisitionSpace>& impostor) {
+                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   constexpr size_t kViews = 8;
   PercentileCounter values;
   const size_t count = std::min(kViews, frames.size());
   for (size_t i = 0; i < count; ++i) {
-    const auto view = loadView(capture, frames[i * frames.size() / count], impostor);
-    for (const auto& light : view.stack.lights)
+    progress("white level", static_cast<double>(i) / static_cast<double>(count));
+    const auto view = loadView(capture, frames[i * frames.size() / count], impostor, progress);
+    for (const auto& light : view.stack.lights) {
+      progress.checkpoint();
       for (size_t texel = 0; texel < view.object.inside.size(); ++texel)
         if (view.object.inside[texel])
           for (size_t c = 0; c < 3; ++c) values.add(light.values[3 * texel + c]);
+    }
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
   return std::clamp(values.percentile(0.995), 1e-20, 1e20);
@@ -200,9 +205,37 @@ void claimFolder(const std::filesystem::path& folder, const std::filesystem::pat
   if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
 }
 
+// The number of a view by the name of its file; empty for other names.
+std::optional<size_t> viewNumbered(const std::string& name) {
+  size_t view = 0;
+  const auto [end, status] = std::from_chars(name.data(), name.data() + name.size(), view);
+  if (status != std::errc() || viewFilePath(view).filename() != name) return std::nullopt;
+  return view;
+}
+
+void removeViews(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::vector<fs::path> views;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "views"))
+    if (viewNumbered(entry.path().filename().string())) views.push_back(entry.path());
+  for (const fs::path& view : views) fs::remove(view);
+}
+
+// What an earlier run of pack left when it was killed.
+void removeLitter(const std::filesystem::path& folder) {
+  removeAbandoned(folder, [](const std::string& target) {
+    return target == "manifest.json" || target == "transforms.json" || target == "surfels.ply" ||
+           target == "fades.bin";
+  });
+  removeAbandoned(folder / "views", [](const std::string& target) {
+    return target == "identity" || viewNumbered(target).has_value();
+  });
+}
+
 // From sizes alone, by figures measured on two cores: shares and rates of the vase in examples/.
 PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t>> frames,
-                      const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& impostor, double spacing) {
+                      const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& impostor, double spacing,
+                      const Progress& progress) {
   constexpr double kRatio = 7;                 // half floats to stored bytes, at the default tolerance
   constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
   constexpr double kSecondsPerFade = 1.3e-7;   // per surfel and view
@@ -212,6 +245,7 @@ PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t
   double shown = 0, pixelsLooked = 0, values = 0, largest = 0;
   const size_t count = std::min(kViews, capture.views.size());
   for (size_t i = 0; i < count; ++i) {
+    progress.checkpoint();
     const Image outline = silhouette(capture.views[i * capture.views.size() / count].camera, impostor);
     shown += static_cast<double>(std::ranges::count(outline.values, 1.f));
     pixelsLooked += static_cast<double>(outline.values.size());
@@ -248,8 +282,9 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
                              : std::max(pixelFootprint(capture, mesh) / 2, spacingFor(mesh, kMostSurfels));
   const auto identityPath = folder / "views" / "identity";
   claimFolder(folder, identityPath);
-  if (announce) announce(estimate(capture, frames, mesh, impostor, spacing));
-  const SurfelCloud cloud = sampleSurfels(mesh, spacing);
+  removeLitter(folder);
+  if (announce) announce(estimate(capture, frames, mesh, impostor, spacing, progress));
+  const SurfelCloud cloud = sampleSurfels(mesh, spacing, 1, progress);
   report.surfels = cloud.size();
   report.views = capture.views.size();
   report.lights = capture.lights.size();
@@ -264,11 +299,14 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   const auto storeStart = Clock::now();
   StoreOptions store;
   store.tolerance = options.tolerance;
-  store.white = report.white = whiteLevel(capture, frames, impostor);
+  store.white = report.white = whiteLevel(capture, frames, impostor, progress);
   std::filesystem::remove(folder / "manifest.json"); // from now on the folder is unfinished
   const std::string identity = packIdentity(capture, store, mesh);
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
-  if (!resumes) writeFileAtomically(identityPath, identity);
+  if (!resumes) {
+    removeViews(folder); // or a run that stops here would leave them to be taken for its own
+    writeFileAtomically(identityPath, identity);
+  }
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("reflectance images", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto path = folder / viewFilePath(view);
@@ -277,7 +315,7 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
       ++report.resumedViews;
       continue;
     }
-    const LoadedView loaded = loadView(capture, frames[view], impostor);
+    const LoadedView loaded = loadView(capture, frames[view], impostor, progress);
     const EncodedView encoded = encodeView(loaded.stack, store, progress);
     writeFileAtomically(path, encoded.file);
     report.store += encoded.summary;

@@ -349,7 +349,8 @@ std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& opt
                     options.nearest ? Uncovered::extrapolate : uncovered);
 }
 
-ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options) {
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+                        const Progress& progress) {
   assert(batch.towardsView.size() == batch.size());
   assert(batch.towardsLight.size() == batch.size() * batch.lights &&
          batch.irradiance.size() == batch.towardsLight.size());
@@ -366,6 +367,7 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
   const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
   std::vector<ShadingPlan> parts(tasks);
   tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
+    progress.checkpoint();
     Planner planner(model, coverage, batch, options);
     const size_t end = std::min(batch.size(), (task + 1) * kQueriesPerTask);
     for (size_t query = task * kQueriesPerTask; query < end; ++query) planner.plan(query, parts[task]);
@@ -377,8 +379,10 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
   return plan;
 }
 
-std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats) {
-  const auto targets = execute(plan.ops, plan.rows, plan.queries * plan.targetsPerQuery, cache, stats);
+std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
+                       const Progress& progress) {
+  const auto targets =
+      execute(plan.ops, plan.rows, plan.queries * plan.targetsPerQuery, cache, stats, progress);
   if (plan.targetsPerQuery == 1) return targets;
   std::vector<Rgb> radiance(plan.queries);
   for (size_t target = 0; target < targets.size(); ++target)
@@ -387,8 +391,8 @@ std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats&
 }
 
 std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-                       BlockCache& cache, ShadingStats& stats) {
-  return shade(planShading(model, batch, options), cache, stats);
+                       BlockCache& cache, ShadingStats& stats, const Progress& progress) {
+  return shade(planShading(model, batch, options, progress), cache, stats, progress);
 }
 
 } // namespace surflect

@@ -69,13 +69,15 @@ double lightSpacing(const Model& model);
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
 
 // Throws Error when lights are asked of a capture with fixed illumination, or none of one without.
-ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options);
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+                        const Progress& progress = {});
 
 // Radiance per query, from the queue over the block store.
-std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats);
+std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
+                       const Progress& progress = {});
 
 // Both in one.
 std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-                       BlockCache& cache, ShadingStats& stats);
+                       BlockCache& cache, ShadingStats& stats, const Progress& progress = {});
 
 } // namespace surflect

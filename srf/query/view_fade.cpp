@@ -98,11 +98,12 @@ struct Openness::Votes {
   std::vector<uint8_t> free, facing; // rows of one byte per view
 
   Votes(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> cameras,
-        std::vector<uint8_t> sight, float reach)
+        std::vector<uint8_t> sight, float reach, const Progress& progress)
       : views(cameras.size()), radius(reach), index(cloud.p0), normals(cloud.size()), free(std::move(sight)),
         facing(cloud.size() * views) {
     const auto viewpoints = viewpointsOf(cameras);
     tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
+      if (i % kSurfelsPerTask == 0) progress.checkpoint();
       const auto n = normalOf(cloud, i);
       normals[i] = n.raw();
       for (size_t view = 0; view < views; ++view)
@@ -113,8 +114,8 @@ struct Openness::Votes {
 };
 
 Openness::Openness(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-                   std::vector<uint8_t> lineOfSight, float radius)
-    : votes_(std::make_unique<Votes>(cloud, views, std::move(lineOfSight), radius)) {}
+                   std::vector<uint8_t> lineOfSight, float radius, const Progress& progress)
+    : votes_(std::make_unique<Votes>(cloud, views, std::move(lineOfSight), radius, progress)) {}
 
 Openness::~Openness() = default;
 
@@ -154,7 +155,7 @@ ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<Acquisiti
   std::vector<float> radii = cloud.radius;
   std::ranges::nth_element(radii, radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2));
   const Openness votes(cloud, views, lineOfSight(cloud, views, impostor, progress),
-                       reach * radii[radii.size() / 2]);
+                       reach * radii[radii.size() / 2], progress);
   const auto viewpoints = viewpointsOf(views);
   forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
     std::vector<float> openness(views.size());

@@ -48,7 +48,7 @@ std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camer
 class Openness {
 public:
   Openness(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-           std::vector<uint8_t> lineOfSight, float radius);
+           std::vector<uint8_t> lineOfSight, float radius, const Progress& progress = {});
   ~Openness();
 
   // One value per view.

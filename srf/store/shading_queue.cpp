@@ -114,10 +114,16 @@ struct Task {
   }
 };
 
+void checkNowAndThen(size_t i, const Progress& progress) {
+  if (i % 1024 == 0) progress.checkpoint();
+}
+
 // Where each operation's results begin, one a block that it touches; one more, for the end.
-std::vector<uint32_t> firstSlots(std::span<const ShadingOp> ops, std::span<const ViewFile> views) {
+std::vector<uint32_t> firstSlots(std::span<const ShadingOp> ops, std::span<const ViewFile> views,
+                                 const Progress& progress) {
   std::vector<uint32_t> first(ops.size() + 1);
   tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
+    checkNowAndThen(i, progress);
     forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t) { ++first[i + 1]; });
   });
   for (size_t i = 0; i < ops.size(); ++i) first[i + 1] += first[i];
@@ -129,13 +135,14 @@ bool isLost(std::span<const uint32_t> firstSlot, size_t op) { return firstSlot[o
 // The operations, with those of targets that see nothing but background moved to what is stored nearest;
 // empty where there is no such target.
 std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const uint32_t> firstSlot,
-                               std::span<const ViewFile> views, size_t targets) {
+                               std::span<const ViewFile> views, size_t targets, const Progress& progress) {
   std::vector<uint8_t> sees(targets), blind(targets);
   for (size_t i = 0; i < ops.size(); ++i) (isLost(firstSlot, i) ? blind : sees)[ops[i].target] = 1;
   for (size_t target = 0; target < targets; ++target) blind[target] = blind[target] && !sees[target];
   if (std::ranges::count(blind, 1) == 0) return {};
   std::vector<ShadingOp> moved(ops.begin(), ops.end());
   tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
+    checkNowAndThen(i, progress);
     ShadingOp& op = moved[i];
     if (!blind[op.target]) return;
     if (const auto stored = nearestStored(views[op.view], op.x, op.y)) {
@@ -148,9 +155,10 @@ std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const u
 
 // Sorted by block.
 std::vector<Task> sortedTasks(std::span<const ShadingOp> ops, std::span<const uint32_t> firstSlot,
-                              std::span<const ViewFile> views) {
+                              std::span<const ViewFile> views, const Progress& progress) {
   std::vector<Task> tasks(firstSlot.back());
   tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
+    checkNowAndThen(i, progress);
     uint32_t slot = firstSlot[i];
     forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t block) {
       tasks[slot] = {uint64_t{ops[i].view} << 32 | block, static_cast<uint32_t>(i), slot};
@@ -218,24 +226,24 @@ struct Coverage {
 } // namespace
 
 std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
-                         BlockCache& cache, ShadingStats& stats) {
+                         BlockCache& cache, ShadingStats& stats, const Progress& progress) {
   const std::span<const ViewFile> views = cache.views();
   assert(std::ranges::all_of(ops, [&](const ShadingOp& op) {
     return op.view < views.size() && op.target < targets && op.rowBegin <= op.rowEnd &&
            op.rowEnd <= rows.size();
   }));
   const CacheCounts before = cache.counts();
-  std::vector<uint32_t> firstSlot = firstSlots(ops, views);
+  std::vector<uint32_t> firstSlot = firstSlots(ops, views, progress);
   for (size_t i = 0; i < ops.size(); ++i) {
     stats.lookups += ops[i].rowEnd - ops[i].rowBegin;
     stats.lost += isLost(firstSlot, i);
   }
-  const std::vector<ShadingOp> moved = sighted(ops, firstSlot, views, targets);
+  const std::vector<ShadingOp> moved = sighted(ops, firstSlot, views, targets, progress);
   if (!moved.empty()) {
     ops = moved;
-    firstSlot = firstSlots(ops, views);
+    firstSlot = firstSlots(ops, views, progress);
   }
-  const std::vector<Task> tasks = sortedTasks(ops, firstSlot, views);
+  const std::vector<Task> tasks = sortedTasks(ops, firstSlot, views, progress);
 
   std::vector<size_t> runs; // of tasks in one block: where each begins; one more, for the end
   for (size_t t = 0; t < tasks.size(); ++t)
@@ -245,6 +253,7 @@ std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWe
   std::vector<Rgb> slots(tasks.size());
   std::vector<uint64_t> ranks(runs.size() - 1);
   tbb::parallel_for(size_t{0}, runs.size() - 1, [&](size_t r) {
+    progress.checkpoint();
     const Task& first = tasks[runs[r]];
     const std::shared_ptr<const Block> block = cache.get(first.view(), first.block());
     ranks[r] = static_cast<uint64_t>(block->rank);

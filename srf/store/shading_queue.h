@@ -3,6 +3,7 @@
 #pragma once
 
 #include "srf/store/block_cache.h"
+#include "surfel/progress.h"
 #include "surfel/rgb.h"
 
 #include <cstddef>
@@ -54,7 +55,7 @@ struct ShadingStats {
 // the sum of |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of it. Memory: about 40 bytes
 // an operation. Throws Error as ViewFile::read.
 std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
-                         BlockCache& cache, ShadingStats& stats);
+                         BlockCache& cache, ShadingStats& stats, const Progress& progress = {});
 
 // The same as the paper states it, in double precision: one look-up for one surfel, camera and light after
 // the other, unsorted. Slow; the yardstick. Entries are r, g, b.

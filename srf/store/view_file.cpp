@@ -1,6 +1,7 @@
 #include "srf/store/view_file.h"
 
 #include "srf/store/bytes.h"
+#include "surfel/file.h"
 #include "surfel/hash.h"
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
@@ -104,8 +104,7 @@ std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const P
 }
 
 ViewFile::ViewFile(std::filesystem::path path) : path_(std::move(path)) {
-  descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0) throw systemError("open").in(path_);
+  descriptor_ = openForReading(path_);
   try {
     struct stat status {};
     if (::fstat(descriptor_, &status) != 0) throw systemError("read");

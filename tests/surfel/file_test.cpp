@@ -4,7 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <random>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace surflect {
 namespace {
@@ -51,14 +56,16 @@ TEST_F(File, TheDestructorDropsWhatWasNotCommitted) {
     AtomicFile file(folder / "a");
     file.write(std::string_view("half"));
     EXPECT_EQ(entries(), 1u);
-    EXPECT_TRUE(fs::exists(file.temporaryPath()));
+    EXPECT_FALSE(fs::exists(folder / "a"));
   }
   EXPECT_EQ(entries(), 0u);
 }
 
-TEST_F(File, TheTemporaryStandsBesideTheTarget) {
+TEST_F(File, TheTemporaryStandsBesideTheTarget) { // so that renaming is atomic
   const AtomicFile file(folder / "a");
-  EXPECT_EQ(file.temporaryPath().parent_path(), folder); // so that renaming is atomic
+  ASSERT_EQ(entries(), 1u);
+  const std::string name = fs::directory_iterator(folder)->path().filename().string();
+  EXPECT_TRUE(name.starts_with("a.") && name.ends_with(".tmp")) << name;
 }
 
 TEST_F(File, AMissingFolderIsAnErrorThatNamesTheTarget) {
@@ -78,6 +85,71 @@ TEST_F(File, ReadingAMissingFileIsAnErrorThatNamesIt) {
   } catch (const Error& error) {
     EXPECT_EQ(error.file(), (folder / "nothing").string());
   }
+}
+
+TEST_F(File, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
+  const auto isA = [](const std::string& target) { return target == "a"; };
+  for (const char* name : {"a.AbC123.tmp", "b.AbC123.tmp", "a.tmp", "a.AbC12.tmp", "a.AbC-23.tmp", "a"})
+    writeFileAtomically(folder / name, std::string_view("x"));
+  const AtomicFile alive(folder / "a");
+  removeAbandoned(folder, isA);
+  EXPECT_FALSE(fs::exists(folder / "a.AbC123.tmp"));
+  EXPECT_EQ(entries(), 6u); // five of the names and the living temporary
+  removeAbandoned(folder / "missing", isA);
+}
+
+TEST_F(File, AWriterThatDiesLeavesATemporaryThatIsAbandoned) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    AtomicFile file(folder / "a");
+    file.write(std::string_view("half"));
+    ::_exit(0); // as if killed: no destructor runs
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(entries(), 1u);
+  removeAbandoned(folder, [](const std::string& target) { return target == "a"; });
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(File, AFullDiskIsAnErrorThatNamesTheTargetAndLeavesNothing) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const rlimit limit{100000, 100000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    ::signal(SIGXFSZ, SIG_IGN);
+    try {
+      writeFileAtomically(folder / "a", std::string(100001, 'x'));
+    } catch (const Error& error) {
+      ::_exit(error.file() == (folder / "a").string() && entries() == 0 ? 0 : 1);
+    }
+    ::_exit(2);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+}
+
+TEST_F(File, WhatIsNoRegularFileIsRefusedAtOnce) {
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  for (const fs::path& path : {fs::path("/dev/zero"), fs::path("/dev/null"), folder / "pipe", folder}) {
+    EXPECT_THROW(readFile(path), Error) << path;
+    EXPECT_THROW(readFileStart(path, 10), Error) << path;
+  }
+}
+
+TEST_F(File, AFileAboveTheLimitIsRefusedUnread) {
+  writeFileAtomically(folder / "a", std::string(1000, 'x'));
+  EXPECT_EQ(readFile(folder / "a", 1000).size(), 1000u);
+  EXPECT_THROW(readFile(folder / "a", 999), Error);
+  ASSERT_EQ(::truncate((folder / "a").c_str(), off_t{1} << 40), 0); // a hole: reading it would fill memory
+  EXPECT_THROW(readFile(folder / "a"), Error);
+}
+
+TEST_F(File, TheStartOfAFileIsReadAlone) {
+  writeFileAtomically(folder / "a", std::string_view("start and rest"));
+  EXPECT_EQ(readFileStart(folder / "a", 5), "start");
+  EXPECT_EQ(readFileStart(folder / "a", 100), "start and rest");
 }
 
 TEST_F(File, ReadingAFolderIsAnError) { EXPECT_THROW(readFile(folder), Error); }

@@ -3,12 +3,16 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace surflect {
 
 namespace {
 
 constexpr int64_t maximalPixels = int64_t{1} << 28;
+// Memory is not taken for pixels that the file has no bytes for. No common format packs denser than this.
+constexpr int64_t densest = 1 << 12;       // bytes of floats that one byte of file can stand for
+constexpr int64_t alwaysGranted = 1 << 26; // bytes, however small the file
 
 // Colour first, alpha last, and nothing else: 1 to 4 of the file's channels.
 std::vector<int> wantedChannels(const OIIO::ImageSpec& spec) {
@@ -45,6 +49,13 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   picture.alphaPremultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
   if (extent == ForeignExtent::header) return true;
 
+  const int64_t claimed = int64_t{spec.width} * spec.height * spec.nchannels * int64_t{sizeof(float)};
+  const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
+  if (claimed > alwaysGranted && claimed / densest > fileBytes) {
+    problem = "found " + std::to_string(fileBytes) + " bytes, expected at least " +
+              std::to_string(claimed / densest) + " for so many pixels";
+    return false;
+  }
   const size_t pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
   const size_t stride = static_cast<size_t>(spec.nchannels);
   std::vector<float> all(pixels * stride);

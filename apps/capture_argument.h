@@ -1,0 +1,29 @@
+// The capture that a command reads.
+#pragma once
+
+#include "apps/command.h"
+#include "srf/capture/capture.h"
+
+#include <string>
+
+namespace surflect {
+
+inline void addAllowOutside(CLI::App& command, OuterPaths& outside) {
+  command.add_flag_callback(
+      "--allow-outside", [&outside] { outside = OuterPaths::allowed; },
+      "the capture may name files outside of its folder");
+}
+
+struct CaptureArgument {
+  std::string path;
+  OuterPaths outside = OuterPaths::refused;
+
+  Capture read() const { return readCapture(path, outside); }
+};
+
+inline void addCaptureArgument(CLI::App& command, CaptureArgument& argument) {
+  command.add_option("capture", argument.path, "folder with transforms.json, or a JSON file")->required();
+  addAllowOutside(command, argument.outside);
+}
+
+} // namespace surflect

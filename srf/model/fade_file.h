@@ -1,0 +1,17 @@
+// fades.bin of a model: a zlib stream of the fades, view by view. Specified in docs/format.md.
+#pragma once
+
+#include "srf/query/view_fade.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+std::vector<std::byte> packFades(const ViewFades& fades);
+
+// Throws Error unless the bytes hold the fades of exactly so many surfels and views.
+ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t views);
+
+} // namespace surflect

@@ -1,0 +1,122 @@
+#include "srf/model/manifest.h"
+
+#include "surfel/error.h"
+#include "surfel/hash.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+using Json = nlohmann::json;
+constexpr const char* kFormat = "surflect model";
+constexpr int kDeepest = 8; // a manifest needs two; the library copies and prints by recursion
+
+uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
+
+Json jsonOf(const Manifest& manifest) {
+  return {
+      {"format", kFormat},
+      {"version", kModelVersion},
+      {"white", manifest.white},
+      {"tolerance", manifest.tolerance},
+      {"surfels", manifest.surfels},
+      {"views", manifest.views},
+      {"lights", manifest.lights},
+      {"view_files", "views/NNNN.srfb, by index of the view in transforms.json"},
+      {"checksums",
+       {{"transforms.json", manifest.rig}, {"surfels.ply", manifest.cloud}, {"fades.bin", manifest.fades}}},
+      {"view_checksums", manifest.viewChecksums}};
+}
+
+// Of all fields but the one that holds it.
+std::string ownChecksum(Json json) {
+  json.erase("checksum");
+  return hex(hashOf(json.dump()));
+}
+
+const Json& member(const Json& object, const char* key) {
+  static const Json nothing;
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return found == object.end() ? nothing : *found;
+}
+
+Error mismatch(const char* expected, const Json& found) {
+  return Error::mismatch(expected, found.is_null() ? "nothing" : found.dump().substr(0, 60));
+}
+
+std::string textOf(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  if (!value.is_string()) throw mismatch("a string", value).at(key);
+  return value.get<std::string>();
+}
+
+double numberOf(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  if (!value.is_number()) throw mismatch("a number", value).at(key);
+  return value.get<double>();
+}
+
+size_t countOf(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  if (!value.is_number_unsigned()) throw mismatch("a count", value).at(key);
+  return value.get<size_t>();
+}
+
+Json parse(std::string_view text) {
+  const auto shallow = [](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepest) throw Error("nested too deeply");
+    return true;
+  };
+  Json json = Json::parse(text, shallow, /*allow_exceptions=*/false);
+  if (!json.is_object()) throw Error::mismatch("a JSON object", "something else");
+  return json;
+}
+
+} // namespace
+
+std::string manifestText(const Manifest& manifest) {
+  Json json = jsonOf(manifest);
+  json["checksum"] = ownChecksum(json);
+  return json.dump(2) + "\n";
+}
+
+Manifest parseManifest(std::string_view text, const std::filesystem::path& path) {
+  try {
+    const Json json = parse(text);
+    if (const Json& format = member(json, "format"); format != kFormat)
+      throw mismatch("\"surflect model\"", format).at("format");
+    if (const Json& version = member(json, "version"); version != kModelVersion)
+      throw mismatch(std::to_string(kModelVersion).c_str(), version).at("version");
+    Manifest manifest;
+    manifest.white = numberOf(json, "white");
+    manifest.tolerance = numberOf(json, "tolerance");
+    manifest.surfels = countOf(json, "surfels");
+    manifest.views = countOf(json, "views");
+    manifest.lights = countOf(json, "lights");
+    const Json& checksums = member(json, "checksums");
+    manifest.rig = textOf(checksums, "transforms.json");
+    manifest.cloud = textOf(checksums, "surfels.ply");
+    manifest.fades = textOf(checksums, "fades.bin");
+    const Json& views = member(json, "view_checksums");
+    if (!views.is_array()) throw mismatch("a list", views).at("view_checksums");
+    for (const Json& view : views) {
+      if (!view.is_string()) throw mismatch("strings", view).at("view_checksums");
+      manifest.viewChecksums.push_back(view.get<std::string>());
+    }
+    if (const std::string stated = textOf(json, "checksum"), found = ownChecksum(json); stated != found)
+      throw Error::mismatch(stated, found).at("checksum");
+    if (!(manifest.white > 0) || !std::isfinite(manifest.white))
+      throw mismatch("a number above 0", member(json, "white")).at("white");
+    return manifest;
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+uint64_t identityOf(const Manifest& manifest) { return hashOf(jsonOf(manifest).dump()); }
+
+} // namespace surflect

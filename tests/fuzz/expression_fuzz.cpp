@@ -1,0 +1,9 @@
+#include "tests/fuzz/fuzz.h"
+#include "warp/motion.h"
+
+#include <vector>
+
+void surflect::fuzz(std::string_view input) {
+  const Expression expression(std::string(input), warpVariables);
+  for (const double value : {0., -1.5, 1e300}) expression(std::vector<double>(warpVariables.size(), value));
+}

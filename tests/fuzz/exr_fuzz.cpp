@@ -1,0 +1,8 @@
+#include "srf/image/exr.h"
+#include "tests/fuzz/fuzz.h"
+
+void surflect::fuzz(std::string_view input) {
+  const ExrFile file(memoryFile(input));
+  file.attribute("surflect.identity");
+  file.read(file.channels());
+}

@@ -1,0 +1,14 @@
+#include "srf/model/fade_file.h"
+#include "tests/fuzz/fuzz.h"
+
+#include <cstring>
+#include <string>
+
+// The first eight bytes say of how many surfels and views.
+void surflect::fuzz(std::string_view input) {
+  uint32_t surfels = 0, views = 0;
+  if (input.size() < 8) return;
+  std::memcpy(&surfels, input.data(), 4);
+  std::memcpy(&views, input.data() + 4, 4);
+  unpackFades(std::as_bytes(std::span(input.substr(8))), surfels, views);
+}

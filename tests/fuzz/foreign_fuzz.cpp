@@ -1,0 +1,27 @@
+#include "srf/image/foreign/foreign.h"
+#include "surfel/error.h"
+#include "tests/fuzz/fuzz.h"
+
+#include <array>
+#include <string>
+
+namespace surflect {
+extern "C" ReadForeign surflectReadForeign; // foreign.cpp, linked here without its module
+}
+
+// The first byte says of what format.
+void surflect::fuzz(std::string_view input) {
+  static constexpr std::array extensions = {"jpg", "tif", "hdr",  "bmp", "tga",
+                                            "ppm", "gif", "webp", "dpx", "psd"};
+  if (input.empty()) return;
+  const auto content = memoryFile(input.substr(1));
+  const std::filesystem::path path = std::filesystem::temp_directory_path() /
+                                     ("surflect_fuzz." + std::to_string(::getpid()) + "." +
+                                      extensions[static_cast<uint8_t>(input[0]) % extensions.size()]);
+  std::filesystem::create_symlink(content, path); // OpenImageIO chooses by the extension
+  Picture picture;
+  std::string problem;
+  const bool read = surflectReadForeign(path.c_str(), ForeignExtent::pixels, picture, problem);
+  std::filesystem::remove(path);
+  if (!read) throw Error(problem);
+}

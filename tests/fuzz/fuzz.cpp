@@ -1,0 +1,34 @@
+#include "tests/fuzz/fuzz.h"
+
+#include "surfel/error.h"
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace surflect {
+
+std::filesystem::path memoryFile(std::string_view content) {
+  static const int descriptor = ::memfd_create("input", 0);
+  const auto size = static_cast<off_t>(content.size());
+  if (::ftruncate(descriptor, size) != 0 || ::pwrite(descriptor, content.data(), content.size(), 0) != size)
+    std::abort();
+  return "/proc/self/fd/" + std::to_string(descriptor);
+}
+
+} // namespace surflect
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+  try {
+    surflect::fuzz({reinterpret_cast<const char*>(bytes), size});
+  } catch (const surflect::Error& error) {
+    if (!std::strpbrk(error.what(), "\n\r")) return 0;
+    std::fprintf(stderr, "more than one line: %s\n", error.what());
+    std::abort();
+  }
+  return 0;
+}

@@ -1,0 +1,17 @@
+// What fuzz targets share. A target is a file NAME_fuzz.cpp that defines fuzz(), a line in CMakeLists.txt,
+// and seeds: small files in seeds/NAME/, or made by write_seeds.cpp.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace surflect {
+
+// Gives the bytes to a reader. The reader's contract: a valid value, or an Error of one line. Any other
+// exception, and whatever the sanitizers find, ends the process.
+void fuzz(std::string_view input);
+
+// A file in memory, for readers that want a path. One at a time: the next has the same path.
+std::filesystem::path memoryFile(std::string_view content);
+
+} // namespace surflect

@@ -1,0 +1,4 @@
+#include "surfel/mesh.h"
+#include "tests/fuzz/fuzz.h"
+
+void surflect::fuzz(std::string_view input) { readMesh(memoryFile(input)); }

@@ -1,0 +1,134 @@
+// write_seeds FOLDER: valid files for the fuzz targets whose formats are not text, in FOLDER/TARGET/.
+
+#include "srf/image/exr.h"
+#include "srf/image/png.h"
+#include "srf/model/fade_file.h"
+#include "srf/model/manifest.h"
+#include "srf/store/view_encoder.h"
+#include "surfel/file.h"
+#include "surfel/ply.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <array>
+#include <cstdio>
+#include <random>
+#include <string>
+
+namespace {
+
+using namespace surflect;
+namespace fs = std::filesystem;
+
+std::mt19937 randomBits(1);
+
+Image noise(int width, int height, int channels) {
+  Image image(width, height, channels);
+  for (float& value : image.values) value = static_cast<float>(randomBits() % 256) / 255;
+  return image;
+}
+
+std::string textOf(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+void writeExrs(const fs::path& folder) {
+  for (const int channels : {1, 3, 4}) writeExr(folder / std::to_string(channels), noise(5, 4, channels));
+  const Image rgb = noise(9, 3, 3), depth = noise(9, 3, 1);
+  writeExr(folder / "layers",
+           std::array{ExrLayer{{"L0.R", "L0.G", "L0.B"}, &rgb, Precision::half},
+                      ExrLayer{{"depth.Z"}, &depth, Precision::single}},
+           {{"surflect.identity", "film"}});
+}
+
+void writePngs(const fs::path& folder) {
+  for (const int channels : {1, 2, 3, 4})
+    for (const int bits : {8, 16})
+      writePng(folder / (std::to_string(channels) + "." + std::to_string(bits)), noise(5, 4, channels), bits);
+}
+
+void writeBlocks(const fs::path& folder) {
+  constexpr size_t lights = 3;
+  for (const uint64_t present : {~uint64_t{0}, uint64_t{0x183}})
+    for (const double tolerance : {0.0, 0.03}) {
+      const Eigen::MatrixXf radiance = Eigen::MatrixXf::NullaryExpr(
+          3 * std::popcount(present), lights, [] { return static_cast<float>(randomBits() % 100); });
+      std::string seed(1, static_cast<char>(lights - 1));
+      seed += textOf(encodeBlock(present, radiance, tolerance, 100).record);
+      writeFileAtomically(folder / (std::to_string(present) + "." + std::to_string(tolerance)), seed);
+    }
+}
+
+void writeViews(const fs::path& folder) {
+  for (const int size : {7, 20}) {
+    ReflectanceStack stack{size, size, {noise(size, size, 3), noise(size, size, 3)}, Image(size, size, 1)};
+    for (int i = 0; i < size; ++i) stack.alpha.at(i, size - 1 - i)[0] = 1;
+    writeFileAtomically(folder / std::to_string(size), encodeView(stack, {}).file);
+  }
+}
+
+void writeFades(const fs::path& folder) {
+  for (const uint32_t surfels : {0u, 1u, 50u}) {
+    const uint32_t views = 3;
+    ViewFades fades{views, std::vector<uint8_t>(surfels * views)};
+    for (uint8_t& fade : fades.values) fade = static_cast<uint8_t>(randomBits());
+    std::string seed =
+        textOf(std::as_bytes(std::span(&surfels, 1))) + textOf(std::as_bytes(std::span(&views, 1)));
+    writeFileAtomically(folder / std::to_string(surfels), seed + textOf(packFades(fades)));
+  }
+}
+
+void writeManifests(const fs::path& folder) {
+  writeFileAtomically(folder / "one", manifestText({.white = 0.5,
+                                                    .tolerance = 0.03,
+                                                    .surfels = 10,
+                                                    .views = 1,
+                                                    .lights = 2,
+                                                    .rig = "0123456789abcdef",
+                                                    .cloud = "0123456789abcdef",
+                                                    .fades = "0123456789abcdef",
+                                                    .viewChecksums = {"0123456789abcdef"}}));
+}
+
+void writeMeshes(const fs::path& folder) {
+  writePly(folder / "binary", "vertex",
+           std::array<PlyColumn, 3>{{{"x", {0, 1, 0}}, {"y", {0, 0, 1}}, {"z", {0, 0, 0}}}}, "without faces");
+}
+
+// The order of formats is that of foreign_fuzz.cpp.
+void writeForeign(const fs::path& folder) {
+  char format = 0;
+  for (const char* extension : {"jpg", "tif", "hdr", "bmp", "tga", "ppm", "gif", "webp", "dpx"}) {
+    const fs::path path = folder / (std::string("a.") + extension);
+    const auto output = OIIO::ImageOutput::create(path.string());
+    const Image image = noise(6, 5, 3);
+    if (!output || !output->open(path.string(), OIIO::ImageSpec(6, 5, 3, OIIO::TypeDesc::UINT8)) ||
+        !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
+      throw Error("OpenImageIO cannot write it: " + OIIO::geterror()).in(path);
+    const std::string content = readFile(path);
+    fs::remove(path);
+    writeFileAtomically(folder / extension, std::string(1, format++) + content);
+  }
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: write_seeds FOLDER\n", stderr);
+    return 2;
+  }
+  constexpr std::pair<const char*, void (*)(const fs::path&)> writers[] = {
+      {"exr", writeExrs},    {"png", writePngs},           {"block", writeBlocks}, {"view_file", writeViews},
+      {"fades", writeFades}, {"manifest", writeManifests}, {"ply", writeMeshes},   {"foreign", writeForeign}};
+  try {
+    for (const auto& [target, write] : writers) {
+      const fs::path folder = fs::path(argv[1]) / target;
+      fs::create_directories(folder);
+      write(folder);
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "write_seeds: %s\n", error.what());
+    return 1;
+  }
+}
