@@ -4,13 +4,16 @@
 #include "render/film.h"
 #include "srf/image/exr.h"
 #include "surfel/error.h"
+#include "surfel/file.h"
 #include "surfel/hash.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
 #include <chrono>
+#include <map>
 #include <memory>
+#include <set>
 
 namespace surflect {
 
@@ -191,6 +194,18 @@ bool isRendered(const std::filesystem::path& path, const std::string& identity) 
   }
 }
 
+// What an earlier run of these frames left when it was killed.
+void removeLitter(const Script& script, const Arguments& arguments) {
+  std::map<std::filesystem::path, std::set<std::string>> targets; // by folder
+  for (int frame = script.frames->first; frame <= script.frames->last; ++frame)
+    for (const char* extension : {".exr", ".png"}) {
+      const auto path = framePath(*script.output, arguments.output, frame).replace_extension(extension);
+      targets[path.parent_path()].insert(path.filename().string());
+    }
+  for (const auto& [folder, names] : targets)
+    removeAbandoned(folder, [&](const std::string& target) { return names.contains(target); });
+}
+
 Json runRender(const Arguments& arguments, const Progress& progress) {
   const Script script = readScript(arguments.script);
   requireShot(script);
@@ -202,6 +217,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
       say(fmt::format("{}: {} texels with samples below 0 or not finite, which are taken for 0",
                       environment.image.string(), environment.replaced));
   std::filesystem::create_directories(arguments.output);
+  removeLitter(script, arguments);
 
   const std::string identity = filmIdentity(script, model, shot, arguments);
   Json report = {{"model", model.folder.string()},

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -53,7 +54,10 @@ Progress terminalProgress() {
   return progress;
 }
 
-void say(std::string_view line) { fmt::print(stderr, "{}{}\n", onTerminal() ? "\r\033[K" : "", line); }
+void say(std::string_view line) {
+  const std::string text = fmt::format("{}{}\n", onTerminal() ? "\r\033[K" : "", line);
+  std::fputs(text.c_str(), stderr); // unlike fmt::print, which throws where nobody can listen
+}
 
 MemoryUse memoryUse() {
   MemoryUse use;

@@ -44,7 +44,7 @@ SurfelCloud readCloud(const std::filesystem::path& path) {
     const auto column = [&](const char* name) {
       const auto values = vertices->scalars(name);
       for (size_t i = 0; i < values.size(); ++i)
-        if (!std::isfinite(values[i]))
+        if (!std::isfinite(static_cast<float>(values[i])))
           throw Error::mismatch("a finite number", "one that is not")
               .at(name)
               .at("vertex[" + std::to_string(i) + "]");
@@ -148,11 +148,11 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   for (size_t view = 0; view < model.rig.views.size(); ++view) {
     progress.checkpoint();
     const ViewFile& file = model.files.emplace_back(folder / viewFilePath(view));
-    checkView(file, model, view);
     if (hex(file.checksum()) != manifest.viewChecksums[view])
       throw Error::mismatch(manifest.viewChecksums[view], hex(file.checksum()))
           .at("checksum")
           .in(file.path());
+    checkView(file, model, view);
   }
   return model;
 }

@@ -1,10 +1,36 @@
 #include "srf/image/png.h"
 #include "tests/fuzz/fuzz.h"
 
+#include <zlib.h>
+
 #include <cstdlib>
+#include <string>
+
+namespace {
+
+uint32_t bigEndian(const char* bytes) {
+  uint32_t value = 0;
+  for (int i = 0; i < 4; ++i) value = value << 8 | static_cast<uint8_t>(bytes[i]);
+  return value;
+}
+
+// Checksums are made right, or no damage would come past them: chunks are length, name, content, CRC.
+std::string withChecksums(std::string file) {
+  for (size_t chunk = 8; chunk + 12 <= file.size();) {
+    const size_t length = bigEndian(&file[chunk]);
+    if (length > file.size() - chunk - 12) break;
+    const auto crc =
+        ::crc32(0, reinterpret_cast<const Bytef*>(&file[chunk + 4]), static_cast<uInt>(length + 4));
+    for (size_t i = 0; i < 4; ++i) file[chunk + 8 + length + i] = static_cast<char>(crc >> (24 - 8 * i));
+    chunk += length + 12;
+  }
+  return file;
+}
+
+} // namespace
 
 void surflect::fuzz(std::string_view input) {
-  const auto path = memoryFile(input);
+  const auto path = memoryFile(withChecksums(std::string(input)));
   const PngPicture picture = readPng(path);
   const PngSize size = readPngSize(path);
   if (size.width != picture.image.width || size.height != picture.image.height) std::abort();

@@ -137,7 +137,9 @@ TEST(ModelDamage, EveryFlippedBitIsRefusedOrHarmless) {
     EXPECT_EQ(tally.wrong, std::vector<std::string>{});
     EXPECT_EQ(tally.refused + tally.harmless, bits);
     // Only the manifest has bytes that say nothing: white space that can be other white space.
-    if (name != "manifest.json") EXPECT_EQ(tally.harmless, 0u) << name;
+    if (name != "manifest.json") {
+      EXPECT_EQ(tally.harmless, 0u) << name;
+    }
   }
 }
 

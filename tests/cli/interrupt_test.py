@@ -1,0 +1,98 @@
+"""Ctrl-C and SIGTERM stop long work within a second, at whatever stage, and say how it goes on."""
+
+import os
+import random
+import signal
+import subprocess
+import time
+import unittest
+
+from support import SCRIPT, SURFLECT, TestInFolder, succeed, write_small_capture
+
+MOMENTS = int(os.environ.get("MOMENTS", 4))  # of each command and signal
+TICKS = os.sysconf("SC_CLK_TCK")
+
+
+def processor_seconds(process):
+    """What a living process has used so far."""
+    with open(f"/proc/{process.pid}/stat") as stat:
+        fields = stat.read().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def interrupt_after(seconds, signal_number, *arguments):
+    """Exit code, stderr, and the processor time between the signal and the end; None if it ended before."""
+    process = subprocess.Popen([SURFLECT, *map(str, arguments)], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.PIPE, text=True)
+    time.sleep(seconds)
+    if process.poll() is not None:
+        process.communicate()
+        return None
+    before = processor_seconds(process)
+    process.send_signal(signal_number)
+    said = process.stderr.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    process.stderr.close()
+    return process.returncode, said, usage.ru_utime + usage.ru_stime - before
+
+
+class Interrupt(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.capture, cls.model, cls.script = (cls.folder / n for n in ("capture", "model.srf", "film.toml"))
+        write_small_capture(cls.capture, cameras=5, lights=4)
+        cls.script.write_text(SCRIPT.replace("[120, 90]", "[600, 450]"))
+        begin = time.monotonic()
+        succeed(*cls.pack("model.srf"))
+        cls.packing = time.monotonic() - begin
+
+    @classmethod
+    def pack(cls, name):
+        return ["pack", cls.capture, "-o", cls.folder / name, "--surfels", "100000"]
+
+    def stops_at_any_moment(self, duration, arguments_for, advice):
+        uniform = random.Random(1).uniform
+        stopped = 0
+        for signal_number in (signal.SIGINT, signal.SIGTERM):
+            for moment in range(MOMENTS):
+                after = duration * (moment + uniform(0, 1)) / MOMENTS
+                result = interrupt_after(after, signal_number, *arguments_for(f"{signal_number}-{moment}"))
+                if result is None:
+                    continue
+                status, said, used = result
+                with self.subTest(signal=signal_number, after=after):
+                    if status == -signal_number:  # before main could ask for the signal
+                        self.assertLess(after, 0.5)
+                        continue
+                    if status == 0:  # it had done its work already
+                        continue
+                    stopped += 1
+                    self.assertEqual(status, 1, said)
+                    self.assertEqual(said.splitlines()[-1], "surflect: interrupted; " + advice)
+                    # Of all threads: processor time does not depend on who else is at work on this machine.
+                    self.assertLess(used, 1)
+        self.assertGreaterEqual(stopped, MOMENTS)
+
+    def test_pack(self):
+        self.stops_at_any_moment(self.packing, self.pack, "the same command again goes on from here")
+
+    def test_render(self):
+        def arguments(name):
+            return ["render", self.script, "-o", self.folder / name]
+
+        begin = time.monotonic()
+        succeed(*arguments("whole"))
+        self.stops_at_any_moment(time.monotonic() - begin, arguments,
+                                 "with --resume, the same command goes on from here")
+
+    def test_evaluate(self):
+        arguments = ["evaluate", self.model, self.capture, "--baseline", "nearest"]
+        begin = time.monotonic()
+        succeed(*arguments)
+        self.stops_at_any_moment(time.monotonic() - begin, lambda _: arguments, "nothing was kept")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,94 @@
+"""kill -9 at any moment of `pack` and `render --resume`: the next run makes of it what none would have marred."""
+
+import random
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from support import SCRIPT, SURFLECT, TestInFolder, content, succeed, write_small_capture
+
+MOMENTS = 20
+
+
+def kill_after(seconds, *arguments):
+    """Starts `surflect` and kills it; whether it was still at work."""
+    process = subprocess.Popen([SURFLECT, *map(str, arguments)], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
+    time.sleep(seconds)
+    process.send_signal(signal.SIGKILL)
+    return process.wait() == -signal.SIGKILL
+
+
+class Kill(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.capture = cls.folder / "capture"
+        write_small_capture(cls.capture, cameras=3, lights=2)
+
+    @classmethod
+    def pack(cls, name, capture="capture"):
+        return ["pack", cls.folder / capture, "-o", cls.folder / name, "--surfels", "3000"]
+
+    def killed_at_any_moment(self, arguments_for, whole):
+        """Kills 20 runs at moments spread over the time of a whole one; completes and compares each."""
+        begin = time.monotonic()
+        succeed(*arguments_for("timed"))
+        duration = time.monotonic() - begin
+        shutil.rmtree(self.folder / "timed")
+        uniform = random.Random(1).uniform
+        killed = 0
+        for moment in range(MOMENTS):
+            name = f"killed-{moment}"
+            after = duration * (moment + uniform(0, 1)) / MOMENTS
+            killed += kill_after(after, *arguments_for(name))
+            succeed(*arguments_for(name))
+            self.assertEqual(content(self.folder / name), whole, f"killed after {after:.3f} s")
+            shutil.rmtree(self.folder / name)
+        self.assertGreater(killed, MOMENTS // 2)
+
+    def test_pack(self):
+        succeed(*self.pack("whole.srf"))
+        self.killed_at_any_moment(self.pack, content(self.folder / "whole.srf"))
+
+    def test_render(self):
+        script = self.folder / "film.toml"
+        script.write_text(SCRIPT)
+        succeed(*self.pack("model.srf"))
+        succeed("render", script, "-o", self.folder / "whole")
+        self.killed_at_any_moment(lambda name: ["render", script, "-o", self.folder / name, "--resume"],
+                                  content(self.folder / "whole"))
+
+    def test_views_of_another_capture_never_get_into_a_model(self):
+        write_small_capture(self.folder / "other", cameras=2, lights=3)
+        succeed(*self.pack("other.srf", "other"))
+        whole = content(self.folder / "other.srf")
+        for first_view in (False, True):
+            with self.subTest(killed_after_the_first_view=first_view):
+                name = f"reused-{first_view}.srf"
+                succeed(*self.pack(name))
+                if first_view:  # the state of a run that was killed before its second view
+                    succeed(*self.pack(name, "other"))
+                    (self.folder / name / "manifest.json").unlink()
+                    (self.folder / name / "views/0001.srfb").unlink()
+                succeed(*self.pack(name, "other"))
+                self.assertEqual(content(self.folder / name), whole)
+
+    def test_only_litter_of_the_command_itself_is_removed(self):
+        name = "litter.srf"
+        succeed(*self.pack(name))
+        model = self.folder / name
+        litter = [model / "views/0001.srfb.AbC123.tmp", model / "manifest.json.zzzzzz.tmp",
+                  model / "views/identity.000000.tmp"]
+        others = [model / "notes.txt.AbC123.tmp", model / "views/0001.srfb.tmp", model / "views/1.srfb.AbC123.tmp"]
+        for path in litter + others:
+            path.write_text("x")
+        succeed(*self.pack(name))
+        self.assertEqual([path.name for path in litter if path.exists()], [])
+        self.assertEqual([path.name for path in others if not path.exists()], [])
+
+
+if __name__ == "__main__":
+    unittest.main()
