@@ -9,7 +9,7 @@ import unittest
 
 from support import SCRIPT, SURFLECT, TestInFolder, succeed, write_small_capture
 
-MOMENTS = int(os.environ.get("MOMENTS", 4))  # of each command and signal
+MOMENTS = int(os.environ.get("MOMENTS", 3))  # of each command and signal
 TICKS = os.sysconf("SC_CLK_TCK")
 
 

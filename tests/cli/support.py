@@ -86,3 +86,8 @@ class TestInFolder(unittest.TestCase):
         holder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(holder.cleanup)
         cls.folder = pathlib.Path(holder.name)
+
+    def assert_same_files(self, got, wanted, message=None):
+        """Compares what content() gives, and names the files that differ."""
+        differ = [name for name in sorted(got.keys() | wanted.keys()) if got.get(name) != wanted.get(name)]
+        self.assertEqual(differ, [], message)
