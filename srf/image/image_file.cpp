@@ -5,6 +5,7 @@
 #include "srf/image/png.h"
 #include "surfel/error.h"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <dlfcn.h>
@@ -13,6 +14,12 @@
 namespace surflect {
 
 namespace {
+
+std::string lowerExtension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
 
 // Installed, the module lies in lib/ beside the bin/ of the program; else where it was built.
 ReadForeign* loadForeignReader() {
@@ -33,7 +40,17 @@ ReadForeign* loadForeignReader() {
       .in(places[0]);
 }
 
+// The formats that photographs come in and whose readers have been fed damaged files (tests/fuzz). Others of
+// OpenImageIO's many take what a damaged header says for sizes, or search it for ever.
+constexpr std::array<std::string_view, 13> foreignExtensions = {".jpg", ".jpeg", ".jpe", ".tif", ".tiff",
+                                                                ".hdr", ".rgbe", ".bmp", ".tga", ".ppm",
+                                                                ".pgm", ".pnm",  ".webp"};
+
 Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent extent) {
+  if (std::ranges::find(foreignExtensions, lowerExtension(path)) == foreignExtensions.end())
+    throw Error::mismatch("a picture of type .exr, .png, .jpg, .tif, .hdr, .bmp, .tga, .ppm or .webp",
+                          "'" + path.extension().string() + "'")
+        .in(path);
   if (!std::filesystem::is_regular_file(path)) throw Error("cannot open (no such file)").in(path);
   static ReadForeign* const readForeign = loadForeignReader();
   Picture picture;
@@ -53,8 +70,7 @@ Picture readExrPicture(const std::filesystem::path& path) {
 } // namespace
 
 PictureFormat formatOf(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lowerExtension(path);
   if (extension == ".exr") return PictureFormat::exr;
   return extension == ".png" ? PictureFormat::png : PictureFormat::foreign;
 }

@@ -1,5 +1,5 @@
-// Any picture by its file name: .exr and .png here, everything else by OpenImageIO, which is loaded only
-// then.
+// Pictures by their file name: .exr and .png here, .jpg, .tif, .hdr, .bmp, .tga, .ppm and .webp by
+// OpenImageIO, which is loaded only then.
 #pragma once
 
 #include "srf/image/image.h"

@@ -33,15 +33,14 @@ ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t 
   };
   constexpr size_t kDensest = 1032; // bytes that one byte of deflate can stand for
   const size_t most = kDensest * packed.size();
-  if (surfels > 0 && views > most / surfels) throw mismatch();
+  if (views > 0 && surfels > most / views) throw mismatch();
   std::vector<Bytef> byView(surfels * views);
   uLongf size = byView.size();
   uLong used = packed.size();
   const int status = uncompress2(byView.data(), &size, reinterpret_cast<const Bytef*>(packed.data()), &used);
   if (status != Z_OK || size != byView.size() || used != packed.size()) throw mismatch();
   ViewFades fades{views, std::vector<uint8_t>(byView.size())};
-  for (size_t view = 0; view < views; ++view)
-    for (size_t i = 0; i < surfels; ++i) fades.values[i * views + view] = byView[view * surfels + i];
+  for (size_t i = 0; i < fades.values.size(); ++i) fades.values[i] = byView[i % views * surfels + i / views];
   return fades;
 }
 

@@ -14,9 +14,14 @@ constexpr int64_t maximalPixels = int64_t{1} << 28;
 constexpr int64_t densest = 1 << 12;       // bytes of floats that one byte of file can stand for
 constexpr int64_t alwaysGranted = 1 << 26; // bytes, however small the file
 
+// Its index, or -1. The library's GIF reader counts from one.
+int alphaOf(const OIIO::ImageSpec& spec) {
+  return spec.alpha_channel < spec.nchannels ? spec.alpha_channel : spec.channelindex("A");
+}
+
 // Colour first, alpha last, and nothing else: 1 to 4 of the file's channels.
 std::vector<int> wantedChannels(const OIIO::ImageSpec& spec) {
-  const int alpha = spec.alpha_channel;
+  const int alpha = alphaOf(spec);
   const int colors = spec.nchannels - (alpha >= 0 ? 1 : 0) >= 3 ? 3 : 1;
   std::vector<int> channels;
   for (int c = 0; c < spec.nchannels && static_cast<int>(channels.size()) < colors; ++c)
@@ -25,7 +30,19 @@ std::vector<int> wantedChannels(const OIIO::ImageSpec& spec) {
   return channels;
 }
 
+// What a file of this size may take, at most.
+int64_t grantedBytes(int64_t fileBytes) { return std::max(alwaysGranted, densest * fileBytes); }
+
+// Only the reader that the name asks for: others would be tried in turn, and some of them take what they find
+// for sizes. Formats that check an upper limit check ours.
+void limitReaders(int64_t granted) {
+  OIIO::attribute("try_all_readers", 0);
+  OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::min<int64_t>(granted >> 20, 1 << 15)));
+}
+
 bool read(const char* path, ForeignExtent extent, Picture& picture, std::string& problem) {
+  const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
+  limitReaders(grantedBytes(fileBytes));
   // Asked for straight alpha, or OpenImageIO multiplies colours by it in encoded space.
   OIIO::ImageSpec wish;
   wish.attribute("oiio:UnassociatedAlpha", 1);
@@ -50,8 +67,7 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   if (extent == ForeignExtent::header) return true;
 
   const int64_t claimed = int64_t{spec.width} * spec.height * spec.nchannels * int64_t{sizeof(float)};
-  const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
-  if (claimed > alwaysGranted && claimed / densest > fileBytes) {
+  if (claimed > grantedBytes(fileBytes)) {
     problem = "found " + std::to_string(fileBytes) + " bytes, expected at least " +
               std::to_string(claimed / densest) + " for so many pixels";
     return false;
