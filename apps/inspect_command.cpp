@@ -99,7 +99,9 @@ void addInspectCommand(CLI::App& app, CommandWork& work) {
       ->capture_default_str()
       ->check(CLI::Range(1, 400));
   command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) { return runInspect(*arguments, progress); };
+    work = [arguments](const Progress& progress) {
+      return unlessInterrupted("nothing was kept", [&] { return runInspect(*arguments, progress); });
+    };
   });
 }
 

@@ -209,9 +209,9 @@ std::vector<Overlay> overlaysOf(const Capture& capture, std::span<const size_t> 
     for (end = begin; end < frames.size() && end < begin + kAtOnce; ++end)
       if (capture.frames[frames[end]].view != view) break;
     const auto run = frames.subspan(begin, end - begin);
-    const auto photographs = readPhotographs(plain, run);
+    const auto photographs = readPhotographs(plain, run, progress);
     const bool hasMasks = std::ranges::any_of(run, [&](size_t i) { return !capture.frames[i].mask.empty(); });
-    const auto masked = hasMasks ? readPhotographs(capture, run) : photographs;
+    const auto masked = hasMasks ? readPhotographs(capture, run, progress) : photographs;
     for (size_t i = 0; i < run.size(); ++i) {
       progress("overlay", static_cast<double>(overlays.size()) / static_cast<double>(frames.size()));
       const auto lightIndex = capture.frames[run[i]].light;

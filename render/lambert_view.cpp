@@ -28,7 +28,7 @@ LambertView::LambertView(const Capture& training, const View& view, const Image&
       frames.push_back(i);
       lights.push_back(training.lights[*frame.light]);
     }
-  auto photographs = readPhotographs(training, frames);
+  auto photographs = readPhotographs(training, frames, progress);
   bool hasMatte = false;
   std::ranges::fill(alpha_.values, 1.f);
   std::vector<Image> radiance;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "surfel/progress.h"
 #include "srf/image/image.h"
+#include "surfel/progress.h"
 
 #include <cstddef>
 #include <span>

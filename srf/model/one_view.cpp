@@ -16,7 +16,7 @@ TriangleMesh meshOfOneView(const Capture& training, bool asRelief, const Progres
   const auto& camera = training.views[0].camera;
   std::vector<size_t> frames(training.frames.size());
   std::iota(frames.begin(), frames.end(), size_t{0});
-  auto photographs = readPhotographs(training, frames);
+  auto photographs = readPhotographs(training, frames, progress);
   Image alpha = photographs[0].alpha;
   std::vector<Image> radiance;
   for (Photograph& photograph : photographs) {

@@ -154,6 +154,14 @@ TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
             "shots/shot.toml: camera.fov_deg: missing from the table on line 12");
 }
 
+TEST(Script, FramesStayInsideTheOutputFolder) {
+  for (const std::string path : {"../frame.##.exr", "a/../../frame.##.exr", "/tmp/frame.##.exr"})
+    EXPECT_EQ(complaint(replaced(example, "frame.####.exr", path)),
+              "shots/shot.toml: output.path: found \"" + path +
+                  "\" on line 9, expected a name inside the folder of --output");
+  EXPECT_EQ(parse(replaced(example, "frame.####.exr", "a/frame.##.exr")).output->path, "a/frame.##.exr");
+}
+
 TEST(Script, SizesAndFramesAreBounded) {
   EXPECT_NE(complaint(replaced(example, "1024", "0")), "no complaint");
   EXPECT_NE(complaint(replaced(example, "1024", "16385")), "no complaint");

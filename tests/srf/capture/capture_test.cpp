@@ -320,6 +320,42 @@ TEST_F(CaptureFile, PathsCannotLeaveTheFolder) {
   EXPECT_EQ(read(json).frames[0].picture, "images/a.png");
 }
 
+TEST_F(CaptureFile, LinksLeadOutOfTheFolderOnlyWhereThatIsAllowed) {
+  const std::filesystem::path outside = folder.path().string() + "-outside.png";
+  std::filesystem::create_symlink(outside, folder / "out.png");
+  std::filesystem::create_directory_symlink(folder.path().parent_path(), folder / "up");
+  std::filesystem::create_symlink("images/a.png", folder / "in.png");
+  for (const std::string& path : {std::string("out.png"), "up/" + outside.filename().string()})
+    for (const char* field : {"/geometry", "/frames/0/file_path", "/frames/0/mask_path"}) {
+      Json json = full();
+      json[Json::json_pointer(field)] = path;
+      EXPECT_NE(error(json).find("found a link that leads out of it: " + path), std::string::npos);
+    }
+  Json json = full();
+  json["frames"][0]["file_path"] = "in.png";
+  EXPECT_EQ(read(json).frames[0].picture, "in.png");
+  for (const std::string& path :
+       {std::string("out.png"), outside.string(), "../" + outside.filename().string()}) {
+    json["frames"][0]["file_path"] = path;
+    EXPECT_EQ(parseCapture(json.dump(), folder / "transforms.json", OuterPaths::allowed).frames[0].picture,
+              path);
+  }
+}
+
+TEST_F(CaptureFile, DeepNestingIsRefusedNotFollowed) {
+  for (const char* open : {"[", "{\"a\":"}) {
+    std::string text = "{\"frames\": ";
+    for (int i = 0; i < 1000000; ++i) text += open;
+    EXPECT_NE(errorOf([&] { readText(text); }).find("nested too deeply"), std::string::npos);
+  }
+}
+
+TEST_F(CaptureFile, NamesWithLineFeedsStillMakeErrorsOfOneLine) {
+  Json json = full();
+  json["frames"][0]["file_path"] = "a\nb";
+  EXPECT_NE(error(json).find("a?b"), std::string::npos);
+}
+
 TEST_F(CaptureFile, MissingFilesAreNamed) {
   Json json = full();
   json["frames"][1]["file_path"] = "images/c.exr";

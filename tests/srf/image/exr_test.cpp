@@ -172,6 +172,15 @@ TEST_F(Exr, TheDisplayWindowIsReadWhereverTheDataLies) {
   }
 }
 
+TEST_F(Exr, MemoryIsNotTakenForPixelsThatTheFileHasNoBytesFor) {
+  writeExr(file(), randomImage(6, 50, 4, 0, 1, 8), Precision::single);
+  std::string claiming = readFile(file());
+  const std::string key = FileBuilder::attribute("displayWindow", "box2i", FileBuilder::box(0, 0, 5, 49));
+  claiming.replace(claiming.find(key), key.size(),
+                   FileBuilder::attribute("displayWindow", "box2i", FileBuilder::box(0, 0, 16383, 16383)));
+  EXPECT_NE(errorOf([&] { readAll(claiming); }).find("bytes for so many pixels"), std::string::npos);
+}
+
 TEST_F(Exr, PartsAreFoundByNameAndSamplesOfEveryTypeBecomeFloat) {
   const std::string bytes = FileBuilder::multiPart(
       5, 3,

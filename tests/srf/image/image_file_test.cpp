@@ -79,6 +79,19 @@ TEST_F(ImageFile, ForeignStraightAlphaIsNotMultipliedIn) {
   for (size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(picture.image.values[i], expected[i]);
 }
 
+TEST_F(ImageFile, OtherFormatsAreNotTried) {
+  writePng(folder / "a.png", Image(4, 3, 3));
+  for (const char* name : {"a.dpx", "a.psd", "a.gif", "a", "a.jpg"}) { // also not under another name
+    std::filesystem::copy(folder / "a.png", folder / name);
+    EXPECT_NE(errorOf([&] { readPicture(folder / name); }).find(name), std::string::npos);
+  }
+}
+
+TEST_F(ImageFile, MemoryIsNotTakenForPixelsThatTheFileHasNoBytesFor) {
+  writeBytes(folder / "a.ppm", "P6\n16000 16000\n255\n12345");
+  EXPECT_NE(errorOf([&] { readPicture(folder / "a.ppm"); }).find("for so many pixels"), std::string::npos);
+}
+
 TEST_F(ImageFile, WhatIsNoPictureIsRejectedInOneLine) {
   writeBytes(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 9 +X 9\n");
   writeBytes(folder / "a.jpg", "no picture");

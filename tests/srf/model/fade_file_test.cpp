@@ -1,0 +1,45 @@
+#include "srf/model/fade_file.h"
+
+#include "tests/srf/image/files.h"
+
+namespace surflect {
+namespace {
+
+ViewFades randomFades(size_t surfels, size_t views, unsigned seed) {
+  std::mt19937 random(seed);
+  ViewFades fades{views, std::vector<uint8_t>(surfels * views)};
+  for (uint8_t& fade : fades.values) fade = static_cast<uint8_t>(random());
+  return fades;
+}
+
+TEST(FadeFile, WhatIsPackedIsUnpackedEqual) {
+  for (const auto& [surfels, views] :
+       {std::pair<size_t, size_t>{0, 0}, {0, 5}, {1, 1}, {1000, 7}, {3, 400}}) {
+    const ViewFades fades = randomFades(surfels, views, 1);
+    const ViewFades unpacked = unpackFades(packFades(fades), surfels, views);
+    EXPECT_EQ(unpacked.views, views);
+    EXPECT_EQ(unpacked.values, fades.values);
+  }
+}
+
+TEST(FadeFile, OtherCountsAndEveryTruncationAreRefused) {
+  const auto packed = packFades(randomFades(50, 4, 2));
+  for (const auto& [surfels, views] : {std::pair<size_t, size_t>{50, 3}, {51, 4}, {0, 4}, {50, 0}})
+    EXPECT_THROW(unpackFades(packed, surfels, views), Error);
+  for (size_t length = 0; length < packed.size(); ++length)
+    EXPECT_THROW(unpackFades(std::span(packed).first(length), 50, 4), Error);
+  auto longer = packed;
+  longer.push_back(std::byte{0});
+  EXPECT_THROW(unpackFades(longer, 50, 4), Error);
+}
+
+TEST(FadeFile, CountsThatTheBytesCannotHoldTakeNoMemory) {
+  const auto packed = packFades(randomFades(50, 4, 3));
+  constexpr size_t huge = size_t{1} << 40;
+  for (const auto& [surfels, views] :
+       {std::pair<size_t, size_t>{huge, 1}, {1, huge}, {huge, huge}, {~size_t{0}, 2}})
+    EXPECT_THROW(unpackFades(packed, surfels, views), Error);
+}
+
+} // namespace
+} // namespace surflect

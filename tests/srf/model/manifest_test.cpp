@@ -1,0 +1,60 @@
+#include "srf/model/manifest.h"
+
+#include "tests/srf/image/files.h"
+
+namespace surflect {
+namespace {
+
+const std::string sum(16, 'a');
+
+Manifest example() {
+  return {.white = 0.7,
+          .tolerance = 0.03,
+          .surfels = 1000,
+          .views = 2,
+          .lights = 3,
+          .rig = sum,
+          .cloud = sum,
+          .fades = sum,
+          .viewChecksums = {sum, "0123456789abcdef"}};
+}
+
+Manifest parse(const std::string& text) { return parseManifest(text, "m/manifest.json"); }
+
+TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
+  const Manifest manifest = parse(manifestText(example()));
+  EXPECT_EQ(manifest.white, 0.7);
+  EXPECT_EQ(manifest.tolerance, 0.03);
+  EXPECT_EQ(manifest.surfels, 1000u);
+  EXPECT_EQ(manifest.views, 2u);
+  EXPECT_EQ(manifest.lights, 3u);
+  EXPECT_EQ(manifest.rig, sum);
+  EXPECT_EQ(manifest.viewChecksums, example().viewChecksums);
+  EXPECT_EQ(identityOf(manifest), identityOf(example()));
+}
+
+TEST(Manifest, AnyFieldChangesTheIdentity) {
+  Manifest other = example();
+  other.viewChecksums[1][3] = 'f';
+  EXPECT_NE(identityOf(other), identityOf(example()));
+  other = example();
+  other.white = 0.71;
+  EXPECT_NE(identityOf(other), identityOf(example()));
+}
+
+TEST(Manifest, AChangedDigitIsToldByTheChecksum) {
+  std::string text = manifestText(example());
+  text.replace(text.find("1000"), 4, "1001");
+  EXPECT_NE(errorOf([&] { parse(text); }).find("m/manifest.json: checksum: found "), std::string::npos);
+}
+
+TEST(Manifest, WhatIsNoManifestIsRefusedInOneLine) {
+  std::string deep = "{\"view_checksums\": ";
+  for (int i = 0; i < 1000000; ++i) deep += "[";
+  for (const std::string& text : {std::string(), std::string("[]"), std::string("{}"), deep,
+                                  std::string("{\"format\": \"surflect model\", \"version\": 99}")})
+    EXPECT_NE(errorOf([&] { parse(text); }).find("m/manifest.json"), std::string::npos);
+}
+
+} // namespace
+} // namespace surflect
