@@ -149,16 +149,18 @@ void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candid
   });
   std::vector<Vec3<double>> centroid(surfels.size(), Vec3<double>::Zero());
   std::vector<size_t> members(surfels.size(), 0);
-  for (size_t c = 0; c < candidates.size(); ++c)
-    if (owner[c] != kNone) {
-      centroid[owner[c]] += candidates[c].position;
-      ++members[owner[c]];
-    }
+  for (size_t c = 0; c < candidates.size(); ++c) {
+    checkNowAndThen(c, progress);
+    if (owner[c] == kNone) continue;
+    centroid[owner[c]] += candidates[c].position;
+    ++members[owner[c]];
+  }
   for (size_t i = 0; i < surfels.size(); ++i)
     centroid[i] =
         members[i] ? Vec3<double>(centroid[i] / static_cast<double>(members[i])) : surfels[i].position;
   std::vector<double> nearest(surfels.size(), std::numeric_limits<double>::infinity());
   for (size_t c = 0; c < candidates.size(); ++c) {
+    checkNowAndThen(c, progress);
     if (owner[c] == kNone) continue;
     const size_t i = owner[c];
     const double squared = (candidates[c].position - centroid[i]).squaredNorm();
@@ -171,7 +173,7 @@ void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candid
 
 // Sorts along a space-filling curve through cells of the given size, so that neighbours in space become
 // neighbours in memory; points of one cell keep their order.
-void sortAlongCurve(std::vector<Candidate>& points, double cell) {
+void sortAlongCurve(std::vector<Candidate>& points, double cell, const Progress& progress) {
   Eigen::AlignedBox3d box;
   for (const auto& p : points) box.extend(p.position);
   const auto mortonCode = [&](const Candidate& p) {
@@ -183,11 +185,21 @@ void sortAlongCurve(std::vector<Candidate>& points, double cell) {
     return code;
   };
   std::vector<std::pair<uint64_t, uint32_t>> order(points.size());
-  for (uint32_t i = 0; i < points.size(); ++i) order[i] = {mortonCode(points[i]), i};
-  std::ranges::sort(order);
+  for (uint32_t i = 0; i < points.size(); ++i) {
+    checkNowAndThen(i, progress);
+    order[i] = {mortonCode(points[i]), i};
+  }
+  size_t comparisons = 0;
+  std::ranges::sort(order, [&](const auto& a, const auto& b) {
+    checkNowAndThen(++comparisons, progress);
+    return a < b;
+  });
   std::vector<Candidate> sorted;
   sorted.reserve(points.size());
-  for (const auto& [code, i] : order) sorted.push_back(points[i]);
+  for (const auto& [code, i] : order) {
+    checkNowAndThen(sorted.size(), progress);
+    sorted.push_back(points[i]);
+  }
   points = std::move(sorted);
 }
 
@@ -214,16 +226,17 @@ SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t see
   const double expected = surfelsAt(mesh, spacing);
   auto candidates =
       scatter(mesh, static_cast<size_t>(std::ceil(expected * kCandidatesPerSurfel)) + 16, random, progress);
-  for (size_t i = candidates.size(); i > 1; --i) // Fisher-Yates, the same on every standard library
+  for (size_t i = candidates.size(); i > 1; --i) { // Fisher-Yates, the same on every standard library
+    checkNowAndThen(i, progress);
     std::swap(candidates[i - 1], candidates[random() % i]);
-  progress.checkpoint();
-  sortAlongCurve(candidates, 8 * spacing); // random within neighbourhoods that fit the cache
+  }
+  sortAlongCurve(candidates, 8 * spacing, progress); // random within neighbourhoods that fit the cache
   auto surfels = throwDiscs(candidates, kDiscDiameter * spacing, progress);
   for (int round = 0; round < kRelaxationRounds; ++round) {
     progress("surfels", static_cast<double>(round) / kRelaxationRounds);
     relax(surfels, candidates, spacing, progress);
   }
-  sortAlongCurve(surfels, spacing);
+  sortAlongCurve(surfels, spacing, progress);
   SurfelCloud cloud;
   for (const auto& surfel : surfels) {
     cloud.p0.push_back(assume<Point3<AcquisitionSpace>>(surfel.position));
