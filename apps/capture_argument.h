@@ -8,15 +8,15 @@
 
 namespace surflect {
 
-inline void addAllowOutside(CLI::App& command, OuterPaths& outside) {
+inline void addAllowOutside(CLI::App& command, PathRule& outside) {
   command.add_flag_callback(
-      "--allow-outside", [&outside] { outside = OuterPaths::allowed; },
+      "--allow-outside", [&outside] { outside = PathRule::anywhere; },
       "the capture may name files outside of its folder");
 }
 
 struct CaptureArgument {
   std::string path;
-  OuterPaths outside = OuterPaths::refused;
+  PathRule outside = PathRule::inside;
 
   Capture read() const { return readCapture(path, outside); }
 };

@@ -364,7 +364,7 @@ bool samePose(const Pose& a, const Pose& b) {
 
 class CaptureReader {
 public:
-  CaptureReader(const fs::path& file, OuterPaths outside) : outside_(outside) { capture_.file = file; }
+  CaptureReader(const fs::path& file, PathRule paths) : paths_(paths) { capture_.file = file; }
 
   Capture read(const Json& root) && {
     objectOf(root);
@@ -427,7 +427,7 @@ private:
     return true;
   }
 
-  bool outsideAllowed() const { return outside_ == OuterPaths::allowed; }
+  bool outsideAllowed() const { return paths_ == PathRule::anywhere; }
   static std::string hint(bool leaves) { return leaves ? " (--allow-outside lifts this)" : ""; }
 
   fs::path fileAt(const Json& value) const {
@@ -522,7 +522,7 @@ private:
           .at("light");
   }
 
-  OuterPaths outside_;
+  PathRule paths_;
   Capture capture_;
   std::vector<bool> named_; // per view
   std::map<fs::path, PictureSize> sizes_;
@@ -555,17 +555,17 @@ std::vector<Exposure> bracketOf(const Frame& frame) {
   return bracket;
 }
 
-Capture parseCapture(std::string_view json, const fs::path& file, OuterPaths outside) {
+Capture parseCapture(std::string_view json, const fs::path& file, PathRule paths) {
   try {
-    return CaptureReader(file, outside).read(parse(json));
+    return CaptureReader(file, paths).read(parse(json));
   } catch (Error& e) {
     throw std::move(e).in(file);
   }
 }
 
-Capture readCapture(const fs::path& folderOrJson, OuterPaths outside) {
+Capture readCapture(const fs::path& folderOrJson, PathRule paths) {
   const fs::path file = fs::is_directory(folderOrJson) ? folderOrJson / "transforms.json" : folderOrJson;
-  return parseCapture(readFile(file, kLargestText), file, outside);
+  return parseCapture(readFile(file, kLargestText), file, paths);
 }
 
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted) {

@@ -85,15 +85,15 @@ std::vector<Exposure> bracketOf(const Frame& frame);
 
 // A capture that somebody else has made names files of its own folder; whether it may name others, by "..",
 // an absolute path or a link, is for the user to say.
-enum class OuterPaths { refused, allowed };
+enum class PathRule { inside, anywhere };
 
 // Reads a folder's transforms.json, or a JSON file of that form. Checks everything but pixels: that the files
 // named are there and inside the folder, lights known and unit, poses rigid. Pictures are opened only where
 // the file does not say their size. Throws Error with file, field, expected and found.
-Capture readCapture(const std::filesystem::path& folderOrJson, OuterPaths outside = OuterPaths::refused);
+Capture readCapture(const std::filesystem::path& folderOrJson, PathRule paths = PathRule::inside);
 // The same from the text of the file.
 Capture parseCapture(std::string_view json, const std::filesystem::path& file,
-                     OuterPaths outside = OuterPaths::refused);
+                     PathRule paths = PathRule::inside);
 
 // The frames wanted, with the views and lights they use, in the same order.
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);

@@ -337,7 +337,7 @@ TEST_F(CaptureFile, LinksLeadOutOfTheFolderOnlyWhereThatIsAllowed) {
   for (const std::string& path :
        {std::string("out.png"), outside.string(), "../" + outside.filename().string()}) {
     json["frames"][0]["file_path"] = path;
-    EXPECT_EQ(parseCapture(json.dump(), folder / "transforms.json", OuterPaths::allowed).frames[0].picture,
+    EXPECT_EQ(parseCapture(json.dump(), folder / "transforms.json", PathRule::anywhere).frames[0].picture,
               path);
   }
 }

@@ -1,0 +1,36 @@
+// A folder for inputs that name other files: it has pictures of 4 x 3 pixels, and is gone at the end.
+#pragma once
+
+#include "srf/image/exr.h"
+#include "srf/image/png.h"
+#include "surfel/file.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+namespace surflect {
+
+class FuzzFolder {
+public:
+  FuzzFolder() {
+    std::string name = std::filesystem::temp_directory_path() / "surflect_fuzz.XXXXXX";
+    if (!::mkdtemp(name.data())) std::abort();
+    path_ = name;
+    const Image picture(4, 3, 4);
+    writePng(path_ / "a.png", picture);
+    writeExr(path_ / "a.exr", picture);
+    writeFileAtomically(path_ / "mesh.ply", std::string_view("not read here"));
+  }
+  ~FuzzFolder() { std::filesystem::remove_all(path_); }
+  FuzzFolder(const FuzzFolder&) = delete;
+  FuzzFolder& operator=(const FuzzFolder&) = delete;
+
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+
+private:
+  std::filesystem::path path_;
+};
+
+} // namespace surflect
