@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 namespace surflect {
@@ -23,6 +24,19 @@ void announceEstimate(const PackEstimate& estimate) {
                   static_cast<double>(estimate.memoryBytes) / 1e6, estimate.seconds, estimate.surfels));
 }
 
+// How well a hull fits the mattes: the median view, and the worst three.
+void announceFits(std::vector<Impostor::Fit> fits) {
+  std::ranges::stable_sort(fits, {}, &Impostor::Fit::intersectionOverUnion);
+  std::string worst, leftOut;
+  for (size_t i = 0; i < fits.size(); ++i) {
+    if (i < 3) worst += fmt::format(" {} {:.3f}", fits[i].view, fits[i].intersectionOverUnion);
+    if (fits[i].leftOut) leftOut += " " + fits[i].view;
+  }
+  say(fmt::format("geometry: visual hull of {} mattes; silhouettes agree to {:.3f} IoU (median), worst:{}",
+                  fits.size(), fits[fits.size() / 2].intersectionOverUnion, worst));
+  if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
+}
+
 Json reportOf(const PackReport& report) {
   Json json = {
       {"geometry", nameOf(report.geometry)},
@@ -39,6 +53,9 @@ Json reportOf(const PackReport& report) {
                    {"object_texels", report.store.objectTexels},
                    {"ratio_to_half", compressionRatio(report.store)},
                    {"blocks_of_rank", report.store.blocksOfRank}};
+  for (const auto& fit : report.fits)
+    json["silhouettes"].push_back(
+        {{"view", fit.view}, {"iou", fit.intersectionOverUnion}, {"left_out", fit.leftOut}});
   if (report.resumedViews == 0) json["store"]["psnr_linear_db"] = psnrDb(report.store, report.white);
   return json;
 }
@@ -48,6 +65,7 @@ Json runPack(const Arguments& arguments, const Progress& progress) {
   if (arguments.surfels > 0) options.surfels = arguments.surfels;
   const PackReport report =
       pack(arguments.capture.read(), arguments.output, options, progress, announceEstimate);
+  if (!report.fits.empty()) announceFits(report.fits);
   if (report.invalidTexels > 0)
     say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));
   const std::string error = report.resumedViews == 0

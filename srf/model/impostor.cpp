@@ -1,11 +1,41 @@
 #include "srf/model/impostor.h"
 
+#include "srf/hull/mattes.h"
+#include "srf/hull/visual_hull.h"
 #include "srf/model/one_view.h"
+#include "srf/query/ray_caster.h"
 #include "surfel/error.h"
 
+#include <algorithm>
 #include <string>
 
 namespace surflect {
+
+namespace {
+
+Impostor hullOf(const Capture& training, const Progress& progress) {
+  const std::vector<Sight> sights = sightsOf(training, progress);
+  if (sights.empty())
+    throw Error("several views, but neither geometry nor mattes: give a mesh with --mesh, or masks (surflect "
+                "import --mask-threshold makes them)")
+        .in(training.file);
+  try {
+    VisualHull hull = visualHull(sights, {}, progress);
+    Impostor impostor{std::move(hull.mesh), Impostor::Origin::hull};
+    const RayCaster<AcquisitionSpace> caster(impostor.mesh);
+    for (size_t i = 0; i < sights.size(); ++i) {
+      progress.checkpoint();
+      const Mask outline = objectMask(silhouette(sights[i].camera, caster));
+      impostor.fits.push_back({sights[i].name, intersectionOverUnion(outline, sights[i].outline.mask()),
+                               std::ranges::binary_search(hull.leftOut, i)});
+    }
+    return impostor;
+  } catch (Error& error) {
+    throw std::move(error).in(training.file);
+  }
+}
+
+} // namespace
 
 Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress) {
   progress("geometry", 0);
@@ -16,7 +46,7 @@ Impostor impostorOf(const Capture& training, const ImpostorOptions& options, con
   if (!training.geometry.empty())
     return {readMesh(training.folder() / training.geometry), Impostor::Origin::given};
   if (training.views.size() == 1) return {meshOfOneView(training, false, progress), Impostor::Origin::plane};
-  throw Error("no geometry in the capture, and no --mesh given").in(training.file);
+  return hullOf(training, progress);
 }
 
 std::string_view nameOf(Impostor::Origin origin) {

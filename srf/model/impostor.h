@@ -6,7 +6,9 @@
 #include "surfel/progress.h"
 
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace surflect {
 
@@ -23,15 +25,24 @@ struct Impostor {
     relief, // a height field over the plane
   };
 
+  // How well the silhouette of a hull is that of a view's matte.
+  struct Fit {
+    std::string view;
+    double intersectionOverUnion = 0;
+    bool leftOut = false; // its matte had no say: it is empty, or cuts away what others show
+  };
+
   TriangleMesh mesh;
   Origin origin = Origin::given;
+  std::vector<Fit> fits = {}; // of a hull, per view with a matte
 };
 
 // As reports say it: mesh, hull, plane or relief.
 std::string_view nameOf(Impostor::Origin origin);
 
 // The geometry that pack samples and inspect draws. Only training frames may take part: hand over a capture
-// of these. With one view and nothing else it is a plane, see one_view.h. Throws Error and Cancelled.
+// of these. With nothing else, one view gives a plane, see one_view.h, and several with mattes a visual hull,
+// see visual_hull.h. Throws Error and Cancelled.
 Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress);
 
 } // namespace surflect

@@ -271,11 +271,13 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   const auto frames = framesByView(capture);
   if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
   const auto start = Clock::now();
-  const auto [mesh, origin] = impostorOf(capture, options.impostor, progress);
+  const Impostor geometry = impostorOf(capture, options.impostor, progress);
+  const TriangleMesh& mesh = geometry.mesh;
   const RayCaster<AcquisitionSpace> impostor(mesh);
 
   PackReport report;
-  report.geometry = origin;
+  report.geometry = geometry.origin;
+  report.fits = geometry.fits;
   progress("surfels", 0);
   const double spacing = options.surfels
                              ? spacingFor(mesh, *options.surfels)

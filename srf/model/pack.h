@@ -28,6 +28,7 @@ struct PackEstimate {
 
 struct PackReport {
   Impostor::Origin geometry = Impostor::Origin::given;
+  std::vector<Impostor::Fit> fits; // as in Impostor
   size_t surfels = 0, views = 0, lights = 0, resumedViews = 0;
   double white = 0;
   size_t invalidTexels = 0; // NaN or infinite in the photographs
