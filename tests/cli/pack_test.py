@@ -1,5 +1,6 @@
 """`surflect pack`: what it reports, and that an interrupted run leaves no trace in the result."""
 
+import json
 import signal
 import subprocess
 import time
@@ -78,6 +79,20 @@ class Pack(TestInFolder):
         view.write_bytes(data)
         self.assertEqual(self.pack("damaged.srf")["resumed_views"], 4)
         self.assertEqual(content(self.folder / "damaged.srf"), self.whole)
+
+    def test_without_a_mesh_the_mattes_make_a_hull(self):
+        capture = self.folder / "meshless"
+        write_small_capture(capture, cameras=6, lights=1)
+        description = json.loads((capture / "transforms.json").read_text())
+        del description["geometry"]
+        (capture / "transforms.json").write_text(json.dumps(description))
+        report = succeed("pack", capture, "-o", self.folder / "hull.srf", "--surfels", "3000")
+        self.assertEqual(report["geometry"], "hull")
+        cameras = {f["camera"] for f in description["frames"] if f["split"] == "train"}
+        self.assertEqual({fit["view"] for fit in report["silhouettes"]}, cameras)
+        for fit in report["silhouettes"]:
+            self.assertGreater(fit["iou"], 0.95)
+            self.assertFalse(fit["left_out"])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,55 @@
+#include "srf/model/impostor.h"
+
+#include "tests/support/synthetic_capture.h"
+
+namespace surflect {
+namespace {
+
+class ImpostorOf : public testing::Test {
+protected:
+  ImpostorOf() {
+    studio.cameras = 8;
+    studio.lights = 1;
+    studio.size = 40;
+  }
+  // Without the mesh.
+  Capture photographed() {
+    Capture capture = photograph(studio, folder / "capture");
+    capture.geometry.clear();
+    return capture;
+  }
+
+  TemporaryFolder folder;
+  studio::Studio studio;
+};
+
+TEST_F(ImpostorOf, SeveralViewsWithMattesIsTheirHull) {
+  const Impostor impostor = impostorOf(photographed(), {}, {});
+  EXPECT_EQ(impostor.origin, Impostor::Origin::hull);
+  ASSERT_EQ(impostor.fits.size(), 8u);
+  for (const auto& fit : impostor.fits) {
+    EXPECT_GT(fit.intersectionOverUnion, 0.95);
+    EXPECT_FALSE(fit.leftOut);
+  }
+  EXPECT_EQ(impostor.fits[3].view, "C3");
+  for (const auto& p : impostor.mesh.positions) EXPECT_NEAR(p.raw().norm(), 1.1f, 0.15f);
+}
+
+TEST_F(ImpostorOf, AMeshComesFirst) {
+  Capture capture = photographed();
+  capture.geometry = "mesh.ply";
+  const Impostor impostor = impostorOf(capture, {}, {});
+  EXPECT_EQ(impostor.origin, Impostor::Origin::given);
+  EXPECT_TRUE(impostor.fits.empty());
+}
+
+TEST_F(ImpostorOf, SeveralViewsWithoutMattesIsAnErrorWithBothWaysOut) {
+  studio.matte = false;
+  const std::string error = errorOf([&] { impostorOf(photographed(), {}, {}); });
+  EXPECT_NE(error.find("--mesh"), std::string::npos);
+  EXPECT_NE(error.find("--mask-threshold"), std::string::npos);
+  EXPECT_NE(error.find("transforms.json"), std::string::npos);
+}
+
+} // namespace
+} // namespace surflect
