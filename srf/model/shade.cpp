@@ -1,5 +1,6 @@
 #include "srf/model/shade.h"
 
+#include "srf/query/stand_in.h"
 #include "srf/query/ulr.h"
 #include "surfel/error.h"
 
@@ -57,9 +58,9 @@ public:
   Planner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
           const ShadeOptions& options)
       : model_(model), coverage_(coverage), batch_(batch), options_(options),
-        viewPenalty_(model.rig.views.size()), rigLights_(model.rig.lights.size()),
-        lightPenalty_(model.rig.lights.size()), row_(model.rig.lights.size()),
-        share_(model.rig.lights.size()) {
+        viewPenalty_(model.rig.views.size()), anglePenalty_(viewPenalty_), standInScale_(viewPenalty_),
+        rigLights_(model.rig.lights.size()), lightPenalty_(model.rig.lights.size()),
+        row_(model.rig.lights.size()), share_(model.rig.lights.size()) {
     for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
     for (const auto& lights : model.columns) {
       firstPair_.push_back(pairs_);
@@ -77,8 +78,7 @@ public:
       rigLights_[light] = {towardsLight(captured, p0_).template cast<float>(), irradianceAt(captured, p0_)};
     }
     cameraBlend_ = lightBlend_ = {};
-    seen_ = rateViews(surfel, batch_.towardsView[query]);
-    if (!seen_) ++plan.unseen;
+    if (!rateViews(surfel, batch_.towardsView[query])) ++plan.unseen;
     if (model_.rig.lights.empty())
       planFixedIllumination(query, plan);
     else if (model_.isFullProduct)
@@ -98,30 +98,47 @@ public:
 
 private:
   // Penalty over fade of every view, so that a view which fades leaves the blend without a jump. Where none
-  // sees the surfel, those that have it in their image are rated by angle alone; returns false then.
+  // is left that sees the surfel well, others stand in; returns false where none sees it at all.
   bool rateViews(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
     const auto fades = model_.fades.of(surfel);
-    const bool seen = std::ranges::any_of(fades, [](uint8_t fade) { return fade > 0; });
+    float best = kInfinity;
     for (size_t view = 0; view < viewPenalty_.size(); ++view) {
-      const auto& camera = model_.rig.views[view].camera;
-      viewPenalty_[view] = kInfinity;
-      if (seen && fades[view] == 0) continue;
+      viewPenalty_[view] = standInScale_[view] = kInfinity;
+      if (fades[view] == 0) continue;
       const float penalty = anglePenalty(viewpoints_[view].towards(p0_).template cast<float>(), towardsView);
-      if (seen) {
-        viewPenalty_[view] = options_.nearest ? penalty : penalty / ViewFades::decode(fades[view]);
-      } else if (const auto pixel = camera.project(p0_); pixel && contains(camera.lens, *pixel)) {
-        viewPenalty_[view] = penalty;
-      }
+      viewPenalty_[view] = options_.nearest ? penalty : penalty / ViewFades::decode(fades[view]);
+      best = std::min(best, viewPenalty_[view]);
     }
-    return seen;
+    if (best == kInfinity || (best > kStandInFrom && !options_.nearest)) rateStandIns(surfel, towardsView);
+    return best < kInfinity;
   }
 
-  // How many are blended; the nearest alone stands in where no camera sees the surfel.
-  size_t blended(size_t wanted) const { return options_.nearest || !seen_ ? 1 : wanted; }
+  void rateStandIns(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
+    const Vec3<double> normal = rotationOf<double>(model_.cloud.r0[surfel]).col(2);
+    for (size_t view = 0; view < viewPenalty_.size(); ++view) {
+      const auto& camera = model_.rig.views[view].camera;
+      const auto pixel = camera.project(p0_);
+      if (!pixel || !contains(camera.lens, *pixel)) continue;
+      const auto towardsCamera = viewpoints_[view].towards(p0_);
+      anglePenalty_[view] = anglePenalty(towardsCamera.template cast<float>(), towardsView);
+      standInScale_[view] = standInScale(normal.dot(towardsCamera.raw()), borderFade(camera.lens, *pixel),
+                                         ViewFades::decode(model_.fades.of(surfel)[view]));
+    }
+  }
+
+  // Of a view with a light of the given penalty, or with all of them alike.
+  float pairPenalty(size_t view, float lightPenalty) const {
+    const float own = viewPenalty_[view] + lightPenalty;
+    if (standInScale_[view] == kInfinity) return own;
+    return std::min(own, standInPenalty(anglePenalty_[view] + lightPenalty, standInScale_[view]));
+  }
+
+  // How many are blended.
+  size_t blended(size_t wanted) const { return options_.nearest ? 1 : wanted; }
 
   BlendSet blendViews() const {
     NearestCandidates nearest(blended(options_.cameras));
-    for (uint32_t view = 0; view < viewPenalty_.size(); ++view) nearest.offer({view, viewPenalty_[view]});
+    for (uint32_t view = 0; view < viewPenalty_.size(); ++view) nearest.offer({view, pairPenalty(view, 0)});
     return ulrWeights(nearest);
   }
 
@@ -272,11 +289,10 @@ private:
   BlendSet blendPairs() const {
     NearestCandidates nearest(blended(options_.pairs));
     for (size_t view = 0; view < model_.columns.size(); ++view) {
-      if (!(viewPenalty_[view] < kInfinity)) continue;
       const auto& lights = model_.columns[view];
       for (size_t column = 0; column < lights.size(); ++column)
         nearest.offer({static_cast<uint32_t>(firstPair_[view] + column),
-                       viewPenalty_[view] + lightPenalty_[lights[column]]});
+                       pairPenalty(view, lightPenalty_[lights[column]])});
     }
     return ulrWeights(nearest);
   }
@@ -296,7 +312,9 @@ private:
   const QueryBatch& batch_;
   const ShadeOptions& options_;
   std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
-  std::vector<float> viewPenalty_; // per view, of the current query
+  // Per view, of the current query; the scale is infinite where the view does not stand in, and without it
+  // the angle has no meaning.
+  std::vector<float> viewPenalty_, anglePenalty_, standInScale_;
   struct RigLight {
     Direction3<AcquisitionSpace> towards;
     Rgb irradiance;
@@ -309,7 +327,6 @@ private:
   std::vector<Rgb> row_;              // per light
   std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, r g b 0
   std::vector<Rgb> pairShare_;        // per pair, the same
-  bool seen_ = true;                  // by a camera
   std::vector<PlannedOp> ops_;
   Point3<AcquisitionSpace, double> p0_;
   Rgb cameraBlend_, lightBlend_;

@@ -58,7 +58,7 @@ struct ShadingPlan {
   std::vector<LightWeight> rows;
   // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query.
   std::vector<Rgb> cameraBlend, lightBlend;
-  size_t unseen = 0; // queries that no camera sees: the nearest that has the point in its image stands in
+  size_t unseen = 0; // queries that no camera sees: others stand in (stand_in.h)
 };
 
 // Radians between neighbouring lights of the rig, as LightCoverage has it.

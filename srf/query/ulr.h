@@ -76,10 +76,10 @@ private:
 };
 
 // p_t: the penalty of the (k+1)-th candidate, but at most 1, so that a candidate beyond 90 degrees counts
-// only when none is nearer. Where all are beyond, 2 p_1 - 1 takes over, which meets 1 continuously at p_1
-// = 1.
+// only where none is within 60. There 2 p_1 takes over: a threshold that stayed at 1 would leave no room in
+// which one candidate could hand over to another as both pass 90 degrees.
 inline float thresholdPenalty(std::span<const Candidate> nearest, size_t k) {
-  const float limit = std::max(1.f, 2 * nearest[0].penalty - 1);
+  const float limit = std::max(1.f, 2 * nearest[0].penalty);
   return nearest.size() > k ? std::min(nearest[k].penalty, limit) : limit;
 }
 

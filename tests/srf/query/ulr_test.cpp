@@ -90,13 +90,22 @@ TEST(Ulr, EqualPenaltiesGetEqualShares) {
   }
 }
 
-TEST(Ulr, ACandidateBeyondNinetyDegreesCountsOnlyWhenNoneIsNearer) {
-  const auto near = blendOf(std::vector<float>{1.2f, 0.9f, 1.5f}, 4);
+TEST(Ulr, ACandidateBeyondNinetyDegreesCountsOnlyWhenNoneIsWithinSixty) {
+  const auto near = blendOf(std::vector<float>{1.2f, 0.49f, 1.01f}, 4);
   ASSERT_EQ(near.size(), 1u);
   EXPECT_EQ(near[0].index, 1u);
-  const auto far = blendOf(std::vector<float>{1.2f, 1.9f, 1.5f}, 4);
-  ASSERT_EQ(far.size(), 1u); // 2 * 1.2 - 1 = 1.4 is below the others
+  const auto far = blendOf(std::vector<float>{0.9f, 1.81f, 1.5f}, 4);
+  ASSERT_EQ(far.size(), 2u); // those below 2 * 0.9
   EXPECT_EQ(far[0].index, 0u);
+  EXPECT_EQ(far[1].index, 2u);
+}
+
+TEST(Ulr, BeyondNinetyDegreesWeightsDependOnTheRatioOfPenalties) {
+  const auto once = blendOf(std::vector<float>{1.f, 1.3f, 1.9f}, 4),
+             thrice = blendOf(std::vector<float>{3.f, 3.9f, 5.7f}, 4);
+  ASSERT_EQ(once.size(), 3u);
+  ASSERT_EQ(thrice.size(), 3u);
+  for (size_t i = 0; i < 3; ++i) EXPECT_FLOAT_EQ(once[i].weight, thrice[i].weight);
 }
 
 TEST(Ulr, HiddenCandidatesAreNeverChosen) {
