@@ -1,6 +1,7 @@
 #include "apps/capture_argument.h"
 #include "apps/terminal.h"
 #include "render/contact_sheet.h"
+#include "srf/checks/checks.h"
 #include "srf/image/png.h"
 #include "srf/model/impostor.h"
 #include "srf/model/model.h"
@@ -9,7 +10,6 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <optional>
 
 namespace surflect {
 
@@ -50,9 +50,18 @@ struct Arguments {
   size_t maxFrames = 24;
 };
 
-Json drawOverlay(const Capture& capture, const Arguments& arguments, const Progress& progress) {
-  const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
-  const Impostor impostor = impostorOf(training, arguments.impostor, progress);
+Json check(const Capture& capture, const TriangleMesh& mesh, const Progress& progress) {
+  Json findings = Json::array();
+  for (const Finding& finding : checkCapture(capture, mesh, progress)) {
+    const char* severity = finding.severity == Finding::Severity::error ? "error" : "warning";
+    say(fmt::format("{}: {}", severity, finding.text));
+    findings.push_back({{"severity", severity}, {"text", finding.text}});
+  }
+  return findings;
+}
+
+Json drawOverlay(const Capture& capture, const Impostor& impostor, const Arguments& arguments,
+                 const Progress& progress) {
   const WhiteSurface surface(impostor.mesh);
   const auto frames = spreadFrames(capture, arguments.maxFrames);
   const ContactSheet sheet = contactSheet(capture, frames, surface, progress);
@@ -68,15 +77,27 @@ Json drawOverlay(const Capture& capture, const Arguments& arguments, const Progr
   return {{"path", arguments.overlay}, {"geometry", nameOf(impostor.origin)}, {"frames", tiles}};
 }
 
+// Also for people, a line each.
+Json told(Json report) {
+  for (const auto& [key, value] : report.items()) say(fmt::format("{:<20} {}", key, value.dump()));
+  return report;
+}
+
 Json runInspect(const Arguments& arguments, const Progress& progress) {
   const bool packed = std::filesystem::exists(std::filesystem::path(arguments.input.path) / "manifest.json");
   if (packed && !arguments.overlay.empty())
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
-  std::optional<Capture> capture;
-  if (!packed) capture = arguments.input.read();
-  Json report = packed ? describe(openModel(arguments.input.path, progress)) : describe(*capture);
-  for (const auto& [key, value] : report.items()) say(fmt::format("{:<20} {}", key, value.dump()));
-  if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(*capture, arguments, progress);
+  if (packed) return told(describe(openModel(arguments.input.path, progress)));
+
+  const Capture capture = arguments.input.read();
+  Json report = told(describe(capture));
+  const bool isGeometryGiven =
+      !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
+  if (!isGeometryGiven && arguments.overlay.empty()) return report;
+  const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
+  const Impostor impostor = impostorOf(training, arguments.impostor, progress);
+  report["findings"] = check(capture, impostor.mesh, progress);
+  if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;
 }
 
@@ -84,7 +105,8 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
 
 void addInspectCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("inspect", "say what is in a capture or a model");
+  CLI::App* command = app.add_subcommand(
+      "inspect", "say what is in a capture or a model, and what of a capture cannot be right");
   command->footer("Example: surflect inspect vase.srf\n"
                   "         surflect inspect examples/vase --overlay sheet.png");
   command->add_option("path", arguments->input.path, "a capture or a packed model")->required();
@@ -92,8 +114,10 @@ void addInspectCommand(CLI::App& app, CommandWork& work) {
   CLI::Option* overlay = command->add_option(
       "--overlay", arguments->overlay,
       "of a capture: draw the geometry over photographs, and lit as they say, into this PNG");
-  command->add_option("--mesh", arguments->impostor.mesh, "geometry (PLY) instead of the capture's")
-      ->needs(overlay);
+  CLI::Option* mesh = command->add_option("--mesh", arguments->impostor.mesh,
+                                          "geometry (PLY or OBJ) instead of the capture's");
+  command->add_flag("--relief", arguments->impostor.relief, "the geometry that pack --relief makes")
+      ->excludes(mesh);
   command->add_option("--max-frames", arguments->maxFrames, "photographs on the sheet, at most")
       ->needs(overlay)
       ->capture_default_str()

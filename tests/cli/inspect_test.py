@@ -65,10 +65,38 @@ class Overlay(TestInFolder):
         self.assertIn("--overlay", result.stderr)
 
     def test_options_of_the_overlay_want_it(self):
-        for arguments in (["--mesh", "mesh.ply"], ["--max-frames", "3"],
+        for arguments in (["--max-frames", "3"],
                           ["--overlay", "sheet.png", "--max-frames", "0"]):
             with self.subTest(arguments=arguments):
                 self.assertEqual(run("inspect", self.capture, *arguments).returncode, 2)
+
+
+class Findings(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.capture = cls.folder / "capture"
+        write_small_capture(cls.capture, cameras=3, lights=4)
+
+    def findings_where(self, change):
+        description = json.loads((self.capture / "transforms.json").read_text())
+        change(description)
+        changed = self.capture / "changed.json"
+        changed.write_text(json.dumps(description))
+        return succeed("inspect", changed)["findings"]
+
+    def test_the_vase_is_as_it_should_be(self):
+        self.assertEqual(self.findings_where(lambda description: None), [])
+
+    def test_a_camera_that_looks_away_is_found(self):
+        def turn(description):
+            for frame in description["frames"]:
+                frame["transform_matrix"] = [[-x, y, -z, t] for x, y, z, t in frame["transform_matrix"][:3]] + [
+                    [0, 0, 0, 1]]
+
+        findings = self.findings_where(turn)
+        self.assertTrue(findings)
+        self.assertEqual(findings[0]["severity"], "error")
 
 
 if __name__ == "__main__":
