@@ -24,6 +24,7 @@ std::string namesOf(std::span<const Sight> sights, std::span<const size_t> which
   std::string names;
   for (size_t i = 0; i < std::min(kMost, which.size()); ++i)
     names += (i > 0 ? ", " : "") + sights[which[i]].name;
+  if (names.empty()) return "none (they meet in less than a voxel)";
   return names + (which.size() > kMost ? ", ..." : "");
 }
 
@@ -119,12 +120,14 @@ VisualHull visualHull(std::span<const Sight> all, const HullOptions& options, co
 
   const size_t quorum = quorumOf(sights); // of those that are left
   const auto box = boundsOf(sights, quorum, false, progress);
-  if (box.isEmpty()) {
+  const auto empty = [&] {
     const auto against = dissenters(sights, possible.isEmpty() ? startingBox(sights) : possible);
-    throw Error("the silhouettes of the " + std::to_string(sights.size()) +
-                " views have no point in common; where most of them agree, these do not: " +
-                namesOf(sights, against));
-  }
+    return Error("the silhouettes of the " + std::to_string(sights.size()) +
+                 " views have no point in common; where most of them agree, these do not: " +
+                 namesOf(sights, against));
+  };
+  if (box.isEmpty()) throw empty();
+
   const double footprint = medianFootprint(sights, assume<Point3<AcquisitionSpace, double>>(box.center()));
   hull.voxel = std::max(options.voxelPixels * footprint, box.sizes().maxCoeff() / kMostVoxels);
   const GridShape shape = gridAround(box, hull.voxel);
@@ -136,6 +139,7 @@ VisualHull visualHull(std::span<const Sight> all, const HullOptions& options, co
       progress);
   progress("visual hull", 0.8);
   hull.mesh = surfaceNet(std::move(grid), progress);
+  if (hull.mesh.triangles.empty()) throw empty(); // what is there is smaller than a voxel
   project(hull.mesh, sights, quorum, hull.voxel);
   hull.mesh = smoothed(std::move(hull.mesh), kSmoothing, progress);
   return hull;
