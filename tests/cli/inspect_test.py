@@ -47,15 +47,15 @@ class Overlay(TestInFolder):
         for frame in self.overlay("--mesh", sliver, "--max-frames", "2")["frames"]:
             self.assertLess(frame["mask_iou"], 0.5)
 
-    def test_a_capture_without_geometry_asks_for_it(self):
+    def test_without_geometry_the_hull_is_drawn(self):
         description = json.loads((self.capture / "transforms.json").read_text())
         del description["geometry"]
-        bare = self.capture / "bare.json"
-        bare.write_text(json.dumps(description))
-        result = run("inspect", bare, "--overlay", self.folder / "bare.png")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("geometry", result.stderr)
-        self.assertFalse((self.folder / "bare.png").exists())
+        (self.capture / "bare.json").write_text(json.dumps(description))
+        sheet = self.folder / "bare.png"
+        report = succeed("inspect", self.capture / "bare.json", "--overlay", sheet)
+        self.assertEqual(report["overlay"]["geometry"], "hull")
+        for frame in report["overlay"]["frames"]:
+            self.assertGreater(frame["mask_iou"], 0.5)
 
     def test_a_model_has_nothing_to_draw_over(self):
         model = self.folder / "model.srf"

@@ -255,9 +255,10 @@ TEST_F(Pack, AFolderThatIsNoModelIsLeftAlone) {
 }
 
 TEST_F(Pack, WhatIsMissingIsSaid) {
+  studio.matte = false;
   Capture capture = photographed();
   capture.geometry.clear();
-  EXPECT_NE(errorOf([&] { packed(capture); }).find("no geometry"), std::string::npos);
+  EXPECT_NE(errorOf([&] { packed(capture); }).find("--mesh"), std::string::npos);
   for (Frame& frame : capture.frames) frame.split = Split::test;
   EXPECT_NE(errorOf([&] { packed(capture); }).find("found none, expected training frames"),
             std::string::npos);
