@@ -10,9 +10,10 @@ namespace surflect {
 namespace {
 
 constexpr int64_t maximalPixels = int64_t{1} << 28;
-// Memory is not taken for pixels that the file has no bytes for. No common format packs denser than this.
+// Memory is not taken for pixels that the file has no bytes for. Photographs are never packed denser than
+// this; masks of one colour can be, and are granted what a large one takes.
 constexpr int64_t densest = 1 << 12;       // bytes of floats that one byte of file can stand for
-constexpr int64_t alwaysGranted = 1 << 26; // bytes, however small the file
+constexpr int64_t alwaysGranted = 1 << 29; // bytes, however small the file
 
 // Its index, or -1. The library's GIF reader counts from one.
 int alphaOf(const OIIO::ImageSpec& spec) {
