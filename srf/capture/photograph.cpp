@@ -40,7 +40,8 @@ Undeveloped split(const Picture& picture) {
 }
 
 // The layers of one EXR, in one pass over it.
-std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std::vector<Exposure>& shots, const Progress& progress) {
+std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std::vector<Exposure>& shots,
+                                    const Progress& progress) {
   const ExrFile file(path);
   std::vector<ChannelSet> sets; // colour, and where there is one alpha, per shot
   std::vector<bool> hasAlpha;
@@ -63,7 +64,8 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std
 }
 
 // One picture for each of the shots that use the file.
-std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots, const Progress& progress) {
+std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots,
+                                    const Progress& progress) {
   if (formatOf(path) == PictureFormat::exr) return readLayers(path, shots, progress);
   for (const Exposure& shot : shots)
     if (!shot.layer.empty() || !shot.alphaLayer.empty())
@@ -173,7 +175,8 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
 
 } // namespace
 
-std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames, const Progress& progress) {
+std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
+                                        const Progress& progress) {
   struct Place {
     size_t frame, shot; // positions in `frames`, and in its bracket
   };

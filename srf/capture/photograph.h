@@ -24,6 +24,7 @@ struct Photograph {
 // decompressed once: ask for all frames of one view, whose lights often share a file, and not for more than
 // memory holds (16 bytes a pixel and frame; while reading as much again for each picture). Throws Error
 // naming the picture.
-std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames, const Progress& progress = {});
+std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
+                                        const Progress& progress = {});
 
 } // namespace surflect
