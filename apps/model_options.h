@@ -20,9 +20,13 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
       ->capture_default_str()
       ->check(blended);
   command
-      .add_option("--lights", options.frame.shade.lights, "captured lights blended per light of the script")
-      ->capture_default_str()
+      .add_option("--lights", options.frame.shade.lights,
+                  "captured lights blended per light of the script; default: the model's")
       ->check(blended);
+  command
+      .add_option("--light-fit", options.frame.shade.lightFit, "to the blended lights; default: the model's")
+      ->transform(CLI::Transformer(
+          std::map<std::string, LightFit>{{"mean", LightFit::mean}, {"plane", LightFit::plane}}));
   command
       .add_option("--pairs", options.frame.shade.pairs,
                   "camera-light pairs blended, where not all were captured")

@@ -37,6 +37,12 @@ void announceFits(std::vector<Impostor::Fit> fits) {
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }
 
+Json jsonOf(const LightChoice& choice) {
+  Json json = {{"lights", choice.blend.lights}, {"fit", nameOf(choice.blend.fit)}};
+  if (choice.leftOutDb) json["left_out_srgb_db"] = *choice.leftOutDb;
+  return json;
+}
+
 Json reportOf(const PackReport& report) {
   Json json = {
       {"geometry", nameOf(report.geometry)},
@@ -46,6 +52,7 @@ Json reportOf(const PackReport& report) {
       {"resumed_views", report.resumedViews},
       {"invalid_texels", report.invalidTexels},
       {"white", report.white},
+      {"light_blend", jsonOf(report.lightChoice)},
       {"seconds",
        {{"surfels", report.surfelSeconds}, {"fades", report.fadeSeconds}, {"store", report.storeSeconds}}},
       {"memory_peak_bytes", memoryUse().peakBytes}};
@@ -75,6 +82,9 @@ Json runPack(const Arguments& arguments, const Progress& progress) {
       "{}: {} surfels on a {}, {} views; {:.1f} MB of reflectance, {:.1f}:1 against half floats{}",
       arguments.output, report.surfels, nameOf(report.geometry), report.views,
       static_cast<double>(report.store.fileBytes) / 1e6, compressionRatio(report.store), error));
+  if (const auto& [blend, leftOutDb] = report.lightChoice; leftOutDb)
+    say(fmt::format("lights: {} blended, by a {}; one left out is told by the others to {:.1f} dB",
+                    blend.lights, nameOf(blend.fit), *leftOutDb));
   return reportOf(report);
 }
 

@@ -158,13 +158,15 @@ Json jsonOf(const PreparedEnvironment& environment) {
 std::string filmIdentity(const Script& script, const Model& model, const Shot& shot,
                          const Arguments& arguments) {
   const FrameOptions& frame = arguments.model.frame;
+  const LightBlend blend = lightBlend(model, frame.shade);
   std::string environments;
   for (const PreparedEnvironment& environment : shot.environments())
     environments += " environment " + hex(environment.hash);
   return environments.insert(
-      0, fmt::format("surflect {} script {} model {} cameras {} lights {} pairs {} low-pass {} scale {}",
-                     SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras,
-                     frame.shade.lights, frame.shade.pairs, frame.splats.lowPass, arguments.scale));
+      0,
+      fmt::format("surflect {} script {} model {} cameras {} lights {} {} pairs {} low-pass {} scale {}",
+                  SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
+                  nameOf(blend.fit), frame.shade.pairs, frame.splats.lowPass, arguments.scale));
 }
 
 double secondsSince(std::chrono::steady_clock::time_point start) {

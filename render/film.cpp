@@ -22,7 +22,9 @@ ChannelSet channelNames(const std::string& layer, int channels) {
 
 void writeFilm(const std::filesystem::path& path, const Film& film,
                const std::map<std::string, std::string>& attributes) {
-  std::vector<ExrLayer> layers{{{"R", "G", "B", "A"}, &film.color, Precision::half}};
+  Image color = film.color;
+  for (float& value : color.values) value = std::max(value, 0.f);
+  std::vector<ExrLayer> layers{{{"R", "G", "B", "A"}, &color, Precision::half}};
   for (const auto& [name, image] : film.aovs)
     layers.push_back(
         {channelNames(name, image.channels), &image, name == "depth" ? Precision::single : Precision::half});

@@ -10,7 +10,8 @@
 namespace surflect {
 
 // Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
-// stretch.V. Colours are half floats, depth is single. The attributes say what made the frame.
+// stretch.V. Colours are half floats, depth is single. What noise and the blending of lights
+// leave below black is black. The attributes say what made the frame.
 void writeFilm(const std::filesystem::path& path, const Film& film,
                const std::map<std::string, std::string>& attributes);
 

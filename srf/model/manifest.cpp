@@ -23,6 +23,7 @@ Json jsonOf(const Manifest& manifest) {
       {"version", kModelVersion},
       {"white", manifest.white},
       {"tolerance", manifest.tolerance},
+      {"light_blend", {{"lights", manifest.lightBlend.lights}, {"fit", nameOf(manifest.lightBlend.fit)}}},
       {"surfels", manifest.surfels},
       {"views", manifest.views},
       {"lights", manifest.lights},
@@ -66,6 +67,16 @@ size_t countOf(const Json& object, const char* key) {
   return value.get<size_t>();
 }
 
+LightBlend lightBlendOf(const Json& json) {
+  const Json& blend = member(json, "light_blend");
+  const size_t lights = countOf(blend, "lights");
+  if (lights < 1 || lights > kMaxBlended)
+    throw mismatch("a count from 1 to 16", member(blend, "lights")).at("light_blend.lights");
+  for (const LightFit fit : {LightFit::mean, LightFit::plane})
+    if (member(blend, "fit") == nameOf(fit)) return {lights, fit};
+  throw mismatch("\"mean\" or \"plane\"", member(blend, "fit")).at("light_blend.fit");
+}
+
 Json parse(std::string_view text) {
   const auto shallow = [](int depth, Json::parse_event_t, Json&) {
     if (depth > kDeepest) throw Error("nested too deeply");
@@ -94,6 +105,7 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     Manifest manifest;
     manifest.white = numberOf(json, "white");
     manifest.tolerance = numberOf(json, "tolerance");
+    manifest.lightBlend = lightBlendOf(json);
     manifest.surfels = countOf(json, "surfels");
     manifest.views = countOf(json, "views");
     manifest.lights = countOf(json, "lights");

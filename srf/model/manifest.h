@@ -2,6 +2,8 @@
 // is a checksum of its own, so that no digit of it can change unseen. Specified in docs/format.md.
 #pragma once
 
+#include "srf/query/light_blend.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -11,12 +13,13 @@
 namespace surflect {
 
 // Of the folder's form and of how its content is made; older models are refused, and packed anew.
-inline constexpr int kModelVersion = 1;
+inline constexpr int kModelVersion = 2;
 
 // Checksums are XXH3-64 as 16 hexadecimal digits.
 struct Manifest {
   double white = 1;     // radiance of a white pixel; positive
   double tolerance = 0; // of every block
+  LightBlend lightBlend;
   size_t surfels = 0, views = 0, lights = 0;
   std::string rig, cloud, fades;          // checksums of transforms.json, surfels.ply and fades.bin
   std::vector<std::string> viewChecksums; // ViewFile::checksum of each view

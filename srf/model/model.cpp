@@ -133,6 +133,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   model.identity = identityOf(manifest);
   model.white = manifest.white;
   model.tolerance = manifest.tolerance;
+  model.lightBlend = manifest.lightBlend;
   model.rig = readCapture(folder);
   if (manifest.viewChecksums.size() != model.rig.views.size())
     throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
@@ -163,6 +164,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
   writeFileAtomically(folder / kFadeFile, packFades(content.fades));
   Manifest manifest{.white = content.white,
                     .tolerance = content.tolerance,
+                    .lightBlend = content.lightBlend,
                     .surfels = content.cloud.size(),
                     .views = content.rig.views.size(),
                     .lights = content.rig.lights.size(),

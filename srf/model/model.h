@@ -6,6 +6,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/query/light_blend.h"
 #include "srf/query/view_fade.h"
 #include "srf/store/view_file.h"
 #include "surfel/cloud.h"
@@ -27,6 +28,7 @@ struct Model {
   std::vector<std::vector<uint32_t>> columns; // per view: the light of each column; empty: fixed illumination
   double white = 1;                           // radiance of a white pixel
   double tolerance = 0;                       // of every block
+  LightBlend lightBlend;                      // which the photographs are best told by, see light_choice.h
 
   // Does every view hold every light, in the order of the rig? Then cameras and lights are chosen apart.
   bool isFullProduct = false;
@@ -42,6 +44,7 @@ struct ModelContent {
   const SurfelCloud& cloud;
   const ViewFades& fades;
   double white, tolerance;
+  LightBlend lightBlend;
 };
 void writeModel(const std::filesystem::path& folder, const ModelContent& content);
 

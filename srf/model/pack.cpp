@@ -56,11 +56,15 @@ Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frame
   return rig;
 }
 
-// What one pixel covers at the centre of the mesh, scene units; the median over views.
-double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
+Point3<AcquisitionSpace, double> middleOf(const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const auto& p : mesh.positions) box.extend(p.cast<double>().raw());
-  const auto center = assume<Point3<AcquisitionSpace, double>>(box.center());
+  return assume<Point3<AcquisitionSpace, double>>(box.center());
+}
+
+// What one pixel covers at the centre of the mesh, scene units; the median over views.
+double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
+  const auto center = middleOf(mesh);
   std::vector<double> footprints;
   for (const auto& view : capture.views) {
     const Lens& lens = view.camera.lens;
@@ -122,25 +126,68 @@ LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
   return view;
 }
 
-// The 99.5th percentile of the object's radiance over all channels of up to eight views, evenly chosen: what
-// errors and floors of the store are measured against.
-double whiteLevel(const Capture& capture, std::span<const std::vector<size_t>> frames,
-                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+void countRadiance(const LoadedView& view, PercentileCounter& values, const Progress& progress) {
+  for (const auto& light : view.stack.lights) {
+    progress.checkpoint();
+    for (size_t texel = 0; texel < view.object.inside.size(); ++texel)
+      if (view.object.inside[texel])
+        for (size_t c = 0; c < 3; ++c) values.add(light.values[3 * texel + c]);
+  }
+}
+
+// As they lie from the middle of the impostor.
+LightSamples lightSamples(const Capture& capture, const TriangleMesh& mesh) {
+  const auto middle = middleOf(mesh);
+  std::vector<Direction3<AcquisitionSpace>> towards;
+  std::vector<Rgb> irradiance;
+  for (const Light& light : capture.lights) {
+    towards.push_back(towardsLight(light, middle).cast<float>());
+    irradiance.push_back(irradianceAt(light, middle));
+  }
+  return {towards, irradiance};
+}
+
+// About a thousand texels of the object, evenly over the picture.
+void addSamples(const LoadedView& view, LightSamples& samples) {
+  constexpr size_t kTexels = 1000;
+  const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
+  const size_t step = std::max(size_t{1}, object / kTexels);
+  std::vector<Rgb> radiance(view.stack.lights.size());
+  size_t seen = 0;
+  for (size_t texel = 0; texel < view.object.inside.size(); ++texel) {
+    if (!view.object.inside[texel] || seen++ % step != 0) continue;
+    for (size_t light = 0; light < radiance.size(); ++light) {
+      const float* value = &view.stack.lights[light].values[3 * texel];
+      radiance[light] = {value[0], value[1], value[2]};
+    }
+    samples.add(radiance);
+  }
+}
+
+struct Survey {
+  double white = 1; // what errors and floors of the store are measured against
+  LightChoice lights;
+};
+
+// Up to eight views, evenly chosen, tell the white level, which is the 99.5th percentile of the object's
+// radiance over all channels, and how lights are blended where cameras and lights are chosen apart.
+Survey survey(const Capture& capture, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
+              const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   constexpr size_t kViews = 8;
+  const bool isFullProduct =
+      std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
   PercentileCounter values;
+  LightSamples samples = lightSamples(capture, mesh);
   const size_t count = std::min(kViews, frames.size());
   for (size_t i = 0; i < count; ++i) {
-    progress("white level", static_cast<double>(i) / static_cast<double>(count));
+    progress("survey", static_cast<double>(i) / static_cast<double>(count));
     const auto view = loadView(capture, frames[i * frames.size() / count], impostor, progress);
-    for (const auto& light : view.stack.lights) {
-      progress.checkpoint();
-      for (size_t texel = 0; texel < view.object.inside.size(); ++texel)
-        if (view.object.inside[texel])
-          for (size_t c = 0; c < 3; ++c) values.add(light.values[3 * texel + c]);
-    }
+    countRadiance(view, values, progress);
+    if (isFullProduct) addSamples(view, samples);
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
-  return std::clamp(values.percentile(0.995), 1e-20, 1e20);
+  const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);
+  return {white, samples.choose(white)};
 }
 
 // What makes a view file of an earlier run the one that this run would write. Photographs are known by size
@@ -301,7 +348,9 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   const auto storeStart = Clock::now();
   StoreOptions store;
   store.tolerance = options.tolerance;
-  store.white = report.white = whiteLevel(capture, frames, impostor, progress);
+  const auto [white, lightChoice] = survey(capture, frames, mesh, impostor, progress);
+  store.white = report.white = white;
+  report.lightChoice = lightChoice;
   std::filesystem::remove(folder / "manifest.json"); // from now on the folder is unfinished
   const std::string identity = packIdentity(capture, store, mesh);
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
@@ -323,7 +372,7 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
     report.store += encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
   }
-  writeModel(folder, {rigOf(capture, frames), cloud, fades, store.white, store.tolerance});
+  writeModel(folder, {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, lightChoice.blend});
   report.storeSeconds = secondsSince(storeStart);
   progress("reflectance images", 1);
   return report;

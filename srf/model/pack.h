@@ -3,6 +3,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/model/impostor.h"
+#include "srf/model/light_choice.h"
 #include "srf/store/view_encoder.h"
 #include "surfel/progress.h"
 
@@ -31,6 +32,7 @@ struct PackReport {
   std::vector<Impostor::Fit> fits; // as in Impostor
   size_t surfels = 0, views = 0, lights = 0, resumedViews = 0;
   double white = 0;
+  LightChoice lightChoice;
   size_t invalidTexels = 0; // NaN or infinite in the photographs
   ViewSummary store;        // errors of resumed views are not in it
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;

@@ -59,8 +59,9 @@ public:
           const ShadeOptions& options)
       : model_(model), coverage_(coverage), batch_(batch), options_(options),
         viewPenalty_(model.rig.views.size()), anglePenalty_(viewPenalty_), standInScale_(viewPenalty_),
-        rigLights_(model.rig.lights.size()), lightPenalty_(model.rig.lights.size()),
-        row_(model.rig.lights.size()), share_(model.rig.lights.size()) {
+        lightBlending_(lightBlend(model, options)), towardsRigLight_(model.rig.lights.size()),
+        rigIrradiance_(towardsRigLight_.size()), lightPenalty_(towardsRigLight_.size()),
+        row_(towardsRigLight_.size()), share_(towardsRigLight_.size()) {
     for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
     for (const auto& lights : model.columns) {
       firstPair_.push_back(pairs_);
@@ -73,9 +74,10 @@ public:
   void plan(size_t query, ShadingPlan& plan) {
     const uint32_t surfel = batch_.surfels[query];
     p0_ = model_.cloud.p0[surfel].cast<double>();
-    for (size_t light = 0; light < rigLights_.size(); ++light) {
+    for (size_t light = 0; light < towardsRigLight_.size(); ++light) {
       const Light& captured = model_.rig.lights[light];
-      rigLights_[light] = {towardsLight(captured, p0_).template cast<float>(), irradianceAt(captured, p0_)};
+      towardsRigLight_[light] = towardsLight(captured, p0_).template cast<float>();
+      rigIrradiance_[light] = irradianceAt(captured, p0_);
     }
     cameraBlend_ = lightBlend_ = {};
     if (!rateViews(surfel, batch_.towardsView[query])) ++plan.unseen;
@@ -168,7 +170,7 @@ private:
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
       for (const auto& [light, weight] : blendLights(batch_.towardsLight[entry], uncoveredOf(l))) {
-        row_[light] = row_[light] + weight * ratio(batch_.irradiance[entry], rigLights_[light].irradiance);
+        row_[light] = row_[light] + weight * ratio(batch_.irradiance[entry], rigIrradiance_[light]);
         lightBlend_ = lightBlend_ + weight / static_cast<float>(targets()) * colorOf(light);
       }
     }
@@ -192,20 +194,14 @@ private:
     for (uint32_t light = 0; light < row_.size(); ++light) {
       const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
       if (share == Rgb{}) continue;
-      row_[light] = row_[light] + ratio(environment.strength * share, rigLights_[light].irradiance);
+      row_[light] = row_[light] + ratio(environment.strength * share, rigIrradiance_[light]);
       lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(light);
     }
   }
 
-  // ULR over the rig's lights; weights sum to the coverage.
   BlendSet blendLights(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) const {
-    NearestCandidates nearest(options_.nearest ? 1 : options_.lights);
-    for (uint32_t light = 0; light < rigLights_.size(); ++light)
-      nearest.offer({light, anglePenalty(rigLights_[light].towards, towards)});
-    BlendSet blend = ulrWeights(nearest);
-    const float covered = coverage(nearest.sorted()[0].penalty, uncovered);
-    for (auto& blended : blend) blended.weight *= covered;
-    return blend;
+    return blendOfLights(towardsRigLight_, towards, lightBlending_, coverage_,
+                         options_.nearest ? Uncovered::extrapolate : uncovered);
   }
 
   float coverage(float nearestPenalty, Uncovered uncovered) const {
@@ -232,8 +228,7 @@ private:
       for (const auto& [pair, weight] : blendPairs()) {
         const auto [view, column, light] = placeOf(pair);
         const auto row = static_cast<uint32_t>(plan.rows.size());
-        plan.rows.push_back(
-            {column, covered * ratio(batch_.irradiance[entry], rigLights_[light].irradiance)});
+        plan.rows.push_back({column, covered * ratio(batch_.irradiance[entry], rigIrradiance_[light])});
         // Each pair is an operation of its own.
         ops_.push_back({query * targets() + l, view, weight, row, row + 1});
         const float share = weight / static_cast<float>(targets());
@@ -266,8 +261,7 @@ private:
         const Rgb share = pairShare_[firstPair_[view] + column];
         if (share == Rgb{}) continue;
         plan.rows.push_back(
-            {column,
-             1 / weight * ratio(environment.strength * share, rigLights_[lights[column]].irradiance)});
+            {column, 1 / weight * ratio(environment.strength * share, rigIrradiance_[lights[column]])});
         lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(lights[column]);
       }
       ops_.push_back({query * targets() + batch_.lights + e, view, weight, rowBegin,
@@ -279,8 +273,8 @@ private:
   // Penalties of the rig's lights for a direction, and its coverage.
   float ratePairs(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) {
     float smallest = kInfinity;
-    for (size_t light = 0; light < rigLights_.size(); ++light) {
-      lightPenalty_[light] = anglePenalty(rigLights_[light].towards, towards);
+    for (size_t light = 0; light < towardsRigLight_.size(); ++light) {
+      lightPenalty_[light] = anglePenalty(towardsRigLight_[light], towards);
       smallest = std::min(smallest, lightPenalty_[light]);
     }
     return coverage(smallest, uncovered);
@@ -315,11 +309,9 @@ private:
   // Per view, of the current query; the scale is infinite where the view does not stand in, and without it
   // the angle has no meaning.
   std::vector<float> viewPenalty_, anglePenalty_, standInScale_;
-  struct RigLight {
-    Direction3<AcquisitionSpace> towards;
-    Rgb irradiance;
-  };
-  std::vector<RigLight> rigLights_; // at the current query
+  LightBlend lightBlending_;
+  std::vector<Direction3<AcquisitionSpace>> towardsRigLight_; // from the current query
+  std::vector<Rgb> rigIrradiance_;                            // there
   std::vector<float> lightPenalty_; // per light of the rig, of the current direction
   std::vector<size_t> firstPair_;   // per view; the pairs of a view are its columns
   size_t pairs_ = 0;
@@ -331,12 +323,6 @@ private:
   Point3<AcquisitionSpace, double> p0_;
   Rgb cameraBlend_, lightBlend_;
 };
-
-bool fades(const QueryBatch& batch) {
-  return std::ranges::find(batch.uncovered, Uncovered::fade) != batch.uncovered.end() ||
-         std::ranges::find(batch.environments, Uncovered::fade, &QueryEnvironment::uncovered) !=
-             batch.environments.end();
-}
 
 void append(ShadingPlan& all, ShadingPlan& part) {
   if (all.rows.size() + part.rows.size() > std::numeric_limits<uint32_t>::max())
@@ -355,6 +341,11 @@ void append(ShadingPlan& all, ShadingPlan& part) {
 
 } // namespace
 
+LightBlend lightBlend(const Model& model, const ShadeOptions& options) {
+  if (options.nearest) return {1, LightFit::mean};
+  return {options.lights.value_or(model.lightBlend.lights), options.lightFit.value_or(model.lightBlend.fit)};
+}
+
 double lightSpacing(const Model& model) { return LightCoverage(lightDirections(model)).spacing(); }
 
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered) {
@@ -362,7 +353,7 @@ std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& opt
     return std::holds_alternative<DirectionalLight>(light.kind);
   };
   if (!model.isFullProduct || !std::ranges::all_of(model.rig.lights, isDirectional)) return std::nullopt;
-  return LightTable(lightDirections(model), options.nearest ? 1 : options.lights,
+  return LightTable(lightDirections(model), lightBlend(model, options),
                     options.nearest ? Uncovered::extrapolate : uncovered);
 }
 
@@ -379,8 +370,7 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
         .in(model.folder);
   if (!model.rig.lights.empty() && lights == 0)
     throw Error("captured under several lights: the script needs a light of its own").in(model.folder);
-  const LightCoverage coverage(fades(batch) ? lightDirections(model)
-                                            : std::vector<Direction3<AcquisitionSpace, double>>{});
+  const LightCoverage coverage(lightDirections(model));
   const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
   std::vector<ShadingPlan> parts(tasks);
   tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {

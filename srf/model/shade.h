@@ -3,7 +3,6 @@
 
 #include "srf/model/model.h"
 #include "srf/query/environment.h"
-#include "srf/query/light_coverage.h"
 #include "srf/query/light_table.h"
 #include "srf/store/shading_queue.h"
 
@@ -40,12 +39,17 @@ struct QueryBatch {
 
 struct ShadeOptions {
   size_t cameras = 3; // blended per query, 1..kMaxBlended
-  size_t lights = 3;  // blended per query and light
   size_t pairs = 4;   // (camera, light) pairs blended instead, where the capture is not a full product
+  // Instead of the model's own blend of lights, which pack has chosen; see LightBlend.
+  std::optional<size_t> lights;
+  std::optional<LightFit> lightFit;
   // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
   // without any fading.
   bool nearest = false;
 };
+
+// What the options say, or else the model.
+LightBlend lightBlend(const Model& model, const ShadeOptions& options);
 
 // One operation per query and camera, its lights folded into a row of weights. Which cameras and lights were
 // blended is kept for those who want to see it.

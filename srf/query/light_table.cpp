@@ -1,7 +1,5 @@
 #include "srf/query/light_table.h"
 
-#include "srf/query/ulr.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -30,14 +28,14 @@ Vec3<float> folded(OnSquare p) {
       .normalized();
 }
 
-// About 20 cells from light to light, n of which lie about sqrt(4 pi / n) apart.
+// About 30 cells from light to light, n of which lie about sqrt(4 pi / n) apart.
 int cellsFor(size_t lights) {
-  return std::clamp(static_cast<int>(32 * std::sqrt(static_cast<double>(lights))), 64, 512);
+  return std::clamp(static_cast<int>(48 * std::sqrt(static_cast<double>(lights))), 64, 512);
 }
 
 } // namespace
 
-LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, size_t blended,
+LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
                        Uncovered uncovered)
     : cells_(cellsFor(lights.size())) {
   const LightCoverage coverage(lights);
@@ -50,13 +48,8 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
     const auto place = [&](int i) { return static_cast<float>(2 * i - cells_) / static_cast<float>(cells_); };
     for (int x = 0; x < side; ++x) {
       const auto direction = assume<Direction3<AcquisitionSpace>>(folded({place(x), place(y)}));
-      NearestCandidates nearest(blended);
-      for (uint32_t light = 0; light < towards.size(); ++light)
-        nearest.offer({light, anglePenalty(towards[light], direction)});
-      BlendSet blend = ulrWeights(nearest);
-      if (uncovered == Uncovered::fade)
-        for (auto& share : blend) share.weight *= coverage.at(nearest.sorted()[0].penalty);
-      vertices[static_cast<size_t>(y * side + x)] = blend;
+      vertices[static_cast<size_t>(y * side + x)] =
+          blendOfLights(towards, direction, how, coverage, uncovered);
     }
   });
 
@@ -66,7 +59,7 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
     for (int corner = 0; corner < 4; ++corner) {
       const int x = cell % cells_ + corner % 2, y = cell / cells_ + corner / 2;
       for (const auto& [light, weight] : vertices[static_cast<size_t>(y * side + x)]) {
-        if (!(weight > 0)) continue;
+        if (weight == 0) continue;
         auto share = std::find_if(shares_.begin() + static_cast<std::ptrdiff_t>(begin), shares_.end(),
                                   [&](const Share& other) { return other.light == light; });
         if (share == shares_.end()) share = shares_.insert(shares_.end(), {light, {}});

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "srf/query/environment.h"
-#include "srf/query/light_coverage.h"
+#include "srf/query/light_blend.h"
 
 #include <Eigen/Core>
 
@@ -17,15 +17,14 @@ namespace surflect {
 
 class LightTable {
 public:
-  // ULR over the `blended` nearest of the lights (unit directions), times their coverage where light beyond
-  // it fades. A grid 16 times finer than the lights are dense, of at most 256 x 256 cells; about 100 bytes
-  // each.
-  LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, size_t blended,
+  // blendOfLights of these (unit directions). A grid about 30 times finer than the lights are dense, of at
+  // most 512 x 512 cells; about 100 bytes each.
+  LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
              Uncovered uncovered);
 
   // row[l] += the irradiance (r, g, b, 0) that captured light l takes over from an environment; a row has one
-  // entry per captured light. The weights behind it are continuous in the turn, not negative, and sum to 1,
-  // or to the coverage where it fades.
+  // entry per captured light. The weights behind it are continuous in the turn and sum to 1, or to the
+  // coverage where it fades.
   void spread(std::span<const EnvironmentLight> environment,
               const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
               std::span<Eigen::Array4f> row) const;

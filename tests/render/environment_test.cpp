@@ -164,19 +164,21 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
 }
 
 // The paper's way for a still object [Weyrich 2005, Fig. 2]: the map filtered once by the weights of the
-// captured lights, and the photographs added up with it. Here texel by texel, by ULR in double precision.
+// captured lights, and the photographs added up with it. Here texel by texel.
 TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   const auto& rig = model().rig.lights;
   std::vector<Vec3<double>> filtered(rig.size(), Vec3<double>::Zero());
+  std::vector<Direction3<AcquisitionSpace>> towardsCaptured;
+  std::vector<Direction3<AcquisitionSpace, double>> covering;
+  for (const Light& light : rig) {
+    covering.push_back(std::get<DirectionalLight>(light.kind).towards);
+    towardsCaptured.push_back(covering.back().cast<float>());
+  }
+  const LightCoverage coverage(covering);
   for (const auto& texel : map.texels) {
-    NearestCandidates nearest(ShadeOptions().lights);
-    const Vec3<float> towards = texel.towards.raw();
-    for (uint32_t l = 0; l < rig.size(); ++l) {
-      const auto& light = std::get<DirectionalLight>(rig[l].kind);
-      nearest.offer(
-          {l, static_cast<float>((light.towards.raw() - towards.cast<double>()).squaredNorm() / 2)});
-    }
-    for (const auto& [light, weight] : ulrWeights(nearest))
+    const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
+    for (const auto& [light, weight] :
+         blendOfLights(towardsCaptured, towards, model().lightBlend, coverage, Uncovered::fade))
       filtered[light] += weight * Vec3<double>(texel.irradiance.r, texel.irradiance.g, texel.irradiance.b);
   }
   Image relit(pictureSize, pictureSize, 4);

@@ -10,6 +10,7 @@ const std::string sum(16, 'a');
 Manifest example() {
   return {.white = 0.7,
           .tolerance = 0.03,
+          .lightBlend = {5, LightFit::plane},
           .surfels = 1000,
           .views = 2,
           .lights = 3,
@@ -25,6 +26,7 @@ TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
   const Manifest manifest = parse(manifestText(example()));
   EXPECT_EQ(manifest.white, 0.7);
   EXPECT_EQ(manifest.tolerance, 0.03);
+  EXPECT_EQ(manifest.lightBlend, (LightBlend{5, LightFit::plane}));
   EXPECT_EQ(manifest.surfels, 1000u);
   EXPECT_EQ(manifest.views, 2u);
   EXPECT_EQ(manifest.lights, 3u);

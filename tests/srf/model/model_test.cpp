@@ -46,7 +46,7 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   const auto copy = packed.folder / "copy";
   std::filesystem::create_directories(copy);
   std::filesystem::copy(packed.model.folder / "views", copy / "views");
-  writeModel(copy, {packed.model.rig, cloud, fades, 0.7, 0.02});
+  writeModel(copy, {packed.model.rig, cloud, fades, 0.7, 0.02, {5, LightFit::plane}});
 
   const Model model = openModel(copy);
   EXPECT_EQ(model.cloud.p0, cloud.p0);

@@ -1,7 +1,5 @@
 #include "srf/query/light_table.h"
 
-#include "srf/query/ulr.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,30 +40,30 @@ std::vector<float> tabulated(const LightTable& table, size_t lights, const Direc
   return weights;
 }
 
-std::vector<float> exact(std::span<const Direction> lights, size_t blended,
-                         const Direction3<AcquisitionSpace>& d, const LightCoverage* coverage = nullptr) {
-  NearestCandidates nearest(blended);
-  for (uint32_t i = 0; i < lights.size(); ++i) nearest.offer({i, anglePenalty(lights[i].cast<float>(), d)});
+std::vector<float> exact(std::span<const Direction> lights, const LightBlend& how,
+                         const Direction3<AcquisitionSpace>& d, const LightCoverage& coverage,
+                         Uncovered uncovered) {
+  std::vector<Direction3<AcquisitionSpace>> towards;
+  for (const auto& light : lights) towards.push_back(light.cast<float>());
   std::vector<float> weights(lights.size());
-  for (const auto& [light, weight] : ulrWeights(nearest))
-    weights[light] = weight * (coverage ? coverage->at(nearest.sorted()[0].penalty) : 1);
+  for (const auto& [light, weight] : blendOfLights(towards, d, how, coverage, uncovered))
+    weights[light] = weight;
   return weights;
 }
 
 double sumOf(std::span<const float> weights) {
   double sum = 0;
-  for (const float weight : weights) {
-    EXPECT_GE(weight, 0);
-    sum += weight;
-  }
+  for (const float weight : weights) sum += weight;
   return sum;
 }
+
+constexpr LightBlend meanOfThree{3, LightFit::mean}, planeOfFour{4, LightFit::plane};
 
 TEST(LightTable, WeightsSumToOne) {
   std::mt19937 random(1);
   for (const int count : {1, 2, 6, 30, 200})
-    for (const size_t blended : {1, 3, 8}) {
-      const LightTable table(spiral(count), blended, Uncovered::extrapolate);
+    for (const LightBlend& how : {LightBlend{1}, LightBlend{3}, LightBlend{8}, planeOfFour}) {
+      const LightTable table(spiral(count), how, Uncovered::extrapolate);
       for (int i = 0; i < 300; ++i)
         EXPECT_NEAR(sumOf(tabulated(table, count, randomDirection(random))), 1, 1e-6);
     }
@@ -79,7 +77,10 @@ double totalError(std::span<const float> got, std::span<const float> wanted) {
 
 // In the mean over directions, and for a source as wide as a quarter of the lights' spacing. At single
 // directions it can be far off: ULR turns steeply where its last lights are about as far as the threshold.
-TEST(LightTable, EqualsUlr) {
+class LightTableOf : public testing::TestWithParam<LightBlend> {};
+
+TEST_P(LightTableOf, EqualsTheBlend) {
+  const LightBlend how = GetParam();
   std::mt19937 random(2);
   std::normal_distribution<float> normal;
   for (const int count : {12, 30, 100})
@@ -87,7 +88,7 @@ TEST(LightTable, EqualsUlr) {
       const auto lights = spiral(count, lowest);
       const LightCoverage coverage(lights);
       for (const auto uncovered : {Uncovered::extrapolate, Uncovered::fade}) {
-        const LightTable table(lights, 3, uncovered);
+        const LightTable table(lights, how, uncovered);
         double mean = 0, worst = 0;
         constexpr int sources = 40, rays = 150;
         for (int source = 0; source < sources; ++source) {
@@ -98,7 +99,7 @@ TEST(LightTable, EqualsUlr) {
             const auto d = assume<Direction3<AcquisitionSpace>>(
                 (middle + static_cast<float>(coverage.spacing()) / 4 * Vec3<float>(x, y, z)).normalized());
             const auto got = tabulated(table, lights.size(), d);
-            const auto wanted = exact(lights, 3, d, uncovered == Uncovered::fade ? &coverage : nullptr);
+            const auto wanted = exact(lights, how, d, coverage, uncovered);
             mean += totalError(got, wanted) / (sources * rays);
             for (size_t l = 0; l < lights.size(); ++l) {
               gotSum[l] += got[l] / rays;
@@ -113,11 +114,13 @@ TEST(LightTable, EqualsUlr) {
     }
 }
 
+INSTANTIATE_TEST_SUITE_P(, LightTableOf, testing::Values(meanOfThree, planeOfFour));
+
 TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
   std::mt19937 random(3);
   std::normal_distribution<float> normal;
   const auto lights = spiral(30);
-  const LightTable table(lights, 3, Uncovered::extrapolate);
+  const LightTable table(lights, meanOfThree, Uncovered::extrapolate);
   for (int i = 0; i < 5000; ++i) {
     auto d = randomDirection(random).raw();
     if (i % 2) d[i % 3] = 0; // the seams of the unfolded octahedron, too
@@ -133,7 +136,7 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
 TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
   std::mt19937 random(4);
   const auto lights = spiral(20);
-  const LightTable table(lights, 3, Uncovered::extrapolate);
+  const LightTable table(lights, meanOfThree, Uncovered::extrapolate);
   const Mat3<float> turn = Eigen::Quaternionf(0.5f, 0.1f, -0.7f, 0.5f).normalized().toRotationMatrix();
   for (const Mat3<float>& matrix : {turn, Mat3<float>(-turn)}) {
     const auto d = randomDirection(random);

@@ -1,0 +1,101 @@
+#include "srf/model/light_choice.h"
+
+#include "srf/image/color.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+// From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
+// light after its k-th, too.
+std::vector<LightBlend> candidatesFor(size_t lights) {
+  std::vector<LightBlend> candidates;
+  for (const size_t blended : {3, 4, 5, 6, 8})
+    for (const LightFit fit : {LightFit::mean, LightFit::plane})
+      if (blended + 2 <= lights) candidates.push_back({blended, fit});
+  return candidates;
+}
+
+float shown(float radiance, float white) { return srgbFromLinear(std::clamp(radiance / white, 0.f, 1.f)); }
+
+} // namespace
+
+LightSamples::LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance)
+    : towards_(std::move(towards)), irradiance_(std::move(irradiance)), reflectance_(towards_.size()) {
+  assert(towards_.size() == irradiance_.size());
+}
+
+void LightSamples::add(std::span<const Rgb> radiance) {
+  assert(radiance.size() == reflectance_.size());
+  for (size_t light = 0; light < radiance.size(); ++light) {
+    reflectance_[light].r.push_back(radiance[light].r / irradiance_[light].r);
+    reflectance_[light].g.push_back(radiance[light].g / irradiance_[light].g);
+    reflectance_[light].b.push_back(radiance[light].b / irradiance_[light].b);
+  }
+}
+
+// The summed squared error of each candidate.
+std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const LightBlend> candidates,
+                                                float white) const {
+  std::vector<size_t> indices;
+  std::vector<Direction3<AcquisitionSpace>> others;
+  std::vector<Direction3<AcquisitionSpace, double>> covering;
+  for (size_t other = 0; other < towards_.size(); ++other) {
+    if (other == light) continue;
+    indices.push_back(other);
+    others.push_back(towards_[other]);
+    covering.push_back(towards_[other].cast<double>());
+  }
+  const LightCoverage coverage(covering);
+  std::vector<BlendSet> blends;
+  for (const LightBlend& candidate : candidates)
+    blends.push_back(blendOfLights(others, towards_[light], candidate, coverage, Uncovered::extrapolate));
+
+  std::vector<double> errors(candidates.size());
+  const auto addChannel = [&](std::vector<float> Channels::*channel, float irradiance) {
+    const auto& truth = reflectance_[light].*channel;
+    for (size_t texel = 0; texel < truth.size(); ++texel) {
+      const float wanted = shown(irradiance * truth[texel], white);
+      for (size_t c = 0; c < candidates.size(); ++c) {
+        float got = 0;
+        for (const auto& [other, weight] : blends[c])
+          got += weight * (reflectance_[indices[other]].*channel)[texel];
+        const float difference = shown(irradiance * got, white) - wanted;
+        errors[c] += difference * difference;
+      }
+    }
+  };
+  addChannel(&Channels::r, irradiance_[light].r);
+  addChannel(&Channels::g, irradiance_[light].g);
+  addChannel(&Channels::b, irradiance_[light].b);
+  return errors;
+}
+
+LightChoice LightSamples::choose(double white) const {
+  constexpr double kGoodEnough = 1.12;
+  const size_t lights = towards_.size();
+  const auto candidates = candidatesFor(lights);
+  if (candidates.empty() || reflectance_[0].r.empty()) return {};
+  std::vector<std::vector<double>> ofLight(lights);
+  tbb::parallel_for(size_t{0}, lights, [&](size_t light) {
+    ofLight[light] = leftOutErrors(light, candidates, static_cast<float>(white));
+  });
+  std::vector<double> errors(candidates.size());
+  for (const auto& part : ofLight)
+    for (size_t c = 0; c < errors.size(); ++c) errors[c] += part[c];
+
+  const double least = *std::ranges::min_element(errors);
+  size_t chosen = 0;
+  while (errors[chosen] > kGoodEnough * least) ++chosen;
+  const auto values = static_cast<double>(3 * reflectance_[0].r.size() * lights);
+  return {candidates[chosen], -10 * std::log10(std::max(errors[chosen] / values, 1e-30))};
+}
+
+} // namespace surflect

@@ -1,0 +1,47 @@
+// Which blend of captured lights tells the photographs best: each light is left out in turn, and its
+// photographs are made of the others'. Cross-validation asks nothing about the material.
+#pragma once
+
+#include "srf/query/light_blend.h"
+#include "surfel/rgb.h"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+struct LightChoice {
+  LightBlend blend;
+  // Of the photographs of lights left out, after the sRGB curve; none where there are too few lights to tell.
+  std::optional<double> leftOutDb;
+};
+
+// What the same texels show under every light.
+class LightSamples {
+public:
+  // Per light: the unit direction to it, and its irradiance, which is above 0.
+  LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance);
+
+  // A texel's radiance under each light.
+  void add(std::span<const Rgb> radiance);
+
+  // The simplest blend whose squared error is within 12 %, or 0.5 dB, of the least: few lights before many,
+  // their mean before a plane. Errors are of values clipped at white, after the sRGB curve. Leaving out
+  // doubles the distance to the nearest light, so that they are larger than those of new lights between
+  // captured ones, and in favour of what smooths; hence the margin.
+  LightChoice choose(double white) const;
+
+private:
+  std::vector<double> leftOutErrors(size_t light, std::span<const LightBlend> candidates, float white) const;
+
+  std::vector<Direction3<AcquisitionSpace>> towards_;
+  std::vector<Rgb> irradiance_;
+  // Per light: radiance over irradiance, red of all texels, green of all, blue of all as three rows.
+  struct Channels {
+    std::vector<float> r, g, b;
+  };
+  std::vector<Channels> reflectance_;
+};
+
+} // namespace surflect

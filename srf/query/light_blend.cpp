@@ -1,0 +1,44 @@
+#include "srf/query/light_blend.h"
+
+#include <Eigen/Cholesky>
+
+namespace surflect {
+
+void lean(BlendSet& blend, std::span<const Direction3<AcquisitionSpace>> lights,
+          const Direction3<AcquisitionSpace>& towards, double slope) {
+  constexpr double kRidge = 0.1;
+  constexpr double kNothing = 1e-30; // a single light spans nothing, and leans nowhere
+  const auto l = [&](const Blended& blended) -> Vec3<double> {
+    return lights[blended.index].raw().cast<double>();
+  };
+  double sum = 0; // 1 but for rounding, which a steep slope would magnify
+  Vec3<double> m = Vec3<double>::Zero();
+  for (const Blended& blended : blend) {
+    sum += blended.weight;
+    m += blended.weight * l(blended);
+  }
+  m /= sum;
+  Mat3<double> C = Mat3<double>::Zero();
+  for (const Blended& blended : blend) C += blended.weight * (l(blended) - m) * (l(blended) - m).transpose();
+  const double ridge = kRidge * C.trace() + kNothing;
+  C.diagonal().array() += ridge;
+  const Vec3<double> lambda = slope * C.ldlt().solve(towards.raw().cast<double>() - m);
+  for (Blended& blended : blend)
+    blended.weight = static_cast<float>(blended.weight * (1 + lambda.dot(l(blended) - m)));
+}
+
+BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
+                       const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                       const LightCoverage& coverage, Uncovered uncovered) {
+  NearestCandidates nearest(how.lights);
+  for (uint32_t light = 0; light < lights.size(); ++light)
+    nearest.offer({light, anglePenalty(lights[light], towards)});
+  BlendSet blend = ulrWeights(nearest);
+  const float covered = coverage.at(nearest.sorted()[0].penalty);
+  if (how.fit == LightFit::plane) lean(blend, lights, towards, covered);
+  if (uncovered == Uncovered::fade)
+    for (auto& blended : blend) blended.weight *= covered;
+  return blend;
+}
+
+} // namespace surflect

@@ -1,0 +1,120 @@
+#include "srf/model/light_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using Direction = Direction3<AcquisitionSpace>;
+
+// Over a cap of the sphere; the upper half lies above z = 0.5.
+std::vector<Direction> lightsOfACap(int count) {
+  std::vector<Direction> lights;
+  for (int i = 0; i < count; ++i) {
+    const float z = 1 - 0.5f * (static_cast<float>(i) + 0.5f) / static_cast<float>(count);
+    const float r = std::sqrt(1 - z * z), turn = 2.399963f * static_cast<float>(i);
+    lights.push_back(assume<Direction>(Vec3<float>(r * std::cos(turn), r * std::sin(turn), z).normalized()));
+  }
+  return lights;
+}
+
+using Shading = std::function<float(const Vec3<float>& normal, const Vec3<float>& light)>;
+
+// Texels whose normals look up, under lights of unlike strengths.
+LightChoice choiceFor(const Shading& shading, int lights, float scale = 1) {
+  const auto towards = lightsOfACap(lights);
+  std::vector<Rgb> irradiance;
+  for (int i = 0; i < lights; ++i) irradiance.push_back(static_cast<float>(1 + i % 3) * Rgb{1, 1.5f, 0.5f});
+  LightSamples samples(towards, irradiance);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-0.3f, 0.3f);
+  for (int texel = 0; texel < 500; ++texel) {
+    const float x = uniform(random), y = uniform(random);
+    const Vec3<float> normal = Vec3<float>(x, y, 1).normalized();
+    std::vector<Rgb> radiance;
+    for (size_t i = 0; i < towards.size(); ++i)
+      radiance.push_back(scale * shading(normal, towards[i].raw()) * irradiance[i]);
+    samples.add(radiance);
+  }
+  return samples.choose(5 * scale);
+}
+
+float matte(const Vec3<float>& normal, const Vec3<float>& light) { return std::max(0.f, normal.dot(light)); }
+
+// A lobe much narrower than the lights are apart, about the normal.
+float glossy(const Vec3<float>& normal, const Vec3<float>& light) {
+  return 5 * std::exp(300 * (normal.dot(light) - 1));
+}
+
+TEST(LightChoice, AMatteSurfaceIsBlendedByAPlane) {
+  const auto [blend, leftOutDb] = choiceFor(matte, 20);
+  EXPECT_EQ(blend.fit, LightFit::plane);
+  EXPECT_LE(blend.lights, 5u);
+  // Radiance is linear in the direction; what is missing is the bulge of the sphere over the lights' plane,
+  // at a spacing s = 0.45 radians of lights left out about s^2 / 8.
+  EXPECT_GT(*leftOutDb, -20 * std::log10(0.45 * 0.45 / 8));
+}
+
+TEST(LightChoice, HighlightsAreBlendedByAFewLightsMean) {
+  EXPECT_EQ(choiceFor(glossy, 20).blend, (LightBlend{3, LightFit::mean}));
+}
+
+TEST(LightChoice, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
+  const auto [blend, leftOutDb] = choiceFor([](const auto&, const auto&) { return 0.5f; }, 20);
+  EXPECT_EQ(blend, (LightBlend{3, LightFit::mean}));
+  EXPECT_GT(*leftOutDb, 100);
+}
+
+TEST(LightChoice, TooFewLightsTellNothing) {
+  EXPECT_EQ(choiceFor(matte, 4).blend, LightBlend());
+  EXPECT_FALSE(choiceFor(matte, 4).leftOutDb);
+  EXPECT_TRUE(choiceFor(matte, 5).leftOutDb);
+  EXPECT_LE(choiceFor(matte, 5).blend.lights, 3u);
+}
+
+TEST(LightChoice, TheUnitOfRadianceDoesNotMatter) {
+  const auto one = choiceFor(matte, 12), thousand = choiceFor(matte, 12, 1000);
+  EXPECT_EQ(one.blend, thousand.blend);
+  EXPECT_NEAR(*one.leftOutDb, *thousand.leftOutDb, 1e-3);
+}
+
+// The error by hand: three lights' weights, from the same blend, one texel.
+TEST(LightChoice, TheErrorIsThatOfTheLightsLeftOut) {
+  const auto towards = lightsOfACap(5);
+  const std::vector<Rgb> irradiance(5, Rgb{1, 1, 1});
+  const float radiance[] = {0.2f, 0.9f, 0.4f, 0.1f, 0.6f};
+  LightSamples samples(towards, irradiance);
+  std::vector<Rgb> texel;
+  for (const float value : radiance) texel.push_back({value, value, value});
+  samples.add(texel);
+  const auto [blend, leftOutDb] = samples.choose(1);
+  double squares = 0;
+  for (size_t out = 0; out < 5; ++out) {
+    std::vector<Direction> others;
+    std::vector<Direction3<AcquisitionSpace, double>> covering;
+    std::vector<double> values;
+    for (size_t i = 0; i < 5; ++i)
+      if (i != out) {
+        others.push_back(towards[i]);
+        covering.push_back(towards[i].cast<double>());
+        values.push_back(radiance[i]);
+      }
+    double got = 0;
+    for (const auto& [light, weight] :
+         blendOfLights(others, towards[out], blend, LightCoverage(covering), Uncovered::extrapolate))
+      got += weight * values[light];
+    const auto shown = [](double x) {
+      x = std::clamp(x, 0.0, 1.0);
+      return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+    };
+    squares += std::pow(shown(got) - shown(radiance[out]), 2);
+  }
+  EXPECT_NEAR(*leftOutDb, -10 * std::log10(squares / 5), 1e-3);
+}
+
+} // namespace
+} // namespace surflect

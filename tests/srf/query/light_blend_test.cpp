@@ -1,0 +1,182 @@
+#include "srf/query/light_blend.h"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using Direction = Direction3<AcquisitionSpace>;
+constexpr LightFit fits[] = {LightFit::mean, LightFit::plane};
+
+Direction directionOf(const Vec3<double>& v) {
+  return assume<Direction>(Vec3<float>(v.normalized().cast<float>()));
+}
+
+Direction randomDirection(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const double x = normal(random), y = normal(random), z = normal(random);
+  return directionOf({x, y, z});
+}
+
+std::vector<Direction> spiral(int count, double lowest = -1) {
+  std::vector<Direction> lights;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (1 - lowest) * (i + 0.5) / count, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
+    lights.push_back(directionOf({r * std::cos(turn), r * std::sin(turn), z}));
+  }
+  return lights;
+}
+
+LightCoverage coverageOf(std::span<const Direction> lights) {
+  std::vector<Direction3<AcquisitionSpace, double>> exact;
+  for (const auto& light : lights) exact.push_back(light.cast<double>());
+  return LightCoverage(exact);
+}
+
+// Per light.
+std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
+                             const LightBlend& how, Uncovered uncovered = Uncovered::extrapolate) {
+  std::vector<float> weights(lights.size());
+  for (const auto& [light, weight] : blendOfLights(lights, towards, how, coverageOf(lights), uncovered))
+    weights[light] = weight;
+  return weights;
+}
+
+double sumOf(std::span<const float> weights) {
+  double sum = 0;
+  for (const float weight : weights) sum += weight;
+  return sum;
+}
+
+double largestDifference(std::span<const float> a, std::span<const float> b) {
+  double largest = 0;
+  for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, double{std::abs(a[i] - b[i])});
+  return largest;
+}
+
+// 1, where light beyond the coverage fades: the coverage.
+TEST(LightBlend, WeightsSumToTheCoverage) {
+  std::mt19937 random(1);
+  for (const int count : {1, 2, 3, 7, 60})
+    for (const double lowest : {-1.0, 0.8})
+      for (const size_t blended : {1, 3, 8})
+        for (const LightFit fit : fits) {
+          const auto lights = spiral(count, lowest);
+          const auto coverage = coverageOf(lights);
+          for (int i = 0; i < 100; ++i) {
+            const auto towards = randomDirection(random);
+            EXPECT_NEAR(sumOf(weightsOf(lights, towards, {blended, fit})), 1, 1e-5);
+            float nearest = 2;
+            for (const auto& light : lights) nearest = std::min(nearest, anglePenalty(light, towards));
+            EXPECT_NEAR(sumOf(weightsOf(lights, towards, {blended, fit}, Uncovered::fade)),
+                        coverage.at(nearest), 1e-5);
+          }
+        }
+}
+
+TEST(LightBlend, ACapturedLightIsAnsweredByItselfAlone) {
+  const auto lights = spiral(30);
+  for (const LightFit fit : fits)
+    for (size_t light = 0; light < lights.size(); ++light) {
+      std::vector<float> alone(lights.size());
+      alone[light] = 1;
+      EXPECT_LT(largestDifference(weightsOf(lights, lights[light], {4, fit}), alone), 1e-5);
+    }
+}
+
+// What the header promises of sum w'_i l_i, with the ridge: l - sum w'_i l_i = r tr(C) (C + r tr(C) I)^-1 (l
+// - m).
+TEST(LightBlend, TheMeanOfThePlanesLightsIsTheDirectionButForTheRidge) {
+  std::mt19937 random(2);
+  const auto lights = spiral(100);
+  for (int i = 0; i < 200; ++i) {
+    const auto towards = randomDirection(random);
+    const Vec3<double> l = towards.raw().cast<double>();
+    const auto mean = weightsOf(lights, towards, {4, LightFit::mean});
+    const auto plane = weightsOf(lights, towards, {4, LightFit::plane});
+    Vec3<double> m = Vec3<double>::Zero(), leaned = Vec3<double>::Zero();
+    for (size_t k = 0; k < lights.size(); ++k) {
+      m += mean[k] * lights[k].raw().cast<double>();
+      leaned += plane[k] * lights[k].raw().cast<double>();
+    }
+    Mat3<double> C = Mat3<double>::Zero();
+    for (size_t k = 0; k < lights.size(); ++k) {
+      const Vec3<double> offset = lights[k].raw().cast<double>() - m;
+      C += mean[k] * offset * offset.transpose();
+    }
+    const double ridge = 0.1 * C.trace();
+    const Vec3<double> missed = ridge * (C + ridge * Mat3<double>::Identity()).inverse() * (l - m);
+    EXPECT_LT((l - leaned - missed).norm(), 2e-6);
+  }
+}
+
+TEST(LightBlend, BeyondTheCoverageThePlaneIsTheMean) {
+  const auto lights = spiral(20, 0.7);
+  std::mt19937 random(3);
+  for (int i = 0; i < 100; ++i) {
+    const auto towards = randomDirection(random);
+    if (towards.raw().z() > 0) continue;
+    EXPECT_EQ(weightsOf(lights, towards, {4, LightFit::plane}),
+              weightsOf(lights, towards, {4, LightFit::mean}));
+  }
+}
+
+// Sixteen times smaller steps, and about as much smaller changes, everywhere: through captured lights, and
+// where one light takes the place of another.
+TEST(LightBlend, IsContinuousAlongEveryPath) {
+  std::mt19937 random(4);
+  const auto lights = spiral(30);
+  for (const LightFit fit : fits)
+    for (size_t path = 0; path < 10; ++path) {
+      const Vec3<double> start = lights[3 * path].raw().cast<double>();
+      const Vec3<double> side = start.cross(randomDirection(random).raw().cast<double>()).normalized();
+      const auto largestChange = [&](double step) {
+        double largest = 0;
+        std::vector<float> before;
+        for (double angle = -0.5; angle < 0.5; angle += step) {
+          const Vec3<double> towards = std::cos(angle) * start + std::sin(angle) * side;
+          const auto now = weightsOf(lights, directionOf(towards), {4, fit});
+          if (!before.empty()) largest = std::max(largest, largestDifference(now, before));
+          before = now;
+        }
+        return largest;
+      };
+      EXPECT_LT(largestChange(0.004 / 16), largestChange(0.004) / 6) << path;
+    }
+}
+
+TEST(LightBlend, TurnsWithTheLights) {
+  std::mt19937 random(5);
+  const auto lights = spiral(30);
+  const Mat3<double> turn = Eigen::Quaterniond(0.3, -0.8, 0.2, 0.5).normalized().toRotationMatrix();
+  std::vector<Direction> turned;
+  for (const auto& light : lights) turned.push_back(directionOf(turn * light.raw().cast<double>()));
+  for (int i = 0; i < 200; ++i) {
+    const auto towards = randomDirection(random);
+    const auto still = weightsOf(lights, towards, {4, LightFit::plane});
+    const auto moved =
+        weightsOf(turned, directionOf(turn * towards.raw().cast<double>()), {4, LightFit::plane});
+    EXPECT_LT(largestDifference(still, moved), 1e-4);
+  }
+}
+
+TEST(LightBlend, LightsInOneLineOrInOnePlaceAreBoundedAndSumToOne) {
+  std::vector<Direction> lights(5, directionOf({0, 0, 1}));
+  for (const double angle : {0.1, 0.2, 0.3})
+    lights.push_back(directionOf({std::sin(angle), 0, std::cos(angle)}));
+  for (int i = 0; i < 200; ++i) {
+    const double a = 0.002 * i;
+    const auto weights =
+        weightsOf(lights, directionOf({std::sin(a), 0.1, std::cos(a)}), {4, LightFit::plane});
+    EXPECT_NEAR(sumOf(weights), 1, 1e-5);
+    for (const float weight : weights) EXPECT_LT(std::abs(weight), 3);
+  }
+}
+
+} // namespace
+} // namespace surflect
