@@ -12,7 +12,12 @@ namespace surflect {
 
 namespace {
 
-constexpr double kSmall = 0.1; // of the largest group's pixels
+// Shares of the largest group's pixels.
+constexpr double kSmall = 0.1;
+constexpr double kSmallGap = 0.01;
+// Of the threshold. What lies in shadow still gets some light from its surroundings: on the Middlebury temple
+// and dinosaur, at threshold 0.05, gaps have medians of 0.00 to 0.14 and shadows of 0.22 to 0.85.
+constexpr double kDark = 0.18;
 
 struct Group {
   std::vector<size_t> pixels;
@@ -48,6 +53,14 @@ std::vector<Group> groupsOf(const Mask& mask, uint8_t value, bool diagonally) {
   return groups;
 }
 
+float medianOf(const Group& group, const std::vector<float>& luminance) {
+  std::vector<float> values;
+  for (const size_t i : group.pixels) values.push_back(luminance[i]);
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
 std::vector<float> largestLuminance(std::span<const Image> photographs) {
   std::vector<float> largest(static_cast<size_t>(photographs[0].width) *
                              static_cast<size_t>(photographs[0].height));
@@ -77,14 +90,17 @@ Mask objectByThreshold(std::span<const Image> photographs, double threshold) {
   const std::vector<Group> parts = groupsOf(mask, 1, true);
   size_t largest = 0;
   for (const Group& part : parts) largest = std::max(largest, part.pixels.size());
-  const auto isSmall = [&](const Group& group) {
-    return static_cast<double>(group.pixels.size()) < kSmall * static_cast<double>(largest);
+  const auto isBelow = [&](const Group& group, double share) {
+    return static_cast<double>(group.pixels.size()) < share * static_cast<double>(largest);
+  };
+  const auto isGap = [&](const Group& hole) {
+    return !isBelow(hole, kSmallGap) && static_cast<double>(medianOf(hole, luminance)) < kDark * level;
   };
   for (const Group& part : parts)
-    if (isSmall(part))
+    if (isBelow(part, kSmall))
       for (const size_t i : part.pixels) mask.inside[i] = 0;
   for (const Group& hole : groupsOf(mask, 0, false))
-    if (!hole.touchesBorder && isSmall(hole))
+    if (!hole.touchesBorder && isBelow(hole, kSmall) && !isGap(hole))
       for (const size_t i : hole.pixels) mask.inside[i] = 1;
   return mask;
 }

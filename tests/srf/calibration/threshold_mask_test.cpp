@@ -37,15 +37,48 @@ TEST(ObjectByThreshold, IsWhatAnyPhotographShows) {
   }
 }
 
-TEST(ObjectByThreshold, SpecksGoAndSmallHolesAreFilled) {
-  const auto at = [](double x, double y, double cx, double cy, double r) {
-    return std::hypot(x - cx, y - cy) < r;
-  };
-  const Mask spoilt = maskOf([&](double x, double y) {
-    return (at(x, y, 40, 40, 25) && !at(x, y, 45, 35, 4) && !at(x, y, 30, 40, 2)) || at(x, y, 72, 8, 3);
-  });
-  const Image photograph = lit(spoilt, 1, 0);
+bool isNear(double x, double y, double centerX, double centerY, double radius) {
+  return std::hypot(x - centerX, y - centerY) < radius;
+}
+
+// The disc lit, with a shadow of 50 of its nearly 2000 pixels and a crack of 12, and a speck beside it.
+Image spoiltDisc(float shadow, float crack, float scale = 1) {
+  const Mask lightAt = maskOf([](double x, double y) {
+    return (isNear(x, y, 40, 40, 25) && !isNear(x, y, 45, 35, 4) && !isNear(x, y, 30, 40, 2)) ||
+           isNear(x, y, 72, 8, 3);
+  }),
+             shadowAt = maskOf([](double x, double y) { return isNear(x, y, 45, 35, 4); }),
+             crackAt = maskOf([](double x, double y) { return isNear(x, y, 30, 40, 2); });
+  Image photograph(size, size, 1);
+  for (size_t i = 0; i < photograph.values.size(); ++i)
+    photograph.values[i] = scale * (lightAt.inside[i]    ? 1
+                                    : shadowAt.inside[i] ? shadow
+                                    : crackAt.inside[i]  ? crack
+                                                         : 0.f);
+  return photograph;
+}
+
+TEST(ObjectByThreshold, SpecksGoAndShadowsAndCracksAreFilled) {
+  const Image photograph = spoiltDisc(0.05f, 0);
   EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.2), disc);
+}
+
+TEST(ObjectByThreshold, GapsThatShowTheBackgroundStay) {
+  const Mask pierced =
+      maskOf([](double x, double y) { return isNear(x, y, 40, 40, 25) && !isNear(x, y, 45, 35, 4); });
+  for (const float scale : {1.f, 0.01f, 300.f}) {
+    const Image photograph = spoiltDisc(0.03f, 0, scale);
+    EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.2), pierced);
+  }
+}
+
+TEST(ObjectByThreshold, AGapLitInPartsIsTold) {
+  Image photograph = spoiltDisc(0, 0);
+  const Mask reflection = maskOf([](double x, double y) { return isNear(x, y, 45, 35, 4) && x > 46; });
+  for (size_t i = 0; i < photograph.values.size(); ++i)
+    if (reflection.inside[i]) photograph.values[i] = 0.15f;
+  EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.2),
+            maskOf([](double x, double y) { return isNear(x, y, 40, 40, 25) && !isNear(x, y, 45, 35, 4); }));
 }
 
 TEST(ObjectByThreshold, SecondPartsAndLargeHolesStay) {
