@@ -2,102 +2,28 @@
 
 #include "srf/import/import.h"
 #include "tests/srf/import/vision_camera.h"
+#include "tests/support/foreign_formats.h"
 
 #include <cstring>
-#include <map>
 
 namespace surflect {
 namespace {
 
-constexpr std::array models{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"};
-
-// The parameters of a camera in COLMAP's order, and the camera as far as the model can say it.
-std::pair<std::vector<double>, VisionCamera> asModel(const std::string& model, VisionCamera c) {
-  if (model != "PINHOLE" && model != "OPENCV" && model != "FULL_OPENCV") c.fy = c.fx;
-  if (model.ends_with("PINHOLE")) c.k1 = c.k2 = c.p1 = c.p2 = 0;
-  if (model.ends_with("RADIAL")) c.p1 = c.p2 = 0;
-  if (model == "SIMPLE_RADIAL") c.k2 = 0;
-  const std::map<std::string, std::vector<double>> parameters{
-      {"SIMPLE_PINHOLE", {c.fx, c.cx, c.cy}},
-      {"PINHOLE", {c.fx, c.fy, c.cx, c.cy}},
-      {"SIMPLE_RADIAL", {c.fx, c.cx, c.cy, c.k1}},
-      {"RADIAL", {c.fx, c.cx, c.cy, c.k1, c.k2}},
-      {"OPENCV", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}},
-      {"FULL_OPENCV", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 0, 0, 0, 0}}};
-  return {parameters.at(model), c};
-}
-
-template <class... Values> void put(std::string& bytes, Values... values) {
-  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
-}
-
 class Colmap : public testing::Test {
 protected:
-  struct Image {
-    std::string name;
-    std::string model;
-    VisionCamera camera;
-  };
-
-  Image& add(const std::string& name, const std::string& model) {
-    images.push_back({name, model, asModel(model, rig.camera(true)).second});
+  ColmapImage& add(const std::string& name, const std::string& model) {
+    images.push_back({name, model, asColmapModel(model, rig.camera(true)).second});
     writePicture(folder / "images" / name);
     return images.back();
   }
   void addOneOfEachModel() {
-    for (const char* model : models) add(std::string("im_").append(model).append(".png"), model);
+    for (const char* model : colmapModels) add(std::string("im_").append(model).append(".png"), model);
   }
 
-  // COLMAP's numbers need not follow each other, nor their order.
-  static uint32_t cameraId(size_t i) { return static_cast<uint32_t>(100 - 7 * i); }
-
-  std::string camerasText() const {
-    std::string text = "# Camera list with one line of data per camera:\n";
-    for (size_t i = 0; i < images.size(); ++i) {
-      text.append(std::to_string(cameraId(i))).append(" ").append(images[i].model).append(" 16 12");
-      for (const double p : asModel(images[i].model, images[i].camera).first)
-        text.append(" ").append(digits(p));
-      text += "\n";
-    }
-    return text;
-  }
-  std::string imagesText() const {
-    std::string text = "# Image list with two lines of data per image:\n";
-    for (size_t i = 0; i < images.size(); ++i) {
-      const VisionCamera& c = images[i].camera;
-      for (const std::string& word : {std::to_string(i + 5),
-                                      row(c.rotation.w(), c.rotation.x(), c.rotation.y(), c.rotation.z(),
-                                          c.translation[0], c.translation[1], c.translation[2]),
-                                      std::to_string(cameraId(i)), images[i].name})
-        text.append(word).append(" ");
-      text += "\n";
-      text += i % 2 ? "\n" : "1.5 2.5 -1 3.5 4.5 17\n";
-    }
-    return text;
-  }
-  std::string camerasBinary() const {
-    std::string bytes;
-    put(bytes, uint64_t{images.size()});
-    for (size_t i = 0; i < images.size(); ++i) {
-      const auto number = std::ranges::find(models, images[i].model) - models.begin();
-      put(bytes, cameraId(i), static_cast<int32_t>(number == 5 ? 6 : number), uint64_t{16}, uint64_t{12});
-      for (const double p : asModel(images[i].model, images[i].camera).first) put(bytes, p);
-    }
-    return bytes;
-  }
-  std::string imagesBinary() const {
-    std::string bytes;
-    put(bytes, uint64_t{images.size()});
-    for (size_t i = 0; i < images.size(); ++i) {
-      const VisionCamera& c = images[i].camera;
-      put(bytes, static_cast<uint32_t>(i + 5), c.rotation.w(), c.rotation.x(), c.rotation.y(), c.rotation.z(),
-          c.translation[0], c.translation[1], c.translation[2], cameraId(i));
-      bytes += images[i].name + '\0';
-      put(bytes, uint64_t{i % 2}); // points
-      if (i % 2) put(bytes, 1.5, 2.5, int64_t{-1});
-    }
-    return bytes;
-  }
+  std::string camerasText() const { return colmapCamerasText(images); }
+  std::string imagesText() const { return colmapImagesText(images); }
+  std::string camerasBinary() const { return colmapCamerasBinary(images); }
+  std::string imagesBinary() const { return colmapImagesBinary(images); }
   void writeText() const {
     std::filesystem::create_directories(folder / "sparse/0");
     writeBytes(folder / "sparse/0/cameras.txt", camerasText());
@@ -111,14 +37,14 @@ protected:
   Source read() const { return readColmap(folder.path(), {}, false); }
   void expectAllImages(const Capture& capture) {
     ASSERT_EQ(capture.views.size(), images.size());
-    for (const Image& image : images)
+    for (const ColmapImage& image : images)
       rig.expectSamePixels(viewNamed(capture, std::filesystem::path(image.name).replace_extension()).camera,
                            image.camera);
   }
 
   TemporaryFolder folder;
   VisionRig rig{1};
-  std::vector<Image> images;
+  std::vector<ColmapImage> images;
 };
 
 TEST_F(Colmap, TextAndBinaryKeepThePixelsOfEveryModel) {
@@ -142,7 +68,7 @@ TEST_F(Colmap, TheImportedFolderKeepsThePixelsToo) {
 }
 
 TEST_F(Colmap, ACameraAtTheOriginLooksAlongZWithYDown) {
-  Image& image = add("a.png", "PINHOLE");
+  ColmapImage& image = add("a.png", "PINHOLE");
   image.camera.rotation = Eigen::Quaterniond::Identity();
   image.camera.translation = {0, 0, 0};
   writeText();
@@ -238,7 +164,7 @@ TEST_F(Colmap, WrongTextIsNamedWithItsLine) {
   EXPECT_NE(errorWith("images.txt", imagesFile, "5 ", "5 9").find("unit quaternion"), std::string::npos);
   EXPECT_NE(errorWith("images.txt", imagesFile, "a.png", "b.png").find("expected a file in"),
             std::string::npos);
-  EXPECT_NE(errorWith("images.txt", imagesFile, " 100 ", " 101 ").find("CAMERA_ID: found 101"),
+  EXPECT_NE(errorWith("images.txt", imagesFile, " 1000 ", " 1001 ").find("CAMERA_ID: found 1001"),
             std::string::npos);
   EXPECT_NE(errorWith("images.txt", "5\n", "5", "# none").find("no picture"), std::string::npos);
 }

@@ -2,6 +2,7 @@
 
 #include "srf/import/import.h"
 #include "tests/srf/import/vision_camera.h"
+#include "tests/support/foreign_formats.h"
 
 namespace surflect {
 namespace {
@@ -16,14 +17,8 @@ protected:
   }
   static std::string name(int i) { return "ring" + std::to_string(i) + ".png"; }
 
-  // K times `scale`.
   std::string line(int i, double scale = 1, double skew = 0) const {
-    const VisionCamera& c = cameras[static_cast<size_t>(i)];
-    const Mat3<double> r = c.rotation.toRotationMatrix();
-    const double k = scale;
-    return name(i) + " " + row(k * c.fx, skew, k * c.cx, 0., k * c.fy, k * c.cy, 0., 0., k) + " " +
-           row(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2)) + " " +
-           row(c.translation[0], c.translation[1], c.translation[2]) + "\n";
+    return middleburyLine(name(i), cameras[static_cast<size_t>(i)], scale, skew);
   }
   std::string whole() const {
     std::string text = "4\n";

@@ -2,6 +2,7 @@
 
 #include "srf/import/import.h"
 #include "tests/srf/import/vision_camera.h"
+#include "tests/support/foreign_formats.h"
 
 #include <nlohmann/json.hpp>
 
@@ -14,19 +15,10 @@ using Json = nlohmann::json;
 
 class Transforms : public testing::Test {
 protected:
-  // Camera to world with OpenGL's axes, of a camera with computer vision's.
-  static Json matrixOf(const VisionCamera& camera) {
-    const Mat3<double> r = camera.rotation.toRotationMatrix().transpose();
-    const Vec3<double> center = -(r * camera.translation);
-    Json rows = Json::array();
-    for (int i = 0; i < 3; ++i) rows.push_back({r(i, 0), -r(i, 1), -r(i, 2), center[i]});
-    rows.push_back({0, 0, 0, 1});
-    return rows;
-  }
   // A frame of NeRF-synthetic: no extension.
   Json frame(const std::string& path, const VisionCamera& camera) const {
     writePicture(folder / (path + ".png"));
-    return {{"file_path", "./" + path}, {"transform_matrix", matrixOf(camera)}};
+    return {{"file_path", "./" + path}, {"transform_matrix", openGlMatrixOf(camera)}};
   }
   VisionCamera blenderCamera() {
     VisionCamera camera = rig.camera(false);

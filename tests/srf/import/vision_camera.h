@@ -1,30 +1,15 @@
-// A camera as computer vision writes it (x right, y down, z forwards, x_camera = R X + t), and its projection
-// straight from OpenCV's equations: what imported cameras are held against.
+// Random cameras of computer vision, and whether imported ones see what they see.
 #pragma once
 
 #include "srf/capture/capture.h"
 #include "srf/image/png.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/vision_camera.h"
 
 #include <random>
 #include <string>
 
 namespace surflect {
-
-struct VisionCamera {
-  Eigen::Quaterniond rotation;
-  Vec3<double> translation;
-  double fx = 0, fy = 0, cx = 0, cy = 0, k1 = 0, k2 = 0, p1 = 0, p2 = 0;
-  int width = 0, height = 0;
-
-  Vec2<double> project(const Vec3<double>& world) const {
-    const Vec3<double> p = rotation * world + translation;
-    const double x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
-    const double radial = 1 + k1 * r2 + k2 * r2 * r2;
-    return {fx * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + cx,
-            fy * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + cy};
-  }
-};
 
 class VisionRig {
 public:
@@ -72,18 +57,6 @@ inline void writePicture(const std::filesystem::path& path, int width = 16, int 
                          unsigned seed = 1) {
   std::filesystem::create_directories(path.parent_path());
   writePng(path, randomImage(width, height, 3, 0, 1, seed));
-}
-
-// A number with all its digits.
-inline std::string digits(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
-template <class... Numbers> std::string row(Numbers... numbers) {
-  std::string text;
-  (text.append(text.empty() ? "" : " ").append(digits(numbers)), ...);
-  return text;
 }
 
 // The view of a name; a failure if there is none.

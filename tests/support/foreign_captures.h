@@ -1,0 +1,42 @@
+// A lit capture as other people would have written it: to try importers on, and to show what they read.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "srf/image/image.h"
+#include "tests/support/vision_camera.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// A view and two photographs of it: RGBA, sRGB, straight alpha.
+struct ForeignView {
+  std::string name; // of files, without extension
+  VisionCamera camera;
+  Image underAll;    // lights at once: fixed illumination
+  Image underOne;    // lamp, at this place
+  Vec3<double> lamp; // at 100 units from the origin
+};
+
+// Of views first, first + every, .. that have training photographs, whose lights must be directional. The one
+// lamp of each is the light that stands nearest to above the photographer's right shoulder.
+std::vector<ForeignView> photographedByOthers(const Capture& capture, size_t first, size_t every);
+
+// Each writes a folder with pictures as PNG, without geometry.
+
+// RGB over black, masks beside; cameras.bin, images.bin, or both as text.
+void writeColmap(const std::vector<ForeignView>& views, const std::filesystem::path& folder, bool binary);
+// transforms.json, RGBA.
+void writeNerfstudio(const std::vector<ForeignView>& views, const std::filesystem::path& folder);
+// NRHints: transforms_train.json, RGBA, each photograph under its own lamp.
+void writeRelighting(const std::vector<ForeignView>& views, const std::filesystem::path& folder);
+// vase_par.txt, RGB over black without masks.
+void writeMiddlebury(const std::vector<ForeignView>& views, const std::filesystem::path& folder);
+
+// Mistakes: poses that are y up where the mesh is z up, and lamps mirrored in y.
+std::vector<ForeignView> withYUp(std::vector<ForeignView> views);
+std::vector<ForeignView> withMirroredLamps(std::vector<ForeignView> views);
+
+} // namespace surflect
