@@ -1,0 +1,88 @@
+"""Every script in examples/ renders, of small models of the captures beside it."""
+
+import shutil
+import struct
+import subprocess
+import unittest
+import zlib
+
+from support import CAT, FILM_CHECK, ROOT, VASE, TestInFolder, succeed, write_small_capture
+
+EXAMPLES = ROOT / "examples"
+SCRIPTS = sorted(path.relative_to(EXAMPLES) for path in EXAMPLES.rglob("*.toml"))
+EVERY, SCALE = 30, 0.4  # frames 1 and 31
+
+
+def read_png(path):
+    """Pixels, (r, g, b, a) each, of an 8-bit RGBA picture."""
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        chunk = data[at + 8:at + 8 + length]
+        if kind == b"IHDR":
+            width, height, depth, color = struct.unpack(">IIBB", chunk[:10])
+        elif kind == b"IDAT":
+            packed += chunk
+        at += 12 + length
+    if (depth, color) != (8, 6):
+        raise AssertionError(f"{path} is not 8-bit RGBA")
+    rows, stride = zlib.decompress(packed), 4 * width
+    above, pixels = bytearray(stride), []
+    for y in range(height):
+        start = y * (stride + 1)
+        row, kind = bytearray(rows[start + 1:start + 1 + stride]), rows[start]
+        for i in range(stride):
+            a, b, c = row[i - 4] if i >= 4 else 0, above[i], above[i - 4] if i >= 4 else 0
+            paeth = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
+            row[i] = (row[i] + (0, a, b, (a + b) // 2, paeth)[kind]) & 255
+        pixels += zip(row[0::4], row[1::4], row[2::4], row[3::4])
+        above = row
+    return pixels
+
+
+class Examples(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        # Scripts find their models and pictures where they find them in the repository.
+        shutil.copytree(EXAMPLES, cls.folder / "examples", ignore=shutil.ignore_patterns("vase", "cat"))
+        models = cls.folder / "build" / "demo"
+        models.mkdir(parents=True)
+        write_small_capture(cls.folder / "capture", cameras=4, lights=5)
+        succeed("pack", cls.folder / "capture", "-o", models / "vase.srf", "--surfels", "60000")
+        succeed("pack", CAT, "-o", models / "cat.srf", "--relief", "--surfels", "20000")
+        for script in SCRIPTS:
+            succeed("render", cls.folder / "examples" / script, "-o", cls.frames_of(script), "--every", EVERY,
+                    "--scale", SCALE)
+
+    @classmethod
+    def frames_of(cls, script):
+        return cls.folder / "frames" / script.with_suffix("")
+
+    def test_there_are_scripts(self):
+        self.assertGreater(len(SCRIPTS), 7)
+
+    def test_frames_are_lit_and_opaque(self):
+        for script in SCRIPTS:
+            with self.subTest(script=str(script)):
+                pixels = read_png(max(self.frames_of(script).glob("*.png")))
+                seen = [pixel for pixel in pixels if pixel[3] > 0]
+                opaque = [pixel for pixel in seen if pixel[3] == 255]
+                lit = [pixel for pixel in opaque if max(pixel[:3]) > 16]
+                self.assertTrue(0.05 < len(seen) / len(pixels) < 0.7)
+                self.assertGreater(len(opaque), 0.9 * len(seen))
+                self.assertGreater(len(lit), 0.5 * len(opaque))
+
+    def test_the_vase_covers_its_warped_mesh(self):
+        for script in SCRIPTS:
+            if 'vase.srf"' not in (EXAMPLES / script).read_text():
+                continue
+            with self.subTest(script=str(script)):
+                path = self.folder / "examples" / script
+                result = subprocess.run([FILM_CHECK, path, self.frames_of(script), VASE / "vase.ply", str(EVERY)],
+                                        capture_output=True, text=True)
+                self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
