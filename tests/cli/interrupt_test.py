@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from support import SCRIPT, SURFLECT, TestInFolder, succeed, write_small_capture
+from support import SCRIPT, SURFLECT, TestInFolder, succeed
 
 MOMENTS = int(os.environ.get("MOMENTS", 3))  # of each command and signal
 TICKS = os.sysconf("SC_CLK_TCK")
@@ -41,9 +41,7 @@ class Interrupt(TestInFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.capture, cls.model, cls.script = (cls.folder / n for n in ("capture", "model.srf", "film.toml"))
-        write_small_capture(cls.capture, cameras=5, lights=4)
-        cls.script.write_text(SCRIPT.replace("[120, 90]", "[600, 450]"))
+        cls.write_small_shot(cameras=5, lights=4, script=SCRIPT.replace("[120, 90]", "[600, 450]"))
         begin = time.monotonic()
         succeed(*cls.pack("model.srf"))
         cls.packing = time.monotonic() - begin

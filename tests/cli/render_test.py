@@ -3,7 +3,7 @@
 import subprocess
 import unittest
 
-from support import FILM_CHECK, SCRIPT, VASE, TestInFolder, content, run, succeed, write_small_capture
+from support import FILM_CHECK, SCRIPT, VASE, TestInFolder, content, run, succeed
 
 FRAMES = [f"frame.{frame:02}.{kind}" for frame in (1, 2, 3) for kind in ("exr", "png")]
 
@@ -12,10 +12,8 @@ class Render(TestInFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.capture, cls.model, cls.script = (cls.folder / n for n in ("capture", "model.srf", "film.toml"))
-        write_small_capture(cls.capture, cameras=3, lights=3)
+        cls.write_small_shot(cameras=3, lights=3)
         succeed("pack", cls.capture, "-o", cls.model, "--surfels", "60000")
-        cls.script.write_text(SCRIPT)
         cls.report = cls.render("film")
         cls.film = content(cls.folder / "film")
 

@@ -87,6 +87,13 @@ class TestInFolder(unittest.TestCase):
         cls.addClassCleanup(holder.cleanup)
         cls.folder = pathlib.Path(holder.name)
 
+    @classmethod
+    def write_small_shot(cls, cameras, lights, script=SCRIPT):
+        """A small capture, and a script for the model that will be packed of it."""
+        cls.capture, cls.model, cls.script = (cls.folder / n for n in ("capture", "model.srf", "film.toml"))
+        write_small_capture(cls.capture, cameras, lights)
+        cls.script.write_text(script)
+
     def assert_same_files(self, got, wanted, message=None):
         """Compares what content() gives, and names the files that differ."""
         differ = [name for name in sorted(got.keys() | wanted.keys()) if got.get(name) != wanted.get(name)]

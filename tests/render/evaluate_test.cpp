@@ -16,13 +16,7 @@ using studio::Studio;
 
 constexpr int pictureSize = 32; // pixels
 
-Studio testStudio() {
-  Studio studio;
-  studio.cameras = 9;
-  studio.lights = 12;
-  studio.size = pictureSize;
-  return studio;
-}
+Studio testStudio() { return {.cameras = 9, .lights = 12, .size = pictureSize}; }
 
 Evaluation evaluated(const Model& model, const Capture& capture, const EvaluateOptions& options = {}) {
   BlockCache cache(model.files, size_t{1} << 28);

@@ -1,7 +1,7 @@
 #include "render/frame.h"
 
 #include "render/measure.h"
-#include "tests/support/synthetic_capture.h"
+#include "tests/render/films.h"
 
 #include <Eigen/SVD>
 #include <gtest/gtest.h>
@@ -14,20 +14,14 @@ namespace surflect {
 namespace {
 
 using studio::cameraFrom;
+using studio::filmOf;
+using studio::interiorOf;
+using studio::largestDifference;
+using studio::noWarp;
 using studio::PackedStudio;
+using studio::pictureSize;
 using studio::Studio;
 using studio::viewSphere;
-
-constexpr int pictureSize = 40; // pixels
-
-Film filmOf(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
-            std::span<const ShotLight> lights, const FrameOptions& options = {}) {
-  BlockCache cache(model.files, size_t{1} << 28);
-  FrameStats stats;
-  return renderFrame(model, warp, camera, lights, options, cache, stats);
-}
-
-WarpPointer noWarp() { return chainWarp({}); }
 
 ShotPointLight pointLight(const Vec3<double>& position, Rgb intensity) {
   return {assume<Point3<ObjectSpace, double>>(position), intensity};
@@ -43,20 +37,8 @@ Image sphereUnder(const ShotPointLight& light, Rgb albedo, const studio::SphereV
   });
 }
 
-double largestDifference(const Image& a, const Image& b) {
-  EXPECT_EQ(a.values.size(), b.values.size());
-  double largest = 0;
-  for (size_t i = 0; i < a.values.size(); ++i)
-    largest = std::max(largest, double{std::abs(a.values[i] - b.values[i])});
-  return largest;
-}
-
-Mask interiorOf(const studio::SphereView& view) { return eroded(objectMask(view.alpha), 2); }
-
 TEST(Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
-  Studio studio;
-  studio.lights = 200;
-  studio.size = pictureSize;
+  const Studio studio{.lights = 200, .size = pictureSize};
   const PackedStudio packed(studio, 3000);
   BlockCache cache(packed.model.files, size_t{1} << 28);
 
@@ -93,9 +75,7 @@ TEST(Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
 }
 
 TEST(Frame, LambertSphereUnderAConstantEnvironmentOfOneIsItsAlbedo) {
-  Studio studio;
-  studio.lights = 80;
-  studio.size = pictureSize;
+  const Studio studio{.lights = 80, .size = pictureSize};
   const PackedStudio packed(studio, 1500);
   constexpr int directions = 300;
   std::vector<ShotLight> environment; // of radiance 1: irradiance d omega from each direction
@@ -104,72 +84,39 @@ TEST(Frame, LambertSphereUnderAConstantEnvironmentOfOneIsItsAlbedo) {
     environment.push_back(ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
                                                {solidAngle, solidAngle, solidAngle}});
   const auto camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, pictureSize);
-  const Image film = filmOf(packed.model, *noWarp(), camera, environment).color;
-  const Mask interior = interiorOf(viewSphere(camera, 1));
-  for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
-    if (!interior.inside[pixel]) continue;
-    EXPECT_NEAR(film.values[4 * pixel] / studio.albedo.r, 1, 0.0075);
-    EXPECT_NEAR(film.values[4 * pixel + 1] / studio.albedo.g, 1, 0.0075);
-    EXPECT_NEAR(film.values[4 * pixel + 2] / studio.albedo.b, 1, 0.0075);
-  }
+  studio::expectAlbedo(filmOf(packed.model, *noWarp(), camera, environment).color, camera, studio.albedo);
 }
 
-class FrameOfSphere : public testing::Test {
+class FrameOfSphere : public studio::PackedSphere<2000> {
 protected:
-  static void SetUpTestSuite() {
-    Studio studio;
-    studio.size = pictureSize;
-    packed = std::make_unique<PackedStudio>(studio, 2000);
-  }
-  static void TearDownTestSuite() { packed.reset(); }
-  static const Model& model() { return packed->model; }
-
-  static inline std::unique_ptr<PackedStudio> packed;
-  const Camera<ObjectSpace> camera = cameraFrom<ObjectSpace>({0.3, 0.5, 1}, pictureSize);
   const std::vector<ShotLight> lights{pointLight({2, 1, 2}, {9, 8, 7}), pointLight({-3, 2, 0}, {1, 9, 20})};
 };
 
 TEST_F(FrameOfSphere, OneRigidMotionOfEverythingLeavesTheImageUnchanged) {
   const Image still = filmOf(model(), *noWarp(), camera, lights).color;
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> uniform(-1, 1);
   for (int trial = 0; trial < 3; ++trial) {
-    const double x = uniform(random), y = uniform(random), z = uniform(random);
-    const Vec3<double> axis = Vec3<double>(x, y, z).normalized(), translation(2 * y, z, 3 * x);
-    const Angle angle = Angle::fromRadians(3 * uniform(random));
-    const Rigid<ObjectSpace, ObjectSpace> motion(Eigen::AngleAxisd(angle.radians(), axis).toRotationMatrix(),
-                                                 translation);
-    auto movedCamera = camera;
-    movedCamera.cameraFromWorld = camera.cameraFromWorld * motion.inverse();
+    const studio::RigidMotion motion = studio::randomMotion(random);
     auto movedLights = lights;
     for (ShotLight& light : movedLights) {
       auto& point = std::get<ShotPointLight>(light);
-      point.position = motion(point.position);
+      point.position = motion.rigid()(point.position);
     }
-    const auto warp = rigidWarp(axis, angle, Vec3<double>::Zero(), translation);
-    const Image moved = filmOf(model(), *warp, movedCamera, movedLights).color;
+    const Image moved = filmOf(model(), *motion.warp(), motion(camera), movedLights).color;
     EXPECT_LT(largestDifference(moved, still), 2.8e-6);
   }
 }
 
 TEST_F(FrameOfSphere, AMirroredWorldGivesTheMirroredImage) {
   const Image still = filmOf(model(), *noWarp(), camera, lights).color;
-  const Mat3<double> mirror = Vec3<double>(-1, 1, 1).asDiagonal();
-  auto mirroredCamera = camera;
-  mirroredCamera.cameraFromWorld = {mirror * camera.cameraFromWorld.rotation() * mirror,
-                                    mirror * camera.cameraFromWorld.translation()};
   auto mirroredLights = lights;
   for (ShotLight& light : mirroredLights) {
     auto& point = std::get<ShotPointLight>(light);
-    point.position = assume<Point3<ObjectSpace, double>>(mirror * point.position.raw());
+    point.position = assume<Point3<ObjectSpace, double>>(studio::mirror * point.position.raw());
   }
   const auto warp = scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
-  const Image mirrored = filmOf(model(), *warp, mirroredCamera, mirroredLights).color;
-  Image flipped = mirrored;
-  for (int y = 0; y < pictureSize; ++y)
-    for (int x = 0; x < pictureSize; ++x)
-      std::ranges::copy(mirrored.at(pictureSize - 1 - x, y), flipped.at(x, y).begin());
-  EXPECT_LT(largestDifference(flipped, still), 1.3e-6);
+  const Image mirrored = filmOf(model(), *warp, studio::mirrored(camera), mirroredLights).color;
+  EXPECT_LT(largestDifference(studio::flipped(mirrored), still), 1.3e-6);
 }
 
 TEST_F(FrameOfSphere, TheIdentityHoweverItIsWrittenChangesNothing) {

@@ -227,19 +227,12 @@ TEST(Overlay, CorrelationIsOneForAnyGainAndMinusOneForTheOpposite) {
 
 class ContactSheets : public testing::Test {
 protected:
-  static studio::Studio smallStudio() {
-    studio::Studio studio;
-    studio.cameras = 5;
-    studio.lights = 6;
-    studio.size = 40;
-    return studio;
-  }
-
+  const studio::Studio smallStudio{.cameras = 5, .lights = 6};
   const TemporaryFolder folder;
 };
 
 TEST_F(ContactSheets, TheStatedLightAgreesWithThePhotographAndTheFlippedOneDoesNot) {
-  studio::Studio studio = smallStudio();
+  studio::Studio studio = smallStudio;
   studio.size = kSize;
   const Capture capture = studio::photograph(studio, folder / "capture");
   const WhiteSurface surface(sphereMesh());
@@ -263,7 +256,7 @@ TEST_F(ContactSheets, TheStatedLightAgreesWithThePhotographAndTheFlippedOneDoesN
 }
 
 TEST_F(ContactSheets, AMeshInPlaceHasTheOverlapThatAShiftedOneLoses) {
-  const Capture capture = studio::photograph(smallStudio(), folder / "capture");
+  const Capture capture = studio::photograph(smallStudio, folder / "capture");
   TriangleMesh mesh = sphereMesh();
   const auto frames = spreadFrames(capture, 5);
   for (const Overlay& overlay : contactSheet(capture, frames, WhiteSurface(mesh), {}).overlays)
@@ -274,7 +267,7 @@ TEST_F(ContactSheets, AMeshInPlaceHasTheOverlapThatAShiftedOneLoses) {
 }
 
 TEST_F(ContactSheets, GeometryThatNoCameraSeesStillMakesASheet) {
-  studio::Studio studio = smallStudio();
+  studio::Studio studio = smallStudio;
   studio.matte = false;
   studio.lights = 0;
   const Capture capture = studio::photograph(studio, folder / "capture");
@@ -290,7 +283,7 @@ TEST_F(ContactSheets, GeometryThatNoCameraSeesStillMakesASheet) {
 }
 
 TEST_F(ContactSheets, AreTheSameForAnyNumberOfThreads) {
-  const Capture capture = studio::photograph(smallStudio(), folder / "capture");
+  const Capture capture = studio::photograph(smallStudio, folder / "capture");
   const WhiteSurface surface(sphereMesh(48));
   const auto frames = spreadFrames(capture, 4);
   const ContactSheet many = contactSheet(capture, frames, surface, {});
@@ -299,7 +292,7 @@ TEST_F(ContactSheets, AreTheSameForAnyNumberOfThreads) {
 }
 
 TEST_F(ContactSheets, StayBelow4000PixelsInWidth) {
-  studio::Studio studio = smallStudio();
+  studio::Studio studio = smallStudio;
   studio.size = 24;
   studio.cameras = 12;
   studio.lights = 12;

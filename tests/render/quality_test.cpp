@@ -1,11 +1,8 @@
 // What the eye would object to first: pictures that pop along a camera path, seams on smooth surfaces, holes
 // in stretched ones.
 
-#include "render/frame.h"
-
-#include "srf/image/mask.h"
 #include "srf/query/ray_caster.h"
-#include "tests/support/synthetic_capture.h"
+#include "tests/render/films.h"
 #include "warp/deform.h"
 
 #include <gtest/gtest.h>
@@ -19,6 +16,7 @@ namespace {
 
 using V3 = Vec3<double>;
 using studio::cameraFrom;
+using studio::filmOf;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -30,18 +28,9 @@ V3 alongPath(double s) {
 
 // All cameras that train stand above the sphere's middle; no camera sees what lies far below.
 studio::Studio halfSurrounded() {
-  studio::Studio studio;
-  studio.cameras = 24;
-  studio.lights = 12;
-  studio.split = [](size_t view, size_t) { return view < 12 ? Split::train : Split::test; };
-  return studio;
-}
-
-Film filmOf(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
-            std::span<const ShotLight> lights, const FrameOptions& options = {}) {
-  BlockCache cache(model.files, size_t{1} << 28);
-  FrameStats stats;
-  return renderFrame(model, warp, camera, lights, options, cache, stats);
+  return {.cameras = 24, .lights = 12, .split = [](size_t view, size_t) {
+            return view < 12 ? Split::train : Split::test;
+          }};
 }
 
 double distance(Rgb a, Rgb b) {
@@ -231,10 +220,7 @@ TEST(Quality, AStretchedSurfaceStaysClosed) {
 }
 
 TEST(Quality, StretchOfAPulledSphereIsThatOfItsTangentPlanes) {
-  studio::Studio studio;
-  studio.cameras = 6;
-  studio.lights = 4;
-  const studio::PackedStudio packed(studio, 4000);
+  const studio::PackedStudio packed({.cameras = 6, .lights = 4}, 4000);
   FrameOptions options;
   options.aovs = {"stretch", "depth"};
   const std::vector<ShotLight> lights{ShotPointLight{{3, 3, 3}, {5, 5, 5}}};

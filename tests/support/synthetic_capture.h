@@ -206,6 +206,21 @@ inline Capture photograph(const Studio& studio, const std::filesystem::path& fol
   return capture;
 }
 
+// The same, but nothing tells of the mesh.
+inline Capture photographWithoutMesh(const Studio& studio, const std::filesystem::path& folder) {
+  Capture capture = photograph(studio, folder);
+  capture.geometry.clear();
+  writeCapture(capture, folder);
+  return capture;
+}
+
+// About a third of the frames is left out, and no camera altogether.
+inline Studio gappyStudio() {
+  return {.split = [](size_t view, size_t light) {
+    return (view * 7 + light * light * 5) % 3 == 0 ? std::nullopt : std::optional(Split::train);
+  }};
+}
+
 inline PackOptions packOptions(size_t surfels, double tolerance = 0.005) {
   PackOptions options;
   options.surfels = surfels;

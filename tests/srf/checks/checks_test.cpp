@@ -13,11 +13,7 @@ using studio::Studio;
 class Checks : public testing::Test {
 protected:
   Checks() {
-    Studio studio;
-    studio.cameras = 10;
-    studio.lights = 24;
-    studio.size = 64;
-    capture = studio::photograph(studio, folder.path());
+    capture = studio::photograph({.cameras = 10, .lights = 24, .size = 64}, folder.path());
     mesh = readMesh(folder / "mesh.ply");
   }
 
@@ -52,9 +48,7 @@ TEST_F(Checks, FindNothingInACaptureThatIsRight) {
 }
 
 TEST_F(Checks, FindNothingUnderFixedLight) {
-  Studio studio;
-  studio.lights = 0;
-  capture = studio::photograph(studio, folder / "fixed");
+  capture = studio::photograph({.lights = 0}, folder / "fixed");
   for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
 }
 

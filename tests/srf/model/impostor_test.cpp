@@ -7,20 +7,10 @@ namespace {
 
 class ImpostorOf : public testing::Test {
 protected:
-  ImpostorOf() {
-    studio.cameras = 8;
-    studio.lights = 1;
-    studio.size = 40;
-  }
-  // Without the mesh.
-  Capture photographed() {
-    Capture capture = photograph(studio, folder / "capture");
-    capture.geometry.clear();
-    return capture;
-  }
+  Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
 
   TemporaryFolder folder;
-  studio::Studio studio;
+  studio::Studio studio{.cameras = 8, .lights = 1};
 };
 
 TEST_F(ImpostorOf, SeveralViewsWithMattesIsTheirHull) {

@@ -9,14 +9,7 @@ namespace {
 using studio::PackedStudio;
 using studio::Studio;
 
-Studio smallStudio() {
-  Studio small;
-  small.cameras = 4;
-  small.lights = 3;
-  small.size = 24;
-  return small;
-}
-
+const Studio smallStudio{.cameras = 4, .lights = 3, .size = 24};
 constexpr size_t fewSurfels = 150;
 
 void readEverything(const std::filesystem::path& folder) {
@@ -38,7 +31,7 @@ SurfelCloud randomCloud(size_t count, std::mt19937& random) {
 }
 
 TEST(Model, WhatIsWrittenIsReadBackEqual) {
-  const PackedStudio packed(smallStudio(), fewSurfels);
+  const PackedStudio packed(smallStudio, fewSurfels);
   std::mt19937 random(1);
   const SurfelCloud cloud = randomCloud(333, random);
   ViewFades fades{4, std::vector<uint8_t>(4 * cloud.size())};
@@ -65,7 +58,7 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
 }
 
 TEST(Model, TheRigIsThatOfTheCapture) {
-  const PackedStudio packed(smallStudio(), fewSurfels);
+  const PackedStudio packed(smallStudio, fewSurfels);
   const Capture &rig = packed.model.rig, &capture = packed.capture;
   EXPECT_EQ(rig.lights, capture.lights);
   ASSERT_EQ(rig.views.size(), capture.views.size());
@@ -81,7 +74,7 @@ TEST(Model, TheRigIsThatOfTheCapture) {
 }
 
 TEST(Model, WithoutOneFrameTheProductIsNotFull) {
-  Studio gap = smallStudio();
+  Studio gap = smallStudio;
   gap.split = [](size_t view, size_t light) {
     return view == 2 && light == 1 ? std::nullopt : std::optional(Split::train);
   };
@@ -92,7 +85,7 @@ TEST(Model, WithoutOneFrameTheProductIsNotFull) {
 }
 
 TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
-  const PackedStudio packed(smallStudio(), fewSurfels);
+  const PackedStudio packed(smallStudio, fewSurfels);
   const auto folder = packed.model.folder;
   std::mt19937 random(2);
   for (const std::string name :
@@ -120,15 +113,15 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
 }
 
 TEST(Model, AnUnfinishedFolderSaysSo) {
-  const PackedStudio packed(smallStudio(), fewSurfels);
+  const PackedStudio packed(smallStudio, fewSurfels);
   std::filesystem::remove(packed.model.folder / "manifest.json");
   const std::string line = errorOf([&] { openModel(packed.model.folder); });
   EXPECT_NE(line.find("packing was not finished"), std::string::npos) << line;
 }
 
 TEST(Model, AViewFileOfAnotherModelIsRefused) {
-  const PackedStudio packed(smallStudio(), fewSurfels);
-  Studio other = smallStudio();
+  const PackedStudio packed(smallStudio, fewSurfels);
+  Studio other = smallStudio;
   other.lights = 2;
   const PackedStudio foreign(other, fewSurfels);
   const auto path = packed.model.folder / "views/0003.srfb";

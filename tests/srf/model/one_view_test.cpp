@@ -17,18 +17,7 @@ using studio::Studio;
 // A sphere of radius 1 around the origin, seen by one camera.
 class OneView : public testing::Test {
 protected:
-  OneView() {
-    studio.cameras = 1;
-    studio.lights = 24;
-    studio.size = 48;
-  }
-
-  Capture photographed() {
-    Capture capture = photograph(studio, folder / "capture");
-    capture.geometry.clear();
-    writeCapture(capture, folder / "capture");
-    return capture;
-  }
+  Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
   PackReport packed(const Capture& capture, bool relief) {
     PackOptions options = packOptions(1500);
     options.impostor.relief = relief;
@@ -36,7 +25,7 @@ protected:
   }
 
   TemporaryFolder folder;
-  Studio studio;
+  Studio studio{.cameras = 1, .lights = 24, .size = 48};
 };
 
 TEST_F(OneView, PlaneShowsTheMatteAndHoldsTheOrigin) {

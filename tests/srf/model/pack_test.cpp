@@ -19,12 +19,6 @@ using studio::Studio;
 
 class Pack : public testing::Test {
 protected:
-  Pack() {
-    studio.cameras = 5;
-    studio.lights = 3;
-    studio.size = 24;
-  }
-
   Capture photographed() { return photograph(studio, folder / "capture"); }
   PackReport packed(const Capture& capture, const std::string& name = "model",
                     const PackOptions& options = packOptions(150)) {
@@ -40,7 +34,7 @@ protected:
   }
 
   TemporaryFolder folder;
-  Studio studio;
+  Studio studio{.cameras = 5, .lights = 3, .size = 24};
 };
 
 TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {

@@ -12,6 +12,7 @@
 namespace surflect {
 namespace {
 
+using studio::gappyStudio;
 using studio::PackedStudio;
 using studio::Studio;
 
@@ -77,13 +78,29 @@ Rgb capturedIrradiance(const Model& model, const ShadingOp& op, uint32_t column)
                       model.cloud.p0[0].cast<double>()); // directional: the same everywhere
 }
 
-// Leaves out about a third of the frames, and no camera altogether.
-Studio gappyStudio() {
-  Studio studio;
-  studio.split = [](size_t view, size_t light) {
-    return (view * 7 + light * light * 5) % 3 == 0 ? std::nullopt : std::optional(Split::train);
-  };
-  return studio;
+// A ray from each surfel to each camera that sees it whole, under a light of that camera.
+struct CapturedRays {
+  QueryBatch batch;
+  std::vector<std::pair<uint32_t, uint32_t>> photographs; // view and column, per query
+};
+
+CapturedRays capturedRays(const Model& model, std::mt19937& random) {
+  CapturedRays rays;
+  QueryBatch& batch = rays.batch;
+  batch.lights = 1;
+  for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
+    for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
+      if (model.fades.of(surfel)[view] < 255) continue;
+      const auto p0 = model.cloud.p0[surfel].cast<double>();
+      const auto column = static_cast<uint32_t>(random() % model.columns[view].size());
+      const Light& light = model.rig.lights[model.columns[view][column]];
+      batch.surfels.push_back(surfel);
+      batch.towardsView.push_back(towardsViewer(model.rig.views[view], p0).cast<float>());
+      batch.towardsLight.push_back(towardsLight(light, p0).cast<float>());
+      batch.irradiance.push_back(irradianceAt(light, p0));
+      rays.photographs.emplace_back(view, column);
+    }
+  return rays;
 }
 
 // A studio is packed once for all tests of a suite; the model is each test's own.
@@ -133,30 +150,17 @@ TEST_F(Shade, OnlyCamerasThatSeeTheSurfelAreAsked) {
 }
 
 TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
-  QueryBatch batch;
-  batch.lights = 1;
-  std::vector<std::pair<uint32_t, uint32_t>> photographs; // view and light, per query
-  for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
-    for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
-      if (model.fades.of(surfel)[view] < 255) continue;
-      const auto p0 = model.cloud.p0[surfel].cast<double>();
-      const auto light = static_cast<uint32_t>(random() % model.rig.lights.size());
-      batch.surfels.push_back(surfel);
-      batch.towardsView.push_back(towardsViewer(model.rig.views[view], p0).cast<float>());
-      batch.towardsLight.push_back(towardsLight(model.rig.lights[light], p0).cast<float>());
-      batch.irradiance.push_back(irradianceAt(model.rig.lights[light], p0));
-      photographs.emplace_back(view, light);
-    }
+  const auto [batch, photographs] = capturedRays(model, random);
   ASSERT_GT(batch.size(), 5000u);
 
   const ShadingPlan plan = planShading(model, batch, {});
   std::vector<bool> found(batch.size());
   for (const ShadingOp& op : plan.ops) {
-    const auto [view, light] = photographs[op.target];
+    const auto [view, column] = photographs[op.target];
     if (op.view != view) continue;
     found[op.target] = true;
     EXPECT_NEAR(op.weight, 1, 1e-7);
-    for (const auto& [column, weight] : rowOf(plan, op)) EXPECT_NEAR(weight.r, column == light, 1e-11);
+    for (const auto& [other, weight] : rowOf(plan, op)) EXPECT_NEAR(weight.r, other == column, 1e-11);
   }
   EXPECT_EQ(std::ranges::count(found, true), std::ssize(found));
 
@@ -339,26 +343,12 @@ TEST_F(ShadePairs, LightsAddUp) {
 }
 
 TEST_F(ShadePairs, ACapturedPairHasAllTheWeight) {
-  QueryBatch batch;
-  batch.lights = 1;
-  std::vector<std::pair<uint32_t, uint32_t>> pairs; // view and column, per query
-  for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
-    for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
-      if (model.fades.of(surfel)[view] < 255) continue;
-      const auto p0 = model.cloud.p0[surfel].cast<double>();
-      const auto column = static_cast<uint32_t>(random() % model.columns[view].size());
-      const Light& light = model.rig.lights[model.columns[view][column]];
-      batch.surfels.push_back(surfel);
-      batch.towardsView.push_back(towardsViewer(model.rig.views[view], p0).cast<float>());
-      batch.towardsLight.push_back(towardsLight(light, p0).cast<float>());
-      batch.irradiance.push_back(irradianceAt(light, p0));
-      pairs.emplace_back(view, column);
-    }
+  const auto [batch, photographs] = capturedRays(model, random);
   ASSERT_GT(batch.size(), 2000u);
   const ShadingPlan plan = planShading(model, batch, {});
   std::vector<double> weight(batch.size());
   for (const ShadingOp& op : plan.ops)
-    if (std::pair(op.view, rowOf(plan, op)[0].light) == pairs[op.target]) weight[op.target] = op.weight;
+    if (std::pair(op.view, rowOf(plan, op)[0].light) == photographs[op.target]) weight[op.target] = op.weight;
   for (const double w : weight) EXPECT_NEAR(w, 1, 1e-7);
 }
 
@@ -385,9 +375,7 @@ TEST_F(ShadePairs, TheBaselineIsTheNearestPair) {
 }
 
 TEST(ShadeFixedIllumination, ComesBackWithoutLightsAndRefusesThem) {
-  Studio fixed;
-  fixed.lights = 0;
-  const PackedStudio packed(fixed, 1000);
+  const PackedStudio packed({.lights = 0}, 1000);
   std::mt19937 random(3);
   const QueryBatch batch = randomBatch(packed.model, 1000, 0, random);
   const auto radiance = shaded(packed.model, batch);
