@@ -16,13 +16,18 @@ using Json = nlohmann::ordered_json;
 // Works until done; returns the machine-readable report. Throws Error or Cancelled.
 using CommandWork = std::function<Json(const Progress& progress)>;
 
-// Turns Cancelled into an Error that says what to do next.
-template <class Work> Json unlessInterrupted(const char* next, const Work& work) {
-  try {
-    return work();
-  } catch (const Cancelled&) {
-    throw Error(std::string("interrupted; ") + next);
-  }
+// What is done when the command is chosen. Interrupted, it becomes an Error that says what to do next.
+inline void setWork(CLI::App& command, CommandWork& work, const std::string& next,
+                    const CommandWork& chosen) {
+  command.callback([=, &work] {
+    work = [=](const Progress& progress) {
+      try {
+        return chosen(progress);
+      } catch (const Cancelled&) {
+        throw Error("interrupted; " + next);
+      }
+    };
+  });
 }
 
 // Each adds its subcommand and sets `work` when it is chosen.

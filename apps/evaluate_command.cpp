@@ -129,11 +129,8 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
   command->add_option("--script", arguments->script, "warps that the photographed object went through");
   command->add_option("--frame", arguments->frame, "of the script")->capture_default_str();
   addModelOptions(*command, arguments->options);
-  command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) {
-      return unlessInterrupted("nothing was kept", [&] { return runEvaluate(*arguments, progress); });
-    };
-  });
+  setWork(*command, work, "nothing was kept",
+          [arguments](const Progress& progress) { return runEvaluate(*arguments, progress); });
 }
 
 } // namespace surflect

@@ -122,11 +122,8 @@ void addInspectCommand(CLI::App& app, CommandWork& work) {
       ->needs(overlay)
       ->capture_default_str()
       ->check(CLI::Range(1, 400));
-  command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) {
-      return unlessInterrupted("nothing was kept", [&] { return runInspect(*arguments, progress); });
-    };
-  });
+  setWork(*command, work, "nothing was kept",
+          [arguments](const Progress& progress) { return runInspect(*arguments, progress); });
 }
 
 } // namespace surflect

@@ -107,12 +107,8 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--surfels", arguments->surfels, "how many, about; default: two across a pixel")
       ->check(CLI::Range(size_t{1}, size_t{100000000}));
-  command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) {
-      return unlessInterrupted("the same command again goes on from here",
-                               [&] { return runPack(*arguments, progress); });
-    };
-  });
+  setWork(*command, work, "the same command again goes on from here",
+          [arguments](const Progress& progress) { return runPack(*arguments, progress); });
 }
 
 } // namespace surflect

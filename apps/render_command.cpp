@@ -2,6 +2,7 @@
 #include "apps/model_options.h"
 #include "apps/terminal.h"
 #include "render/film.h"
+#include "render/shot_renderer.h"
 #include "srf/image/exr.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
@@ -51,87 +52,6 @@ FrameRange parseRange(const std::string& text, const Frames& frames) {
   return range;
 }
 
-// A captured camera on a picture of the script's size.
-Camera<ObjectSpace> fitted(Camera<ObjectSpace> camera, const Script& script) {
-  const Output& output = *script.output;
-  const Lens& lens = camera.lens;
-  if (std::abs(output.width * lens.height - output.height * lens.width) > std::max(output.width, lens.width))
-    throw Error::mismatch(fmt::format("the shape of the camera's pictures, {} x {}", lens.width, lens.height),
-                          fmt::format("{} x {}", output.width, output.height))
-        .at("output.size")
-        .in(script.path);
-  camera.lens = resized(lens, output.width, output.height);
-  return camera;
-}
-
-// The script's camera at a time, or the captured one of its name.
-Camera<ObjectSpace> shotCamera(const Script& script, const Model& model, const ShotTime& time) {
-  const auto* named = std::get_if<NamedCamera>(&*script.camera);
-  if (!named) return cameraAt(script, time);
-  for (const auto& view : model.rig.views)
-    if (view.identity == named->from) return fitted(inObjectSpace(view.camera), script);
-  throw Error::mismatch("a camera of " + model.folder.string(), "'" + named->from + "'")
-      .at("camera.from")
-      .in(script.path);
-}
-
-Lens scaled(const Lens& lens, double scale) {
-  const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
-  return resized(lens, side(lens.width), side(lens.height));
-}
-
-class Shot {
-public:
-  Shot(const Script& script, const Model& model, const ModelOptions& options, const Progress& progress)
-      : script_(script), model_(model), options_(options.frame),
-        environments_(prepareEnvironments(script, model, options.frame.shade, progress)), progress_(progress),
-        cache_(model.files, options.cacheBytes()) {
-    options_.aovs = script.output->aov;
-  }
-
-  Film render(int frame, double scale, bool withAovs, FrameStats& stats) {
-    const ShotTime time = shotTime(script_, frame);
-    FrameOptions options = options_;
-    if (!withAovs) options.aovs.clear();
-    return renderFrame(model_, *warpAt(script_, time), camera(frame, scale),
-                       lightsAt(script_, time, environments_), options, cache_, stats, progress_);
-  }
-
-  // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
-  // spread over it is white.
-  double previewExposure() {
-    constexpr int kFrames = 5;
-    if (!exposure_) {
-      double white = 0;
-      const Frames& frames = *script_.frames;
-      for (int i = 0; i < kFrames; ++i) {
-        FrameStats ignored;
-        const int frame = frames.first + (frames.count() - 1) * i / (kFrames - 1);
-        white = std::max(white, whiteOf(render(frame, 0.25, false, ignored).color));
-      }
-      exposure_ = white > 0 ? 1 / white : 1;
-    }
-    return *exposure_;
-  }
-
-  Camera<ObjectSpace> camera(int frame, double scale) const {
-    Camera<ObjectSpace> camera = shotCamera(script_, model_, shotTime(script_, frame));
-    camera.lens = scaled(camera.lens, scale);
-    return camera;
-  }
-
-  const std::vector<PreparedEnvironment>& environments() const { return environments_; }
-
-private:
-  const Script& script_;
-  const Model& model_;
-  FrameOptions options_;
-  std::vector<PreparedEnvironment> environments_;
-  const Progress& progress_;
-  BlockCache cache_;
-  std::optional<double> exposure_;
-};
-
 Json jsonOf(const FrameStats& stats) {
   Json seconds;
   for (const auto& [stage, time] : stats.seconds) seconds[stage] = time;
@@ -155,7 +75,7 @@ Json jsonOf(const PreparedEnvironment& environment) {
 }
 
 // What decides the pixels of a frame of this film.
-std::string filmIdentity(const Script& script, const Model& model, const Shot& shot,
+std::string filmIdentity(const Script& script, const Model& model, const ShotRenderer& shot,
                          const Arguments& arguments) {
   const FrameOptions& frame = arguments.model.frame;
   const LightBlend blend = lightBlend(model, frame.shade);
@@ -213,7 +133,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   requireShot(script);
   const Model model = openModel(script.model, progress);
   const FrameRange range = parseRange(arguments.frames, *script.frames);
-  Shot shot(script, model, arguments.model, progress);
+  ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
   for (const PreparedEnvironment& environment : shot.environments())
     if (environment.replaced > 0)
       say(fmt::format("{}: {} texels with samples below 0 or not finite, which are taken for 0",
@@ -240,7 +160,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     }
     const auto start = std::chrono::steady_clock::now();
     FrameStats stats;
-    const Film film = shot.render(frame, arguments.scale, true, stats);
+    const Film film = shot.render(frame, arguments.scale, stats);
     const auto rendered = std::chrono::steady_clock::now();
     if (script.output->png) writePreview(preview, film.color, shot.previewExposure());
     writeFilm(path, film,
@@ -284,12 +204,8 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
   command->add_flag("--resume", arguments->resume,
                     "keep frames that this script and model have rendered before");
   addModelOptions(*command, arguments->model);
-  command->callback([arguments, &work] {
-    work = [arguments](const Progress& progress) {
-      return unlessInterrupted("with --resume, the same command goes on from here",
-                               [&] { return runRender(*arguments, progress); });
-    };
-  });
+  setWork(*command, work, "with --resume, the same command goes on from here",
+          [arguments](const Progress& progress) { return runRender(*arguments, progress); });
 }
 
 } // namespace surflect

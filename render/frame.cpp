@@ -6,6 +6,7 @@
 
 #include <cassert>
 #include <chrono>
+#include <functional>
 
 namespace surflect {
 
@@ -174,24 +175,28 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   Film film;
   film.color = developRadiance(sight, radiance);
   const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
+  const std::map<std::string_view, std::function<Image()>> layers{
+      {"depth", [&] { return depthImage(sight.coverage); }},
+      {"normal",
+       [&] {
+         return developEach(sight, 3, [&](size_t i) {
+           return lookUpAt(model.cloud, deformed, sight.surfels[i]).outwardNormal().raw();
+         });
+       }},
+      {"camera_blend",
+       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(plan.cameraBlend[i]); }); }},
+      {"light_blend",
+       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(plan.lightBlend[i]); }); }},
+      {"stretch", [&] {
+         return developEach(sight, 1, [&](size_t i) {
+           const size_t surfel = sight.surfels[i];
+           return std::array{
+               stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>())};
+         });
+       }}};
   for (const std::string& aov : options.aovs) {
     progress.checkpoint();
-    Image& image = film.aovs[aov];
-    if (aov == "depth") image = depthImage(sight.coverage);
-    if (aov == "normal")
-      image = developEach(sight, 3, [&](size_t i) {
-        return lookUpAt(model.cloud, deformed, sight.surfels[i]).outwardNormal().raw();
-      });
-    if (aov == "camera_blend")
-      image = developEach(sight, 3, [&](size_t i) { return rgbOf(plan.cameraBlend[i]); });
-    if (aov == "light_blend")
-      image = developEach(sight, 3, [&](size_t i) { return rgbOf(plan.lightBlend[i]); });
-    if (aov == "stretch")
-      image = developEach(sight, 1, [&](size_t i) {
-        const size_t surfel = sight.surfels[i];
-        return std::array{
-            stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>())};
-      });
+    film.aovs[aov] = layers.at(aov)();
   }
   clock.finish("develop");
   return film;
