@@ -32,7 +32,7 @@ size_t commonCount(std::span<const uint64_t> a, std::span<const uint64_t> b) {
 }
 
 // Cells that may be of the object, and who votes against each.
-struct Candidates {
+struct Ballot {
   double radius = 0; // of the ball around a cell
   size_t words = 0;
   std::vector<Point3<AcquisitionSpace, double>> centers;
@@ -42,10 +42,10 @@ struct Candidates {
   std::span<const uint64_t> opponents(size_t i) const { return {against.data() + i * words, words}; }
 };
 
-Candidates findCandidates(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
-                          const Progress& progress) {
+Ballot voteOnCells(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
+                   const Progress& progress) {
   const auto cubes = possibleCubes(sights, quorum, box, kCells, true, progress);
-  Candidates all;
+  Ballot all;
   all.words = wordsFor(sights.size());
   all.against.resize(cubes.size() * all.words);
   for (const Cube& cube : cubes) {
@@ -63,30 +63,29 @@ Candidates findCandidates(std::span<const Sight> sights, size_t quorum, const Ei
 // The picture of one view in cells as large as those of the space.
 class Witness {
 public:
-  Witness(const Sight& sight, const Candidates& candidates) : sight_(sight), words_(candidates.words) {
+  Witness(const Sight& sight, const Ballot& ballot) : sight_(sight), words_(ballot.words) {
     std::vector<double> footprints;
-    for (const auto& center : candidates.centers)
+    for (const auto& center : ballot.centers)
       if (const double here = pixelFootprint(sight.camera, center); here > 0) footprints.push_back(here);
     if (!footprints.empty()) {
       const auto middle = footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2);
       std::ranges::nth_element(footprints, middle);
-      cell_ = std::max(1.0, candidates.radius / std::sqrt(0.75) / *middle);
+      cell_ = std::max(1.0, ballot.radius / std::sqrt(0.75) / *middle);
     }
     width_ = static_cast<int>(std::ceil(sight.outline.width() / cell_));
     height_ = static_cast<int>(std::ceil(sight.outline.height() / cell_));
   }
 
   // For every view the share of this silhouette that it is blamed for, among the views that take part.
-  std::vector<double> blame(size_t self, const Candidates& candidates,
-                            std::span<const uint64_t> taking) const {
+  std::vector<double> blame(size_t self, const Ballot& ballot, std::span<const uint64_t> taking) const {
     const size_t cells = static_cast<size_t>(width_) * static_cast<size_t>(height_);
     std::vector<uint32_t> fewest(cells, std::numeric_limits<uint32_t>::max());
     Bits opponents(cells * words_);
-    for (size_t i = 0; i < candidates.size(); ++i) {
-      const auto against = candidates.opponents(i);
+    for (size_t i = 0; i < ballot.size(); ++i) {
+      const auto against = ballot.opponents(i);
       if (has(against, self)) continue;
       const auto votes = static_cast<uint32_t>(commonCount(against, taking));
-      forCellsOf({candidates.centers[i], candidates.radius}, [&](size_t cell) {
+      forCellsOf({ballot.centers[i], ballot.radius}, [&](size_t cell) {
         const std::span<uint64_t> known(opponents.data() + cell * words_, words_);
         if (votes > fewest[cell]) return;
         if (votes < fewest[cell]) std::ranges::fill(known, 0);
@@ -137,12 +136,12 @@ private:
 };
 
 // The view that is blamed most, if it is bad.
-std::optional<size_t> worstView(std::span<const Witness> witnesses, const Candidates& candidates,
+std::optional<size_t> worstView(std::span<const Witness> witnesses, const Ballot& ballot,
                                 std::span<const uint64_t> taking) {
   const size_t views = witnesses.size();
   std::vector<std::vector<double>> shares(views);
   tbb::parallel_for(size_t{0}, views, [&](size_t view) {
-    if (has(taking, view)) shares[view] = witnesses[view].blame(view, candidates, taking);
+    if (has(taking, view)) shares[view] = witnesses[view].blame(view, ballot, taking);
   });
   std::optional<size_t> worst;
   double most = 0;
@@ -165,17 +164,17 @@ std::optional<size_t> worstView(std::span<const Witness> witnesses, const Candid
 
 std::vector<size_t> badViews(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
                              const Progress& progress) {
-  const Candidates candidates = findCandidates(sights, quorum, box, progress);
+  const Ballot ballot = voteOnCells(sights, quorum, box, progress);
   std::vector<Witness> witnesses;
-  Bits taking(candidates.words);
+  Bits taking(ballot.words);
   for (size_t view = 0; view < sights.size(); ++view) {
-    witnesses.emplace_back(sights[view], candidates);
+    witnesses.emplace_back(sights[view], ballot);
     insert(taking, view);
   }
   std::vector<size_t> bad;
   while (bad.size() < allowedDissent(sights.size())) {
     progress.checkpoint();
-    const auto worst = worstView(witnesses, candidates, taking);
+    const auto worst = worstView(witnesses, ballot, taking);
     if (!worst) break;
     bad.push_back(*worst);
     taking[*worst / 64] &= ~(uint64_t{1} << (*worst % 64));

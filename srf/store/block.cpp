@@ -117,7 +117,7 @@ std::vector<Upgrade> upgradesOf(const Factors& factors, size_t lights, Coefficie
 }
 
 // A choice of terms as it would be stored.
-struct Candidate {
+struct Encoding {
   CoefficientType type = CoefficientType::half;
   std::vector<int> bits; // per stored term, falling
   MatrixXd levels;       // rows x K
@@ -126,62 +126,62 @@ struct Candidate {
   double squaredError = 0;
 };
 
-Candidate realise(const MatrixXd& x, const Factors& factors, std::span<const Upgrade> upgrades,
-                  CoefficientType type) {
+Encoding realise(const MatrixXd& x, const Factors& factors, std::span<const Upgrade> upgrades,
+                 CoefficientType type) {
   std::vector<int> bitsOfTerm(factors.energies.size());
   for (const Upgrade& upgrade : upgrades) bitsOfTerm[upgrade.term] = upgrade.bits;
 
-  Candidate candidate;
-  candidate.type = type;
+  Encoding encoding;
+  encoding.type = type;
   const auto rank = std::ranges::count_if(bitsOfTerm, [](int bits) { return bits > 0; });
-  candidate.levels.resize(x.rows(), rank);
-  candidate.basis.resize(x.rows(), rank);
+  encoding.levels.resize(x.rows(), rank);
+  encoding.basis.resize(x.rows(), rank);
   for (const int bits : precisions) {
     for (size_t k = 0; k < bitsOfTerm.size(); ++k) {
       if (bitsOfTerm[k] != bits) continue;
-      const auto column = static_cast<Eigen::Index>(candidate.bits.size());
-      candidate.levels.col(column) = quantised(factors.images.col(k), bits);
-      candidate.basis.col(column) =
-          candidate.levels.col(column).cast<float>() / static_cast<float>(levelsOf(bits));
-      candidate.bits.push_back(bits);
+      const auto column = static_cast<Eigen::Index>(encoding.bits.size());
+      encoding.levels.col(column) = quantised(factors.images.col(k), bits);
+      encoding.basis.col(column) =
+          encoding.levels.col(column).cast<float>() / static_cast<float>(levelsOf(bits));
+      encoding.bits.push_back(bits);
     }
   }
   // Coefficients are solved for again, now that the eigenimages have moved.
-  const MatrixXd basis = candidate.basis.cast<double>();
-  candidate.coefficients.setZero(rank, x.cols());
+  const MatrixXd basis = encoding.basis.cast<double>();
+  encoding.coefficients.setZero(rank, x.cols());
   if (rank > 0) {
     const MatrixXd solved = basis.colPivHouseholderQr().solve(x);
-    candidate.coefficients = solved.cast<float>().unaryExpr([&](float a) { return asStored(a, type); });
+    encoding.coefficients = solved.cast<float>().unaryExpr([&](float a) { return asStored(a, type); });
   }
-  candidate.squaredError = (x - basis * candidate.coefficients.cast<double>()).squaredNorm();
-  return candidate;
+  encoding.squaredError = (x - basis * encoding.coefficients.cast<double>()).squaredNorm();
+  return encoding;
 }
 
 // Empty where no choice with coefficients of this type keeps the bound.
-std::optional<Candidate> cheapest(const MatrixXd& x, const Factors& factors, double squaredBound,
-                                  CoefficientType type) {
+std::optional<Encoding> cheapest(const MatrixXd& x, const Factors& factors, double squaredBound,
+                                 CoefficientType type) {
   const std::vector<Upgrade> all = upgradesOf(factors, x.cols(), type);
   const std::span<const Upgrade> upgrades(all);
   const auto realised = [&](size_t count) { return realise(x, factors, upgrades.first(count), type); };
-  const auto keepsBound = [&](const Candidate& c) { return c.squaredError <= squaredBound; }; // NaN does not
+  const auto keepsBound = [&](const Encoding& c) { return c.squaredError <= squaredBound; }; // NaN does not
 
   size_t count = 0;
   for (double left = factors.energies.sum(); left > squaredBound && count < upgrades.size(); ++count)
     left -= upgrades[count].saved;
 
   // From the predicted choice up until the actual error is small enough, then down while it still is.
-  Candidate candidate = realised(count);
-  for (size_t step = 1; !keepsBound(candidate); step *= 2) {
+  Encoding encoding = realised(count);
+  for (size_t step = 1; !keepsBound(encoding); step *= 2) {
     if (count == upgrades.size()) return std::nullopt;
     count = std::min(count + step, upgrades.size());
-    candidate = realised(count);
+    encoding = realised(count);
   }
   for (; count > 0; --count) {
-    Candidate cheaper = realised(count - 1);
+    Encoding cheaper = realised(count - 1);
     if (!keepsBound(cheaper)) break;
-    candidate = std::move(cheaper);
+    encoding = std::move(cheaper);
   }
-  return candidate;
+  return encoding;
 }
 
 double clippedSquaredError(const MatrixXd& x, const MatrixXd& stored, double white) {
@@ -219,22 +219,22 @@ void takeLevels(ByteReader& reader, int bits, size_t count, float* values, size_
   }
 }
 
-std::vector<std::byte> recordOf(uint64_t present, const Candidate& candidate) {
+std::vector<std::byte> recordOf(uint64_t present, const Encoding& encoding) {
   std::vector<std::byte> record;
-  uint8_t flags = candidate.type == CoefficientType::single ? floatCoefficients : 0;
+  uint8_t flags = encoding.type == CoefficientType::single ? floatCoefficients : 0;
   if (present != allPresent) flags |= partialBlock;
   append(record, flags);
   for (const int bits : precisions)
-    append(record, static_cast<uint8_t>(std::ranges::count(candidate.bits, bits)));
+    append(record, static_cast<uint8_t>(std::ranges::count(encoding.bits, bits)));
   if (present != allPresent) append(record, present);
-  for (const float a : candidate.coefficients.reshaped()) {
-    if (candidate.type == CoefficientType::half)
+  for (const float a : encoding.coefficients.reshaped()) {
+    if (encoding.type == CoefficientType::half)
       append(record, imath_float_to_half(a));
     else
       append(record, a);
   }
-  for (size_t k = 0; k < candidate.bits.size(); ++k)
-    appendLevels(record, candidate.levels.col(static_cast<Eigen::Index>(k)), candidate.bits[k]);
+  for (size_t k = 0; k < encoding.bits.size(); ++k)
+    appendLevels(record, encoding.levels.col(static_cast<Eigen::Index>(k)), encoding.bits[k]);
   return record;
 }
 
@@ -263,15 +263,15 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
   const MatrixXd x = radiance.cast<double>();
   const double bound = blockErrorBound(x.norm(), x.size(), tolerance, white);
   const Factors factors = factorise(x);
-  std::optional<Candidate> candidate = cheapest(x, factors, bound * bound, CoefficientType::half);
-  if (!candidate) candidate = cheapest(x, factors, bound * bound, CoefficientType::single);
-  if (!candidate) throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
+  std::optional<Encoding> encoding = cheapest(x, factors, bound * bound, CoefficientType::half);
+  if (!encoding) encoding = cheapest(x, factors, bound * bound, CoefficientType::single);
+  if (!encoding) throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
 
   EncodedBlock block;
-  block.record = recordOf(present, *candidate);
-  block.rank = static_cast<int>(candidate->bits.size());
-  block.squaredError = candidate->squaredError;
-  const MatrixXd stored = candidate->basis.cast<double>() * candidate->coefficients.cast<double>();
+  block.record = recordOf(present, *encoding);
+  block.rank = static_cast<int>(encoding->bits.size());
+  block.squaredError = encoding->squaredError;
+  const MatrixXd stored = encoding->basis.cast<double>() * encoding->coefficients.cast<double>();
   block.clippedSquaredError = clippedSquaredError(x, stored, white);
   return block;
 }
