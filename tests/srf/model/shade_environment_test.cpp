@@ -7,6 +7,7 @@
 namespace surflect {
 namespace {
 
+using studio::gappyStudio;
 using studio::PackedStudio;
 using studio::Studio;
 using ToAcquisition = Turn<AcquisitionSpace, EnvironmentSpace, float>;
@@ -103,15 +104,6 @@ double largestDifference(std::span<const Rgb> a, std::span<const Rgb> b) {
 
 double largest(std::span<const Rgb> values) {
   return largestDifference(values, std::vector<Rgb>(values.size()));
-}
-
-// Leaves out about a third of the frames, and no camera altogether.
-Studio gappyStudio() {
-  Studio studio;
-  studio.split = [](size_t view, size_t light) {
-    return (view * 7 + light * light * 5) % 3 == 0 ? std::nullopt : std::optional(Split::train);
-  };
-  return studio;
 }
 
 // Every law for captures that are a full product of cameras and lights, and for others.
@@ -277,9 +269,12 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
       maps.acquisitionFromEnvironment.emplace_back(
           Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
     const auto got = irradianceOf(dome.model, planShading(dome.model, maps, {}));
-    double mean = 0; // a table rounds the creases where the nearest light changes
+    // A table rounds the creases where the nearest light changes: the coverage's steepest slope, 1.6 / spacing
+    // a radian, makes 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on the sphere
+    // (measured: 0.027).
+    double mean = 0;
     for (size_t q = 0; q < batch.size(); ++q) {
-      EXPECT_NEAR(got[q].g, faded[q].g, tabulated ? 0.04 : 1e-5);
+      EXPECT_NEAR(got[q].g, faded[q].g, tabulated ? 0.03 : 2e-6);
       mean += std::abs(got[q].g - faded[q].g) / static_cast<double>(batch.size());
     }
     EXPECT_LT(mean, 0.001);
@@ -300,9 +295,7 @@ TEST_P(ShadeEnvironment, TheNearestLightAnswersForItInTheBaseline) {
 }
 
 TEST(ShadeEnvironmentFixed, FixedIlluminationRefusesEnvironments) {
-  Studio fixed;
-  fixed.lights = 0;
-  const PackedStudio packed(fixed, 300);
+  const PackedStudio packed({.lights = 0}, 300);
   std::mt19937 random(3);
   const auto lights = randomEnvironment(2, random);
   QueryBatch batch = darkBatch(packed.model, 5, random);
