@@ -19,10 +19,13 @@ if(SURFLECT_FUZZ)
 endif()
 
 # surflect_library(NAME SOURCES a.cpp ... [DEPENDS PUBLIC x PRIVATE y ...])
-# Takes every header of the folder; each must compile alone.
+# Every header of the folder must compile alone. x.h does where x.cpp does, which includes it first (a test sees to
+# that, and libraries have no precompiled headers); those without a source of their name are compiled for it.
 function(surflect_library name)
   cmake_parse_arguments(LIB "" "" "SOURCES;DEPENDS" ${ARGN})
-  file(GLOB headers CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
+  file(GLOB headers RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
+  list(TRANSFORM LIB_SOURCES REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE proven)
+  list(REMOVE_ITEM headers ${proven})
   add_library(${name} STATIC ${LIB_SOURCES})
   target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
   set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)

@@ -2,7 +2,8 @@
 
     include_direction.py SOURCE_ROOT
 
-Prints each include that does not, and every third-party header in a header; exits with 1 if there is any.
+Prints each include that does not, every third-party header in a header, and every source that does not include its own
+header first, which is how the compiler learns that the header stands alone; exits with 1 if there is any.
 """
 
 import pathlib
@@ -71,7 +72,11 @@ def violations(root):
         if layer_of(file) is None:
             found.append(f"{file}: in no known layer")
             continue
-        for opening, header in INCLUDE.findall(path.read_text()):
+        includes = INCLUDE.findall(path.read_text())
+        own = pathlib.PurePath(file).with_suffix(".h").as_posix()
+        if path.suffix == ".cpp" and (root / own).is_file() and includes[:1] != [('"', own)]:
+            found.append(f"{file}: does not include {own} first")
+        for opening, header in includes:
             problem = complaint(root, file, opening, header)
             if problem:
                 found.append(f"{file}: includes {header}: {problem}")

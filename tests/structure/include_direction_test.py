@@ -9,7 +9,8 @@ from include_direction import violations
 CLEAN = {
     "surfel/space.h": "#include <Eigen/Core>\n#include <vector>\n",
     "srf/image/image.h": '#include "surfel/space.h"\n',
-    "srf/image/png.cpp": '#include "srf/image/image.h"\n#include <png.h>\n',
+    "srf/image/png.h": '#include "srf/image/image.h"\n',
+    "srf/image/png.cpp": '#include "srf/image/png.h"\n#include <png.h>\n',
     "srf/capture/capture.h": '#include "srf/image/image.h"\n',
     "srf/store/block.h": '#include "surfel/space.h"\n',
     "srf/query/ulr.h": '#include "srf/capture/capture.h"\n',
@@ -54,6 +55,12 @@ class IncludeDirection(unittest.TestCase):
                 found = violations_of({**CLEAN, name: CLEAN[name] + line + "\n"})
                 self.assertEqual(len(found), 1)
                 self.assertTrue(found[0].startswith(name + ": includes "), found[0])
+
+    def test_a_source_that_does_not_include_its_own_header_first_is_found(self):
+        for text in ('#include <vector>\n#include "srf/image/png.h"\n', '#include "srf/image/image.h"\n', ""):
+            with self.subTest(text=text):
+                self.assertEqual(violations_of({**CLEAN, "srf/image/png.cpp": text}),
+                                 ["srf/image/png.cpp: does not include srf/image/png.h first"])
 
     def test_a_third_party_header_in_a_header_is_found(self):
         for header in ("nlohmann/json.hpp", "toml++/toml.h", "CLI/CLI.hpp", "muParser.h", "embree3/rtcore.h",
