@@ -3,27 +3,30 @@
 #include "surfel/neighbors.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
+#include <span>
 
 namespace surflect {
 
 namespace {
 
 // Random points on the mesh per surfel: the grain of the relaxation's centroids.
-constexpr double kCandidatesPerSurfel = 16;
-// Discs of this diameter, in spacings, thrown at that many candidates leave as many surfels as a hexagonal
+constexpr double kPointsPerSurfel = 16;
+// Discs of this diameter, in spacings, thrown at that many points leave as many surfels as a hexagonal
 // grid of the spacing has (measured: 0.60 surfels per squared diameter).
 constexpr double kDiscDiameter = 0.72;
 constexpr int kRelaxationRounds = 6;
-constexpr double kOwnerReach = 0.8; // spacings; no candidate is farther from its surfel
+constexpr double kOwnerReach = 0.8; // spacings; no point is farther from its surfel
 
-struct Candidate {
+struct SurfacePoint {
   Vec3<double> position;
   Vec3<double> normal;
 };
@@ -38,10 +41,10 @@ double uniform(std::mt19937_64& random) {
 }
 
 // Equal shares of the area, one random point in each: stratified along the list of triangles.
-std::vector<Candidate> scatter(const TriangleMesh& mesh, size_t count, std::mt19937_64& random,
-                               const Progress& progress) {
-  std::vector<Candidate> candidates;
-  candidates.reserve(count);
+std::vector<SurfacePoint> scatter(const TriangleMesh& mesh, size_t count, std::mt19937_64& random,
+                                  const Progress& progress) {
+  std::vector<SurfacePoint> points;
+  points.reserve(count);
   const double step = surfaceArea(mesh) / static_cast<double>(count);
   double areaBefore = 0;
   double next = step * uniform(random);
@@ -53,17 +56,17 @@ std::vector<Candidate> scatter(const TriangleMesh& mesh, size_t count, std::mt19
                        b = mesh.positions[ib].cast<double>().raw(),
                        c = mesh.positions[ic].cast<double>().raw();
     while (next < areaBefore + area) {
-      checkNowAndThen(candidates.size(), progress);
+      checkNowAndThen(points.size(), progress);
       const double s = std::sqrt(uniform(random)), w = uniform(random); // uniform barycentrics
-      candidates.push_back({(1 - s) * a + s * (1 - w) * b + s * w * c, cross.normalized()});
-      next = step * (static_cast<double>(candidates.size()) + uniform(random));
+      points.push_back({(1 - s) * a + s * (1 - w) * b + s * w * c, cross.normalized()});
+      next = step * (static_cast<double>(points.size()) + uniform(random));
     }
     areaBefore += area;
   }
-  return candidates;
+  return points;
 }
 
-bool sameSheet(const Candidate& a, const Candidate& b) { return a.normal.dot(b.normal) > 0; }
+bool sameSheet(const SurfacePoint& a, const SurfacePoint& b) { return a.normal.dot(b.normal) > 0; }
 
 // Points in cubic cells twice as wide as questions reach, found by a hash of the cell. Cells that share a
 // hash are told apart by nothing but distance, so a visit may meet strangers, and the same point twice.
@@ -77,13 +80,27 @@ public:
     first = static_cast<uint32_t>(next_.size() - 1);
   }
 
-  // Visits all points within reach of the position, and some others, by the order of their addition.
-  template <class Visit> void visitAround(const Vec3<double>& position, const Visit& visit) const {
-    const Cell low = cellOf(position - Vec3<double>::Constant(reach_));
-    for (int corner = 0; corner < 8; ++corner) {
-      const Cell cell = {low[0] + (corner & 1), low[1] + (corner >> 1 & 1), low[2] + (corner >> 2)};
-      for (uint32_t i = first_[bucket(cell)]; i != kNone; i = next_[i]) visit(i);
+  // Visits all points nearer than the root of `squared`, at most reach, which visits may lower as they go,
+  // and some others, until a visit returns true. The position's own cell comes first.
+  template <class Visit>
+  bool anyNearer(const Vec3<double>& position, const double& squared, const Visit& visit) const {
+    const Cell home = cellOf(position), low = cellOf(position - Vec3<double>::Constant(reach_));
+    Cell other;
+    Vec3<double> gap; // squared distance to the other cell within reach, along each axis
+    for (size_t axis = 0; axis < 3; ++axis) {
+      other[axis] = home[axis] == low[axis] ? home[axis] + 1 : low[axis];
+      const double border = 2 * reach_ * static_cast<double>(low[axis] + 1),
+                   p = position[static_cast<int>(axis)];
+      gap[static_cast<int>(axis)] = (p - border) * (p - border);
     }
+    for (int corner = 0; corner < 8; ++corner) {
+      const bool x = corner & 1, y = corner & 2, z = corner & 4;
+      if (x * gap[0] + y * gap[1] + z * gap[2] >= squared) continue;
+      const Cell cell = {x ? other[0] : home[0], y ? other[1] : home[1], z ? other[2] : home[2]};
+      for (uint32_t i = first_[bucket(cell)]; i != kNone; i = next_[i])
+        if (visit(i)) return true;
+    }
+    return false;
   }
 
 private:
@@ -107,76 +124,94 @@ private:
   std::vector<uint32_t> next_;  // per point
 };
 
-// Accepts candidates one after the other unless a disc of their sheet is already there.
-std::vector<Candidate> throwDiscs(const std::vector<Candidate>& candidates, double diameter,
-                                  const Progress& progress) {
-  std::vector<Candidate> accepted;
-  Grid grid(diameter, candidates.size() / 8);
-  for (size_t c = 0; c < candidates.size(); ++c) {
-    checkNowAndThen(c, progress);
-    const Candidate& candidate = candidates[c];
-    bool crowded = false;
-    grid.visitAround(candidate.position, [&](uint32_t i) {
-      crowded |= sameSheet(accepted[i], candidate) &&
-                 (accepted[i].position - candidate.position).squaredNorm() < diameter * diameter;
+// Accepts points one after the other unless a disc of their sheet is already there.
+std::vector<SurfacePoint> throwDiscs(const std::vector<SurfacePoint>& points, double diameter,
+                                     const Progress& progress) {
+  std::vector<SurfacePoint> accepted;
+  Grid grid(diameter, points.size() / 8);
+  for (size_t p = 0; p < points.size(); ++p) {
+    checkNowAndThen(p, progress);
+    const SurfacePoint& point = points[p];
+    const bool crowded = grid.anyNearer(point.position, diameter * diameter, [&](uint32_t i) {
+      return sameSheet(accepted[i], point) &&
+             (accepted[i].position - point.position).squaredNorm() < diameter * diameter;
     });
     if (crowded) continue;
-    grid.add(candidate.position);
-    accepted.push_back(candidate);
+    grid.add(point.position);
+    accepted.push_back(point);
   }
   return accepted;
 }
 
-// One round of Lloyd: each surfel moves to the centroid of the candidates nearest to it, brought back onto
-// the plane of the candidate nearest to that centroid.
-void relax(std::vector<Candidate>& surfels, const std::vector<Candidate>& candidates, double spacing,
-           const Progress& progress) {
-  const double reach = kOwnerReach * spacing;
+// The points nearest to each surfel of their sheet, none farther than reach.
+struct Cells {
+  std::vector<size_t> first;    // of each surfel's points; one more, for the end
+  std::vector<uint32_t> points; // ascending within a surfel
+
+  std::span<const uint32_t> of(size_t surfel) const {
+    return std::span(points).subspan(first[surfel], first[surfel + 1] - first[surfel]);
+  }
+};
+
+Cells cellsOf(const std::vector<SurfacePoint>& surfels, const std::vector<SurfacePoint>& points, double reach,
+              const Progress& progress) {
   Grid grid(reach, surfels.size());
   for (const auto& surfel : surfels) grid.add(surfel.position);
   constexpr uint32_t kNone = ~0u;
-  std::vector<uint32_t> owner(candidates.size(), kNone);
-  tbb::parallel_for(size_t{0}, candidates.size(), [&](size_t c) {
-    checkNowAndThen(c, progress);
+  std::vector<uint32_t> owner(points.size(), kNone);
+  tbb::parallel_for(size_t{0}, points.size(), [&](size_t p) {
+    checkNowAndThen(p, progress);
     double nearest = reach * reach;
-    grid.visitAround(candidates[c].position, [&](uint32_t i) {
-      const double squared = (surfels[i].position - candidates[c].position).squaredNorm();
-      if (squared < nearest && sameSheet(surfels[i], candidates[c])) {
+    grid.anyNearer(points[p].position, nearest, [&](uint32_t i) {
+      const double squared = (surfels[i].position - points[p].position).squaredNorm();
+      if (squared < nearest && sameSheet(surfels[i], points[p])) {
         nearest = squared;
-        owner[c] = i;
+        owner[p] = i;
       }
+      return false;
     });
   });
-  std::vector<Vec3<double>> centroid(surfels.size(), Vec3<double>::Zero());
-  std::vector<size_t> members(surfels.size(), 0);
-  for (size_t c = 0; c < candidates.size(); ++c) {
-    checkNowAndThen(c, progress);
-    if (owner[c] == kNone) continue;
-    centroid[owner[c]] += candidates[c].position;
-    ++members[owner[c]];
+
+  Cells cells{std::vector<size_t>(surfels.size() + 1), {}};
+  for (const uint32_t surfel : owner)
+    if (surfel != kNone) ++cells.first[surfel + 1];
+  std::partial_sum(cells.first.begin(), cells.first.end(), cells.first.begin());
+  cells.points.resize(cells.first.back());
+  std::vector<size_t> next(cells.first.begin(), cells.first.end() - 1);
+  for (uint32_t p = 0; p < points.size(); ++p) {
+    checkNowAndThen(p, progress);
+    if (owner[p] != kNone) cells.points[next[owner[p]]++] = p;
   }
-  for (size_t i = 0; i < surfels.size(); ++i)
-    centroid[i] =
-        members[i] ? Vec3<double>(centroid[i] / static_cast<double>(members[i])) : surfels[i].position;
-  std::vector<double> nearest(surfels.size(), std::numeric_limits<double>::infinity());
-  for (size_t c = 0; c < candidates.size(); ++c) {
-    checkNowAndThen(c, progress);
-    if (owner[c] == kNone) continue;
-    const size_t i = owner[c];
-    const double squared = (candidates[c].position - centroid[i]).squaredNorm();
-    if (squared >= nearest[i]) continue;
-    nearest[i] = squared;
-    const Vec3<double>& n = candidates[c].normal;
-    surfels[i] = {centroid[i] - n * n.dot(centroid[i] - candidates[c].position), n};
-  }
+  return cells;
+}
+
+// One round of Lloyd: each surfel moves to the centroid of its cell, brought back onto the plane of the point
+// nearest to that centroid.
+void relax(std::vector<SurfacePoint>& surfels, const std::vector<SurfacePoint>& points, double spacing,
+           const Progress& progress) {
+  const Cells cells = cellsOf(surfels, points, kOwnerReach * spacing, progress);
+  tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t i) {
+    checkNowAndThen(i, progress);
+    const std::span<const uint32_t> members = cells.of(i);
+    if (members.empty()) return;
+    Vec3<double> centroid = Vec3<double>::Zero();
+    for (const uint32_t p : members) centroid += points[p].position;
+    centroid /= static_cast<double>(members.size());
+    const auto distance = [&](uint32_t p) { return (points[p].position - centroid).squaredNorm(); };
+    const SurfacePoint& nearest = points[*std::ranges::min_element(members, {}, distance)];
+    const Vec3<double>& n = nearest.normal;
+    surfels[i] = {centroid - n * n.dot(centroid - nearest.position), n};
+  });
 }
 
 // Sorts along a space-filling curve through cells of the given size, so that neighbours in space become
-// neighbours in memory; points of one cell keep their order.
-void sortAlongCurve(std::vector<Candidate>& points, double cell, const Progress& progress) {
+// neighbours in memory; points of one cell are in the order of their ranks, which are all different.
+std::vector<SurfacePoint> alongCurve(const std::vector<SurfacePoint>& points,
+                                     const std::vector<uint32_t>& ranks, double cell,
+                                     const Progress& progress) {
   Eigen::AlignedBox3d box;
   for (const auto& p : points) box.extend(p.position);
-  const auto mortonCode = [&](const Candidate& p) {
+  const auto mortonCode = [&](const SurfacePoint& p) {
     uint64_t code = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const auto index = static_cast<uint64_t>(std::min((p.position - box.min())[axis] / cell, 0x1p21 - 1));
@@ -184,23 +219,47 @@ void sortAlongCurve(std::vector<Candidate>& points, double cell, const Progress&
     }
     return code;
   };
-  std::vector<std::pair<uint64_t, uint32_t>> order(points.size());
-  for (uint32_t i = 0; i < points.size(); ++i) {
+  struct Place {
+    uint64_t code;
+    uint32_t rank, point;
+  };
+  std::vector<Place> order(points.size());
+  tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
     checkNowAndThen(i, progress);
-    order[i] = {mortonCode(points[i]), i};
-  }
-  size_t comparisons = 0;
-  std::ranges::sort(order, [&](const auto& a, const auto& b) {
-    checkNowAndThen(++comparisons, progress);
-    return a < b;
+    order[i] = {mortonCode(points[i]), ranks[i], static_cast<uint32_t>(i)};
   });
-  std::vector<Candidate> sorted;
-  sorted.reserve(points.size());
-  for (const auto& [code, i] : order) {
-    checkNowAndThen(sorted.size(), progress);
-    sorted.push_back(points[i]);
+  tbb::parallel_sort(order, [&](const Place& a, const Place& b) {
+    checkNowAndThen(a.rank, progress);
+    return a.code != b.code ? a.code < b.code : a.rank < b.rank;
+  });
+  std::vector<SurfacePoint> sorted(points.size());
+  tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
+    checkNowAndThen(i, progress);
+    sorted[i] = points[order[i].point];
+  });
+  return sorted;
+}
+
+std::vector<uint32_t> upTo(size_t count) {
+  std::vector<uint32_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0u);
+  return numbers;
+}
+
+// The numbers up to count in random order: Fisher-Yates, the same on every standard library.
+std::vector<uint32_t> shuffled(size_t count, std::mt19937_64& random, const Progress& progress) {
+  std::vector<uint32_t> numbers = upTo(count);
+  for (size_t i = count; i > 1; --i) {
+    checkNowAndThen(i, progress);
+    std::swap(numbers[i - 1], numbers[random() % i]);
   }
-  points = std::move(sorted);
+  return numbers;
+}
+
+std::vector<uint32_t> inverse(const std::vector<uint32_t>& permutation) {
+  std::vector<uint32_t> result(permutation.size());
+  for (uint32_t i = 0; i < permutation.size(); ++i) result[permutation[i]] = i;
+  return result;
 }
 
 } // namespace
@@ -224,19 +283,16 @@ SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t see
   assert(spacing > 0);
   std::mt19937_64 random(seed);
   const double expected = surfelsAt(mesh, spacing);
-  auto candidates =
-      scatter(mesh, static_cast<size_t>(std::ceil(expected * kCandidatesPerSurfel)) + 16, random, progress);
-  for (size_t i = candidates.size(); i > 1; --i) { // Fisher-Yates, the same on every standard library
-    checkNowAndThen(i, progress);
-    std::swap(candidates[i - 1], candidates[random() % i]);
-  }
-  sortAlongCurve(candidates, 8 * spacing, progress); // random within neighbourhoods that fit the cache
-  auto surfels = throwDiscs(candidates, kDiscDiameter * spacing, progress);
+  auto points =
+      scatter(mesh, static_cast<size_t>(std::ceil(expected * kPointsPerSurfel)) + 16, random, progress);
+  // Random within neighbourhoods that fit the cache.
+  points = alongCurve(points, inverse(shuffled(points.size(), random, progress)), 8 * spacing, progress);
+  auto surfels = throwDiscs(points, kDiscDiameter * spacing, progress);
   for (int round = 0; round < kRelaxationRounds; ++round) {
     progress("surfels", static_cast<double>(round) / kRelaxationRounds);
-    relax(surfels, candidates, spacing, progress);
+    relax(surfels, points, spacing, progress);
   }
-  sortAlongCurve(surfels, spacing, progress);
+  surfels = alongCurve(surfels, upTo(surfels.size()), spacing, progress);
   SurfelCloud cloud;
   for (const auto& surfel : surfels) {
     cloud.p0.push_back(assume<Point3<AcquisitionSpace>>(surfel.position));

@@ -3,6 +3,7 @@
 #include "surfel/neighbors.h"
 
 #include <gtest/gtest.h>
+#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <numbers>
@@ -113,6 +114,17 @@ TEST(Sampling, TheSameSeedGivesTheSameCloud) {
   const auto a = sampleSurfels(mesh, 0.1, 3), b = sampleSurfels(mesh, 0.1, 3);
   EXPECT_EQ(a.p0, b.p0);
   EXPECT_EQ(a.coverage, b.coverage);
+}
+
+TEST(Sampling, SameBitsForAnyThreads) {
+  const TriangleMesh mesh = sphereMesh(64);
+  for (const int threads : {1, 2, 5})
+    tbb::task_arena(threads).execute([&] {
+      const SurfelCloud cloud = sampleSurfels(mesh, 0.04);
+      EXPECT_EQ(cloud.p0, sphereCloud().p0);
+      EXPECT_EQ(cloud.radius, sphereCloud().radius);
+      EXPECT_EQ(cloud.coverage, sphereCloud().coverage);
+    });
 }
 
 TEST(Neighbors, AgreeWithBruteForce) {
