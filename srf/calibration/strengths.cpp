@@ -14,7 +14,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -64,8 +63,10 @@ void checkDirections(const MatrixXd& towards) {
       image[entry / 3] = towards(entry % 3, l);
       kept.block<3, 1>(3 * l, entry) = towards.col(l).head<3>().cross(image);
     }
-  const VectorXd values = Eigen::BDCSVD<MatrixXd>(kept).singularValues();
-  if (n < 4 || values[7] < 1e-3 * values[0])
+  // Squared singular values, rising.
+  const VectorXd values =
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(kept.transpose() * kept, Eigen::EigenvaluesOnly).eigenvalues();
+  if (n < 4 || values[1] < 1e-6 * values[8])
     throw Error::mismatch("at least four lights, no three of four in a plane with the object",
                           std::to_string(n) + " whose strengths could be traded for another surface")
         .at("lights");
