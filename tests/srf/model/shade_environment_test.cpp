@@ -269,9 +269,9 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
       maps.acquisitionFromEnvironment.emplace_back(
           Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
     const auto got = irradianceOf(dome.model, planShading(dome.model, maps, {}));
-    // A table rounds the creases where the nearest light changes: the coverage's steepest slope, 1.6 / spacing
-    // a radian, makes 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on the sphere
-    // (measured: 0.027).
+    // A table rounds the creases where the nearest light changes: the coverage's steepest slope, 1.6 /
+    // spacing a radian, makes 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on
+    // the sphere (measured: 0.027).
     double mean = 0;
     for (size_t q = 0; q < batch.size(); ++q) {
       EXPECT_NEAR(got[q].g, faded[q].g, tabulated ? 0.03 : 2e-6);
