@@ -189,24 +189,29 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
 // that the map gives them texel by texel. Rigs of several sizes, a map of lively and one of constant
 // radiance, turned at random.
 TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
+  constexpr LightBlend mean{3, LightFit::mean}, plane{4, LightFit::plane};
   constexpr int height = 128;
   Image white(2 * height, height, 3);
   std::ranges::fill(white.values, 1.f);
   std::mt19937 random(5);
-  for (const int lights : {28, 60, 200}) {
+  for (const auto& [lights, how] : {std::pair{28, mean}, {60, mean}, {200, mean}, {60, plane}}) {
     Model model;
     model.rig.lights = studio::studioLights(lights);
+    std::vector<Direction3<AcquisitionSpace>> captured;
+    std::vector<Direction3<AcquisitionSpace, double>> covering;
+    for (const Light& light : model.rig.lights) {
+      covering.push_back(std::get<DirectionalLight>(light.kind).towards);
+      captured.push_back(covering.back().cast<float>());
+    }
+    const LightCoverage coverage(covering);
     const auto weightsOf = [&](std::span<const EnvironmentLight> environment, const Mat3<float>& turn) {
       std::vector<double> weights(model.rig.lights.size());
       double whole = 0;
       for (const auto& [direction, irradiance] : environment) {
-        NearestCandidates nearest(ShadeOptions().lights);
         const auto towards = assume<Direction3<AcquisitionSpace>>(turn * direction.raw());
-        for (uint32_t l = 0; l < model.rig.lights.size(); ++l) {
-          const auto& captured = std::get<DirectionalLight>(model.rig.lights[l].kind);
-          nearest.offer({l, anglePenalty(captured.towards.cast<float>(), towards)});
-        }
-        for (const auto& [light, weight] : ulrWeights(nearest)) weights[light] += weight * irradiance.g;
+        for (const auto& [light, weight] :
+             blendOfLights(captured, towards, how, coverage, Uncovered::extrapolate))
+          weights[light] += weight * irradiance.g;
         whole += irradiance.g;
       }
       for (double& weight : weights) weight /= whole;
