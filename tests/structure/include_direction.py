@@ -24,6 +24,7 @@ BELOW = {
     "srf/model": ["surfel", "srf/image", "srf/capture", "srf/store", "srf/query", "srf/relief", "srf/hull"],
     "srf/checks": ["surfel", "srf/image", "srf/capture", "srf/query"],
     "warp": ["surfel"],
+    "render/stage/material": ["surfel"],
     "render": ["surfel", "srf/image", "srf/capture", "srf/store", "srf/query", "srf/relief", "srf/model", "warp"],
     "apps": ["surfel", "srf", "warp", "render"],
     "tests": ["surfel", "srf", "warp", "render", "apps"],
