@@ -1,0 +1,44 @@
+// A clear dielectric layer over another material: plastic, varnish, glaze.
+//
+// [Kelemen 2001] Kelemen, Szirmay-Kalos: A microfacet based coupled specular-matte BRDF model with importance
+// sampling, Eurographics.
+// Symbols: R(w) what the coat reflects of light along w, T = 1 - R, meanT its mean over the hemisphere,
+// rho albedo of the base, eta index of refraction of the coat.
+//
+// The coat reflects R and passes the rest. Over Lambert's base it passes
+//   T(wi) T(wo) / (eta^2 (1 - rho (1 - meanT / eta^2))) :
+// light that the coat throws back at the base is scattered again, which saturates colours; a white base stays
+// white. Other bases get min(T(wi), T(wo)): reciprocal, never more than there is, exact for a mirror.
+#pragma once
+
+#include "render/stage/material/conductor.h"
+#include "render/stage/material/diffuse.h"
+#include "render/stage/material/merl.h"
+#include "render/stage/material/ward.h"
+
+#include <variant>
+
+namespace surflect {
+
+// T of rough coats of one index of refraction, over direction and roughness; to be shared.
+struct CoatTransmission {
+  explicit CoatTransmission(double eta);
+
+  double eta;
+  LossTable table; // what reflection loses
+};
+
+using CoatBase = std::variant<Lambert, RoughDiffuse, Conductor, Ward, Measured>;
+
+struct ClearCoat {
+  double eta = 1.5; // above 1
+  double alpha = 0; // 0..1; below kSmooth: smooth
+  CoatBase base;
+  const CoatTransmission* transmission = nullptr; // for this eta; not read where smooth
+};
+
+Rgb evaluate(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo);
+double pdf(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo);
+std::optional<ScatterSample> sample(const ClearCoat& coat, const ShadingDirection& wo, const Uniforms& u);
+
+} // namespace surflect

@@ -1,0 +1,43 @@
+// Glass, water, ice: reflects and refracts, smooth or rough, seen from outside (wo above) or inside.
+//
+// [Walter 2007] Microfacet models for refraction through rough surfaces, EGSR.
+// [Kulla 2017] for what single scattering loses, shared out between both sides.
+// [Veach 1997] Robust Monte Carlo methods for light transport simulation, §5.2.
+//
+// Radiance grows by n^2 as it enters a medium of index n. Here it is L / n^2 that is scattered: it does not
+// change, no sample weighs more than 1, and where camera and lights stand in air it is radiance. Reciprocity
+// then reads f(wi, wo) / n_i^2 = f(wo, wi) / n_o^2, n_i and n_o the indices where wi and wo are.
+#pragma once
+
+#include "render/stage/material/loss_table.h"
+
+#include <optional>
+
+namespace surflect {
+
+// What a rough interface loses, seen from outside and from inside; for one index of refraction. To be shared.
+struct DielectricLosses {
+  explicit DielectricLosses(double eta);
+
+  double eta;
+  double passed; // 1 - meanDielectricFresnel(eta): share of even light outside that enters
+  LossTable outside, inside;
+};
+
+struct Dielectric {
+  double eta = 1.5;        // index of refraction inside over that outside; not 1
+  double alpha = 0;        // 0..1; below kSmooth: smooth
+  Rgb absorption{0, 0, 0}; // inside, 1/m; the tracer applies transmittance() along each path through it
+  const DielectricLosses* losses = nullptr; // for this eta; not read where smooth
+};
+
+// exp(-absorption distance), distance in metres.  Beer's law
+Rgb transmittance(const Rgb& absorption, double distance);
+
+bool isSpecular(const Dielectric& dielectric);
+Rgb evaluate(const Dielectric& dielectric, const ShadingDirection& wi, const ShadingDirection& wo);
+double pdf(const Dielectric& dielectric, const ShadingDirection& wi, const ShadingDirection& wo);
+std::optional<ScatterSample> sample(const Dielectric& dielectric, const ShadingDirection& wo,
+                                    const Uniforms& u);
+
+} // namespace surflect

@@ -1,0 +1,49 @@
+// Measured isotropic materials: files of the MERL BRDF database.
+//
+// [Matusik 2003] A data-driven reflectance model, SIGGRAPH. A file is three little-endian int32, 90, 90, 180,
+// and three planes (red, green, blue) of 90 x 90 x 180 doubles, over theta_h (slowest; finer towards 0),
+// theta_d and phi_d (0..180 degrees; the rest by reciprocity), to be scaled by 1/1500, 1.15/1500
+// and 1.66/1500. [Rusinkiewicz 1998] A new change of variables for efficient BRDF representation: h half
+// vector, d the direction of light in its frame.
+#pragma once
+
+#include "render/stage/material/shading.h"
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace surflect {
+
+class MerlTable {
+public:
+  static constexpr size_t kThetaH = 90, kThetaD = 90, kPhiD = 180;
+
+  // Throws Error naming the file, also where a value is not finite. Values that were not measured, which the
+  // files say by negative ones, are black. 17 MB stay in memory.
+  explicit MerlTable(const std::filesystem::path& file);
+
+  // f, interpolated between the middles of bins; wi and wo above.
+  Rgb at(const ShadingDirection& wi, const ShadingDirection& wo) const;
+
+  // Half vectors as bright as the material is there, on average; density per steradian.
+  ShadingDirection halfDirection(double u, double v) const;
+  double halfDensity(const ShadingDirection& h) const;
+
+private:
+  void makeHalfDensities();
+
+  std::vector<Rgb> values_;           // phi_d fastest
+  std::vector<double> halfCumulated_; // share of half vectors up to each bin of theta_h
+};
+
+// Nothing bounds what such files reflect: the tracer may meet weights above 1.
+struct Measured {
+  const MerlTable* table = nullptr;
+};
+
+Rgb evaluate(const Measured& measured, const ShadingDirection& wi, const ShadingDirection& wo);
+double pdf(const Measured& measured, const ShadingDirection& wi, const ShadingDirection& wo);
+std::optional<ScatterSample> sample(const Measured& measured, const ShadingDirection& wo, const Uniforms& u);
+
+} // namespace surflect
