@@ -2,6 +2,7 @@
 
 #include "surfel/error.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +12,15 @@
 #include <unistd.h>
 
 namespace surflect {
+
+TwoFiles twoFilesOf(std::string_view input) {
+  if (input.size() < 4) return {};
+  size_t split = 0;
+  for (const char digit : input.substr(0, 3)) split = 10 * split + static_cast<uint8_t>(digit - '0') % 10;
+  const std::string_view files = input.substr(4);
+  split = std::min(split, files.size());
+  return {input[3], files.substr(0, split), files.substr(split)};
+}
 
 std::filesystem::path memoryFile(std::string_view content) {
   static const int descriptor = ::memfd_create("input", 0);

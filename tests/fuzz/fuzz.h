@@ -11,6 +11,14 @@ namespace surflect {
 // exception, and whatever the sanitizers find, ends the process.
 void fuzz(std::string_view input);
 
+// An input of two files: three digits say of how many bytes the first one is, and a fourth character of what
+// kind they are. Shorter inputs are of no kind, and empty.
+struct TwoFiles {
+  char kind = 0;
+  std::string_view first, second;
+};
+TwoFiles twoFilesOf(std::string_view input);
+
 // A file in memory, for readers that want a path. One at a time: the next has the same path.
 std::filesystem::path memoryFile(std::string_view content);
 

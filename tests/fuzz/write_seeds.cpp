@@ -7,11 +7,13 @@
 #include "srf/store/view_encoder.h"
 #include "surfel/file.h"
 #include "surfel/ply.h"
+#include "tests/warp/gltf_files.h"
 
 #include <OpenImageIO/imageio.h>
 
 #include <array>
 #include <cstdio>
+#include <limits>
 #include <random>
 #include <string>
 
@@ -95,18 +97,51 @@ void writeMeshes(const fs::path& folder) {
            std::array<PlyColumn, 3>{{{"x", {0, 1, 0}}, {"y", {0, 0, 1}}, {"z", {0, 0, 0}}}}, "without faces");
 }
 
+void writeGltfs(const fs::path& folder) {
+  GltfMaker tube = tubeFile(3, 3);
+  writeFileAtomically(folder / "tube.glb", tube.glb());
+  writeFileAtomically(folder / "tube.gltf", tube.json("a.png"));
+  tube.document["animations"][0]["samplers"][0]["interpolation"] = "STEP";
+  tube.document["nodes"][1] = {{"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 1}},
+                               {"children", {2}}};
+  tube.document["animations"][0]["channels"].erase(0);
+  writeFileAtomically(folder / "matrix.glb", tube.glb());
+}
+
+// What makes a file one of OpenImageIO's formats is its name.
+std::string fileOf(const fs::path& path, const Image& image, OIIO::TypeDesc type) {
+  const auto output = OIIO::ImageOutput::create(path.string());
+  if (!output ||
+      !output->open(path.string(), OIIO::ImageSpec(image.width, image.height, image.channels, type)) ||
+      !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
+    throw Error("OpenImageIO cannot write it: " + OIIO::geterror()).in(path);
+  std::string content = readFile(path);
+  fs::remove(path);
+  return content;
+}
+
+// The first characters are those of environment_fuzz.cpp.
+void writeEnvironments(const fs::path& folder) {
+  const fs::path picture = folder / "picture";
+  for (const int height : {2, 4}) {
+    Image image = noise(8, height, 3);
+    image.values[7] = -1, image.values[20] = std::numeric_limits<float>::infinity();
+    writeExr(picture, image);
+    const std::string exr = readFile(picture);
+    fs::remove(picture);
+    for (const char* kind : {"1", "3", "7"})
+      writeFileAtomically(folder / (kind + std::to_string(height)), kind + exr);
+    writeFileAtomically(folder / ("0" + std::to_string(height)),
+                        "0" + fileOf(folder / "a.hdr", noise(16, 8, 3), OIIO::TypeDesc::FLOAT));
+  }
+}
+
 // The order of formats is that of foreign_fuzz.cpp.
 void writeForeign(const fs::path& folder) {
   char format = 0;
   for (const char* extension : {"jpg", "tif", "hdr", "bmp", "tga", "ppm", "webp"}) {
     const fs::path path = folder / (std::string("a.") + extension);
-    const auto output = OIIO::ImageOutput::create(path.string());
-    const Image image = noise(6, 5, 3);
-    if (!output || !output->open(path.string(), OIIO::ImageSpec(6, 5, 3, OIIO::TypeDesc::UINT8)) ||
-        !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
-      throw Error("OpenImageIO cannot write it: " + OIIO::geterror()).in(path);
-    const std::string content = readFile(path);
-    fs::remove(path);
+    const std::string content = fileOf(path, noise(6, 5, 3), OIIO::TypeDesc::UINT8);
     writeFileAtomically(folder / extension, std::string(1, format++) + content);
   }
 }
@@ -119,8 +154,11 @@ int main(int argc, char** argv) {
     return 2;
   }
   constexpr std::pair<const char*, void (*)(const fs::path&)> writers[] = {
-      {"exr", writeExrs},    {"png", writePngs},           {"block", writeBlocks}, {"view_file", writeViews},
-      {"fades", writeFades}, {"manifest", writeManifests}, {"ply", writeMeshes},   {"foreign", writeForeign}};
+      {"exr", writeExrs},     {"png", writePngs},
+      {"block", writeBlocks}, {"view_file", writeViews},
+      {"fades", writeFades},  {"manifest", writeManifests},
+      {"ply", writeMeshes},   {"foreign", writeForeign},
+      {"gltf", writeGltfs},   {"environment", writeEnvironments}};
   try {
     for (const auto& [target, write] : writers) {
       const fs::path folder = fs::path(argv[1]) / target;

@@ -1,0 +1,31 @@
+#include "srf/query/environment.h"
+#include "tests/fuzz/folder.h"
+#include "tests/fuzz/fuzz.h"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace {
+
+// What a light may be that goes on to shading, whatever the picture said.
+void requireLight(const surflect::EnvironmentLight& light) {
+  const auto& [r, g, b] = light.irradiance;
+  const bool shines = r >= 0 && g >= 0 && b >= 0 && std::isfinite(r) && std::isfinite(g) && std::isfinite(b);
+  if (!shines || std::abs(light.towards.raw().norm() - 1) > 1e-3f) std::abort();
+}
+
+} // namespace
+
+// The first character says of what format and what mapping.
+void surflect::fuzz(std::string_view input) {
+  static const FuzzFolder folder;
+  if (input.empty()) return;
+  const auto path = folder / (input[0] & 1 ? "environment.exr" : "environment.hdr");
+  const auto content = memoryFile(input.substr(1));
+  if (!std::filesystem::is_symlink(path)) std::filesystem::create_symlink(content, path);
+  std::optional<EnvironmentMapping> mapping; // else by its shape
+  if (input[0] & 2) mapping = input[0] & 4 ? EnvironmentMapping::angular : EnvironmentMapping::latLong;
+  const EnvironmentMap map = readEnvironment(path, mapping);
+  for (const EnvironmentLight& light : map.texels) requireLight(light);
+  for (const EnvironmentLight& light : gathered(map.texels, 0.01)) requireLight(light);
+}
