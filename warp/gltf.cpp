@@ -167,6 +167,15 @@ std::string fromUri(std::string_view uri) {
   return name;
 }
 
+// After links have been followed. A file from elsewhere must not name what its author could not read, nor a
+// file of the system's that never ends.
+bool isInside(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  std::error_code problem;
+  const auto root = std::filesystem::canonical(folder.empty() ? "." : folder, problem),
+             place = problem ? root : std::filesystem::canonical(file, problem);
+  return !problem && std::mismatch(root.begin(), root.end(), place.begin(), place.end()).first == root.end();
+}
+
 std::string readBuffer(const Field& buffer, const Container& container, bool first,
                        const std::filesystem::path& folder) {
   const auto uri = buffer.find("uri");
@@ -188,6 +197,8 @@ std::string readBuffer(const Field& buffer, const Container& container, bool fir
       uri->refuse("the name of a file");
     if (std::error_code ignored; !std::filesystem::is_regular_file(path, ignored))
       throw Error::mismatch("a file", "none of this name").at(uri->path).in(path);
+    if (!isInside(path, folder))
+      uri->refuse("a file in the folder of the glTF, also after links are followed");
     bytes = readFile(path);
   }
   const size_t length = buffer.require("byteLength").integer(std::numeric_limits<uint32_t>::max());

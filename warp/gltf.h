@@ -20,9 +20,9 @@ struct GltfFile {
   uint64_t contentHash = 0; // of the file and of the buffers it names
 };
 
-// Reads .glb, and .gltf with its buffers inside or beside it. Materials, cameras and meshes without a skin
-// are passed over; sparse accessors, morph targets, triangle strips and required extensions are Errors, as is
-// a file without a skin. Throws Error with the file and the field in its JSON.
+// Reads .glb, and .gltf with its buffers inside, or in files in its folder or below. Materials, cameras and
+// meshes without a skin are passed over; sparse accessors, morph targets, triangle strips and required
+// extensions are Errors, as is a file without a skin. Throws Error with the file and the field in its JSON.
 GltfFile readGltf(const std::filesystem::path& path);
 
 } // namespace surflect

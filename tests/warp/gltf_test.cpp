@@ -80,6 +80,18 @@ TEST(Gltf, BuffersMayBeInTheFileOrBesideIt) {
     EXPECT_EQ(posed(fileOf(maker.json(uri), "rig.gltf")), expected);
 }
 
+TEST(Gltf, BuffersElsewhereAreRefused) {
+  const GltfMaker maker = tubeFile();
+  const TemporaryFolder elsewhere;
+  const std::filesystem::path bytes = elsewhere / "bytes";
+  std::ofstream(bytes, std::ios::binary) << maker.binary;
+  std::filesystem::create_symlink(bytes, folder() / "link");
+  for (const std::string& uri :
+       {bytes.string(), "../" + elsewhere.path().filename().string() + "/bytes", std::string("link")})
+    EXPECT_NE(complaintAbout(maker.json(uri)).find("expected a file in the folder"), std::string::npos)
+        << uri;
+}
+
 TEST(Gltf, NumbersMayBeNormalizedAndApart) {
   GltfMaker plain = tubeFile(4, 3), packed = plain;
   std::vector<double> bytes, shares;
