@@ -4,8 +4,12 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fcntl.h>
 #include <string>
+#include <string_view>
+#include <sys/file.h>
 #include <unistd.h>
+#include <vector>
 
 namespace surflect {
 
@@ -13,8 +17,42 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// Only a folder that has this file is taken for ours, whatever its name.
+constexpr const char* kMark = ".surflect-unfinished";
+constexpr const char* kTemporary = ".tmp.";
+constexpr std::string_view kRandom = "XXXXXX";
+
 Error systemError(const fs::path& path, const std::string& action) {
   return Error("cannot " + action + " (" + std::strerror(errno) + ")").in(path);
+}
+
+int openFolder(const fs::path& path) {
+  return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+}
+
+// Removes a temporary unless a living process holds it or it is not ours. One that was killed before it could
+// set its mark has left it empty.
+void removeIfAbandoned(const fs::path& temporary) {
+  const int descriptor = openFolder(temporary);
+  if (descriptor < 0) return;
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && ::rmdir(temporary.c_str()) != 0 &&
+      ::faccessat(descriptor, kMark, F_OK, AT_SYMLINK_NOFOLLOW) == 0) {
+    std::error_code ignored; // nothing was asked for that could fail
+    fs::remove_all(temporary, ignored);
+  }
+  ::close(descriptor);
+}
+
+void removeAbandonedOf(const fs::path& target) {
+  std::error_code failure;
+  std::vector<fs::path> found;
+  const std::string begin = target.filename().string() + kTemporary;
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : ".";
+  for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end; entry.increment(failure))
+    if (const std::string name = entry->path().filename().string();
+        name.starts_with(begin) && name.size() == begin.size() + kRandom.size())
+      found.push_back(entry->path());
+  for (const fs::path& temporary : found) removeIfAbandoned(temporary);
 }
 
 } // namespace
@@ -25,19 +63,39 @@ OutputFolder::OutputFolder(fs::path target) : target_(std::move(target)) {
   if (fs::exists(target_, problem) && !(fs::is_directory(target_, problem) && fs::is_empty(target_, problem)))
     throw Error::mismatch("a new folder, or an empty one", "something there already").in(target_);
   if (target_.has_parent_path()) fs::create_directories(target_.parent_path(), problem);
-  std::string name = target_.string() + ".XXXXXX";
-  if (!::mkdtemp(name.data())) throw systemError(target_, "write");
-  temporary_ = name;
+  removeAbandonedOf(target_);
+  for (;;) {
+    std::string name = target_.string() + kTemporary + std::string(kRandom);
+    if (!::mkdtemp(name.data())) throw systemError(target_, "write");
+    temporary_ = name;
+    descriptor_ = openFolder(temporary_);
+    if (descriptor_ < 0 && errno == ENOENT) continue; // taken for abandoned before it was locked
+    if (descriptor_ < 0) throw systemError(target_, "write");
+    ::flock(descriptor_, LOCK_EX); // where a file system has no locks, none is taken for abandoned either
+    const int mark = ::openat(descriptor_, kMark, O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    if (mark >= 0) {
+      ::close(mark);
+      return;
+    }
+    const int reason = errno;
+    ::close(descriptor_);
+    if (reason == ENOENT) continue; // as above
+    ::rmdir(temporary_.c_str());
+    errno = reason;
+    throw systemError(target_, "write");
+  }
 }
 
 OutputFolder::~OutputFolder() {
   std::error_code ignored;
   if (!committed_) fs::remove_all(temporary_, ignored);
+  ::close(descriptor_);
 }
 
 void OutputFolder::commit() {
   std::error_code ignored;
   fs::permissions(temporary_, fs::perms(0755), ignored);
+  ::unlinkat(descriptor_, kMark, 0);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw systemError(target_, "rename to");
   committed_ = true;
 }

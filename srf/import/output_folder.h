@@ -5,8 +5,9 @@
 
 namespace surflect {
 
-// Filled beside the target and renamed by commit(); dropped by the destructor otherwise. The target must not
-// be there yet, or be an empty folder; throws Error.
+// Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); dropped by the destructor
+// otherwise. What a killed process has left of the same target is removed first. The target must not be there
+// yet, or be an empty folder; throws Error.
 class OutputFolder {
 public:
   explicit OutputFolder(std::filesystem::path target);
@@ -19,6 +20,7 @@ public:
 
 private:
   std::filesystem::path target_, temporary_;
+  int descriptor_ = -1; // of the temporary, locked while this lives
   bool committed_ = false;
 };
 

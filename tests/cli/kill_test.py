@@ -1,4 +1,5 @@
-"""kill -9 at any moment of `pack` and `render --resume`: the next run makes of it what none would have marred."""
+"""kill -9 at any moment of `pack`, `render --resume` and `import`: the next run makes of it what none would have
+marred, and removes what was left."""
 
 import random
 import shutil
@@ -70,6 +71,22 @@ class Kill(TestInFolder):
         succeed("render", script, "-o", self.folder / "whole")
         self.killed_at_any_moment(lambda name: ["render", script, "-o", self.folder / name, "--resume"],
                                   content(self.folder / "whole"))
+
+    def test_import(self):
+        arguments = ["import", self.capture, "-o"]
+        place = self.folder / "imports"
+        begin = time.monotonic()
+        succeed(*arguments, place / "whole")
+        duration = time.monotonic() - begin
+        whole = content(place / "whole")
+        shutil.rmtree(place / "whole")
+        for moment in range(MOMENTS):
+            kill_after(moment / MOMENTS * duration, *arguments, place / "killed")
+            if not (place / "killed").exists():
+                succeed(*arguments, place / "killed")
+            self.assert_same_files(content(place / "killed"), whole)
+            self.assertEqual([path.name for path in place.iterdir()], ["killed"])
+            shutil.rmtree(place / "killed")
 
     def test_only_litter_of_the_command_itself_is_removed(self):
         name = "litter.srf"
