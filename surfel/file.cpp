@@ -49,44 +49,80 @@ int openForReading(const std::filesystem::path& path) {
 
 namespace {
 
+struct Descriptor {
+  int number;
+
+  ~Descriptor() { ::close(number); }
+};
+
+// As many bytes as there are and the buffer can hold; 0 at the end.
+size_t readSome(int descriptor, std::span<char> buffer, const std::filesystem::path& path) {
+  for (;;) {
+    const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
+    if (got >= 0) return static_cast<size_t>(got);
+    if (errno != EINTR) throw systemError(path, "read");
+  }
+}
+
+void writeAll(int descriptor, std::span<const std::byte> bytes, const std::filesystem::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw systemError(path, "write");
+    bytes = bytes.subspan(static_cast<size_t>(count));
+  }
+}
+
+constexpr size_t kPortion = 1 << 16; // bytes between two questions whether to go on
+
 // At most `count` bytes of a file.
-std::string readUpTo(const std::filesystem::path& path, uint64_t count) {
-  const int descriptor = openForReading(path);
+std::string readUpTo(const std::filesystem::path& path, uint64_t count, const Progress& progress) {
+  const Descriptor file{openForReading(path)};
   try {
     std::string content;
-    char buffer[1 << 16];
+    char buffer[kPortion];
     while (content.size() < count) {
-      const ssize_t got =
-          ::read(descriptor, buffer, std::min<uint64_t>(sizeof buffer, count - content.size()));
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) throw systemError(path, "read");
+      progress.checkpoint();
+      const size_t most = static_cast<size_t>(std::min<uint64_t>(kPortion, count - content.size()));
+      const size_t got = readSome(file.number, {buffer, most}, path);
       if (got == 0) break;
-      content.append(buffer, static_cast<size_t>(got));
+      content.append(buffer, got);
     }
-    ::close(descriptor);
     return content;
   } catch (const std::bad_alloc&) {
-    ::close(descriptor);
     throw Error("does not fit into memory").in(path);
-  } catch (...) {
-    ::close(descriptor);
-    throw;
   }
 }
 
 } // namespace
 
-std::string readFile(const std::filesystem::path& path, uint64_t most) {
+std::string readFile(const std::filesystem::path& path, uint64_t most, const Progress& progress) {
   std::error_code ignored; // reading it will say so
   const auto size = std::filesystem::file_size(path, ignored);
   std::string content;
-  if (ignored || size <= most) content = readUpTo(path, most + 1);
+  if (ignored || size <= most) content = readUpTo(path, most + 1, progress);
   if ((!ignored && size > most) || content.size() > most)
     throw Error::mismatch("at most " + std::to_string(most) + " bytes", "more").in(path);
   return content;
 }
 
-std::string readFileStart(const std::filesystem::path& path, size_t count) { return readUpTo(path, count); }
+std::string readFileStart(const std::filesystem::path& path, size_t count) {
+  return readUpTo(path, count, {});
+}
+
+// Not std::filesystem::copy_file: where the disk is full, it says "Input/output error", and it cannot be
+// stopped.
+void copyFile(const std::filesystem::path& source, const std::filesystem::path& target,
+              const Progress& progress) {
+  const Descriptor from{openForReading(source)},
+      to{::open(target.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)};
+  if (to.number < 0) throw systemError(target, "write");
+  char buffer[kPortion];
+  while (const size_t got = readSome(from.number, buffer, source)) {
+    progress.checkpoint();
+    writeAll(to.number, std::as_bytes(std::span(buffer, got)), target);
+  }
+}
 
 // While a temporary lives, its process holds a lock on it, which goes with the process: see removeAbandoned.
 AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {
@@ -107,14 +143,7 @@ AtomicFile::~AtomicFile() {
   ::close(descriptor_);
 }
 
-void AtomicFile::write(std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw systemError(target_, "write");
-    bytes = bytes.subspan(static_cast<size_t>(count));
-  }
-}
+void AtomicFile::write(std::span<const std::byte> bytes) { writeAll(descriptor_, bytes, target_); }
 
 void AtomicFile::commit() {
   ::fchmod(descriptor_, 0644);

@@ -2,6 +2,8 @@
 // part.
 #pragma once
 
+#include "surfel/progress.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -20,10 +22,16 @@ inline constexpr uint64_t kLargestFile = uint64_t{1} << 35;
 // regular one: a device never ends, a pipe waits for ever.
 int openForReading(const std::filesystem::path& path);
 
-// Throws Error naming the file, also where it is not a regular one or larger than `most` bytes.
-std::string readFile(const std::filesystem::path& path, uint64_t most = kLargestFile);
+// Throws Error naming the file, also where it is not a regular one or larger than `most` bytes, and
+// Cancelled.
+std::string readFile(const std::filesystem::path& path, uint64_t most = kLargestFile,
+                     const Progress& progress = {});
 // Its first `count` bytes, or all there are.
 std::string readFileStart(const std::filesystem::path& path, size_t count);
+
+// Copies what a file holds into a new one, which stays unfinished when Error or Cancelled is thrown.
+void copyFile(const std::filesystem::path& source, const std::filesystem::path& target,
+              const Progress& progress = {});
 
 // Written beside the target, fsynced and renamed by commit(); dropped by the destructor otherwise.
 class AtomicFile {

@@ -18,8 +18,9 @@ uint32_t vertexIndex(double value, size_t vertices, size_t item) {
   return static_cast<uint32_t>(value);
 }
 
-void addFaces(const PlyProperty& lists, TriangleMesh& mesh) {
+void addFaces(const PlyProperty& lists, TriangleMesh& mesh, const Progress& progress) {
   for (size_t f = 0; f + 1 < lists.start.size(); ++f) {
+    progress.checkNowAndThen(f);
     auto corner = [&](size_t i) { return vertexIndex(lists.values[i], mesh.positions.size(), f); };
     for (size_t i = lists.start[f] + 2; i < lists.start[f + 1]; ++i)
       mesh.triangles.push_back({corner(lists.start[f]), corner(i - 1), corner(i)});
@@ -27,7 +28,7 @@ void addFaces(const PlyProperty& lists, TriangleMesh& mesh) {
 }
 
 // A strip turns its winding at every triangle; -1 starts a new one.
-void addStrips(const PlyProperty& lists, TriangleMesh& mesh) {
+void addStrips(const PlyProperty& lists, TriangleMesh& mesh, const Progress& progress) {
   for (size_t s = 0; s + 1 < lists.start.size(); ++s) {
     std::vector<uint32_t> strip;
     for (size_t i = lists.start[s]; i < lists.start[s + 1]; ++i) {
@@ -35,6 +36,7 @@ void addStrips(const PlyProperty& lists, TriangleMesh& mesh) {
         strip.clear();
         continue;
       }
+      progress.checkNowAndThen(i);
       strip.push_back(vertexIndex(lists.values[i], mesh.positions.size(), s));
       if (const size_t n = strip.size(); n >= 3)
         mesh.triangles.push_back(n % 2 ? std::array{strip[n - 3], strip[n - 2], strip[n - 1]}
@@ -43,14 +45,15 @@ void addStrips(const PlyProperty& lists, TriangleMesh& mesh) {
   }
 }
 
-TriangleMesh readPlyMesh(const std::filesystem::path& path) {
-  const PlyFile ply = readPly(path);
+TriangleMesh readPlyMesh(const std::filesystem::path& path, const Progress& progress) {
+  const PlyFile ply = readPly(path, progress);
   try {
     TriangleMesh mesh;
     const PlyElement* vertices = ply.find("vertex");
     if (!vertices) throw Error::mismatch("an element 'vertex'", "none");
     const auto x = vertices->scalars("x"), y = vertices->scalars("y"), z = vertices->scalars("z");
     for (size_t i = 0; i < vertices->count; ++i) {
+      progress.checkNowAndThen(i);
       mesh.positions.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]),
                                   static_cast<float>(z[i]));
       if (!mesh.positions.back().raw().allFinite())
@@ -62,7 +65,7 @@ TriangleMesh readPlyMesh(const std::filesystem::path& path) {
         for (const char* name : {"vertex_indices", "vertex_index"})
           if (const PlyProperty* lists = found->find(name); lists && lists->isList) {
             try {
-              add(*lists, mesh);
+              add(*lists, mesh, progress);
             } catch (Error& error) {
               throw std::move(error).at(element);
             }
@@ -81,17 +84,18 @@ Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle) {
   return (mesh.positions[b].cast<double>().raw() - pa).cross(mesh.positions[c].cast<double>().raw() - pa);
 }
 
-TriangleMesh readMeshAsStored(const std::filesystem::path& path) {
+TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress& progress) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](char c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; });
-  return extension == ".obj" ? readObj(path) : readPlyMesh(path);
+  return extension == ".obj" ? readObj(path, progress) : readPlyMesh(path, progress);
 }
 
-TriangleMesh readMesh(const std::filesystem::path& path) {
-  TriangleMesh stored = readMeshAsStored(path);
+TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress) {
+  TriangleMesh stored = readMeshAsStored(path, progress);
   TriangleMesh solid{std::move(stored.positions), {}};
   for (const auto& triangle : stored.triangles) {
+    progress.checkNowAndThen(solid.triangles.size());
     solid.triangles.push_back(triangle);
     if (!(areaVector(solid, solid.triangles.size() - 1).norm() > 0)) solid.triangles.pop_back();
   }

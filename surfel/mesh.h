@@ -1,6 +1,7 @@
 // The impostor as it is given: triangles in acquisition space; or bent, in object space.
 #pragma once
 
+#include "surfel/progress.h"
 #include "surfel/space.h"
 
 #include <array>
@@ -20,10 +21,10 @@ using TriangleMesh = Mesh<AcquisitionSpace>;
 Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
 
 // Reads OBJ or PLY, by the extension (anything but .obj is PLY): faces (fan-triangulated) and triangle
-// strips. An index beyond the vertices or a position that is not finite is an Error.
-TriangleMesh readMeshAsStored(const std::filesystem::path& path);
+// strips. An index beyond the vertices or a position that is not finite is an Error. Throws Cancelled, too.
+TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress& progress = {});
 
 // The same without the triangles that have no area; an Error when no other is left.
-TriangleMesh readMesh(const std::filesystem::path& path);
+TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress = {});
 
 } // namespace surflect

@@ -98,12 +98,13 @@ struct Face {
 
 } // namespace
 
-TriangleMesh parseObj(std::string_view text) {
+TriangleMesh parseObj(std::string_view text, const Progress& progress) {
   TriangleMesh mesh;
   std::vector<Face> faces;
   Statements statements(text);
   const auto onLine = [](size_t line) { return "line " + std::to_string(line); };
   while (statements.next()) {
+    progress.checkNowAndThen(statements.line());
     const auto& words = statements.words();
     try {
       if (words[0] == "v") mesh.positions.push_back(asPosition(words));
@@ -118,6 +119,7 @@ TriangleMesh parseObj(std::string_view text) {
     }
   }
   for (const Face& face : faces) {
+    progress.checkNowAndThen(mesh.triangles.size());
     for (const size_t corner : face.corners)
       if (corner >= mesh.positions.size())
         throw Error::mismatch("a vertex of 1.." + std::to_string(mesh.positions.size()),
@@ -129,10 +131,10 @@ TriangleMesh parseObj(std::string_view text) {
   return mesh;
 }
 
-TriangleMesh readObj(const std::filesystem::path& path) {
-  const std::string text = readFile(path);
+TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress) {
+  const std::string text = readFile(path, kLargestFile, progress);
   try {
-    return parseObj(text);
+    return parseObj(text, progress);
   } catch (Error& error) {
     throw std::move(error).in(path);
   }

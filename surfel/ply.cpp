@@ -192,7 +192,8 @@ Header parseHeader(std::string_view text) {
   throw Error("no end_header").at("header");
 }
 
-void readElement(Body& body, const std::vector<PropertyDeclaration>& declarations, PlyElement& element) {
+void readElement(Body& body, const std::vector<PropertyDeclaration>& declarations, PlyElement& element,
+                 const Progress& progress) {
   size_t smallestItem = 0;
   for (const auto& d : declarations) smallestItem += body.smallestSize(d.listCount.value_or(d.value));
   if (smallestItem == 0 ? element.count > 0 : element.count > body.bytesLeft() / smallestItem)
@@ -209,13 +210,17 @@ void readElement(Body& body, const std::vector<PropertyDeclaration>& declaration
       PlyProperty& property = element.properties[p];
       try {
         if (!listCount) {
+          progress.checkNowAndThen(item);
           property.values.push_back(body.next(type));
           continue;
         }
         const double length = body.next(*listCount);
         if (!(length >= 0) || length > static_cast<double>(body.bytesLeft() / body.smallestSize(type) + 1))
           throw Error::mismatch("a list that fits the file", "length " + std::to_string(length));
-        for (size_t i = 0; i < static_cast<size_t>(length); ++i) property.values.push_back(body.next(type));
+        for (size_t i = 0; i < static_cast<size_t>(length); ++i) {
+          property.values.push_back(body.next(type));
+          progress.checkNowAndThen(property.values.size());
+        }
         property.start.push_back(property.values.size());
       } catch (Error& error) {
         throw std::move(error).at(property.name).at("[" + std::to_string(item) + "]").at(element.name);
@@ -245,13 +250,13 @@ const PlyElement* PlyFile::find(std::string_view element) const {
   return nullptr;
 }
 
-PlyFile readPly(const std::filesystem::path& path) {
-  const std::string text = readFile(path);
+PlyFile readPly(const std::filesystem::path& path, const Progress& progress) {
+  const std::string text = readFile(path, kLargestFile, progress);
   try {
     Header header = parseHeader(text);
     Body body(std::string_view(text).substr(header.bodyOffset), header.encoding);
     for (size_t e = 0; e < header.elements.size(); ++e)
-      readElement(body, header.properties[e], header.elements[e]);
+      readElement(body, header.properties[e], header.elements[e], progress);
     return {std::move(header.elements)};
   } catch (Error& error) {
     throw std::move(error).in(path);

@@ -1,6 +1,8 @@
 // PLY files, ASCII and binary of either byte order, as columns of numbers.
 #pragma once
 
+#include "surfel/progress.h"
+
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -35,8 +37,8 @@ struct PlyFile {
   const PlyElement* find(std::string_view element) const;
 };
 
-// Throws Error with the file and the element, item or header line that is wrong.
-PlyFile readPly(const std::filesystem::path& path);
+// Throws Error with the file and the element, item or header line that is wrong; and Cancelled.
+PlyFile readPly(const std::filesystem::path& path, const Progress& progress = {});
 
 // A column to write: float32 values.
 struct PlyColumn {

@@ -3,6 +3,7 @@
 
 #include "surfel/error.h"
 
+#include <cstddef>
 #include <functional>
 #include <string_view>
 
@@ -18,6 +19,10 @@ struct Progress {
   // Throws Cancelled when the caller has asked to stop.
   void checkpoint() const {
     if (cancelled && cancelled()) throw Cancelled();
+  }
+  // For loops of small steps, over index i.
+  void checkNowAndThen(size_t i) const {
+    if (i % 1024 == 0) checkpoint();
   }
   void operator()(std::string_view stage, double fraction) const {
     checkpoint();

@@ -31,11 +31,6 @@ struct SurfacePoint {
   Vec3<double> normal;
 };
 
-// For loops of small steps, over index i.
-void checkNowAndThen(size_t i, const Progress& progress) {
-  if (i % 4096 == 0) progress.checkpoint();
-}
-
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53; // the same on every standard library
 }
@@ -56,7 +51,7 @@ std::vector<SurfacePoint> scatter(const TriangleMesh& mesh, size_t count, std::m
                        b = mesh.positions[ib].cast<double>().raw(),
                        c = mesh.positions[ic].cast<double>().raw();
     while (next < areaBefore + area) {
-      checkNowAndThen(points.size(), progress);
+      progress.checkNowAndThen(points.size());
       const double s = std::sqrt(uniform(random)), w = uniform(random); // uniform barycentrics
       points.push_back({(1 - s) * a + s * (1 - w) * b + s * w * c, cross.normalized()});
       next = step * (static_cast<double>(points.size()) + uniform(random));
@@ -130,7 +125,7 @@ std::vector<SurfacePoint> throwDiscs(const std::vector<SurfacePoint>& points, do
   std::vector<SurfacePoint> accepted;
   Grid grid(diameter, points.size() / 8);
   for (size_t p = 0; p < points.size(); ++p) {
-    checkNowAndThen(p, progress);
+    progress.checkNowAndThen(p);
     const SurfacePoint& point = points[p];
     const bool crowded = grid.anyNearer(point.position, diameter * diameter, [&](uint32_t i) {
       return sameSheet(accepted[i], point) &&
@@ -160,7 +155,7 @@ Cells cellsOf(const std::vector<SurfacePoint>& surfels, const std::vector<Surfac
   constexpr uint32_t kNone = ~0u;
   std::vector<uint32_t> owner(points.size(), kNone);
   tbb::parallel_for(size_t{0}, points.size(), [&](size_t p) {
-    checkNowAndThen(p, progress);
+    progress.checkNowAndThen(p);
     double nearest = reach * reach;
     grid.anyNearer(points[p].position, nearest, [&](uint32_t i) {
       const double squared = (surfels[i].position - points[p].position).squaredNorm();
@@ -179,7 +174,7 @@ Cells cellsOf(const std::vector<SurfacePoint>& surfels, const std::vector<Surfac
   cells.points.resize(cells.first.back());
   std::vector<size_t> next(cells.first.begin(), cells.first.end() - 1);
   for (uint32_t p = 0; p < points.size(); ++p) {
-    checkNowAndThen(p, progress);
+    progress.checkNowAndThen(p);
     if (owner[p] != kNone) cells.points[next[owner[p]]++] = p;
   }
   return cells;
@@ -191,7 +186,7 @@ void relax(std::vector<SurfacePoint>& surfels, const std::vector<SurfacePoint>& 
            const Progress& progress) {
   const Cells cells = cellsOf(surfels, points, kOwnerReach * spacing, progress);
   tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     const std::span<const uint32_t> members = cells.of(i);
     if (members.empty()) return;
     Vec3<double> centroid = Vec3<double>::Zero();
@@ -225,16 +220,16 @@ std::vector<SurfacePoint> alongCurve(const std::vector<SurfacePoint>& points,
   };
   std::vector<Place> order(points.size());
   tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     order[i] = {mortonCode(points[i]), ranks[i], static_cast<uint32_t>(i)};
   });
   tbb::parallel_sort(order, [&](const Place& a, const Place& b) {
-    checkNowAndThen(a.rank, progress);
+    progress.checkNowAndThen(a.rank);
     return a.code != b.code ? a.code < b.code : a.rank < b.rank;
   });
   std::vector<SurfacePoint> sorted(points.size());
   tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     sorted[i] = points[order[i].point];
   });
   return sorted;
@@ -250,7 +245,7 @@ std::vector<uint32_t> upTo(size_t count) {
 std::vector<uint32_t> shuffled(size_t count, std::mt19937_64& random, const Progress& progress) {
   std::vector<uint32_t> numbers = upTo(count);
   for (size_t i = count; i > 1; --i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     std::swap(numbers[i - 1], numbers[random() % i]);
   }
   return numbers;
@@ -312,13 +307,13 @@ void estimateSplats(SurfelCloud& cloud, const Progress& progress) {
   constexpr int kRounds = 8;
   constexpr float kLargestRadius = 2; // medians
   const size_t n = cloud.size();
-  const NeighborIndex index(cloud.p0);
+  const NeighborIndex index(cloud.p0, progress);
   std::vector<Vec3<float>> normals(n);
   for (size_t i = 0; i < n; ++i) normals[i] = rotationOf<float>(cloud.r0[i]).col(2);
 
   cloud.radius.resize(n);
   tbb::parallel_for(size_t{0}, n, [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     float sum = 0;
     size_t count = 0;
     for (const auto& [j, distance] : index.nearest(cloud.p0[i], 2 * kNeighbors + 1))
@@ -343,7 +338,7 @@ void estimateSplats(SurfelCloud& cloud, const Progress& progress) {
   std::vector<std::vector<Link>> links(n);
   const float widest = n ? *std::ranges::max_element(cloud.radius) * kSigmaPerRadius * kReach : 0;
   tbb::parallel_for(size_t{0}, n, [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     for (const auto& [j, distance] : index.within(cloud.p0[i], widest)) {
       const float sigma = kSigmaPerRadius * cloud.radius[j];
       if (distance > kReach * sigma && j != i) continue;

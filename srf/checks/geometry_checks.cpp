@@ -216,7 +216,7 @@ std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& me
   append(checkUnits(capture, mesh));
   if (std::ranges::any_of(findings, [](const Finding& f) { return f.severity == Severity::error; }))
     return findings;
-  const RayCaster<AcquisitionSpace> caster(mesh);
+  const RayCaster<AcquisitionSpace> caster(mesh, progress);
   append(checkMasks(capture, caster, progress));
   append(checkLights(capture, mesh, caster, progress));
   return findings;

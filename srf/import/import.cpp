@@ -12,6 +12,7 @@
 #include "srf/import/text.h"
 #include "srf/import/transforms.h"
 #include "surfel/error.h"
+#include "surfel/file.h"
 #include "surfel/nearest_name.h"
 
 #include <algorithm>
@@ -206,18 +207,17 @@ public:
     for (int copy = 2; !taken_.insert(path).second; ++copy)
       path = fs::path(place) / inner.parent_path() /
              (inner.stem().string() + "-" + std::to_string(copy) + inner.extension().string());
-    fs::create_directories((output_ / path).parent_path());
+    std::error_code problem;
+    fs::create_directories((output_ / path).parent_path(), problem);
+    if (problem) throw Error("cannot create (" + problem.message() + ")").in((output_ / path).parent_path());
     return path;
   }
 
-  fs::path copy(const fs::path& source, const char* place) {
+  fs::path copy(const fs::path& source, const char* place, const Progress& progress) {
     const auto [known, isNew] = copied_.try_emplace({source, place});
     if (isNew) {
       known->second = claim(source, place);
-      std::error_code problem;
-      fs::copy_file(source, output_ / known->second, problem);
-      if (problem) throw Error("cannot copy (" + problem.message() + ")").in(source);
-      fs::permissions(output_ / known->second, fs::perms(0644), problem);
+      copyFile(source, output_ / known->second, progress);
       count(known->second);
     }
     return known->second;
@@ -253,12 +253,13 @@ void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies,
       }
       frame.mask = mask;
     } else if (!frame.mask.empty()) {
-      frame.mask = copies.copy(frame.mask, "masks");
+      frame.mask = copies.copy(frame.mask, "masks", progress);
     }
-    frame.picture = copies.copy(frame.picture, "images");
-    for (Exposure& exposure : frame.further) exposure.picture = copies.copy(exposure.picture, "images");
+    frame.picture = copies.copy(frame.picture, "images", progress);
+    for (Exposure& exposure : frame.further)
+      exposure.picture = copies.copy(exposure.picture, "images", progress);
   }
-  if (!capture.geometry.empty()) capture.geometry = copies.copy(capture.geometry, "geometry");
+  if (!capture.geometry.empty()) capture.geometry = copies.copy(capture.geometry, "geometry", progress);
 }
 
 } // namespace

@@ -4,28 +4,69 @@
 
 #include <zlib.h>
 
-#include <cassert>
+#include <algorithm>
+#include <new>
 #include <string>
 
 namespace surflect {
 
+namespace {
+
+constexpr size_t kPortion = 1 << 18; // bytes between two questions whether to go on
+
+struct Deflate : z_stream {
+  Deflate() : z_stream{} {
+    if (deflateInit(this, 6) != Z_OK) throw std::bad_alloc();
+  }
+  ~Deflate() { deflateEnd(this); }
+  Deflate(const Deflate&) = delete;
+  Deflate& operator=(const Deflate&) = delete;
+};
+
+struct Inflate : z_stream {
+  Inflate() : z_stream{} {
+    if (inflateInit(this) != Z_OK) throw std::bad_alloc();
+  }
+  ~Inflate() { inflateEnd(this); }
+  Inflate(const Inflate&) = delete;
+  Inflate& operator=(const Inflate&) = delete;
+};
+
+} // namespace
+
 // Fades are few values in long runs once they stand view by view; deflate makes them small.
-std::vector<std::byte> packFades(const ViewFades& fades) {
+std::vector<std::byte> packFades(const ViewFades& fades, const Progress& progress) {
   const size_t surfels = fades.views ? fades.values.size() / fades.views : 0;
-  std::vector<Bytef> byView;
-  byView.reserve(fades.values.size());
+  std::vector<std::byte> packed;
+  Deflate stream;
+  std::vector<Bytef> in(kPortion), out(kPortion);
+  const auto give = [&](size_t count, int flush) {
+    stream.next_in = in.data();
+    stream.avail_in = static_cast<uInt>(count);
+    do {
+      progress.checkpoint();
+      stream.next_out = out.data();
+      stream.avail_out = static_cast<uInt>(out.size());
+      deflate(&stream, flush);
+      const auto bytes = std::as_bytes(std::span(out).first(out.size() - stream.avail_out));
+      packed.insert(packed.end(), bytes.begin(), bytes.end());
+    } while (stream.avail_out == 0);
+  };
+  size_t held = 0;
   for (size_t view = 0; view < fades.views; ++view)
-    for (size_t i = 0; i < surfels; ++i) byView.push_back(fades.values[i * fades.views + view]);
-  std::vector<std::byte> packed(compressBound(byView.size()));
-  uLongf size = packed.size();
-  [[maybe_unused]] const int status =
-      compress2(reinterpret_cast<Bytef*>(packed.data()), &size, byView.data(), byView.size(), 6);
-  assert(status == Z_OK);
-  packed.resize(size);
+    for (size_t i = 0; i < surfels; ++i) {
+      in[held++] = fades.values[i * fades.views + view];
+      if (held == in.size()) {
+        give(held, Z_NO_FLUSH);
+        held = 0;
+      }
+    }
+  give(held, Z_FINISH);
   return packed;
 }
 
-ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t views) {
+ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t views,
+                      const Progress& progress) {
   const auto mismatch = [&] {
     return Error::mismatch("deflated fades of " + std::to_string(surfels) + " surfels x " +
                                std::to_string(views) + " views",
@@ -34,13 +75,28 @@ ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t 
   constexpr size_t kDensest = 1032; // bytes that one byte of deflate can stand for
   const size_t most = kDensest * packed.size();
   if (views > 0 && surfels > most / views) throw mismatch();
-  std::vector<Bytef> byView(surfels * views);
-  uLongf size = byView.size();
-  uLong used = packed.size();
-  const int status = uncompress2(byView.data(), &size, reinterpret_cast<const Bytef*>(packed.data()), &used);
-  if (status != Z_OK || size != byView.size() || used != packed.size()) throw mismatch();
-  ViewFades fades{views, std::vector<uint8_t>(byView.size())};
-  for (size_t i = 0; i < fades.values.size(); ++i) fades.values[i] = byView[i % views * surfels + i / views];
+
+  ViewFades fades{views, std::vector<uint8_t>(surfels * views)};
+  Inflate stream;
+  std::vector<Bytef> out(kPortion);
+  size_t read = 0, filled = 0; // bytes given to the stream, and had of it
+  for (int status = Z_OK; status != Z_STREAM_END;) {
+    progress.checkpoint();
+    if (stream.avail_in == 0) {
+      const size_t count = std::min(kPortion, packed.size() - read);
+      stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(packed.data() + read));
+      stream.avail_in = static_cast<uInt>(count);
+      read += count;
+    }
+    stream.next_out = out.data();
+    stream.avail_out = static_cast<uInt>(out.size());
+    status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR where the bytes end too early
+    const size_t count = out.size() - stream.avail_out;
+    if ((status != Z_OK && status != Z_STREAM_END) || count > fades.values.size() - filled) throw mismatch();
+    for (size_t k = 0; k < count; ++k, ++filled)
+      fades.values[filled % surfels * views + filled / surfels] = out[k];
+  }
+  if (filled != fades.values.size() || read != packed.size() || stream.avail_in != 0) throw mismatch();
   return fades;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/query/view_fade.h"
+#include "surfel/progress.h"
 
 #include <cstddef>
 #include <span>
@@ -9,9 +10,11 @@
 
 namespace surflect {
 
-std::vector<std::byte> packFades(const ViewFades& fades);
+// Throws Cancelled.
+std::vector<std::byte> packFades(const ViewFades& fades, const Progress& progress = {});
 
-// Throws Error unless the bytes hold the fades of exactly so many surfels and views.
-ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t views);
+// Throws Error unless the bytes hold the fades of exactly so many surfels and views; and Cancelled.
+ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t views,
+                      const Progress& progress = {});
 
 } // namespace surflect

@@ -22,7 +22,7 @@ Impostor hullOf(const Capture& training, const Progress& progress) {
   try {
     VisualHull hull = visualHull(sights, {}, progress);
     Impostor impostor{std::move(hull.mesh), Impostor::Origin::hull};
-    const RayCaster<AcquisitionSpace> caster(impostor.mesh);
+    const RayCaster<AcquisitionSpace> caster(impostor.mesh, progress);
     for (size_t i = 0; i < sights.size(); ++i) {
       progress.checkpoint();
       const Mask outline = objectMask(silhouette(sights[i].camera, caster));
@@ -42,9 +42,9 @@ Impostor impostorOf(const Capture& training, const ImpostorOptions& options, con
   if (options.relief && training.views.size() != 1)
     throw Error::mismatch("one view, for a relief", std::to_string(training.views.size())).in(training.file);
   if (options.relief) return {meshOfOneView(training, true, progress), Impostor::Origin::relief};
-  if (!options.mesh.empty()) return {readMesh(options.mesh), Impostor::Origin::given};
+  if (!options.mesh.empty()) return {readMesh(options.mesh, progress), Impostor::Origin::given};
   if (!training.geometry.empty())
-    return {readMesh(training.folder() / training.geometry), Impostor::Origin::given};
+    return {readMesh(training.folder() / training.geometry, progress), Impostor::Origin::given};
   if (training.views.size() == 1) return {meshOfOneView(training, false, progress), Impostor::Origin::plane};
   return hullOf(training, progress);
 }

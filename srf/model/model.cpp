@@ -20,7 +20,9 @@ constexpr const char* kFadeFile = "fades.bin";
 constexpr const char* kRigFile = "transforms.json";
 
 uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
-std::string fileHash(const std::filesystem::path& path) { return hex(hashOf(readFile(path))); }
+std::string fileHash(const std::filesystem::path& path, const Progress& progress) {
+  return hex(hashOf(readFile(path, kLargestFile, progress)));
+}
 
 void writeCloud(const std::filesystem::path& path, const SurfelCloud& cloud) {
   std::vector<PlyColumn> columns;
@@ -36,8 +38,8 @@ void writeCloud(const std::filesystem::path& path, const SurfelCloud& cloud) {
   writePly(path, "vertex", columns, "surfels: acquisition space, scene units; see docs/format.md");
 }
 
-SurfelCloud readCloud(const std::filesystem::path& path) {
-  const PlyFile ply = readPly(path);
+SurfelCloud readCloud(const std::filesystem::path& path, const Progress& progress) {
+  const PlyFile ply = readPly(path, progress);
   try {
     const PlyElement* vertices = ply.find("vertex");
     if (!vertices) throw Error::mismatch("an element 'vertex'", "none");
@@ -54,6 +56,7 @@ SurfelCloud readCloud(const std::filesystem::path& path) {
                lower = column("lower"), radius = column("radius"), coverage = column("coverage");
     SurfelCloud cloud;
     for (size_t i = 0; i < vertices->count; ++i) {
+      progress.checkNowAndThen(i);
       cloud.p0.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<float>(z[i]));
       cloud.r0.push_back({static_cast<float>(rx[i]), static_cast<float>(ry[i]), lower[i] != 0 ? 1.f : 0.f});
       cloud.radius.push_back(static_cast<float>(radius[i]));
@@ -65,8 +68,8 @@ SurfelCloud readCloud(const std::filesystem::path& path) {
   }
 }
 
-void checkHash(const std::filesystem::path& path, const std::string& expected) {
-  if (const auto found = fileHash(path); found != expected)
+void checkHash(const std::filesystem::path& path, const std::string& expected, const Progress& progress) {
+  if (const auto found = fileHash(path, progress); found != expected)
     throw Error::mismatch(expected, found).at("checksum").in(path);
 }
 
@@ -76,10 +79,11 @@ Manifest readManifest(const std::filesystem::path& path) {
   return parseManifest(readFile(path, kLargestText), path);
 }
 
-ViewFades readFades(const std::filesystem::path& path, size_t surfels, size_t views) {
-  const std::string packed = readFile(path);
+ViewFades readFades(const std::filesystem::path& path, size_t surfels, size_t views,
+                    const Progress& progress) {
+  const std::string packed = readFile(path, kLargestFile, progress);
   try {
-    return unpackFades(std::as_bytes(std::span(packed)), surfels, views);
+    return unpackFades(std::as_bytes(std::span(packed)), surfels, views, progress);
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
@@ -124,10 +128,9 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   const auto manifestPath = folder / kManifestFile;
   const Manifest manifest = readManifest(manifestPath);
   progress("opening", 0);
-  checkHash(folder / kRigFile, manifest.rig);
-  checkHash(folder / kSurfelFile, manifest.cloud);
-  checkHash(folder / kFadeFile, manifest.fades);
-  progress.checkpoint();
+  checkHash(folder / kRigFile, manifest.rig, progress);
+  checkHash(folder / kSurfelFile, manifest.cloud, progress);
+  checkHash(folder / kFadeFile, manifest.fades, progress);
   Model model;
   model.folder = folder;
   model.identity = identityOf(manifest);
@@ -141,9 +144,9 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
         .at("view_checksums")
         .in(manifestPath);
   progress.checkpoint();
-  model.cloud = readCloud(folder / kSurfelFile);
+  model.cloud = readCloud(folder / kSurfelFile, progress);
   progress.checkpoint();
-  model.fades = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size());
+  model.fades = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size(), progress);
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
   for (size_t view = 0; view < model.rig.views.size(); ++view) {
@@ -158,19 +161,20 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   return model;
 }
 
-void writeModel(const std::filesystem::path& folder, const ModelContent& content) {
+void writeModel(const std::filesystem::path& folder, const ModelContent& content, const Progress& progress) {
   writeCapture(content.rig, folder);
   writeCloud(folder / kSurfelFile, content.cloud);
-  writeFileAtomically(folder / kFadeFile, packFades(content.fades));
+  progress.checkpoint();
+  writeFileAtomically(folder / kFadeFile, packFades(content.fades, progress));
   Manifest manifest{.white = content.white,
                     .tolerance = content.tolerance,
                     .lightBlend = content.lightBlend,
                     .surfels = content.cloud.size(),
                     .views = content.rig.views.size(),
                     .lights = content.rig.lights.size(),
-                    .rig = fileHash(folder / kRigFile),
-                    .cloud = fileHash(folder / kSurfelFile),
-                    .fades = fileHash(folder / kFadeFile),
+                    .rig = fileHash(folder / kRigFile, progress),
+                    .cloud = fileHash(folder / kSurfelFile, progress),
+                    .fades = fileHash(folder / kFadeFile, progress),
                     .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
     manifest.viewChecksums.push_back(hex(ViewFile(folder / viewFilePath(view)).checksum()));

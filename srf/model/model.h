@@ -46,7 +46,8 @@ struct ModelContent {
   double white, tolerance;
   LightBlend lightBlend;
 };
-void writeModel(const std::filesystem::path& folder, const ModelContent& content);
+void writeModel(const std::filesystem::path& folder, const ModelContent& content,
+                const Progress& progress = {});
 
 // views/0007.srfb
 std::filesystem::path viewFilePath(size_t view);

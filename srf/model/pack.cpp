@@ -320,7 +320,7 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   const auto start = Clock::now();
   const Impostor geometry = impostorOf(capture, options.impostor, progress);
   const TriangleMesh& mesh = geometry.mesh;
-  const RayCaster<AcquisitionSpace> impostor(mesh);
+  const RayCaster<AcquisitionSpace> impostor(mesh, progress);
 
   PackReport report;
   report.geometry = geometry.origin;
@@ -372,7 +372,8 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
     report.store += encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
   }
-  writeModel(folder, {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, lightChoice.blend});
+  writeModel(folder, {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, lightChoice.blend},
+             progress);
   report.storeSeconds = secondsSince(storeStart);
   progress("reflectance images", 1);
   return report;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <string>
 
 namespace surflect {
 
@@ -32,29 +33,52 @@ template <class Space> struct RayCaster<Space>::Scene {
   }
 };
 
-template <class Space> RayCaster<Space>::RayCaster(const Mesh<Space>& mesh) {
+namespace {
+
+// What Embree could not do.
+void requireSuccess(RTCDevice device, const Progress& progress) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_CANCELLED) progress.checkpoint();
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw Error("the mesh does not fit into memory");
+  if (error != RTC_ERROR_NONE) throw Error("Embree fails (error " + std::to_string(error) + ")");
+}
+
+bool goesOn(void* progress, double) {
+  const auto& cancelled = static_cast<const Progress*>(progress)->cancelled;
+  return !cancelled || !cancelled();
+}
+
+} // namespace
+
+template <class Space> RayCaster<Space>::RayCaster(const Mesh<Space>& mesh, const Progress& progress) {
   auto scene = std::make_unique<Scene>();
   Eigen::AlignedBox3d box;
   for (const auto& p : mesh.positions) box.extend(p.template cast<double>().raw());
   scene->center = box.center();
   scene->extent = box.sizes().maxCoeff();
   scene->device = rtcNewDevice(nullptr);
+  requireSuccess(scene->device, progress);
   scene->scene = rtcNewScene(scene->device);
   rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);
   const RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcAttachGeometry(scene->scene, geometry);
+  rtcReleaseGeometry(geometry); // the scene's now
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+  requireSuccess(scene->device, progress);
   for (const auto& p : mesh.positions) {
     const Vec3<float> recentred = (p.template cast<double>().raw() - scene->center).template cast<float>();
     vertices = std::copy_n(recentred.data(), 3, vertices);
   }
   void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                           3 * sizeof(uint32_t), mesh.triangles.size());
+  requireSuccess(scene->device, progress);
   std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
   rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene->scene, geometry);
-  rtcReleaseGeometry(geometry);
+  rtcSetSceneProgressMonitorFunction(scene->scene, goesOn, const_cast<Progress*>(&progress));
   rtcCommitScene(scene->scene);
+  rtcSetSceneProgressMonitorFunction(scene->scene, nullptr, nullptr);
+  requireSuccess(scene->device, progress);
   scene_ = std::move(scene);
 }
 

@@ -4,6 +4,7 @@
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
 #include "surfel/mesh.h"
+#include "surfel/progress.h"
 
 #include <cstdint>
 #include <memory>
@@ -13,8 +14,9 @@ namespace surflect {
 
 template <class Space> class RayCaster {
 public:
-  // The mesh is copied, recentred in double precision before it goes to float.
-  explicit RayCaster(const Mesh<Space>& mesh);
+  // The mesh is copied, recentred in double precision before it goes to float. Throws Error where it does not
+  // fit into memory, and Cancelled.
+  explicit RayCaster(const Mesh<Space>& mesh, const Progress& progress = {});
   ~RayCaster();
 
   struct Hit {

@@ -114,16 +114,12 @@ struct Task {
   }
 };
 
-void checkNowAndThen(size_t i, const Progress& progress) {
-  if (i % 1024 == 0) progress.checkpoint();
-}
-
 // Where each operation's results begin, one a block that it touches; one more, for the end.
 std::vector<uint32_t> firstSlots(std::span<const ShadingOp> ops, std::span<const ViewFile> views,
                                  const Progress& progress) {
   std::vector<uint32_t> first(ops.size() + 1);
   tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t) { ++first[i + 1]; });
   });
   for (size_t i = 0; i < ops.size(); ++i) first[i + 1] += first[i];
@@ -142,7 +138,7 @@ std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const u
   if (std::ranges::count(blind, 1) == 0) return {};
   std::vector<ShadingOp> moved(ops.begin(), ops.end());
   tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     ShadingOp& op = moved[i];
     if (!blind[op.target]) return;
     if (const auto stored = nearestStored(views[op.view], op.x, op.y)) {
@@ -158,7 +154,7 @@ std::vector<Task> sortedTasks(std::span<const ShadingOp> ops, std::span<const ui
                               std::span<const ViewFile> views, const Progress& progress) {
   std::vector<Task> tasks(firstSlot.back());
   tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
-    checkNowAndThen(i, progress);
+    progress.checkNowAndThen(i);
     uint32_t slot = firstSlot[i];
     forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t block) {
       tasks[slot] = {uint64_t{ops[i].view} << 32 | block, static_cast<uint32_t>(i), slot};

@@ -1,5 +1,7 @@
 """Ctrl-C and SIGTERM stop long work within a second, at whatever stage, and say how it goes on."""
 
+import array
+import math
 import os
 import random
 import signal
@@ -18,6 +20,31 @@ def processor_seconds(process):
     with open(f"/proc/{process.pid}/stat") as stat:
         fields = stat.read().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def write_ribbon(path, vertices):
+    """A mesh as one strip that winds around the z axis: quick to write, slow to read."""
+    turn = [(math.cos(i / 100), math.sin(i / 100)) for i in range(1000)]
+    places = array.array("f", [c for i in range(vertices) for c in (*turn[i % 1000], i / vertices)])
+    header = f"""ply
+format binary_little_endian 1.0
+element vertex {vertices}
+property float x
+property float y
+property float z
+element tristrips 1
+property list int int vertex_indices
+end_header
+"""
+    path.write_bytes(header.encode() + places.tobytes() +
+                     array.array("i", [vertices, *range(vertices)]).tobytes())
+
+
+def catches(process, signal_number):
+    """Whether a living process has a handler for the signal."""
+    with open(f"/proc/{process.pid}/status") as status:
+        masks = [line.split()[1] for line in status if line.startswith("SigCgt")]
+    return bool(int(masks[0], 16) >> (signal_number - 1) & 1)
 
 
 def interrupt_after(seconds, signal_number, *arguments):
@@ -75,6 +102,29 @@ class Interrupt(TestInFolder):
 
     def test_pack(self):
         self.stops_at_any_moment(self.packing, self.pack, "the same command again goes on from here")
+
+    def test_pack_of_a_large_mesh(self):
+        ribbon = self.folder / "ribbon.ply"
+        write_ribbon(ribbon, 2000000)
+        self.stops_at_any_moment(2, lambda name: [*self.pack(name), "--mesh", ribbon],
+                                 "the same command again goes on from here")
+
+    def test_a_second_signal_ends_at_once(self):
+        ended = 0
+        for attempt in range(20):  # in most of which there is time for a second one before the first has its way
+            process = subprocess.Popen([SURFLECT, *map(str, self.pack(f"twice-{attempt}"))],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            while process.poll() is None and not catches(process, signal.SIGINT):
+                time.sleep(0.001)
+            time.sleep(0.05 * attempt)
+            process.send_signal(signal.SIGINT)
+            while process.poll() is None and catches(process, signal.SIGINT):
+                pass
+            process.send_signal(signal.SIGINT)
+            status = process.wait()
+            self.assertIn(status, (1, -signal.SIGINT))
+            ended += status == -signal.SIGINT
+        self.assertGreater(ended, 0)
 
     def test_render(self):
         def arguments(name):

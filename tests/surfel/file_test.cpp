@@ -1,6 +1,7 @@
 #include "surfel/file.h"
 
 #include "surfel/error.h"
+#include "tests/support/patience.h"
 
 #include <gtest/gtest.h>
 
@@ -30,6 +31,29 @@ protected:
 
   fs::path folder;
 };
+
+TEST_F(File, CopiesAreEqualAndNeverReplaceAnything) {
+  for (const size_t size : {size_t{0}, size_t{65536}, size_t{300000}}) {
+    const std::string content(size, 'x');
+    writeFileAtomically(folder / "a", content);
+    copyFile(folder / "a", folder / "b");
+    EXPECT_EQ(readFile(folder / "b"), content);
+    EXPECT_THROW(copyFile(folder / "a", folder / "b"), Error);
+    fs::remove(folder / "b");
+  }
+  EXPECT_THROW(copyFile(folder / "none", folder / "b"), Error);
+  EXPECT_FALSE(fs::exists(folder / "b"));
+}
+
+TEST_F(File, ReadingAndCopyingStopWhenAskedTo) {
+  writeFileAtomically(folder / "a", std::string(1 << 20, 'x'));
+  for (const int questions : {0, 10}) {
+    EXPECT_THROW(readFile(folder / "a", kLargestFile, Patience(questions).progress()), Cancelled);
+    EXPECT_THROW(
+        copyFile(folder / "a", folder / ("b" + std::to_string(questions)), Patience(questions).progress()),
+        Cancelled);
+  }
+}
 
 TEST_F(File, WhatIsWrittenIsReadBack) {
   std::mt19937 random(1);

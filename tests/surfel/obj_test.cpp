@@ -3,6 +3,7 @@
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/patience.h"
 
 #include <gtest/gtest.h>
 
@@ -110,6 +111,20 @@ TEST(Obj, EveryDamagedByteGivesAMeshOrAnErrorOfOneLine) {
     }
   }
   EXPECT_GT(meshes, 1000);
+}
+
+TEST(Obj, ReadingAMeshStopsWhereverItIsAskedTo) {
+  constexpr int vertices = 10000;
+  std::string text;
+  for (int i = 0; i < vertices; ++i) text += "v " + std::to_string(i) + (i % 2 ? " 1 0\n" : " 0 0\n");
+  for (int i = 1; i + 2 <= vertices; ++i)
+    text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+  const auto path = fileWith(text);
+  Patience whole(std::numeric_limits<int>::max());
+  EXPECT_EQ(readMesh(path, whole.progress()).triangles.size(), vertices - 2u);
+  EXPECT_GE(whole.asks, 3 * vertices / 1024); // of statements, of faces, of triangles
+  for (const int questions : {0, 1, whole.asks / 3, whole.asks / 2, whole.asks - 1})
+    EXPECT_THROW(readMesh(path, Patience(questions).progress()), Cancelled);
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "surfel/file.h"
 #include "surfel/mesh.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/patience.h"
 
 #include <gtest/gtest.h>
 
@@ -113,6 +114,22 @@ TEST(Ply, TrianglesWithoutAreaAreLeftOut) {
   std::string text(kSquare);
   text.replace(text.find("1 1 0"), 5, "2 0 0"); // 0 1 2 now lie on a line
   EXPECT_EQ(readMesh(fileWith(text)).triangles.size(), 1u);
+}
+
+TEST(Ply, ReadingAMeshStopsWhereverItIsAskedTo) {
+  constexpr int vertices = 40000;
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertices) +
+                     "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                     std::to_string(vertices - 2) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int i = 0; i < vertices; ++i) text += std::to_string(i) + (i % 2 ? " 1 0\n" : " 0 0\n");
+  for (int i = 0; i + 2 < vertices; ++i)
+    text += "3 " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+  const auto path = fileWith(text);
+  Patience whole(std::numeric_limits<int>::max());
+  EXPECT_EQ(readMesh(path, whole.progress()).triangles.size(), vertices - 2u);
+  EXPECT_GE(whole.asks, 3 * vertices / 1024); // of vertices, of faces, of triangles
+  for (const int questions : {0, 1, whole.asks / 3, whole.asks / 2, whole.asks - 1})
+    EXPECT_THROW(readMesh(path, Patience(questions).progress()), Cancelled);
 }
 
 } // namespace

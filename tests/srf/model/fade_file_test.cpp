@@ -1,6 +1,7 @@
 #include "srf/model/fade_file.h"
 
 #include "tests/srf/image/files.h"
+#include "tests/support/patience.h"
 
 namespace surflect {
 namespace {
@@ -39,6 +40,20 @@ TEST(FadeFile, CountsThatTheBytesCannotHoldTakeNoMemory) {
   for (const auto& [surfels, views] :
        {std::pair<size_t, size_t>{huge, 1}, {1, huge}, {huge, huge}, {~size_t{0}, 2}})
     EXPECT_THROW(unpackFades(packed, surfels, views), Error);
+}
+
+TEST(FadeFile, BothWaysAskWhetherToGoOn) {
+  const ViewFades fades = randomFades(300000, 5, 4);
+  constexpr int endless = std::numeric_limits<int>::max();
+  Patience packing(endless), unpacking(endless);
+  const auto packed = packFades(fades, packing.progress());
+  EXPECT_EQ(unpackFades(packed, 300000, 5, unpacking.progress()).values, fades.values);
+  for (const int questions : {0, packing.asks - 1})
+    EXPECT_THROW(packFades(fades, Patience(questions).progress()), Cancelled);
+  for (const int questions : {0, unpacking.asks - 1})
+    EXPECT_THROW(unpackFades(packed, 300000, 5, Patience(questions).progress()), Cancelled);
+  EXPECT_GE(packing.asks, 6);
+  EXPECT_GE(unpacking.asks, 6);
 }
 
 } // namespace
