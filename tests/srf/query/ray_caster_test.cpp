@@ -16,8 +16,9 @@ using Direction = Direction3<AcquisitionSpace, double>;
 // A square of side 2 around the z axis, in the plane z = 0, of 2 n^2 triangles.
 TriangleMesh square(uint32_t n) {
   TriangleMesh mesh;
+  const auto place = [n](uint32_t i) { return 2 * static_cast<float>(i) / static_cast<float>(n) - 1; };
   for (uint32_t y = 0; y <= n; ++y)
-    for (uint32_t x = 0; x <= n; ++x) mesh.positions.emplace_back(2.f * x / n - 1, 2.f * y / n - 1, 0.f);
+    for (uint32_t x = 0; x <= n; ++x) mesh.positions.emplace_back(place(x), place(y), 0.f);
   for (uint32_t y = 0; y < n; ++y)
     for (uint32_t x = 0; x < n; ++x) {
       const uint32_t a = y * (n + 1) + x, b = a + n + 1;
@@ -35,7 +36,7 @@ TEST(RayCaster, HitsWhereTheRayMeetsTheSquareAndNowhereElse) {
     const Position from(place(random), place(random), 1.5);
     const auto hit = caster.firstHit(from, Direction(0, 0, -1));
     ASSERT_EQ(hit.has_value(), std::abs(from.x()) < 1 && std::abs(from.y()) < 1);
-    if (hit) EXPECT_NEAR(hit->distance, 1.5, 1e-6);
+    EXPECT_NEAR(hit ? hit->distance : 1.5, 1.5, 1e-6);
     EXPECT_FALSE(caster.firstHit(from, Direction(0, 0, 1)));
   }
 }
