@@ -1,6 +1,7 @@
 // Nearest neighbours among points, exact.
 #pragma once
 
+#include "surfel/progress.h"
 #include "surfel/space.h"
 
 #include <cstdint>
@@ -12,8 +13,8 @@ namespace surflect {
 
 class NeighborIndex {
 public:
-  // The points are copied.
-  explicit NeighborIndex(std::span<const Point3<AcquisitionSpace>> points);
+  // The points are copied. Quickest where those that follow each other are near each other. Throws Cancelled.
+  explicit NeighborIndex(std::span<const Point3<AcquisitionSpace>> points, const Progress& progress = {});
   ~NeighborIndex();
 
   struct Neighbor {

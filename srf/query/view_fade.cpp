@@ -99,8 +99,8 @@ struct Openness::Votes {
 
   Votes(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> cameras,
         std::vector<uint8_t> sight, float reach, const Progress& progress)
-      : views(cameras.size()), radius(reach), index(cloud.p0), normals(cloud.size()), free(std::move(sight)),
-        facing(cloud.size() * views) {
+      : views(cameras.size()), radius(reach), index(cloud.p0, progress), normals(cloud.size()),
+        free(std::move(sight)), facing(cloud.size() * views) {
     const auto viewpoints = viewpointsOf(cameras);
     tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
       if (i % kSurfelsPerTask == 0) progress.checkpoint();
