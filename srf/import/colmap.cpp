@@ -22,19 +22,14 @@ namespace {
 struct Model {
   std::string_view name;
   size_t parameters;
+  bool isOurs = false; // a pinhole with the distortion of our lenses
 };
-constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3},
-                             Model{"PINHOLE", 4},
-                             Model{"SIMPLE_RADIAL", 4},
-                             Model{"RADIAL", 5},
-                             Model{"OPENCV", 8},
-                             Model{"OPENCV_FISHEYE", 8},
-                             Model{"FULL_OPENCV", 12},
-                             Model{"FOV", 5},
-                             Model{"SIMPLE_RADIAL_FISHEYE", 4},
-                             Model{"RADIAL_FISHEYE", 5},
-                             Model{"THIN_PRISM_FISHEYE", 12},
-                             Model{"RAD_TAN_THIN_PRISM_FISHEYE", 16}};
+constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3, true},  Model{"PINHOLE", 4, true},
+                             Model{"SIMPLE_RADIAL", 4, true},   Model{"RADIAL", 5, true},
+                             Model{"OPENCV", 8, true},          Model{"OPENCV_FISHEYE", 8},
+                             Model{"FULL_OPENCV", 12, true},    Model{"FOV", 5},
+                             Model{"SIMPLE_RADIAL_FISHEYE", 4}, Model{"RADIAL_FISHEYE", 5},
+                             Model{"THIN_PRISM_FISHEYE", 12},   Model{"RAD_TAN_THIN_PRISM_FISHEYE", 16}};
 
 constexpr std::string_view kKnown =
     "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV (undistort the pictures with COLMAP first)";
@@ -237,6 +232,7 @@ Lens colmapLens(std::string_view model, int width, int height, std::span<const d
     throw Error::mismatch(std::to_string(known->parameters) + " of " + std::string(model),
                           std::to_string(parameters.size()))
         .at("PARAMS");
+  if (!known->isOurs) throw Error::mismatch(kKnown, std::string(model)).at("MODEL");
   for (const double parameter : parameters)
     if (!std::isfinite(parameter)) throw Error("found a value that is not finite").at("PARAMS");
 
@@ -253,11 +249,9 @@ Lens colmapLens(std::string_view model, int width, int height, std::span<const d
   if (model == "RADIAL") return lens;
   lens.p1 = rest[4], lens.p2 = rest[5];
   const auto further = rest.subspan(6);
-  const bool straight = std::all_of(further.begin(), further.end(), [](double k) { return k == 0; });
-  if (model == "OPENCV" || (model == "FULL_OPENCV" && straight)) return lens;
-  throw Error::mismatch(kKnown,
-                        std::string(model) + (model == "FULL_OPENCV" ? " with k3 to k6 that are not 0" : ""))
-      .at("MODEL");
+  if (std::any_of(further.begin(), further.end(), [](double k) { return k != 0; }))
+    throw Error::mismatch(kKnown, std::string(model) + " with k3 to k6 that are not 0").at("MODEL");
+  return lens;
 }
 
 std::optional<fs::path> findColmapModel(const fs::path& folder) {
