@@ -188,7 +188,7 @@ TEST(Coverage, MovingCloudAndCameraTogetherChangesNothing) {
       moved.cloud.v[i] = motion(scene.cloud.v[i]);
     }
     const Image after = rendered(moved, {camera.lens, camera.cameraFromWorld * motion.inverse()});
-    EXPECT_LT(largestDifference(before, after), 5e-6);
+    EXPECT_LT(largestDifference(before, after), 1e-5); // rounding; 3e-6 to 7e-6 by compiler
   }
 }
 

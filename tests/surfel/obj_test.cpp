@@ -96,7 +96,8 @@ TEST(Obj, ComplaintsNameTheLine) {
 
 TEST(Obj, EveryDamagedByteGivesAMeshOrAnErrorOfOneLine) {
   std::mt19937 random(1);
-  const std::string whole = std::string(corners) + "f 1/1/1 2 3//4 \\\n 4\nf -1 -2 -3 # end\n";
+  std::string whole(corners);
+  whole.append("f 1/1/1 2 3//4 \\\n 4\nf -1 -2 -3 # end\n");
   int meshes = 0;
   for (int i = 0; i < 20000; ++i) {
     std::string text = whole;
