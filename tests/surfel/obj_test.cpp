@@ -34,8 +34,14 @@ constexpr std::string_view corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 using Triangles = std::vector<std::array<uint32_t, 3>>;
 const Triangles square = {{0, 1, 2}, {0, 2, 3}};
 
+std::string withCorners(std::string_view faces) {
+  std::string text(corners);
+  text.append(faces);
+  return text;
+}
+
 TEST(Obj, PolygonsBecomeFans) {
-  const TriangleMesh mesh = meshOf(std::string(corners) + "f 1 2 3 4\n");
+  const TriangleMesh mesh = meshOf(withCorners("f 1 2 3 4\n"));
   EXPECT_EQ(mesh.triangles, square);
   ASSERT_EQ(mesh.positions.size(), 4u);
   EXPECT_EQ(mesh.positions[2].raw(), Vec3<float>(1, 1, 0));
@@ -46,7 +52,7 @@ TEST(Obj, PolygonsBecomeFans) {
 TEST(Obj, CornersMayCountFromTheEndAndCarryTextureAndNormal) {
   for (const std::string_view face : {"f -4 -3 -2 -1", "f 1/9 2/8 3/7 4/6", "f 1//9 2//8 3//7 4//6",
                                       "f 1/1/1 2/2/2 3/3/3 4/4/4", "f -4/-4/-4 +2 -2//-1 4"})
-    EXPECT_EQ(meshOf(std::string(corners) + std::string(face)).triangles, square) << face;
+    EXPECT_EQ(meshOf(withCorners(face)).triangles, square) << face;
   // -1 is the last vertex so far, not of the file.
   EXPECT_EQ(meshOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\n").triangles, (Triangles{{0, 1, 2}}));
   // A positive number may name a vertex still to come.
@@ -96,8 +102,7 @@ TEST(Obj, ComplaintsNameTheLine) {
 
 TEST(Obj, EveryDamagedByteGivesAMeshOrAnErrorOfOneLine) {
   std::mt19937 random(1);
-  std::string whole(corners);
-  whole.append("f 1/1/1 2 3//4 \\\n 4\nf -1 -2 -3 # end\n");
+  const std::string whole = withCorners("f 1/1/1 2 3//4 \\\n 4\nf -1 -2 -3 # end\n");
   int meshes = 0;
   for (int i = 0; i < 20000; ++i) {
     std::string text = whole;
