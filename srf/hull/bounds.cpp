@@ -76,13 +76,13 @@ Box startingBox(std::span<const Sight> sights) {
 Box boundsOf(std::span<const Sight> sights, size_t quorum, bool dissent, const Progress& progress) {
   constexpr int kAcross = 48, kRounds = 30;
   Box box = startingBox(sights);
-  const double point = 1e-9 * box.sizes().maxCoeff(); // silhouettes that only touch would go on to nothing
+  const double point = 1e-9 * box.sizes().maxCoeff(); // where silhouettes only touch
   for (int round = 0; round < kRounds; ++round) {
     Box rest;
     for (const Cube& cube : possibleCubes(sights, quorum, box, kAcross, dissent, progress))
       rest.extend(Box(cube.low, cube.low.array() + cube.edge));
-    if (rest.isEmpty()) return rest;
-    const bool settled = rest.volume() > 0.7 * box.volume() || rest.sizes().maxCoeff() < point;
+    if (rest.isEmpty() || rest.sizes().maxCoeff() < point) return Box();
+    const bool settled = rest.volume() > 0.7 * box.volume();
     box = rest;
     if (settled) break;
   }
