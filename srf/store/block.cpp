@@ -119,15 +119,24 @@ std::vector<Upgrade> upgradesOf(const Factors& factors, size_t lights, Coefficie
 // A choice of terms as it would be stored.
 struct Encoding {
   CoefficientType type = CoefficientType::half;
-  std::vector<int> bits; // per stored term, falling
-  MatrixXd levels;       // rows x K
-  MatrixXf basis;        // levels as decoded
-  MatrixXf coefficients; // K x lights, as decoded
-  double squaredError = 0;
+  std::vector<int> bits;           // per stored term, falling
+  MatrixXd levels;                 // rows x K
+  MatrixXf basis;                  // levels as decoded
+  MatrixXf coefficients;           // K x lights, as decoded
+  double squaredError = 0;         // of X
+  double squaredWeightedError = 0; // of X W
 };
 
-Encoding realise(const MatrixXd& x, const Factors& factors, std::span<const Upgrade> upgrades,
+// What is to be stored, and how well.
+struct Target {
+  MatrixXd x;
+  VectorXd weights; // W, one a light
+  double squaredBound = 0, squaredWeightedBound = 0;
+};
+
+Encoding realise(const Target& target, const Factors& factors, std::span<const Upgrade> upgrades,
                  CoefficientType type) {
+  const MatrixXd& x = target.x;
   std::vector<int> bitsOfTerm(factors.energies.size());
   for (const Upgrade& upgrade : upgrades) bitsOfTerm[upgrade.term] = upgrade.bits;
 
@@ -153,20 +162,24 @@ Encoding realise(const MatrixXd& x, const Factors& factors, std::span<const Upgr
     const MatrixXd solved = basis.colPivHouseholderQr().solve(x);
     encoding.coefficients = solved.cast<float>().unaryExpr([&](float a) { return asStored(a, type); });
   }
-  encoding.squaredError = (x - basis * encoding.coefficients.cast<double>()).squaredNorm();
+  const MatrixXd error = x - basis * encoding.coefficients.cast<double>();
+  encoding.squaredError = error.squaredNorm();
+  encoding.squaredWeightedError = (error * target.weights.asDiagonal()).squaredNorm();
   return encoding;
 }
 
-// Empty where no choice with coefficients of this type keeps the bound.
-std::optional<Encoding> cheapest(const MatrixXd& x, const Factors& factors, double squaredBound,
-                                 CoefficientType type) {
-  const std::vector<Upgrade> all = upgradesOf(factors, x.cols(), type);
+// Empty where no choice with coefficients of this type keeps the bounds. The factors are those of X W.
+std::optional<Encoding> cheapest(const Target& target, const Factors& factors, CoefficientType type) {
+  const std::vector<Upgrade> all = upgradesOf(factors, target.x.cols(), type);
   const std::span<const Upgrade> upgrades(all);
-  const auto realised = [&](size_t count) { return realise(x, factors, upgrades.first(count), type); };
-  const auto keepsBound = [&](const Encoding& c) { return c.squaredError <= squaredBound; }; // NaN does not
+  const auto realised = [&](size_t count) { return realise(target, factors, upgrades.first(count), type); };
+  const auto keepsBound = [&](const Encoding& c) { // NaN does not
+    return c.squaredError <= target.squaredBound && c.squaredWeightedError <= target.squaredWeightedBound;
+  };
 
   size_t count = 0;
-  for (double left = factors.energies.sum(); left > squaredBound && count < upgrades.size(); ++count)
+  for (double left = factors.energies.sum(); left > target.squaredWeightedBound && count < upgrades.size();
+       ++count)
     left -= upgrades[count].saved;
 
   // From the predicted choice up until the actual error is small enough, then down while it still is.
@@ -182,6 +195,17 @@ std::optional<Encoding> cheapest(const MatrixXd& x, const Factors& factors, doub
     encoding = std::move(cheaper);
   }
   return encoding;
+}
+
+Target targetOf(const MatrixXd& x, double tolerance, double white) {
+  VectorXd weights(x.cols());
+  for (Eigen::Index light = 0; light < x.cols(); ++light)
+    weights[light] = lightWeight(x.col(light).norm() / std::sqrt(x.rows()), white);
+  const double bound = blockErrorBound(x.norm(), x.size(), tolerance, white);
+  // The floor of the bound as that of a block which is everywhere as dark.
+  const double weightedBound = blockErrorBound((x * weights.asDiagonal()).norm(), x.size(), tolerance,
+                                               white * lightWeight(blockErrorFloor * white, white));
+  return {x, weights, bound * bound, weightedBound * weightedBound};
 }
 
 double clippedSquaredError(const MatrixXd& x, const MatrixXd& stored, double white) {
@@ -253,6 +277,8 @@ int nearestPresent(uint64_t present, int texel) {
 
 } // namespace
 
+double lightWeight(double rms, double white) { return 1 / std::sqrt(rms / white + 0.01); }
+
 double blockErrorBound(double norm, size_t values, double tolerance, double white) {
   const double floor = blockErrorFloor * white * std::sqrt(static_cast<double>(values));
   return std::max(tolerance, smallestTolerance) * std::max(norm, floor);
@@ -261,10 +287,10 @@ double blockErrorBound(double norm, size_t values, double tolerance, double whit
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
   const MatrixXd x = radiance.cast<double>();
-  const double bound = blockErrorBound(x.norm(), x.size(), tolerance, white);
-  const Factors factors = factorise(x);
-  std::optional<Encoding> encoding = cheapest(x, factors, bound * bound, CoefficientType::half);
-  if (!encoding) encoding = cheapest(x, factors, bound * bound, CoefficientType::single);
+  const Target target = targetOf(x, tolerance, white);
+  const Factors factors = factorise(x * target.weights.asDiagonal());
+  std::optional<Encoding> encoding = cheapest(target, factors, CoefficientType::half);
+  if (!encoding) encoding = cheapest(target, factors, CoefficientType::single);
   if (!encoding) throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
 
   EncodedBlock block;

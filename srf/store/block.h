@@ -3,7 +3,7 @@
 // X has a row for each object texel and colour channel, and a column for each light; E holds K eigenimages,
 // A their coefficients, which the three channels share. The mean is not taken off: it would be one more
 // eigenimage. [Weyrich 2005, §5.3] stores such "PCA data"; what follows is ours: each eigenimage has its own
-// precision, and rank and precisions are the cheapest that keep the block's error bound.
+// precision, and rank and precisions are the cheapest that keep the block's error bounds.
 //
 // The record of a block is specified to the byte in docs/format.md.
 #pragma once
@@ -29,6 +29,11 @@ inline constexpr double smallestTolerance = 2.5e-4;
 // tau max(|X|_F, 1e-3 white sqrt(n)), n the number of values in X.
 double blockErrorBound(double norm, size_t values, double tolerance, double white);
 
+// Of the errors under a light which shows the block at this brightness, root mean square: (rms / white +
+// 0.01)^ -1/2. A light that shows it dimly has its say, for the script may make it bright; as one that stands
+// beside a highlight it would have none.
+double lightWeight(double rms, double white);
+
 struct EncodedBlock {
   std::vector<std::byte> record;
   int rank = 0;
@@ -38,7 +43,8 @@ struct EncodedBlock {
 
 // `present`: bit 8 y + x is set where texel (x, y) shows the object; not zero. `radiance`: row 3 i + c is
 // channel c of the i-th present texel in order of bits, one column a light; finite and below 1e30.
-// `white` > 0 is the radiance of a white pixel. Guarantees |X - X'|_F <= blockErrorBound.
+// `white` > 0 is the radiance of a white pixel. Guarantees |X - X'|_F <= blockErrorBound, and the same of X W
+// and X' W, W the lights' weights.
 EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white);
 
 // A block ready for look-ups. Absent texels are filled from the nearest present one, so that bilinear

@@ -76,6 +76,51 @@ TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
   }
 }
 
+Eigen::VectorXd weightsOf(const Eigen::MatrixXd& x, double white) {
+  Eigen::VectorXd weights(x.cols());
+  for (Eigen::Index l = 0; l < x.cols(); ++l)
+    weights[l] = lightWeight(x.col(l).norm() / std::sqrt(x.rows()), white);
+  return weights;
+}
+
+TEST(Block, EveryBlockKeepsItsBoundWeightedByLights) {
+  for (const auto& [name, present, x] : cases())
+    for (const double tolerance : {0.3, 0.03, 1e-3})
+      for (const double white : {1e-6, 1.0, 1e4}) {
+        const Eigen::VectorXd w = weightsOf(x.cast<double>(), white);
+        const auto weights = w.asDiagonal();
+        const Eigen::MatrixXd wanted = x.cast<double>() * weights;
+        const Eigen::MatrixXd got =
+            decoded(encodeBlock(present, x, tolerance, white), present, x.cols()) * weights;
+        const double bound = blockErrorBound(wanted.norm(), x.size(), tolerance,
+                                             white * lightWeight(blockErrorFloor * white, white));
+        EXPECT_LE((got - wanted).norm(), bound * (1 + 1e-12)) << name << ", tolerance " << tolerance;
+      }
+}
+
+// Under one light a highlight a hundred times as bright as the block is under the others: the errors of all
+// together must not be as large as that one's may be.
+TEST(Block, ADimLightKeepsItsDetailBesideAHighlight) {
+  std::mt19937 generator(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    Eigen::MatrixXf x = 0.05f * random(192, 12, generator).cwiseAbs();
+    x.col(trial % 12) *= 100;
+    const Eigen::MatrixXd got = decoded(encodeBlock(~uint64_t{0}, x, 0.04, 1), ~uint64_t{0}, 12);
+    const Eigen::MatrixXd error = got - x.cast<double>();
+    double dim = 0, norm = 0;
+    for (Eigen::Index l = 0; l < 12; ++l)
+      if (l != trial % 12) {
+        dim += error.col(l).squaredNorm();
+        norm += x.col(l).cast<double>().squaredNorm();
+      }
+    // All of the weighted bound spent on the dim lights, whose weights are 1 / sqrt(rms + 0.01).
+    const Eigen::VectorXd weights = weightsOf(x.cast<double>(), 1);
+    const double bound = 0.04 * (x.cast<double>() * weights.asDiagonal()).norm() / weights[(trial + 1) % 12];
+    EXPECT_LE(std::sqrt(dim), bound * 1.1);
+    EXPECT_LT(std::sqrt(dim / norm), 0.15); // 0.04 of the whole block would allow 1.2
+  }
+}
+
 TEST(Block, ToleranceBelowTheSmallestIsTakenAsTheSmallest) {
   for (const auto& [name, present, x] : cases()) {
     const EncodedBlock encoded = encodeBlock(present, x, 0, 1e-6);
