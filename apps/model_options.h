@@ -24,7 +24,9 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
                   "captured lights blended per light of the script; default: the model's")
       ->check(blended);
   command
-      .add_option("--light-fit", options.frame.shade.lightFit, "to the blended lights; default: the model's")
+      .add_option("--light-fit", options.frame.shade.lightFit,
+                  "mean or plane of the blended lights; default: the model's")
+      ->option_text("mean or plane")
       ->transform(CLI::Transformer(
           std::map<std::string, LightFit>{{"mean", LightFit::mean}, {"plane", LightFit::plane}}));
   command

@@ -43,7 +43,7 @@ void LightSamples::add(std::span<const Rgb> radiance) {
 
 // The summed squared error of each candidate.
 std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const LightBlend> candidates,
-                                                float white) const {
+                                                float white, const Progress& progress) const {
   std::vector<size_t> indices;
   std::vector<Direction3<AcquisitionSpace>> others;
   std::vector<Direction3<AcquisitionSpace, double>> covering;
@@ -62,6 +62,7 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
   const auto addChannel = [&](std::vector<float> Channels::*channel, float irradiance) {
     const auto& truth = reflectance_[light].*channel;
     for (size_t texel = 0; texel < truth.size(); ++texel) {
+      progress.checkNowAndThen(texel);
       const float wanted = shown(irradiance * truth[texel], white);
       for (size_t c = 0; c < candidates.size(); ++c) {
         float got = 0;
@@ -78,14 +79,14 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
   return errors;
 }
 
-LightChoice LightSamples::choose(double white) const {
+LightChoice LightSamples::choose(double white, const Progress& progress) const {
   constexpr double kGoodEnough = 1.12;
   const size_t lights = towards_.size();
   const auto candidates = candidatesFor(lights);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);
   tbb::parallel_for(size_t{0}, lights, [&](size_t light) {
-    ofLight[light] = leftOutErrors(light, candidates, static_cast<float>(white));
+    ofLight[light] = leftOutErrors(light, candidates, static_cast<float>(white), progress);
   });
   std::vector<double> errors(candidates.size());
   for (const auto& part : ofLight)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "srf/query/light_blend.h"
+#include "surfel/progress.h"
 #include "surfel/rgb.h"
 
 #include <optional>
@@ -30,10 +31,12 @@ public:
   // their mean before a plane. Errors are of values clipped at white, after the sRGB curve. Leaving out
   // doubles the distance to the nearest light, so that they are larger than those of new lights between
   // captured ones, and in favour of what smooths; hence the margin.
-  LightChoice choose(double white) const;
+  // Throws Cancelled.
+  LightChoice choose(double white, const Progress& progress = {}) const;
 
 private:
-  std::vector<double> leftOutErrors(size_t light, std::span<const LightBlend> candidates, float white) const;
+  std::vector<double> leftOutErrors(size_t light, std::span<const LightBlend> candidates, float white,
+                                    const Progress& progress) const;
 
   std::vector<Direction3<AcquisitionSpace>> towards_;
   std::vector<Rgb> irradiance_;

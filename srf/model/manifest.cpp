@@ -71,7 +71,8 @@ LightBlend lightBlendOf(const Json& json) {
   const Json& blend = member(json, "light_blend");
   const size_t lights = countOf(blend, "lights");
   if (lights < 1 || lights > kMaxBlended)
-    throw mismatch("a count from 1 to 16", member(blend, "lights")).at("light_blend.lights");
+    throw mismatch(("a count from 1 to " + std::to_string(kMaxBlended)).c_str(), member(blend, "lights"))
+        .at("light_blend.lights");
   for (const LightFit fit : {LightFit::mean, LightFit::plane})
     if (member(blend, "fit") == nameOf(fit)) return {lights, fit};
   throw mismatch("\"mean\" or \"plane\"", member(blend, "fit")).at("light_blend.fit");

@@ -1,8 +1,8 @@
 // A packed surface reflectance field: surfels, the rig that saw them, and reflectance images on disk.
 //
-// On disk a folder: manifest.json (version, white level, checksums), transforms.json (the rig, in the form of
-// a capture whose pictures are the view files: the frames of a view, in order, are the columns of its file),
-// surfels.ply, fades.bin and views/*.srfb. Specified in docs/format.md.
+// On disk a folder: manifest.json (version, white level, light blend, checksums), transforms.json (the rig,
+// in the form of a capture whose pictures are the view files: the frames of a view, in order, are the columns
+// of its file), surfels.ply, fades.bin and views/*.srfb. Specified in docs/format.md.
 #pragma once
 
 #include "srf/capture/capture.h"

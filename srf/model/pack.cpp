@@ -147,11 +147,10 @@ LightSamples lightSamples(const Capture& capture, const TriangleMesh& mesh) {
   return {towards, irradiance};
 }
 
-// About a thousand texels of the object, evenly over the picture.
-void addSamples(const LoadedView& view, LightSamples& samples) {
-  constexpr size_t kTexels = 1000;
+// At most so many texels of the object, evenly over the picture.
+void addSamples(const LoadedView& view, size_t most, LightSamples& samples) {
   const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
-  const size_t step = std::max(size_t{1}, object / kTexels);
+  const size_t step = std::max(size_t{1}, (object + most - 1) / most);
   std::vector<Rgb> radiance(view.stack.lights.size());
   size_t seen = 0;
   for (size_t texel = 0; texel < view.object.inside.size(); ++texel) {
@@ -173,7 +172,8 @@ struct Survey {
 // radiance over all channels, and how lights are blended where cameras and lights are chosen apart.
 Survey survey(const Capture& capture, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
               const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
-  constexpr size_t kViews = 8;
+  constexpr size_t kViews = 8, kTexels = 4000;
+  // No view has two frames of one light.
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
   PercentileCounter values;
@@ -183,11 +183,11 @@ Survey survey(const Capture& capture, std::span<const std::vector<size_t>> frame
     progress("survey", static_cast<double>(i) / static_cast<double>(count));
     const auto view = loadView(capture, frames[i * frames.size() / count], impostor, progress);
     countRadiance(view, values, progress);
-    if (isFullProduct) addSamples(view, samples);
+    if (isFullProduct) addSamples(view, kTexels / count, samples);
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
   const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);
-  return {white, samples.choose(white)};
+  return {white, samples.choose(white, progress)};
 }
 
 // What makes a view file of an earlier run the one that this run would write. Photographs are known by size

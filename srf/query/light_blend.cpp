@@ -4,6 +4,15 @@
 
 namespace surflect {
 
+namespace {
+
+// From the weights of the mean to those of a plane, which is worth a share `slope`, 0..1, of its slope.
+// Symbols: l the direction asked for, l_i of the blended lights, w_i their ULR weights, m = sum w_i l_i,
+// C = sum w_i (l_i - m)(l_i - m)^T.
+//     w'_i = w_i (1 + slope (l_i - m)^T (C + r tr(C) I)^-1 (l - m))                 [Lancaster 1981, §3]
+// They sum to what the w_i sum to, and where slope is 1 and r vanishes sum w'_i l_i = l within the lights'
+// span. The ridge r = 0.1 is ours: 0.03 gives matte surfaces 0.3 dB more, and turns four times as steeply
+// where lights lie nearly in a line.
 void lean(BlendSet& blend, std::span<const Direction3<AcquisitionSpace>> lights,
           const Direction3<AcquisitionSpace>& towards, double slope) {
   constexpr double kRidge = 0.1;
@@ -26,6 +35,8 @@ void lean(BlendSet& blend, std::span<const Direction3<AcquisitionSpace>> lights,
   for (Blended& blended : blend)
     blended.weight = static_cast<float>(blended.weight * (1 + lambda.dot(l(blended) - m)));
 }
+
+} // namespace
 
 BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,

@@ -28,7 +28,7 @@ Vec3<float> folded(OnSquare p) {
       .normalized();
 }
 
-// About 30 cells from light to light, n of which lie about sqrt(4 pi / n) apart.
+// About 48 cells from light to light, where n of them cover the sphere; fewer than 114 lights.
 int cellsFor(size_t lights) {
   return std::clamp(static_cast<int>(48 * std::sqrt(static_cast<double>(lights))), 64, 512);
 }

@@ -17,8 +17,8 @@ namespace surflect {
 
 class LightTable {
 public:
-  // blendOfLights of these (unit directions). A grid about 30 times finer than the lights are dense, of at
-  // most 512 x 512 cells; about 100 bytes each.
+  // blendOfLights of these (unit directions). A grid about 48 times finer than the lights are dense, of at
+  // most 512 x 512 cells of 20 bytes for each light that has weight at a corner.
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
              Uncovered uncovered);
 

@@ -33,7 +33,7 @@ struct Blended {
 
 inline constexpr size_t kMaxBlended = 16;
 
-// The few candidates that are blended; weights are positive and sum to one.
+// The few candidates that are blended.
 class BlendSet {
 public:
   void push(Blended blended) {
@@ -85,7 +85,7 @@ inline float thresholdPenalty(std::span<const Candidate> nearest, size_t k) {
 
 // r_i = (1 - p_i / p_t) / p_i, w_i = r_i / sum r  [Buehler 2001, §4; Weyrich 2005, §5.2]. The floor of p
 // makes the weight of a candidate that is met exactly 1 (epipole consistency). Equal penalties get equal
-// shares.
+// shares. Weights are positive and sum to one.
 inline BlendSet ulrWeights(const NearestCandidates& candidates) {
   constexpr float kFloor = 1e-12f;
   BlendSet blend;

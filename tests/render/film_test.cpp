@@ -24,6 +24,16 @@ Film randomFilm() {
   return film;
 }
 
+TEST(Film, WhatLiesBelowBlackIsBlack) {
+  const TemporaryFolder folder;
+  Film film;
+  film.color = Image(2, 1, 4);
+  film.color.values = {-0.5f, 0.25f, -1e-9f, 1, 0.5f, -2, 1, 1};
+  writeFilm(folder / "film.exr", film, {});
+  EXPECT_EQ(ExrFile(folder / "film.exr").read(ChannelSet{"R", "G", "B", "A"}).values,
+            (std::vector<float>{0, 0.25f, 0, 1, 0.5f, 0, 1, 1}));
+}
+
 TEST(Film, LayersAndMetadataComeBack) {
   const TemporaryFolder folder;
   const Film film = randomFilm();

@@ -82,7 +82,15 @@ TEST(LightChoice, TheUnitOfRadianceDoesNotMatter) {
   EXPECT_NEAR(*one.leftOutDb, *thousand.leftOutDb, 1e-3);
 }
 
-// The error by hand: three lights' weights, from the same blend, one texel.
+TEST(LightChoice, StopsWhenAsked) {
+  LightSamples samples(lightsOfACap(5), std::vector<Rgb>(5, Rgb{1, 1, 1}));
+  samples.add(std::vector<Rgb>(5));
+  Progress progress;
+  progress.cancelled = [] { return true; };
+  EXPECT_THROW(samples.choose(1, progress), Cancelled);
+}
+
+// The error by hand: five lights, weights from the same blend, one texel.
 TEST(LightChoice, TheErrorIsThatOfTheLightsLeftOut) {
   const auto towards = lightsOfACap(5);
   const std::vector<Rgb> irradiance(5, Rgb{1, 1, 1});

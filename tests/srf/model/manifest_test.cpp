@@ -50,6 +50,18 @@ TEST(Manifest, AChangedDigitIsToldByTheChecksum) {
   EXPECT_NE(errorOf([&] { parse(text); }).find("m/manifest.json: checksum: found "), std::string::npos);
 }
 
+TEST(Manifest, ALightBlendThatCannotBeIsRefused) {
+  for (const size_t lights : {size_t{0}, kMaxBlended + 1}) {
+    Manifest wrong = example();
+    wrong.lightBlend.lights = lights;
+    EXPECT_NE(errorOf([&] { parse(manifestText(wrong)); }).find("light_blend.lights: found "),
+              std::string::npos);
+  }
+  std::string text = manifestText(example());
+  text.replace(text.find("\"plane\""), 7, "\"curve\"");
+  EXPECT_NE(errorOf([&] { parse(text); }).find("light_blend.fit: found \"curve\""), std::string::npos);
+}
+
 TEST(Manifest, WhatIsNoManifestIsRefusedInOneLine) {
   std::string deep = "{\"view_checksums\": ";
   for (int i = 0; i < 1000000; ++i) deep += "[";

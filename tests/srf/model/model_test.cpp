@@ -53,6 +53,7 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   EXPECT_EQ(model.fades.views, fades.views);
   EXPECT_EQ(model.fades.values, fades.values);
   EXPECT_EQ(model.white, 0.7);
+  EXPECT_EQ(model.lightBlend, (LightBlend{5, LightFit::plane}));
   EXPECT_EQ(model.tolerance, 0.02);
   EXPECT_NE(model.identity, packed.model.identity);
 }

@@ -3,6 +3,7 @@
 #include "srf/capture/photograph.h"
 #include "srf/image/mask.h"
 #include "srf/image/png.h"
+#include "srf/model/shade.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/file.h"
 #include "surfel/sampling.h"
@@ -222,6 +223,26 @@ TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInsi
       }
   }
   EXPECT_NEAR(report.white / percentile995(values), 1, 0x1p-12);
+}
+
+// The studio's sphere is matte, under lights enough to tell; without all pairs nothing is told.
+TEST(PackedLights, TheChosenBlendIsTheModels) {
+  for (const bool isFullProduct : {true, false}) {
+    const studio::PackedStudio packed(isFullProduct ? Studio() : studio::gappyStudio(), 200);
+    const auto& [chosen, leftOutDb] = packed.report.lightChoice;
+    EXPECT_EQ(leftOutDb.has_value(), isFullProduct);
+    EXPECT_EQ(chosen.fit, isFullProduct ? LightFit::plane : LightFit::mean);
+    const Model& model = packed.model;
+    EXPECT_EQ(model.lightBlend, chosen);
+    EXPECT_EQ(lightBlend(model, {}), chosen);
+    ShadeOptions options;
+    options.lights = 7;
+    EXPECT_EQ(lightBlend(model, options), (LightBlend{7, chosen.fit}));
+    options.lightFit = LightFit::mean;
+    EXPECT_EQ(lightBlend(model, options), LightBlend{7});
+    options.nearest = true;
+    EXPECT_EQ(lightBlend(model, options), LightBlend{1});
+  }
 }
 
 TEST_F(Pack, TheEstimateComesOnceBeforeTheWork) {
