@@ -1,0 +1,112 @@
+#include "render/stage/scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <limits>
+
+namespace surflect {
+
+using Vector = Vec3<double>;
+
+struct StageScene::Rays {
+  RTCDevice device = rtcNewDevice(nullptr);
+  RTCScene scene = rtcNewScene(device);
+  Vector center;
+  double offset = 0;
+
+  Rays() = default;
+  Rays(const Rays&) = delete;
+  Rays& operator=(const Rays&) = delete;
+  ~Rays() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+
+  void add(const TriangleMesh& mesh, unsigned id) {
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+    for (const auto& p : mesh.positions) {
+      const Vec3<float> recentred = (p.cast<double>().raw() - center).cast<float>();
+      vertices = std::copy_n(recentred.data(), 3, vertices);
+    }
+    void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                            3 * sizeof(uint32_t), mesh.triangles.size());
+    std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, id);
+    rtcReleaseGeometry(geometry);
+  }
+
+  RTCRay ray(const Vector& origin, const Vector& direction, double distance) const {
+    const Vec3<float> o = (origin - center).cast<float>(), d = direction.cast<float>();
+    RTCRay ray{};
+    ray.org_x = o[0], ray.org_y = o[1], ray.org_z = o[2];
+    ray.dir_x = d[0], ray.dir_y = d[1], ray.dir_z = d[2];
+    ray.tfar = static_cast<float>(distance);
+    ray.mask = ~0u;
+    return ray;
+  }
+};
+
+StageScene::StageScene(std::vector<StageObject> objects) : objects_(std::move(objects)) {
+  auto rays = std::make_unique<Rays>();
+  Eigen::AlignedBox3d bounds;
+  for (const auto& object : objects_)
+    for (const auto& p : object.surface.mesh.positions) bounds.extend(p.cast<double>().raw());
+  assert(!bounds.isEmpty());
+  rays->center = bounds.center();
+  rays->offset = 1e-5 * bounds.sizes().maxCoeff();
+  rtcSetSceneFlags(rays->scene, RTC_SCENE_FLAG_ROBUST);
+  for (size_t i = 0; i < objects_.size(); ++i) rays->add(objects_[i].surface.mesh, static_cast<unsigned>(i));
+  rtcCommitScene(rays->scene);
+  rays_ = std::move(rays);
+}
+
+StageScene::~StageScene() = default;
+
+std::optional<SurfaceHit> StageScene::firstHit(const Point3<AcquisitionSpace, double>& origin,
+                                               const Direction3<AcquisitionSpace, double>& direction) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query{rays_->ray(origin.raw(), direction.raw(), std::numeric_limits<double>::infinity()), {}};
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(rays_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+
+  const StageObject& object = objects_[query.hit.geomID];
+  const Surface& surface = object.surface;
+  const auto& corners = surface.mesh.triangles[query.hit.primID];
+  const double v = query.hit.u, w = query.hit.v;
+  const auto interpolated = [&](const auto& values) -> Vector {
+    return (1 - v - w) * values[corners[0]].raw().template cast<double>() +
+           v * values[corners[1]].raw().template cast<double>() +
+           w * values[corners[2]].raw().template cast<double>();
+  };
+  using Direction = Direction3<AcquisitionSpace, double>;
+  return SurfaceHit{assume<Point3<AcquisitionSpace, double>>(interpolated(surface.mesh.positions)),
+                    query.ray.tfar,
+                    assume<Direction>(areaVector(surface.mesh, query.hit.primID).stableNormalized()),
+                    assume<Direction>(interpolated(surface.normals)),
+                    assume<Direction>(interpolated(surface.tangents)),
+                    &object.material};
+}
+
+bool StageScene::occluded(const Point3<AcquisitionSpace, double>& origin,
+                          const Direction3<AcquisitionSpace, double>& direction, double distance) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay ray = rays_->ray(origin.raw(), direction.raw(), distance);
+  rtcOccluded1(rays_->scene, &context, &ray);
+  return ray.tfar < 0; // Embree's sign of a hit
+}
+
+Point3<AcquisitionSpace, double>
+StageScene::leaving(const SurfaceHit& hit, const Direction3<AcquisitionSpace, double>& direction) const {
+  return hit.position + (dot(hit.facet, direction) < 0 ? -rays_->offset : rays_->offset) * hit.facet;
+}
+
+} // namespace surflect

@@ -1,0 +1,50 @@
+// What rays meet in the light stage, by Embree in robust mode.
+#pragma once
+
+#include "render/stage/material/material.h"
+#include "render/stage/surface.h"
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace surflect {
+
+struct StageObject {
+  Surface surface;
+  Material material;
+};
+
+// Where a ray meets a surface.
+struct SurfaceHit {
+  Point3<AcquisitionSpace, double> position; // on the triangle, to double precision
+  double distance;
+  Direction3<AcquisitionSpace, double> facet;           // unit normal of the triangle
+  Direction3<AcquisitionSpace, double> normal, tangent; // interpolated, of any length, may be 0
+  const Material* material;
+};
+
+class StageScene {
+public:
+  // Vertices are recentred in double precision before they go to float. There is at least one triangle.
+  explicit StageScene(std::vector<StageObject> objects);
+  ~StageScene();
+
+  // `direction` is unit, here and below.
+  std::optional<SurfaceHit> firstHit(const Point3<AcquisitionSpace, double>& origin,
+                                     const Direction3<AcquisitionSpace, double>& direction) const;
+  // Is anything in the way, nearer than `distance`?
+  bool occluded(const Point3<AcquisitionSpace, double>& origin,
+                const Direction3<AcquisitionSpace, double>& direction, double distance) const;
+
+  // The origin of a ray that leaves a hit: moved off the triangle, to the ray's side, by 1e-5 of the scene.
+  Point3<AcquisitionSpace, double> leaving(const SurfaceHit& hit,
+                                           const Direction3<AcquisitionSpace, double>& direction) const;
+
+private:
+  struct Rays;
+  std::vector<StageObject> objects_;
+  std::unique_ptr<const Rays> rays_;
+};
+
+} // namespace surflect
