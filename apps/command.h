@@ -31,6 +31,7 @@ inline void setWork(CLI::App& command, CommandWork& work, const std::string& nex
 }
 
 // Each adds its subcommand and sets `work` when it is chosen.
+void addCaptureCommand(CLI::App& app, CommandWork& work);
 void addImportCommand(CLI::App& app, CommandWork& work);
 void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);

@@ -1,0 +1,45 @@
+#include "render/stage/rig.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace surflect {
+
+namespace {
+
+RigDirection at(double z, double azimuth) {
+  const double r = std::sqrt(std::max(0.0, 1 - z * z));
+  return normalized(RigDirection(r * std::cos(azimuth), r * std::sin(azimuth), z));
+}
+
+} // namespace
+
+std::vector<RigDirection> turntable(int steps, std::span<const Angle> elevations) {
+  std::vector<RigDirection> directions;
+  for (const Angle elevation : elevations)
+    for (int step = 0; step < steps; ++step)
+      directions.push_back(at(std::sin(elevation.radians()), 2 * std::numbers::pi * step / steps));
+  return directions;
+}
+
+std::vector<RigDirection> spiral(int count, double lowest, double highest, Angle start) {
+  const double goldenAngle = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::vector<RigDirection> directions;
+  for (int i = 0; i < count; ++i)
+    directions.push_back(
+        at(lowest + (highest - lowest) * (i + 0.5) / count, start.radians() + goldenAngle * i));
+  return directions;
+}
+
+Camera<AcquisitionSpace> cameraAbout(const Point3<AcquisitionSpace, double>& center,
+                                     const RigDirection& direction, double distance, const Lens& lens) {
+  const Vec3<double> back = direction.raw();
+  const bool isUpright = std::abs(back.z()) > 1 - 1e-9;
+  const Vec3<double> up = isUpright ? Vec3<double>::UnitY() : Vec3<double>::UnitZ();
+  const Vec3<double> right = up.cross(back).normalized();
+  Mat3<double> rotation;
+  rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
+  return {lens, {rotation, -(rotation * (center.raw() + distance * back))}};
+}
+
+} // namespace surflect

@@ -1,0 +1,34 @@
+// The stage file: a TOML file that says what stands in the light stage, and where its cameras and lights are.
+// docs/lightstage.md lists the keys.
+#pragma once
+
+#include "render/stage/scene.h"
+#include "render/stage/tracer.h"
+#include "srf/capture/capture.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace surflect {
+
+struct MaterialTables; // what materials refer to
+
+struct Stage {
+  std::filesystem::path file;
+  uint64_t hash = 0; // of the text, and of the files that it names
+  std::vector<StageObject> objects;
+  std::vector<View> views;   // those for training first
+  std::vector<Light> lights; // likewise
+  size_t trainingViews = 0, trainingLights = 0;
+  TraceOptions trace;
+  std::shared_ptr<const MaterialTables> tables; // kept for `objects`
+};
+
+// Throw Error naming file, field and line. A misspelt key is answered with the nearest known one.
+Stage readStage(const std::filesystem::path& path);
+Stage parseStage(std::string_view text, const std::filesystem::path& path);
+
+} // namespace surflect
