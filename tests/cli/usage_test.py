@@ -22,6 +22,7 @@ class Usage(unittest.TestCase):
                           ["import"], ["import", "source"], ["import", "source", "-o", "out", "--format", "avi"],
                           ["import", "source", "-o", "out", "--mask-threshold", "2"],
                           ["import", "source", "-o", "out", "--color-space", "linear", "--recover-response"],
+                          ["capture", "stage.toml"], ["capture", "stage.toml", "-o", "out", "--frame", "2"],
                           ["pack", "capture", "-o", "model.srf", "--tolerance", "2"],
                           ["pack", "capture", "-o", "model.srf", "--surfels", "none"],
                           ["render", "film.toml", "-o", "frames", "--cameras", "0"],
@@ -61,6 +62,7 @@ class Failures(TestInFolder):
         missing = self.folder / "missing"
         for arguments in (["pack", missing, "-o", self.folder / "model.srf"], ["inspect", missing],
                           ["import", missing, "-o", self.folder / "imported"],
+                          ["capture", missing, "-o", self.folder / "captured"],
                           ["render", missing, "-o", self.folder / "frames"],
                           ["evaluate", missing, missing]):
             with self.subTest(arguments=arguments):
@@ -79,6 +81,7 @@ class Failures(TestInFolder):
     def test_the_examples_of_the_documentation_want_nothing_but_their_files(self):
         for page, name, command, wanted in (
                 ("script.md", "film.toml", ["render", "-o", self.folder / "frames"], "doll.srf"),
+                ("lightstage.md", "stage.toml", ["capture", "-o", self.folder / "captured"], "doll.obj"),
                 ("capture.md", "transforms.json", ["inspect"], "mesh.ply")):
             with self.subTest(page=page):
                 path = self.folder / name

@@ -1,0 +1,116 @@
+"""`surflect capture`: from a stage file to scores, bent and not; runs that were killed go on."""
+
+import signal
+import subprocess
+import time
+import unittest
+
+from support import SURFLECT, TestInFolder, content, run, succeed
+
+STAGE = """
+samples = 16
+transport = "local"
+[camera]
+model = "orthographic"
+size = [24, 24]
+distance = 5
+height = 2.2
+[views]
+turntable = 8
+elevations_deg = [-30, 30]
+test = 2
+[lights]
+count = 16
+test = 2
+irradiance = [3, 3, 3]
+[[material]]
+name = "clay"
+type = "rough_diffuse"
+albedo = [0.8, 0.4, 0.2]
+roughness = 0.5
+[[object]]
+type = "bumpy_sphere"
+material = "clay"
+radius = 0.8
+amplitude = 0.1
+frequency = 4
+segments = 64
+"""
+WARP = """
+[[warp]]
+type = "bend"
+axis = [0, 0, 1]
+direction = [1, 0, 0]
+angle_deg = [[1, 0], [2, 60]]
+"""
+
+
+class CaptureCommand(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.stage, cls.warp = cls.folder / "stage.toml", cls.folder / "warp.toml"
+        cls.stage.write_text(STAGE)
+        cls.warp.write_text(WARP)
+        cls.report = succeed("capture", cls.stage, "-o", cls.folder / "capture")
+        cls.truth = succeed("capture", cls.stage, "-o", cls.folder / "truth", "--script", cls.warp, "--frame", "2")
+        succeed("pack", cls.folder / "capture", "-o", cls.folder / "model.srf", "--surfels", "4000")
+
+    def test_the_report_counts_frames(self):
+        self.assertEqual({key: self.report[key] for key in ("views", "lights", "training_frames", "test_frames")},
+                         {"views": 18, "lights": 18, "training_frames": 256, "test_frames": 68})
+        self.assertEqual((self.truth["views"], self.truth["training_frames"], self.truth["test_frames"]), (2, 0, 36))
+
+    def test_renderings_are_nearer_than_the_nearest_photograph(self):
+        scores = succeed("evaluate", self.folder / "model.srf", self.folder / "capture", "--baseline", "nearest")
+        self.assertEqual(set(scores["groups"]),
+                         {"new_camera", "new_light", "new_both", "front_lit", "back_lit"})
+        self.assertGreater(scores["psnr_linear_db"], scores["baseline"]["psnr_linear_db"] + 1)
+
+    def test_so_are_those_of_the_bent_object_by_the_script_that_bent_it(self):
+        arguments = ["evaluate", self.folder / "model.srf", self.folder / "truth"]
+        scores = succeed(*arguments, "--script", self.warp, "--frame", "2", "--baseline", "nearest")
+        self.assertGreater(scores["psnr_linear_db"], scores["baseline"]["psnr_linear_db"] + 1)
+        straight = succeed(*arguments)
+        self.assertGreater(scores["psnr_linear_db"], straight["psnr_linear_db"] + 1)
+
+    def test_a_killed_run_goes_on_to_the_same_bytes_with_any_number_of_threads(self):
+        target = self.folder / "killed"
+        process = subprocess.Popen([SURFLECT, "capture", str(self.stage), "-o", str(target), "--threads", "1"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 60
+        while not (target / "images" / "C002.exr").exists() and time.monotonic() < deadline:
+            time.sleep(0.001)
+        process.send_signal(signal.SIGKILL)
+        process.wait(timeout=60)
+        self.assertFalse((target / "transforms.json").exists(), "came too late to kill")
+        report = succeed("capture", self.stage, "-o", target, "--threads", "3")
+        self.assertGreaterEqual(report["resumed_views"], 3)
+        self.assert_same_files(content(target), content(self.folder / "capture"))
+
+    def test_another_stage_does_not_go_on_there(self):
+        other = self.folder / "other.toml"
+        other.write_text(STAGE.replace("samples = 16", "samples = 17"))
+        before = content(self.folder / "capture")
+        result = run("capture", other, "-o", self.folder / "capture")
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"^surflect: [^\n]*another stage file[^\n]*\n$")
+        self.assert_same_files(content(self.folder / "capture"), before)
+
+    def test_what_is_wrong_with_a_stage_is_one_line(self):
+        for wrong, right, said in (('material = "clay"', 'material = "clai"', "object[0].material"),
+                                   ("roughness = 0.5", "roughness = -1", "material[0].roughness"),
+                                   ("count = 16", "count = 0", "lights.count"),
+                                   ('"bumpy_sphere"', '"mesh"', "object[0]")):
+            with self.subTest(said=said):
+                stage = self.folder / "wrong.toml"
+                stage.write_text(STAGE.replace(wrong, right))
+                result = run("capture", stage, "-o", self.folder / "wrong")
+                self.assertEqual(result.returncode, 1)
+                self.assertRegex(result.stderr, r"^surflect: [^\n]+\n$")
+                self.assertIn(said, result.stderr)
+                self.assertFalse((self.folder / "wrong").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

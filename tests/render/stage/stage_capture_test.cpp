@@ -1,0 +1,146 @@
+#include "render/stage/stage_capture.h"
+#include "srf/capture/photograph.h"
+#include "surfel/file.h"
+#include "tests/render/stage/stages.h"
+#include "tests/srf/image/files.h"
+
+#include <gtest/gtest.h>
+
+namespace surflect {
+namespace {
+
+const std::string text = R"toml(
+samples = 4
+[camera]
+model = "pinhole"
+size = [12, 10]
+distance = 4
+fov_deg = 35
+[views]
+turntable = 3
+elevations_deg = [20]
+test = 2
+[lights]
+count = 3
+test = 1
+irradiance = [3, 3, 3]
+[[material]]
+name = "clay"
+type = "lambert"
+albedo = [0.8, 0.4, 0.2]
+[[object]]
+type = "sphere"
+material = "clay"
+radius = 0.7
+segments = 32
+[[object]]
+type = "box"
+material = "clay"
+center = [0, 0, -0.8]
+size = [1, 1, 0.2]
+segments = 4
+)toml";
+
+Stage stage() { return parseStage(text, "stage.toml"); }
+
+std::map<std::string, std::string> contentOf(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[std::filesystem::relative(entry.path(), folder).string()] = readFile(entry.path());
+  return files;
+}
+
+TEST(StageCapture, ReadsBackAsItWasTraced) {
+  const TemporaryFolder folder;
+  const StageReport report = captureStage(stage(), nullptr, folder / "c", {});
+  EXPECT_EQ(report.trainingFrames, 9u);
+  EXPECT_EQ(report.testFrames, 11u);
+  const Capture capture = readCapture(folder / "c");
+  ASSERT_EQ(capture.frames.size(), 20u);
+  ASSERT_EQ(capture.views.size(), 5u);
+  EXPECT_EQ(capture.lights, stage().lights);
+  const StageScene scene(stage().objects);
+  for (size_t v = 0; v < 5; ++v) {
+    const TracedView traced = traceView(scene, stage().views[v].camera, v, stage().lights, stage().trace, {});
+    for (size_t i = 0; i < capture.frames.size(); ++i) {
+      if (capture.views[capture.frames[i].view].identity != stage().views[v].identity) continue;
+      const size_t light = *capture.frames[i].light;
+      EXPECT_EQ(capture.frames[i].split, v < 3 && light < 3 ? Split::train : Split::test);
+      const std::vector<size_t> one{i};
+      const Photograph photograph = readPhotographs(capture, one, {})[0];
+      for (size_t p = 0; p < traced.alpha.values.size(); ++p) {
+        EXPECT_EQ(photograph.alpha.values[p], traced.alpha.values[p]); // quarters fit a half float
+        for (size_t c = 0; c < 3 && traced.alpha.values[p] > 0; ++c) {
+          const float value = traced.radiance[light].values[3 * p + c];
+          EXPECT_NEAR(photograph.radiance.values[3 * p + c], value, 2e-3 * value + 1e-6);
+        }
+      }
+    }
+  }
+}
+
+TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
+  const TemporaryFolder folder;
+  captureStage(stage(), nullptr, folder / "c", {});
+  const TriangleMesh mesh = readMesh(folder / "c" / readCapture(folder / "c").geometry);
+  std::vector<Point3<AcquisitionSpace>> vertices;
+  size_t triangles = 0;
+  for (const auto& object : stage().objects) {
+    const TriangleMesh& part = object.surface.mesh;
+    vertices.insert(vertices.end(), part.positions.begin(), part.positions.end());
+    triangles += part.triangles.size();
+  }
+  EXPECT_EQ(mesh.positions, vertices);
+  EXPECT_EQ(mesh.triangles.size(), triangles);
+}
+
+TEST(StageCapture, AnInterruptedRunGoesOnToTheSameBytes) {
+  const TemporaryFolder folder;
+  captureStage(stage(), nullptr, folder / "whole", {});
+  int calls = 0;
+  Progress progress;
+  progress.cancelled = [&] {
+    return std::filesystem::exists(folder / "part" / "images" / "C001.exr") && ++calls > 3;
+  };
+  EXPECT_THROW(captureStage(stage(), nullptr, folder / "part", progress), Cancelled);
+  EXPECT_FALSE(std::filesystem::exists(folder / "part" / "transforms.json"));
+  writeBytes(folder / "part" / "images" / "C000.exr", "damaged");
+  EXPECT_EQ(captureStage(stage(), nullptr, folder / "part", {}).resumedViews, 1u);
+  EXPECT_EQ(contentOf(folder / "part"), contentOf(folder / "whole"));
+}
+
+TEST(StageCapture, AnotherStageIsNotMixedIn) {
+  const TemporaryFolder folder;
+  captureStage(stage(), nullptr, folder / "c", {});
+  Stage other = stage();
+  other.hash ^= 1;
+  EXPECT_NE(errorOf([&] { captureStage(other, nullptr, folder / "c", {}); }).find("another stage"),
+            std::string::npos);
+  const auto warp = chainWarp({});
+  const StageDeformation deformation{*warp, 5};
+  EXPECT_NE(errorOf([&] { captureStage(stage(), &deformation, folder / "c", {}); }).find("another stage"),
+            std::string::npos);
+  std::filesystem::create_directory(folder / "mine");
+  writeBytes(folder / "mine" / "letter.txt", "dear");
+  EXPECT_NE(errorOf([&] { captureStage(stage(), nullptr, folder / "mine", {}); }).find("something there"),
+            std::string::npos);
+}
+
+// The identity bends nothing: the test views are those of the plain capture, to the bit.
+TEST(StageCapture, TheTruthUnderTheIdentityIsThePlainCapture) {
+  const TemporaryFolder folder;
+  captureStage(stage(), nullptr, folder / "plain", {});
+  const auto warp = chainWarp({});
+  const StageDeformation deformation{*warp, 5};
+  const StageReport report = captureStage(stage(), &deformation, folder / "truth", {});
+  EXPECT_EQ(report.views, 2u);
+  EXPECT_EQ(report.trainingFrames, 0u);
+  EXPECT_EQ(report.testFrames, 8u);
+  const auto plain = contentOf(folder / "plain"), truth = contentOf(folder / "truth");
+  for (const char* name : {"images/C003.exr", "images/C004.exr", "geometry.obj"})
+    EXPECT_EQ(truth.at(name), plain.at(name)) << name;
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,201 @@
+#include "render/stage/stage_file.h"
+#include "tests/render/stage/stages.h"
+#include "tests/srf/image/files.h"
+
+#include <gtest/gtest.h>
+
+namespace surflect {
+namespace {
+
+const std::string example = R"toml(
+transport = "local"
+samples = 12
+seed = 7
+center = [0, 0, 0.5]
+[camera]
+model = "pinhole"
+size = [40, 30]
+distance = 5
+fov_deg = 30
+[views]
+turntable = 6
+elevations_deg = [-20, 40]
+test = 3
+[lights]
+count = 8
+test = 2
+irradiance = [3, 2, 1]
+[[material]]
+name = "clay"
+type = "rough_diffuse"
+albedo = [0.8, 0.4, 0.2]
+roughness = 0.5
+[[material]]
+name = "steel"
+type = "conductor"
+color = [0.6, 0.6, 0.5]
+alpha = [0, 0]
+[[object]]
+type = "sphere"
+material = "clay"
+center = [0, 0, 1]
+radius = 0.5
+[[object]]
+type = "box"
+material = "steel"
+size = [2, 2, 0.1]
+)toml";
+
+// The example with something else in it.
+std::string with(const std::string& from, const std::string& to, std::string text = example) {
+  const size_t at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("there is no " + from);
+  return text.replace(at, from.size(), to);
+}
+
+Stage parse(const std::string& text) { return parseStage(text, "stage.toml"); }
+
+void expectError(const std::string& text, const std::vector<std::string>& parts) {
+  const std::string line = errorOf([&] { parse(text); });
+  EXPECT_EQ(line.rfind("stage.toml: ", 0), 0u) << line;
+  for (const std::string& part : parts) EXPECT_NE(line.find(part), std::string::npos) << line;
+}
+
+TEST(StageFile, SaysWhatStandsWhere) {
+  const Stage stage = parse(example);
+  EXPECT_EQ(stage.trace.transport, Transport::local);
+  EXPECT_EQ(stage.trace.samples, 12);
+  EXPECT_EQ(stage.trace.seed, 7u);
+  EXPECT_EQ(stage.views.size(), 15u);
+  EXPECT_EQ(stage.trainingViews, 12u);
+  EXPECT_EQ(stage.lights.size(), 10u);
+  EXPECT_EQ(stage.trainingLights, 8u);
+  for (const View& view : stage.views) {
+    const auto middle = view.camera.project({0, 0, 0.5});
+    EXPECT_NEAR(middle->x, 20, 1e-9);
+    EXPECT_NEAR(length(view.camera.center() - StagePoint(0, 0, 0.5)), 5, 1e-9);
+    // A point fov/2 above the axis is on the upper border.
+    EXPECT_NEAR(view.camera.lens.focalY * std::tan(Angle::fromDegrees(15).radians()), 15, 1e-9);
+  }
+  for (const Light& light : stage.lights)
+    EXPECT_EQ(std::get<DirectionalLight>(light.kind).irradiance, (Rgb{3, 2, 1}));
+  ASSERT_EQ(stage.objects.size(), 2u);
+  EXPECT_EQ(std::get<RoughDiffuse>(stage.objects[0].material).roughness, 0.5);
+  EXPECT_TRUE(isSpecular(stage.objects[1].material));
+}
+
+TEST(StageFile, TestViewsAndLightsAreNew) {
+  const Stage stage = parse(example);
+  for (size_t i = stage.trainingLights; i < stage.lights.size(); ++i)
+    for (size_t j = 0; j < stage.trainingLights; ++j)
+      EXPECT_LT(dot(std::get<DirectionalLight>(stage.lights[i].kind).towards,
+                    std::get<DirectionalLight>(stage.lights[j].kind).towards),
+                0.999);
+  for (size_t i = stage.trainingViews; i < stage.views.size(); ++i)
+    for (size_t j = 0; j < stage.trainingViews; ++j)
+      EXPECT_GT(length(stage.views[i].camera.center() - stage.views[j].camera.center()), 0.05);
+}
+
+TEST(StageFile, LightsAtADistanceGiveTheSameIrradianceAtTheCentre) {
+  const Stage stage = parse(with("irradiance", "distance = 4\nirradiance"));
+  for (const Light& light : stage.lights) {
+    const Rgb irradiance = irradianceAt(light, {0, 0, 0.5});
+    EXPECT_NEAR(irradiance.r, 3, 1e-5);
+    EXPECT_NEAR(irradiance.b, 1, 1e-5);
+  }
+}
+
+TEST(StageFile, OrthographicCamerasHaveAHeight) {
+  const Stage stage = parse(with("pinhole", "orthographic", with("fov_deg = 30", "height = 2")));
+  EXPECT_EQ(stage.views[0].camera.lens.model, Lens::Model::orthographic);
+  EXPECT_NEAR(stage.views[0].camera.project(StagePoint(0, 0, 0.5))->y, 15, 1e-9);
+  EXPECT_NEAR(stage.views[0].camera.lens.focalY, 15, 1e-12);
+}
+
+TEST(StageFile, MaterialsRefuseWhatIsOutOfRange) {
+  expectError(with("roughness = 0.5", "roughness = -0.5"), {"material[0].roughness", "-0.5", "line"});
+  expectError(with("alpha = [0, 0]", "alpha = -0.1"), {"material[1].alpha", "-0.1"});
+  expectError(with("alpha = [0, 0]", "alpha = [0.1, -0.1]"), {"material[1].alpha[1]", "-0.1"});
+  expectError(with("0.8, 0.4, 0.2", "0.8, nan, 0.2"), {"material[0].albedo[1]", "nan"});
+  expectError(with("0.8, 0.4, 0.2", "0.8, 1.4, 0.2"), {"material[0].albedo[1]", "1.4"});
+  expectError(with("\"rough_diffuse\"", "\"velvet\""), {"material[0].type", "velvet", "lambert"});
+  expectError(with("roughness = 0.5", "rougness = 0.5"), {"rougness", "nearest", "roughness"});
+  expectError(with("\"steel\"", "\"clay\""), {"material[1].name", "clay"});
+  const std::string metal = "type = \"conductor\"\ncolor = [0.6, 0.6, 0.5]\nalpha = [0, 0]";
+  expectError(with(metal, "type = \"dielectric\"\neta = 1"), {"material[1].eta"});
+  expectError(with(metal, "type = \"clear_coat\"\neta = 1.5\nbase = \"clai\""), {"material[1].base", "clay"});
+  expectError(with(metal, "type = \"ward\"\ndiffuse = [1,1,1]\nspecular = [1,1,1]\nalpha = 0.1"),
+              {"material[1].diffuse + specular"});
+  EXPECT_NE(errorOf([&] {
+              parse(with(metal, "type = \"measured\"\nfile = \"nothing.binary\""));
+            }).find("nothing.binary"),
+            std::string::npos);
+}
+
+TEST(StageFile, GlassCannotBeCoated) {
+  const std::string metal = "type = \"conductor\"\ncolor = [0.6, 0.6, 0.5]\nalpha = [0, 0]";
+  const std::string text = with(metal, "type = \"clear_coat\"\neta = 1.5\nbase = \"clay\"");
+  parse(text);
+  const std::string clay = "type = \"rough_diffuse\"\nalbedo = [0.8, 0.4, 0.2]\nroughness = 0.5";
+  expectError(with(clay, "type = \"dielectric\"\neta = 1.5", text),
+              {"material[1].base", "clay", "dielectric"});
+}
+
+TEST(StageFile, ObjectsRefuseWhatIsNotThere) {
+  expectError(with("material = \"clay\"", "material = \"clax\""), {"object[0].material", "clax", "clay"});
+  expectError(with("radius = 0.5", "radius = 0"), {"object[0].radius"});
+  expectError(with("radius = 0.5", "radius = 1\nsegments = 100000"), {"object[0].segments", "100000"});
+  expectError(with("size = [2, 2, 0.1]", "size = [2, -2, 0.1]"), {"object[1].size"});
+  const TemporaryFolder folder;
+  const auto meshAt = [&](const std::string& name) {
+    return with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5",
+                "type = \"mesh\"\nmaterial = \"clay\"\nfile = \"" + (folder / name).string() + "\"");
+  };
+  const auto error = [&](const std::string& name) { return errorOf([&] { parse(meshAt(name)); }); };
+  EXPECT_NE(error("missing.obj").find("missing.obj"), std::string::npos);
+  writeBytes(folder / "nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_NE(error("nan.obj").find("nan.obj"), std::string::npos);
+  EXPECT_NE(error("nan.obj").find("line 2"), std::string::npos) << error("nan.obj");
+  writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Stage one = parse(meshAt("good.obj"));
+  writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
+  EXPECT_NE(one.hash, parse(meshAt("good.obj")).hash); // a stage is what its files hold
+}
+
+TEST(StageFile, ARigNeedsViewsAndLights) {
+  expectError(with("[lights]\ncount = 8\ntest = 2\nirradiance = [3, 2, 1]", ""), {"lights", "missing"});
+  expectError(with("count = 8", "count = 0"), {"lights.count", "0"});
+  expectError(with("irradiance = [3, 2, 1]", "irradiance = [3, 0, 1]"), {"lights.irradiance[1]"});
+  expectError(with("irradiance", "distance = 3\nradius_deg = 2\nirradiance"), {"lights.radius_deg"});
+  expectError(with("elevations_deg = [-20, 40]", "elevations_deg = []"), {"views.elevations_deg"});
+  expectError(with("elevations_deg = [-20, 40]", "elevations_deg = [-20, 95]"), {"views.elevations_deg[1]"});
+  expectError(with("turntable = 6", "count = 5\nturntable = 6"), {"views.turntable"});
+  expectError(with("fov_deg = 30", "height = 3"), {"camera.height"});
+  expectError(with("size = [40, 30]", "size = [16384, 16384]"), {"camera.size"});
+  expectError(with("samples = 12", "samples = 0"), {"samples"});
+  expectError(with("\"local\"", "\"global\""), {"transport", "global"});
+}
+
+TEST(StageFile, EveryPrefixIsAStageOrAnError) {
+  for (size_t length = 0; length < example.size(); length += 3) {
+    try {
+      parse(example.substr(0, length));
+    } catch (const Error& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+  }
+}
+
+TEST(StageFile, TheHashIsThatOfTheText) {
+  EXPECT_EQ(parse(example).hash, parse(example).hash);
+  EXPECT_NE(parse(example).hash, parse(with("seed = 7", "seed = 8")).hash);
+}
+
+TEST(StageFile, RoughMaterialsHaveTheirTables) {
+  const Stage stage = parse(with("alpha = [0, 0]", "alpha = 0.3"));
+  requireValid(stage.objects[1].material);
+  EXPECT_TRUE(std::get<Conductor>(stage.objects[1].material).mirrorLoss);
+}
+
+} // namespace
+} // namespace surflect
