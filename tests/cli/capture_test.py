@@ -1,11 +1,12 @@
 """`surflect capture`: from a stage file to scores, bent and not; runs that were killed go on."""
 
+import re
 import signal
 import subprocess
 import time
 import unittest
 
-from support import SURFLECT, TestInFolder, content, run, succeed
+from support import ROOT, SURFLECT, TestInFolder, content, run, succeed
 
 STAGE = """
 samples = 16
@@ -96,6 +97,18 @@ class CaptureCommand(TestInFolder):
         self.assertEqual(result.returncode, 1)
         self.assertRegex(result.stderr, r"^surflect: [^\n]*another stage file[^\n]*\n$")
         self.assert_same_files(content(self.folder / "capture"), before)
+
+    def test_the_example_stages_are_captured(self):
+        stages = sorted((ROOT / "examples" / "stages").glob("*.toml"))
+        self.assertGreaterEqual(len(stages), 3)
+        for path in stages:
+            with self.subTest(stage=path.name):
+                small = re.sub(r"(?m)^size = \[\d+, \d+\]$", "size = [8, 8]", path.read_text(), count=1)
+                stage = self.folder / path.name
+                stage.write_text(re.sub(r"(?m)^samples = \d+$", "samples = 1", small))
+                report = succeed("capture", stage, "-o", self.folder / path.stem)
+                self.assertEqual(report["samples"], 1)
+                self.assertEqual(report["training_frames"], 720)
 
     def test_what_is_wrong_with_a_stage_is_one_line(self):
         for wrong, right, said in (('material = "clay"', 'material = "clai"', "object[0].material"),
