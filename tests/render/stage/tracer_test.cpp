@@ -182,6 +182,33 @@ TEST(Tracer, SlabOfGlassPassesWhatFresnelSays) {
               T * squared(1 - R) / (1 - squared(R * T)), 0.015);
 }
 
+// Two such slabs, R and T by the one slab's series, pass T^2 / (1 - R^2): what lies between them is air.
+TEST(Tracer, AbsorptionEndsWhereTheGlassDoes) {
+  const Dielectric smoke{1.5, 0, {0.7f, 0.7f, 0.7f}};
+  auto objects = oneObject(box({0, 0, 0}, {40, 40, 1}, 1), smoke);
+  objects.push_back({box({0, 0, -4}, {40, 40, 1}, 1), smoke});
+  TraceOptions options = samples(4096);
+  options.lightRadius = Angle::fromDegrees(1);
+  const Camera camera = lookFrom(unit(1e-9, 0, 1), 5, 1, 1000);
+  const double white = 3 / (kPi * squared(std::sin(options.lightRadius.radians())));
+  const double r = 0.04, t = std::exp(-0.7), series = 1 - squared(r * t);
+  const double passed = t * squared(1 - r) / series, reflected = r + r * squared(t * (1 - r)) / series;
+  EXPECT_NEAR(trace(objects, camera, {sun({0, 0, -1})}, options).radiance[0].values[0] / white,
+              squared(passed) / (1 - squared(reflected)), 0.015);
+}
+
+// A lamp in the middle of a hollow ball: each point gets E = I / r^2 from it, sum_k (rho E) rho^k leaves.
+TEST(Tracer, IntegratingSphereAddsUpAllBounces) {
+  const float rho = 0.8f;
+  const auto objects = oneObject(sphere(kOrigin, 2, 256), Lambert{{rho, rho, rho / 2}});
+  const std::vector<Light> lamp{{"lamp", "lamp", PointLight{kOrigin, {4, 4, 4}}}};
+  const TracedView view = trace(objects, lookFrom(unit(1, 1, 0.3), 0.5, 16, 10), lamp, samples(64));
+  ASSERT_EQ(sum(view.alpha), 256);
+  EXPECT_NEAR(meanRadiance(view, 0)[0], rho / (kPi * (1 - rho)), 0.01 * rho / (kPi * (1 - rho)));
+  EXPECT_NEAR(meanRadiance(view, 0)[2], rho / 2 / (kPi * (1 - rho / 2)),
+              0.01 * rho / 2 / (kPi * (1 - rho / 2)));
+}
+
 TEST(Tracer, ThreadsDoNotChangeABit) {
   auto objects = oneObject(bumpySphere(kOrigin, 0.8, 0.2, 6, 64), Lambert{kAlbedo});
   objects.push_back(
