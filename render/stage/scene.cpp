@@ -11,6 +11,31 @@ namespace surflect {
 
 using Vector = Vec3<double>;
 
+namespace {
+
+void tint(Lambert& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
+void tint(RoughDiffuse& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
+void tint(Ward& material, const Rgb& factor) { material.diffuse = material.diffuse * factor; }
+void tint(ClearCoat& material, const Rgb& factor) {
+  std::visit(
+      [&]<class Base>(Base& base) {
+        if constexpr (requires { tint(base, factor); }) tint(base, factor);
+      },
+      material.base);
+}
+
+} // namespace
+
+Material tinted(const Material& material, const Rgb& factor) {
+  Material result = material;
+  std::visit(
+      [&]<class Kind>(Kind& kind) {
+        if constexpr (requires { tint(kind, factor); }) tint(kind, factor);
+      },
+      result);
+  return result;
+}
+
 struct StageScene::Rays {
   RTCDevice device = rtcNewDevice(nullptr);
   RTCScene scene = rtcNewScene(device);
@@ -86,13 +111,19 @@ std::optional<SurfaceHit> StageScene::firstHit(const Point3<AcquisitionSpace, do
            v * values[corners[1]].raw().template cast<double>() +
            w * values[corners[2]].raw().template cast<double>();
   };
+  const auto material = [&] {
+    if (!object.texture) return object.material;
+    const auto& st = surface.textureCoordinates;
+    return tinted(object.material,
+                  object.texture->at((1 - v - w) * st[corners[0]] + v * st[corners[1]] + w * st[corners[2]]));
+  };
   using Direction = Direction3<AcquisitionSpace, double>;
   return SurfaceHit{assume<Point3<AcquisitionSpace, double>>(interpolated(surface.mesh.positions)),
                     query.ray.tfar,
                     assume<Direction>(areaVector(surface.mesh, query.hit.primID).stableNormalized()),
                     assume<Direction>(interpolated(surface.normals)),
                     assume<Direction>(interpolated(surface.tangents)),
-                    &object.material};
+                    material()};
 }
 
 bool StageScene::occluded(const Point3<AcquisitionSpace, double>& origin,

@@ -3,6 +3,7 @@
 
 #include "render/stage/material/material.h"
 #include "render/stage/surface.h"
+#include "render/stage/texture.h"
 
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@ namespace surflect {
 struct StageObject {
   Surface surface;
   Material material;
+  std::shared_ptr<const Texture> texture = nullptr; // of the diffuse part; the surface has coordinates then
 };
 
 // Where a ray meets a surface.
@@ -21,8 +23,11 @@ struct SurfaceHit {
   double distance;
   Direction3<AcquisitionSpace, double> facet;           // unit normal of the triangle
   Direction3<AcquisitionSpace, double> normal, tangent; // interpolated, of any length, may be 0
-  const Material* material;
+  Material material;                                    // as the texture makes it
 };
+
+// The material with its diffuse colour multiplied; others have none and stay as they are.
+Material tinted(const Material& material, const Rgb& factor);
 
 class StageScene {
 public:

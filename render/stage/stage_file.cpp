@@ -88,11 +88,11 @@ public:
   void read(const Entry& entry) {
     const Keys types = {"lambert", "rough_diffuse", "conductor", "dielectric",
                         "ward",    "measured",      "clear_coat"};
-    const std::vector<Keys> keys = {{"albedo"},
-                                    {"albedo", "roughness"},
+    const std::vector<Keys> keys = {{"albedo", "texture", "repeat"},
+                                    {"albedo", "roughness", "texture", "repeat"},
                                     {"color", "grazing_tint", "alpha"},
                                     {"eta", "alpha", "absorption"},
-                                    {"diffuse", "specular", "alpha"},
+                                    {"diffuse", "specular", "alpha", "texture", "repeat"},
                                     {"file"},
                                     {"eta", "alpha", "base"}};
     const size_t type = typeOf(entry, types);
@@ -106,11 +106,17 @@ public:
         &MaterialReader::lambert,    &MaterialReader::roughDiffuse, &MaterialReader::conductor,
         &MaterialReader::dielectric, &MaterialReader::ward,         &MaterialReader::measured,
         &MaterialReader::clearCoat};
-    materials_.emplace(name, (this->*readers[type])(section, entry));
+    const Material material = (this->*readers[type])(section, entry);
+    const auto base = section.find("base");
+    materials_.emplace(name, Named{material, base ? named(*base).texture : texture(section)});
   }
 
+  struct Named {
+    Material material;
+    std::shared_ptr<const Texture> texture; // may be none
+  };
   // The material that the entry names.
-  const Material& named(const Entry& entry) const {
+  const Named& named(const Entry& entry) const {
     const std::string name = asText(entry);
     if (const auto found = materials_.find(name); found != materials_.end()) return found->second;
     Keys known;
@@ -175,7 +181,7 @@ private:
           else
             throw mismatch(base, "a material that can be coated: neither a dielectric nor a coat");
         },
-        named(base));
+        named(base).material);
     check(table, coat);
     if (const auto alpha = s.find("alpha")) coat.alpha = numberIn(*alpha, 0, 1);
     if (coat.alpha >= kSmooth) {
@@ -186,7 +192,21 @@ private:
     return coat;
   }
 
-  std::map<std::string, Material, std::less<>> materials_;
+  std::shared_ptr<const Texture> texture(const Section& s) {
+    const auto picture = s.find("texture"), repeat = s.find("repeat");
+    if (!picture) return repeat ? throw mismatch(*repeat, "a texture beside it") : nullptr;
+    constexpr int most = 10000;
+    std::array<int, 2> times{1, 1};
+    if (repeat) {
+      const auto parts = asArray(*repeat, "[across, up]");
+      if (parts.size() != 2) throw mismatch(*repeat, "[across, up]");
+      times = {asInteger(parts[0], 1, most), asInteger(parts[1], 1, most)};
+    }
+    files_.push_back(asPath(*picture));
+    return std::make_shared<const Texture>(files_.back(), times[0], times[1]);
+  }
+
+  std::map<std::string, Named, std::less<>> materials_;
   std::shared_ptr<MaterialTables> tables_ = std::make_shared<MaterialTables>();
   std::vector<std::filesystem::path> files_;
 };
@@ -244,9 +264,13 @@ StageObject asObject(const Entry& entry, const MaterialReader& materials,
   Keys known = kind.keys;
   known.insert(known.end(), {"type", "material"});
   const Section section(entry, known);
-  const Material& material = materials.named(section.require("material"));
+  const Entry name = section.require("material");
+  const auto& [material, texture] = materials.named(name);
   if (const auto file = section.find("file")) files.push_back(asPath(*file));
-  return {kind.read(section), material};
+  StageObject object{kind.read(section), material, texture};
+  if (texture && object.surface.textureCoordinates.empty())
+    throw mismatch(name, "a material without texture: meshes of files have no texture coordinates here");
+  return object;
 }
 
 struct CameraKind {

@@ -30,7 +30,9 @@ void addNet(Surface& surface, int columns, int rows,
   const auto first = static_cast<uint32_t>(surface.mesh.positions.size());
   for (int row = 0; row <= rows; ++row)
     for (int column = 0; column <= columns; ++column) {
-      const SurfacePoint p = point(static_cast<double>(column) / columns, static_cast<double>(row) / rows);
+      const double s = static_cast<double>(column) / columns, t = static_cast<double>(row) / rows;
+      const SurfacePoint p = point(s, t);
+      surface.textureCoordinates.emplace_back(s, t);
       surface.mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p.position));
       surface.normals.push_back(assume<Direction>(p.normal));
       surface.tangents.push_back(assume<Direction>(p.tangent));

@@ -16,6 +16,9 @@ struct Surface {
   TriangleMesh mesh; // counter-clockwise seen from outside
   // One a vertex, of any length; 0 where there is none.
   std::vector<Direction3<AcquisitionSpace, double>> normals, tangents;
+  // Where on a texture each vertex is: (0, 0) to (1, 1) round and up a shape, and over each side of a box or
+  // disc. Empty where nobody has said.
+  std::vector<Vec2<double>> textureCoordinates;
 };
 
 // `segments` (3 or more) triangles' sides round the axis, half as many from pole to pole.

@@ -47,7 +47,7 @@ ShadingFrame frameAt(SurfaceHit& hit, const Direction& towardsViewer) {
   n = n.squaredNorm() > 0 ? n.stableNormalized() : hit.facet.raw();
   if (n.dot(hit.facet.raw()) < 0) n = -n;
   const bool isSeenInside = dot(hit.facet, towardsViewer) < 0;
-  if (isSeenInside && !std::holds_alternative<Dielectric>(*hit.material)) {
+  if (isSeenInside && !std::holds_alternative<Dielectric>(hit.material)) {
     hit.facet = -hit.facet;
     n = -n;
   }
@@ -105,16 +105,16 @@ public:
       throughput = throughput.cwiseProduct(vectorOf(transmittance(absorption, hit->distance)));
       const ShadingFrame frame = frameAt(*hit, -direction);
       const ShadingDirection wo = frame.toLocal(-direction);
-      if (!surflect::isSpecular(*hit->material)) addLights(*hit, frame, wo, throughput, random, sums);
+      if (!surflect::isSpecular(hit->material)) addLights(*hit, frame, wo, throughput, random, sums);
       if (options_.transport == Transport::local) return true;
 
       const Uniforms uniforms{random.next(), random.next(), random.next()};
-      const auto scattered = sample(*hit->material, wo, uniforms);
+      const auto scattered = sample(hit->material, wo, uniforms);
       if (!scattered) return true;
       throughput = throughput.cwiseProduct(vectorOf(scattered->weight));
       direction = frame.toWorld(scattered->wi);
       if (!isOnItsSide(*hit, scattered->wi, direction) || !survives(bounce, throughput, random)) return true;
-      if (const auto* glass = std::get_if<Dielectric>(hit->material))
+      if (const auto* glass = std::get_if<Dielectric>(&hit->material))
         absorption = isBelow(scattered->wi) ? glass->absorption : Rgb{0, 0, 0};
       isSpecular = scattered->specular;
       origin = scene_.leaving(*hit, direction);
@@ -143,7 +143,7 @@ private:
     for (size_t i = 0; i < lights_.size(); ++i) {
       const LightSample light = towardsOneOf(lights_[i], hit.position, options_.lightRadius, u, v);
       const ShadingDirection wi = frame.toLocal(light.towards);
-      const Rgb reflected = evaluate(*hit.material, wi, wo) * light.irradiance;
+      const Rgb reflected = evaluate(hit.material, wi, wo) * light.irradiance;
       if (!(brightest(reflected) > 0)) continue;
       if (options_.transport == Transport::full &&
           (!isOnItsSide(hit, wi, light.towards) ||

@@ -1,6 +1,7 @@
 """`surflect capture`: from a stage file to scores, bent and not; runs that were killed go on."""
 
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -101,6 +102,7 @@ class CaptureCommand(TestInFolder):
     def test_the_example_stages_are_captured(self):
         stages = sorted((ROOT / "examples" / "stages").glob("*.toml"))
         self.assertGreaterEqual(len(stages), 3)
+        shutil.copy(ROOT / "examples" / "stages" / "weave.png", self.folder)
         for path in stages:
             with self.subTest(stage=path.name):
                 small = re.sub(r"(?m)^size = \[\d+, \d+\]$", "size = [8, 8]", path.read_text(), count=1)

@@ -1,4 +1,5 @@
 #include "render/stage/stage_file.h"
+#include "srf/image/png.h"
 #include "tests/render/stage/stages.h"
 #include "tests/srf/image/files.h"
 
@@ -160,6 +161,28 @@ TEST(StageFile, ObjectsRefuseWhatIsNotThere) {
   const Stage one = parse(meshAt("good.obj"));
   writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
   EXPECT_NE(one.hash, parse(meshAt("good.obj")).hash); // a stage is what its files hold
+}
+
+TEST(StageFile, TexturesAreFoundAndCounted) {
+  const TemporaryFolder folder;
+  const auto textured = [&](const std::string& more) {
+    return with("roughness = 0.5",
+                "roughness = 0.5\ntexture = \"" + (folder / "cloth.png").string() + "\"\n" + more);
+  };
+  EXPECT_NE(errorOf([&] { parse(textured("")); }).find("cloth.png"), std::string::npos);
+  writePng(folder / "cloth.png", Image(4, 4, 3));
+  const Stage stage = parse(textured("repeat = [3, 2]"));
+  EXPECT_TRUE(stage.objects[0].texture);
+  EXPECT_FALSE(stage.objects[1].texture);
+  expectError(textured("repeat = [3, 0]"), {"material[0].repeat[1]"});
+  expectError(with("roughness = 0.5", "roughness = 0.5\nrepeat = [3, 1]"), {"material[0].repeat"});
+  writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  expectError(with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5",
+                   "type = \"mesh\"\nmaterial = \"clay\"\nfile = \"" + (folder / "flat.obj").string() + "\"",
+                   textured("")),
+              {"object[0].material", "texture coordinates"});
+  writePng(folder / "cloth.png", Image(4, 5, 3));
+  EXPECT_NE(parse(textured("repeat = [3, 2]")).hash, stage.hash);
 }
 
 TEST(StageFile, ARigNeedsViewsAndLights) {

@@ -1,0 +1,52 @@
+#include "render/stage/texture.h"
+
+#include "srf/image/color.h"
+#include "srf/image/image_file.h"
+#include "surfel/error.h"
+
+#include <cmath>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+// i modulo n, also of negative i.
+int wrapped(int i, int n) { return ((i % n) + n) % n; }
+
+} // namespace
+
+Texture::Texture(const std::filesystem::path& path, int columns, int rows) : columns_(columns), rows_(rows) {
+  const Picture picture = readPicture(path);
+  const Image& image = picture.image;
+  if (picture.hasAlpha() && picture.alphaPremultiplied)
+    throw Error::mismatch("a texture without alpha", "colours multiplied by it").in(path);
+  linear_ = Image(image.width, image.height, 3);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (size_t c = 0; c < 3; ++c) {
+        const float stored = image.at(x, y)[image.channels < 3 ? 0 : c];
+        const float value = picture.isFloat() ? stored : linearFromSrgb(stored);
+        if (!(value >= 0 && value <= 1))
+          throw Error::mismatch("0 to 1", std::to_string(value))
+              .at("pixel[" + std::to_string(x) + ", " + std::to_string(y) + "]")
+              .in(path);
+        linear_.at(x, y)[c] = value;
+      }
+}
+
+Rgb Texture::at(const Vec2<double>& st) const {
+  const auto fraction = [](double x) { return x - std::floor(x); };
+  const double x = fraction(st[0] * columns_) * linear_.width - 0.5,
+               y = (1 - fraction(st[1] * rows_)) * linear_.height - 0.5;
+  const double left = std::floor(x), top = std::floor(y);
+  const auto texel = [&](int dx, int dy) {
+    const auto t = linear_.at(wrapped(static_cast<int>(left) + dx, linear_.width),
+                              wrapped(static_cast<int>(top) + dy, linear_.height));
+    return Rgb{t[0], t[1], t[2]};
+  };
+  const auto a = static_cast<float>(x - left), b = static_cast<float>(y - top);
+  return (1 - b) * ((1 - a) * texel(0, 0) + a * texel(1, 0)) + b * ((1 - a) * texel(0, 1) + a * texel(1, 1));
+}
+
+} // namespace surflect

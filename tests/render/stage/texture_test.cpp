@@ -1,0 +1,87 @@
+#include "render/stage/texture.h"
+#include "srf/image/color.h"
+#include "srf/image/exr.h"
+#include "srf/image/png.h"
+#include "tests/render/stage/stages.h"
+#include "tests/srf/image/files.h"
+
+#include <gtest/gtest.h>
+
+namespace surflect {
+namespace {
+
+TEST(Texture, ShowsTexelsWhereTheyAre) {
+  const TemporaryFolder folder;
+  const Image image = randomImage(5, 4, 3, 0, 1, 1);
+  writePng(folder / "t.png", image, 16);
+  const Texture texture(folder / "t.png", 3, 2);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 5; ++x)
+      for (const auto& [column, row] : {std::pair{0, 0}, {2, 1}}) {
+        const Rgb got = texture.at({(column + (x + 0.5) / 5) / 3, (row + 1 - (y + 0.5) / 4) / 2});
+        EXPECT_NEAR(got.r, linearFromSrgb(image.at(x, y)[0]), 1e-4);
+        EXPECT_NEAR(got.b, linearFromSrgb(image.at(x, y)[2]), 1e-4);
+      }
+}
+
+TEST(Texture, IsLinearBetweenTexelsAndGoesRound) {
+  const TemporaryFolder folder;
+  Image ramp(4, 1, 1);
+  ramp.values = {0, 0.25f, 0.5f, 1};
+  writeExr(folder / "t.exr", ramp, Precision::single);
+  const Texture texture(folder / "t.exr", 1, 1);
+  EXPECT_NEAR(texture.at({0.25, 0.3}).g, 0.125, 1e-6);
+  EXPECT_NEAR(texture.at({0.75, 0.9}).g, 0.75, 1e-6);
+  EXPECT_NEAR(texture.at({0, 0}).g, 0.5, 1e-6); // between the last and the first
+  EXPECT_NEAR(texture.at({1, 1}).g, 0.5, 1e-6);
+}
+
+TEST(Texture, RefusesWhatIsNoReflectance) {
+  const TemporaryFolder folder;
+  EXPECT_NE(errorOf([&] { Texture(folder / "missing.png", 1, 1); }).find("missing.png"), std::string::npos);
+  Image bright(2, 2, 3);
+  bright.values[7] = 1.5f;
+  writeExr(folder / "bright.exr", bright, Precision::single);
+  EXPECT_NE(errorOf([&] { Texture(folder / "bright.exr", 1, 1); }).find("pixel[0, 1]"), std::string::npos);
+  writeExr(folder / "alpha.exr", Image(2, 2, 4));
+  EXPECT_NE(errorOf([&] { Texture(folder / "alpha.exr", 1, 1); }).find("alpha"), std::string::npos);
+}
+
+// A box whose side shows half of a texture black: seen straight on, left and right differ as the texture
+// does.
+TEST(Texture, LiesOnTheSurfaceAndBendsWithIt) {
+  const TemporaryFolder folder;
+  Image halves(64, 1, 3);
+  for (int x = 32; x < 64; ++x) std::ranges::fill(halves.at(x, 0), 1.f);
+  writeExr(folder / "t.exr", halves, Precision::single);
+  std::vector<StageObject> objects = oneObject(box({0, 0, 0}, {2, 2, 2}, 8), Lambert{{0.5f, 0.5f, 0.5f}});
+  objects[0].texture = std::make_shared<const Texture>(folder / "t.exr", 1, 1);
+  TraceOptions options;
+  options.samples = 16;
+  const Camera camera = lookFrom(unit(1, 0, 0), 5, 8, 4, Lens::Model::orthographic); // +y is to the right
+  const auto leftAndRight = [&] {
+    const TracedView view =
+        traceView(StageScene(objects), camera, 0, std::vector{sun({1, 0, 0})}, options, {});
+    return std::pair{view.radiance[0].at(1, 4)[0], view.radiance[0].at(6, 4)[0]};
+  };
+  EXPECT_EQ(leftAndRight().first, 0);
+  EXPECT_NEAR(leftAndRight().second, 0.5 * 3 / kPi, 1e-5);
+  const auto turn = rigidWarp({1, 0, 0}, Angle::fromDegrees(180), {0, 0, 0}, {0, 0, 0});
+  objects[0].surface = deformed(objects[0].surface, *turn);
+  EXPECT_NEAR(leftAndRight().first, 0.5 * 3 / kPi, 1e-5);
+  EXPECT_EQ(leftAndRight().second, 0);
+}
+
+TEST(Texture, TintsTheDiffusePartOnly) {
+  const Rgb half{0.5f, 0.5f, 0.5f};
+  const Ward ward{{0.4f, 0.4f, 0.4f}, {0.2f, 0.2f, 0.2f}, {0.1, 0.1}};
+  const auto tintedWard = std::get<Ward>(tinted(ward, half));
+  EXPECT_EQ(tintedWard.diffuse, (Rgb{0.2f, 0.2f, 0.2f}));
+  EXPECT_EQ(tintedWard.specular, ward.specular);
+  const auto coat = std::get<ClearCoat>(tinted(ClearCoat{1.5, 0, ward}, half));
+  EXPECT_EQ(std::get<Ward>(coat.base).diffuse, (Rgb{0.2f, 0.2f, 0.2f}));
+  EXPECT_EQ(std::get<Conductor>(tinted(Conductor{}, half)).color, (Rgb{1, 1, 1}));
+}
+
+} // namespace
+} // namespace surflect
