@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 
 namespace surflect {
 
@@ -88,6 +88,15 @@ bool isFinished(const fs::path& picture) {
   }
 }
 
+// Half floats, unless they end below what is to be written.
+Precision precisionFor(const TracedView& view) {
+  constexpr float kLargestHalf = 65504;
+  const auto fits = [](const Image& image) {
+    return std::ranges::all_of(image.values, [](float value) { return value <= kLargestHalf; });
+  };
+  return std::ranges::all_of(view.radiance, fits) ? Precision::half : Precision::single;
+}
+
 StageScene sceneOf(const Stage& stage, const StageDeformation* deformation) {
   std::vector<StageObject> objects = stage.objects;
   for (size_t i = 0; deformation && i < objects.size(); ++i) try {
@@ -130,7 +139,7 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
     std::vector<RadianceLayer> layers;
     for (size_t l = 0; l < capture.lights.size(); ++l)
       layers.push_back({capture.lights[l].name, &traced.radiance[l]});
-    writeViewPictures(folder / pictureOf(view), layers, &traced.alpha, "matte");
+    writeViewPictures(folder / pictureOf(view), layers, &traced.alpha, "matte", precisionFor(traced));
   }
   writeFileAtomically(folder / kGeometry, objOf(stage.objects));
   writeCapture(capture, folder);

@@ -23,8 +23,9 @@ struct MaterialTables {
 
 namespace {
 
-constexpr int kMostSide = 16384, kMostViews = 100'000, kMostLights = 4096, kMostSegments = 4096,
-              kMostSamples = 1'000'000;
+constexpr int kMostSide = 16384, kMostViews = 100'000, kMostLights = 4096, kMostSegments = 2048,
+              kMostBoxSegments = 512, kMostSamples = 1'000'000;
+constexpr size_t kMostTriangles = size_t{1} << 25;
 constexpr double kMostValues = 0x1p30; // of one view: floats of all its lights
 
 double numberIn(const Entry& entry, double least, double most) {
@@ -217,29 +218,27 @@ struct ShapeKind {
   Surface (*read)(const Section&);
 };
 
-int segmentsOr(const Section& s, int otherwise) {
-  return integerOr(s, "segments", 3, kMostSegments, otherwise);
-}
+int segmentsOr(const Section& s) { return integerOr(s, "segments", 3, kMostSegments, 256); }
 
 const std::vector<ShapeKind>& shapeKinds() {
   static const std::vector<ShapeKind> kinds = {
       {"sphere",
        {"center", "radius", "segments"},
        [](const Section& s) {
-         return sphere(pointOr0(s, "center"), positive(s.require("radius")), segmentsOr(s, 256));
+         return sphere(pointOr0(s, "center"), positive(s.require("radius")), segmentsOr(s));
        }},
       {"bumpy_sphere",
        {"center", "radius", "segments", "amplitude", "frequency"},
        [](const Section& s) {
          return bumpySphere(pointOr0(s, "center"), positive(s.require("radius")),
                             numberIn(s.require("amplitude"), 0, 0.9),
-                            numberIn(s.require("frequency"), 0, 1000), segmentsOr(s, 256));
+                            numberIn(s.require("frequency"), 0, 1000), segmentsOr(s));
        }},
       {"cylinder",
        {"center", "radius", "height", "segments"},
        [](const Section& s) {
          return cylinder(pointOr0(s, "center"), positive(s.require("radius")), positive(s.require("height")),
-                         segmentsOr(s, 256));
+                         segmentsOr(s));
        }},
       {"box",
        {"center", "size", "segments"},
@@ -247,7 +246,7 @@ const std::vector<ShapeKind>& shapeKinds() {
          const Entry size = s.require("size");
          const Vec3<double> sides = asVector(size);
          if (!(sides.minCoeff() >= 1e-9)) throw mismatch(size, "three lengths above 0");
-         return box(pointOr0(s, "center"), sides, segmentsOr(s, 32));
+         return box(pointOr0(s, "center"), sides, integerOr(s, "segments", 1, kMostBoxSegments, 32));
        }},
       {"mesh", {"file", "smooth"}, [](const Section& s) {
          const auto smooth = s.find("smooth");
@@ -345,7 +344,7 @@ void addLights(const Entry& entry, const Point3<AcquisitionSpace, double>& cente
   const Placement placement = withTest(spiral(asInteger(s.require("count"), 1, kMostLights), -1, 1, Angle()),
                                        integerOr(s, "test", 0, kMostLights, 0), -1, 1);
   stage.trainingLights = placement.training;
-  const Rgb irradiance = asColor(s.require("irradiance"), 1e-6, 1e6);
+  const Rgb irradiance = asColor(s.require("irradiance"), 1e-3, 1e6);
   const auto distance = s.find("distance"), radius = s.find("radius_deg");
   if (distance && radius) throw mismatch(*radius, "no such key beside distance: point lights have no extent");
   if (radius) stage.trace.lightRadius = Angle::fromDegrees(numberIn(*radius, 0.001, 89));
@@ -394,8 +393,14 @@ Stage asStage(const Entry& root) {
   for (const Entry& entry : asArray(s.require("material"), "tables under [[material]]"))
     materials.read(entry);
   std::vector<std::filesystem::path> files;
-  for (const Entry& entry : asArray(s.require("object"), "tables under [[object]]"))
+  size_t triangles = 0;
+  for (const Entry& entry : asArray(s.require("object"), "tables under [[object]]")) {
     stage.objects.push_back(asObject(entry, materials, files));
+    triangles += stage.objects.back().surface.mesh.triangles.size();
+    if (triangles > kMostTriangles)
+      throw Error::mismatch(fmt::format("at most {} triangles in all", kMostTriangles), "more")
+          .at(entry.field);
+  }
   if (stage.objects.empty()) throw mismatch(s.require("object"), "one object or more");
   stage.tables = materials.tables();
   files.insert(files.end(), materials.files().begin(), materials.files().end());

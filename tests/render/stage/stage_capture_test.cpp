@@ -80,6 +80,20 @@ TEST(StageCapture, ReadsBackAsItWasTraced) {
   }
 }
 
+TEST(StageCapture, BrighterThanHalfFloatsIsKept) {
+  const TemporaryFolder folder;
+  std::string bright = text;
+  bright.replace(bright.find("[3, 3, 3]"), 9, "[1e6, 1e6, 1e6]");
+  const Stage sunny = parseStage(bright, "stage.toml");
+  captureStage(sunny, nullptr, folder / "c", {});
+  const Capture capture = readCapture(folder / "c");
+  const std::vector<size_t> one{1};
+  const Photograph photograph = readPhotographs(capture, one, {})[0];
+  const auto& values = photograph.radiance.values;
+  EXPECT_GT(*std::ranges::max_element(values), 65504.f);
+  EXPECT_LT(*std::ranges::max_element(values), 1e6f);
+}
+
 TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
   const TemporaryFolder folder;
   captureStage(stage(), nullptr, folder / "c", {});

@@ -41,6 +41,7 @@ type = "sphere"
 material = "clay"
 center = [0, 0, 1]
 radius = 0.5
+segments = 16
 [[object]]
 type = "box"
 material = "steel"
@@ -145,11 +146,11 @@ TEST(StageFile, GlassCannotBeCoated) {
 TEST(StageFile, ObjectsRefuseWhatIsNotThere) {
   expectError(with("material = \"clay\"", "material = \"clax\""), {"object[0].material", "clax", "clay"});
   expectError(with("radius = 0.5", "radius = 0"), {"object[0].radius"});
-  expectError(with("radius = 0.5", "radius = 1\nsegments = 100000"), {"object[0].segments", "100000"});
+  expectError(with("segments = 16", "segments = 100000"), {"object[0].segments", "100000"});
   expectError(with("size = [2, 2, 0.1]", "size = [2, -2, 0.1]"), {"object[1].size"});
   const TemporaryFolder folder;
   const auto meshAt = [&](const std::string& name) {
-    return with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5",
+    return with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5\nsegments = 16",
                 "type = \"mesh\"\nmaterial = \"clay\"\nfile = \"" + (folder / name).string() + "\"");
   };
   const auto error = [&](const std::string& name) { return errorOf([&] { parse(meshAt(name)); }); };
@@ -177,7 +178,7 @@ TEST(StageFile, TexturesAreFoundAndCounted) {
   expectError(textured("repeat = [3, 0]"), {"material[0].repeat[1]"});
   expectError(with("roughness = 0.5", "roughness = 0.5\nrepeat = [3, 1]"), {"material[0].repeat"});
   writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  expectError(with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5",
+  expectError(with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5\nsegments = 16",
                    "type = \"mesh\"\nmaterial = \"clay\"\nfile = \"" + (folder / "flat.obj").string() + "\"",
                    textured("")),
               {"object[0].material", "texture coordinates"});
@@ -199,14 +200,44 @@ TEST(StageFile, ARigNeedsViewsAndLights) {
   expectError(with("\"local\"", "\"global\""), {"transport", "global"});
 }
 
-TEST(StageFile, EveryPrefixIsAStageOrAnError) {
-  for (size_t length = 0; length < example.size(); length += 3) {
-    try {
-      parse(example.substr(0, length));
-    } catch (const Error& error) {
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    }
+bool isStage(const std::string& text) {
+  try {
+    parse(text);
+    return true;
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    return false;
   }
+}
+
+TEST(StageFile, EveryPrefixIsAStageOrAnError) {
+  for (size_t length = 0; length < example.find("[[object]]"); ++length)
+    EXPECT_FALSE(isStage(example.substr(0, length))) << length;
+  for (size_t length = example.find("[[object]]"); length < example.size(); ++length)
+    isStage(example.substr(0, length)); // of one object it may be
+}
+
+TEST(StageFile, WhateverIsChangedItIsAStageOrAnError) {
+  std::mt19937 random(5);
+  size_t stages = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    std::string text = example;
+    const size_t place = random() % text.size();
+    switch (random() % 3) {
+    case 0:
+      text[place] = static_cast<char>(' ' + random() % 95);
+      break;
+    case 1:
+      text.erase(place, 1 + random() % 8);
+      break;
+    default:
+      if (const size_t digit = text.find_first_of("0123456789", place); digit != text.npos)
+        text[digit] = static_cast<char>('0' + random() % 10);
+    }
+    stages += isStage(text);
+  }
+  EXPECT_GT(stages, 10u);
+  EXPECT_LT(stages, 900u);
 }
 
 TEST(StageFile, TheHashIsThatOfTheText) {
