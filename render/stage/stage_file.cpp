@@ -26,7 +26,7 @@ namespace {
 constexpr int kMostSide = 16384, kMostViews = 100'000, kMostLights = 4096, kMostSegments = 2048,
               kMostBoxSegments = 512, kMostSamples = 1'000'000;
 constexpr size_t kMostTriangles = size_t{1} << 25;
-constexpr double kMostValues = 0x1p30; // of one view: floats of all its lights
+constexpr double kMostValues = 0x1p29; // of one view: floats of all its lights, which are in memory twice
 
 double numberIn(const Entry& entry, double least, double most) {
   const double number = asNumber(entry);
