@@ -1,12 +1,10 @@
 #include "render/stage/surface.h"
 #include "tests/render/stage/stages.h"
+#include "tests/srf/image/files.h"
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <map>
-
-#include "tests/srf/image/files.h"
 
 namespace surflect {
 namespace {
