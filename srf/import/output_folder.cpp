@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Only a folder that has this file is taken for ours, whatever its name.
+// A folder that holds anything is taken for ours only where it has this file, whatever its name.
 constexpr const char* kMark = ".surflect-unfinished";
 constexpr const char* kTemporary = ".tmp.";
 constexpr std::string_view kRandom = "XXXXXX";
