@@ -50,5 +50,29 @@ TEST(Bounds, WithDissentOutliveAnEmptyMatte) {
   EXPECT_TRUE(boundsOf(sights, quorumOf(sights), true, {}).contains(boxOf(shapes::sphere())));
 }
 
+// A matte of which the columns (rows) from `first` up to `end` are inside, but for a border of 5 pixels.
+Image stripe(int size, int first, int end, bool rows) {
+  Image alpha(size, size, 1);
+  for (int across = first; across < end; ++across)
+    for (int along = 5; along < size - 5; ++along)
+      alpha.at(rows ? along : across, rows ? across : along)[0] = 1;
+  return alpha;
+}
+
+// Along each axis one view sees the object on one side of the middle, one on the other. An outline counts as
+// exact to a pixel, so these two, two pixels apart, may touch.
+TEST(Bounds, OfSilhouettesThatTouchInAPointAreEmpty) {
+  constexpr int kSize = 60;
+  const auto alongZ = shapes::orthographic(studio::cameraFrom<AcquisitionSpace>(Vec3<double>::UnitZ(), kSize)),
+             alongX = shapes::orthographic(studio::cameraFrom<AcquisitionSpace>(Vec3<double>::UnitX(), kSize));
+  for (const int gap : {2, 0}) {
+    std::vector<Sight> sights;
+    for (const auto& [camera, rows] : {std::pair{alongZ, false}, {alongZ, true}, {alongX, false}})
+      for (const auto& [first, end] : {std::pair{5, (kSize - gap) / 2}, {(kSize + gap) / 2, kSize - 5}})
+        sights.push_back(shapes::sightOf(camera, stripe(kSize, first, end, rows), sights.size()));
+    EXPECT_EQ(boundsOf(sights, sights.size(), false, {}).isEmpty(), gap == 2);
+  }
+}
+
 } // namespace
 } // namespace surflect
