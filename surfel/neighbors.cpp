@@ -19,9 +19,6 @@ flann::SearchParams exact(bool sorted) {
   return params;
 }
 
-// FLANN's build cannot be stopped, and is more than linear: a million points take it half a second.
-constexpr size_t kMostInPart = size_t{1} << 20;
-
 // A run of the points, in their order.
 struct Part {
   size_t first = 0, count = 0;
@@ -61,14 +58,15 @@ struct NeighborIndex::Tree {
   std::vector<Part> parts;
 };
 
-NeighborIndex::NeighborIndex(std::span<const Point3<AcquisitionSpace>> points, const Progress& progress) {
+NeighborIndex::NeighborIndex(std::span<const Point3<AcquisitionSpace>> points, const Progress& progress,
+                             size_t mostInTree) {
   auto tree = std::make_unique<Tree>();
   for (const auto& p : points) tree->coordinates.insert(tree->coordinates.end(), {p.x(), p.y(), p.z()});
-  for (size_t first = 0; first < points.size(); first += kMostInPart) {
+  for (size_t first = 0; first < points.size(); first += mostInTree) {
     progress.checkpoint();
     Part& part = tree->parts.emplace_back();
     part.first = first;
-    part.count = std::min(kMostInPart, points.size() - first);
+    part.count = std::min(mostInTree, points.size() - first);
     float* const begin = tree->coordinates.data() + 3 * first;
     for (int axis = 0; axis < 3; ++axis) part.low[axis] = part.high[axis] = begin[axis];
     for (size_t i = 0; i < 3 * part.count; ++i) {

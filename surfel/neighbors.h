@@ -4,6 +4,7 @@
 #include "surfel/progress.h"
 #include "surfel/space.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -13,8 +14,11 @@ namespace surflect {
 
 class NeighborIndex {
 public:
-  // The points are copied. Quickest where those that follow each other are near each other. Throws Cancelled.
-  explicit NeighborIndex(std::span<const Point3<AcquisitionSpace>> points, const Progress& progress = {});
+  // The points are copied. Quickest where those that follow each other are near each other. A tree holds at
+  // most `mostInTree` > 0 of them: building one cannot be stopped, and is more than linear; a million points
+  // take it half a second. Throws Cancelled between two trees.
+  explicit NeighborIndex(std::span<const Point3<AcquisitionSpace>> points, const Progress& progress = {},
+                         size_t mostInTree = size_t{1} << 20);
   ~NeighborIndex();
 
   struct Neighbor {

@@ -127,24 +127,5 @@ TEST(Sampling, SameBitsForAnyThreads) {
     });
 }
 
-TEST(Neighbors, AgreeWithBruteForce) {
-  std::mt19937 random(5);
-  std::vector<Point3<AcquisitionSpace>> points;
-  for (int i = 0; i < 500; ++i) points.push_back(randomOnSphere(random));
-  const NeighborIndex index(points);
-  for (int q = 0; q < 100; ++q) {
-    const auto p = randomOnSphere(random);
-    std::vector<std::pair<float, uint32_t>> all;
-    for (uint32_t i = 0; i < points.size(); ++i) all.emplace_back((points[i].raw() - p.raw()).norm(), i);
-    std::ranges::sort(all);
-    const auto nearest = index.nearest(p, 8);
-    ASSERT_EQ(nearest.size(), 8u);
-    for (size_t i = 0; i < 8; ++i) EXPECT_EQ(nearest[i].index, all[i].second);
-    const auto within = index.within(p, 0.3f);
-    EXPECT_EQ(static_cast<long>(within.size()),
-              std::ranges::count_if(all, [](const auto& a) { return a.first < 0.3f; }));
-  }
-}
-
 } // namespace
 } // namespace surflect
