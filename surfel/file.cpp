@@ -12,6 +12,7 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace surflect {
 
@@ -52,7 +53,9 @@ namespace {
 struct Descriptor {
   int number;
 
-  ~Descriptor() { ::close(number); }
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
 };
 
 // As many bytes as there are and the buffer can hold; 0 at the end.
@@ -114,14 +117,16 @@ std::string readFileStart(const std::filesystem::path& path, size_t count) {
 // stopped.
 void copyFile(const std::filesystem::path& source, const std::filesystem::path& target,
               const Progress& progress) {
-  const Descriptor from{openForReading(source)},
-      to{::open(target.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)};
+  const Descriptor from{openForReading(source)};
+  Descriptor to{::open(target.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)};
   if (to.number < 0) throw systemError(target, "write");
   char buffer[kPortion];
   while (const size_t got = readSome(from.number, buffer, source)) {
     progress.checkpoint();
     writeAll(to.number, std::as_bytes(std::span(buffer, got)), target);
   }
+  ::fchmod(to.number, 0644); // whatever the umask, as AtomicFile does
+  if (::close(std::exchange(to.number, -1)) != 0) throw systemError(target, "write");
 }
 
 // While a temporary lives, its process holds a lock on it, which goes with the process: see removeAbandoned.

@@ -45,6 +45,15 @@ TEST_F(File, CopiesAreEqualAndNeverReplaceAnything) {
   EXPECT_FALSE(fs::exists(folder / "b"));
 }
 
+TEST_F(File, CopiesCanBeReadByAllWhateverTheUmask) {
+  writeFileAtomically(folder / "a", std::string("x"));
+  const mode_t before = ::umask(0077);
+  copyFile(folder / "a", folder / "b");
+  ::umask(before);
+  EXPECT_EQ(fs::status(folder / "b").permissions(), fs::perms(0644));
+  EXPECT_EQ(fs::status(folder / "a").permissions(), fs::perms(0644));
+}
+
 TEST_F(File, ReadingAndCopyingStopWhenAskedTo) {
   writeFileAtomically(folder / "a", std::string(1 << 20, 'x'));
   for (const int questions : {0, 10}) {
