@@ -204,13 +204,13 @@ void readElement(Body& body, const std::vector<PropertyDeclaration>& declaration
     if (property.isList) property.start.assign(1, 0);
     property.values.reserve(element.count);
   }
-  for (size_t item = 0; item < element.count; ++item)
+  for (size_t item = 0; item < element.count; ++item) {
+    progress.checkNowAndThen(item);
     for (size_t p = 0; p < declarations.size(); ++p) {
       const auto& [type, listCount] = declarations[p];
       PlyProperty& property = element.properties[p];
       try {
         if (!listCount) {
-          progress.checkNowAndThen(item);
           property.values.push_back(body.next(type));
           continue;
         }
@@ -226,6 +226,7 @@ void readElement(Body& body, const std::vector<PropertyDeclaration>& declaration
         throw std::move(error).at(property.name).at("[" + std::to_string(item) + "]").at(element.name);
       }
     }
+  }
 }
 
 } // namespace
