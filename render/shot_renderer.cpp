@@ -67,13 +67,13 @@ Film ShotRenderer::render(int frame, double scale, const std::vector<std::string
 }
 
 double ShotRenderer::previewExposure() {
-  constexpr int kFrames = 5;
   if (!exposure_) {
     double white = 0;
     const Frames& frames = *script_.frames;
-    for (int i = 0; i < kFrames; ++i) {
+    const int count = std::min(5, frames.count());
+    for (int i = 0; i < count; ++i) {
       FrameStats ignored;
-      const int frame = frames.first + (frames.count() - 1) * i / (kFrames - 1);
+      const int frame = frames.first + (frames.count() - 1) * i / std::max(1, count - 1);
       white = std::max(white, whiteOf(render(frame, 0.25, {}, ignored).color));
     }
     exposure_ = white > 0 ? 1 / white : 1;
