@@ -99,7 +99,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
                  "tell the camera's response from exposure brackets [Debevec and Malik 1997]")
       ->excludes(colorSpace);
   command->add_flag("--allow-outside", options.allowOutside, "follow paths that leave the source's folder");
-  command->callback([=, &work] {
+  setWork(*command, work, "nothing was kept; the same command starts afresh", [=](const Progress& progress) {
     ImportOptions& chosen = arguments->options;
     if (*format) chosen.format = arguments->format;
     if (*fieldOfView) chosen.litView.fieldOfView = Angle::fromDegrees(arguments->fieldOfViewDegrees);
@@ -107,7 +107,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
     if (*colorSpace) chosen.colorSpace = arguments->colorSpace;
     chosen.images = arguments->images;
     chosen.lights = arguments->lights;
-    work = [arguments](const Progress& progress) { return runImport(*arguments, progress); };
+    return runImport(*arguments, progress);
   });
 }
 

@@ -13,7 +13,7 @@ PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, 
   prepared.texels = map.texels.size();
   prepared.replaced = map.replaced;
   const double spacing = std::min(1.0, lightSpacing(model));
-  prepared.lights = gathered(map.texels, error * spacing * spacing);
+  prepared.lights = gathered(map.texels, 0.9 * error * spacing * spacing);
   prepared.uncovered = uncovered;
   prepared.table = lightTable(model, options, uncovered);
   static_assert(sizeof(EnvironmentLight) == 6 * sizeof(float)); // no padding to hash

@@ -58,7 +58,7 @@ TEST(Neighbors, AreThoseOfBruteForce) {
 
 TEST(Neighbors, AreThoseOfBruteForceInManyTrees) {
   std::mt19937 random(2);
-  Points points = randomPoints(2005, random); // the last tree has five
+  Points points = randomPoints(2005, random);                         // the last tree has five
   std::ranges::sort(points, {}, [](const auto& p) { return p.x(); }); // slabs
   expectSameAsBruteForce(points, NeighborIndex(points, {}, 500), 100, random);
   std::ranges::shuffle(points, random);
