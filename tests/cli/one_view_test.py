@@ -1,6 +1,7 @@
 """A capture of one camera without geometry: `surflect pack` makes a plane or a relief, `evaluate` holds it against both
 baselines."""
 
+import json
 import unittest
 
 from support import CAT, TestInFolder, run, succeed
@@ -19,6 +20,19 @@ class OneView(TestInFolder):
     def test_the_report_names_the_geometry(self):
         self.assertEqual(self.report["geometry"], "plane")
         self.assertEqual(self.pack("relief.srf", "--relief")["geometry"], "relief")
+
+    def test_lights_over_plaster_are_blended_by_a_plane(self):
+        blend = self.report["light_blend"]
+        self.assertEqual(blend["fit"], "plane")
+        self.assertGreater(blend["left_out_srgb_db"], 24)
+        manifest = json.loads((self.folder / "model.srf/manifest.json").read_text())
+        self.assertEqual(manifest["light_blend"], {"lights": blend["lights"], "fit": "plane"})
+        by = {name: succeed("evaluate", self.folder / "model.srf", CAT, *options)["psnr_srgb_db"]
+              for name, options in {"model": [], "plane": ["--light-fit", "plane"], "mean": ["--light-fit", "mean"],
+                                    "lights": ["--lights", "3"]}.items()}
+        self.assertEqual(by["model"], by["plane"])
+        self.assertNotEqual(by["model"], by["mean"])
+        self.assertNotEqual(by["model"], by["lights"])
 
     def test_relief_and_mesh_exclude_each_other(self):
         result = run("pack", CAT, "-o", self.folder / "both.srf", "--relief", "--mesh", "cat.ply")
