@@ -28,7 +28,7 @@ struct SourceFiles {
 struct Source {
   SourceFiles files;
   Capture capture;                // its paths can be opened as they are; capture.file is empty
-  bool strengthsUnknown = false;  // the lights' irradiance is a placeholder, equal for all
+  bool strengthsUnknown = false;  // the lights' irradiance is 1 for all, and stands for nothing
   std::vector<std::string> notes; // what a user should know of how the files were understood
 };
 

@@ -73,7 +73,7 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
 
   const Evaluation evaluation = evaluate(packed.model, readCapture(folder), *turn, {}, cache, {});
   ASSERT_EQ(evaluation.frames.size(), 4u);
-  constexpr double single = 144; // dB: an error of 2^-24 in every pixel
+  constexpr double single = 160; // dB; a rounding of floats here and there, measured 163.7
   for (const FrameScore& frame : evaluation.frames) {
     EXPECT_GT(frame.score.difference.psnrLinear(), single);
     EXPECT_GT(frame.score.difference.psnrSrgb(), single);

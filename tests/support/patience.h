@@ -3,7 +3,10 @@
 
 #include "surfel/progress.h"
 
+#include <gtest/gtest.h>
+
 #include <atomic>
+#include <limits>
 
 namespace surflect {
 
@@ -22,5 +25,14 @@ struct Patience {
 
   std::atomic<int> left, asks = 0;
 };
+
+// Work asks at least so often whether to go on, and stops at whichever question is answered with no.
+template <class Work> void expectStopsWhenAsked(const Work& work, int fewestQuestions) {
+  Patience whole(std::numeric_limits<int>::max());
+  work(whole.progress());
+  EXPECT_GE(whole.asks, fewestQuestions);
+  for (const int questions : {0, 1, whole.asks / 3, whole.asks / 2, whole.asks - 1})
+    EXPECT_THROW(work(Patience(questions).progress()), Cancelled);
+}
 
 } // namespace surflect

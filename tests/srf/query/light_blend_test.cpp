@@ -1,5 +1,7 @@
 #include "srf/query/light_blend.h"
 
+#include "tests/srf/query/lights.h"
+
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
@@ -10,47 +12,17 @@
 namespace surflect {
 namespace {
 
-using Direction = Direction3<AcquisitionSpace>;
+using lights::coverageOf;
+using lights::Direction;
+using lights::directionOf;
+using lights::randomDirection;
+using lights::spiral;
+using lights::sumOf;
 constexpr LightFit fits[] = {LightFit::mean, LightFit::plane};
 
-Direction directionOf(const Vec3<double>& v) {
-  return assume<Direction>(Vec3<float>(v.normalized().cast<float>()));
-}
-
-Direction randomDirection(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  const double x = normal(random), y = normal(random), z = normal(random);
-  return directionOf({x, y, z});
-}
-
-std::vector<Direction> spiral(int count, double lowest = -1) {
-  std::vector<Direction> lights;
-  for (int i = 0; i < count; ++i) {
-    const double z = 1 - (1 - lowest) * (i + 0.5) / count, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
-    lights.push_back(directionOf({r * std::cos(turn), r * std::sin(turn), z}));
-  }
-  return lights;
-}
-
-LightCoverage coverageOf(std::span<const Direction> lights) {
-  std::vector<Direction3<AcquisitionSpace, double>> exact;
-  for (const auto& light : lights) exact.push_back(light.cast<double>());
-  return LightCoverage(exact);
-}
-
-// Per light.
 std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
                              const LightBlend& how, Uncovered uncovered = Uncovered::extrapolate) {
-  std::vector<float> weights(lights.size());
-  for (const auto& [light, weight] : blendOfLights(lights, towards, how, coverageOf(lights), uncovered))
-    weights[light] = weight;
-  return weights;
-}
-
-double sumOf(std::span<const float> weights) {
-  double sum = 0;
-  for (const float weight : weights) sum += weight;
-  return sum;
+  return surflect::lights::weightsOf(lights, towards, how, coverageOf(lights), uncovered);
 }
 
 double largestDifference(std::span<const float> a, std::span<const float> b) {

@@ -1,5 +1,7 @@
 #include "srf/query/light_table.h"
 
+#include "tests/srf/query/lights.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,26 +10,20 @@
 namespace surflect {
 namespace {
 
-using Direction = Direction3<AcquisitionSpace, double>;
+using lights::Direction;
+using lights::inDouble;
+using lights::randomDirection;
+using lights::spiral;
+using lights::sumOf;
+using lights::weightsOf;
 using ToAcquisition = Turn<AcquisitionSpace, EnvironmentSpace, float>;
 
-std::vector<Direction> spiral(int count, double lowest = -1) {
-  std::vector<Direction> lights;
-  for (int i = 0; i < count; ++i) {
-    const double z = 1 - (1 - lowest) * (i + 0.5) / count, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
-    lights.push_back(normalized(Direction(r * std::cos(turn), r * std::sin(turn), z)));
-  }
-  return lights;
-}
-
-Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  const float x = normal(random), y = normal(random), z = normal(random);
-  return assume<Direction3<AcquisitionSpace>>(Vec3<float>(x, y, z).normalized());
+LightTable tableOf(std::span<const Direction> lights, const LightBlend& how, Uncovered uncovered) {
+  return LightTable(inDouble(lights), how, uncovered);
 }
 
 // What the table gives to each light, of 1 from this direction.
-std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction3<AcquisitionSpace>& d) {
+std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d) {
   std::vector<Eigen::Array4f> row(lights, Eigen::Array4f::Zero());
   const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 2, 3}};
   table.spread({&light, 1}, ToAcquisition(), row);
@@ -40,30 +36,13 @@ std::vector<float> tabulated(const LightTable& table, size_t lights, const Direc
   return weights;
 }
 
-std::vector<float> exact(std::span<const Direction> lights, const LightBlend& how,
-                         const Direction3<AcquisitionSpace>& d, const LightCoverage& coverage,
-                         Uncovered uncovered) {
-  std::vector<Direction3<AcquisitionSpace>> towards;
-  for (const auto& light : lights) towards.push_back(light.cast<float>());
-  std::vector<float> weights(lights.size());
-  for (const auto& [light, weight] : blendOfLights(towards, d, how, coverage, uncovered))
-    weights[light] = weight;
-  return weights;
-}
-
-double sumOf(std::span<const float> weights) {
-  double sum = 0;
-  for (const float weight : weights) sum += weight;
-  return sum;
-}
-
 constexpr LightBlend meanOfThree{3, LightFit::mean}, planeOfFour{4, LightFit::plane};
 
 TEST(LightTable, WeightsSumToOne) {
   std::mt19937 random(1);
   for (const int count : {1, 2, 6, 30, 200})
     for (const LightBlend& how : {LightBlend{1}, LightBlend{3}, LightBlend{8}, planeOfFour}) {
-      const LightTable table(spiral(count), how, Uncovered::extrapolate);
+      const LightTable table = tableOf(spiral(count), how, Uncovered::extrapolate);
       for (int i = 0; i < 300; ++i) {
         const auto weights = tabulated(table, count, randomDirection(random));
         EXPECT_NEAR(sumOf(weights), 1, 1e-6);
@@ -91,9 +70,9 @@ TEST_P(LightTableOf, EqualsTheBlend) {
   for (const int count : {12, 30, 100})
     for (const double lowest : {-1.0, 0.2}) {
       const auto lights = spiral(count, lowest);
-      const LightCoverage coverage(lights);
+      const LightCoverage coverage = surflect::lights::coverageOf(lights);
       for (const auto uncovered : {Uncovered::extrapolate, Uncovered::fade}) {
-        const LightTable table(lights, how, uncovered);
+        const LightTable table = tableOf(lights, how, uncovered);
         double mean = 0, worst = 0;
         constexpr int sources = 40, rays = 150;
         for (int source = 0; source < sources; ++source) {
@@ -104,7 +83,7 @@ TEST_P(LightTableOf, EqualsTheBlend) {
             const auto d = assume<Direction3<AcquisitionSpace>>(
                 (middle + static_cast<float>(coverage.spacing()) / 4 * Vec3<float>(x, y, z)).normalized());
             const auto got = tabulated(table, lights.size(), d);
-            const auto wanted = exact(lights, how, d, coverage, uncovered);
+            const auto wanted = weightsOf(lights, d, how, coverage, uncovered);
             mean += totalError(got, wanted) / (sources * rays);
             for (size_t l = 0; l < lights.size(); ++l) {
               gotSum[l] += got[l] / rays;
@@ -125,7 +104,7 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
   std::mt19937 random(3);
   std::normal_distribution<float> normal;
   const auto lights = spiral(30);
-  const LightTable table(lights, meanOfThree, Uncovered::extrapolate);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
   // No weight falls by more than a half over the width of a cell, 2 / 262 on the square (measured: 40 a
   // radian); a jump would be steeper by a hundred times.
   constexpr float steepest = 0.5f / (2 / 262.f);
@@ -144,7 +123,7 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
 TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
   std::mt19937 random(4);
   const auto lights = spiral(20);
-  const LightTable table(lights, meanOfThree, Uncovered::extrapolate);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
   const Mat3<float> turn = Eigen::Quaternionf(0.5f, 0.1f, -0.7f, 0.5f).normalized().toRotationMatrix();
   for (const Mat3<float>& matrix : {turn, Mat3<float>(-turn)}) {
     const auto d = randomDirection(random);
