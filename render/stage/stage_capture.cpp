@@ -23,21 +23,21 @@ Capture describe(const Stage& stage, bool isDeformed) {
   Capture capture;
   capture.colorSpace = ColorSpace::linear;
   capture.geometry = kGeometry;
-  capture.lights = stage.lights;
-  const bool testOnly = isDeformed && stage.trainingViews < stage.views.size();
-  for (size_t v = testOnly ? stage.trainingViews : 0; v < stage.views.size(); ++v) {
-    for (size_t l = 0; l < stage.lights.size(); ++l) {
+  capture.lights = stage.rig.lights;
+  const bool testOnly = isDeformed && stage.rig.trainingViews < stage.rig.views.size();
+  for (size_t v = testOnly ? stage.rig.trainingViews : 0; v < stage.rig.views.size(); ++v) {
+    for (size_t l = 0; l < stage.rig.lights.size(); ++l) {
       Frame frame;
       frame.view = capture.views.size();
       frame.light = l;
-      frame.picture = pictureOf(stage.views[v]);
-      frame.layer = stage.lights[l].name;
+      frame.picture = pictureOf(stage.rig.views[v]);
+      frame.layer = stage.rig.lights[l].name;
       frame.alphaLayer = "matte";
-      const bool isTraining = !isDeformed && v < stage.trainingViews && l < stage.trainingLights;
+      const bool isTraining = !isDeformed && v < stage.rig.trainingViews && l < stage.rig.trainingLights;
       frame.split = isTraining ? Split::train : Split::test;
       capture.frames.push_back(frame);
     }
-    capture.views.push_back(stage.views[v]);
+    capture.views.push_back(stage.rig.views[v]);
   }
   return capture;
 }
@@ -126,7 +126,8 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
   report.resumedViews = capture.views.size() - missing.size();
 
   const StageScene scene = sceneOf(stage, deformation);
-  const size_t firstView = stage.views.size() - capture.views.size(); // all, or the last ones: see describe()
+  const size_t firstView =
+      stage.rig.views.size() - capture.views.size(); // all, or the last ones: see describe()
   for (size_t i = 0; i < missing.size(); ++i) {
     const View& view = capture.views[missing[i]];
     Progress ofView = progress;

@@ -2,9 +2,10 @@
 // docs/lightstage.md lists the keys.
 #pragma once
 
+#include "render/stage/material_section.h"
+#include "render/stage/rig_section.h"
 #include "render/stage/scene.h"
 #include "render/stage/tracer.h"
-#include "srf/capture/capture.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -14,15 +15,11 @@
 
 namespace surflect {
 
-struct MaterialTables; // what materials refer to
-
 struct Stage {
   std::filesystem::path file;
   uint64_t hash = 0; // of the text, and of the files that it names
   std::vector<StageObject> objects;
-  std::vector<View> views;   // those for training first
-  std::vector<Light> lights; // likewise
-  size_t trainingViews = 0, trainingLights = 0;
+  StageRig rig;
   TraceOptions trace;
   std::shared_ptr<const MaterialTables> tables; // kept for `objects`
 };

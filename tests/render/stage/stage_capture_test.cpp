@@ -59,12 +59,13 @@ TEST(StageCapture, ReadsBackAsItWasTraced) {
   const Capture capture = readCapture(folder / "c");
   ASSERT_EQ(capture.frames.size(), 20u);
   ASSERT_EQ(capture.views.size(), 5u);
-  EXPECT_EQ(capture.lights, stage().lights);
+  EXPECT_EQ(capture.lights, stage().rig.lights);
   const StageScene scene(stage().objects);
   for (size_t v = 0; v < 5; ++v) {
-    const TracedView traced = traceView(scene, stage().views[v].camera, v, stage().lights, stage().trace, {});
+    const TracedView traced =
+        traceView(scene, stage().rig.views[v].camera, v, stage().rig.lights, stage().trace, {});
     for (size_t i = 0; i < capture.frames.size(); ++i) {
-      if (capture.views[capture.frames[i].view].identity != stage().views[v].identity) continue;
+      if (capture.views[capture.frames[i].view].identity != stage().rig.views[v].identity) continue;
       const size_t light = *capture.frames[i].light;
       EXPECT_EQ(capture.frames[i].split, v < 3 && light < 3 ? Split::train : Split::test);
       const std::vector<size_t> one{i};

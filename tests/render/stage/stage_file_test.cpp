@@ -68,18 +68,18 @@ TEST(StageFile, SaysWhatStandsWhere) {
   EXPECT_EQ(stage.trace.transport, Transport::local);
   EXPECT_EQ(stage.trace.samples, 12);
   EXPECT_EQ(stage.trace.seed, 7u);
-  EXPECT_EQ(stage.views.size(), 15u);
-  EXPECT_EQ(stage.trainingViews, 12u);
-  EXPECT_EQ(stage.lights.size(), 10u);
-  EXPECT_EQ(stage.trainingLights, 8u);
-  for (const View& view : stage.views) {
+  EXPECT_EQ(stage.rig.views.size(), 15u);
+  EXPECT_EQ(stage.rig.trainingViews, 12u);
+  EXPECT_EQ(stage.rig.lights.size(), 10u);
+  EXPECT_EQ(stage.rig.trainingLights, 8u);
+  for (const View& view : stage.rig.views) {
     const auto middle = view.camera.project({0, 0, 0.5});
     EXPECT_NEAR(middle->x, 20, 1e-9);
     EXPECT_NEAR(length(view.camera.center() - StagePoint(0, 0, 0.5)), 5, 1e-9);
     // A point fov/2 above the axis is on the upper border.
     EXPECT_NEAR(view.camera.lens.focalY * std::tan(Angle::fromDegrees(15).radians()), 15, 1e-9);
   }
-  for (const Light& light : stage.lights)
+  for (const Light& light : stage.rig.lights)
     EXPECT_EQ(std::get<DirectionalLight>(light.kind).irradiance, (Rgb{3, 2, 1}));
   ASSERT_EQ(stage.objects.size(), 2u);
   EXPECT_EQ(std::get<RoughDiffuse>(stage.objects[0].material).roughness, 0.5);
@@ -88,19 +88,19 @@ TEST(StageFile, SaysWhatStandsWhere) {
 
 TEST(StageFile, TestViewsAndLightsAreNew) {
   const Stage stage = parse(example);
-  for (size_t i = stage.trainingLights; i < stage.lights.size(); ++i)
-    for (size_t j = 0; j < stage.trainingLights; ++j)
-      EXPECT_LT(dot(std::get<DirectionalLight>(stage.lights[i].kind).towards,
-                    std::get<DirectionalLight>(stage.lights[j].kind).towards),
+  for (size_t i = stage.rig.trainingLights; i < stage.rig.lights.size(); ++i)
+    for (size_t j = 0; j < stage.rig.trainingLights; ++j)
+      EXPECT_LT(dot(std::get<DirectionalLight>(stage.rig.lights[i].kind).towards,
+                    std::get<DirectionalLight>(stage.rig.lights[j].kind).towards),
                 0.999);
-  for (size_t i = stage.trainingViews; i < stage.views.size(); ++i)
-    for (size_t j = 0; j < stage.trainingViews; ++j)
-      EXPECT_GT(length(stage.views[i].camera.center() - stage.views[j].camera.center()), 0.05);
+  for (size_t i = stage.rig.trainingViews; i < stage.rig.views.size(); ++i)
+    for (size_t j = 0; j < stage.rig.trainingViews; ++j)
+      EXPECT_GT(length(stage.rig.views[i].camera.center() - stage.rig.views[j].camera.center()), 0.05);
 }
 
 TEST(StageFile, LightsAtADistanceGiveTheSameIrradianceAtTheCentre) {
   const Stage stage = parse(with("irradiance", "distance = 4\nirradiance"));
-  for (const Light& light : stage.lights) {
+  for (const Light& light : stage.rig.lights) {
     const Rgb irradiance = irradianceAt(light, {0, 0, 0.5});
     EXPECT_NEAR(irradiance.r, 3, 1e-5);
     EXPECT_NEAR(irradiance.b, 1, 1e-5);
@@ -109,9 +109,9 @@ TEST(StageFile, LightsAtADistanceGiveTheSameIrradianceAtTheCentre) {
 
 TEST(StageFile, OrthographicCamerasHaveAHeight) {
   const Stage stage = parse(with("pinhole", "orthographic", with("fov_deg = 30", "height = 2")));
-  EXPECT_EQ(stage.views[0].camera.lens.model, Lens::Model::orthographic);
-  EXPECT_NEAR(stage.views[0].camera.project(StagePoint(0, 0, 0.5))->y, 15, 1e-9);
-  EXPECT_NEAR(stage.views[0].camera.lens.focalY, 15, 1e-12);
+  EXPECT_EQ(stage.rig.views[0].camera.lens.model, Lens::Model::orthographic);
+  EXPECT_NEAR(stage.rig.views[0].camera.project(StagePoint(0, 0, 0.5))->y, 15, 1e-9);
+  EXPECT_NEAR(stage.rig.views[0].camera.lens.focalY, 15, 1e-12);
 }
 
 TEST(StageFile, MaterialsRefuseWhatIsOutOfRange) {

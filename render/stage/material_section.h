@@ -1,0 +1,35 @@
+// The materials of a stage file: its [[material]] tables.
+#pragma once
+
+#include "render/script_fields.h"
+#include "render/stage/material/material.h"
+#include "render/stage/texture.h"
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+struct MaterialTables; // what materials refer to
+
+struct NamedMaterial {
+  Material material;
+  std::shared_ptr<const Texture> texture; // may be none
+};
+
+struct MaterialList {
+  std::map<std::string, NamedMaterial, std::less<>> materials;
+  std::shared_ptr<const MaterialTables> tables; // to be kept as long as the materials
+  std::vector<std::filesystem::path> files;     // that were read for them
+
+  // The one that the entry names. Throws Error.
+  const NamedMaterial& named(const Entry& entry) const;
+};
+
+// Throws Error naming the entry.
+MaterialList asMaterials(const Entry& entry);
+
+} // namespace surflect

@@ -1,0 +1,20 @@
+// The objects of a stage file: its [[object]] tables.
+#pragma once
+
+#include "render/stage/material_section.h"
+#include "render/stage/scene.h"
+
+#include <filesystem>
+#include <vector>
+
+namespace surflect {
+
+struct ObjectList {
+  std::vector<StageObject> objects;         // one or more
+  std::vector<std::filesystem::path> files; // that were read for them
+};
+
+// Throws Error naming the entry.
+ObjectList asObjects(const Entry& entry, const MaterialList& materials);
+
+} // namespace surflect

@@ -1,0 +1,22 @@
+// The cameras and lights of a stage file: its [camera], [views] and [lights].
+#pragma once
+
+#include "render/script_fields.h"
+#include "srf/capture/capture.h"
+#include "surfel/angle.h"
+
+#include <vector>
+
+namespace surflect {
+
+struct StageRig {
+  std::vector<View> views;   // those for training first
+  std::vector<Light> lights; // likewise
+  size_t trainingViews = 0, trainingLights = 0;
+  Angle lightRadius; // of directional lights
+};
+
+// `stage` has sections camera, views and lights, and may have a center. Throws Error naming the entry.
+StageRig asRig(const Section& stage);
+
+} // namespace surflect

@@ -1,0 +1,19 @@
+// Values of a stage file. All throw Error where a value is out of the bounds, which it names.
+#pragma once
+
+#include "render/script_fields.h"
+#include "surfel/rgb.h"
+#include "surfel/space.h"
+
+#include <string_view>
+
+namespace surflect {
+
+double numberIn(const Entry& entry, double least, double most);
+double positive(const Entry& entry); // 1e-9 to 1e9
+int integerOr(const Section& section, std::string_view key, int least, int most, int otherwise);
+Vec3<double> asVector(const Entry& entry); // [x, y, z], within 1e9
+Point3<AcquisitionSpace, double> pointOr0(const Section& section, std::string_view key);
+Rgb asColor(const Entry& entry, double least, double most); // [r, g, b]
+
+} // namespace surflect
