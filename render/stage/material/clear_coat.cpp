@@ -9,20 +9,15 @@ namespace surflect {
 
 namespace {
 
-bool isSmoothCoat(const ClearCoat& coat) { return coat.alpha < kSmooth; }
+using BaseView = decltype(ClearCoatView::base);
 
-Roughness roughnessOf(const ClearCoat& coat) { return bounded({coat.alpha, coat.alpha}); }
-
-// T(w)
-double passed(const ClearCoat& coat, const ShadingDirection& w) {
-  if (isSmoothCoat(coat)) return 1 - dielectricFresnel(w.z(), coat.eta);
-  assert(coat.transmission && coat.transmission->eta == coat.eta);
-  return coat.transmission->table.loss(w, roughnessOf(coat));
+BaseView viewOf(const CoatBase& base, const ShadingDirection& wo) {
+  return std::visit([&]<class Base>(const Base& b) -> BaseView { return typename Base::View(b, wo); }, base);
 }
 
-double meanPassed(const ClearCoat& coat) {
-  return isSmoothCoat(coat) ? 1 - meanDielectricFresnel(coat.eta)
-                            : coat.transmission->table.meanLoss(roughnessOf(coat));
+// T(w)
+double passed(const ClearCoatView& view, const ShadingDirection& w) {
+  return view.isSmooth ? 1 - dielectricFresnel(w.z(), view.eta) : view.coatT.loss(w);
 }
 
 // Times T(wi) T(wo): light out of a Lambert base, reflected back to it any number of times.
@@ -30,36 +25,15 @@ double throughCoat(double rho, double eta, double meanT) {
   return 1 / (eta * eta * (1 - rho * (1 - meanT / (eta * eta))));
 }
 
-// To is T(wo).
-Rgb baseSeenThrough(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo,
-                    double To) {
-  const double Ti = passed(coat, wi);
-  const Rgb bare = std::visit([&](const auto& base) { return surflect::evaluate(base, wi, wo); }, coat.base);
-  if (const auto* lambert = std::get_if<Lambert>(&coat.base)) {
-    const double meanT = meanPassed(coat);
-    return bare * byChannel(lambert->albedo,
-                            [&](double rho) { return Ti * To * throughCoat(rho, coat.eta, meanT); });
-  }
-  return scaled(std::min(Ti, To), bare);
+Rgb baseSeenThrough(const ClearCoatView& view, const ShadingDirection& wi) {
+  const double Ti = passed(view, wi);
+  const Rgb bare = std::visit([&](const auto& base) { return evaluate(base, wi); }, view.base);
+  if (std::holds_alternative<LambertView>(view.base)) return bare * scaled(Ti * view.To, view.throughCoat);
+  return scaled(std::min(Ti, view.To), bare);
 }
 
 // Chance that the coat is sampled, and not the base, as if the base reflected half.
 double coatShare(double T) { return (1 - T) / (1 - T + T / 2); }
-
-// Both above.
-Rgb evaluate(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo, double To) {
-  const Rgb base = baseSeenThrough(coat, wi, wo, To);
-  if (isSmoothCoat(coat)) return base;
-  const double F = dielectricFresnel(halfCosine(wi, wo), coat.eta);
-  return base + gray(F * ggx::reflected(wi, wo, roughnessOf(coat)));
-}
-
-double pdf(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo, double To) {
-  const double share = coatShare(To);
-  const double base = std::visit([&](const auto& b) { return surflect::pdf(b, wi, wo); }, coat.base);
-  const double gloss = isSmoothCoat(coat) ? 0 : ggx::reflectedDensity(wi, wo, roughnessOf(coat));
-  return share * gloss + (1 - share) * base;
-}
 
 } // namespace
 
@@ -72,24 +46,49 @@ CoatTransmission::CoatTransmission(double indexOfCoat)
           },
           LossTable::Shape::isotropic, LossTable::Coordinate::plain) {}
 
-Rgb evaluate(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo) {
-  return isAbove(wi) && isAbove(wo) ? evaluate(coat, wi, wo, passed(coat, wo)) : Rgb{};
+ClearCoatView::ClearCoatView(const ClearCoat& coat, const ShadingDirection& towards)
+    : eta(coat.eta), isSmooth(coat.alpha < kSmooth), wo(towards), alpha(bounded({coat.alpha, coat.alpha})),
+      base(viewOf(coat.base, towards)) {
+  if (!isAbove(wo)) return;
+  if (!isSmooth) {
+    assert(coat.transmission && coat.transmission->eta == coat.eta);
+    coatT = coat.transmission->table.at(alpha);
+  }
+  To = passed(*this, wo);
+  if (const auto* lambert = std::get_if<Lambert>(&coat.base)) {
+    const double meanT = isSmooth ? 1 - meanDielectricFresnel(eta) : coatT.meanLoss;
+    throughCoat =
+        byChannel(lambert->albedo, [&](double rho) { return surflect::throughCoat(rho, eta, meanT); });
+  }
 }
 
-double pdf(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo) {
-  return isAbove(wi) && isAbove(wo) ? pdf(coat, wi, wo, passed(coat, wo)) : 0;
+Rgb evaluate(const ClearCoatView& view, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(view.wo)) return {};
+  const Rgb base = baseSeenThrough(view, wi);
+  if (view.isSmooth) return base;
+  const double F = dielectricFresnel(halfCosine(wi, view.wo), view.eta);
+  return base + gray(F * ggx::reflected(wi, view.wo, view.alpha));
 }
 
-std::optional<ScatterSample> sample(const ClearCoat& coat, const ShadingDirection& wo, const Uniforms& u) {
+double pdf(const ClearCoatView& view, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(view.wo)) return 0;
+  const double share = coatShare(view.To);
+  const double base = std::visit([&](const auto& b) { return pdf(b, wi); }, view.base);
+  const double gloss = view.isSmooth ? 0 : ggx::reflectedDensity(wi, view.wo, view.alpha);
+  return share * gloss + (1 - share) * base;
+}
+
+std::optional<ScatterSample> sample(const ClearCoatView& view, const Uniforms& u) {
+  const ShadingDirection& wo = view.wo;
   if (!isAbove(wo)) return std::nullopt;
-  const double T = passed(coat, wo), share = coatShare(T);
+  const double T = view.To, share = coatShare(T);
   ShadingDirection wi;
   if (u[0] < share) {
-    if (isSmoothCoat(coat)) return ScatterSample{{-wo.x(), -wo.y(), wo.z()}, gray((1 - T) / share), 0, true};
-    wi = mirrored(wo, ggx::visibleNormal(wo, roughnessOf(coat), u[1], u[2]));
+    if (view.isSmooth) return ScatterSample{{-wo.x(), -wo.y(), wo.z()}, gray((1 - T) / share), 0, true};
+    wi = mirrored(wo, ggx::visibleNormal(wo, view.alpha, u[1], u[2]));
   } else {
     const Uniforms rest{(u[0] - share) / (1 - share), u[1], u[2]};
-    auto base = std::visit([&](const auto& b) { return sample(b, wo, rest); }, coat.base);
+    auto base = std::visit([&](const auto& b) { return sample(b, rest); }, view.base);
     if (!base) return std::nullopt;
     if (base->specular) { // a mirror: wi . n = wo . n
       base->weight = scaled(T / (1 - share), base->weight);
@@ -98,9 +97,9 @@ std::optional<ScatterSample> sample(const ClearCoat& coat, const ShadingDirectio
     wi = base->wi;
   }
   if (!isAbove(wi)) return std::nullopt;
-  const double density = pdf(coat, wi, wo, T);
+  const double density = pdf(view, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{wi, scaled(1 / density, evaluate(coat, wi, wo, T)), density};
+  return ScatterSample{wi, scaled(1 / density, evaluate(view, wi)), density};
 }
 
 } // namespace surflect

@@ -31,14 +31,29 @@ struct CoatTransmission {
 using CoatBase = std::variant<Lambert, RoughDiffuse, Conductor, Ward, Measured>;
 
 struct ClearCoat {
+  using View = struct ClearCoatView;
+
   double eta = 1.5; // above 1
   double alpha = 0; // 0..1; below kSmooth: smooth
   CoatBase base;
   const CoatTransmission* transmission = nullptr; // for this eta; not read where smooth
 };
 
-Rgb evaluate(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo);
-double pdf(const ClearCoat& coat, const ShadingDirection& wi, const ShadingDirection& wo);
-std::optional<ScatterSample> sample(const ClearCoat& coat, const ShadingDirection& wo, const Uniforms& u);
+struct ClearCoatView {
+  ClearCoatView(const ClearCoat& coat, const ShadingDirection& towards);
+
+  double eta;
+  bool isSmooth;
+  ShadingDirection wo;
+  Roughness alpha;         // bounded
+  LossesAtRoughness coatT; // where the coat is rough and seen from above
+  double To = 0;           // T(wo)
+  Rgb throughCoat;         // of what a Lambert base reflects, times T(wi) T(wo)
+  std::variant<LambertView, RoughDiffuseView, ConductorView, WardView, MeasuredView> base;
+};
+
+Rgb evaluate(const ClearCoatView& view, const ShadingDirection& wi);
+double pdf(const ClearCoatView& view, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const ClearCoatView& view, const Uniforms& u);
 
 } // namespace surflect

@@ -21,38 +21,8 @@ double multipleReflectance(double meanF, double meanLoss) {
   return meanF * meanF * meanE / (1 - meanF * meanLoss);
 }
 
-// What does not depend on where light comes from. Rough, wo above.
-struct View {
-  View(const Conductor& seen, const ShadingDirection& towards)
-      : conductor(seen), table(*seen.mirrorLoss), wo(towards), alpha(bounded(seen.alpha)),
-        lost(table.loss(wo, alpha)) {}
-
-  const Conductor& conductor;
-  const LossTable& table;
-  ShadingDirection wo;
-  Roughness alpha;
-  double lost;
-};
-
-bool scatters(const Conductor& conductor, const ShadingDirection& wi, const ShadingDirection& wo) {
-  assert(isSpecular(conductor) || conductor.mirrorLoss);
-  return !isSpecular(conductor) && isAbove(wi) && isAbove(wo);
-}
-
-Rgb evaluate(const View& view, const ShadingDirection& wi) {
-  const double single = ggx::reflected(wi, view.wo, view.alpha);
-  const Rgb fresnel = fresnelOf(view.conductor, halfCosine(wi, view.wo));
-  const double meanLoss = view.table.meanLoss(view.alpha);
-  const double multiple = view.table.loss(wi, view.alpha) * view.lost / meanLoss * cosineDensity(wi);
-  const Rgb colors = byChannel(view.conductor.color, view.conductor.grazingTint, [&](double F0, double tint) {
-    return multipleReflectance(meanConductorFresnel(F0, tint), meanLoss);
-  });
-  return scaled(single, fresnel) + scaled(multiple, colors);
-}
-
-double pdf(const View& view, const ShadingDirection& wi) {
-  return (1 - view.lost) * ggx::reflectedDensity(wi, view.wo, view.alpha) +
-         view.lost * grazingDensity(wi, view.alpha);
+bool scatters(const ConductorView& view, const ShadingDirection& wi) {
+  return !view.isMirror && isAbove(wi) && isAbove(view.wo);
 }
 
 } // namespace
@@ -65,20 +35,35 @@ LossTable mirrorLossTable() {
 
 bool isSpecular(const Conductor& conductor) { return isSmooth(conductor.alpha); }
 
-Rgb evaluate(const Conductor& conductor, const ShadingDirection& wi, const ShadingDirection& wo) {
-  return scatters(conductor, wi, wo) ? evaluate(View(conductor, wo), wi) : Rgb{};
+ConductorView::ConductorView(const Conductor& seen, const ShadingDirection& towards)
+    : conductor(seen), wo(towards), isMirror(isSpecular(seen)), alpha(bounded(seen.alpha)) {
+  if (isMirror || !isAbove(wo)) return;
+  assert(conductor.mirrorLoss);
+  losses = conductor.mirrorLoss->at(alpha);
+  lost = losses.loss(wo);
+  multiple = byChannel(conductor.color, conductor.grazingTint, [&](double F0, double tint) {
+    return multipleReflectance(meanConductorFresnel(F0, tint), losses.meanLoss) * lost / losses.meanLoss;
+  });
 }
 
-double pdf(const Conductor& conductor, const ShadingDirection& wi, const ShadingDirection& wo) {
-  return scatters(conductor, wi, wo) ? pdf(View(conductor, wo), wi) : 0;
+Rgb evaluate(const ConductorView& view, const ShadingDirection& wi) {
+  if (!scatters(view, wi)) return {};
+  const double single = ggx::reflected(wi, view.wo, view.alpha);
+  const Rgb fresnel = fresnelOf(view.conductor, halfCosine(wi, view.wo));
+  return scaled(single, fresnel) + scaled(view.losses.loss(wi) * cosineDensity(wi), view.multiple);
 }
 
-std::optional<ScatterSample> sample(const Conductor& conductor, const ShadingDirection& wo,
-                                    const Uniforms& u) {
+double pdf(const ConductorView& view, const ShadingDirection& wi) {
+  if (!scatters(view, wi)) return 0;
+  return (1 - view.lost) * ggx::reflectedDensity(wi, view.wo, view.alpha) +
+         view.lost * grazingDensity(wi, view.alpha);
+}
+
+std::optional<ScatterSample> sample(const ConductorView& view, const Uniforms& u) {
+  const ShadingDirection& wo = view.wo;
   if (!isAbove(wo)) return std::nullopt;
-  if (isSpecular(conductor))
-    return ScatterSample{{-wo.x(), -wo.y(), wo.z()}, fresnelOf(conductor, wo.z()), 0, true};
-  const View view(conductor, wo);
+  if (view.isMirror)
+    return ScatterSample{{-wo.x(), -wo.y(), wo.z()}, fresnelOf(view.conductor, wo.z()), 0, true};
   const ShadingDirection wi = u[0] < view.lost ? grazingDirection(view.alpha, u[1], u[2])
                                                : mirrored(wo, ggx::visibleNormal(wo, view.alpha, u[1], u[2]));
   if (!isAbove(wi)) return std::nullopt; // hidden by the surface

@@ -7,12 +7,13 @@
 #pragma once
 
 #include "render/stage/material/loss_table.h"
-
-#include <optional>
+#include "render/stage/material/view.h"
 
 namespace surflect {
 
 struct Conductor {
+  using View = struct ConductorView;
+
   Rgb color{1, 1, 1};                    // reflectance at normal incidence, 0..1
   Rgb grazingTint{1, 1, 1};              // 0..1, factor on Schlick's curve at 82 degrees
   Roughness alpha{0.1, 0.1};             // 0..1; both below kSmooth: a mirror
@@ -23,9 +24,22 @@ struct Conductor {
 LossTable mirrorLossTable();
 
 bool isSpecular(const Conductor& conductor);
-Rgb evaluate(const Conductor& conductor, const ShadingDirection& wi, const ShadingDirection& wo);
-double pdf(const Conductor& conductor, const ShadingDirection& wi, const ShadingDirection& wo);
-std::optional<ScatterSample> sample(const Conductor& conductor, const ShadingDirection& wo,
-                                    const Uniforms& u);
+
+struct ConductorView {
+  ConductorView(const Conductor& seen, const ShadingDirection& towards);
+
+  Conductor conductor;
+  ShadingDirection wo;
+  bool isMirror;
+  // Where it is rough and seen from above:
+  Roughness alpha; // bounded
+  LossesAtRoughness losses;
+  double lost = 0; // of light that leaves towards wo
+  Rgb multiple;    // of light reflected more than once, for what is lost along wi
+};
+
+Rgb evaluate(const ConductorView& view, const ShadingDirection& wi);
+double pdf(const ConductorView& view, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const ConductorView& view, const Uniforms& u);
 
 } // namespace surflect

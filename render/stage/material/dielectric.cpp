@@ -52,53 +52,33 @@ double shareBeyond(double passHere, double passBeyond, double meanLossHere, doub
   return passHere * std::min({std::sqrt(ratio), 1 / passHere, ratio / passBeyond});
 }
 
-// What does not depend on where light comes from, as seen from wo's side. Rough, wo not at the horizon.
-struct View {
-  View(const Dielectric& dielectric, const ShadingDirection& towards)
-      : outside(isAbove(towards)), wo(outside ? towards : flipped(towards)),
-        eta(outside ? dielectric.eta : 1 / dielectric.eta),
-        alpha(bounded({dielectric.alpha, dielectric.alpha})),
-        here(outside ? dielectric.losses->outside : dielectric.losses->inside),
-        beyond(outside ? dielectric.losses->inside : dielectric.losses->outside), lost(here.loss(wo, alpha)),
-        meanLossHere(here.meanLoss(alpha)), meanLossBeyond(beyond.meanLoss(alpha)) {
-    assert(dielectric.losses->eta == dielectric.eta);
-    const double entering = dielectric.losses->passed, leaving = entering / squared(dielectric.eta);
-    x = shareBeyond(outside ? entering : leaving, outside ? leaving : entering, meanLossHere, meanLossBeyond);
-  }
-  // To wo's side and back.
-  ShadingDirection turned(const ShadingDirection& wi) const { return outside ? wi : flipped(wi); }
-
-  bool outside;
-  ShadingDirection wo;
-  double eta;
-  Roughness alpha;
-  const LossTable &here, &beyond;
-  double lost, meanLossHere, meanLossBeyond, x = 0;
-};
-
 bool isOff(const ShadingDirection& w) { return isAbove(w) || isBelow(w); } // the horizon
 
-bool scatters(const Dielectric& dielectric, const ShadingDirection& wi, const ShadingDirection& wo) {
-  assert(isSpecular(dielectric) || dielectric.losses);
-  return !isSpecular(dielectric) && isOff(wi) && isOff(wo);
+bool scatters(const DielectricView& view, const ShadingDirection& wi) {
+  return !view.isClear && isOff(wi) && isAbove(view.wo);
 }
 
-// wi as turned() says.
-double evaluate(const View& view, const ShadingDirection& wi) {
-  const auto& [outside, wo, eta, alpha, here, beyond, lost, meanLossHere, meanLossBeyond, x] = view;
+// To wo's side and back.
+ShadingDirection turned(const DielectricView& view, const ShadingDirection& wi) {
+  return view.isOutside ? wi : flipped(wi);
+}
+
+// wi as turned() says, here and below.
+double evaluateTurned(const DielectricView& view, const ShadingDirection& wi) {
+  const auto& [isClear, isOutside, wo, eta, alpha, here, beyond, lost, x] = view;
   if (isAbove(wi)) {
     const double F = dielectricFresnel(halfCosine(wi, wo), eta);
-    const double multiple = (1 - x) * lost * here.loss(wi, alpha) / meanLossHere;
+    const double multiple = (1 - x) * lost * here.loss(wi) / here.meanLoss;
     return F * ggx::reflected(wi, wo, alpha) + multiple * cosineDensity(wi);
   }
-  const double multiple = x * lost * beyond.loss(wi, alpha) / meanLossBeyond * cosineDensity(flipped(wi));
+  const double multiple = x * lost * beyond.loss(wi) / beyond.meanLoss * cosineDensity(flipped(wi));
   const auto h = refractingFacet(wi, wo, eta);
   if (!h) return multiple;
   return (1 - dielectricFresnel(dot(wo, *h), eta)) * transmitted(wi, wo, *h, eta, alpha) + multiple;
 }
 
-double pdf(const View& view, const ShadingDirection& wi) {
-  const auto& [outside, wo, eta, alpha, here, beyond, lost, meanLossHere, meanLossBeyond, x] = view;
+double pdfTurned(const DielectricView& view, const ShadingDirection& wi) {
+  const auto& [isClear, isOutside, wo, eta, alpha, here, beyond, lost, x] = view;
   const double grazing = grazingDensity(wi, alpha);
   if (isAbove(wi)) {
     const double F = dielectricFresnel(halfCosine(wi, wo), eta);
@@ -131,11 +111,12 @@ LossTable lossesFrom(double eta) {
                    LossTable::Shape::isotropic, LossTable::Coordinate::stretched);
 }
 
-ScatterSample sampleSmooth(double etaInside, const ShadingDirection& wo, double u) {
-  const double eta = isAbove(wo) ? etaInside : 1 / etaInside, mu = std::abs(wo.z());
-  if (u < dielectricFresnel(mu, eta)) return {{-wo.x(), -wo.y(), wo.z()}, {1, 1, 1}, 0, true};
-  const ShadingDirection normal(0, 0, isAbove(wo) ? 1 : -1);
-  return {refracted(wo, normal, mu, refractedCosine(mu, eta), eta), {1, 1, 1}, 0, true};
+ScatterSample sampleClear(const DielectricView& view, double u) {
+  const ShadingDirection& wo = view.wo;
+  if (u < dielectricFresnel(wo.z(), view.eta))
+    return {turned(view, {-wo.x(), -wo.y(), wo.z()}), {1, 1, 1}, 0, true};
+  const ShadingDirection wi = refracted(wo, {0, 0, 1}, wo.z(), refractedCosine(wo.z(), view.eta), view.eta);
+  return {turned(view, wi), {1, 1, 1}, 0, true};
 }
 
 } // namespace
@@ -150,27 +131,36 @@ Rgb transmittance(const Rgb& absorption, double distance) {
 
 bool isSpecular(const Dielectric& dielectric) { return dielectric.alpha < kSmooth; }
 
-Rgb evaluate(const Dielectric& dielectric, const ShadingDirection& wi, const ShadingDirection& wo) {
-  if (!scatters(dielectric, wi, wo)) return {};
-  const View view(dielectric, wo);
-  return gray(evaluate(view, view.turned(wi)));
+DielectricView::DielectricView(const Dielectric& dielectric, const ShadingDirection& towards)
+    : isClear(isSpecular(dielectric)), isOutside(isAbove(towards)),
+      wo(isOutside ? towards : flipped(towards)), eta(isOutside ? dielectric.eta : 1 / dielectric.eta),
+      alpha(bounded({dielectric.alpha, dielectric.alpha})) {
+  if (isClear || !isAbove(wo)) return;
+  const DielectricLosses* losses = dielectric.losses;
+  assert(losses && losses->eta == dielectric.eta);
+  here = (isOutside ? losses->outside : losses->inside).at(alpha);
+  beyond = (isOutside ? losses->inside : losses->outside).at(alpha);
+  lost = here.loss(wo);
+  const double entering = losses->passed, leaving = entering / squared(dielectric.eta);
+  shareBeyond = surflect::shareBeyond(isOutside ? entering : leaving, isOutside ? leaving : entering,
+                                      here.meanLoss, beyond.meanLoss);
 }
 
-double pdf(const Dielectric& dielectric, const ShadingDirection& wi, const ShadingDirection& wo) {
-  if (!scatters(dielectric, wi, wo)) return 0;
-  const View view(dielectric, wo);
-  return pdf(view, view.turned(wi));
+Rgb evaluate(const DielectricView& view, const ShadingDirection& wi) {
+  return scatters(view, wi) ? gray(evaluateTurned(view, turned(view, wi))) : Rgb{};
 }
 
-std::optional<ScatterSample> sample(const Dielectric& dielectric, const ShadingDirection& wo,
-                                    const Uniforms& u) {
-  if (!isOff(wo)) return std::nullopt;
-  if (isSpecular(dielectric)) return sampleSmooth(dielectric.eta, wo, u[0]);
-  const View view(dielectric, wo);
+double pdf(const DielectricView& view, const ShadingDirection& wi) {
+  return scatters(view, wi) ? pdfTurned(view, turned(view, wi)) : 0;
+}
+
+std::optional<ScatterSample> sample(const DielectricView& view, const Uniforms& u) {
+  if (!isAbove(view.wo)) return std::nullopt;
+  if (view.isClear) return sampleClear(view, u[0]);
   ShadingDirection wi;
   bool reflects;
   if (u[0] < view.lost) {
-    reflects = u[0] >= view.lost * view.x;
+    reflects = u[0] >= view.lost * view.shareBeyond;
     wi = grazingDirection(view.alpha, u[1], u[2]);
     if (!reflects) wi = flipped(wi);
   } else {
@@ -180,9 +170,9 @@ std::optional<ScatterSample> sample(const Dielectric& dielectric, const ShadingD
     wi = reflects ? mirrored(view.wo, h) : refracted(view.wo, h, mu, refractedCosine(mu, view.eta), view.eta);
   }
   if (reflects ? !isAbove(wi) : !isBelow(wi)) return std::nullopt; // hidden by the surface
-  const double density = pdf(view, wi);
+  const double density = pdfTurned(view, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{view.turned(wi), gray(evaluate(view, wi) / density), density};
+  return ScatterSample{turned(view, wi), gray(evaluateTurned(view, wi) / density), density};
 }
 
 } // namespace surflect

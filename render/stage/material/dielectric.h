@@ -10,8 +10,7 @@
 #pragma once
 
 #include "render/stage/material/loss_table.h"
-
-#include <optional>
+#include "render/stage/material/view.h"
 
 namespace surflect {
 
@@ -25,19 +24,36 @@ struct DielectricLosses {
 };
 
 struct Dielectric {
+  using View = struct DielectricView;
+
   double eta = 1.5;        // index of refraction inside over that outside; not 1
   double alpha = 0;        // 0..1; below kSmooth: smooth
   Rgb absorption{0, 0, 0}; // inside, 1/m; the tracer applies transmittance() along each path through it
   const DielectricLosses* losses = nullptr; // for this eta; not read where smooth
+  Rgb absorptionOutside{0, 0, 0};           // where another medium than air lies there
 };
 
 // exp(-absorption distance), distance in metres.  Beer's law
 Rgb transmittance(const Rgb& absorption, double distance);
 
 bool isSpecular(const Dielectric& dielectric);
-Rgb evaluate(const Dielectric& dielectric, const ShadingDirection& wi, const ShadingDirection& wo);
-double pdf(const Dielectric& dielectric, const ShadingDirection& wi, const ShadingDirection& wo);
-std::optional<ScatterSample> sample(const Dielectric& dielectric, const ShadingDirection& wo,
-                                    const Uniforms& u);
+
+// As seen from the side of wo, which is made to be above.
+struct DielectricView {
+  DielectricView(const Dielectric& dielectric, const ShadingDirection& towards);
+
+  bool isClear, isOutside;
+  ShadingDirection wo;
+  double eta; // index beyond over that here
+  // Where it is rough and wo is not at the horizon:
+  Roughness alpha;                // bounded
+  LossesAtRoughness here, beyond; // of light that leaves on wo's side and on the other
+  double lost = 0;                // of light that leaves towards wo
+  double shareBeyond = 0;         // of it, what is given back on the other side
+};
+
+Rgb evaluate(const DielectricView& view, const ShadingDirection& wi);
+double pdf(const DielectricView& view, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const DielectricView& view, const Uniforms& u);
 
 } // namespace surflect

@@ -6,30 +6,48 @@
 // scattering once.
 #pragma once
 
-#include "render/stage/material/shading.h"
-
-#include <optional>
+#include "render/stage/material/view.h"
 
 namespace surflect {
 
 struct Lambert {
+  using View = struct LambertView;
+
   Rgb albedo{0.5f, 0.5f, 0.5f}; // 0..1
 };
 
-Rgb evaluate(const Lambert& lambert, const ShadingDirection& wi, const ShadingDirection& wo);
-double pdf(const Lambert& lambert, const ShadingDirection& wi, const ShadingDirection& wo);
-std::optional<ScatterSample> sample(const Lambert& lambert, const ShadingDirection& wo, const Uniforms& u);
+struct LambertView {
+  LambertView(const Lambert& lambert, const ShadingDirection& wo)
+      : albedo(lambert.albedo), isSeen(isAbove(wo)) {}
+
+  Rgb albedo;
+  bool isSeen;
+};
+
+Rgb evaluate(const LambertView& view, const ShadingDirection& wi);
+double pdf(const LambertView& view, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const LambertView& view, const Uniforms& u);
 
 // Cloth, plaster, clay: flatter than Lambert's and brighter towards the light. Oren and Nayar's in Fujii's
 // form, with the light that it loses between facets given back: white is white.
 struct RoughDiffuse {
+  using View = struct RoughDiffuseView;
+
   Rgb albedo{0.5f, 0.5f, 0.5f}; // 0..1, of a single scattering: rough surfaces are more saturated
   double roughness = 0;         // 0..1
 };
 
-Rgb evaluate(const RoughDiffuse& rough, const ShadingDirection& wi, const ShadingDirection& wo);
-double pdf(const RoughDiffuse& rough, const ShadingDirection& wi, const ShadingDirection& wo);
-std::optional<ScatterSample> sample(const RoughDiffuse& rough, const ShadingDirection& wo, const Uniforms& u);
+struct RoughDiffuseView {
+  RoughDiffuseView(const RoughDiffuse& rough, const ShadingDirection& towards);
+
+  RoughDiffuse rough;
+  ShadingDirection wo;
+  Rgb multiple; // of light scattered more than once, for what a white surface loses of that along wi
+};
+
+Rgb evaluate(const RoughDiffuseView& view, const ShadingDirection& wi);
+double pdf(const RoughDiffuseView& view, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const RoughDiffuseView& view, const Uniforms& u);
 
 namespace eon {
 

@@ -2,6 +2,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <cassert>
+
 namespace surflect {
 
 namespace {
@@ -101,34 +103,60 @@ void LossTable::fillLosses(const FacetAlbedo& albedo) {
   });
 }
 
-double LossTable::loss(const ShadingDirection& w, const Roughness& alpha) const {
-  const bool turned = shape_ == Shape::anisotropic && alpha.y > alpha.x;
-  const double most = turned ? alpha.y : alpha.x;
-  const double ratio = shape_ == Shape::isotropic ? 1 : (turned ? alpha.x : alpha.y) / most;
-  const Roughness stretch = coordinate_ == Coordinate::stretched ? alpha : Roughness{1, 1};
-  const double x2 = squared(stretch.x * w.x()), y2 = squared(stretch.y * w.y()), z2 = squared(w.z());
-  const double cosine = std::sqrt(z2 / (x2 + y2 + z2));
+LossesAtRoughness LossTable::lossesAt(const Roughness& alpha) const {
+  LossesAtRoughness at;
+  at.turned_ = shape_ == Shape::anisotropic && alpha.y > alpha.x;
+  const double most = at.turned_ ? alpha.y : alpha.x;
+  const double ratio = shape_ == Shape::isotropic ? 1 : (at.turned_ ? alpha.x : alpha.y) / most;
+  at.stretch_ = coordinate_ == Coordinate::stretched ? alpha : Roughness{1, 1};
+  at.directions_ = directions_;
+  at.azimuths_ = ratio < 1 ? azimuths_ : 1;
 
-  const Taps d = cubic(placeOfCosine(cosine) * (directions_ - 1), directions_);
   const Taps a = cubic(placeOfRoughness(most) * (roughnesses_ - 1), roughnesses_);
-  Taps c, r;
-  if (ratio < 1) {
-    const double azimuth = x2 + y2 > 0 ? (turned ? y2 : x2) / (x2 + y2) : 1;
-    c = quadratic(azimuth * (azimuths_ - 1), azimuths_);
+  Taps r;
+  if (ratio < 1)
     r = quadratic(std::max(kFlattest, ratio) * (ratios_ - 1), ratios_);
-  } else
+  else
     r.first = ratios_ - 1; // the same for each azimuth
-
-  double sum = 0;
+  const int nodes = directions_ * at.azimuths_;
+  assert(nodes <= LossesAtRoughness::kMostNodes);
+  at.rows_.fill(0);
   for (int i = 0; i < a.count; ++i)
-    for (int j = 0; j < r.count; ++j)
-      for (int k = 0; k < c.count; ++k) {
-        const int slice = ((a.first + i) * ratios_ + r.first + j) * azimuths_ + c.first + k;
-        const float* row = &losses_[static_cast<size_t>(slice * directions_ + d.first)];
-        const double along = d.weights[0] * double{row[0]} + d.weights[1] * double{row[1]} +
-                             d.weights[2] * double{row[2]} + d.weights[3] * double{row[3]};
-        sum += a.weights[i] * r.weights[j] * c.weights[k] * along;
-      }
+    for (int j = 0; j < r.count; ++j) {
+      const int slice = ((a.first + i) * ratios_ + r.first + j) * azimuths_;
+      const float* rows = &losses_[static_cast<size_t>(slice * directions_)];
+      const auto weight = static_cast<float>(a.weights[i] * r.weights[j]);
+      for (int k = 0; k < nodes; ++k) at.rows_[k] += weight * rows[k];
+    }
+  return at;
+}
+
+LossesAtRoughness LossTable::at(const Roughness& alpha) const {
+  LossesAtRoughness at = lossesAt(alpha);
+  at.meanLoss = meanLoss(alpha);
+  return at;
+}
+
+double LossTable::loss(const ShadingDirection& w, const Roughness& alpha) const {
+  return lossesAt(alpha).loss(w);
+}
+
+double LossesAtRoughness::loss(const ShadingDirection& w) const {
+  const double x2 = squared(stretch_.x * w.x()), y2 = squared(stretch_.y * w.y()), z2 = squared(w.z());
+  const double cosine = std::sqrt(z2 / (x2 + y2 + z2));
+  const Taps d = cubic(placeOfCosine(cosine) * (directions_ - 1), directions_);
+  Taps c;
+  if (azimuths_ > 1) {
+    const double azimuth = x2 + y2 > 0 ? (turned_ ? y2 : x2) / (x2 + y2) : 1;
+    c = quadratic(azimuth * (azimuths_ - 1), azimuths_);
+  }
+  double sum = 0;
+  for (int k = 0; k < c.count; ++k) {
+    const float* row = &rows_[static_cast<size_t>((c.first + k) * directions_ + d.first)];
+    const double along = d.weights[0] * double{row[0]} + d.weights[1] * double{row[1]} +
+                         d.weights[2] * double{row[2]} + d.weights[3] * double{row[3]};
+    sum += c.weights[k] * along;
+  }
   return std::clamp(sum, 0.0, 1.0);
 }
 
@@ -139,12 +167,13 @@ void LossTable::fillMeans() {
     const double most = meanRoughnessAt(nodeAt(node / meanRatios_, kMeanRoughnesses));
     const double ratio = meanRatios_ == 1 ? 1 : std::max(kFlattest, nodeAt(node % meanRatios_, meanRatios_));
     const Roughness alpha{most, most * ratio};
+    const LossesAtRoughness losses = lossesAt(alpha);
     const int azimuths = ratio < 1 ? kAzimuths : 1;
     double sum = 0;
     for (int i = 0; i < kCosines; ++i)
       for (int j = 0; j < azimuths; ++j) { // over one quarter of the circle
         const ShadingDirection w = grazingDirection(alpha, (i + 0.5) / kCosines, (j + 0.5) / azimuths / 4);
-        sum += loss(w, alpha) * cosineDensity(w) / grazingDensity(w, alpha);
+        sum += losses.loss(w) * cosineDensity(w) / grazingDensity(w, alpha);
       }
     logMeans_[static_cast<size_t>(node)] = std::log(std::max(1e-12, sum / (kCosines * azimuths)));
   });

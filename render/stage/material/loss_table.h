@@ -20,6 +20,24 @@ using FacetAlbedo =
 // Its mean over the facets that wo sees, by a fixed rule of 40 x 40 of them; to about 0.001.
 double averageOverFacets(const ShadingDirection& wo, const Roughness& alpha, const FacetAlbedo& albedo);
 
+// A LossTable at one roughness.
+class LossesAtRoughness {
+public:
+  double meanLoss = 0; // see LossTable
+
+  // See LossTable.
+  double loss(const ShadingDirection& w) const;
+
+private:
+  friend class LossTable;
+  static constexpr int kMostNodes = 48;
+
+  Roughness stretch_;                  // the directions are those of the table's coordinate
+  int directions_ = 0, azimuths_ = 0;  // nodes; of one azimuth the same all round
+  bool turned_ = false;                // azimuth is that to y
+  std::array<float, kMostNodes> rows_; // directions fastest
+};
+
 // Made once and shared by all materials that look something up in it; queries are const and need no locks.
 class LossTable {
 public:
@@ -31,6 +49,9 @@ public:
   // The loss is 1 - averageOverFacets. Uses all cores; the same bits for any number of them.
   LossTable(const FacetAlbedo& albedo, Shape shape, Coordinate coordinate);
 
+  // At a roughness, to be asked for many directions.
+  LossesAtRoughness at(const Roughness& alpha) const;
+
   // Of light that leaves towards w, on either side, within 0.004; of roughnesses as bounded() gives them.
   // Isotropic tables read alpha.x. Where one roughness is less than a fiftieth of the other it is taken for
   // that.
@@ -39,6 +60,7 @@ public:
   double meanLoss(const Roughness& alpha) const;
 
 private:
+  LossesAtRoughness lossesAt(const Roughness& alpha) const; // but for the mean
   void fillLosses(const FacetAlbedo& albedo);
   void fillMeans();
   ShadingDirection directionAt(double x, double azimuth, const Roughness& alpha) const;

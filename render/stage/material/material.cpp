@@ -23,6 +23,12 @@ void requireRoughness(const Roughness& alpha) {
   requireFraction(alpha.y, "alpha.y");
 }
 
+void requireAbsorption(const Rgb& absorption, std::string_view field) {
+  for (const float sigma : {absorption.r, absorption.g, absorption.b})
+    if (!(sigma >= 0 && std::isfinite(sigma)))
+      throw Error::mismatch("0 or more", std::to_string(sigma)).at(field);
+}
+
 void require(const Lambert& m) { requireFractions(m.albedo, "albedo"); }
 
 void require(const RoughDiffuse& m) {
@@ -41,9 +47,8 @@ void require(const Dielectric& m) {
   requireFraction(m.alpha, "alpha");
   if (!(m.eta >= 0.2 && m.eta <= 5 && std::abs(m.eta - 1) >= 1e-3))
     throw Error::mismatch("0.2 to 5 and not 1", std::to_string(m.eta)).at("eta");
-  for (const float sigma : {m.absorption.r, m.absorption.g, m.absorption.b})
-    if (!(sigma >= 0 && std::isfinite(sigma)))
-      throw Error::mismatch("0 or more", std::to_string(sigma)).at("absorption");
+  requireAbsorption(m.absorption, "absorption");
+  requireAbsorption(m.absorptionOutside, "absorptionOutside");
   assert(isSpecular(m) || (m.losses && m.losses->eta == m.eta));
 }
 
@@ -78,6 +83,33 @@ double radicalInverse(uint32_t i, uint32_t base) {
 
 void requireValid(const Material& material) {
   std::visit([](const auto& m) { require(m); }, material);
+}
+
+MaterialView viewFrom(const ShadingDirection& wo, const Material& material) {
+  return std::visit([&]<class Kind>(const Kind& m) -> MaterialView { return typename Kind::View(m, wo); },
+                    material);
+}
+
+void evaluate(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<Rgb> values) {
+  assert(wi.size() == values.size());
+  std::visit(
+      [&](const auto& v) {
+        for (size_t i = 0; i < wi.size(); ++i) values[i] = evaluate(v, wi[i]);
+      },
+      view);
+}
+
+void pdf(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<double> densities) {
+  assert(wi.size() == densities.size());
+  std::visit(
+      [&](const auto& v) {
+        for (size_t i = 0; i < wi.size(); ++i) densities[i] = pdf(v, wi[i]);
+      },
+      view);
+}
+
+std::optional<ScatterSample> sample(const MaterialView& view, const Uniforms& u) {
+  return std::visit([&](const auto& v) { return sample(v, u); }, view);
 }
 
 Rgb evaluate(const Material& material, const ShadingDirection& wi, const ShadingDirection& wo) {

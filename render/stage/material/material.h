@@ -9,12 +9,25 @@
 #include "render/stage/material/clear_coat.h"
 #include "render/stage/material/dielectric.h"
 
+#include <span>
+#include <variant>
+
 namespace surflect {
 
 using Material = std::variant<Lambert, RoughDiffuse, Conductor, Dielectric, Ward, Measured, ClearCoat>;
 
 // Throws Error at the field that is out of its range; of tables it asserts that they are there.
 void requireValid(const Material& material);
+
+// As seen from wo: view.h.
+using MaterialView = std::variant<LambertView, RoughDiffuseView, ConductorView, DielectricView, WardView,
+                                  MeasuredView, ClearCoatView>;
+MaterialView viewFrom(const ShadingDirection& wo, const Material& material);
+
+// Of all wi at once: those below, and pdf. Spans have one length.
+void evaluate(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<Rgb> values);
+void pdf(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<double> densities);
+std::optional<ScatterSample> sample(const MaterialView& view, const Uniforms& u);
 
 // f |wi . n|, per steradian; without lobes that are specular.
 Rgb evaluate(const Material& material, const ShadingDirection& wi, const ShadingDirection& wo);

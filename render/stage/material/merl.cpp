@@ -150,25 +150,25 @@ double MerlTable::halfDensity(const ShadingDirection& h) const {
   return share / (2 * kPi * (low - high));
 }
 
-Rgb evaluate(const Measured& measured, const ShadingDirection& wi, const ShadingDirection& wo) {
-  if (!isAbove(wi) || !isAbove(wo)) return {};
-  assert(measured.table);
-  return scaled(wi.z(), measured.table->at(wi, wo));
+Rgb evaluate(const MeasuredView& view, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(view.wo)) return {};
+  assert(view.table);
+  return scaled(wi.z(), view.table->at(wi, view.wo));
 }
 
-double pdf(const Measured& measured, const ShadingDirection& wi, const ShadingDirection& wo) {
-  if (!isAbove(wi) || !isAbove(wo)) return 0;
-  const ShadingDirection h = normalized(wi + wo);
-  return 0.5 * measured.table->halfDensity(h) / (4 * halfCosine(wi, wo)) + 0.5 * cosineDensity(wi);
+double pdf(const MeasuredView& view, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(view.wo)) return 0;
+  const ShadingDirection h = normalized(wi + view.wo);
+  return 0.5 * view.table->halfDensity(h) / (4 * halfCosine(wi, view.wo)) + 0.5 * cosineDensity(wi);
 }
 
-std::optional<ScatterSample> sample(const Measured& measured, const ShadingDirection& wo, const Uniforms& u) {
-  if (!isAbove(wo)) return std::nullopt;
+std::optional<ScatterSample> sample(const MeasuredView& view, const Uniforms& u) {
+  if (!isAbove(view.wo)) return std::nullopt;
   const ShadingDirection wi =
-      u[0] < 0.5 ? mirrored(wo, measured.table->halfDirection(u[1], u[2])) : cosineDirection(u[1], u[2]);
-  const double density = pdf(measured, wi, wo);
+      u[0] < 0.5 ? mirrored(view.wo, view.table->halfDirection(u[1], u[2])) : cosineDirection(u[1], u[2]);
+  const double density = pdf(view, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{wi, scaled(1 / density, evaluate(measured, wi, wo)), density};
+  return ScatterSample{wi, scaled(1 / density, evaluate(view, wi)), density};
 }
 
 } // namespace surflect

@@ -7,10 +7,9 @@
 // vector, d the direction of light in its frame.
 #pragma once
 
-#include "render/stage/material/shading.h"
+#include "render/stage/material/view.h"
 
 #include <filesystem>
-#include <optional>
 #include <vector>
 
 namespace surflect {
@@ -39,11 +38,21 @@ private:
 
 // Nothing bounds what such files reflect: the tracer may meet weights above 1.
 struct Measured {
+  using View = struct MeasuredView;
+
   const MerlTable* table = nullptr;
 };
 
-Rgb evaluate(const Measured& measured, const ShadingDirection& wi, const ShadingDirection& wo);
-double pdf(const Measured& measured, const ShadingDirection& wi, const ShadingDirection& wo);
-std::optional<ScatterSample> sample(const Measured& measured, const ShadingDirection& wo, const Uniforms& u);
+struct MeasuredView {
+  MeasuredView(const Measured& measured, const ShadingDirection& towards)
+      : table(measured.table), wo(towards) {}
+
+  const MerlTable* table;
+  ShadingDirection wo;
+};
+
+Rgb evaluate(const MeasuredView& view, const ShadingDirection& wi);
+double pdf(const MeasuredView& view, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const MeasuredView& view, const Uniforms& u);
 
 } // namespace surflect

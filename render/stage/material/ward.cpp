@@ -31,28 +31,31 @@ double glossShare(const Ward& ward) {
 
 } // namespace
 
-Rgb evaluate(const Ward& ward, const ShadingDirection& wi, const ShadingDirection& wo) {
-  if (!isAbove(wi) || !isAbove(wo)) return {};
-  return scaled(cosineDensity(wi), ward.diffuse) +
-         scaled(gloss(wi, wo, bounded(ward.alpha)) * wi.z(), ward.specular);
+WardView::WardView(const Ward& ward, const ShadingDirection& towards)
+    : diffuse(ward.diffuse), specular(ward.specular), alpha(bounded(ward.alpha)),
+      glossShare(surflect::glossShare(ward)), wo(towards) {}
+
+Rgb evaluate(const WardView& view, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(view.wo)) return {};
+  return scaled(cosineDensity(wi), view.diffuse) +
+         scaled(gloss(wi, view.wo, view.alpha) * wi.z(), view.specular);
 }
 
-double pdf(const Ward& ward, const ShadingDirection& wi, const ShadingDirection& wo) {
-  if (!isAbove(wi) || !isAbove(wo)) return 0;
-  const ShadingDirection h = normalized(wi + wo);
-  const double share = glossShare(ward);
-  return share * halfDensity(h, bounded(ward.alpha)) / (4 * halfCosine(wi, wo)) +
-         (1 - share) * cosineDensity(wi);
+double pdf(const WardView& view, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(view.wo)) return 0;
+  const ShadingDirection h = normalized(wi + view.wo);
+  return view.glossShare * halfDensity(h, view.alpha) / (4 * halfCosine(wi, view.wo)) +
+         (1 - view.glossShare) * cosineDensity(wi);
 }
 
-std::optional<ScatterSample> sample(const Ward& ward, const ShadingDirection& wo, const Uniforms& u) {
-  if (!isAbove(wo)) return std::nullopt;
-  const ShadingDirection wi = u[0] < glossShare(ward)
-                                  ? mirrored(wo, halfDirection(bounded(ward.alpha), u[1], u[2]))
+std::optional<ScatterSample> sample(const WardView& view, const Uniforms& u) {
+  if (!isAbove(view.wo)) return std::nullopt;
+  const ShadingDirection wi = u[0] < view.glossShare
+                                  ? mirrored(view.wo, halfDirection(view.alpha, u[1], u[2]))
                                   : cosineDirection(u[1], u[2]);
-  const double density = pdf(ward, wi, wo);
+  const double density = pdf(view, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{wi, scaled(1 / density, evaluate(ward, wi, wo)), density};
+  return ScatterSample{wi, scaled(1 / density, evaluate(view, wi)), density};
 }
 
 } // namespace surflect

@@ -8,19 +8,29 @@
 #pragma once
 
 #include "render/stage/material/ggx.h"
-
-#include <optional>
+#include "render/stage/material/view.h"
 
 namespace surflect {
 
 struct Ward {
+  using View = struct WardView;
+
   Rgb diffuse{0.5f, 0.5f, 0.5f};
   Rgb specular{0.04f, 0.04f, 0.04f}; // with diffuse at most 1
   Roughness alpha{0.1, 0.1};         // 0..1
 };
 
-Rgb evaluate(const Ward& ward, const ShadingDirection& wi, const ShadingDirection& wo);
-double pdf(const Ward& ward, const ShadingDirection& wi, const ShadingDirection& wo);
-std::optional<ScatterSample> sample(const Ward& ward, const ShadingDirection& wo, const Uniforms& u);
+struct WardView {
+  WardView(const Ward& ward, const ShadingDirection& towards);
+
+  Rgb diffuse, specular;
+  Roughness alpha; // bounded
+  double glossShare;
+  ShadingDirection wo;
+};
+
+Rgb evaluate(const WardView& view, const ShadingDirection& wi);
+double pdf(const WardView& view, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const WardView& view, const Uniforms& u);
 
 } // namespace surflect
