@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstring>
 #include <limits>
@@ -126,13 +127,27 @@ std::optional<SurfaceHit> StageScene::firstHit(const Point3<AcquisitionSpace, do
                     material()};
 }
 
-bool StageScene::occluded(const Point3<AcquisitionSpace, double>& origin,
-                          const Direction3<AcquisitionSpace, double>& direction, double distance) const {
+uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const {
+  assert(rays.size() <= kMostRays);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRay ray = rays_->ray(origin.raw(), direction.raw(), distance);
-  rtcOccluded1(rays_->scene, &context, &ray);
-  return ray.tfar < 0; // Embree's sign of a hit
+  if (beam == Beam::narrow) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  RTCRay16 packet;
+  alignas(64) std::array<int, kMostRays> valid{};
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const Vec3<float> o = (rays[i].origin.raw() - rays_->center).cast<float>();
+    const Vec3<float> d = rays[i].direction.raw().cast<float>();
+    packet.org_x[i] = o[0], packet.org_y[i] = o[1], packet.org_z[i] = o[2];
+    packet.dir_x[i] = d[0], packet.dir_y[i] = d[1], packet.dir_z[i] = d[2];
+    packet.tnear[i] = packet.time[i] = 0;
+    packet.tfar[i] = static_cast<float>(rays[i].distance);
+    packet.mask[i] = ~0u;
+    valid[i] = -1;
+  }
+  rtcOccluded16(valid.data(), rays_->scene, &context, &packet);
+  uint32_t bits = 0;
+  for (size_t i = 0; i < rays.size(); ++i) bits |= static_cast<uint32_t>(packet.tfar[i] < 0) << i;
+  return bits; // Embree's sign of a hit is a negative tfar
 }
 
 Point3<AcquisitionSpace, double>

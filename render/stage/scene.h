@@ -5,8 +5,10 @@
 #include "render/stage/surface.h"
 #include "render/stage/texture.h"
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace surflect {
@@ -26,6 +28,17 @@ struct SurfaceHit {
   Material material;                                    // as the texture makes it
 };
 
+// Something nearer than `distance` is in its way.
+struct ShadowRay {
+  Point3<AcquisitionSpace, double> origin;
+  Direction3<AcquisitionSpace, double> direction; // unit
+  double distance;
+};
+inline constexpr size_t kMostRays = 16;
+
+// What rays have in common, which is only a matter of speed: directions and surroundings, or one at most.
+enum class Beam { narrow, wide };
+
 // The material with its diffuse colour multiplied; others have none and stay as they are.
 Material tinted(const Material& material, const Rgb& factor);
 
@@ -38,9 +51,8 @@ public:
   // `direction` is unit, here and below.
   std::optional<SurfaceHit> firstHit(const Point3<AcquisitionSpace, double>& origin,
                                      const Direction3<AcquisitionSpace, double>& direction) const;
-  // Is anything in the way, nearer than `distance`?
-  bool occluded(const Point3<AcquisitionSpace, double>& origin,
-                const Direction3<AcquisitionSpace, double>& direction, double distance) const;
+  // Which of the rays have anything in their way: bit i for ray i. At most kMostRays at once.
+  uint32_t occluded(std::span<const ShadowRay> rays, Beam beam) const;
 
   // The origin of a ray that leaves a hit: moved off the triangle, to the ray's side, by 1e-5 of the scene.
   Point3<AcquisitionSpace, double> leaving(const SurfaceHit& hit,

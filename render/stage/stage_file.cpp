@@ -28,8 +28,11 @@ Stage asStage(const Entry& root) {
   stage.trace.seed = static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1));
   if (const auto transport = s.find("transport")) {
     const std::string name = asText(*transport);
-    if (name != "local" && name != "full") throw mismatch(*transport, "local or full");
-    stage.trace.transport = name == "local" ? Transport::local : Transport::full;
+    if (name != "local" && name != "direct" && name != "full")
+      throw mismatch(*transport, "local, direct or full");
+    stage.trace.transport = name == "local"    ? Transport::local
+                            : name == "direct" ? Transport::direct
+                                               : Transport::full;
   }
   stage.rig = asRig(s);
   stage.trace.lightRadius = stage.rig.lightRadius;

@@ -4,11 +4,15 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace surflect {
@@ -20,6 +24,9 @@ using Point = Point3<AcquisitionSpace, double>;
 using Direction = Direction3<AcquisitionSpace, double>;
 
 Vector vectorOf(const Rgb& color) { return {color.r, color.g, color.b}; }
+Rgb rgbOf(const Vector& color) {
+  return {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
+}
 
 // Any two unit vectors at right angles to a unit n and to each other.
 std::pair<Vector, Vector> across(const Vector& n) {
@@ -65,107 +72,246 @@ double capHeight(Angle radius) { return 2 * squared(std::sin(radius.radians() / 
 // Radiance of a disc that gives irradiance 1 to a surface facing it: 1 / (pi sin^2 radius).
 double discRadiance(Angle radius) { return 1 / (kPi * squared(std::sin(radius.radians()))); }
 
-// A direction to a light, and what falls on a surface that faces it; of a disc's, radiance over density.
-struct LightSample {
-  Direction towards;
-  Rgb irradiance;
-  double distance;
+// Both ways of finding a light of which one is taken with density p and the other with q: the share of the
+// first.  [Veach 1997, §9.2.4, power heuristic]
+double powerShare(double p, double q) { return p * p / (p * p + q * q); }
+
+// A light as a path meets it; discs have an extent, others none.
+class Lamp {
+public:
+  // A direction to the light, and what falls on a surface that faces it; of a disc's, radiance over density.
+  struct Sample {
+    Direction towards;
+    Rgb irradiance;
+    double distance;
+  };
+
+  Lamp(const Light& light, Angle radius) : height_(capHeight(radius)) {
+    if (const auto* point = std::get_if<PointLight>(&light.kind)) {
+      position_ = point->position;
+      strength_ = point->intensity;
+      return;
+    }
+    const auto& directional = std::get<DirectionalLight>(light.kind);
+    isPoint_ = false;
+    middle_ = directional.towards;
+    isDisc_ = radius.radians() > 0;
+    std::tie(x_, y_) = across(middle_.raw());
+    strength_ = isDisc_ ? scaled(discRadiance(radius), directional.irradiance) : directional.irradiance;
+  }
+
+  Sample sample(const Point& p, double u, double v) const {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    if (isPoint_) {
+      const Direction d = position_ - p;
+      const double distance = length(d);
+      return {(1 / distance) * d, scaled(1 / squared(distance), strength_), distance};
+    }
+    if (!isDisc_) return {middle_, strength_, kFar};
+    const double z = 1 - u * height_, r = std::sqrt(std::max(0.0, 1 - z * z));
+    const Vector w = r * std::cos(2 * kPi * v) * x_ + r * std::sin(2 * kPi * v) * y_ + z * middle_.raw();
+    return {normalized(assume<Direction>(w)), scaled(1 / density(), strength_), kFar};
+  }
+
+  // Of sample(), per steradian of a disc; 0 where other ways do not find the light.
+  double density() const { return isDisc_ ? 1 / (2 * kPi * height_) : 0; }
+
+  // Radiance from a direction.
+  std::optional<Rgb> seen(const Direction& direction) const {
+    if (!isDisc_ || (middle_ + -direction).raw().squaredNorm() / 2 >= height_) return std::nullopt;
+    return strength_;
+  }
+
+  // Lamps of one octant, as seen from the origin, may be asked for together.
+  int octant() const {
+    const Vector d = isPoint_ ? position_.raw() : middle_.raw();
+    return (d[0] > 0) + 2 * (d[1] > 0) + 4 * (d[2] > 0);
+  }
+
+private:
+  double height_;
+  bool isPoint_ = true, isDisc_ = false;
+  Point position_;
+  Direction middle_;
+  Vector x_, y_; // across a disc
+  Rgb strength_; // intensity, irradiance, or radiance of a disc
 };
 
-LightSample towardsOneOf(const Light& light, const Point& p, Angle radius, double u, double v) {
-  const Direction middle = towardsLight(light, p);
-  const Rgb irradiance = irradianceAt(light, p);
-  if (const auto* point = std::get_if<PointLight>(&light.kind))
-    return {middle, irradiance, length(point->position - p)};
-  if (!(radius.radians() > 0)) return {middle, irradiance, std::numeric_limits<double>::infinity()};
-  const double height = capHeight(radius), z = 1 - u * height, r = std::sqrt(std::max(0.0, 1 - z * z));
-  const auto [x, y] = across(middle.raw());
-  const Vector w = r * std::cos(2 * kPi * v) * x + r * std::sin(2 * kPi * v) * y + z * middle.raw();
-  return {normalized(assume<Direction>(w)), scaled(discRadiance(radius) * 2 * kPi * height, irradiance),
-          std::numeric_limits<double>::infinity()};
-}
+struct Path {
+  Random random;
+  Point origin;
+  Direction direction;
+  Vector* sums; // one a light: what comes along the path
+  Vector throughput{1, 1, 1};
+  Rgb absorption{0, 0, 0}; // where the path is
+  double density = 0;      // of the direction; 0 where no other way of finding it has a chance
+  bool isAlive = true, hasHit = false;
+};
 
-// Paths from one camera, to all lights.
+// What reaches paths if nothing is in the way.
+struct Candidates {
+  struct Share {
+    Rgb light;
+    Vector* sum;
+  };
+  std::vector<ShadowRay> rays;
+  std::vector<Share> shares;
+};
+
+// Walks a handful of paths from one camera at a time, to all lights.
 class PathTracer {
 public:
   PathTracer(const StageScene& scene, std::span<const Light> lights, const TraceOptions& options)
-      : scene_(scene), lights_(lights), options_(options) {}
+      : scene_(scene), transport_(options.transport), seesLights_(options.lightRadius.radians() > 0),
+        order_(lights.size()), ofLight_(lights.size()), towards_(lights.size()), values_(lights.size()),
+        densities_(lights.size()) {
+    for (const Light& light : lights) lamps_.emplace_back(light, options.lightRadius);
+    std::iota(order_.begin(), order_.end(), size_t{0});
+    std::ranges::stable_sort(order_, {}, [&](size_t i) { return lamps_[i].octant(); });
+  }
 
-  // Adds to each light's sum what comes along the ray to its origin; false where it meets nothing.
-  bool add(Point origin, Direction direction, Random& random, std::vector<Vector>& sums) const {
-    Vector throughput(1, 1, 1);
-    Rgb absorption{0, 0, 0}; // where the path is
-    bool isSpecular = false;
-    for (int bounce = 0;; ++bounce) {
-      auto hit = scene_.firstHit(origin, direction);
-      if (!hit) {
-        if (isSpecular) addLightsSeen(direction, throughput, sums);
-        return bounce > 0;
-      }
-      throughput = throughput.cwiseProduct(vectorOf(transmittance(absorption, hit->distance)));
-      const ShadingFrame frame = frameAt(*hit, -direction);
-      const ShadingDirection wo = frame.toLocal(-direction);
-      if (!surflect::isSpecular(hit->material)) addLights(*hit, frame, wo, throughput, random, sums);
-      if (options_.transport == Transport::local) return true;
-
-      const Uniforms uniforms{random.next(), random.next(), random.next()};
-      const auto scattered = sample(hit->material, wo, uniforms);
-      if (!scattered) return true;
-      throughput = throughput.cwiseProduct(vectorOf(scattered->weight));
-      direction = frame.toWorld(scattered->wi);
-      if (!isOnItsSide(*hit, scattered->wi, direction) || !survives(bounce, throughput, random)) return true;
-      if (const auto* glass = std::get_if<Dielectric>(&hit->material))
-        absorption = isBelow(scattered->wi) ? glass->absorption : Rgb{0, 0, 0};
-      isSpecular = scattered->specular;
-      origin = scene_.leaving(*hit, direction);
+  // Adds to each path's sums what comes along it. The first surfaces that paths meet lie close together: then
+  // rays to one light go side by side, later those from one point do.
+  void walk(std::span<Path> paths) {
+    for (int bounce = 0; std::ranges::any_of(paths, &Path::isAlive); ++bounce) {
+      for (Path& path : paths)
+        if (path.isAlive) path.isAlive = step(path, bounce);
+      if (bounce == 0)
+        for (Candidates& candidates : ofLight_) settle(candidates, Beam::narrow);
     }
   }
 
 private:
+  // To the next surface, and on; false where the path ends.
+  bool step(Path& path, int bounce) {
+    auto hit = scene_.firstHit(path.origin, path.direction);
+    if (!hit) {
+      if (bounce > 0) addLightsSeen(path);
+      return false;
+    }
+    if (bounce > 0 && transport_ == Transport::direct) return false;
+    path.hasHit = true;
+    path.throughput = path.throughput.cwiseProduct(vectorOf(transmittance(path.absorption, hit->distance)));
+    const ShadingFrame frame = frameAt(*hit, -path.direction);
+    const MaterialView view = viewFrom(frame.toLocal(-path.direction), hit->material);
+    if (!isSpecular(hit->material)) askLights(path, *hit, frame, view, bounce);
+    if (transport_ != Transport::full && !seesLights_) return false;
+
+    const Uniforms uniforms{path.random.next(), path.random.next(), path.random.next()};
+    const auto scattered = sample(view, uniforms);
+    if (!scattered) return false;
+    path.throughput = path.throughput.cwiseProduct(vectorOf(scattered->weight));
+    path.direction = frame.toWorld(scattered->wi);
+    path.density = scattered->pdf;
+    if (transport_ == Transport::local) {
+      addLightsSeen(path);
+      return false;
+    }
+    if (!isOnItsSide(*hit, scattered->wi, path.direction) || !survives(path, bounce)) return false;
+    if (const auto* glass = std::get_if<Dielectric>(&hit->material))
+      path.absorption = isBelow(scattered->wi) ? glass->absorption : glass->absorptionOutside;
+    path.origin = scene_.leaving(*hit, path.direction);
+    return true;
+  }
+
   // Interpolated normals and triangles agree on which side of the surface the light comes from.
   static bool isOnItsSide(const SurfaceHit& hit, const ShadingDirection& wi, const Direction& world) {
     return (wi.z() > 0) == (dot(hit.facet, world) > 0);
   }
 
   // Russian roulette, by what the path can still carry.
-  static bool survives(int bounce, Vector& throughput, Random& random) {
+  static bool survives(Path& path, int bounce) {
     constexpr int kSafeBounces = 3;
-    if (bounce < kSafeBounces) return throughput.maxCoeff() > 0;
-    const double chance = std::min(0.95, throughput.maxCoeff());
-    if (random.next() >= chance) return false;
-    throughput /= chance;
+    const double most = path.throughput.maxCoeff();
+    if (bounce < kSafeBounces) return most > 0;
+    const double chance = std::min(0.95, most);
+    if (path.random.next() >= chance) return false;
+    path.throughput /= chance;
     return true;
   }
 
-  void addLights(const SurfaceHit& hit, const ShadingFrame& frame, const ShadingDirection& wo,
-                 const Vector& throughput, Random& random, std::vector<Vector>& sums) const {
-    const double u = random.next(), v = random.next();
-    for (size_t i = 0; i < lights_.size(); ++i) {
-      const LightSample light = towardsOneOf(lights_[i], hit.position, options_.lightRadius, u, v);
-      const ShadingDirection wi = frame.toLocal(light.towards);
-      const Rgb reflected = evaluate(hit.material, wi, wo) * light.irradiance;
-      if (!(brightest(reflected) > 0)) continue;
-      if (options_.transport == Transport::full &&
-          (!isOnItsSide(hit, wi, light.towards) ||
-           scene_.occluded(scene_.leaving(hit, light.towards), light.towards, light.distance)))
-        continue;
-      sums[i] += throughput.cwiseProduct(vectorOf(reflected));
+  void askLights(Path& path, const SurfaceHit& hit, const ShadingFrame& frame, const MaterialView& view,
+                 int bounce) {
+    const double u = path.random.next(), v = path.random.next();
+    const bool isOpaque = !std::holds_alternative<DielectricView>(view);
+    const bool isHindered = transport_ != Transport::local;
+    asked_.clear();
+    for (const size_t light : order_) {
+      const Lamp::Sample sample = lamps_[light].sample(hit.position, u, v);
+      if (isOpaque && !(frame.z.dot(sample.towards.raw()) > 0)) continue;
+      const ShadingDirection wi = frame.toLocal(sample.towards);
+      if (isHindered && !isOnItsSide(hit, wi, sample.towards)) continue;
+      towards_[asked_.size()] = wi;
+      asked_.push_back({light, sample});
     }
+    const std::span wi = std::span(towards_).first(asked_.size());
+    evaluate(view, wi, std::span(values_).first(wi.size()));
+    if (seesLights_) pdf(view, wi, std::span(densities_).first(wi.size()));
+    for (size_t i = 0; i < asked_.size(); ++i) {
+      const auto& [light, sample] = asked_[i];
+      const double density = lamps_[light].density();
+      const double share = density > 0 ? powerShare(density, densities_[i]) : 1;
+      const Rgb reflected = scaled(share, values_[i] * sample.irradiance) * rgbOf(path.throughput);
+      if (!(brightest(reflected) > 0)) continue;
+      if (!isHindered) {
+        path.sums[light] += vectorOf(reflected);
+        continue;
+      }
+      Candidates& candidates = bounce == 0 ? ofLight_[light] : ofPath_;
+      candidates.rays.push_back({scene_.leaving(hit, sample.towards), sample.towards, sample.distance});
+      candidates.shares.push_back({reflected, &path.sums[light]});
+    }
+    settle(ofPath_, Beam::wide);
   }
 
-  void addLightsSeen(const Direction& direction, const Vector& throughput, std::vector<Vector>& sums) const {
-    if (!(options_.lightRadius.radians() > 0)) return;
-    const double height = capHeight(options_.lightRadius), radiance = discRadiance(options_.lightRadius);
-    for (size_t i = 0; i < lights_.size(); ++i)
-      if (const auto* light = std::get_if<DirectionalLight>(&lights_[i].kind))
-        if ((light->towards + -direction).raw().squaredNorm() / 2 < height)
-          sums[i] += radiance * throughput.cwiseProduct(vectorOf(light->irradiance));
+  // Adds what nothing is in the way of.
+  void settle(Candidates& candidates, Beam beam) const {
+    for (size_t first = 0; first < candidates.rays.size(); first += kMostRays) {
+      const size_t count = std::min(kMostRays, candidates.rays.size() - first);
+      const uint32_t occluded = scene_.occluded(std::span(candidates.rays).subspan(first, count), beam);
+      for (size_t i = 0; i < count; ++i)
+        if (!(occluded >> i & 1)) {
+          const auto& [light, sum] = candidates.shares[first + i];
+          *sum += vectorOf(light);
+        }
+    }
+    candidates.rays.clear();
+    candidates.shares.clear();
   }
+
+  void addLightsSeen(const Path& path) const {
+    if (!seesLights_) return;
+    for (size_t i = 0; i < lamps_.size(); ++i)
+      if (const auto radiance = lamps_[i].seen(path.direction)) {
+        const double share = path.density > 0 ? powerShare(path.density, lamps_[i].density()) : 1;
+        path.sums[i] += share * path.throughput.cwiseProduct(vectorOf(*radiance));
+      }
+  }
+
+  struct Asked {
+    size_t light;
+    Lamp::Sample sample;
+  };
 
   const StageScene& scene_;
-  std::span<const Light> lights_;
-  const TraceOptions& options_;
+  Transport transport_;
+  bool seesLights_; // by chance, where they have an extent
+  std::vector<Lamp> lamps_;
+  std::vector<size_t> order_; // such that neighbours lie in one octant
+  // Kept between calls for their room.
+  std::vector<Candidates> ofLight_;
+  Candidates ofPath_;
+  std::vector<Asked> asked_;
+  std::vector<ShadingDirection> towards_;
+  std::vector<Rgb> values_;
+  std::vector<double> densities_;
 };
+
+// Of the i-th of 64 pixels of a square, such that neighbours in the list are neighbours: column and row.
+std::pair<int, int> placeInTile(int i) {
+  const auto everySecondBit = [](int bits) { return (bits & 1) | (bits >> 1 & 2) | (bits >> 2 & 4); };
+  return {everySecondBit(i), everySecondBit(i >> 1)};
+}
 
 // Columns and rows of strata in a pixel, as square as the number of samples lets them be.
 std::pair<int, int> strata(int samples) {
@@ -179,39 +325,60 @@ std::pair<int, int> strata(int samples) {
 TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& camera, uint64_t view,
                      std::span<const Light> lights, const TraceOptions& options, const Progress& progress) {
   assert(options.samples > 0);
-  constexpr int kTile = 16;
+  constexpr int kTile = 8; // see placeInTile
   const int width = camera.lens.width, height = camera.lens.height;
   TracedView traced{std::vector<Image>(lights.size(), Image(width, height, 3)), Image(width, height, 1)};
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
-  const PathTracer tracer(scene, lights, options);
   const auto [columns, rows] = strata(options.samples);
+  const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
 
-  const auto tracePixel = [&](int x, int y, std::vector<Vector>& sums) {
-    std::fill(sums.begin(), sums.end(), Vector::Zero());
-    int covered = 0;
-    for (int s = 0; s < options.samples; ++s) {
-      Random random{options.seed, view, static_cast<uint64_t>(y) << 32 | static_cast<uint64_t>(x),
-                    static_cast<uint64_t>(s)};
-      const double u = (s % columns + random.next()) / columns, v = (s / columns + random.next()) / rows;
-      if (const auto ray = rayThrough(camera.lens, {x + u, y + v}))
-        covered += tracer.add(worldFromCamera(ray->origin), worldFromCamera(ray->direction), random, sums);
-    }
-    traced.alpha.at(x, y)[0] = static_cast<float>(covered) / static_cast<float>(options.samples);
-    for (size_t i = 0; i < lights.size() && covered > 0; ++i)
-      for (int c = 0; c < 3; ++c)
-        traced.radiance[i].at(x, y)[static_cast<size_t>(c)] = static_cast<float>(sums[i][c] / covered);
+  const auto traceTile = [&](int tile) {
+    PathTracer tracer(scene, lights, options);
+    std::vector<Vector> sums(kTile * kTile * lights.size(), Vector::Zero());
+    std::array<int, kTile * kTile> covered{};
+    std::vector<Path> paths;
+    std::vector<int> places;
+    const auto walk = [&] {
+      progress.checkpoint();
+      tracer.walk(paths);
+      for (size_t i = 0; i < paths.size(); ++i) covered[places[i]] += paths[i].hasHit;
+      paths.clear();
+      places.clear();
+    };
+    const auto forEachPixel = [&](const auto& function) {
+      for (int place = 0; place < kTile * kTile; ++place) {
+        const auto [column, row] = placeInTile(place);
+        const int x = tile % across * kTile + column, y = tile / across * kTile + row;
+        if (x < width && y < height) function(place, x, y);
+      }
+    };
+    forEachPixel([&](int place, int x, int y) {
+      for (int s = 0; s < options.samples; ++s) {
+        Random random{options.seed, view, static_cast<uint64_t>(y) << 32 | static_cast<uint64_t>(x),
+                      static_cast<uint64_t>(s)};
+        const double u = (s % columns + random.next()) / columns, v = (s / columns + random.next()) / rows;
+        const auto ray = rayThrough(camera.lens, {x + u, y + v});
+        if (!ray) continue;
+        paths.push_back({random, worldFromCamera(ray->origin), worldFromCamera(ray->direction),
+                         &sums[static_cast<size_t>(place) * lights.size()]});
+        places.push_back(place);
+        if (paths.size() == kMostRays) walk();
+      }
+    });
+    walk();
+    forEachPixel([&](int place, int x, int y) {
+      traced.alpha.at(x, y)[0] = static_cast<float>(covered[place]) / static_cast<float>(options.samples);
+      for (size_t i = 0; i < lights.size() && covered[place] > 0; ++i)
+        for (int c = 0; c < 3; ++c)
+          traced.radiance[i].at(x, y)[static_cast<size_t>(c)] =
+              static_cast<float>(sums[static_cast<size_t>(place) * lights.size() + i][c] / covered[place]);
+    });
   };
 
-  const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
   std::atomic<int> done = 0;
   std::mutex reporting;
   tbb::parallel_for(0, across * down, [&](int tile) {
-    std::vector<Vector> sums(lights.size());
-    const int left = tile % across * kTile, top = tile / across * kTile;
-    for (int y = top; y < std::min(height, top + kTile); ++y) {
-      progress.checkpoint();
-      for (int x = left; x < std::min(width, left + kTile); ++x) tracePixel(x, y, sums);
-    }
+    traceTile(tile);
     const int finished = ++done;
     const std::lock_guard lock(reporting);
     progress("tracing", static_cast<double>(finished) / (across * down));

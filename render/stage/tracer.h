@@ -1,13 +1,17 @@
 // Pictures of the light stage, by path tracing: one set of paths from the camera serves all lights.
 //
-// [Kajiya 1986] The rendering equation, SIGGRAPH. At every vertex of a path each light is asked for directly.
-// Directional and point lights have no extent, so mirrors and clear glass cannot show them and let none of
-// their light through: give directional lights an angular radius where a scene has such materials. Then they
-// are seen along rays that no rough surface could have found, and asked for directly by all others; a surface
-// that is almost a mirror makes noise. Glass casts shadows; light comes through it by paths that end in a
-// light. Radiance of the lights themselves is not in the picture but by way of a surface.
+// [Kajiya 1986] The rendering equation, SIGGRAPH.
+// [Veach 1997] Robust Monte Carlo methods for light transport simulation, §9.2 (multiple importance
+// sampling).
 //
-// Opaque materials show both sides of a surface. Glass inside glass is absorbed as the last interface says.
+// At every vertex of a path each light is asked for directly; lights of an extent are also found by the
+// directions that surfaces scatter to, and the two ways share by the power heuristic. Directional and point
+// lights have no extent, so mirrors and clear glass cannot show them and let none of their light through:
+// give directional lights an angular radius where a scene has such materials. Glass casts shadows on what is
+// asked for directly; light comes through it by paths that end in a light. Radiance of the lights themselves
+// is not in the picture but by way of a surface.
+//
+// Opaque materials show both sides of a surface. What absorbs along a path is what the last interface says.
 #pragma once
 
 #include "render/stage/scene.h"
@@ -24,7 +28,8 @@
 namespace surflect {
 
 enum class Transport {
-  local, // what the first surface scatters of what falls on it unhindered: no shadows, no interreflection
+  local,  // what the first surface scatters of what falls on it unhindered: no shadows, no interreflection
+  direct, // the same with shadows
   full,
 };
 
