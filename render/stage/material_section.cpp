@@ -44,7 +44,7 @@ public:
     const std::vector<Keys> keys = {{"albedo", "texture", "repeat"},
                                     {"albedo", "roughness", "texture", "repeat"},
                                     {"color", "grazing_tint", "alpha"},
-                                    {"eta", "alpha", "absorption"},
+                                    {"eta", "alpha", "absorption", "absorption_outside"},
                                     {"diffuse", "specular", "alpha", "texture", "repeat"},
                                     {"file"},
                                     {"eta", "alpha", "base"}};
@@ -92,6 +92,8 @@ private:
   Material dielectric(const Section& s, const Entry& table) {
     Dielectric glass{asNumber(s.require("eta"))};
     if (const auto absorption = s.find("absorption")) glass.absorption = asColor(*absorption, 0, 1e9);
+    if (const auto outside = s.find("absorption_outside"))
+      glass.absorptionOutside = asColor(*outside, 0, 1e9);
     check(table, glass);
     if (const auto alpha = s.find("alpha")) glass.alpha = numberIn(*alpha, 0, 1);
     if (!isSpecular(glass)) {

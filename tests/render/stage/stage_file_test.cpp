@@ -86,6 +86,21 @@ TEST(StageFile, SaysWhatStandsWhere) {
   EXPECT_TRUE(isSpecular(stage.objects[1].material));
 }
 
+TEST(StageFile, TransportsHaveTheirNames) {
+  EXPECT_EQ(parse(with("\"local\"", "\"direct\"")).trace.transport, Transport::direct);
+  EXPECT_EQ(parse(with("\"local\"", "\"full\"")).trace.transport, Transport::full);
+}
+
+TEST(StageFile, GlassSaysWhatLiesOnItsOtherSide) {
+  const std::string media = with("type = \"conductor\"\ncolor = [0.6, 0.6, 0.5]\nalpha = [0, 0]",
+                                 "type = \"dielectric\"\neta = 0.9\nabsorption = [1, 2, 3]\n"
+                                 "absorption_outside = [4, 5, 6]");
+  const auto glass = std::get<Dielectric>(parse(media).objects[1].material);
+  EXPECT_EQ(glass.absorption, (Rgb{1, 2, 3}));
+  EXPECT_EQ(glass.absorptionOutside, (Rgb{4, 5, 6}));
+  expectError(with("[4, 5, 6]", "[4, -5, 6]", media), {"absorption_outside[1]"});
+}
+
 TEST(StageFile, TestViewsAndLightsAreNew) {
   const Stage stage = parse(example);
   for (size_t i = stage.rig.trainingLights; i < stage.rig.lights.size(); ++i)
