@@ -3,7 +3,6 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cstring>
 #include <limits>
@@ -127,6 +126,13 @@ std::optional<SurfaceHit> StageScene::firstHit(const Point3<AcquisitionSpace, do
                     material()};
 }
 
+ShadowRay StageScene::shadowRay(const Point3<AcquisitionSpace, double>& origin,
+                                const Direction3<AcquisitionSpace, double>& direction,
+                                double distance) const {
+  const Vec3<float> o = (origin.raw() - rays_->center).cast<float>(), d = direction.raw().cast<float>();
+  return {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, static_cast<float>(distance)};
+}
+
 uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const {
   assert(rays.size() <= kMostRays);
   RTCIntersectContext context;
@@ -135,12 +141,11 @@ uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const 
   RTCRay16 packet;
   alignas(64) std::array<int, kMostRays> valid{};
   for (size_t i = 0; i < rays.size(); ++i) {
-    const Vec3<float> o = (rays[i].origin.raw() - rays_->center).cast<float>();
-    const Vec3<float> d = rays[i].direction.raw().cast<float>();
+    const auto& [o, d, distance] = rays[i];
     packet.org_x[i] = o[0], packet.org_y[i] = o[1], packet.org_z[i] = o[2];
     packet.dir_x[i] = d[0], packet.dir_y[i] = d[1], packet.dir_z[i] = d[2];
     packet.tnear[i] = packet.time[i] = 0;
-    packet.tfar[i] = static_cast<float>(rays[i].distance);
+    packet.tfar[i] = distance;
     packet.mask[i] = ~0u;
     valid[i] = -1;
   }

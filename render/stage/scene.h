@@ -5,6 +5,7 @@
 #include "render/stage/surface.h"
 #include "render/stage/texture.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -28,11 +29,10 @@ struct SurfaceHit {
   Material material;                                    // as the texture makes it
 };
 
-// Something nearer than `distance` is in its way.
+// Something nearer than `distance` is in its way. As Embree takes it: about the middle of the scene.
 struct ShadowRay {
-  Point3<AcquisitionSpace, double> origin;
-  Direction3<AcquisitionSpace, double> direction; // unit
-  double distance;
+  std::array<float, 3> origin, direction;
+  float distance;
 };
 inline constexpr size_t kMostRays = 16;
 
@@ -51,6 +51,8 @@ public:
   // `direction` is unit, here and below.
   std::optional<SurfaceHit> firstHit(const Point3<AcquisitionSpace, double>& origin,
                                      const Direction3<AcquisitionSpace, double>& direction) const;
+  ShadowRay shadowRay(const Point3<AcquisitionSpace, double>& origin,
+                      const Direction3<AcquisitionSpace, double>& direction, double distance) const;
   // Which of the rays have anything in their way: bit i for ray i. At most kMostRays at once.
   uint32_t occluded(std::span<const ShadowRay> rays, Beam beam) const;
 

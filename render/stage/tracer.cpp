@@ -258,7 +258,8 @@ private:
         continue;
       }
       Candidates& candidates = bounce == 0 ? ofLight_[light] : ofPath_;
-      candidates.rays.push_back({scene_.leaving(hit, sample.towards), sample.towards, sample.distance});
+      candidates.rays.push_back(
+          scene_.shadowRay(scene_.leaving(hit, sample.towards), sample.towards, sample.distance));
       candidates.shares.push_back({reflected, &path.sums[light]});
     }
     settle(ofPath_, Beam::wide);

@@ -16,21 +16,24 @@ TEST(StageScene, RaysTogetherMeetWhatTheyMeetAlone) {
   const StageScene scene(objects);
   int met = 0, all = 0;
   for (int trial = 0; trial < 2000; ++trial) {
-    std::vector<ShadowRay> rays(counts(random));
+    const size_t count = counts(random);
     const StageDirection common = randomUnit(random);
-    for (ShadowRay& ray : rays) {
-      ray.origin = {5 + uniform(random), uniform(random), uniform(random)};
-      ray.direction = trial % 2 ? common : randomUnit(random);
-      ray.distance = distances(random);
+    std::vector<ShadowRay> rays;
+    std::vector<bool> isMet;
+    for (size_t i = 0; i < count; ++i) {
+      const StagePoint origin(5 + uniform(random), uniform(random), uniform(random));
+      const StageDirection direction = trial % 2 ? common : randomUnit(random);
+      const double distance = distances(random);
+      rays.push_back(scene.shadowRay(origin, direction, distance));
+      const auto hit = scene.firstHit(origin, direction);
+      isMet.push_back(hit && hit->distance < distance);
     }
     for (const Beam beam : {Beam::narrow, Beam::wide}) {
       const uint32_t occluded = scene.occluded(rays, beam);
       EXPECT_EQ(occluded >> rays.size(), 0u);
       for (size_t i = 0; i < rays.size(); ++i) {
-        const auto hit = scene.firstHit(rays[i].origin, rays[i].direction);
-        const bool isMet = hit && hit->distance < rays[i].distance;
-        EXPECT_EQ(occluded >> i & 1, isMet) << trial << ' ' << i;
-        met += isMet;
+        EXPECT_EQ(occluded >> i & 1, isMet[i]) << trial << ' ' << i;
+        met += isMet[i];
         ++all;
       }
     }
