@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct Arguments {
-  std::string stage, output, script;
+  std::string stage, output, scale, script;
   double frame = 1;
 };
 
@@ -40,7 +40,7 @@ Progress withTimeLeft(Progress progress) {
 
 Json runCapture(const Arguments& arguments, const Progress& progress) {
   const auto start = Clock::now();
-  const Stage stage = readStage(arguments.stage);
+  const Stage stage = readStage(arguments.stage, arguments.scale);
   StageReport report;
   if (arguments.script.empty()) {
     report = captureStage(stage, nullptr, arguments.output, withTimeLeft(progress));
@@ -75,6 +75,7 @@ void addCaptureCommand(CLI::App& app, CommandWork& work) {
   command->footer("Example: surflect capture examples/stages/sphere.toml -o sphere");
   command->add_option("stage", arguments->stage, "TOML file: objects, cameras and lights")->required();
   command->add_option("-o,--output", arguments->output, "the capture's folder")->required();
+  command->add_option("--scale", arguments->scale, "a [scale.NAME] of the stage file, such as tiny");
   CLI::Option* script = command->add_option("--script", arguments->script,
                                             "warps to bend the objects by: the truth for evaluate --script");
   command->add_option("--frame", arguments->frame, "of the script")->capture_default_str()->needs(script);

@@ -50,6 +50,17 @@ const toml::table& asTable(const Entry& entry) {
   throw mismatch(entry, "a table");
 }
 
+// Moved, not copied: copies forget the lines that they stood on.
+void mergeInto(toml::table& target, toml::table& source) {
+  for (auto&& [key, node] : source) {
+    toml::node* const existing = target.get(key.str());
+    if (existing && existing->is_table() && node.is_table())
+      mergeInto(*existing->as_table(), *node.as_table());
+    else
+      node.visit([&, &name = key](auto& value) { target.insert_or_assign(name, std::move(value)); });
+  }
+}
+
 Keyframe asKeyframe(const Entry& entry) {
   constexpr std::string_view form = "a keyframe [frame, value] or [frame, value, \"smooth\"]";
   const std::vector<Entry> parts = asArray(entry, form);
@@ -68,7 +79,7 @@ struct ScriptDocument::Parsed {
 
 ScriptDocument::ScriptDocument(std::string_view text, const std::filesystem::path& path) {
   try {
-    parsed_ = std::make_unique<const Parsed>(Parsed{toml::parse(text), path.parent_path()});
+    parsed_ = std::make_unique<Parsed>(Parsed{toml::parse(text), path.parent_path()});
   } catch (const toml::parse_error& error) {
     const auto where = error.source().begin;
     throw Error("line " + std::to_string(where.line) + ", column " + std::to_string(where.column) +
@@ -79,6 +90,21 @@ ScriptDocument::ScriptDocument(std::string_view text, const std::filesystem::pat
 ScriptDocument::~ScriptDocument() = default;
 
 Entry ScriptDocument::root() const { return {&parsed_->table, "", &parsed_->folder}; }
+
+void ScriptDocument::prefer(std::string_view group, std::string_view name) {
+  toml::table* const groups = parsed_->table[group].as_table();
+  toml::table* const named = groups ? (*groups)[name].as_table() : nullptr;
+  if (!named) {
+    Keys known;
+    if (groups)
+      for (auto&& [key, node] : *groups) known.push_back(key.str());
+    throw Error(known.empty() ? "missing"
+                              : "missing; the nearest one there is " + std::string(nearestName(name, known)))
+        .at(std::string(group) + "." + shown(name));
+  }
+  toml::table chosen = std::move(*named); // what is put in may itself be called [group.name]
+  mergeInto(parsed_->table, chosen);
+}
 
 Section::Section(const Entry& table, const Keys& known) : table_(table) {
   for (const auto& [key, node] : asTable(table)) {

@@ -27,9 +27,13 @@ public:
   ~ScriptDocument();
   Entry root() const;
 
+  // Puts what the table [group.name] holds over what the root has: tables into tables of their name, all else
+  // instead. Entries of before are void. Throws Error where there is no such table.
+  void prefer(std::string_view group, std::string_view name);
+
 private:
   struct Parsed;
-  std::unique_ptr<const Parsed> parsed_;
+  std::unique_ptr<Parsed> parsed_;
 };
 
 using Keys = std::vector<std::string_view>;

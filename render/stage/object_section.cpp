@@ -1,87 +1,268 @@
 #include "render/stage/object_section.h"
 
+#include "render/stage/fur.h"
+#include "render/stage/shapes.h"
 #include "render/stage/stage_fields.h"
+#include "render/stage/surface_file.h"
+#include "render/stage/sweep.h"
+#include "surfel/angle.h"
 
-#include <fmt/format.h>
+#include <numbers>
 
 namespace surflect {
 
 namespace {
 
-constexpr int kMostSegments = 2048, kMostBoxSegments = 512;
-constexpr size_t kMostTriangles = size_t{1} << 25; // in all
+constexpr int kMostSegments = 2048, kMostBoxSegments = 512, kMostCopies = 100'000;
+
+// What shapes are read with.
+struct Making {
+  int segments;                              // of shapes that do not say
+  std::vector<std::filesystem::path>& files; // that were read
+};
 
 struct ShapeKind {
   std::string_view type;
   Keys keys;
-  Surface (*read)(const Section&);
+  Surface (*read)(const Section&, const Making&);
 };
 
-int segmentsOr(const Section& s) { return integerOr(s, "segments", 3, kMostSegments, 256); }
+Surface asShape(const Entry& entry, const Making& making);
+
+int segmentsOr(const Section& s, const Making& making) {
+  return integerOr(s, "segments", kFewestSegments, kMostSegments, making.segments);
+}
+
+bool booleanOr(const Section& s, std::string_view key, bool otherwise) {
+  const auto entry = s.find(key);
+  return entry ? asBoolean(*entry) : otherwise;
+}
+
+double numberOr(const Section& s, std::string_view key, double least, double most, double otherwise) {
+  const auto entry = s.find(key);
+  return entry ? numberIn(*entry, least, most) : otherwise;
+}
+
+std::vector<ProfilePoint> asProfile(const Entry& entry) {
+  constexpr std::string_view form = "points [radius, height]";
+  std::vector<ProfilePoint> profile;
+  bool isWide = false;
+  for (const Entry& point : asArray(entry, form)) {
+    const auto parts = asArray(point, form);
+    if (parts.size() != 2) throw mismatch(point, form);
+    profile.push_back({numberIn(parts[0], 0, 1e9), numberIn(parts[1], -1e9, 1e9)});
+    isWide = isWide || profile.back().radius > 0;
+  }
+  if (!isWide) throw mismatch(entry, "a point off the axis");
+  return profile;
+}
+
+// Points [x, y, z], and one radius for all or a list with one for each.
+std::vector<CurvePoint> asCurve(const Section& s) {
+  const Entry list = s.require("points"), radius = s.require("radius");
+  std::vector<CurvePoint> points;
+  for (const Entry& point : asArray(list, "a list of points")) points.push_back({asVector(point)});
+  std::vector<Entry> radii;
+  try {
+    radii.assign(points.size(), (positive(radius), radius));
+  } catch (const Error&) {
+    radii = asArray(radius, "a length above 0, or one for each point");
+  }
+  if (radii.size() != points.size()) throw mismatch(radius, "as many as there are points");
+  bool isThick = false;
+  for (size_t i = 0; i < points.size(); ++i) {
+    points[i].radius = numberIn(radii[i], 0, 1e9);
+    isThick = isThick || points[i].radius > 1e-9;
+  }
+  if (!isThick) throw mismatch(radius, "one radius above 0");
+  return points;
+}
+
+// What a curve cannot be is said of its points.
+template <class Make> Surface alongCurve(const Section& s, Make make) {
+  const std::vector<CurvePoint> points = asCurve(s);
+  const bool closed = booleanOr(s, "closed", false);
+  return at(s.require("points"), [&] { return make(points, closed); });
+}
 
 const std::vector<ShapeKind>& shapeKinds() {
   static const std::vector<ShapeKind> kinds = {
       {"sphere",
        {"center", "radius", "segments"},
-       [](const Section& s) {
-         return sphere(pointOr0(s, "center"), positive(s.require("radius")), segmentsOr(s));
+       [](const Section& s, const Making& making) {
+         return sphere(pointOr0(s, "center"), positive(s.require("radius")), segmentsOr(s, making));
        }},
       {"bumpy_sphere",
        {"center", "radius", "segments", "amplitude", "frequency"},
-       [](const Section& s) {
+       [](const Section& s, const Making& making) {
          return bumpySphere(pointOr0(s, "center"), positive(s.require("radius")),
                             numberIn(s.require("amplitude"), 0, 0.9),
-                            numberIn(s.require("frequency"), 0, 1000), segmentsOr(s));
+                            numberIn(s.require("frequency"), 0, 1000), segmentsOr(s, making));
        }},
       {"cylinder",
        {"center", "radius", "height", "segments"},
-       [](const Section& s) {
+       [](const Section& s, const Making& making) {
          return cylinder(pointOr0(s, "center"), positive(s.require("radius")), positive(s.require("height")),
-                         segmentsOr(s));
+                         segmentsOr(s, making));
        }},
       {"box",
        {"center", "size", "segments"},
-       [](const Section& s) {
+       [](const Section& s, const Making&) {
          const Entry size = s.require("size");
          const Vec3<double> sides = asVector(size);
          if (!(sides.minCoeff() >= 1e-9)) throw mismatch(size, "three lengths above 0");
          return box(pointOr0(s, "center"), sides, integerOr(s, "segments", 1, kMostBoxSegments, 32));
        }},
-      {"mesh", {"file", "smooth"}, [](const Section& s) {
-         const auto smooth = s.find("smooth");
-         return readSurface(asPath(s.require("file")), smooth ? asBoolean(*smooth) : true);
+      {"lathe",
+       {"profile", "closed", "segments"},
+       [](const Section& s, const Making& making) {
+         const Entry entry = s.require("profile");
+         const std::vector<ProfilePoint> profile = asProfile(entry);
+         const bool closed = booleanOr(s, "closed", true);
+         const int segments = segmentsOr(s, making);
+         return at(entry, [&] { return lathe(profile, closed, segments); });
+       }},
+      {"tube",
+       {"points", "radius", "closed", "segments"},
+       [](const Section& s, const Making& making) {
+         const int segments = segmentsOr(s, making);
+         return alongCurve(s,
+                           [&](const auto& points, bool closed) { return tube(points, closed, segments); });
+       }},
+      {"braid",
+       {"points", "radius", "closed", "turns", "fibres", "seed"},
+       [](const Section& s, const Making&) {
+         const BraidShape shape{asInteger(s.require("turns"), 1, 10'000), integerOr(s, "fibres", 8, 1000, 24),
+                                static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1))};
+         return alongCurve(s, [&](const auto& points, bool closed) { return braid(points, closed, shape); });
+       }},
+      {"fur",
+       {"on", "hairs", "length", "radius", "comb", "disorder", "seed"},
+       [](const Section& s, const Making& making) {
+         const auto comb = s.find("comb");
+         const Entry hairs = s.require("hairs");
+         FurShape shape{asInteger(hairs, 1, 1'000'000), positive(s.require("length")),
+                        positive(s.require("radius"))};
+         if (comb) shape.comb = asVector(*comb);
+         shape.disorder = numberOr(s, "disorder", 0, 1, 0);
+         shape.seed = static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1));
+         const Surface skin = asShape(s.require("on"), making);
+         return at(hairs, [&] { return fur(skin, shape); });
+       }},
+      {"mesh", {"file", "smooth"}, [](const Section& s, const Making& making) {
+         making.files.push_back(asPath(s.require("file")));
+         return readSurface(making.files.back(), booleanOr(s, "smooth", true));
        }}};
   return kinds;
 }
 
-StageObject asObject(const Entry& entry, const MaterialList& materials,
-                     std::vector<std::filesystem::path>& files) {
+// ---- What every shape can have done to it ----
+
+const Keys kChangeKeys = {"displace", "planar_texture", "fibre_deg"},
+           kPlaceKeys = {"position", "rotate_axis", "rotate_deg", "scale"};
+
+Surface changed(const Section& s, Surface surface) {
+  if (const auto formula = s.find("displace"))
+    surface =
+        at(*formula, [&] { return displaced(surface, Expression(asText(*formula), kHeightVariables)); });
+  if (booleanOr(s, "planar_texture", false)) surface = withPlanarTexture(surface);
+  if (const auto turn = s.find("fibre_deg"))
+    surface = withTangentsTurned(surface, Angle::fromDegrees(numberIn(*turn, -360, 360)));
+  return surface;
+}
+
+// One number for all axes, or one for each; below 0 mirrors.
+Vec3<double> asScale(const Entry& entry) {
+  Vec3<double> scale;
+  try {
+    scale.setConstant(asNumber(entry));
+  } catch (const Error&) {
+    scale = asVector(entry);
+  }
+  if (!(scale.cwiseAbs().minCoeff() >= 1e-6 && scale.cwiseAbs().maxCoeff() <= 1e6))
+    throw mismatch(entry, "factors of 1e-6..1e6, or below 0 to mirror");
+  return scale;
+}
+
+// First scaled, then turned, then moved.
+Surface placed(const Section& s, const Surface& surface) {
+  const auto axisEntry = s.find("rotate_axis"), angle = s.find("rotate_deg"), scaleEntry = s.find("scale"),
+             position = s.find("position");
+  if (!angle && !scaleEntry && !position)
+    return axisEntry ? throw mismatch(*axisEntry, "rotate_deg beside it") : surface;
+  const Vec3<double> axis = axisEntry ? asVector(*axisEntry) : Vec3<double>(0, 0, 1);
+  if (!(axis.norm() > 1e-9)) throw mismatch(*axisEntry, "a direction");
+  const double radians = angle ? Angle::fromDegrees(numberIn(*angle, -360, 360)).radians() : 0;
+  const Vec3<double> scale = scaleEntry ? asScale(*scaleEntry) : Vec3<double>(1, 1, 1);
+  const Mat3<double> linear =
+      Eigen::AngleAxisd(radians, axis.normalized()).toRotationMatrix() * scale.asDiagonal();
+  return transformed(surface, linear, position ? asVector(*position) : Vec3<double>(0, 0, 0));
+}
+
+Surface copied(const Section& s, Surface surface) {
+  if (const auto copies = s.find("copies")) {
+    const Surface one = std::move(surface);
+    surface = {};
+    for (const Entry& place : asArray(*copies, "a list of places")) {
+      const Surface copy = placed(Section(place, kPlaceKeys), one);
+      at(place, [&] { append(surface, copy); });
+    }
+    if (surface.mesh.triangles.empty()) throw mismatch(*copies, "one copy or more");
+  }
+  if (const auto ring = s.find("ring")) {
+    const int count = asInteger(*ring, 1, kMostCopies);
+    const Surface one = std::move(surface);
+    surface = {};
+    for (int i = 0; i < count; ++i) {
+      const auto turn = Eigen::AngleAxisd(2 * std::numbers::pi * i / count, Vec3<double>::UnitZ());
+      at(*ring, [&] { append(surface, transformed(one, turn.toRotationMatrix(), Vec3<double>::Zero())); });
+    }
+  }
+  return surface;
+}
+
+const ShapeKind& kindOf(const Entry& entry) {
   Keys types;
   for (const ShapeKind& kind : shapeKinds()) types.push_back(kind.type);
-  const ShapeKind& kind = shapeKinds()[typeOf(entry, types)];
-  Keys known = kind.keys;
-  known.insert(known.end(), {"type", "material"});
-  const Section section(entry, known);
+  return shapeKinds()[typeOf(entry, types)];
+}
+
+// All keys that the table of a shape may have, and more.
+Section shapeSection(const Entry& entry, const Keys& more) {
+  Keys known = kindOf(entry).keys;
+  known.insert(known.end(), {"type", "copies", "ring"});
+  for (const Keys& keys : {kChangeKeys, kPlaceKeys, more})
+    known.insert(known.end(), keys.begin(), keys.end());
+  return {entry, known};
+}
+
+Surface made(const Section& section, const ShapeKind& kind, const Making& making) {
+  return copied(section, placed(section, changed(section, kind.read(section, making))));
+}
+
+Surface asShape(const Entry& entry, const Making& making) {
+  return made(shapeSection(entry, {}), kindOf(entry), making);
+}
+
+StageObject asObject(const Entry& entry, const MaterialList& materials, const Making& making) {
+  const Section section = shapeSection(entry, {"material"});
   const Entry name = section.require("material");
   const auto& [material, texture] = materials.named(name);
-  if (const auto file = section.find("file")) files.push_back(asPath(*file));
-  StageObject object{kind.read(section), material, texture};
+  StageObject object{made(section, kindOf(entry), making), material, texture};
   if (texture && object.surface.textureCoordinates.empty())
-    throw mismatch(name, "a material without texture: meshes of files have no texture coordinates here");
+    throw mismatch(name, "a material without texture: the mesh of this file has no texture coordinates");
   return object;
 }
 
 } // namespace
 
-ObjectList asObjects(const Entry& entry, const MaterialList& materials) {
+ObjectList asObjects(const Entry& entry, const MaterialList& materials, int segments) {
   ObjectList list;
   size_t triangles = 0;
   for (const Entry& table : asArray(entry, "tables under [[object]]")) {
-    list.objects.push_back(asObject(table, materials, list.files));
+    list.objects.push_back(asObject(table, materials, {segments, list.files}));
     triangles += list.objects.back().surface.mesh.triangles.size();
-    if (triangles > kMostTriangles)
-      throw Error::mismatch(fmt::format("at most {} triangles in all", kMostTriangles), "more")
-          .at(table.field);
+    at(table, [&] { requireFewTriangles(triangles); });
   }
   if (list.objects.empty()) throw mismatch(entry, "one object or more");
   return list;

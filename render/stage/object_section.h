@@ -14,7 +14,9 @@ struct ObjectList {
   std::vector<std::filesystem::path> files; // that were read for them
 };
 
-// Throws Error naming the entry.
-ObjectList asObjects(const Entry& entry, const MaterialList& materials);
+constexpr int kFewestSegments = 3;
+
+// `segments` is for shapes that do not say how many they have. Throws Error naming the entry.
+ObjectList asObjects(const Entry& entry, const MaterialList& materials, int segments);
 
 } // namespace surflect

@@ -11,7 +11,7 @@ namespace surflect {
 
 namespace {
 
-constexpr int kMostSamples = 1'000'000;
+constexpr int kMostSamples = 1'000'000, kMostSegments = 2048;
 
 uint64_t hashOf(std::string_view text) { return contentHash(std::as_bytes(std::span(text))); }
 
@@ -21,8 +21,8 @@ void mix(uint64_t& hash, uint64_t other) {
 }
 
 Stage asStage(const Entry& root) {
-  const Section s(
-      root, {"transport", "samples", "seed", "center", "camera", "views", "lights", "material", "object"});
+  const Section s(root, {"transport", "samples", "seed", "segments", "center", "camera", "views", "lights",
+                         "material", "object", "scale"});
   Stage stage;
   stage.trace.samples = integerOr(s, "samples", 1, kMostSamples, stage.trace.samples);
   stage.trace.seed = static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1));
@@ -37,7 +37,8 @@ Stage asStage(const Entry& root) {
   stage.rig = asRig(s);
   stage.trace.lightRadius = stage.rig.lightRadius;
   const MaterialList materials = asMaterials(s.require("material"));
-  ObjectList objects = asObjects(s.require("object"), materials);
+  ObjectList objects = asObjects(s.require("object"), materials,
+                                 integerOr(s, "segments", kFewestSegments, kMostSegments, 256));
   stage.objects = std::move(objects.objects);
   stage.tables = materials.tables;
   for (const auto& file : objects.files) mix(stage.hash, hashOf(readFile(file)));
@@ -47,21 +48,23 @@ Stage asStage(const Entry& root) {
 
 } // namespace
 
-Stage parseStage(std::string_view text, const std::filesystem::path& path) {
+Stage parseStage(std::string_view text, const std::filesystem::path& path, std::string_view scale) {
   try {
-    const ScriptDocument document(text, path);
+    ScriptDocument document(text, path);
+    if (!scale.empty()) document.prefer("scale", scale);
     Stage stage = asStage(document.root());
     stage.file = path;
     mix(stage.hash, hashOf(text));
+    if (!scale.empty()) mix(stage.hash, hashOf(scale));
     return stage;
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
 }
 
-Stage readStage(const std::filesystem::path& path) {
+Stage readStage(const std::filesystem::path& path, std::string_view scale) {
   constexpr uint64_t most = uint64_t{1} << 24;
-  return parseStage(readFile(path, most), path);
+  return parseStage(readFile(path, most), path, scale);
 }
 
 } // namespace surflect

@@ -24,8 +24,9 @@ struct Stage {
   std::shared_ptr<const MaterialTables> tables; // kept for `objects`
 };
 
+// What the table [scale.NAME] holds replaces what stands outside, for the scale asked for; "" asks for none.
 // Throw Error naming file, field and line. A misspelt key is answered with the nearest known one.
-Stage readStage(const std::filesystem::path& path);
-Stage parseStage(std::string_view text, const std::filesystem::path& path);
+Stage readStage(const std::filesystem::path& path, std::string_view scale = "");
+Stage parseStage(std::string_view text, const std::filesystem::path& path, std::string_view scale = "");
 
 } // namespace surflect

@@ -5,9 +5,8 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cmath>
-#include <functional>
-#include <numbers>
+#include <algorithm>
+#include <map>
 #include <string>
 
 namespace surflect {
@@ -17,156 +16,120 @@ namespace {
 using Vector = Vec3<double>;
 using Direction = Direction3<AcquisitionSpace, double>;
 
-constexpr double kPi = std::numbers::pi;
-
-struct SurfacePoint {
-  Vector position, normal, tangent;
-};
-
-// A net of columns x rows squares over (s, t) in [0,1]^2, without triangles that have no area. Seen from
-// outside, t points to the left of s.
-void addNet(Surface& surface, int columns, int rows,
-            const std::function<SurfacePoint(double s, double t)>& point) {
-  const auto first = static_cast<uint32_t>(surface.mesh.positions.size());
-  for (int row = 0; row <= rows; ++row)
-    for (int column = 0; column <= columns; ++column) {
-      const double s = static_cast<double>(column) / columns, t = static_cast<double>(row) / rows;
-      const SurfacePoint p = point(s, t);
-      surface.textureCoordinates.emplace_back(s, t);
-      surface.mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p.position));
-      surface.normals.push_back(assume<Direction>(p.normal));
-      surface.tangents.push_back(assume<Direction>(p.tangent));
-    }
-  auto& triangles = surface.mesh.triangles;
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      const uint32_t a = first + static_cast<uint32_t>(row * (columns + 1) + column), b = a + 1,
-                     d = a + static_cast<uint32_t>(columns + 1), c = d + 1;
-      for (const auto& triangle : {std::array{a, b, c}, std::array{a, c, d}}) {
-        triangles.push_back(triangle);
-        if (!(areaVector(surface.mesh, triangles.size() - 1).norm() > 0)) triangles.pop_back();
-      }
-    }
+// Moves one vertex by a map with Jacobian j. Returns whether the map mirrors.
+bool carry(Surface& surface, size_t i, const Vector& position, const Mat3<double>& j) {
+  // det(J) J^-T, which exists where J has no inverse
+  Mat3<double> cofactors;
+  cofactors << j.col(1).cross(j.col(2)), j.col(2).cross(j.col(0)), j.col(0).cross(j.col(1));
+  const bool mirrors = j.determinant() < 0;
+  surface.mesh.positions[i] = assume<Point3<AcquisitionSpace>>(position);
+  surface.normals[i] = assume<Direction>((mirrors ? -1. : 1.) * (cofactors * surface.normals[i].raw()));
+  surface.tangents[i] = assume<Direction>(j * surface.tangents[i].raw());
+  return mirrors;
 }
 
-// The last column of a round net is the first one, to the bit.
-Vector aroundAxis(double s) {
-  const double phi = s == 1 ? 0 : 2 * kPi * s;
-  return {std::cos(phi), std::sin(phi), 0};
-}
-Vector eastOf(const Vector& outward) { return {-outward.y(), outward.x(), 0}; }
+std::string vertexName(size_t i) { return "vertex[" + std::to_string(i) + "]"; }
 
-Vector sphereDirection(double s, double t) {
-  const bool isPole = t == 0 || t == 1;
-  const double latitude = kPi * (t - 0.5);
-  return (isPole ? 0 : std::cos(latitude)) * aroundAxis(s) + std::sin(latitude) * Vector::UnitZ();
-}
-
-// rho(d), see bumpySphere().
-double bumpyRadius(const Vector& d, double radius, double amplitude, double f) {
-  return radius * (1 + amplitude * std::sin(f * d.x()) * std::sin(f * d.y()) * std::sin(f * d.z()));
-}
-
-// Gradient of |p| - rho(p / |p|), by central differences: error 1e-10, relative.
-Vector bumpyNormal(const Vector& p, double radius, double amplitude, double f) {
-  const double h = 1e-5 * radius;
-  const auto height = [&](const Vector& x) {
-    return x.norm() - bumpyRadius(x.normalized(), radius, amplitude, f);
-  };
-  Vector gradient;
-  for (int i = 0; i < 3; ++i)
-    gradient[i] = (height(p + h * Vector::Unit(i)) - height(p - h * Vector::Unit(i))) / (2 * h);
-  return gradient.normalized();
-}
-
-int rowsOf(int segments) { return std::max(2, segments / 2); }
-
-Direction roundTheAxis(const Direction& normal) { return assume<Direction>(eastOf(normal.raw())); }
-
-// Every corner becomes a vertex.
-TriangleMesh unshared(const TriangleMesh& mesh) {
-  TriangleMesh corners;
-  for (const auto& triangle : mesh.triangles) {
-    const auto first = static_cast<uint32_t>(corners.positions.size());
-    for (const uint32_t vertex : triangle) corners.positions.push_back(mesh.positions[vertex]);
-    corners.triangles.push_back({first, first + 1, first + 2});
-  }
-  return corners;
+// For each vertex the first one with the same key.
+template <class KeyOf> std::vector<size_t> firstAlike(size_t vertices, KeyOf keyOf) {
+  std::map<decltype(keyOf(size_t{0})), size_t> firsts;
+  std::vector<size_t> first(vertices);
+  for (size_t i = 0; i < vertices; ++i) first[i] = firsts.try_emplace(keyOf(i), i).first->second;
+  return first;
 }
 
 } // namespace
 
-Surface sphere(const Point3<AcquisitionSpace, double>& center, double radius, int segments) {
-  Surface surface;
-  addNet(surface, segments, rowsOf(segments), [&](double s, double t) -> SurfacePoint {
-    const Vector d = sphereDirection(s, t);
-    return {center.raw() + radius * d, d, eastOf(aroundAxis(s))};
-  });
-  return surface;
+void requireFewTriangles(size_t count) {
+  if (count > kMostTriangles)
+    throw Error::mismatch("at most " + std::to_string(kMostTriangles) + " triangles in all",
+                          std::to_string(count) + " or more");
 }
 
-Surface bumpySphere(const Point3<AcquisitionSpace, double>& center, double radius, double amplitude,
-                    double frequency, int segments) {
-  Surface surface;
-  addNet(surface, segments, rowsOf(segments), [&](double s, double t) -> SurfacePoint {
-    const Vector d = sphereDirection(s, t), p = bumpyRadius(d, radius, amplitude, frequency) * d,
-                 n = bumpyNormal(p, radius, amplitude, frequency), east = eastOf(aroundAxis(s));
-    return {center.raw() + p, n, east - east.dot(n) * n};
-  });
-  return surface;
+void append(Surface& surface, const Surface& other) {
+  requireFewTriangles(surface.mesh.triangles.size() + other.mesh.triangles.size());
+  const auto first = static_cast<uint32_t>(surface.mesh.positions.size());
+  const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  add(surface.mesh.positions, other.mesh.positions);
+  add(surface.normals, other.normals);
+  add(surface.tangents, other.tangents);
+  add(surface.textureCoordinates, other.textureCoordinates);
+  for (const auto& [a, b, c] : other.mesh.triangles)
+    surface.mesh.triangles.push_back({first + a, first + b, first + c});
 }
 
-Surface cylinder(const Point3<AcquisitionSpace, double>& center, double radius, double height, int segments) {
-  Surface surface;
-  const Vector c = center.raw(), up = height / 2 * Vector::UnitZ();
-  const int rings = std::max(1, segments / 8);
-  const auto net = [&](int rows, const std::function<Vector(double t, const Vector& outward)>& position,
-                       const std::function<Vector(const Vector& outward)>& normal) {
-    addNet(surface, segments, rows, [&](double s, double t) -> SurfacePoint {
-      const Vector outward = aroundAxis(s);
-      return {c + position(t, outward), normal(outward), eastOf(outward)};
-    });
-  };
-  net(
-      rowsOf(segments),
-      [&](double t, const Vector& outward) -> Vector { return radius * outward + (2 * t - 1) * up; },
-      [](const Vector& outward) { return outward; });
-  net(
-      rings, [&](double t, const Vector& outward) -> Vector { return (1 - t) * radius * outward + up; },
-      [](const Vector&) -> Vector { return Vector::UnitZ(); });
-  net(
-      rings, [&](double t, const Vector& outward) -> Vector { return t * radius * outward - up; },
-      [](const Vector&) -> Vector { return -Vector::UnitZ(); });
-  return surface;
+Surface transformed(const Surface& surface, const Mat3<double>& linear, const Vec3<double>& offset) {
+  Surface result = surface;
+  bool mirrors = false;
+  for (size_t i = 0; i < surface.mesh.positions.size(); ++i)
+    mirrors = carry(result, i, linear * surface.mesh.positions[i].cast<double>().raw() + offset, linear);
+  if (mirrors)
+    for (auto& [a, b, c] : result.mesh.triangles) std::swap(b, c);
+  return result;
 }
 
-Surface box(const Point3<AcquisitionSpace, double>& center, const Vec3<double>& size, int segments) {
-  Surface surface;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const double side : {-1., 1.}) {
-      const Vector normal = side * Vector::Unit(axis);
-      const Vector along = axis == 2 ? Vector(Vector::UnitX()) : eastOf(normal);
-      const Vector across = normal.cross(along);
-      addNet(surface, segments, segments, [&](double s, double t) -> SurfacePoint {
-        const Vector p = normal + (2 * s - 1) * along + (2 * t - 1) * across;
-        return {center.raw() + Vector(p.cwiseProduct(size / 2)), normal, along};
-      });
-    }
-  return surface;
-}
-
-Surface readSurface(const std::filesystem::path& path, bool smooth) {
-  Surface surface;
-  const TriangleMesh mesh = readMesh(path);
-  surface.mesh = smooth ? mesh : unshared(mesh);
-  std::vector<Vector> sums(surface.mesh.positions.size(), Vector::Zero());
-  for (size_t i = 0; i < surface.mesh.triangles.size(); ++i)
-    for (const uint32_t vertex : surface.mesh.triangles[i]) sums[vertex] += areaVector(surface.mesh, i);
-  for (const Vector& sum : sums) {
-    surface.normals.push_back(assume<Direction>(sum.stableNormalized()));
-    surface.tangents.push_back(roundTheAxis(surface.normals.back()));
+Surface withTangentsTurned(const Surface& surface, Angle angle) {
+  Surface result = surface;
+  for (size_t i = 0; i < surface.normals.size(); ++i) {
+    const Vector n = surface.normals[i].raw().stableNormalized(), t = surface.tangents[i].raw();
+    result.tangents[i] =
+        assume<Direction>(Vector(std::cos(angle.radians()) * t + std::sin(angle.radians()) * n.cross(t)));
   }
-  return surface;
+  return result;
+}
+
+Surface withPlanarTexture(const Surface& surface) {
+  Eigen::AlignedBox2d bounds;
+  const auto seen = [&](size_t i) {
+    return Vec2<double>(surface.mesh.positions[i].cast<double>().raw().head<2>());
+  };
+  const size_t vertices = surface.mesh.positions.size();
+  for (size_t i = 0; i < vertices; ++i) bounds.extend(seen(i));
+  const double side = bounds.sizes().maxCoeff();
+  Surface result = surface;
+  result.textureCoordinates.clear();
+  for (size_t i = 0; i < vertices; ++i)
+    result.textureCoordinates.push_back(
+        Vec2<double>((seen(i) - bounds.center()) / side + Vec2<double>(0.5, 0.5)));
+  return result;
+}
+
+Surface displaced(const Surface& surface, const Expression& height) {
+  const size_t vertices = surface.mesh.positions.size();
+  const auto place = [&](size_t i) {
+    const auto& p = surface.mesh.positions[i];
+    return std::array{p.x(), p.y(), p.z()};
+  };
+  const auto side = [&](size_t i) {
+    const auto& n = surface.normals[i];
+    return std::pair{place(i), std::array{n.x(), n.y(), n.z()}};
+  };
+  const std::vector<size_t> samePlace = firstAlike(vertices, place), sameSide = firstAlike(vertices, side);
+
+  Surface result = surface;
+  std::vector<Vector> outward(vertices, Vector::Zero());
+  for (size_t i = 0; i < vertices; ++i) outward[samePlace[i]] += surface.normals[i].raw().stableNormalized();
+  for (size_t i = 0; i < vertices; ++i) {
+    const size_t k = samePlace[i];
+    const Vector p = surface.mesh.positions[k].cast<double>().raw();
+    const bool hasTexture = !surface.textureCoordinates.empty();
+    const Vec2<double> st = hasTexture ? surface.textureCoordinates[k] : Vec2<double>(0, 0);
+    const double h = height(std::array{p.x(), p.y(), p.z(), st.x(), st.y()});
+    if (!(std::abs(h) < 1e9)) throw Error("the height has no value there").at(vertexName(k));
+    result.mesh.positions[i] =
+        assume<Point3<AcquisitionSpace>>(Vector(p + h * outward[k].stableNormalized()));
+  }
+
+  std::vector<Vector> sums(vertices, Vector::Zero());
+  for (size_t i = 0; i < result.mesh.triangles.size(); ++i)
+    for (const uint32_t corner : result.mesh.triangles[i])
+      sums[sameSide[corner]] += areaVector(result.mesh, i);
+  for (size_t i = 0; i < vertices; ++i) {
+    const Vector n = sums[sameSide[i]].stableNormalized(), t = surface.tangents[i].raw();
+    result.normals[i] = assume<Direction>(n);
+    result.tangents[i] = assume<Direction>(Vector(t - t.dot(n) * n));
+  }
+  return result;
 }
 
 Surface deformed(const Surface& rest, const Warp& warp) {
@@ -179,16 +142,9 @@ Surface deformed(const Surface& rest, const Warp& warp) {
     const Vector x = rest.mesh.positions[i].cast<double>().raw();
     const auto exact = warp.jacobian(x);
     const Mat3<double> j = exact ? *exact : centralDifferences(warp, x, Mat3<double>::Identity(), step);
-    // det(J) J^-T, which exists where J has no inverse
-    Mat3<double> cofactors;
-    cofactors << j.col(1).cross(j.col(2)), j.col(2).cross(j.col(0)), j.col(0).cross(j.col(1));
-    const double determinant = j.determinant();
-    mirrors[i] = determinant < 0;
-    surface.mesh.positions[i] = assume<Point3<AcquisitionSpace>>(warp.position(x));
-    surface.normals[i] = assume<Direction>((mirrors[i] ? -1. : 1.) * (cofactors * rest.normals[i].raw()));
-    surface.tangents[i] = assume<Direction>(j * rest.tangents[i].raw());
+    mirrors[i] = carry(surface, i, warp.position(x), j);
     if (!surface.mesh.positions[i].raw().allFinite() || !j.allFinite())
-      throw Error("the warp has no value there").at("vertex[" + std::to_string(i) + "]");
+      throw Error("the warp has no value there").at(vertexName(i));
   });
   for (auto& [a, b, c] : surface.mesh.triangles)
     if (mirrors[a]) std::swap(b, c);

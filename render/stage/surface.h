@@ -1,43 +1,49 @@
-// Surfaces that stand in the light stage: meshes with a shading frame at each vertex.
-//
-// Tangents run along the fibre of what has one. Shapes that are made here have z for their axis, and their
-// tangents run round it, counter-clockwise seen from above.
+// Surfaces that stand in the light stage: meshes with a shading frame at each vertex, and what is done to any
+// of them.
 #pragma once
 
+#include "surfel/angle.h"
 #include "surfel/mesh.h"
+#include "warp/expression.h"
 #include "warp/warp.h"
 
-#include <filesystem>
 #include <vector>
 
 namespace surflect {
 
+// Of one stage.
+constexpr size_t kMostTriangles = size_t{1} << 25;
+// Throws Error.
+void requireFewTriangles(size_t count);
+
 struct Surface {
   TriangleMesh mesh; // counter-clockwise seen from outside
-  // One a vertex, of any length; 0 where there is none.
+  // One a vertex, of any length; 0 where there is none. Tangents run along the fibre of what has one.
   std::vector<Direction3<AcquisitionSpace, double>> normals, tangents;
-  // Where on a texture each vertex is: (0, 0) to (1, 1) round and up a shape, and over each side of a box or
-  // disc. Empty where nobody has said.
+  // Where on a texture each vertex is, (0, 0) to (1, 1). Empty where nobody has said.
   std::vector<Vec2<double>> textureCoordinates;
 };
 
-// `segments` (3 or more) triangles' sides round the axis, half as many from pole to pole.
-Surface sphere(const Point3<AcquisitionSpace, double>& center, double radius, int segments);
+// Adds the other surface's triangles. Both have texture coordinates, or neither, or `surface` is empty.
+void append(Surface& surface, const Surface& other);
 
-// A sphere of radius rho(d) = radius (1 + amplitude sin(f d_x) sin(f d_y) sin(f d_z)) in direction d, with
-// the normals of that shape. amplitude is below 1.
-Surface bumpySphere(const Point3<AcquisitionSpace, double>& center, double radius, double amplitude,
-                    double frequency, int segments);
+// x -> linear x + offset. Turned inside out again where that mirrors.
+Surface transformed(const Surface& surface, const Mat3<double>& linear, const Vec3<double>& offset);
 
-// Closed by discs.
-Surface cylinder(const Point3<AcquisitionSpace, double>& center, double radius, double height, int segments);
+// Tangents turned about the normals, counter-clockwise seen from outside.
+Surface withTangentsTurned(const Surface& surface, Angle angle);
 
-// Each face has segments x segments squares and one normal; tangents of upright faces are horizontal.
-Surface box(const Point3<AcquisitionSpace, double>& center, const Vec3<double>& size, int segments);
+// Texture coordinates by projection along z: a square round the surface, (1, 1) where x and y are largest.
+Surface withPlanarTexture(const Surface& surface);
 
-// Throws Error as readMesh does. Smooth: normals are means over the triangles that share a vertex; else each
-// triangle has its own. Tangents run round z.
-Surface readSurface(const std::filesystem::path& path, bool smooth);
+// The variables of a height: position and texture coordinates, as `displaced` finds them.
+constexpr std::string_view kHeightVariables[] = {"x", "y", "z", "s", "t"};
+
+// Moved outwards by `height`, a formula of kHeightVariables; 0 for coordinates that are not there. Vertices
+// at one place stay together: the first of them says how far, the mean of their normals says where to.
+// Normals are means over the triangles round a vertex, and creases stay. Throws Error at the vertex where the
+// height has no value.
+Surface displaced(const Surface& surface, const Expression& height);
 
 // The surface after the warp: positions Psi(p), tangents J t, normals along J^-T n; turned inside out again
 // where the warp mirrors. The result stands in the stage as the rest surface did: capture and script share

@@ -1,6 +1,7 @@
 // Small stages for tests.
 #pragma once
 
+#include "render/stage/shapes.h"
 #include "render/stage/tracer.h"
 
 #include <random>

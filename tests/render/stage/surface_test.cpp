@@ -1,4 +1,6 @@
 #include "render/stage/surface.h"
+
+#include "render/stage/surface_file.h"
 #include "tests/render/stage/stages.h"
 #include "tests/srf/image/files.h"
 
