@@ -127,13 +127,13 @@ Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape&
     }
     const std::vector<CurveFrame> strandFrames = framesAlong(path, closed);
     std::vector<CurvePoint> core = path;
-    for (CurvePoint& p : core) p.radius *= 0.85;
+    const double thickness = 1.5 * kPi / shape.fibres; // of the strand's radius; neighbours overlap
+    for (CurvePoint& p : core) p.radius *= std::max(0.2, 1 - 1.3 * thickness);
     addTube(surface, core, closed, 4 * kSides);
     for (int fibre = 0; fibre < shape.fibres; ++fibre) {
       Random random{shape.seed, static_cast<uint64_t>(strand), static_cast<uint64_t>(fibre)};
-      const double thickness = 1.5 * kPi / shape.fibres; // of the strand's radius; neighbours overlap
       const double start = 2 * kPi * (fibre + 0.7 * random.next()) / shape.fibres;
-      const double depth = 1 - thickness * (0.3 + random.next());
+      const double depth = 1 - thickness * (1.2 + 0.5 * random.next());
       const double phase = 2 * kPi * random.next(), waves = std::round(shape.turns * (0.5 + random.next()));
       std::vector<CurvePoint> line;
       for (int i = 0; i <= steps; ++i) {
@@ -142,7 +142,7 @@ Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape&
         const double angle = start + 0.12 * wander, r = path[k].radius;
         const Vector o =
             std::cos(angle) * strandFrames[k].normal + std::sin(angle) * strandFrames[k].binormal;
-        line.push_back({path[k].position + r * (depth + 0.3 * thickness * wander) * o, r * thickness});
+        line.push_back({path[k].position + r * (depth + 0.2 * thickness * wander) * o, r * thickness});
       }
       addTube(surface, line, closed, kSides);
     }

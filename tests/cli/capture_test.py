@@ -99,18 +99,26 @@ class CaptureCommand(TestInFolder):
         self.assertRegex(result.stderr, r"^surflect: [^\n]*another stage file[^\n]*\n$")
         self.assert_same_files(content(self.folder / "capture"), before)
 
-    def test_the_example_stages_are_captured(self):
-        stages = sorted((ROOT / "examples" / "stages").glob("*.toml"))
-        self.assertGreaterEqual(len(stages), 3)
-        shutil.copy(ROOT / "examples" / "stages" / "weave.png", self.folder)
-        for path in stages:
-            with self.subTest(stage=path.name):
-                small = re.sub(r"(?m)^size = \[\d+, \d+\]$", "size = [8, 8]", path.read_text(), count=1)
-                stage = self.folder / path.name
-                stage.write_text(re.sub(r"(?m)^samples = \d+$", "samples = 1", small))
-                report = succeed("capture", stage, "-o", self.folder / path.stem)
+    def test_the_example_stages_are_captured_at_their_scales(self):
+        shutil.copytree(ROOT / "examples" / "stages", self.folder / "stages")
+        stages = sorted((self.folder / "stages").glob("*.toml"))
+        self.assertGreaterEqual(len(stages), 4)
+        for stage in stages:
+            small = re.sub(r"(?m)^(camera\.)?size = \[\d+, \d+\]$", r"\1size = [8, 8]", stage.read_text())
+            stage.write_text(re.sub(r"(?m)^samples = \d+$", "samples = 1", small))
+            with self.subTest(stage=stage.name):
+                report = succeed("capture", stage, "--scale", "tiny", "-o", self.folder / stage.stem)
                 self.assertEqual(report["samples"], 1)
-                self.assertEqual(report["training_frames"], 720)
+                self.assertIn(report["training_frames"], range(80, 200))
+                self.assertGreater(report["test_frames"], 0)
+                for scale in ("small", "paper"):
+                    self.assertIn(f"[scale.{scale}]", small)
+
+    def test_a_scale_that_is_not_there_is_named(self):
+        stage = ROOT / "examples" / "stages" / "sphere.toml"
+        result = run("capture", stage, "--scale", "tyny", "-o", self.folder / "none")
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"^surflect: [^\n]*scale\.tyny: missing; [^\n]*tiny\n$")
 
     def test_what_is_wrong_with_a_stage_is_one_line(self):
         for wrong, right, said in (('material = "clay"', 'material = "clai"', "object[0].material"),
