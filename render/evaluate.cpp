@@ -154,6 +154,8 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
     const auto truth = truths.read(frames[view], progress);
     const auto camera = inObjectSpace(capture.views[view].camera);
     const Sight sight = look(camera, model.cloud, deformed, options.frame.splats, progress);
+    std::vector<Renderer> others;
+    for (const auto& renderer : options.others) others.push_back(renderer(camera));
     std::optional<LambertView> lambert;
     if (options.baselines.contains(Baseline::lambert))
       lambert.emplace(training, capture.views[view], truth[0], progress);
@@ -188,6 +190,8 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       result.score = scoreOf(truth[i], ours, evaluation.exposure);
       for (const Baseline kind : options.baselines)
         result.baselines[kind] = scoreOf(truth[i], baseline(kind), evaluation.exposure);
+      for (const Renderer& other : others)
+        result.others.push_back(scoreOf(truth[i], other(lights), evaluation.exposure));
       evaluation.frames.push_back(std::move(result));
     }
   }

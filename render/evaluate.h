@@ -5,6 +5,7 @@
 #include "render/measure.h"
 #include "surfel/progress.h"
 
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -19,10 +20,15 @@ enum class Baseline {
            // lambert_view.h
 };
 
+// A way to render the frames of one view, by their lights: RGBA, premultiplied.
+using Renderer = std::function<Image(std::span<const ShotLight> lights)>;
+
 struct EvaluateOptions {
   FrameOptions frame;
   Split split = Split::test;
   std::set<Baseline> baselines;
+  // Further ways, scored by the same protocol; one is made for each view.
+  std::vector<std::function<Renderer(const Camera<ObjectSpace>& view)>> others = {};
 };
 
 // Pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two pixels.
@@ -42,6 +48,7 @@ struct FrameScore {
   double maskIou = 0;
   Score score;
   std::map<Baseline, Score> baselines;
+  std::vector<Score> others; // one per EvaluateOptions::others
 };
 
 struct Evaluation {

@@ -27,7 +27,7 @@ BELOW = {
     "render/stage/material": ["surfel"],
     "render": ["surfel", "srf/image", "srf/capture", "srf/store", "srf/query", "srf/relief", "srf/model", "warp"],
     "apps": ["surfel", "srf", "warp", "render"],
-    "tests": ["surfel", "srf", "warp", "render", "apps"],
+    "tests": ["surfel", "srf", "warp", "render", "apps", "bench"],
     "bench": ["surfel", "srf", "warp", "render"],
 }
 # Beside the standard library and Eigen, which every header may use.

@@ -1,0 +1,31 @@
+// The same look-up without splats: radiance is asked for at the very points of the deformed mesh that a
+// pixel's rays meet. What splatting adds to the error is the difference.
+#pragma once
+
+#include "render/frame.h"
+#include "srf/query/ray_caster.h"
+#include "warp/deform.h"
+
+#include <functional>
+#include <memory>
+
+namespace surflect {
+
+class RayCastSurface {
+public:
+  // `mesh` is the one that the model was made of, and fine enough for the warp, which must outlive this.
+  RayCastSurface(const Model& model, const TriangleMesh& mesh, const Warp& warp, const Progress& progress);
+  ~RayCastSurface();
+
+  // raysAcross^2 rays a pixel, each with a surfel of its own where it meets the mesh: its place, the normal
+  // of its triangle, and the fades of the views there. A pixel is the mean of its rays: RGBA, premultiplied.
+  std::function<Image(std::span<const ShotLight>)> view(const Camera<ObjectSpace>& camera, int raysAcross,
+                                                        const ShadeOptions& options, BlockCache& cache,
+                                                        const Progress& progress) const;
+
+private:
+  struct Scene;
+  std::unique_ptr<const Scene> scene_;
+};
+
+} // namespace surflect

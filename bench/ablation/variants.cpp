@@ -1,0 +1,103 @@
+#include "bench/ablation/variants.h"
+
+#include "warp/deform.h"
+
+#include <memory>
+
+namespace surflect {
+
+namespace {
+
+using Queries = std::function<std::vector<Rgb>(const QueryBatch& batch)>;
+using Turned = std::function<void(const DeformedCloud& deformed, QueryBatch& batch)>;
+
+// deform -> look once; then, by frame, queriesAt -> adjust -> shade -> develop.
+Renderer adjusted(const SplatView& view, const Turned& adjust, const Queries& shaded) {
+  const auto deformed = std::make_shared<const DeformedCloud>(deform(view.model.cloud, view.warp));
+  const auto sight = std::make_shared<const Sight>(
+      look(view.camera, view.model.cloud, *deformed, view.options.splats, view.progress));
+  return [=](std::span<const ShotLight> lights) {
+    QueryBatch batch =
+        queriesAt(view.model.cloud, *deformed, sight->surfels, view.camera, lights, view.progress);
+    if (adjust) adjust(*deformed, batch);
+    return developRadiance(*sight, shaded(batch));
+  };
+}
+
+Mat3<double> jacobianAt(const Warp& warp, const Vec3<double>& x, double step) {
+  const auto exact = warp.jacobian(x);
+  return exact ? *exact : centralDifferences(warp, x, Mat3<double>::Identity(), step);
+}
+
+Direction3<AcquisitionSpace> turned(const Mat3<double>& by, const Direction3<AcquisitionSpace>& direction) {
+  const Vec3<double> d = by * direction.raw().cast<double>();
+  return assume<Direction3<AcquisitionSpace, double>>(d.normalized()).cast<float>();
+}
+
+// What falls on the surface now over what fell when the photograph was taken.
+Rgb ratio(Rgb now, Rgb captured) {
+  const auto divide = [](float a, float b) { return b > 0 ? a / b : 0; };
+  return {divide(now.r, captured.r), divide(now.g, captured.g), divide(now.b, captured.b)};
+}
+
+} // namespace
+
+Renderer withDirections(const SplatView& view, DirectionsBack back) {
+  const double step = differenceStep(view.model.cloud);
+  const auto adjust = [=](const DeformedCloud& deformed, QueryBatch& batch) {
+    const SurfelCloud& rest = view.model.cloud;
+    for (size_t query = 0; query < batch.size(); ++query) {
+      const size_t surfel = batch.surfels[query];
+      const Mat3<double> frame = rotationOf<double>(rest.r0[surfel]);
+      const Vec3<double> p0 = rest.p0[surfel].cast<double>().raw();
+      const auto other = back({frame, jacobianAt(view.warp, p0, step) * frame});
+      if (!other) continue;
+      // L is orthogonal: its transpose takes what queriesAt has done back to object space.
+      const Mat3<double> instead = *other * lookUpAt(rest, deformed, surfel).matrix().transpose();
+      batch.towardsView[query] = turned(instead, batch.towardsView[query]);
+      for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
+        batch.towardsLight[l] = turned(instead, batch.towardsLight[l]);
+    }
+  };
+  return adjusted(view, adjust, [=](const QueryBatch& batch) {
+    ShadingStats stats;
+    return shade(view.model, batch, view.options.shade, view.cache, stats, view.progress);
+  });
+}
+
+ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, ShadingPlan plan) {
+  std::vector<LightWeight> rows;
+  std::vector<std::pair<uint32_t, uint32_t>> ranges; // of each query
+  // Directional lights span one hull; the lights of others are seen in other directions from each surfel.
+  std::optional<LightHull> hull;
+  const bool isDistant = std::ranges::all_of(model.rig.lights, [](const Light& light) {
+    return std::holds_alternative<DirectionalLight>(light.kind);
+  });
+  for (size_t query = 0; query < batch.size(); ++query) {
+    const auto p0 = model.cloud.p0[batch.surfels[query]].cast<double>();
+    if (!hull || !isDistant) {
+      std::vector<Direction3<AcquisitionSpace>> towards;
+      for (const Light& light : model.rig.lights) towards.push_back(towardsLight(light, p0).cast<float>());
+      hull.emplace(towards);
+    }
+    const auto begin = static_cast<uint32_t>(rows.size());
+    for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
+      for (const auto& [light, weight] : hull->weights(batch.towardsLight[l]))
+        rows.push_back(
+            {light, weight * ratio(batch.irradiance[l], irradianceAt(model.rig.lights[light], p0))});
+    ranges.emplace_back(begin, static_cast<uint32_t>(rows.size()));
+  }
+  for (ShadingOp& op : plan.ops) std::tie(op.rowBegin, op.rowEnd) = ranges[op.target];
+  plan.rows = std::move(rows);
+  return plan;
+}
+
+Renderer withLightHull(const SplatView& view) {
+  return adjusted(view, nullptr, [=](const QueryBatch& batch) {
+    ShadingStats stats;
+    ShadingPlan plan = planShading(view.model, batch, view.options.shade, view.progress);
+    return shade(blendedOverHull(view.model, batch, std::move(plan)), view.cache, stats, view.progress);
+  });
+}
+
+} // namespace surflect

@@ -1,0 +1,80 @@
+#include "bench/ablation/variants.h"
+
+#include "bench/ablation/ray_cast.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <gtest/gtest.h>
+
+namespace surflect {
+namespace {
+
+using studio::PackedStudio;
+
+constexpr size_t cacheBytes = size_t{1} << 28;
+
+Camera<ObjectSpace> testCamera() { return studio::cameraFrom<ObjectSpace>({0.3, 0.5, 1}, 40); }
+
+std::vector<ShotLight> testLights() {
+  return {
+      ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(Vec3<double>(0.6, 0, 0.8)), {3, 3, 3}}};
+}
+
+WarpPointer testWarp() { return scaleWarp({1.2, 0.8, 1}, {0, 0, 0}); }
+
+double rootMeanSquare(const Image& a, const Image& b, const Mask& where) {
+  return std::sqrt(squaredError(a, b, where).mean());
+}
+
+TEST(Variants, DirectionsByPolarFactorAreTheProgramsOwn) {
+  const PackedStudio packed({}, 1500);
+  BlockCache cache(packed.model.files, cacheBytes);
+  const auto warp = testWarp();
+  FrameStats stats;
+  const Image own = renderFrame(packed.model, *warp, testCamera(), testLights(), {}, cache, stats).color;
+  const Image same =
+      withDirections({packed.model, *warp, testCamera(), {}, cache}, byPolarFactor)(testLights());
+  EXPECT_LT(rootMeanSquare(own, same, objectMask(own)), 1e-6);
+  const Image other =
+      withDirections({packed.model, *warp, testCamera(), {}, cache}, byInverseJacobian)(testLights());
+  EXPECT_GT(rootMeanSquare(own, other, objectMask(own)), 1e-3);
+}
+
+// Under a captured light both blends are that light alone.
+TEST(Variants, UnderACapturedLightTheHullAndUlrAgree) {
+  const PackedStudio packed({}, 1500);
+  BlockCache cache(packed.model.files, cacheBytes);
+  const auto none = chainWarp({});
+  const auto& light = std::get<DirectionalLight>(packed.capture.lights[4].kind);
+  const std::vector<ShotLight> lights{
+      ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(light.towards.raw()), light.irradiance}};
+  FrameStats stats;
+  const Image own = renderFrame(packed.model, *none, testCamera(), lights, {}, cache, stats).color;
+  const Image hull = withLightHull({packed.model, *none, testCamera(), {}, cache})(lights);
+  EXPECT_LT(rootMeanSquare(own, hull, objectMask(own)), 1e-4);
+}
+
+// The more surfels, the nearer do splats come to what rays see.
+TEST(Variants, SplatsConvergeToTheRayCastSurface) {
+  const auto warp = testWarp();
+  std::vector<double> differences;
+  for (const size_t surfels : {500, 4000, 32000}) {
+    const PackedStudio packed({}, surfels);
+    BlockCache cache(packed.model.files, cacheBytes);
+    const TriangleMesh mesh = readMesh(packed.capture.folder() / packed.capture.geometry);
+    const RayCastSurface surface(packed.model, mesh, *warp, {});
+    FrameOptions options;
+    options.splats.lowPass = 0.3; // near the pixel's box
+    FrameStats stats;
+    const Image splats =
+        renderFrame(packed.model, *warp, testCamera(), testLights(), options, cache, stats).color;
+    const Image rays = surface.view(testCamera(), 4, {}, cache, {})(testLights());
+    differences.push_back(rootMeanSquare(splats, rays, eroded(objectMask(rays), 2)));
+    RecordProperty("rms_" + std::to_string(surfels), std::to_string(differences.back()));
+  }
+  EXPECT_LT(differences[1], differences[0] / 2);
+  EXPECT_LT(differences[2], differences[1]);
+  EXPECT_LT(differences[2], 2e-3); // of radiances up to 0.6
+}
+
+} // namespace
+} // namespace surflect
