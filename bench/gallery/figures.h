@@ -1,0 +1,33 @@
+// The pictures of docs/gallery.md that `surflect render` does not make by itself; scripts/gallery calls them.
+#pragma once
+
+#include <filesystem>
+#include <istream>
+
+namespace surflect {
+
+// Composes pictures with labels above them, as the JSON on `layout` says:
+//
+//   { "out": "figure.png", "columns": 3, "cells": [
+//     { "file": "frame.0001.exr", "label": "(a) at rest",
+//       "layer": "color", "stretch", "camera_blend" or "light_blend",   // of a film; a PNG is taken as it is
+//       "white": "a name",                // cells of one name share an exposure; default: all share one
+//       "crop": [x, y, width, height],    // pixels
+//       "zoom": 2,                        // each pixel as so many
+//       "dots": [[x, y, radius, r, g, b, depth]] } ] }   // lamps: pixels of the film, and its depth
+//
+// Films stand on `"background": [r, g, b]`, sRGB. Throws Error.
+void composePanels(std::istream& layout);
+
+// A reflectance image under an environment [Weyrich 2005, Fig. 2]: the photographs of one camera, each times
+// what of the environment is nearest to its light, and their sum. Writes into the folder environment.png,
+// lights.png (the same at the resolution of the lights), captured-K.exr and weighted-K.exr of the five lights
+// that the sum owes most to, and sum.exr. The world's z is up, also of the environment. Throws Error.
+void relightReflectanceImage(const std::filesystem::path& capture, const std::string& camera,
+                             const std::filesystem::path& environment, const std::filesystem::path& folder);
+
+// A square grid of surfels, stretched one to five [Weyrich 2005, Fig. 8]. Writes circular-reduced.exr,
+// elliptical-reduced.exr, circular.exr and elliptical.exr into the folder.
+void drawSplats(const std::filesystem::path& folder);
+
+} // namespace surflect

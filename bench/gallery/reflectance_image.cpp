@@ -1,0 +1,126 @@
+#include "bench/gallery/figures.h"
+
+#include "render/film.h"
+#include "srf/capture/capture.h"
+#include "srf/capture/photograph.h"
+#include "srf/image/color.h"
+#include "srf/image/image_file.h"
+#include "srf/image/png.h"
+#include "srf/query/environment.h"
+#include "surfel/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace surflect {
+
+namespace {
+
+// Of the world, whose z is up: the environment's middle lies along y.
+Vec3<double> inWorld(const Direction3<EnvironmentSpace, double>& d) { return {d.x(), -d.z(), d.y()}; }
+
+size_t nearestLight(const std::vector<Vec3<double>>& towards, const Vec3<double>& direction) {
+  size_t nearest = 0;
+  for (size_t l = 1; l < towards.size(); ++l)
+    if (towards[l].dot(direction) > towards[nearest].dot(direction)) nearest = l;
+  return nearest;
+}
+
+// Radiance for the eye; the 97th percentile is white.
+void writeForTheEye(const std::filesystem::path& path, Image image) {
+  std::vector<float> sorted = image.values;
+  std::ranges::sort(sorted);
+  const float white = sorted[sorted.size() * 97 / 100];
+  for (float& value : image.values) value = srgbFromLinear(std::clamp(value / white, 0.f, 1.f));
+  writePng(path, image);
+}
+
+// A photograph as a film: each channel times its weight, premultiplied by alpha.
+Image weighted(const Photograph& photograph, const Rgb& weight) {
+  Image film(photograph.alpha.width, photograph.alpha.height, 4);
+  const std::array weights{weight.r, weight.g, weight.b};
+  for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
+    const float alpha = photograph.alpha.values[i];
+    for (size_t c = 0; c < 3; ++c)
+      film.values[4 * i + c] = alpha * weights[c] * photograph.radiance.values[3 * i + c];
+    film.values[4 * i + 3] = alpha;
+  }
+  return film;
+}
+
+Rgb dividedBy(const Rgb& a, const Rgb& b) { return {a.r / b.r, a.g / b.g, a.b / b.b}; }
+
+} // namespace
+
+void relightReflectanceImage(const std::filesystem::path& captureFolder, const std::string& camera,
+                             const std::filesystem::path& environmentFile,
+                             const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  const Capture all = readCapture(captureFolder);
+  const Capture capture = subset(all, [&](const Frame& frame) {
+    return frame.split == Split::train && frame.light && all.views[frame.view].identity == camera;
+  });
+  if (capture.frames.empty())
+    throw Error("has no photographs for training under lights").at(camera).in(captureFolder);
+  std::vector<Vec3<double>> towards; // per frame
+  std::vector<Rgb> irradiance;
+  for (const Frame& frame : capture.frames) {
+    const Light& light = capture.lights[*frame.light];
+    towards.push_back(towardsLight(light, {0, 0, 0}).raw());
+    irradiance.push_back(irradianceAt(light, {0, 0, 0}));
+  }
+
+  // Each texel belongs to the light that is nearest to it.
+  const Image radiance = readPicture(environmentFile).image;
+  const EnvironmentMap map = environmentOf(radiance, EnvironmentMapping::latLong);
+  std::vector<Rgb> gatheredIrradiance(towards.size());
+  for (const EnvironmentLight& texel : map.texels) {
+    Rgb& sum = gatheredIrradiance[nearestLight(towards, inWorld(texel.towards.cast<double>()))];
+    sum = sum + texel.irradiance;
+  }
+  std::vector<size_t> lightOf; // of each texel
+  std::vector<double> solidAngle(towards.size());
+  for (int y = 0; y < radiance.height; ++y)
+    for (int x = 0; x < radiance.width; ++x) {
+      const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
+      lightOf.push_back(nearestLight(towards, inWorld(latLongDirection(u, v))));
+      solidAngle[lightOf.back()] += std::sin(std::numbers::pi * v) * 2 * std::numbers::pi / radiance.width *
+                                    std::numbers::pi / radiance.height;
+    }
+  Image coarse(radiance.width, radiance.height, 3);
+  for (size_t i = 0; i < lightOf.size(); ++i) {
+    const Rgb mean = static_cast<float>(1 / solidAngle[lightOf[i]]) * gatheredIrradiance[lightOf[i]];
+    std::ranges::copy(std::array{mean.r, mean.g, mean.b}, &coarse.values[3 * i]);
+  }
+  writeForTheEye(folder / "environment.png", radiance);
+  writeForTheEye(folder / "lights.png", coarse);
+
+  std::vector<size_t> frames(capture.frames.size());
+  std::iota(frames.begin(), frames.end(), 0);
+  const std::vector<Photograph> photographs = readPhotographs(capture, frames);
+  std::vector<Image> films;
+  for (const size_t f : frames)
+    films.push_back(weighted(photographs[f], dividedBy(gatheredIrradiance[f], irradiance[f])));
+
+  // Those that the sum owes most to.
+  std::vector<float> light;
+  for (const Image& film : films) light.push_back(std::reduce(film.values.begin(), film.values.end()));
+  std::vector<size_t> heaviest = frames;
+  std::ranges::stable_sort(heaviest, std::greater(), [&](size_t f) { return light[f]; });
+  for (size_t k = 0; k < std::min<size_t>(5, heaviest.size()); ++k) {
+    writeFilm(folder / fmt::format("captured-{}.exr", k), {weighted(photographs[heaviest[k]], {1, 1, 1}), {}},
+              {});
+    writeFilm(folder / fmt::format("weighted-{}.exr", k), {films[heaviest[k]], {}}, {});
+  }
+  Image sum = films[0];
+  for (size_t f = 1; f < films.size(); ++f)
+    for (size_t i = 0; i < sum.values.size(); i += 4)
+      for (size_t c = 0; c < 3; ++c) sum.values[i + c] += films[f].values[i + c];
+  writeFilm(folder / "sum.exr", {sum, {}}, {});
+}
+
+} // namespace surflect

@@ -1,0 +1,80 @@
+#include "bench/gallery/figures.h"
+
+#include "render/film.h"
+#include "warp/deform.h"
+
+namespace surflect {
+
+namespace {
+
+constexpr int kSide = 20; // surfels along a side of the grid
+constexpr float kSpacing = 1.f / kSide;
+
+SurfelCloud squareGrid() {
+  SurfelCloud cloud;
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      const float x = (static_cast<float>(i) + 0.5f) * kSpacing - 0.5f,
+                  y = (static_cast<float>(j) + 0.5f) * kSpacing - 0.5f;
+      cloud.p0.emplace_back(x, y, 0.f);
+      cloud.r0.push_back(rodriguesOf(Normal3<AcquisitionSpace>(0, 0, 1)));
+    }
+  estimateSplats(cloud);
+  return cloud;
+}
+
+// A check with a stripe across it.
+Rgb colorAt(const Point3<AcquisitionSpace>& p) {
+  const bool even = (std::lround(std::floor(p.x() * 4)) + std::lround(std::floor(p.y() * 4))) % 2 == 0;
+  if (std::abs(p.x() + p.y() - 0.1f) < 0.09f) return {0.85f, 0.12f, 0.06f};
+  return even ? Rgb{0.85f, 0.75f, 0.5f} : Rgb{0.1f, 0.25f, 0.45f};
+}
+
+// Splats of their rest shape, in the plane that they have been bent to.
+DeformedCloud circular(DeformedCloud cloud) {
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    const auto frame = polarFrame<float>(cloud.u[i].raw(), cloud.v[i].raw());
+    cloud.u[i] = assume<Direction3<ObjectSpace>>(frame->u);
+    cloud.v[i] = assume<Direction3<ObjectSpace>>(frame->v);
+  }
+  return cloud;
+}
+
+// Splats `size` times as large, dense in their middle though they may have no neighbours.
+SurfelCloud alone(SurfelCloud cloud, float size, float coverage) {
+  for (float& radius : cloud.radius) radius *= size;
+  std::ranges::fill(cloud.coverage, coverage);
+  return cloud;
+}
+
+} // namespace
+
+void drawSplats(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  const SurfelCloud rest = squareGrid();
+  std::vector<WarpPointer> links;
+  links.push_back(rigidWarp({0, 0, 1}, Angle::fromDegrees(25), {0, 0, 0}, {0, 0, 0}));
+  links.push_back(scaleWarp({5, 1, 1}, {0, 0, 0}));
+  const DeformedCloud ellipses = deform(rest, *chainWarp(std::move(links)));
+
+  Camera<ObjectSpace> camera; // from above; the middle of the patch fills it
+  camera.lens.model = Lens::Model::orthographic;
+  camera.lens.width = camera.lens.height = 300;
+  camera.lens.focalX = camera.lens.focalY = 300 / 0.9;
+  camera.lens.centerX = camera.lens.centerY = 150;
+  camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -10)};
+
+  const auto draw = [&](const char* name, const SurfelCloud& cloud, const DeformedCloud& deformed) {
+    const Sight sight = look(camera, cloud, deformed);
+    std::vector<Rgb> colors;
+    for (const uint32_t surfel : sight.surfels) colors.push_back(colorAt(cloud.p0[surfel]));
+    writeFilm(folder / name, {developRadiance(sight, colors), {}}, {});
+  };
+  const DeformedCloud circles = circular(ellipses);
+  draw("circular-reduced.exr", alone(rest, 0.3f, 2), circles);
+  draw("elliptical-reduced.exr", alone(rest, 0.3f, 2), ellipses);
+  draw("circular.exr", alone(rest, 1, 1), circles);
+  draw("elliptical.exr", rest, ellipses);
+}
+
+} // namespace surflect
