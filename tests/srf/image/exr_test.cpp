@@ -181,6 +181,19 @@ TEST_F(Exr, MemoryIsNotTakenForPixelsThatTheFileHasNoBytesFor) {
   EXPECT_NE(errorOf([&] { readAll(claiming); }).find("bytes for so many pixels"), std::string::npos);
 }
 
+TEST_F(Exr, AnAttributeThatIsLongerThanItsFileIsNamed) {
+  const Image image(4, 4, 3);
+  const ExrLayer layer{{"R", "G", "B"}, &image};
+  writeExr(file(), std::span(&layer, 1), {{"software", "surflect"}});
+  std::string claiming = readFile(file());
+  const std::string honest("software\0string\0\x08\0\0\0", 20), boast("software\0string\0\0\0\0\x76", 20);
+  claiming.replace(claiming.find(honest), honest.size(), boast);
+  const std::string error = errorOf([&] { readAll(claiming); });
+  EXPECT_NE(error.find("a.exr: software: found an attribute of 1979711488, expected at most the"),
+            std::string::npos)
+      << error;
+}
+
 TEST_F(Exr, PartsAreFoundByNameAndSamplesOfEveryTypeBecomeFloat) {
   const std::string bytes = FileBuilder::multiPart(
       5, 3,
