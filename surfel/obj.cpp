@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -80,64 +82,147 @@ Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words) 
   return position;
 }
 
-// "7", "7/1", "7//3", "7/1/3" or "-1": from 0 on, and perhaps beyond the vertices still to come.
-size_t asCorner(std::string_view word, size_t verticesSoFar) {
-  const auto index = asNumber<long long>(word.substr(0, word.find('/')), "a vertex number");
+// "7" or "-1", of `kind`: from 0 on, and perhaps beyond those still to come.
+size_t asIndex(std::string_view word, size_t soFar, const std::string& kind) {
+  const auto index = asNumber<long long>(word, "a " + kind + " number");
   if (index > 0) return static_cast<size_t>(index) - 1;
-  if (index == 0 || static_cast<size_t>(-(index + 1)) >= verticesSoFar)
-    throw Error::mismatch("a vertex of 1.." + std::to_string(verticesSoFar) + " or -1..-" +
-                              std::to_string(verticesSoFar),
+  if (index == 0 || static_cast<size_t>(-(index + 1)) >= soFar)
+    throw Error::mismatch("a " + kind + " of 1.." + std::to_string(soFar) + " or -1..-" +
+                              std::to_string(soFar),
                           std::to_string(index));
-  return verticesSoFar - static_cast<size_t>(-(index + 1)) - 1;
+  return soFar - static_cast<size_t>(-(index + 1)) - 1;
 }
 
+// 2 coordinates, 1 or 3.
+Vec2<double> asTextureCoordinates(const std::vector<std::string_view>& words) {
+  if (words.size() < 2) throw Error::mismatch("a coordinate", "none").at("vt");
+  Vec2<double> st(0, 0);
+  for (size_t i = 1; i < std::min<size_t>(words.size(), 3); ++i)
+    st[static_cast<Eigen::Index>(i) - 1] = asNumber<double>(words[i], "a number");
+  if (!st.allFinite()) throw Error::mismatch("finite coordinates", "a value that is not").at("vt");
+  return st;
+}
+
+constexpr size_t kNone = std::numeric_limits<size_t>::max();
+
+struct Corner {
+  size_t vertex, texture;
+};
+
 struct Face {
-  std::array<size_t, 3> corners;
+  std::array<Corner, 3> corners;
   size_t line;
 };
 
-} // namespace
+struct Content {
+  std::vector<Point3<AcquisitionSpace>> positions;
+  std::vector<Vec2<double>> textureCoordinates;
+  std::vector<Face> faces; // whose vertices are there
+};
 
-TriangleMesh parseObj(std::string_view text, const Progress& progress) {
-  TriangleMesh mesh;
-  std::vector<Face> faces;
+std::string onLine(size_t line) { return "line " + std::to_string(line); }
+
+void requireBelow(size_t index, size_t count, const char* kind, size_t line) {
+  if (index != kNone && index >= count)
+    throw Error::mismatch("a " + std::string(kind) + " of 1.." + std::to_string(count),
+                          std::to_string(index + 1))
+        .at(onLine(line));
+}
+
+Content parse(std::string_view text, bool wantsTexture, const Progress& progress) {
+  Content content;
   Statements statements(text);
-  const auto onLine = [](size_t line) { return "line " + std::to_string(line); };
+  // "7", "7/1", "7//3", "7/1/3"
+  const auto asCorner = [&](std::string_view word) -> Corner {
+    const size_t slash = word.find('/');
+    const size_t vertex = asIndex(word.substr(0, slash), content.positions.size(), "vertex");
+    if (!wantsTexture || slash == std::string_view::npos) return {vertex, kNone};
+    const std::string_view rest = word.substr(slash + 1), texture = rest.substr(0, rest.find('/'));
+    if (texture.empty()) return {vertex, kNone};
+    return {vertex, asIndex(texture, content.textureCoordinates.size(), "texture coordinate")};
+  };
   while (statements.next()) {
     progress.checkNowAndThen(statements.line());
     const auto& words = statements.words();
     try {
-      if (words[0] == "v") mesh.positions.push_back(asPosition(words));
+      if (words[0] == "v") content.positions.push_back(asPosition(words));
+      if (words[0] == "vt" && wantsTexture) content.textureCoordinates.push_back(asTextureCoordinates(words));
       if (words[0] != "f") continue;
       if (words.size() < 4)
         throw Error::mismatch("at least three corners", std::to_string(words.size() - 1)).at("f");
-      const auto corner = [&](size_t i) { return asCorner(words[i], mesh.positions.size()); };
       for (size_t i = 3; i < words.size(); ++i)
-        faces.push_back({{corner(1), corner(i - 1), corner(i)}, statements.line()});
+        content.faces.push_back(
+            {{asCorner(words[1]), asCorner(words[i - 1]), asCorner(words[i])}, statements.line()});
     } catch (Error& error) {
       throw std::move(error).at(onLine(statements.line()));
     }
   }
-  for (const Face& face : faces) {
+  for (size_t i = 0; i < content.faces.size(); ++i) {
+    progress.checkNowAndThen(i);
+    for (const auto& [vertex, texture] : content.faces[i].corners) {
+      requireBelow(vertex, content.positions.size(), "vertex", content.faces[i].line);
+      requireBelow(texture, content.textureCoordinates.size(), "texture coordinate", content.faces[i].line);
+    }
+  }
+  return content;
+}
+
+// Runs parse(text) on the file's content.
+template <class Parse> auto ofFile(const std::filesystem::path& path, const Progress& progress, Parse parse) {
+  const std::string text = readFile(path, kLargestFile, progress);
+  try {
+    return parse(text);
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+} // namespace
+
+TriangleMesh parseObj(std::string_view text, const Progress& progress) {
+  Content content = parse(text, false, progress);
+  TriangleMesh mesh{std::move(content.positions), {}};
+  for (const Face& face : content.faces) {
     progress.checkNowAndThen(mesh.triangles.size());
-    for (const size_t corner : face.corners)
-      if (corner >= mesh.positions.size())
-        throw Error::mismatch("a vertex of 1.." + std::to_string(mesh.positions.size()),
-                              std::to_string(corner + 1))
-            .at(onLine(face.line));
-    const auto index = [&](size_t i) { return static_cast<uint32_t>(face.corners[i]); };
+    const auto index = [&](size_t i) { return static_cast<uint32_t>(face.corners[i].vertex); };
     mesh.triangles.push_back({index(0), index(1), index(2)});
   }
   return mesh;
 }
 
-TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress) {
-  const std::string text = readFile(path, kLargestFile, progress);
-  try {
-    return parseObj(text, progress);
-  } catch (Error& error) {
-    throw std::move(error).in(path);
+TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress) {
+  const Content content = parse(text, true, progress);
+  const bool hasTexture = std::ranges::all_of(content.faces, [](const Face& face) {
+    return std::ranges::none_of(face.corners, [](const Corner& corner) { return corner.texture == kNone; });
+  });
+  TexturedMesh textured;
+  std::map<std::pair<size_t, size_t>, uint32_t> vertices;
+  const auto vertexOf = [&](const Corner& corner) {
+    const size_t texture = hasTexture ? corner.texture : kNone;
+    const auto next = static_cast<uint32_t>(textured.corner.size());
+    const auto [found, isNew] = vertices.try_emplace({corner.vertex, texture}, next);
+    if (isNew) {
+      textured.mesh.positions.push_back(content.positions[corner.vertex]);
+      textured.corner.push_back(static_cast<uint32_t>(corner.vertex));
+      if (hasTexture) textured.textureCoordinates.push_back(content.textureCoordinates[texture]);
+    }
+    return found->second;
+  };
+  for (const Face& face : content.faces) {
+    progress.checkNowAndThen(textured.mesh.triangles.size());
+    const uint32_t a = vertexOf(face.corners[0]), b = vertexOf(face.corners[1]),
+                   c = vertexOf(face.corners[2]);
+    textured.mesh.triangles.push_back({a, b, c});
   }
+  return textured;
+}
+
+TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress) {
+  return ofFile(path, progress, [&](std::string_view text) { return parseObj(text, progress); });
+}
+
+TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress) {
+  return ofFile(path, progress, [&](std::string_view text) { return parseTexturedObj(text, progress); });
 }
 
 } // namespace surflect

@@ -433,18 +433,24 @@ void readInfluences(Reader& reader, const Field& attributes, size_t vertices, si
   }
 }
 
-void readPrimitive(Reader& reader, const Field& primitive, size_t firstJoint, size_t joints,
-                   Skeleton& skeleton) {
+std::vector<Vec3<double>> readVectors(Reader& reader, const Field& reference) {
+  const std::vector<double> numbers = reader.read(reference, "VEC3", 3, Numbers::floats);
+  std::vector<Vec3<double>> vectors;
+  for (size_t i = 0; i < numbers.size(); i += 3)
+    vectors.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+  return vectors;
+}
+
+// The positions of a primitive, which must be one of triangles.
+std::vector<Vec3<double>> readPositions(Reader& reader, const Field& primitive) {
   if (const auto mode = primitive.find("mode"); mode && mode->integer(6) != 4) mode->refuse("4, triangles");
   if (const auto targets = primitive.find("targets")) targets->refuse("no morph targets");
-  const Field attributes = primitive.require("attributes");
-  const std::vector<double> positions =
-      reader.read(attributes.require("POSITION"), "VEC3", 3, Numbers::floats);
-  const size_t first = skeleton.vertices.size(), count = positions.size() / 3;
-  for (size_t i = 0; i < count; ++i)
-    skeleton.vertices.emplace_back(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
-  readInfluences(reader, attributes, count, firstJoint, joints, skeleton);
+  return readVectors(reader, primitive.require("attributes").require("POSITION"));
+}
 
+// Appends the triangles of a primitive, whose `count` vertices begin at `first`.
+void readTriangles(Reader& reader, const Field& primitive, size_t first, size_t count,
+                   std::vector<std::array<uint32_t, 3>>& triangles) {
   std::vector<double> corners;
   if (const auto indices = primitive.find("indices")) {
     corners = reader.read(*indices, "SCALAR", 1, Numbers::integers);
@@ -458,7 +464,16 @@ void readPrimitive(Reader& reader, const Field& primitive, size_t firstJoint, si
     return static_cast<uint32_t>(first + static_cast<size_t>(corners[i]));
   };
   for (size_t i = 0; i < corners.size(); i += 3)
-    skeleton.triangles.push_back({vertex(i), vertex(i + 1), vertex(i + 2)});
+    triangles.push_back({vertex(i), vertex(i + 1), vertex(i + 2)});
+}
+
+void readPrimitive(Reader& reader, const Field& primitive, size_t firstJoint, size_t joints,
+                   Skeleton& skeleton) {
+  const std::vector<Vec3<double>> positions = readPositions(reader, primitive);
+  const size_t first = skeleton.vertices.size(), count = positions.size();
+  skeleton.vertices.insert(skeleton.vertices.end(), positions.begin(), positions.end());
+  readInfluences(reader, primitive.require("attributes"), count, firstJoint, joints, skeleton);
+  readTriangles(reader, primitive, first, count, skeleton.triangles);
 }
 
 Skeleton readSkeleton(Reader& reader) {
@@ -544,6 +559,72 @@ std::vector<GltfAnimation> readAnimations(Reader& reader, const Skeleton& skelet
   return animations;
 }
 
+// ---- Meshes at rest ----
+
+// The attribute's vectors, as many as there are vertices; `has` says whether all primitives so far have it.
+std::optional<Field> attributeOfAll(const Field& attributes, const char* name, bool& has) {
+  const auto field = has ? attributes.find(name) : std::nullopt;
+  has = field.has_value();
+  return field;
+}
+
+void appendPrimitive(Reader& reader, const Field& primitive, const AffineMap& worldFromNode,
+                     TexturedMesh& mesh, bool& hasNormals, bool& hasTexture) {
+  const std::vector<Vec3<double>> positions = readPositions(reader, primitive);
+  const Field attributes = primitive.require("attributes");
+  const size_t first = mesh.mesh.positions.size(), count = positions.size();
+  for (const auto& p : positions) {
+    mesh.mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(worldFromNode(p)));
+    if (!mesh.mesh.positions.back().raw().allFinite())
+      throw Error::mismatch("positions within single precision", "one beyond it").at(attributes.path);
+  }
+  // Normals go by det(A) A^-T, which exists where A has no inverse.
+  const Mat3<double>& a = worldFromNode.linear;
+  const bool mirrors = a.determinant() < 0;
+  if (const auto field = attributeOfAll(attributes, "NORMAL", hasNormals)) {
+    Mat3<double> cofactors;
+    cofactors << a.col(1).cross(a.col(2)), a.col(2).cross(a.col(0)), a.col(0).cross(a.col(1));
+    for (const auto& n : readVectors(reader, *field))
+      mesh.normals.push_back((mirrors ? -1. : 1.) * (cofactors * n));
+    if (mesh.normals.size() != first + count)
+      field->refuse(std::to_string(count) + " elements, as positions");
+  }
+  if (const auto field = attributeOfAll(attributes, "TEXCOORD_0", hasTexture)) {
+    const std::vector<double> st = reader.read(*field, "VEC2", 2, Numbers::floatsOrNormalized);
+    // [glTF, §3.8.1]: the origin is the upper left corner
+    for (size_t i = 0; i < st.size(); i += 2) mesh.textureCoordinates.emplace_back(st[i], 1 - st[i + 1]);
+    if (mesh.textureCoordinates.size() != first + count)
+      field->refuse(std::to_string(count) + " elements, as positions");
+  }
+  const size_t firstTriangle = mesh.mesh.triangles.size();
+  readTriangles(reader, primitive, first, count, mesh.mesh.triangles);
+  for (size_t i = firstTriangle; mirrors && i < mesh.mesh.triangles.size(); ++i)
+    std::swap(mesh.mesh.triangles[i][1], mesh.mesh.triangles[i][2]);
+}
+
+TexturedMesh readMeshes(Reader& reader) {
+  const std::vector<Field> nodes = reader.root().elementsOf("nodes"),
+                           meshes = reader.root().elementsOf("meshes");
+  Skeleton skeleton;
+  readNodes(nodes, skeleton);
+  const std::vector<AffineMap> global = globalsOf(skeleton.nodes, skeleton.order);
+  TexturedMesh textured;
+  bool hasNormals = true, hasTexture = true;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const auto mesh = nodes[i].find("mesh");
+    if (!mesh) continue;
+    const AffineMap map = nodes[i].find("skin") ? AffineMap() : global[i];
+    for (const Field& primitive : meshes[mesh->index(meshes.size())].require("primitives").elements())
+      appendPrimitive(reader, primitive, map, textured, hasNormals, hasTexture);
+  }
+  if (textured.mesh.triangles.empty()) throw Error::mismatch("a node with a mesh", "none").at("nodes");
+  if (!hasNormals) textured.normals.clear();
+  if (!hasTexture) textured.textureCoordinates.clear();
+  for (size_t i = 0; i < textured.mesh.positions.size(); ++i)
+    textured.corner.push_back(static_cast<uint32_t>(i));
+  return textured;
+}
+
 void checkAsset(const Field& root) {
   const Field version = root.require("asset").require("version");
   if (!version.text().starts_with("2.")) version.refuse("2.0");
@@ -551,9 +632,8 @@ void checkAsset(const Field& root) {
     extension.refuse("no required extension");
 }
 
-} // namespace
-
-GltfFile readGltf(const std::filesystem::path& path) {
+// Runs read(reader, hash of all bytes) on an opened file.
+template <class Read> auto ofFile(const std::filesystem::path& path, Read read) {
   const std::string bytes = readFile(path);
   try {
     const Container container = opened(bytes);
@@ -561,21 +641,33 @@ GltfFile readGltf(const std::filesystem::path& path) {
     if (!root.is_object()) throw Error("not glTF: no JSON object");
     const Field field{root, ""};
     checkAsset(field);
-    GltfFile file;
     std::string hashes = hex(contentHash(std::as_bytes(std::span(bytes))));
     std::vector<std::string> buffers;
     for (const Field& buffer : field.elementsOf("buffers")) {
       buffers.push_back(readBuffer(buffer, container, buffers.empty(), path.parent_path()));
       hashes += hex(contentHash(std::as_bytes(std::span(buffers.back()))));
     }
-    file.contentHash = contentHash(std::as_bytes(std::span(hashes)));
     Reader reader(root, std::move(buffers), path);
-    file.skeleton = readSkeleton(reader);
-    file.animations = readAnimations(reader, file.skeleton);
-    return file;
+    return read(reader, contentHash(std::as_bytes(std::span(hashes))));
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
+}
+
+} // namespace
+
+GltfFile readGltf(const std::filesystem::path& path) {
+  return ofFile(path, [](Reader& reader, uint64_t hash) {
+    GltfFile file;
+    file.skeleton = readSkeleton(reader);
+    file.animations = readAnimations(reader, file.skeleton);
+    file.contentHash = hash;
+    return file;
+  });
+}
+
+GltfMesh readGltfMesh(const std::filesystem::path& path) {
+  return ofFile(path, [](Reader& reader, uint64_t hash) { return GltfMesh{readMeshes(reader), hash}; });
 }
 
 } // namespace surflect

@@ -1,6 +1,7 @@
-// Skinned meshes and their animation from glTF 2.0 files.
+// Skinned meshes and their animation from glTF 2.0 files; and their meshes alone, at rest.
 #pragma once
 
+#include "surfel/textured_mesh.h"
 #include "warp/skeleton.h"
 
 #include <filesystem>
@@ -24,5 +25,14 @@ struct GltfFile {
 // meshes without a skin are passed over; sparse accessors, morph targets, triangle strips and required
 // extensions are Errors, as is a file without a skin. Throws Error with the file and the field in its JSON.
 GltfFile readGltf(const std::filesystem::path& path);
+
+struct GltfMesh {
+  TexturedMesh mesh;        // normals, and texture coordinates, where all parts have them
+  uint64_t contentHash = 0; // of the file and of the buffers it names
+};
+
+// All meshes of all nodes, where the nodes put them, in the file's axes; skinned ones as they are bound. The
+// same is an Error as there, but that there may be any number of skins, of which nothing is read.
+GltfMesh readGltfMesh(const std::filesystem::path& path);
 
 } // namespace surflect

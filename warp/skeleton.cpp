@@ -66,6 +66,14 @@ Eigen::Vector4d sample(const Channel& channel, double seconds) {
   return channel.property == Channel::Property::rotation ? value.stableNormalized() : value;
 }
 
+std::vector<AffineMap> globalsOf(const std::vector<SkeletonNode>& nodes,
+                                 std::span<const uint32_t> parentsFirst) {
+  std::vector<AffineMap> global(nodes.size());
+  for (const uint32_t i : parentsFirst)
+    global[i] = nodes[i].parent ? global[*nodes[i].parent] * localOf(nodes[i]) : localOf(nodes[i]);
+  return global;
+}
+
 std::vector<Vec3<double>> pose(const Skeleton& skeleton, std::span<const Channel> channels, double seconds) {
   std::vector<SkeletonNode> nodes = skeleton.nodes;
   for (const Channel& channel : channels) {
@@ -76,9 +84,7 @@ std::vector<Vec3<double>> pose(const Skeleton& skeleton, std::span<const Channel
     if (channel.property == Channel::Property::scale) node.scale = value.head<3>();
     if (channel.property == Channel::Property::rotation) node.rotation.coeffs() = value;
   }
-  std::vector<AffineMap> global(nodes.size());
-  for (const uint32_t i : skeleton.order)
-    global[i] = nodes[i].parent ? global[*nodes[i].parent] * localOf(nodes[i]) : localOf(nodes[i]);
+  const std::vector<AffineMap> global = globalsOf(nodes, skeleton.order);
 
   std::vector<AffineMap> ofJoint;
   for (const SkinJoint& joint : skeleton.joints) ofJoint.push_back(global[joint.node] * joint.inverseBind);

@@ -74,6 +74,10 @@ struct Channel {
 // stays. [glTF, Appendix C]
 Eigen::Vector4d sample(const Channel& channel, double seconds);
 
+// Of each node when no channel moves it: to the world of the nodes.
+std::vector<AffineMap> globalsOf(const std::vector<SkeletonNode>& nodes,
+                                 std::span<const uint32_t> parentsFirst);
+
 // Where the vertices are when the channels have moved the joints, in the world of the nodes:
 //   p = sum of w_j G_j B_j v     [glTF, §3.7.3.2], G_j global transform and B_j inverse bind of joint j
 std::vector<Vec3<double>> pose(const Skeleton& skeleton, std::span<const Channel> channels, double seconds);

@@ -17,8 +17,8 @@ constexpr int kMostSegments = 2048, kMostBoxSegments = 512, kMostCopies = 100'00
 
 // What shapes are read with.
 struct Making {
-  int segments;                              // of shapes that do not say
-  std::vector<std::filesystem::path>& files; // that were read
+  int segments;                  // of shapes that do not say
+  std::vector<uint64_t>& hashes; // of what was read
 };
 
 struct ShapeKind {
@@ -150,8 +150,9 @@ const std::vector<ShapeKind>& shapeKinds() {
          return at(hairs, [&] { return fur(skin, shape); });
        }},
       {"mesh", {"file", "smooth"}, [](const Section& s, const Making& making) {
-         making.files.push_back(asPath(s.require("file")));
-         return readSurface(making.files.back(), booleanOr(s, "smooth", true));
+         SurfaceFile file = readSurface(asPath(s.require("file")), booleanOr(s, "smooth", true));
+         making.hashes.push_back(file.hash);
+         return std::move(file.surface);
        }}};
   return kinds;
 }
@@ -200,22 +201,25 @@ Surface placed(const Section& s, const Surface& surface) {
 }
 
 Surface copied(const Section& s, Surface surface) {
+  const auto requireRoom = [&](const Entry& entry, size_t copies) {
+    at(entry, [&] { requireFewTriangles(copies * surface.mesh.triangles.size()); });
+  };
   if (const auto copies = s.find("copies")) {
+    const std::vector<Entry> places = asArray(*copies, "a list of places");
+    if (places.empty()) throw mismatch(*copies, "one copy or more");
+    requireRoom(*copies, places.size());
     const Surface one = std::move(surface);
     surface = {};
-    for (const Entry& place : asArray(*copies, "a list of places")) {
-      const Surface copy = placed(Section(place, kPlaceKeys), one);
-      at(place, [&] { append(surface, copy); });
-    }
-    if (surface.mesh.triangles.empty()) throw mismatch(*copies, "one copy or more");
+    for (const Entry& place : places) append(surface, placed(Section(place, kPlaceKeys), one));
   }
   if (const auto ring = s.find("ring")) {
     const int count = asInteger(*ring, 1, kMostCopies);
+    requireRoom(*ring, static_cast<size_t>(count));
     const Surface one = std::move(surface);
     surface = {};
     for (int i = 0; i < count; ++i) {
-      const auto turn = Eigen::AngleAxisd(2 * std::numbers::pi * i / count, Vec3<double>::UnitZ());
-      at(*ring, [&] { append(surface, transformed(one, turn.toRotationMatrix(), Vec3<double>::Zero())); });
+      const Eigen::AngleAxisd turn(2 * std::numbers::pi * i / count, Vec3<double>::UnitZ());
+      append(surface, transformed(one, turn.toRotationMatrix(), Vec3<double>::Zero()));
     }
   }
   return surface;
@@ -260,7 +264,7 @@ ObjectList asObjects(const Entry& entry, const MaterialList& materials, int segm
   ObjectList list;
   size_t triangles = 0;
   for (const Entry& table : asArray(entry, "tables under [[object]]")) {
-    list.objects.push_back(asObject(table, materials, {segments, list.files}));
+    list.objects.push_back(asObject(table, materials, {segments, list.hashes}));
     triangles += list.objects.back().surface.mesh.triangles.size();
     at(table, [&] { requireFewTriangles(triangles); });
   }

@@ -4,14 +4,13 @@
 #include "render/stage/material_section.h"
 #include "render/stage/scene.h"
 
-#include <filesystem>
 #include <vector>
 
 namespace surflect {
 
 struct ObjectList {
-  std::vector<StageObject> objects;         // one or more
-  std::vector<std::filesystem::path> files; // that were read for them
+  std::vector<StageObject> objects; // one or more
+  std::vector<uint64_t> hashes;     // of what was read for them
 };
 
 constexpr int kFewestSegments = 3;

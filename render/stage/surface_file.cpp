@@ -1,5 +1,15 @@
 #include "render/stage/surface_file.h"
 
+#include "surfel/error.h"
+#include "surfel/file.h"
+#include "surfel/hash.h"
+#include "surfel/obj.h"
+#include "warp/gltf.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
 namespace surflect {
 
 using Vector = Vec3<double>;
@@ -7,33 +17,105 @@ using Direction = Direction3<AcquisitionSpace, double>;
 
 namespace {
 
-Direction roundTheAxis(const Direction& normal) { return Direction(-normal.raw().y(), normal.raw().x(), 0); }
+struct MeshFile {
+  TexturedMesh mesh;
+  uint64_t hash;
+};
 
-// Every corner becomes a vertex.
-TriangleMesh unshared(const TriangleMesh& mesh) {
-  TriangleMesh corners;
-  for (const auto& triangle : mesh.triangles) {
-    const auto first = static_cast<uint32_t>(corners.positions.size());
-    for (const uint32_t vertex : triangle) corners.positions.push_back(mesh.positions[vertex]);
-    corners.triangles.push_back({first, first + 1, first + 2});
+MeshFile readTexturedMesh(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  if (extension == ".gltf" || extension == ".glb") {
+    GltfMesh file = readGltfMesh(path);
+    return {std::move(file.mesh), file.contentHash};
   }
-  return corners;
+  const std::string bytes = readFile(path);
+  const uint64_t hash = contentHash(std::as_bytes(std::span(bytes)));
+  if (extension == ".obj") return {readTexturedObj(path), hash};
+  TexturedMesh plain{readMesh(path), {}, {}, {}};
+  plain.corner.resize(plain.mesh.positions.size());
+  std::iota(plain.corner.begin(), plain.corner.end(), 0u);
+  return {std::move(plain), hash};
+}
+
+void removeFlatTriangles(TriangleMesh& mesh, const std::filesystem::path& path) {
+  const TriangleMesh stored = mesh;
+  mesh.triangles.clear();
+  for (size_t i = 0; i < stored.triangles.size(); ++i)
+    if (areaVector(stored, i).norm() > 0) mesh.triangles.push_back(stored.triangles[i]);
+  if (mesh.triangles.empty()) throw Error::mismatch("triangles", "none that has an area").in(path);
+}
+
+// Every corner of a triangle becomes a vertex.
+TexturedMesh unshared(const TexturedMesh& mesh) {
+  TexturedMesh apart;
+  for (const auto& triangle : mesh.mesh.triangles) {
+    const auto first = static_cast<uint32_t>(apart.mesh.positions.size());
+    for (const uint32_t vertex : triangle) {
+      apart.corner.push_back(static_cast<uint32_t>(apart.corner.size()));
+      apart.mesh.positions.push_back(mesh.mesh.positions[vertex]);
+      if (!mesh.textureCoordinates.empty())
+        apart.textureCoordinates.push_back(mesh.textureCoordinates[vertex]);
+    }
+    apart.mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return apart;
+}
+
+std::vector<Vector> meanNormals(const TexturedMesh& mesh) {
+  std::vector<Vector> sums(1 + static_cast<size_t>(*std::ranges::max_element(mesh.corner)), Vector::Zero());
+  for (size_t i = 0; i < mesh.mesh.triangles.size(); ++i)
+    for (const uint32_t vertex : mesh.mesh.triangles[i])
+      sums[mesh.corner[vertex]] += areaVector(mesh.mesh, i);
+  std::vector<Vector> normals;
+  for (const uint32_t corner : mesh.corner) normals.push_back(sums[corner]);
+  return normals;
+}
+
+// Twice the area times dp/ds, of the triangle's map from its texture: with edges d, e and their differences
+// of texture coordinates, d = ds p_s + dt p_t, so that d e_t - e d_t = (d_s e_t - e_s d_t) p_s. Mirrored
+// textures turn the sign; 0 where there is no such direction.
+Vector alongTexture(const TexturedMesh& mesh, const std::array<uint32_t, 3>& triangle) {
+  const auto& [a, b, c] = triangle;
+  const auto edge = [&](uint32_t to) -> Vector {
+    return mesh.mesh.positions[to].cast<double>().raw() - mesh.mesh.positions[a].cast<double>().raw();
+  };
+  const auto& st = mesh.textureCoordinates;
+  const Vec2<double> d = st[b] - st[a], e = st[c] - st[a];
+  const double determinant = d.x() * e.y() - e.x() * d.y();
+  if (!(std::abs(determinant) > 0)) return Vector::Zero();
+  return (determinant < 0 ? -1. : 1.) * (e.y() * edge(b) - d.y() * edge(c));
+}
+
+std::vector<Vector> meanTangents(const TexturedMesh& mesh) {
+  std::vector<Vector> sums(mesh.mesh.positions.size(), Vector::Zero());
+  if (mesh.textureCoordinates.empty()) return sums;
+  for (const auto& triangle : mesh.mesh.triangles) {
+    const Vector along = alongTexture(mesh, triangle);
+    for (const uint32_t vertex : triangle) sums[vertex] += along;
+  }
+  return sums;
 }
 
 } // namespace
 
-Surface readSurface(const std::filesystem::path& path, bool smooth) {
+SurfaceFile readSurface(const std::filesystem::path& path, bool smooth) {
+  auto [mesh, hash] = readTexturedMesh(path);
+  removeFlatTriangles(mesh.mesh, path);
+  if (!smooth) mesh = unshared(mesh);
+  const std::vector<Vector> normals = smooth && !mesh.normals.empty() ? mesh.normals : meanNormals(mesh),
+                            tangents = meanTangents(mesh);
   Surface surface;
-  const TriangleMesh mesh = readMesh(path);
-  surface.mesh = smooth ? mesh : unshared(mesh);
-  std::vector<Vector> sums(surface.mesh.positions.size(), Vector::Zero());
-  for (size_t i = 0; i < surface.mesh.triangles.size(); ++i)
-    for (const uint32_t vertex : surface.mesh.triangles[i]) sums[vertex] += areaVector(surface.mesh, i);
-  for (const Vector& sum : sums) {
-    surface.normals.push_back(assume<Direction>(sum.stableNormalized()));
-    surface.tangents.push_back(roundTheAxis(surface.normals.back()));
+  for (size_t i = 0; i < normals.size(); ++i) {
+    const Vector n = normals[i].stableNormalized(), t = tangents[i] - tangents[i].dot(n) * n;
+    const Vector roundTheAxis(-n.y(), n.x(), 0);
+    surface.normals.push_back(assume<Direction>(n));
+    surface.tangents.push_back(assume<Direction>(t.norm() > 0 ? t.stableNormalized() : roundTheAxis));
   }
-  return surface;
+  surface.textureCoordinates = std::move(mesh.textureCoordinates);
+  surface.mesh = std::move(mesh.mesh);
+  return {std::move(surface), hash};
 }
 
 } // namespace surflect

@@ -131,5 +131,45 @@ TEST(Obj, ReadingAMeshStopsWhereverItIsAskedTo) {
                        3 * vertices / 1024); // of statements, of faces, of triangles
 }
 
+TEST(Obj, VerticesAreSplitWhereATextureHasASeam) {
+  // A square whose diagonal is a seam: two of its corners have two texture coordinates.
+  const TexturedMesh mesh = parseTexturedObj(
+      withCorners("vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.25\nvt 0.75 0\nf 1/1 2/2 3/3\nf 1/4 3/5/2 4/-3\n"));
+  EXPECT_EQ(mesh.mesh.triangles, (Triangles{{0, 1, 2}, {3, 4, 5}}));
+  EXPECT_EQ(mesh.corner, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
+  EXPECT_EQ(mesh.mesh.positions[0].raw(), mesh.mesh.positions[3].raw());
+  EXPECT_EQ(mesh.textureCoordinates[3], Vec2<double>(0.5, 0.25));
+  EXPECT_EQ(mesh.textureCoordinates[5], Vec2<double>(1, 1)); // -3 of five
+}
+
+TEST(Obj, ATexturedFileWithoutSeamsIsThePlainOne) {
+  const std::string text = withCorners("vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n");
+  const TexturedMesh textured = parseTexturedObj(text);
+  EXPECT_EQ(textured.mesh.triangles, meshOf(text).triangles);
+  EXPECT_EQ(textured.mesh.positions, meshOf(text).positions);
+}
+
+TEST(Obj, OneCornerWithoutTextureMakesAMeshWithout) {
+  const TexturedMesh mesh = parseTexturedObj(withCorners("vt 0 0\nf 1/1 2/1 3/1\nf 1 3/1 4/1\n"));
+  EXPECT_TRUE(mesh.textureCoordinates.empty());
+  EXPECT_EQ(mesh.mesh.triangles, square);
+}
+
+TEST(Obj, WrongTextureCoordinatesAreRefusedWhereTheyAreAskedFor) {
+  const auto complaint = [](std::string_view faces) {
+    try {
+      parseTexturedObj(withCorners(faces));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("no complaint");
+  };
+  EXPECT_EQ(complaint("vt 0 0\nf 1/1 2/2 3/1\n"), "line 6: found 2, expected a texture coordinate of 1..1");
+  EXPECT_EQ(complaint("vt 0 0\nf 1/1 2/-2 3/1\n"),
+            "line 6: found -2, expected a texture coordinate of 1..1 or -1..-1");
+  EXPECT_EQ(complaint("vt nan 0\n"), "line 5.vt: found a value that is not, expected finite coordinates");
+  EXPECT_EQ(complaint("vt\n"), "line 5.vt: found none, expected a coordinate");
+}
+
 } // namespace
 } // namespace surflect

@@ -201,5 +201,75 @@ TEST(Gltf, DeepNestingDoesNotMatter) {
   EXPECT_THROW(fileOf(text), Error); // there is no file x
 }
 
+// A square in two triangles under two nodes, the outer of which mirrors.
+GltfMaker squareFile() {
+  GltfMaker maker;
+  auto& d = maker.document;
+  d["nodes"] = {{{"scale", {-2, 1, 1}}, {"children", {1}}}, {{"translation", {1, 0, 5}}, {"mesh", 0}}};
+  nlohmann::json attributes;
+  attributes["POSITION"] = maker.addFloats("VEC3", 3, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
+  attributes["NORMAL"] = maker.addFloats("VEC3", 3, {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1});
+  attributes["TEXCOORD_0"] = maker.add<uint8_t>("VEC2", 5121, 2, {0, 255, 255, 255, 255, 0, 0, 0}, true, 4);
+  d["meshes"] = {{{"primitives",
+                   {{{"attributes", attributes},
+                     {"indices", maker.add<uint8_t>("SCALAR", 5121, 1, {0, 1, 2, 0, 2, 3})}}}}}};
+  return maker;
+}
+
+GltfMesh meshOf(const GltfMaker& maker) {
+  std::ofstream(folder() / "mesh.glb", std::ios::binary) << maker.glb();
+  return readGltfMesh(folder() / "mesh.glb");
+}
+
+TEST(Gltf, MeshesAtRestAreWhereTheirNodesPutThem) {
+  const TexturedMesh mesh = meshOf(squareFile()).mesh;
+  ASSERT_EQ(mesh.mesh.positions.size(), 4u);
+  EXPECT_EQ(mesh.mesh.positions[2].raw(), Vec3<float>(-4, 1, 5));
+  // The mirror turns the winding, so that triangles face where normals point.
+  for (size_t i = 0; i < 2; ++i) EXPECT_GT(areaVector(mesh.mesh, i).z(), 0);
+  for (const auto& n : mesh.normals) EXPECT_EQ(n.normalized(), Vec3<double>::UnitZ());
+  EXPECT_EQ(mesh.textureCoordinates[0], Vec2<double>(0, 0)); // v of the file goes down
+  EXPECT_EQ(mesh.textureCoordinates[2], Vec2<double>(1, 1));
+}
+
+TEST(Gltf, MeshesAtRestAreThoseOfTheSkinAsBound) {
+  const GltfFile rig = fileOf(tubeFile().glb());
+  const TexturedMesh mesh = readGltfMesh(folder() / "rig.glb").mesh;
+  ASSERT_EQ(mesh.mesh.positions.size(), rig.skeleton.vertices.size());
+  for (size_t i = 0; i < mesh.mesh.positions.size(); ++i)
+    EXPECT_LT((mesh.mesh.positions[i].cast<double>().raw() - rig.skeleton.vertices[i]).norm(), 1e-6);
+  EXPECT_EQ(mesh.mesh.triangles, rig.skeleton.triangles);
+  EXPECT_TRUE(mesh.textureCoordinates.empty());
+  EXPECT_TRUE(mesh.normals.empty());
+  EXPECT_EQ(readGltfMesh(folder() / "rig.glb").contentHash, rig.contentHash);
+}
+
+TEST(Gltf, WhatIsWrongWithAMeshAtRestIsSaid) {
+  const auto complaint = [](auto change) {
+    GltfMaker maker = squareFile();
+    change(maker.document);
+    try {
+      meshOf(maker);
+    } catch (const Error& error) {
+      return std::string(error.what()).substr(error.file().size() + 2);
+    }
+    return std::string("no complaint");
+  };
+  EXPECT_EQ(complaint([](auto& d) { d["nodes"][1].erase("mesh"); }),
+            "nodes: found none, expected a node with a mesh");
+  EXPECT_EQ(complaint([](auto& d) { d["nodes"][1]["mesh"] = 3; }),
+            "nodes[1].mesh: found 3, expected an integer in 0..0");
+  EXPECT_EQ(complaint([](auto& d) { d["accessors"][2]["count"] = 3; }),
+            "meshes[0].primitives[0].attributes.TEXCOORD_0: found 2, expected 4 elements, as positions");
+  EXPECT_EQ(complaint([](auto& d) { d["accessors"][2]["type"] = "VEC3"; }),
+            "accessors[2].type: found \"VEC3\", expected VEC2");
+  EXPECT_EQ(
+      complaint([](auto& d) {
+        d["nodes"][0]["scale"] = {1e38, 1, 1};
+        d["nodes"][1]["translation"] = {1e3, 0, 0};
+      }),
+      "meshes[0].primitives[0].attributes: found one beyond it, expected positions within single precision");
+}
+
 } // namespace
 } // namespace surflect

@@ -1,6 +1,7 @@
 #include "render/stage/stage_file.h"
 #include "srf/image/png.h"
 #include "tests/render/stage/stages.h"
+#include "tests/render/stage/surfaces.h"
 #include "tests/srf/image/files.h"
 
 #include <gtest/gtest.h>
@@ -177,6 +178,135 @@ TEST(StageFile, ObjectsRefuseWhatIsNotThere) {
   const Stage one = parse(meshAt("good.obj"));
   writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
   EXPECT_NE(one.hash, parse(meshAt("good.obj")).hash); // a stage is what its files hold
+}
+
+// The example with another first object; lines of its table.
+std::string withObject(const std::string& lines) {
+  return with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5\nsegments = 16",
+              "material = \"clay\"\n" + lines);
+}
+
+TEST(StageFile, ShapesStandWhereTheyArePlaced) {
+  const Stage stage =
+      parse(withObject("type = \"lathe\"\nprofile = [[0.5, -1], [0.5, 1]]\nscale = [1, 1, 0.5]\n"
+                       "rotate_axis = [0, 1, 0]\nrotate_deg = 90\nposition = [0, 0, 3]\n"
+                       "copies = [{}, { position = [0, 5, 0], scale = [1, -1, 1] }]"));
+  Eigen::AlignedBox3f first, second;
+  for (const auto& p : stage.objects[0].surface.mesh.positions)
+    (p.y() < 2.5 ? first : second).extend(p.raw());
+  EXPECT_LT((first.min() - Vec3<float>(-0.5f, -0.5f, 2.5f)).norm(), 1e-5f); // scaled, then turned, then moved
+  EXPECT_LT((first.max() - Vec3<float>(0.5f, 0.5f, 3.5f)).norm(), 1e-5f);
+  EXPECT_LT((second.min() - Vec3<float>(-0.5f, 4.5f, 2.5f)).norm(), 1e-5f); // and then each copy
+}
+
+TEST(StageFile, ARingIsCopiesTurnedRoundZ) {
+  const std::string rod = "type = \"tube\"\npoints = [[1, 0, 0], [2, 0, 0]]\nradius = 0.1\nsegments = 8";
+  const TriangleMesh one = parse(withObject(rod)).objects[0].surface.mesh,
+                     four = parse(withObject(rod + "\nring = 4")).objects[0].surface.mesh;
+  ASSERT_EQ(four.positions.size(), 4 * one.positions.size());
+  for (size_t i = 0; i < one.positions.size(); ++i) {
+    const auto& p = one.positions[i];
+    const Vec3<float> turned(-p.y(), p.x(), p.z());
+    EXPECT_LT((four.positions[i + one.positions.size()].raw() - turned).norm(), 1e-6f);
+  }
+}
+
+TEST(StageFile, ShapesRefuseWhatTheyCannotBe) {
+  const auto refuse = [](const std::string& lines, const std::vector<std::string>& parts) {
+    expectError(withObject(lines), parts);
+  };
+  const std::string rod = "type = \"tube\"\npoints = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1\n";
+  refuse("type = \"lathe\"\nprofile = [[0.5, 0]]", {"object[0].profile", "two points or more"});
+  refuse("type = \"lathe\"\nprofile = [[0.5, 0], [-0.5, 1]]", {"object[0].profile[1][0]", "-0.5"});
+  refuse("type = \"lathe\"\nprofile = [[0, 0], [0, 1]]", {"object[0].profile", "a point off the axis"});
+  refuse("type = \"lathe\"\nprofile = [[1, 0, 3], [0, 1]]", {"object[0].profile[0]", "[radius, height]"});
+  refuse("type = \"lathe\"\nprofile = [[1, 0], [1, 0], [1, 1]]", {"object[0].profile[0]", "between creases"});
+  refuse("type = \"tube\"\npoints = [[0, 0, 0]]\nradius = 0.1", {"object[0].points", "2 points or more"});
+  refuse("type = \"tube\"\npoints = [[0, 0, 0], [0, 0, 0]]\nradius = 0.1",
+         {"object[0].points[1]", "the same"});
+  refuse("type = \"tube\"\npoints = [[0, 0, 0], [1, 0, 0]]\nradius = [0.1]", {"object[0].radius", "as many"});
+  refuse("type = \"tube\"\npoints = [[0, 0, 0], [1, 0, 0]]\nradius = [0, 0]",
+         {"object[0].radius", "above 0"});
+  refuse("type = \"tube\"\npoints = [[0, 0, 0], [1, 0, 0]]\nradius = [0.1, -1]",
+         {"object[0].radius[1]", "-1"});
+  refuse("type = \"braid\"\npoints = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1\nturns = 0",
+         {"object[0].turns", "0"});
+  refuse("type = \"braid\"\npoints = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1\nturns = 10000\nfibres = 1000",
+         {"object[0].points", "triangles"});
+  const std::string skin = "on = { type = \"sphere\", radius = 1, segments = 8 }\n";
+  refuse("type = \"fur\"\nhairs = 10\nlength = 0.1\nradius = 0.01", {"object[0].on", "missing"});
+  refuse("type = \"fur\"\nhairs = 0\nlength = 0.1\nradius = 0.01\n" + skin, {"object[0].hairs", "0"});
+  refuse("type = \"fur\"\nhairs = 10\nlength = 0.1\nradius = 0.01\ndisorder = 2\n" + skin,
+         {"object[0].disorder", "2"});
+  refuse("type = \"fur\"\nhairs = 1000000\nlength = 0.1\nradius = 0.01\n" + skin,
+         {"object[0].hairs", "triangles"});
+  refuse("type = \"fur\"\nhairs = 1\nlength = 1\nradius = 1\non = { type = \"spere\" }",
+         {"object[0].on.type", "spere", "sphere"});
+  refuse(rod + "displace = \"cos(q)\"", {"object[0].displace", "q"});
+  refuse(rod + "displace = \"1/(x-x)\"", {"object[0].displace.vertex[0]", "no value"});
+  refuse(rod + "fibre_deg = 400", {"object[0].fibre_deg", "400"});
+  refuse(rod + "scale = [1, 0, 1]", {"object[0].scale"});
+  refuse(rod + "rotate_axis = [0, 0, 0]\nrotate_deg = 10", {"object[0].rotate_axis"});
+  refuse(rod + "rotate_axis = [0, 0, 1]", {"object[0].rotate_axis", "rotate_deg"});
+  refuse(rod + "copies = []", {"object[0].copies", "one copy"});
+  refuse(rod + "copies = [{ postion = [0, 0, 0] }]", {"object[0].copies[0].postion", "position"});
+  refuse(rod + "ring = 0", {"object[0].ring", "0"});
+  refuse(rod + "segments = 2048\nring = 100000", {"object[0].ring", "triangles"});
+}
+
+TEST(StageFile, TheInterfacesOfTheMugCloseWhatTheyHold) {
+  const std::filesystem::path path =
+      std::filesystem::path(__FILE__).parent_path() / "../../../examples/stages/mug.toml";
+  const Stage stage = readStage(path, "tiny");
+  ASSERT_EQ(stage.objects.size(), 4u);
+  const auto hold = [&](const std::vector<size_t>& indices) {
+    Surface surface;
+    for (const size_t i : indices) append(surface, stage.objects[i].surface);
+    EXPECT_TRUE(isClosed(surface.mesh));
+    return volumeOf(surface.mesh);
+  };
+  // Glass with beer in it has the surfaces towards air.
+  const double mug = hold({0, 2}), beer = hold({1, 2}), handle = hold({3});
+  EXPECT_GT(mug, beer); // all point outwards
+  EXPECT_GT(beer, 0);
+  EXPECT_GT(handle, 0);
+}
+
+TEST(StageFile, AScaleReplacesWhatItNames) {
+  const std::string text =
+      with("samples = 12", "samples = 12\nsegments = 8", with("segments = 16", "", example)) + R"toml(
+[scale.tiny]
+samples = 3
+segments = 4
+camera.size = [10, 8]
+lights = { count = 5 }
+[scale.full]
+)toml";
+  const Stage whole = parse(text), tiny = parseStage(text, "stage.toml", "tiny"),
+              full = parseStage(text, "stage.toml", "full");
+  EXPECT_EQ(whole.trace.samples, 12);
+  EXPECT_EQ(tiny.trace.samples, 3);
+  EXPECT_EQ(tiny.rig.views[0].camera.lens.width, 10);
+  EXPECT_EQ(tiny.rig.views.size(), whole.rig.views.size());
+  EXPECT_EQ(tiny.rig.trainingLights, 5u);
+  EXPECT_EQ(tiny.rig.lights.size(), 7u); // the test's two stay
+  EXPECT_LT(tiny.objects[0].surface.mesh.triangles.size(), whole.objects[0].surface.mesh.triangles.size());
+  EXPECT_EQ(full.rig.lights.size(), whole.rig.lights.size());
+  EXPECT_NE(tiny.hash, full.hash);
+  const auto error = [&](const std::string& stage, const char* scale) {
+    return errorOf([&] { parseStage(stage, "stage.toml", scale); });
+  };
+  EXPECT_EQ(error(text, "tyny"), "stage.toml: scale.tyny: missing; the nearest one there is tiny");
+  EXPECT_EQ(error(example, "tiny"), "stage.toml: scale.tiny: missing");
+  EXPECT_NE(error(with("camera.size", "camera.siz", text), "tiny").find("camera.siz: unknown key on line"),
+            std::string::npos);
+  EXPECT_NE(error(with("samples = 3", "samples = 0", text), "tiny").find("samples: found 0 on line 4"),
+            std::string::npos)
+      << error(with("samples = 3", "samples = 0", text), "tiny");
+  // A scale may try to replace scales; it is out of their reach then.
+  EXPECT_EQ(parseStage(with("samples = 3", "samples = 3\nscale.tiny = 5", text), "stage.toml", "tiny")
+                .trace.samples,
+            3);
 }
 
 TEST(StageFile, TexturesAreFoundAndCounted) {

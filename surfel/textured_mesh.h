@@ -1,0 +1,16 @@
+// A mesh with what its file says of the surface.
+#pragma once
+
+#include "surfel/mesh.h"
+
+namespace surflect {
+
+// Lists are empty where the file says nothing.
+struct TexturedMesh {
+  TriangleMesh mesh;
+  std::vector<uint32_t> corner;                 // #vertices; equal for vertices that differ in texture alone
+  std::vector<Vec2<double>> textureCoordinates; // #vertices or none; (0, 0) is the lower left
+  std::vector<Vec3<double>> normals;            // #vertices or none
+};
+
+} // namespace surflect
