@@ -105,7 +105,7 @@ Surface tube(std::span<const CurvePoint> points, bool closed, int segments) {
 }
 
 Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape& shape) {
-  constexpr int kStepsPerTurn = 24, kSides = 6;
+  constexpr int kStepsPerTurn = 18, kSides = 6;
   const SmoothCurve curve({points.begin(), points.end()}, closed);
   const int steps = std::max(kStepsPerTurn * shape.turns, 4 * static_cast<int>(points.size()));
   requireFewTriangles(static_cast<size_t>(steps) * 2 * kSides * 3 * (static_cast<size_t>(shape.fibres) + 2));

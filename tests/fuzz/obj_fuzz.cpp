@@ -1,4 +1,7 @@
 #include "surfel/obj.h"
 #include "tests/fuzz/fuzz.h"
 
-void surflect::fuzz(std::string_view input) { parseObj(input); }
+void surflect::fuzz(std::string_view input) {
+  parseObj(input);
+  parseTexturedObj(input);
+}
