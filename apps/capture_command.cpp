@@ -1,7 +1,8 @@
-#include "apps/command.h"
+#include "apps/pack_report.h"
 #include "apps/terminal.h"
 #include "render/shot.h"
 #include "render/stage/stage_capture.h"
+#include "render/stage/stage_source.h"
 #include "surfel/hash.h"
 
 #include <fmt/format.h>
@@ -10,7 +11,6 @@
 #include <bit>
 #include <chrono>
 #include <memory>
-#include <optional>
 
 namespace surflect {
 
@@ -19,37 +19,53 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct Arguments {
-  std::string stage, output, scale, script;
+  std::string stage, output, model, scale, script;
   double frame = 1;
+  PackOptions pack;
 };
+
+// "4 h 10 min", "3 min 20 s" or "7 s"
+std::string duration(double seconds) {
+  const auto whole = static_cast<long>(seconds + 0.5);
+  if (whole >= 3600) return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+  if (whole >= 60) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} s", whole);
+}
 
 double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Says how long it will take too.
+// Says how long the stage of the work will still take, by what it has done since it was first heard of.
 Progress withTimeLeft(Progress progress) {
   if (!progress.report) return progress;
-  progress.report = [report = progress.report, start = Clock::now()](std::string_view stage,
-                                                                     double fraction) {
-    const double left = fraction > 0 ? secondsSince(start) * (1 - fraction) / fraction : 0;
-    report(left > 0 ? fmt::format("{}, {:.0f} s left,", stage, left) : std::string(stage), fraction);
+  struct Since {
+    std::string stage;
+    Clock::time_point start;
+    double fraction = 0;
+  };
+  progress.report = [report = progress.report, since = std::make_shared<Since>()](std::string_view stage,
+                                                                                  double fraction) {
+    if (since->stage != stage) *since = {std::string(stage), Clock::now(), fraction};
+    const double done = fraction - since->fraction;
+    const double left = done > 0 ? secondsSince(since->start) * (1 - fraction) / done : 0;
+    report(left > 0 ? fmt::format("{}, {} left,", stage, duration(left)) : std::string(stage), fraction);
   };
   return progress;
 }
 
-Json runCapture(const Arguments& arguments, const Progress& progress) {
+Json capturePictures(const Stage& stage, const Arguments& arguments, const Progress& progress) {
   const auto start = Clock::now();
-  const Stage stage = readStage(arguments.stage, arguments.scale);
   StageReport report;
-  if (arguments.script.empty()) {
-    report = captureStage(stage, nullptr, arguments.output, withTimeLeft(progress));
-  } else {
+  if (!arguments.script.empty()) {
     const Script script = readScript(arguments.script);
     const WarpPointer warp = warpAt(script, shotTime(script, arguments.frame));
     const std::array both = {script.hash, std::bit_cast<uint64_t>(arguments.frame)};
     const StageDeformation deformation{*warp, contentHash(std::as_bytes(std::span(both)))};
-    report = captureStage(stage, &deformation, arguments.output, withTimeLeft(progress));
+    report = captureStage(stage, &deformation, StageFrames::deformed, arguments.output, progress);
+  } else {
+    const StageFrames which = arguments.model.empty() ? StageFrames::all : StageFrames::test;
+    report = captureStage(stage, nullptr, which, arguments.output, progress);
   }
   const double seconds = secondsSince(start);
   say(fmt::format("{}: {} views under {} lights, {} frames for training and {} for the test{}; {:.1f} s",
@@ -67,18 +83,48 @@ Json runCapture(const Arguments& arguments, const Progress& progress) {
           {"memory_peak_bytes", memoryUse().peakBytes}};
 }
 
+// What comes of pictures that are traced in between is for the progress to say.
+void announceSize(const PackEstimate& estimate) {
+  say(fmt::format("about {:.1f} MB on disk, {:.0f} MB of memory; {} surfels",
+                  static_cast<double>(estimate.diskBytes) / 1e6,
+                  static_cast<double>(estimate.memoryBytes) / 1e6, estimate.surfels));
+}
+
+Json runCapture(const Arguments& arguments, const Progress& progress) {
+  const Stage stage = readStage(arguments.stage, arguments.scale);
+  if (arguments.model.empty()) return capturePictures(stage, arguments, withTimeLeft(progress));
+  const PackReport report =
+      packStage(stage, arguments.model, arguments.pack, withTimeLeft(progress), announceSize);
+  announce(report, arguments.model);
+  Json json = {{"model", jsonOf(report)}};
+  json["model"]["samples"] = stage.trace.samples;
+  if (!arguments.output.empty()) json["test"] = capturePictures(stage, arguments, withTimeLeft(progress));
+  return json;
+}
+
 } // namespace
 
 void addCaptureCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("capture", "photograph a virtual light stage; run again to resume");
-  command->footer("Example: surflect capture examples/stages/sphere.toml -o sphere");
+  command->footer("Example: surflect capture examples/stages/sphere.toml -o sphere\n"
+                  "         surflect capture examples/stages/sphere.toml --pack sphere.srf -o test");
   command->add_option("stage", arguments->stage, "TOML file: objects, cameras and lights")->required();
-  command->add_option("-o,--output", arguments->output, "the capture's folder")->required();
+  CLI::Option_group* results = command->add_option_group("Results", "one of them, or both");
+  results->add_option("-o,--output", arguments->output,
+                      "the capture's folder; with --pack it has what is kept for the test");
+  CLI::Option* model = results->add_option("--pack", arguments->model,
+                                           "the folder of a model, packed view by view as they are traced");
+  results->require_option(1, 2);
   command->add_option("--scale", arguments->scale, "a [scale.NAME] of the stage file, such as tiny");
-  CLI::Option* script = command->add_option("--script", arguments->script,
-                                            "warps to bend the objects by: the truth for evaluate --script");
+  CLI::Option* script = command
+                            ->add_option("--script", arguments->script,
+                                         "warps to bend the objects by: the truth for evaluate --script")
+                            ->excludes(model);
   command->add_option("--frame", arguments->frame, "of the script")->capture_default_str()->needs(script);
+  for (CLI::Option* option : addStoreOptions(*command, arguments->pack)) option->needs(model);
+  command->add_option("--mesh", arguments->pack.impostor.mesh, "impostor geometry instead of the stage's own")
+      ->needs(model);
   setWork(*command, work, "the same command again goes on from here",
           [arguments](const Progress& progress) { return runCapture(*arguments, progress); });
 }

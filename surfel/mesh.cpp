@@ -91,16 +91,24 @@ TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress&
   return extension == ".obj" ? readObj(path, progress) : readPlyMesh(path, progress);
 }
 
-TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress) {
-  TriangleMesh stored = readMeshAsStored(path, progress);
-  TriangleMesh solid{std::move(stored.positions), {}};
-  for (const auto& triangle : stored.triangles) {
+TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress) {
+  TriangleMesh solid{std::move(mesh.positions), {}};
+  for (const auto& triangle : mesh.triangles) {
     progress.checkNowAndThen(solid.triangles.size());
     solid.triangles.push_back(triangle);
     if (!(areaVector(solid, solid.triangles.size() - 1).norm() > 0)) solid.triangles.pop_back();
   }
-  if (solid.triangles.empty()) throw Error::mismatch("triangles", "none that has an area").in(path);
+  if (solid.triangles.empty()) throw Error::mismatch("triangles", "none that has an area");
   return solid;
+}
+
+TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress) {
+  TriangleMesh stored = readMeshAsStored(path, progress);
+  try {
+    return withoutFlat(std::move(stored), progress);
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
 }
 
 } // namespace surflect

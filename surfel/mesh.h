@@ -24,7 +24,9 @@ Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
 // strips. An index beyond the vertices or a position that is not finite is an Error. Throws Cancelled, too.
 TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress& progress = {});
 
-// The same without the triangles that have no area; an Error when no other is left.
+// Without the triangles that have no area; an Error when no other is left.
+TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress = {});
+// As stored, without them.
 TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress = {});
 
 } // namespace surflect

@@ -1,7 +1,7 @@
 // Captures of a stage: photographs of all its views under all its lights.
 #pragma once
 
-#include "render/stage/stage_file.h"
+#include "render/stage/stage_plan.h"
 #include "surfel/progress.h"
 #include "warp/warp.h"
 
@@ -19,12 +19,11 @@ struct StageReport {
   size_t views = 0, lights = 0, trainingFrames = 0, testFrames = 0, resumedViews = 0;
 };
 
-// Writes one EXR of many layers a view, the geometry at rest and, last, transforms.json. Views and lights for
-// training make training frames; all other pairs are test frames. Of a deformed stage only the test views
-// (all where it has none) are photographed, and all frames are of the test: for `evaluate` with the same
-// warp. The same command goes on where it was interrupted. Throws Error, also where the folder holds anything
-// else, and Cancelled. Memory: two pictures of every light.
-StageReport captureStage(const Stage& stage, const StageDeformation* deformation,
+// Writes one EXR of many layers a view, the geometry at rest and, last, transforms.json. A deformation goes
+// with StageFrames::deformed: for `evaluate` with the same warp. The same command goes on where it was
+// interrupted. Throws Error, also where the folder holds anything else, and Cancelled. Memory: two pictures
+// of every light.
+StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const std::filesystem::path& folder, const Progress& progress);
 
 } // namespace surflect

@@ -417,6 +417,7 @@ private:
   bool isThere(const fs::path& path) const {
     std::error_code failure; // what cannot be looked at is not there
     const fs::path full = capture_.folder() / path;
+    if (paths_ == PathRule::unmade) return true;
     if (!fs::is_regular_file(full, failure)) return false;
     if (outsideAllowed()) return true;
     const fs::path folder = capture_.folder().empty() ? fs::path(".") : capture_.folder();

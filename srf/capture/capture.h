@@ -84,8 +84,9 @@ struct Capture {
 std::vector<Exposure> bracketOf(const Frame& frame);
 
 // A capture that somebody else has made names files of its own folder; whether it may name others, by "..",
-// an absolute path or a link, is for the user to say.
-enum class PathRule { inside, anywhere };
+// an absolute path or a link, is for the user to say. Those of a capture that is being made (unmade) stay
+// inside and need not be there yet.
+enum class PathRule { inside, anywhere, unmade };
 
 // Reads a folder's transforms.json, or a JSON file of that form. Checks everything but pixels: that the files
 // named are there and inside the folder, lights known and unit, poses rigid. Pictures are opened only where

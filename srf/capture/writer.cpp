@@ -82,7 +82,7 @@ template <class Items, class ToJson> std::string lines(const Items& items, ToJso
 
 } // namespace
 
-void writeCapture(const Capture& capture, const std::filesystem::path& folder) try {
+std::string captureText(const Capture& capture, const std::filesystem::path& folder) try {
   assert(!capture.views.empty());
   const Lens& firstLens = capture.views.front().camera.lens;
   const bool oneLens = std::all_of(capture.views.begin(), capture.views.end(),
@@ -102,10 +102,13 @@ void writeCapture(const Capture& capture, const std::filesystem::path& folder) t
   std::vector<Json> shots;
   for (const Frame& frame : capture.frames)
     for (const Exposure& shot : bracketOf(frame)) shots.push_back(frameJson(capture, frame, shot, !oneLens));
-  text += "\"frames\": " + lines(shots, std::identity()) + "\n}\n";
-  writeFileAtomically(folder / "transforms.json", text);
+  return text + "\"frames\": " + lines(shots, std::identity()) + "\n}\n";
 } catch (const Json::type_error&) { // of dump()
   throw Error("a name or path is not UTF-8").in(folder / "transforms.json");
+}
+
+void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
+  writeFileAtomically(folder / "transforms.json", captureText(capture, folder));
 }
 
 void writeViewPictures(const std::filesystem::path& path, std::span<const RadianceLayer> layers,

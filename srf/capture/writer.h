@@ -15,6 +15,8 @@ namespace surflect {
 // equal, but for rounding of poses in the last digits and the order of views, which is that of the frames.
 // Frames must refer to pictures by paths inside the folder. Throws Error.
 void writeCapture(const Capture& capture, const std::filesystem::path& folder);
+// What it writes there.
+std::string captureText(const Capture& capture, const std::filesystem::path& folder);
 
 // A layer of one view's file: the photograph under one light.
 struct RadianceLayer {

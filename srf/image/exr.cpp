@@ -281,13 +281,15 @@ std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& 
 
 namespace {
 
-std::vector<half> halvesOf(const Image& image) {
+half halfOf(float value) {
   constexpr float largest = 65504;
+  // NaN and infinities pass as they are.
+  return std::isfinite(value) ? half(std::clamp(value, -largest, largest)) : half(value);
+}
+
+std::vector<half> halvesOf(const Image& image) {
   std::vector<half> halves(image.values.size());
-  for (size_t i = 0; i < halves.size(); ++i) {
-    const float value = image.values[i]; // NaN and infinities pass as they are
-    halves[i] = std::isfinite(value) ? half(std::clamp(value, -largest, largest)) : half(value);
-  }
+  std::ranges::transform(image.values, halves.begin(), halfOf);
   return halves;
 }
 
@@ -322,6 +324,11 @@ private:
 };
 
 } // namespace
+
+void roundTo(Precision precision, std::span<float> values) {
+  if (precision == Precision::half)
+    for (float& value : values) value = halfOf(value);
+}
 
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes) {

@@ -62,6 +62,9 @@ std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& 
 
 enum class Precision { half, single };
 
+// What a file of this precision keeps of values.
+void roundTo(Precision precision, std::span<float> values);
+
 // An image, and the channels it is written to.
 struct ExrLayer {
   ChannelSet channels; // one per channel of the image

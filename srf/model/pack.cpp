@@ -1,6 +1,5 @@
 #include "srf/model/pack.h"
 
-#include "srf/capture/photograph.h"
 #include "srf/image/mask.h"
 #include "srf/image/percentile.h"
 #include "srf/model/manifest.h"
@@ -18,7 +17,8 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <set>
+#include <locale>
+#include <sstream>
 
 namespace surflect {
 
@@ -80,10 +80,10 @@ double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
 // A default that no photograph justifies; asked for by number, there may be more.
 constexpr size_t kMostSurfels = 1000000;
 
-// The photographs of a view, with the matte they share; without one, the mesh's.
+// The pictures of a view, and what they are sure to show.
 struct LoadedView {
   ReflectanceStack stack;
-  Mask object; // what the photographs are sure to show
+  Mask object;
   size_t invalidTexels = 0;
 };
 
@@ -103,23 +103,10 @@ void matteFromMesh(LoadedView& view, const Camera<AcquisitionSpace>& camera,
                     light.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
 }
 
-LoadedView loadView(const Capture& capture, std::span<const size_t> frames,
-                    const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
-  auto photographs = readPhotographs(capture, frames, progress);
-  const auto& camera = capture.views[capture.frames[frames[0]].view].camera;
-  LoadedView view;
-  view.stack.width = camera.lens.width;
-  view.stack.height = camera.lens.height;
-  view.stack.alpha = photographs[0].alpha;
-  bool hasMatte = false;
-  for (auto& photograph : photographs) {
-    for (size_t i = 0; i < view.stack.alpha.values.size(); ++i)
-      view.stack.alpha.values[i] = std::min(view.stack.alpha.values[i], photograph.alpha.values[i]);
-    view.invalidTexels += photograph.invalidTexels;
-    hasMatte |= photograph.hasMatte;
-    view.stack.lights.push_back(std::move(photograph.radiance));
-  }
-  if (hasMatte)
+LoadedView withMatte(ViewPictures pictures, const Camera<AcquisitionSpace>& camera,
+                     const RayCaster<AcquisitionSpace>& impostor) {
+  LoadedView view{std::move(pictures.stack), {}, pictures.invalidTexels};
+  if (pictures.hasMatte)
     view.object = objectMask(view.stack.alpha);
   else
     matteFromMesh(view, camera, impostor);
@@ -168,11 +155,22 @@ struct Survey {
   LightChoice lights;
 };
 
+// How far step i of n is.
+Progress partOf(const Progress& whole, std::string_view stage, size_t i, size_t n) {
+  Progress part = whole;
+  if (whole.report)
+    part.report = [&whole, stage, i, n](std::string_view, double fraction) {
+      whole.report(stage, (static_cast<double>(i) + fraction) / static_cast<double>(n));
+    };
+  return part;
+}
+
 // Up to eight views, evenly chosen, tell the white level, which is the 99.5th percentile of the object's
 // radiance over all channels, and how lights are blended where cameras and lights are chosen apart.
-Survey survey(const Capture& capture, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
+Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
               const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   constexpr size_t kViews = 8, kTexels = 4000;
+  const Capture& capture = source.training();
   // No view has two frames of one light.
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
@@ -180,8 +178,11 @@ Survey survey(const Capture& capture, std::span<const std::vector<size_t>> frame
   LightSamples samples = lightSamples(capture, mesh);
   const size_t count = std::min(kViews, frames.size());
   for (size_t i = 0; i < count; ++i) {
-    progress("survey", static_cast<double>(i) / static_cast<double>(count));
-    const auto view = loadView(capture, frames[i * frames.size() / count], impostor, progress);
+    const size_t number = i * frames.size() / count;
+    const Progress ofView = partOf(progress, "survey", i, count);
+    ofView("", 0);
+    const LoadedView view =
+        withMatte(source.pictures(frames[number], false, ofView), capture.views[number].camera, impostor);
     countRadiance(view, values, progress);
     if (isFullProduct) addSamples(view, kTexels / count, samples);
   }
@@ -190,32 +191,60 @@ Survey survey(const Capture& capture, std::span<const std::vector<size_t>> frame
   return {white, samples.choose(white, progress)};
 }
 
-// What makes a view file of an earlier run the one that this run would write. Photographs are known by size
-// and time of change.
-std::string packIdentity(const Capture& capture, const StoreOptions& options, const TriangleMesh& mesh) {
-  std::set<std::filesystem::path> pictures;
-  for (const Frame& frame : capture.frames) {
-    for (const Exposure& shot : bracketOf(frame)) pictures.insert(shot.picture);
-    if (!frame.mask.empty()) pictures.insert(frame.mask);
-  }
-  std::string description = readFile(capture.file);
-  for (const auto& picture : pictures) {
-    const auto path = capture.folder() / picture;
-    description += fmt::format("{} {} {}\n", picture.string(), std::filesystem::file_size(path),
-                               std::filesystem::last_write_time(path).time_since_epoch().count());
-  }
-  const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
-  return fmt::format("format {} {:016x} {:016x} {:016x} {:.17g} {:.17g}\n", kModelVersion, hash(description),
-                     hash(mesh.positions), hash(mesh.triangles), options.tolerance, options.white);
+// The survey as pack keeps it, so that who resumes need not look at those views again.
+std::string surveyText(const Survey& survey) {
+  const auto& [blend, leftOutDb] = survey.lights;
+  return fmt::format("{:.17g} {} {} {}\n", survey.white, blend.lights, nameOf(blend.fit),
+                     leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown");
 }
 
-// What a view file of an earlier run holds, where it is complete. Its error is not known any more.
-std::optional<ViewSummary> finished(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) return std::nullopt;
+// Of another form than surveyText's, it is none.
+std::optional<Survey> parseSurvey(const std::string& text) {
+  std::istringstream words(text);
+  words.imbue(std::locale::classic());
+  Survey survey;
+  std::string fit, leftOutDb;
+  if (!(words >> survey.white >> survey.lights.blend.lights >> fit >> leftOutDb)) return std::nullopt;
+  if (fit == nameOf(LightFit::plane)) survey.lights.blend.fit = LightFit::plane;
+  if (leftOutDb != "unknown") {
+    double db = 0;
+    std::from_chars(leftOutDb.data(), leftOutDb.data() + leftOutDb.size(), db);
+    survey.lights.leftOutDb = db;
+  }
+  if (surveyText(survey) != text || !(survey.white >= 1e-20 && survey.white <= 1e20)) return std::nullopt;
+  return survey;
+}
+
+// What makes files of an earlier run those that this run would write.
+std::string packIdentity(const PackSource& source, double tolerance, const TriangleMesh& mesh) {
+  const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
+  return fmt::format("format {} {} {:016x} {:016x} {:.17g}\n", kModelVersion, source.identity(),
+                     hash(mesh.positions), hash(mesh.triangles), tolerance);
+}
+
+// What packing a view lost, beside its file: nothing else knows it once the photographs are gone.
+std::filesystem::path errorPath(size_t view) { return viewFilePath(view).replace_extension(".error"); }
+
+std::string errorText(std::span<const std::byte> file, const ViewSummary& summary) {
+  return fmt::format("{:016x} {:.17g} {:.17g}\n", contentHash(file), summary.squaredError,
+                     summary.clippedSquaredError);
+}
+
+// What a view file of an earlier run holds and lost, where it is complete.
+std::optional<ViewSummary> finished(const std::filesystem::path& folder, size_t view) {
+  const auto path = folder / viewFilePath(view);
+  if (!std::filesystem::exists(path) || !std::filesystem::exists(folder / errorPath(view)))
+    return std::nullopt;
   try {
-    const ViewFile file(path);
+    const std::string bytes = readFile(path), record = readFile(folder / errorPath(view), 1 << 12);
     ViewSummary summary;
-    summary.fileBytes = std::filesystem::file_size(path);
+    std::istringstream words(record);
+    words.imbue(std::locale::classic());
+    std::string hash;
+    words >> hash >> summary.squaredError >> summary.clippedSquaredError;
+    if (errorText(std::as_bytes(std::span(bytes)), summary) != record) return std::nullopt;
+    const ViewFile file(path);
+    summary.fileBytes = bytes.size();
     for (uint32_t index = 0; index < file.blockCount(); ++index) {
       const Block block = file.read(index);
       summary.objectTexels += static_cast<uint64_t>(std::popcount(block.present));
@@ -252,19 +281,19 @@ void claimFolder(const std::filesystem::path& folder, const std::filesystem::pat
   if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
 }
 
-// The number of a view by the name of its file; empty for other names.
-std::optional<size_t> viewNumbered(const std::string& name) {
+// Is it the name of a file that tells of one view, or of the survey?
+bool isOfViews(const std::string& name) {
   size_t view = 0;
   const auto [end, status] = std::from_chars(name.data(), name.data() + name.size(), view);
-  if (status != std::errc() || viewFilePath(view).filename() != name) return std::nullopt;
-  return view;
+  return name == "survey" || (status == std::errc() &&
+                              (viewFilePath(view).filename() == name || errorPath(view).filename() == name));
 }
 
 void removeViews(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::vector<fs::path> views;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder / "views"))
-    if (viewNumbered(entry.path().filename().string())) views.push_back(entry.path());
+    if (isOfViews(entry.path().filename().string())) views.push_back(entry.path());
   for (const fs::path& view : views) fs::remove(view);
 }
 
@@ -274,9 +303,8 @@ void removeLitter(const std::filesystem::path& folder) {
     return target == "manifest.json" || target == "transforms.json" || target == "surfels.ply" ||
            target == "fades.bin";
   });
-  removeAbandoned(folder / "views", [](const std::string& target) {
-    return target == "identity" || viewNumbered(target).has_value();
-  });
+  removeAbandoned(folder / "views",
+                  [](const std::string& target) { return target == "identity" || isOfViews(target); });
 }
 
 // From sizes alone, by figures measured on two cores: shares and rates of the vase in examples/.
@@ -312,13 +340,13 @@ PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t
 
 } // namespace
 
-PackReport pack(const Capture& everything, const std::filesystem::path& folder, const PackOptions& options,
+PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
-  const Capture capture = subset(everything, [](const Frame& frame) { return frame.split == Split::train; });
+  const Capture& capture = source.training();
   const auto frames = framesByView(capture);
   if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
   const auto start = Clock::now();
-  const Impostor geometry = impostorOf(capture, options.impostor, progress);
+  const Impostor geometry = source.impostor(options.impostor, progress);
   const TriangleMesh& mesh = geometry.mesh;
   const RayCaster<AcquisitionSpace> impostor(mesh, progress);
 
@@ -335,7 +363,7 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   if (announce) announce(estimate(capture, frames, mesh, impostor, spacing, progress));
   const SurfelCloud cloud = sampleSurfels(mesh, spacing, 1, progress);
   report.surfels = cloud.size();
-  report.views = capture.views.size();
+  for (const View& view : capture.views) report.views.push_back(view.identity);
   report.lights = capture.lights.size();
   report.surfelSeconds = secondsSince(start);
 
@@ -346,37 +374,58 @@ PackReport pack(const Capture& everything, const std::filesystem::path& folder, 
   report.fadeSeconds = secondsSince(fadeStart);
 
   const auto storeStart = Clock::now();
+  const std::string identity = packIdentity(source, options.tolerance, mesh);
+  const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
+  const auto surveyPath = folder / "views" / "survey";
+  std::optional<Survey> surveyed;
+  if (resumes && std::filesystem::exists(surveyPath)) surveyed = parseSurvey(readFile(surveyPath));
+  if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
+  if (!surveyed) surveyed = survey(source, frames, mesh, impostor, progress);
   StoreOptions store;
   store.tolerance = options.tolerance;
-  const auto [white, lightChoice] = survey(capture, frames, mesh, impostor, progress);
-  store.white = report.white = white;
-  report.lightChoice = lightChoice;
+  store.white = report.white = surveyed->white;
+  report.lightChoice = surveyed->lights;
   std::filesystem::remove(folder / "manifest.json"); // from now on the folder is unfinished
-  const std::string identity = packIdentity(capture, store, mesh);
-  const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
   if (!resumes) {
     removeViews(folder); // or a run that stops here would leave them to be taken for its own
     writeFileAtomically(identityPath, identity);
   }
+  writeFileAtomically(surveyPath, surveyText(*surveyed));
+
+  std::vector<size_t> missing;
+  report.ofView.resize(frames.size());
   for (size_t view = 0; view < frames.size(); ++view) {
-    progress("reflectance images", static_cast<double>(view) / static_cast<double>(frames.size()));
-    const auto path = folder / viewFilePath(view);
-    if (const auto earlier = resumes ? finished(path) : std::nullopt) {
-      report.store += *earlier;
-      ++report.resumedViews;
-      continue;
-    }
-    const LoadedView loaded = loadView(capture, frames[view], impostor, progress);
+    progress.checkpoint();
+    if (const auto earlier = finished(folder, view))
+      report.ofView[view] = *earlier;
+    else
+      missing.push_back(view);
+  }
+  report.resumedViews = frames.size() - missing.size();
+  for (size_t i = 0; i < missing.size(); ++i) {
+    const size_t view = missing[i];
+    const Progress ofView = partOf(progress, "reflectance images", i, missing.size());
+    ofView("", 0);
+    const LoadedView loaded = withMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
     const EncodedView encoded = encodeView(loaded.stack, store, progress);
-    writeFileAtomically(path, encoded.file);
-    report.store += encoded.summary;
+    writeFileAtomically(folder / errorPath(view), errorText(encoded.file, encoded.summary));
+    writeFileAtomically(folder / viewFilePath(view), encoded.file);
+    report.ofView[view] = encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
   }
-  writeModel(folder, {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, lightChoice.blend},
+  for (const ViewSummary& summary : report.ofView) report.store += summary;
+  writeModel(folder,
+             {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, surveyed->lights.blend},
              progress);
   report.storeSeconds = secondsSince(storeStart);
   progress("reflectance images", 1);
   return report;
+}
+
+PackReport pack(const Capture& capture, const std::filesystem::path& folder, const PackOptions& options,
+                const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
+  CaptureSource source(capture);
+  return pack(source, folder, options, progress, announce);
 }
 
 } // namespace surflect

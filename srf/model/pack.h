@@ -1,9 +1,8 @@
 // From a capture to a model.
 #pragma once
 
-#include "srf/capture/capture.h"
-#include "srf/model/impostor.h"
 #include "srf/model/light_choice.h"
+#include "srf/model/pack_source.h"
 #include "srf/store/view_encoder.h"
 #include "surfel/progress.h"
 
@@ -11,6 +10,8 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace surflect {
 
@@ -30,17 +31,22 @@ struct PackEstimate {
 struct PackReport {
   Impostor::Origin geometry = Impostor::Origin::given;
   std::vector<Impostor::Fit> fits; // as in Impostor
-  size_t surfels = 0, views = 0, lights = 0, resumedViews = 0;
+  size_t surfels = 0, lights = 0, resumedViews = 0;
+  std::vector<std::string> views; // identities
   double white = 0;
   LightChoice lightChoice;
-  size_t invalidTexels = 0; // NaN or infinite in the photographs
-  ViewSummary store;        // errors of resumed views are not in it
+  size_t invalidTexels = 0;        // NaN or infinite in the photographs of views that were not resumed
+  std::vector<ViewSummary> ofView; // as `views`, also of resumed ones
+  ViewSummary store;               // their sum
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;
 };
 
-// Writes the model folder. Views are read, encoded and written one after the other, so memory is bounded by
-// one view's photographs; a view file that an interrupted run has finished is kept. `announce` is called
-// once, after the first view has been encoded and timed. Throws Error and Cancelled.
+// Writes the model folder. Views are asked for, encoded and written one after the other, so memory is bounded
+// by one view's photographs; a view file that an interrupted run has finished is kept. `announce` is called
+// once, before the work. Throws Error and Cancelled.
+PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
+                const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
+// Of the training frames of a capture on disk.
 PackReport pack(const Capture& capture, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
 

@@ -7,37 +7,8 @@ import subprocess
 import time
 import unittest
 
-from support import ROOT, SURFLECT, TestInFolder, content, run, succeed
+from support import ROOT, STAGE, SURFLECT, TestInFolder, content, run, succeed
 
-STAGE = """
-samples = 16
-transport = "local"
-[camera]
-model = "orthographic"
-size = [24, 24]
-distance = 5
-height = 2.2
-[views]
-turntable = 8
-elevations_deg = [-30, 30]
-test = 2
-[lights]
-count = 16
-test = 2
-irradiance = [3, 3, 3]
-[[material]]
-name = "clay"
-type = "rough_diffuse"
-albedo = [0.8, 0.4, 0.2]
-roughness = 0.5
-[[object]]
-type = "bumpy_sphere"
-material = "clay"
-radius = 0.8
-amplitude = 0.1
-frequency = 4
-segments = 64
-"""
 WARP = """
 [[warp]]
 type = "bend"
@@ -89,6 +60,23 @@ class CaptureCommand(TestInFolder):
         report = succeed("capture", self.stage, "-o", target, "--threads", "3")
         self.assertGreaterEqual(report["resumed_views"], 3)
         self.assert_same_files(content(target), content(self.folder / "capture"))
+
+    def test_packed_in_one_pass_it_is_the_same_model(self):
+        model, test = self.folder / "one.srf", self.folder / "test"
+        report = succeed("capture", self.stage, "--pack", model, "-o", test, "--surfels", "4000")
+        one, two = content(model), content(self.folder / "model.srf")
+        self.assertNotEqual(one.pop("views/identity"), two.pop("views/identity"))
+        self.assert_same_files(one, two)
+        views = report["model"]["store"]["views"]
+        self.assertEqual([view["view"] for view in views], [f"C{number:03}" for number in range(16)])
+        self.assertEqual(sum(view["bytes"] for view in views), report["model"]["store"]["bytes"])
+        self.assertGreater(min(view["psnr_linear_db"] for view in views), 30)
+        self.assertEqual(report["test"]["test_frames"], 2 * 18 + 8 * 2)
+        again = succeed("capture", self.stage, "--pack", model, "-o", test, "--surfels", "4000")
+        self.assertEqual((again["model"]["resumed_views"], again["test"]["resumed_views"]), (16, 10))
+        self.assertEqual(again["model"]["store"], report["model"]["store"])
+        scores = succeed("evaluate", model, test, "--baseline", "nearest")
+        self.assertGreater(scores["psnr_linear_db"], scores["baseline"]["psnr_linear_db"] + 1)
 
     def test_another_stage_does_not_go_on_there(self):
         other = self.folder / "other.toml"

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import unittest
 
-from support import SCRIPT, SURFLECT, TestInFolder, content, succeed, write_small_capture
+from support import SCRIPT, STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
 
 
 def run_within(file_bytes, *arguments):
@@ -59,6 +59,28 @@ class FullDisk(TestInFolder):
 
     def test_render(self):
         self.fails_and_recovers(self.render, content(self.folder / "film"))
+
+    def test_capture_and_pack_in_one_pass(self):
+        stage = self.folder / "stage.toml"
+        stage.write_text(STAGE)
+
+        def arguments(name):
+            return ["capture", stage, "--pack", self.folder / name, "--surfels", "3000"]
+
+        succeed(*arguments("model"))
+        whole = content(self.folder / "model")
+        for limit in (20, 60, 5000, max(map(len, whole.values())) - 1):
+            with self.subTest(limit=limit):
+                result = run_within(limit, *arguments("full"))
+                self.assertEqual(result.returncode, 1, result.stderr)
+                self.assertRegex(result.stderr.splitlines()[-1],
+                                 r"^surflect: \S*/full/\S+: cannot write \(File too large\)$")
+                left = {name: data for name, data in content(self.folder / "full").items()
+                        if not name.startswith("traced/")}
+                self.assert_same_files(left, {name: whole[name] for name in left})
+                succeed(*arguments("full"))
+                self.assert_same_files(content(self.folder / "full"), whole)
+                shutil.rmtree(self.folder / "full")
 
     def test_reports_that_cannot_be_written_are_failures(self):
         for arguments in (["inspect", self.folder / "model.srf"], self.render("film"),

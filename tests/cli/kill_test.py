@@ -1,4 +1,4 @@
-"""kill -9 at any moment of `pack`, `render --resume` and `import`: the next run makes of it what none would have
+"""kill -9 at any moment of `pack`, `capture --pack`, `render --resume` and `import`: the next run makes of it what none would have
 marred, and removes what was left."""
 
 import random
@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from support import SCRIPT, SURFLECT, TestInFolder, content, succeed, write_small_capture
+from support import SCRIPT, STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
 
 MOMENTS = 20
 
@@ -63,6 +63,17 @@ class Kill(TestInFolder):
         succeed(*self.pack("other.srf", "other"))
         succeed(*self.pack("whole.srf"))
         self.killed_at_any_moment(self.pack, content(self.folder / "whole.srf"), self.folder / "other.srf")
+
+    def test_capture_and_pack_in_one_pass(self):
+        stage = self.folder / "stage.toml"
+        stage.write_text(STAGE)
+
+        def arguments(name):
+            output = self.folder / name
+            return ["capture", stage, "--pack", output / "model.srf", "--surfels", "3000", "-o", output / "test"]
+
+        succeed(*arguments("whole"))
+        self.killed_at_any_moment(arguments, content(self.folder / "whole"))
 
     def test_render(self):
         script = self.folder / "film.toml"

@@ -45,6 +45,37 @@ axis = [0, 0, 1]
 angle_deg = [[1, 0], [3, 40]]
 """
 
+# A lumpy ball, seen from 16 sides under 16 lights; two more of both are for the test.
+STAGE = """
+samples = 16
+transport = "local"
+[camera]
+model = "orthographic"
+size = [24, 24]
+distance = 5
+height = 2.2
+[views]
+turntable = 8
+elevations_deg = [-30, 30]
+test = 2
+[lights]
+count = 16
+test = 2
+irradiance = [3, 3, 3]
+[[material]]
+name = "clay"
+type = "rough_diffuse"
+albedo = [0.8, 0.4, 0.2]
+roughness = 0.5
+[[object]]
+type = "bumpy_sphere"
+material = "clay"
+radius = 0.8
+amplitude = 0.1
+frequency = 4
+segments = 64
+"""
+
 
 def run(*arguments):
     """A finished `surflect`: returncode, stdout, stderr."""

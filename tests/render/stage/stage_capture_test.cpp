@@ -53,7 +53,7 @@ std::map<std::string, std::string> contentOf(const std::filesystem::path& folder
 
 TEST(StageCapture, ReadsBackAsItWasTraced) {
   const TemporaryFolder folder;
-  const StageReport report = captureStage(stage(), nullptr, folder / "c", {});
+  const StageReport report = captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
   EXPECT_EQ(report.trainingFrames, 9u);
   EXPECT_EQ(report.testFrames, 11u);
   const Capture capture = readCapture(folder / "c");
@@ -86,7 +86,7 @@ TEST(StageCapture, BrighterThanHalfFloatsIsKept) {
   std::string bright = text;
   bright.replace(bright.find("[3, 3, 3]"), 9, "[1e6, 1e6, 1e6]");
   const Stage sunny = parseStage(bright, "stage.toml");
-  captureStage(sunny, nullptr, folder / "c", {});
+  captureStage(sunny, nullptr, StageFrames::all, folder / "c", {});
   const Capture capture = readCapture(folder / "c");
   const std::vector<size_t> one{1};
   const Photograph photograph = readPhotographs(capture, one, {})[0];
@@ -97,7 +97,7 @@ TEST(StageCapture, BrighterThanHalfFloatsIsKept) {
 
 TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
   const TemporaryFolder folder;
-  captureStage(stage(), nullptr, folder / "c", {});
+  captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
   const TriangleMesh mesh = readMesh(folder / "c" / readCapture(folder / "c").geometry);
   std::vector<Point3<AcquisitionSpace>> vertices;
   size_t triangles = 0;
@@ -112,43 +112,43 @@ TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
 
 TEST(StageCapture, AnInterruptedRunGoesOnToTheSameBytes) {
   const TemporaryFolder folder;
-  captureStage(stage(), nullptr, folder / "whole", {});
+  captureStage(stage(), nullptr, StageFrames::all, folder / "whole", {});
   int calls = 0;
   Progress progress;
   progress.cancelled = [&] {
     return std::filesystem::exists(folder / "part" / "images" / "C001.exr") && ++calls > 3;
   };
-  EXPECT_THROW(captureStage(stage(), nullptr, folder / "part", progress), Cancelled);
+  EXPECT_THROW(captureStage(stage(), nullptr, StageFrames::all, folder / "part", progress), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "part" / "transforms.json"));
   writeBytes(folder / "part" / "images" / "C000.exr", "damaged");
-  EXPECT_EQ(captureStage(stage(), nullptr, folder / "part", {}).resumedViews, 1u);
+  EXPECT_EQ(captureStage(stage(), nullptr, StageFrames::all, folder / "part", {}).resumedViews, 1u);
   EXPECT_EQ(contentOf(folder / "part"), contentOf(folder / "whole"));
 }
 
 TEST(StageCapture, AnotherStageIsNotMixedIn) {
   const TemporaryFolder folder;
-  captureStage(stage(), nullptr, folder / "c", {});
+  captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
   Stage other = stage();
   other.hash ^= 1;
-  EXPECT_NE(errorOf([&] { captureStage(other, nullptr, folder / "c", {}); }).find("another stage"),
+  EXPECT_NE(errorOf([&] { captureStage(other, nullptr, StageFrames::all, folder / "c", {}); }).find("another stage"),
             std::string::npos);
   const auto warp = chainWarp({});
   const StageDeformation deformation{*warp, 5};
-  EXPECT_NE(errorOf([&] { captureStage(stage(), &deformation, folder / "c", {}); }).find("another stage"),
+  EXPECT_NE(errorOf([&] { captureStage(stage(), &deformation, StageFrames::deformed, folder / "c", {}); }).find("another stage"),
             std::string::npos);
   std::filesystem::create_directory(folder / "mine");
   writeBytes(folder / "mine" / "letter.txt", "dear");
-  EXPECT_NE(errorOf([&] { captureStage(stage(), nullptr, folder / "mine", {}); }).find("something there"),
+  EXPECT_NE(errorOf([&] { captureStage(stage(), nullptr, StageFrames::all, folder / "mine", {}); }).find("something there"),
             std::string::npos);
 }
 
 // The identity bends nothing: the test views are those of the plain capture, to the bit.
 TEST(StageCapture, TheTruthUnderTheIdentityIsThePlainCapture) {
   const TemporaryFolder folder;
-  captureStage(stage(), nullptr, folder / "plain", {});
+  captureStage(stage(), nullptr, StageFrames::all, folder / "plain", {});
   const auto warp = chainWarp({});
   const StageDeformation deformation{*warp, 5};
-  const StageReport report = captureStage(stage(), &deformation, folder / "truth", {});
+  const StageReport report = captureStage(stage(), &deformation, StageFrames::deformed, folder / "truth", {});
   EXPECT_EQ(report.views, 2u);
   EXPECT_EQ(report.trainingFrames, 0u);
   EXPECT_EQ(report.testFrames, 8u);

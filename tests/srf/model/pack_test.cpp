@@ -52,7 +52,7 @@ TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {
   EXPECT_EQ(model.cloud.coverage, cloud.coverage);
   EXPECT_EQ(model.fades.values, surfelFades(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
   EXPECT_EQ(report.surfels, cloud.size());
-  EXPECT_EQ(report.views, 5u);
+  EXPECT_EQ(report.views.size(), 5u);
   EXPECT_EQ(report.lights, 3u);
   EXPECT_EQ(report.resumedViews, 0u);
 }

@@ -1,0 +1,84 @@
+#include "apps/pack_report.h"
+
+#include "apps/terminal.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+// How well a hull fits the mattes: the median view, and the worst three.
+void announceFits(std::vector<Impostor::Fit> fits) {
+  std::ranges::stable_sort(fits, {}, &Impostor::Fit::intersectionOverUnion);
+  std::string worst, leftOut;
+  for (size_t i = 0; i < fits.size(); ++i) {
+    if (i < 3) worst += fmt::format(" {} {:.3f}", fits[i].view, fits[i].intersectionOverUnion);
+    if (fits[i].leftOut) leftOut += " " + fits[i].view;
+  }
+  say(fmt::format("geometry: visual hull of {} mattes; silhouettes agree to {:.3f} IoU (median), worst:{}",
+                  fits.size(), fits[fits.size() / 2].intersectionOverUnion, worst));
+  if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
+}
+
+Json jsonOfChoice(const LightChoice& choice) {
+  Json json = {{"lights", choice.blend.lights}, {"fit", nameOf(choice.blend.fit)}};
+  if (choice.leftOutDb) json["left_out_srgb_db"] = *choice.leftOutDb;
+  return json;
+}
+
+} // namespace
+
+Json jsonOf(const PackReport& report) {
+  Json json = {
+      {"geometry", nameOf(report.geometry)},
+      {"surfels", report.surfels},
+      {"views", report.views.size()},
+      {"lights", report.lights},
+      {"resumed_views", report.resumedViews},
+      {"invalid_texels", report.invalidTexels},
+      {"white", report.white},
+      {"light_blend", jsonOfChoice(report.lightChoice)},
+      {"seconds",
+       {{"surfels", report.surfelSeconds}, {"fades", report.fadeSeconds}, {"store", report.storeSeconds}}},
+      {"memory_peak_bytes", memoryUse().peakBytes}};
+  json["store"] = {{"bytes", report.store.fileBytes},
+                   {"object_texels", report.store.objectTexels},
+                   {"ratio_to_half", compressionRatio(report.store)},
+                   {"blocks_of_rank", report.store.blocksOfRank}};
+  for (const auto& fit : report.fits)
+    json["silhouettes"].push_back(
+        {{"view", fit.view}, {"iou", fit.intersectionOverUnion}, {"left_out", fit.leftOut}});
+  json["store"]["psnr_linear_db"] = psnrDb(report.store, report.white);
+  for (size_t view = 0; view < report.views.size(); ++view)
+    json["store"]["views"].push_back({{"view", report.views[view]},
+                                      {"bytes", report.ofView[view].fileBytes},
+                                      {"ratio_to_half", compressionRatio(report.ofView[view])},
+                                      {"psnr_linear_db", psnrDb(report.ofView[view], report.white)}});
+  return json;
+}
+
+void announceEstimate(const PackEstimate& estimate) {
+  say(fmt::format("about {:.1f} MB on disk, {:.0f} MB of memory, {:.0f} s; {} surfels",
+                  static_cast<double>(estimate.diskBytes) / 1e6,
+                  static_cast<double>(estimate.memoryBytes) / 1e6, estimate.seconds, estimate.surfels));
+}
+
+void announce(const PackReport& report, const std::string& output) {
+  if (!report.fits.empty()) announceFits(report.fits);
+  if (report.invalidTexels > 0)
+    say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));
+  say(fmt::format("{}: {} surfels on a {}, {} views{}; {:.1f} MB of reflectance, {:.1f}:1 against half "
+                  "floats at {:.1f} dB",
+                  output, report.surfels, nameOf(report.geometry), report.views.size(),
+                  report.resumedViews > 0 ? fmt::format(" ({} were there already)", report.resumedViews) : "",
+                  static_cast<double>(report.store.fileBytes) / 1e6, compressionRatio(report.store),
+                  psnrDb(report.store, report.white)));
+  if (const auto& [blend, leftOutDb] = report.lightChoice; leftOutDb)
+    say(fmt::format("lights: {} blended, by a {}; one left out is told by the others to {:.1f} dB",
+                    blend.lights, nameOf(blend.fit), *leftOutDb));
+}
+
+} // namespace surflect

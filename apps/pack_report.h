@@ -1,0 +1,23 @@
+// What `pack` and `capture --pack` share: options, and what they say of their work.
+#pragma once
+
+#include "apps/command.h"
+#include "srf/model/pack.h"
+
+#include <string>
+
+namespace surflect {
+
+inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, PackOptions& options) {
+  return {command.add_option("--tolerance", options.tolerance, "relative error of every block")
+              ->capture_default_str()
+              ->check(CLI::Range(0.0, 1.0)),
+          command.add_option("--surfels", options.surfels, "how many, about; default: two across a pixel")
+              ->check(CLI::Range(size_t{1}, size_t{100000000}))};
+}
+
+void announceEstimate(const PackEstimate& estimate);
+void announce(const PackReport& report, const std::string& output);
+Json jsonOf(const PackReport& report);
+
+} // namespace surflect

@@ -1,0 +1,89 @@
+#include "render/stage/stage_pictures.h"
+
+#include "srf/capture/writer.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+std::vector<size_t> lightsOf(const StagePlan& plan, size_t view) {
+  std::vector<size_t> lights;
+  for (const Frame& frame : plan.capture.frames)
+    if (frame.view == view) lights.push_back(*frame.light);
+  return lights;
+}
+
+Precision precisionFor(const TracedView& view) {
+  constexpr float kLargestHalf = 65504;
+  const auto fits = [](const Image& image) {
+    return std::ranges::all_of(image.values, [](float value) { return value <= kLargestHalf; });
+  };
+  return std::ranges::all_of(view.radiance, fits) ? Precision::half : Precision::single;
+}
+
+} // namespace
+
+TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& plan, size_t view,
+                 const Progress& progress) {
+  std::vector<Light> lights;
+  for (const size_t light : lightsOf(plan, view)) lights.push_back(plan.capture.lights[light]);
+  const size_t number = plan.views[view];
+  return traceView(scene, stage.rig.views[number].camera, number, lights, stage.trace, progress);
+}
+
+void write(const TracedView& traced, const StagePlan& plan, size_t view,
+           const std::filesystem::path& folder) {
+  const std::vector<size_t> lights = lightsOf(plan, view);
+  std::vector<RadianceLayer> layers;
+  for (size_t i = 0; i < lights.size(); ++i)
+    layers.push_back({plan.capture.lights[lights[i]].name, &traced.radiance[i]});
+  const auto path = folder / "images" / (plan.capture.views[view].identity + ".exr");
+  writeViewPictures(path, layers, &traced.alpha, "matte", precisionFor(traced));
+}
+
+ViewPictures asRead(TracedView traced) {
+  const Precision precision = precisionFor(traced);
+  ViewPictures view;
+  view.hasMatte = true;
+  view.stack.width = traced.alpha.width;
+  view.stack.height = traced.alpha.height;
+  view.stack.alpha = traced.alpha;
+  roundTo(precision, view.stack.alpha.values);
+  const std::vector<float>&whole = traced.alpha.values, &kept = view.stack.alpha.values;
+  std::vector<size_t> invalid(traced.radiance.size());
+  tbb::parallel_for(size_t{0}, traced.radiance.size(), [&](size_t light) {
+    std::vector<float>& values = traced.radiance[light].values;
+    for (size_t i = 0; i < values.size(); ++i) values[i] *= whole[i / 3];
+    roundTo(precision, values);
+    for (size_t i = 0; i < kept.size(); ++i) {
+      bool isValid = true;
+      for (float* value = &values[3 * i]; value != &values[3 * i] + 3; ++value) {
+        *value = kept[i] > 0 ? *value / kept[i] : 0;
+        isValid = isValid && std::isfinite(*value);
+      }
+      if (isValid) continue;
+      std::fill_n(&values[3 * i], 3, 0.f);
+      ++invalid[light];
+    }
+  });
+  for (const size_t count : invalid) view.invalidTexels += count;
+  view.stack.lights = std::move(traced.radiance);
+  return view;
+}
+
+bool isFinished(const std::filesystem::path& picture) {
+  if (!std::filesystem::exists(picture)) return false;
+  try {
+    const ExrFile file(picture);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+} // namespace surflect

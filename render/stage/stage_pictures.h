@@ -1,0 +1,26 @@
+// The pictures of one view of a stage: traced, in their file, and as who reads the file has them.
+#pragma once
+
+#include "render/stage/stage_plan.h"
+#include "srf/model/pack_source.h"
+#include "surfel/progress.h"
+
+#include <filesystem>
+
+namespace surflect {
+
+// Under the lights of the view's frames, in their order. `view` is an index into plan.capture.views.
+TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& plan, size_t view,
+                 const Progress& progress);
+
+// Writes the view's file, in half floats, or in single ones where these end below what is to be written.
+// Throws Error.
+void write(const TracedView& traced, const StagePlan& plan, size_t view, const std::filesystem::path& folder);
+
+// What reading that file gives, to the bit.
+ViewPictures asRead(TracedView traced);
+
+// Files appear whole, so that the header tells enough.
+bool isFinished(const std::filesystem::path& picture);
+
+} // namespace surflect

@@ -1,0 +1,59 @@
+#include "srf/model/pack_source.h"
+
+#include "srf/capture/photograph.h"
+#include "surfel/file.h"
+#include "surfel/hash.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <set>
+
+namespace surflect {
+
+CaptureSource::CaptureSource(const Capture& capture)
+    : training_(subset(capture, [](const Frame& frame) { return frame.split == Split::train; })) {}
+
+Impostor CaptureSource::impostor(const ImpostorOptions& options, const Progress& progress) const {
+  return impostorOf(training_, options, progress);
+}
+
+std::string CaptureSource::identity() const {
+  std::set<std::filesystem::path> pictures;
+  for (const Frame& frame : training_.frames) {
+    for (const Exposure& shot : bracketOf(frame)) pictures.insert(shot.picture);
+    if (!frame.mask.empty()) pictures.insert(frame.mask);
+  }
+  std::string description = readFile(training_.file);
+  for (const auto& picture : pictures) {
+    const auto path = training_.folder() / picture;
+    description += fmt::format("{} {} {}\n", picture.string(), std::filesystem::file_size(path),
+                               std::filesystem::last_write_time(path).time_since_epoch().count());
+  }
+  return fmt::format("capture {:016x}", contentHash(std::as_bytes(std::span(description))));
+}
+
+ViewPictures readViewPictures(const Capture& capture, std::span<const size_t> frames,
+                              const Progress& progress) {
+  assert(!frames.empty());
+  auto photographs = readPhotographs(capture, frames, progress);
+  ViewPictures view;
+  view.stack.width = photographs[0].alpha.width;
+  view.stack.height = photographs[0].alpha.height;
+  view.stack.alpha = photographs[0].alpha;
+  for (Photograph& photograph : photographs) {
+    for (size_t i = 0; i < view.stack.alpha.values.size(); ++i)
+      view.stack.alpha.values[i] = std::min(view.stack.alpha.values[i], photograph.alpha.values[i]);
+    view.invalidTexels += photograph.invalidTexels;
+    view.hasMatte |= photograph.hasMatte;
+    view.stack.lights.push_back(std::move(photograph.radiance));
+  }
+  return view;
+}
+
+ViewPictures CaptureSource::pictures(std::span<const size_t> frames, bool, const Progress& progress) {
+  return readViewPictures(training_, frames, progress);
+}
+
+} // namespace surflect

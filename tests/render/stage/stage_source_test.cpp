@@ -1,0 +1,204 @@
+#include "render/stage/stage_capture.h"
+#include "render/stage/stage_source.h"
+#include "srf/capture/photograph.h"
+#include "srf/model/model.h"
+#include "surfel/file.h"
+#include "tests/render/stage/stages.h"
+#include "tests/srf/image/files.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace surflect {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Shares of a third do not fit half floats.
+std::string stageText(const std::string& irradiance) {
+  return R"toml(
+samples = 3
+[camera]
+model = "pinhole"
+size = [21, 18]
+distance = 4
+fov_deg = 35
+[views]
+turntable = 5
+elevations_deg = [-20, 20]
+test = 2
+[lights]
+count = 6
+test = 1
+irradiance = )toml" +
+         irradiance + R"toml(
+[[material]]
+name = "clay"
+type = "lambert"
+albedo = [0.8, 0.4, 0.2]
+[[object]]
+type = "sphere"
+material = "clay"
+radius = 0.7
+segments = 32
+[[object]]
+type = "box"
+material = "clay"
+center = [0, 0, -0.8]
+size = [1, 1, 0.2]
+segments = 4
+)toml";
+}
+
+double square(double x) { return x * x; }
+
+Stage stage(const std::string& irradiance = "[3, 3, 3]") {
+  return parseStage(stageText(irradiance), "stage.toml");
+}
+
+PackOptions options() {
+  PackOptions chosen;
+  chosen.surfels = 500;
+  chosen.tolerance = 0.01;
+  return chosen;
+}
+
+// But for what the views were made from.
+std::map<std::string, std::string> contentOf(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().filename() != "identity")
+      files[fs::relative(entry.path(), folder).string()] = readFile(entry.path());
+  return files;
+}
+
+class StagePack : public testing::Test {
+protected:
+  PackReport packed(const std::string& name, const Stage& what = stage(), const Progress& progress = {}) {
+    return packStage(what, folder / name, options(), progress, nullptr);
+  }
+  TemporaryFolder folder;
+};
+
+TEST_F(StagePack, IsThePackedCaptureToTheBit) {
+  int number = 0;
+  for (const char* irradiance : {"[3, 3, 3]", "[1e6, 1e5, 1e6]"}) { // half floats, and single ones
+    const std::string capture = "capture" + std::to_string(number), two = "two" + std::to_string(number),
+                      one = "one" + std::to_string(number);
+    ++number;
+    captureStage(stage(irradiance), nullptr, StageFrames::all, folder / capture, {});
+    const PackReport there = pack(readCapture(folder / capture), folder / two, options(), {}, nullptr);
+    const PackReport streamed = packed(one, stage(irradiance));
+    EXPECT_EQ(contentOf(folder / one), contentOf(folder / two));
+    EXPECT_EQ(streamed.white, there.white);
+    EXPECT_EQ(streamed.store.squaredError, there.store.squaredError);
+    EXPECT_EQ(streamed.views, there.views);
+    EXPECT_FALSE(fs::exists(folder / one / "traced"));
+  }
+}
+
+TEST_F(StagePack, AnInterruptedRunGoesOnToTheSameBytesAndErrors) {
+  const PackReport whole = packed("whole");
+  const std::vector<std::pair<std::string, std::string>> moments = {
+      {"traced/images/C001.exr", "survey"}, {"views/survey", "store"}, {"views/0003.srfb", "store"}};
+  for (const auto& [file, phase] : moments) {
+    const std::string name = "until-" + fs::path(file).filename().string();
+    Progress untilThen;
+    untilThen.cancelled = [&] { return fs::exists(folder / name / file); };
+    EXPECT_THROW(packed(name, stage(), untilThen), Cancelled);
+    EXPECT_FALSE(fs::exists(folder / name / "manifest.json"));
+    const PackReport report = packed(name);
+    EXPECT_EQ(report.resumedViews, file == "views/0003.srfb" ? 4u : 0u) << file;
+    EXPECT_EQ(contentOf(folder / name), contentOf(folder / "whole"));
+    EXPECT_EQ(report.store.squaredError, whole.store.squaredError);
+    EXPECT_EQ(report.store.clippedSquaredError, whole.store.clippedSquaredError);
+    EXPECT_EQ(report.store.values, whole.store.values);
+  }
+  EXPECT_EQ(packed("whole").resumedViews, 10u);
+}
+
+TEST_F(StagePack, AnotherStageStartsAnew) {
+  packed("model");
+  const PackReport other = packed("model", stage("[2, 3, 3]"));
+  EXPECT_EQ(other.resumedViews, 0u);
+  packed("fresh", stage("[2, 3, 3]"));
+  EXPECT_EQ(contentOf(folder / "model"), contentOf(folder / "fresh"));
+}
+
+TEST_F(StagePack, SurveyedViewsOfAnotherStageAreNotTakenForItsOwn) {
+  Progress untilTheSurvey;
+  untilTheSurvey.cancelled = [&] { return fs::exists(folder / "model/traced/images/C001.exr"); };
+  EXPECT_THROW(packed("model", stage("[2, 3, 3]"), untilTheSurvey), Cancelled);
+  packed("model");
+  packed("fresh");
+  EXPECT_EQ(contentOf(folder / "model"), contentOf(folder / "fresh"));
+}
+
+// The error of each view, from the stored numbers and the traced ones.
+TEST_F(StagePack, TheErrorIsThatOfTheStoredBlocks) {
+  const PackReport report = packed("model");
+  const Model model = openModel(folder / "model");
+  const StageScene scene(stage().objects);
+  for (size_t v = 0; v < report.views.size(); ++v) {
+    std::vector<Light> lights = stage().rig.lights;
+    lights.pop_back(); // that of the test
+    const TracedView traced = traceView(scene, stage().rig.views[v].camera, v, lights, stage().trace, {});
+    double squared = 0;
+    size_t values = 0;
+    for (uint32_t b = 0; b < model.files[v].blockCount(); ++b) {
+      const Block block = model.files[v].read(b);
+      const BlockPosition at = model.files[v].position(b);
+      for (int t = 0; t < blockTexels; ++t) {
+        if (!(block.present >> t & 1)) continue;
+        for (size_t l = 0; l < lights.size(); ++l)
+          for (size_t c = 0; c < 3; ++c) {
+            double stored = 0;
+            for (int k = 0; k < block.stride; ++k)
+              stored += block.light(l)[k] * block.texel(t)[static_cast<int>(c) * block.stride + k];
+            const double truth = traced.radiance[l].at(at.x * 8 + t % 8, at.y * 8 + t / 8)[c];
+            squared += square(std::clamp(stored, 0., report.white) - std::clamp(truth, 0., report.white));
+            ++values;
+          }
+      }
+    }
+    ASSERT_EQ(values, report.ofView[v].values);
+    const double db = 10 * std::log10(report.white * report.white * static_cast<double>(values) / squared);
+    EXPECT_NEAR(psnrDb(report.ofView[v], report.white), db, 0.05); // half floats of the traced ones
+    EXPECT_GT(db, 30);
+  }
+}
+
+TEST_F(StagePack, WhatIsKeptForTheTestIsOfTheWholeCapture) {
+  captureStage(stage(), nullptr, StageFrames::all, folder / "all", {});
+  const StageReport report = captureStage(stage(), nullptr, StageFrames::test, folder / "test", {});
+  EXPECT_EQ(report.trainingFrames, 0u);
+  EXPECT_EQ(report.testFrames, 2u * 7 + 5u); // of ten training views every second
+  const Capture all = readCapture(folder / "all"), test = readCapture(folder / "test");
+  EXPECT_EQ(test.lights, all.lights);
+  for (size_t i = 0; i < test.frames.size(); ++i) {
+    const Frame& frame = test.frames[i];
+    const auto same = std::ranges::find_if(all.frames, [&](const Frame& other) {
+      return other.picture == frame.picture && other.layer == frame.layer;
+    });
+    ASSERT_NE(same, all.frames.end());
+    EXPECT_EQ(same->split, Split::test);
+    EXPECT_EQ(all.views[same->view].camera.cameraFromWorld.rotation(),
+              test.views[frame.view].camera.cameraFromWorld.rotation());
+    const auto j = static_cast<size_t>(same - all.frames.begin());
+    EXPECT_EQ(readPhotographs(test, std::span(&i, 1))[0].radiance.values,
+              readPhotographs(all, std::span(&j, 1))[0].radiance.values);
+  }
+}
+
+TEST_F(StagePack, WithNothingKeptBackThereIsNothingForTheTest) {
+  Stage whole = stage();
+  whole.rig.views.resize(whole.rig.trainingViews);
+  whole.rig.lights.resize(whole.rig.trainingLights);
+  EXPECT_NE(
+      errorOf([&] { captureStage(whole, nullptr, StageFrames::test, folder / "t", {}); }).find("nothing"),
+      std::string::npos);
+}
+
+} // namespace
+} // namespace surflect
