@@ -14,6 +14,10 @@ RigDirection at(double z, double azimuth) {
 
 } // namespace
 
+RigDirection direction(Angle azimuth, Angle elevation) {
+  return at(std::sin(elevation.radians()), azimuth.radians());
+}
+
 std::vector<RigDirection> turntable(int steps, std::span<const Angle> elevations) {
   std::vector<RigDirection> directions;
   for (const Angle elevation : elevations)

@@ -11,6 +11,9 @@ namespace surflect {
 
 using RigDirection = Direction3<AcquisitionSpace, double>; // unit, away from the centre
 
+// Azimuth from +x towards +y, elevation above the horizon.
+RigDirection direction(Angle azimuth, Angle elevation);
+
 // All steps at the first elevation (angle above the horizon), then those at the next; the first stands on +x.
 std::vector<RigDirection> turntable(int steps, std::span<const Angle> elevations);
 

@@ -6,7 +6,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
+#include <optional>
+#include <set>
 
 namespace surflect {
 
@@ -15,9 +20,11 @@ namespace {
 constexpr int kMostSide = 16384, kMostViews = 100'000, kMostLights = 4096;
 constexpr double kMostValues = 0x1p29; // of one view: floats of all its lights, which are in memory twice
 
+using Point = Point3<AcquisitionSpace, double>;
+
 struct CameraKind {
   Lens lens;
-  double distance;
+  std::optional<Entry> distance;
 };
 
 CameraKind asCameraKind(const Entry& entry) {
@@ -42,32 +49,94 @@ CameraKind asCameraKind(const Entry& entry) {
       isPinhole ? lens.centerY /
                       std::tan(Angle::fromDegrees(numberIn(s.require("fov_deg"), 0.001, 179)).radians() / 2)
                 : lens.height / positive(s.require("height"));
-  return {lens, positive(s.require("distance"))};
+  return {lens, s.find("distance")};
 }
 
-// Directions for training, and how many of `all` they are: those of the test follow, between the others.
-struct Placement {
-  std::vector<RigDirection> all;
-  size_t training;
+// Seen from the centre; those at no distance stand where the section says for all.
+struct Place {
+  RigDirection towards;
+  std::optional<double> distance = std::nullopt;
 };
 
+// Those of the test follow the ones for training.
+struct Placement {
+  std::vector<Place> all;
+  size_t training = 0;
+};
+
+void checkCount(const Entry& entry, size_t count, int most) {
+  if (count < 1 || count > static_cast<size_t>(most))
+    throw mismatch(entry, fmt::format("1 to {} of them", most));
+}
+
+// Even over the sphere, the test's between the others.
+std::vector<Place> even(int count, double lowest, double highest, Angle start) {
+  std::vector<Place> places;
+  for (const auto& direction : spiral(count, lowest, highest, start)) places.push_back({direction});
+  return places;
+}
+
 // That of the test starts at another azimuth, so that it does not repeat the training's.
-Placement withTest(std::vector<RigDirection> training, int test, double lowest, double highest) {
+Placement withTest(std::vector<Place> training, int test, double lowest, double highest) {
   Placement placement{std::move(training), 0};
   placement.training = placement.all.size();
-  for (const auto& direction : spiral(test, lowest, highest, Angle::fromDegrees(50)))
-    placement.all.push_back(direction);
+  for (const Place& place : even(test, lowest, highest, Angle::fromDegrees(50)))
+    placement.all.push_back(place);
   return placement;
 }
 
-Placement asViews(const Entry& entry) {
-  const Section s(entry, {"turntable", "elevations_deg", "count", "test"});
-  const int test = integerOr(s, "test", 0, kMostViews, 0);
-  if (const auto count = s.find("count")) {
-    for (const char* key : {"turntable", "elevations_deg"})
-      if (const auto other = s.find(key)) throw mismatch(*other, "no such key beside count");
-    return withTest(spiral(asInteger(*count, 1, kMostViews), -1, 1, Angle()), test, -1, 1);
+RigDirection asRigDirection(const Entry& entry) {
+  const Vec3<double> v = asVector(entry);
+  if (!(v.norm() > 1e-12)) throw mismatch(entry, "a direction, not 0");
+  return assume<RigDirection>(v.stableNormalized());
+}
+
+// [azimuth, elevation]
+RigDirection asAngles(const Entry& entry) {
+  const auto angles = asArray(entry, "[azimuth, elevation]");
+  if (angles.size() != 2) throw mismatch(entry, "[azimuth, elevation]");
+  return direction(Angle::fromDegrees(numberIn(angles[0], -360, 360)),
+                   Angle::fromDegrees(numberIn(angles[1], -90, 90)));
+}
+
+Place asPlace(const Entry& entry, std::string_view key, const Point& center) {
+  if (key == "directions") return {asRigDirection(entry)};
+  if (key == "angles_deg") return {asAngles(entry)};
+  const auto away = assume<Point>(asVector(entry)) - center;
+  if (!(length(away) >= 1e-9)) throw mismatch(entry, "a position beside the centre");
+  return {normalized(away), length(away)};
+}
+
+constexpr std::array<std::string_view, 3> kLists = {"directions", "positions", "angles_deg"};
+
+// The one of `keys` that the section has; an Error where it has none, or two.
+std::string_view chosenOf(const Section& s, const Keys& keys) {
+  std::string_view chosen;
+  for (const std::string_view key : keys) {
+    const auto entry = s.find(key);
+    if (!entry) continue;
+    if (!chosen.empty()) throw mismatch(*entry, fmt::format("no such key beside {}", chosen));
+    chosen = key;
   }
+  if (chosen.empty()) s.require(keys.front());
+  return chosen;
+}
+
+// The section's list, and that of its test, which is of the same kind.
+Placement asListed(const Section& s, std::string_view key, const Point& center, int most) {
+  Placement placement;
+  const auto add = [&](const Entry& list) {
+    const auto elements = asArray(list, "a list of such");
+    checkCount(list, placement.all.size() + elements.size(), most);
+    for (const Entry& element : elements) placement.all.push_back(asPlace(element, key, center));
+  };
+  add(s.require(key));
+  placement.training = placement.all.size();
+  if (const auto test = s.find("test")) add(*test);
+  return placement;
+}
+
+Placement asTurntable(const Section& s, int test) {
   const int steps = asInteger(s.require("turntable"), 1, kMostViews);
   const Entry list = s.require("elevations_deg");
   std::vector<Angle> elevations;
@@ -79,26 +148,136 @@ Placement asViews(const Entry& entry) {
   }
   if (elevations.empty() || elevations.size() > static_cast<size_t>(kMostViews / steps))
     throw mismatch(list, fmt::format("one elevation or more, and at most {} views", kMostViews));
-  return withTest(turntable(steps, elevations), test, lowest, highest);
+  std::vector<Place> places;
+  for (const auto& direction : turntable(steps, elevations)) places.push_back({direction});
+  return withTest(std::move(places), test, lowest, highest);
 }
 
-void addLights(const Entry& entry, const Point3<AcquisitionSpace, double>& center, StageRig& rig) {
-  const Section s(entry, {"count", "test", "irradiance", "distance", "radius_deg"});
-  const Placement placement = withTest(spiral(asInteger(s.require("count"), 1, kMostLights), -1, 1, Angle()),
-                                       integerOr(s, "test", 0, kMostLights, 0), -1, 1);
+// Where cameras or lights stand that no other capture tells of.
+Placement asPlacement(const Section& s, std::string_view key, const Point& center, int most) {
+  if (std::ranges::count(kLists, key)) return asListed(s, key, center, most);
+  const int test = integerOr(s, "test", 0, most, 0);
+  if (key == "turntable") return asTurntable(s, test);
+  return withTest(even(asInteger(s.require("count"), 1, most), -1, 1, Angle()), test, -1, 1);
+}
+
+double distanceOf(const Place& place, const std::optional<Entry>& ofAll, const Section& section) {
+  if (place.distance) {
+    if (ofAll) throw mismatch(*ofAll, "no such key beside positions");
+    return *place.distance;
+  }
+  return positive(ofAll ? *ofAll : section.require("distance"));
+}
+
+// The rig of another capture. Its pictures play no part.
+Capture captureAt(const Entry& entry, StageRig& rig) {
+  std::filesystem::path path = asPath(entry);
+  if (std::filesystem::is_directory(path)) path /= "transforms.json";
+  if (std::ranges::find(rig.files, path) == rig.files.end()) rig.files.push_back(path);
+  return at(entry, [&] { return readCapture(path, PathRule::unmade); });
+}
+
+// May be the name of a file and of a layer.
+bool isPlain(std::string_view name) {
+  const auto isAllowed = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
+  return !name.empty() && name.size() < 64 && std::ranges::all_of(name, isAllowed);
+}
+
+// Items of a capture, those that training frames use first, and how many these are. Where names are not plain
+// or not unique, all are numbered.
+template <class Item, class NameOf, class Number>
+size_t addFrom(const Entry& entry, const std::vector<Item>& items, const std::set<size_t>& training, int most,
+               std::vector<Item>& rig, NameOf nameOf, Number number) {
+  checkCount(entry, items.size(), most);
+  if (training.empty()) throw mismatch(entry, "a capture with training frames");
+  for (const bool isTraining : {true, false})
+    for (size_t i = 0; i < items.size(); ++i)
+      if (training.contains(i) == isTraining) rig.push_back(items[i]);
+  std::set<std::string> names;
+  for (const Item& item : rig)
+    if (isPlain(nameOf(item))) names.insert(nameOf(item));
+  if (names.size() < rig.size())
+    for (size_t i = 0; i < rig.size(); ++i) number(rig[i], i);
+  return training.size();
+}
+
+std::string cameraName(size_t number) { return fmt::format("C{:03}", number); }
+std::string lightName(size_t number) { return fmt::format("L{:02}", number); }
+
+std::set<size_t> trainingViews(const Capture& capture) {
+  std::set<size_t> used;
+  for (const Frame& frame : capture.frames)
+    if (frame.split == Split::train) used.insert(frame.view);
+  return used;
+}
+
+std::set<size_t> trainingLights(const Capture& capture) {
+  std::set<size_t> used;
+  for (const Frame& frame : capture.frames)
+    if (frame.split == Split::train && frame.light) used.insert(*frame.light);
+  return used;
+}
+
+void addViews(const Section& stage, const Point& center, StageRig& rig) {
+  const Section s(stage.require("views"), {"turntable", "elevations_deg", "count", "directions", "positions",
+                                           "angles_deg", "from", "test"});
+  const std::string_view key =
+      chosenOf(s, {"count", "turntable", "directions", "positions", "angles_deg", "from"});
+  if (const auto other = s.find("elevations_deg"); other && key != "turntable")
+    throw mismatch(*other, fmt::format("no such key beside {}", key));
+  if (key == "from") {
+    const Entry from = s.require("from");
+    if (const auto other = s.find("test")) throw mismatch(*other, "no such key beside from");
+    if (const auto camera = stage.find("camera")) throw mismatch(*camera, "no such table beside views.from");
+    const Capture capture = captureAt(from, rig);
+    rig.trainingViews = addFrom(
+        from, capture.views, trainingViews(capture), kMostViews, rig.views,
+        [](const View& view) { return view.identity; },
+        [](View& view, size_t i) { view.identity = cameraName(i); });
+    return;
+  }
+  const Section cameraSection(stage.require("camera"), {"model", "size", "distance", "fov_deg", "height"});
+  const CameraKind camera = asCameraKind(stage.require("camera"));
+  const Placement placement = asPlacement(s, key, center, kMostViews);
+  rig.trainingViews = placement.training;
+  for (const Place& place : placement.all)
+    rig.views.push_back(
+        {cameraName(rig.views.size()),
+         cameraAbout(center, place.towards, distanceOf(place, camera.distance, cameraSection), camera.lens)});
+}
+
+void addLightsFrom(const Section& s, StageRig& rig) {
+  const Entry from = s.require("from");
+  for (const char* key : {"test", "irradiance", "distance"})
+    if (const auto other = s.find(key)) throw mismatch(*other, "no such key beside from");
+  const Capture capture = captureAt(from, rig);
+  if (capture.lights.empty()) throw mismatch(from, "a capture with lights");
+  rig.trainingLights = addFrom(
+      from, capture.lights, trainingLights(capture), kMostLights, rig.lights,
+      [](const Light& light) { return light.name; },
+      [](Light& light, size_t i) { light.name = light.identity = lightName(i); });
+}
+
+void addLights(const Entry& entry, const Point& center, StageRig& rig) {
+  const Section s(entry, {"count", "directions", "positions", "angles_deg", "from", "test", "irradiance",
+                          "distance", "radius_deg"});
+  const std::string_view key = chosenOf(s, {"count", "directions", "positions", "angles_deg", "from"});
+  const auto distance = s.find("distance"), radius = s.find("radius_deg");
+  if ((distance || key == "positions") && radius)
+    throw mismatch(*radius, "no such key for point lights, which have no extent");
+  if (radius) rig.lightRadius = Angle::fromDegrees(numberIn(*radius, 0.001, 89));
+  if (key == "from") return addLightsFrom(s, rig);
+  const Placement placement = asPlacement(s, key, center, kMostLights);
   rig.trainingLights = placement.training;
   const Rgb irradiance = asColor(s.require("irradiance"), 1e-3, 1e6);
-  const auto distance = s.find("distance"), radius = s.find("radius_deg");
-  if (distance && radius) throw mismatch(*radius, "no such key beside distance: point lights have no extent");
-  if (radius) rig.lightRadius = Angle::fromDegrees(numberIn(*radius, 0.001, 89));
-  for (const RigDirection& direction : placement.all) {
+  for (const Place& place : placement.all) {
     Light light;
-    light.name = light.identity = fmt::format("L{:02}", rig.lights.size());
-    if (distance) {
-      const double d = positive(*distance);
-      light.kind = PointLight{center + d * direction, scaled(d * d, irradiance)};
+    light.name = light.identity = lightName(rig.lights.size());
+    if (distance || place.distance) {
+      const double d = distanceOf(place, distance, s);
+      light.kind = PointLight{center + d * place.towards, scaled(d * d, irradiance)};
     } else {
-      light.kind = DirectionalLight{direction, irradiance};
+      light.kind = DirectionalLight{place.towards, irradiance};
     }
     rig.lights.push_back(std::move(light));
   }
@@ -109,18 +288,16 @@ void addLights(const Entry& entry, const Point3<AcquisitionSpace, double>& cente
 StageRig asRig(const Section& stage) {
   StageRig rig;
   const auto center = pointOr0(stage, "center");
-  const CameraKind camera = asCameraKind(stage.require("camera"));
-  const Placement views = asViews(stage.require("views"));
-  rig.trainingViews = views.training;
-  for (const RigDirection& direction : views.all)
-    rig.views.push_back({fmt::format("C{:03}", rig.views.size()),
-                         cameraAbout(center, direction, camera.distance, camera.lens)});
+  addViews(stage, center, rig);
   addLights(stage.require("lights"), center, rig);
-  const double values = 3.0 * camera.lens.width * camera.lens.height * static_cast<double>(rig.lights.size());
-  if (values > kMostValues)
-    throw Error::mismatch(fmt::format("at most {:.3g} pixels under all lights", kMostValues / 3),
-                          fmt::format("{:.3g}", values / 3))
-        .at("camera.size");
+  for (const View& view : rig.views) {
+    const Lens& lens = view.camera.lens;
+    const double values = 3.0 * lens.width * lens.height * static_cast<double>(rig.lights.size());
+    if (values > kMostValues)
+      throw Error::mismatch(fmt::format("at most {:.3g} pixels under all lights", kMostValues / 3),
+                            fmt::format("{:.3g}", values / 3))
+          .at(stage.find("camera") ? "camera.size" : "views.from");
+  }
   return rig;
 }
 

@@ -5,6 +5,7 @@
 #include "srf/capture/capture.h"
 #include "surfel/angle.h"
 
+#include <filesystem>
 #include <vector>
 
 namespace surflect {
@@ -13,10 +14,12 @@ struct StageRig {
   std::vector<View> views;   // those for training first
   std::vector<Light> lights; // likewise
   size_t trainingViews = 0, trainingLights = 0;
-  Angle lightRadius; // of directional lights
+  Angle lightRadius;                        // of directional lights
+  std::vector<std::filesystem::path> files; // that were read for it
 };
 
-// `stage` has sections camera, views and lights, and may have a center. Throws Error naming the entry.
+// `stage` has sections camera (but where another capture has the cameras), views and lights, and may have a
+// center. Throws Error naming the entry.
 StageRig asRig(const Section& stage);
 
 } // namespace surflect

@@ -41,6 +41,7 @@ Stage asStage(const Entry& root) {
                                  integerOr(s, "segments", kFewestSegments, kMostSegments, 256));
   stage.objects = std::move(objects.objects);
   stage.tables = materials.tables;
+  for (const auto& file : stage.rig.files) mix(stage.hash, hashOf(readFile(file)));
   for (const uint64_t hash : objects.hashes) mix(stage.hash, hash);
   for (const auto& file : materials.files) mix(stage.hash, hashOf(readFile(file)));
   return stage;
