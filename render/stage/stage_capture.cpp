@@ -66,14 +66,11 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
   removeAbandoned(folder / "images", [](const std::string&) { return true; });
 
   StageReport report{capture.views.size(), capture.lights.size()};
-  std::vector<fs::path> pictures(capture.views.size());
-  for (const Frame& frame : capture.frames) {
+  for (const Frame& frame : capture.frames)
     ++(frame.split == Split::train ? report.trainingFrames : report.testFrames);
-    pictures[frame.view] = folder / frame.picture;
-  }
   std::vector<size_t> missing;
   for (size_t view = 0; view < capture.views.size(); ++view)
-    if (!isFinished(pictures[view])) missing.push_back(view);
+    if (!isFinished(plan, view, folder)) missing.push_back(view);
   report.resumedViews = capture.views.size() - missing.size();
 
   const StageScene scene = sceneOf(stage, deformation);
@@ -83,7 +80,7 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
       ofView.report = [&](std::string_view, double fraction) {
         progress.report("tracing", (static_cast<double>(i) + fraction) / static_cast<double>(missing.size()));
       };
-    write(trace(scene, stage, plan, missing[i], ofView), plan, missing[i], folder);
+    write(trace(scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder);
   }
   writeFileAtomically(folder / capture.geometry, objOf(meshOf(stage.objects)));
   writeCapture(capture, folder);

@@ -19,10 +19,10 @@ struct StageReport {
   size_t views = 0, lights = 0, trainingFrames = 0, testFrames = 0, resumedViews = 0;
 };
 
-// Writes one EXR of many layers a view, the geometry at rest and, last, transforms.json. A deformation goes
-// with StageFrames::deformed: for `evaluate` with the same warp. The same command goes on where it was
-// interrupted. Throws Error, also where the folder holds anything else, and Cancelled. Memory: two pictures
-// of every light.
+// Writes one EXR of many layers a view, or brackets of PNGs, the geometry at rest and, last, transforms.json.
+// A deformation goes with StageFrames::deformed: for `evaluate` with the same warp. The same command goes on
+// where it was interrupted. Throws Error, also where the folder holds anything else, and Cancelled. Memory:
+// two pictures of every light.
 StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const std::filesystem::path& folder, const Progress& progress);
 

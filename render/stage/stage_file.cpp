@@ -1,9 +1,12 @@
 #include "render/stage/stage_file.h"
 
+#include "render/stage/exposure_section.h"
 #include "render/stage/object_section.h"
 #include "render/stage/stage_fields.h"
 #include "surfel/file.h"
 #include "surfel/hash.h"
+
+#include <fmt/format.h>
 
 #include <array>
 
@@ -12,6 +15,7 @@ namespace surflect {
 namespace {
 
 constexpr int kMostSamples = 1'000'000, kMostSegments = 2048;
+constexpr size_t kMostExposures = 100'000;
 
 uint64_t hashOf(std::string_view text) { return contentHash(std::as_bytes(std::span(text))); }
 
@@ -22,7 +26,7 @@ void mix(uint64_t& hash, uint64_t other) {
 
 Stage asStage(const Entry& root) {
   const Section s(root, {"transport", "samples", "seed", "segments", "center", "camera", "views", "lights",
-                         "material", "object", "scale"});
+                         "exposure", "material", "object", "scale"});
   Stage stage;
   stage.trace.samples = integerOr(s, "samples", 1, kMostSamples, stage.trace.samples);
   stage.trace.seed = static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1));
@@ -36,6 +40,15 @@ Stage asStage(const Entry& root) {
   }
   stage.rig = asRig(s);
   stage.trace.lightRadius = stage.rig.lightRadius;
+  if (const auto exposure = s.find("exposure")) {
+    ExposureSection section = asExposure(*exposure);
+    const size_t pictures = stage.rig.views.size() * stage.rig.lights.size() * section.camera.seconds.size();
+    if (pictures > kMostExposures)
+      throw Error::mismatch(fmt::format("at most {} pictures", kMostExposures), std::to_string(pictures))
+          .at(exposure->field);
+    for (const auto& file : section.files) mix(stage.hash, hashOf(readFile(file)));
+    stage.exposure = std::move(section.camera);
+  }
   const MaterialList materials = asMaterials(s.require("material"));
   ObjectList objects = asObjects(s.require("object"), materials,
                                  integerOr(s, "segments", kFewestSegments, kMostSegments, 256));

@@ -2,6 +2,7 @@
 // docs/lightstage.md lists the keys.
 #pragma once
 
+#include "render/stage/exposure.h"
 #include "render/stage/material_section.h"
 #include "render/stage/rig_section.h"
 #include "render/stage/scene.h"
@@ -10,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -21,6 +23,7 @@ struct Stage {
   std::vector<StageObject> objects;
   StageRig rig;
   TraceOptions trace;
+  std::optional<StageExposure> exposure;        // none: photographs are in floats
   std::shared_ptr<const MaterialTables> tables; // kept for `objects`
 };
 

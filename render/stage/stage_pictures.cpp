@@ -1,6 +1,7 @@
 #include "render/stage/stage_pictures.h"
 
 #include "srf/capture/writer.h"
+#include "srf/image/png.h"
 
 #include <tbb/parallel_for.h>
 
@@ -11,11 +12,11 @@ namespace surflect {
 
 namespace {
 
-std::vector<size_t> lightsOf(const StagePlan& plan, size_t view) {
-  std::vector<size_t> lights;
+std::vector<const Frame*> framesOf(const StagePlan& plan, size_t view) {
+  std::vector<const Frame*> frames;
   for (const Frame& frame : plan.capture.frames)
-    if (frame.view == view) lights.push_back(*frame.light);
-  return lights;
+    if (frame.view == view) frames.push_back(&frame);
+  return frames;
 }
 
 Precision precisionFor(const TracedView& view) {
@@ -31,19 +32,28 @@ Precision precisionFor(const TracedView& view) {
 TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& plan, size_t view,
                  const Progress& progress) {
   std::vector<Light> lights;
-  for (const size_t light : lightsOf(plan, view)) lights.push_back(plan.capture.lights[light]);
+  for (const Frame* frame : framesOf(plan, view)) lights.push_back(plan.capture.lights[*frame->light]);
   const size_t number = plan.views[view];
   return traceView(scene, stage.rig.views[number].camera, number, lights, stage.trace, progress);
 }
 
-void write(const TracedView& traced, const StagePlan& plan, size_t view,
+void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, size_t view,
            const std::filesystem::path& folder) {
-  const std::vector<size_t> lights = lightsOf(plan, view);
+  const std::vector<const Frame*> frames = framesOf(plan, view);
+  if (stage.exposure) {
+    for (size_t i = 0; i < frames.size(); ++i) {
+      const std::vector<Exposure> bracket = bracketOf(*frames[i]);
+      for (size_t shot = 0; shot < bracket.size(); ++shot)
+        writePng(folder / bracket[shot].picture,
+                 exposed(traced.radiance[i], traced.alpha, *stage.exposure,
+                         {stage.trace.seed, plan.views[view], *frames[i]->light, shot}));
+    }
+    return;
+  }
   std::vector<RadianceLayer> layers;
-  for (size_t i = 0; i < lights.size(); ++i)
-    layers.push_back({plan.capture.lights[lights[i]].name, &traced.radiance[i]});
-  const auto path = folder / "images" / (plan.capture.views[view].identity + ".exr");
-  writeViewPictures(path, layers, &traced.alpha, "matte", precisionFor(traced));
+  for (size_t i = 0; i < frames.size(); ++i) layers.push_back({frames[i]->layer, &traced.radiance[i]});
+  writeViewPictures(folder / frames[0]->picture, layers, &traced.alpha, frames[0]->alphaLayer,
+                    precisionFor(traced));
 }
 
 ViewPictures asRead(TracedView traced) {
@@ -76,10 +86,19 @@ ViewPictures asRead(TracedView traced) {
   return view;
 }
 
-bool isFinished(const std::filesystem::path& picture) {
-  if (!std::filesystem::exists(picture)) return false;
+bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path& folder) {
   try {
-    const ExrFile file(picture);
+    std::filesystem::path last; // frames share a file
+    for (const Frame* frame : framesOf(plan, view))
+      for (const Exposure& shot : bracketOf(*frame)) {
+        if (shot.picture == last) continue;
+        last = shot.picture;
+        if (!std::filesystem::exists(folder / last)) return false;
+        if (last.extension() == ".exr")
+          const ExrFile header(folder / last);
+        else
+          readPngSize(folder / last);
+      }
     return true;
   } catch (const Error&) {
     return false;

@@ -13,14 +13,15 @@ namespace surflect {
 TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& plan, size_t view,
                  const Progress& progress);
 
-// Writes the view's file, in half floats, or in single ones where these end below what is to be written.
-// Throws Error.
-void write(const TracedView& traced, const StagePlan& plan, size_t view, const std::filesystem::path& folder);
+// Writes the view's file, in half floats, or in single ones where these end below what is to be written; of a
+// stage with an exposure its brackets. Throws Error.
+void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, size_t view,
+           const std::filesystem::path& folder);
 
-// What reading that file gives, to the bit.
+// What reading the file gives, to the bit; of a stage without exposure.
 ViewPictures asRead(TracedView traced);
 
-// Files appear whole, so that the header tells enough.
-bool isFinished(const std::filesystem::path& picture);
+// Are the view's pictures there? Files appear whole, so that the header tells enough.
+bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path& folder);
 
 } // namespace surflect

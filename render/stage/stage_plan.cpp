@@ -1,5 +1,7 @@
 #include "render/stage/stage_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace surflect {
@@ -12,13 +14,41 @@ size_t stepOfTestLights(size_t trainingViews) {
   return std::max(size_t{1}, (trainingViews + kMost - 1) / kMost);
 }
 
+namespace fs = std::filesystem;
+
+// images/C000.exr, or with an exposure images/C000.L00.0.png, ...
+void setPictures(Frame& frame, const View& view, const Light& light,
+                 const std::optional<StageExposure>& camera) {
+  const fs::path folder = "images";
+  if (!camera) {
+    frame.picture = folder / (view.identity + ".exr");
+    frame.layer = light.name;
+    frame.alphaLayer = "matte";
+    return;
+  }
+  for (size_t shot = 0; shot < camera->seconds.size(); ++shot) {
+    const fs::path picture = folder / fmt::format("{}.{}.{}.png", view.identity, light.name, shot);
+    const double seconds = camera->seconds[shot];
+    if (shot > 0) {
+      frame.further.push_back({picture, "", "", seconds});
+    } else {
+      frame.picture = picture;
+      frame.exposure = seconds;
+    }
+  }
+}
+
 } // namespace
 
 StagePlan planOf(const Stage& stage, StageFrames which) {
   const StageRig& rig = stage.rig;
   StagePlan plan;
   Capture& capture = plan.capture;
-  capture.colorSpace = ColorSpace::linear;
+  capture.colorSpace = stage.exposure ? ColorSpace::srgb : ColorSpace::linear;
+  if (stage.exposure && !stage.exposure->isSrgb) {
+    capture.colorSpace.reset();
+    capture.response = stage.exposure->response;
+  }
   capture.geometry = "geometry.obj";
   capture.lights = rig.lights;
   if (which == StageFrames::training) capture.lights.resize(rig.trainingLights);
@@ -46,9 +76,7 @@ StagePlan planOf(const Stage& stage, StageFrames which) {
       Frame frame;
       frame.view = capture.views.size();
       frame.light = l;
-      frame.picture = std::filesystem::path("images") / (rig.views[v].identity + ".exr");
-      frame.layer = rig.lights[l].name;
-      frame.alphaLayer = "matte";
+      setPictures(frame, rig.views[v], rig.lights[l], stage.exposure);
       const bool isTraining =
           which != StageFrames::deformed && v < rig.trainingViews && l < rig.trainingLights;
       frame.split = isTraining ? Split::train : Split::test;

@@ -32,12 +32,12 @@ public:
 
   ViewPictures pictures(std::span<const size_t> frames, bool isLastTime, const Progress& progress) override {
     const Frame& first = training_.frames[frames[0]];
-    if (isFinished(scratch_ / first.picture) && isScratchOurs())
+    if (isScratchOurs() && isFinished(plan_, first.view, scratch_))
       return readViewPictures(training_, frames, progress);
     TracedView traced = trace(scene_, stage_, plan_, first.view, progress);
     if (!isLastTime) {
       claimScratch();
-      write(traced, plan_, first.view, scratch_);
+      write(traced, stage_, plan_, first.view, scratch_);
     }
     return asRead(std::move(traced));
   }
@@ -66,6 +66,10 @@ private:
 
 PackReport packStage(const Stage& stage, const fs::path& folder, const PackOptions& options,
                      const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
+  if (stage.exposure)
+    throw Error("brackets of photographs are captured, and packed then: not in one pass")
+        .at("exposure")
+        .in(stage.file);
   const fs::path scratch = folder / "traced";
   StageSource source(stage, scratch);
   const PackReport report = pack(source, folder, options, progress, announce);

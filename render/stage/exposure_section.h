@@ -1,0 +1,20 @@
+// The [exposure] of a stage file.
+#pragma once
+
+#include "render/script_fields.h"
+#include "render/stage/exposure.h"
+
+#include <filesystem>
+#include <vector>
+
+namespace surflect {
+
+struct ExposureSection {
+  StageExposure camera;
+  std::vector<std::filesystem::path> files; // that were read for it
+};
+
+// Throws Error naming the entry.
+ExposureSection asExposure(const Entry& entry);
+
+} // namespace surflect
