@@ -80,7 +80,7 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
       ofView.report = [&](std::string_view, double fraction) {
         progress.report("tracing", (static_cast<double>(i) + fraction) / static_cast<double>(missing.size()));
       };
-    write(trace(scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder);
+    write(trace(scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder, ofView);
   }
   writeFileAtomically(folder / capture.geometry, objOf(meshOf(stage.objects)));
   writeCapture(capture, folder);

@@ -38,25 +38,27 @@ TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& p
 }
 
 void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, size_t view,
-           const std::filesystem::path& folder) {
+           const std::filesystem::path& folder, const Progress& progress) {
   const std::vector<const Frame*> frames = framesOf(plan, view);
   if (stage.exposure) {
     for (size_t i = 0; i < frames.size(); ++i) {
       const std::vector<Exposure> bracket = bracketOf(*frames[i]);
-      for (size_t shot = 0; shot < bracket.size(); ++shot)
+      for (size_t shot = 0; shot < bracket.size(); ++shot) {
+        progress.checkpoint();
         writePng(folder / bracket[shot].picture,
                  exposed(traced.radiance[i], traced.alpha, *stage.exposure,
                          {stage.trace.seed, plan.views[view], *frames[i]->light, shot}));
+      }
     }
     return;
   }
   std::vector<RadianceLayer> layers;
   for (size_t i = 0; i < frames.size(); ++i) layers.push_back({frames[i]->layer, &traced.radiance[i]});
   writeViewPictures(folder / frames[0]->picture, layers, &traced.alpha, frames[0]->alphaLayer,
-                    precisionFor(traced));
+                    precisionFor(traced), progress);
 }
 
-ViewPictures asRead(TracedView traced) {
+ViewPictures asRead(TracedView traced, const Progress& progress) {
   const Precision precision = precisionFor(traced);
   ViewPictures view;
   view.hasMatte = true;
@@ -67,6 +69,7 @@ ViewPictures asRead(TracedView traced) {
   const std::vector<float>&whole = traced.alpha.values, &kept = view.stack.alpha.values;
   std::vector<size_t> invalid(traced.radiance.size());
   tbb::parallel_for(size_t{0}, traced.radiance.size(), [&](size_t light) {
+    progress.checkpoint();
     std::vector<float>& values = traced.radiance[light].values;
     for (size_t i = 0; i < values.size(); ++i) values[i] *= whole[i / 3];
     roundTo(precision, values);

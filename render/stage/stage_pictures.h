@@ -14,12 +14,13 @@ TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& p
                  const Progress& progress);
 
 // Writes the view's file, in half floats, or in single ones where these end below what is to be written; of a
-// stage with an exposure its brackets. Throws Error.
+// stage with an exposure its brackets. Throws Error and
+// Cancelled.
 void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, size_t view,
-           const std::filesystem::path& folder);
+           const std::filesystem::path& folder, const Progress& progress);
 
 // What reading the file gives, to the bit; of a stage without exposure.
-ViewPictures asRead(TracedView traced);
+ViewPictures asRead(TracedView traced, const Progress& progress);
 
 // Are the view's pictures there? Files appear whole, so that the header tells enough.
 bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path& folder);

@@ -14,6 +14,12 @@ namespace {
 
 constexpr int kFormat = 1; // of how pictures come to be: another number makes resuming start anew
 
+void removeAll(const fs::path& folder) {
+  std::error_code failure;
+  fs::remove_all(folder, failure);
+  if (failure) throw Error("cannot be removed (" + failure.message() + ")").in(folder);
+}
+
 class StageSource : public PackSource {
 public:
   StageSource(const Stage& stage, const fs::path& scratch)
@@ -37,9 +43,9 @@ public:
     TracedView traced = trace(scene_, stage_, plan_, first.view, progress);
     if (!isLastTime) {
       claimScratch();
-      write(traced, stage_, plan_, first.view, scratch_);
+      write(traced, stage_, plan_, first.view, scratch_, progress);
     }
-    return asRead(std::move(traced));
+    return asRead(std::move(traced), progress);
   }
 
 private:
@@ -50,8 +56,10 @@ private:
   // What another stage left there goes.
   void claimScratch() const {
     if (isScratchOurs()) return;
-    fs::remove_all(scratch_);
-    fs::create_directories(scratch_ / "images");
+    removeAll(scratch_);
+    std::error_code failure;
+    fs::create_directories(scratch_ / "images", failure);
+    if (failure) throw Error("cannot be created (" + failure.message() + ")").in(scratch_ / "images");
     writeFileAtomically(scratchIdentity(), identity());
   }
 
@@ -73,7 +81,7 @@ PackReport packStage(const Stage& stage, const fs::path& folder, const PackOptio
   const fs::path scratch = folder / "traced";
   StageSource source(stage, scratch);
   const PackReport report = pack(source, folder, options, progress, announce);
-  fs::remove_all(scratch);
+  removeAll(scratch);
   return report;
 }
 

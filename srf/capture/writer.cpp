@@ -112,7 +112,8 @@ void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
 }
 
 void writeViewPictures(const std::filesystem::path& path, std::span<const RadianceLayer> layers,
-                       const Image* alpha, const std::string& alphaLayer, Precision precision) {
+                       const Image* alpha, const std::string& alphaLayer, Precision precision,
+                       const Progress& progress) {
   const auto inLayer = [](const std::string& layer, const char* channel) {
     return layer.empty() ? channel : layer + "." + channel;
   };
@@ -120,6 +121,7 @@ void writeViewPictures(const std::filesystem::path& path, std::span<const Radian
   premultiplied.reserve(layers.size());
   std::vector<ExrLayer> exrLayers;
   for (const auto& [layer, radiance] : layers) {
+    progress.checkpoint();
     assert(radiance->channels == 3);
     Image& stored = premultiplied.emplace_back(*radiance);
     for (size_t i = 0; alpha && i < stored.values.size(); ++i) stored.values[i] *= alpha->values[i / 3];
@@ -127,7 +129,7 @@ void writeViewPictures(const std::filesystem::path& path, std::span<const Radian
         {{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")}, &stored, precision});
   }
   if (alpha) exrLayers.push_back({{inLayer(alphaLayer, "A")}, alpha, precision});
-  writeExr(path, exrLayers);
+  writeExr(path, exrLayers, {}, progress);
 }
 
 } // namespace surflect

@@ -26,9 +26,9 @@ struct RadianceLayer {
 
 // Writes the photographs of one view as one multi-layer EXR, for frames of exposure 1. Where alpha (1
 // channel) is given, colours are stored multiplied by it, and it as `alphaLayer`.A: Frame::alphaLayer. Throws
-// Error.
+// Error and Cancelled.
 void writeViewPictures(const std::filesystem::path& path, std::span<const RadianceLayer> layers,
                        const Image* alpha = nullptr, const std::string& alphaLayer = "",
-                       Precision precision = Precision::half);
+                       Precision precision = Precision::half, const Progress& progress = {});
 
 } // namespace surflect

@@ -331,7 +331,8 @@ void roundTo(Precision precision, std::span<float> values) {
 }
 
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
-              const std::map<std::string, std::string>& attributes) {
+              const std::map<std::string, std::string>& attributes, const Progress& progress) {
+  constexpr int kLinesAtOnce = 16; // as ZIP compresses them
   assert(!layers.empty());
   const int width = layers[0].image->width, height = layers[0].image->height;
   MemoryStream stream;
@@ -343,6 +344,7 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
     Imf::FrameBuffer frameBuffer;
     std::vector<std::vector<half>> halves; // alive until the pixels are written
     for (const ExrLayer& layer : layers) {
+      progress.checkpoint();
       const Image& image = *layer.image;
       assert(image.width == width && image.height == height);
       assert(layer.channels.size() == static_cast<size_t>(image.channels));
@@ -357,7 +359,10 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
     }
     Imf::OutputFile output(stream, header, /*numThreads=*/0);
     output.setFrameBuffer(frameBuffer);
-    output.writePixels(height);
+    for (int y = 0; y < height; y += kLinesAtOnce) {
+      progress.checkpoint();
+      output.writePixels(std::min(kLinesAtOnce, height - y));
+    }
   });
   writeFileAtomically(path, stream.bytes());
 }

@@ -73,9 +73,9 @@ struct ExrLayer {
 };
 
 // Writes layers of one size, atomically, with metadata. The same input gives the same bytes. Compressed by
-// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Throws Error.
+// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Throws Error and Cancelled.
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
-              const std::map<std::string, std::string>& attributes = {});
+              const std::map<std::string, std::string>& attributes = {}, const Progress& progress = {});
 // One image of 1 to 4 channels as Y, YA, RGB or RGBA.
 void writeExr(const std::filesystem::path& path, const Image& image, Precision precision = Precision::half);
 

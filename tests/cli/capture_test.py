@@ -109,9 +109,17 @@ class CaptureCommand(TestInFolder):
         self.assertRegex(result.stderr, r"^surflect: [^\n]*scale\.tyny: missing; [^\n]*tiny\n$")
 
     def test_what_is_wrong_with_a_stage_is_one_line(self):
+        (self.folder / "nan.obj").write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
         for wrong, right, said in (('material = "clay"', 'material = "clai"', "object[0].material"),
                                    ("roughness = 0.5", "roughness = -1", "material[0].roughness"),
                                    ("count = 16", "count = 0", "lights.count"),
+                                   ("roughness = 0.5", 'roughness = 0.5\ntexture = "none.png"', "none.png"),
+                                   ("albedo = [0.8,", "albedo = [nan,", "material[0].albedo[0]"),
+                                   ("turntable = 8\nelevations_deg = [-30, 30]", "directions = [[0, 0, 0]]",
+                                    "views.directions[0]"),
+                                   ("[[material]]", "[exposure]\ntimes = [1, 1]\n[[material]]", "exposure.times[1]"),
+                                   (STAGE[STAGE.index('type = "bumpy_sphere"'):],
+                                    'type = "mesh"\nmaterial = "clay"\nfile = "nan.obj"\n', "nan.obj: line 2"),
                                    ('"bumpy_sphere"', '"mesh"', "object[0]")):
             with self.subTest(said=said):
                 stage = self.folder / "wrong.toml"

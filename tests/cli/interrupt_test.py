@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from support import SCRIPT, SURFLECT, TestInFolder, succeed, write_small_capture
+from support import SCRIPT, STAGE, SURFLECT, TestInFolder, succeed, write_small_capture
 
 MOMENTS = int(os.environ.get("MOMENTS", 3))  # of each command and signal
 TICKS = os.sysconf("SC_CLK_TCK")
@@ -113,6 +113,17 @@ class Interrupt(TestInFolder):
                                  "nothing was kept; the same command starts afresh")
         left = [path.name for path in (self.folder / "imported").iterdir() if ".tmp." in path.name]
         self.assertEqual(left, [])
+
+    def test_capture_and_pack_in_one_pass(self):
+        stage = self.folder / "stage.toml"
+        stage.write_text(STAGE.replace("[24, 24]", "[150, 150]"))
+
+        def arguments(name):
+            return ["capture", stage, "--pack", self.folder / f"{name}.srf"]
+
+        begin = time.monotonic()
+        succeed(*arguments("traced"))
+        self.stops_at_any_moment(time.monotonic() - begin, arguments, "the same command again goes on from here")
 
     def test_pack(self):
         self.stops_at_any_moment(self.packing, self.pack, "the same command again goes on from here")

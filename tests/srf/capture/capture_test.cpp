@@ -342,6 +342,18 @@ TEST_F(CaptureFile, LinksLeadOutOfTheFolderOnlyWhereThatIsAllowed) {
   }
 }
 
+TEST_F(CaptureFile, OfOneThatIsBeingMadeFilesNeedNotBeThereButStayInside) {
+  Json json = full();
+  const auto parsed = [&] { return parseCapture(json.dump(), folder / "transforms.json", PathRule::unmade); };
+  for (const char* field : {"/geometry", "/frames/0/file_path", "/frames/0/mask_path"})
+    json[Json::json_pointer(field)] = "later.png";
+  EXPECT_EQ(parsed().frames[0].picture, "later.png");
+  EXPECT_EQ(parsed().geometry, "later.png");
+  EXPECT_NE(error(json).find("later.png"), std::string::npos);
+  json["geometry"] = "../later.png";
+  EXPECT_NE(errorOf(parsed).find("inside"), std::string::npos);
+}
+
 TEST_F(CaptureFile, DeepNestingIsRefusedNotFollowed) {
   for (const char* open : {"[", "{\"a\":"}) {
     std::string text = "{\"frames\": ";

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <limits>
+#include <random>
 
 namespace surflect {
 namespace {
@@ -110,6 +111,19 @@ TEST_F(Exr, HalvesAreClampedToTheLargestFiniteOne) {
   writeExr(file(), image);
   EXPECT_EQ(ExrFile(file()).read({"Y"}).values,
             std::vector<float>({65504, -65504, std::numeric_limits<float>::infinity()}));
+}
+
+TEST_F(Exr, RoundingIsWhatAFileDoes) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> exponent(-30, 20);
+  Image image(64, 64, 3);
+  for (float& value : image.values) value = (random() % 2 ? 1.f : -1.f) * std::exp2(exponent(random));
+  for (const Precision precision : {Precision::half, Precision::single}) {
+    writeExr(file(), image, precision);
+    std::vector<float> rounded = image.values;
+    roundTo(precision, rounded);
+    EXPECT_EQ(ExrFile(file()).read({"R", "G", "B"}).values, rounded);
+  }
 }
 
 TEST_F(Exr, LayersReadInOnePassEqualLayersReadOneByOne) {
