@@ -7,16 +7,17 @@
 
 namespace {
 
-// Fine meshes are valid, and take all the time: at most two digits of segments are looked at.
+// Fine meshes are valid, and take all the time: at most two digits of what makes them so are looked at.
 bool asksForFineMesh(std::string_view text) {
-  for (size_t at = text.find("segments"); at != text.npos; at = text.find("segments", at + 1)) {
-    size_t digit = std::min(text.find('=', at), text.size());
-    while (++digit < text.size() && text[digit] == ' ') continue;
-    size_t end = digit;
-    while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) || text[end] == '_'))
-      ++end;
-    if (end > digit + 2) return true;
-  }
+  const auto isWord = [&](size_t i) {
+    return i < text.size() && (std::isalnum(static_cast<unsigned char>(text[i])) || text[i] == '_');
+  };
+  for (const std::string_view key : {"segments", "turns", "fibres", "hairs", "ring"})
+    for (size_t at = text.find(key); at != text.npos; at = text.find(key, at + 1)) {
+      size_t digit = std::min(text.find('=', at), text.size());
+      while (++digit < text.size() && text[digit] == ' ') continue;
+      if (isWord(digit) && isWord(digit + 1) && isWord(digit + 2)) return true;
+    }
   return false;
 }
 
