@@ -4,6 +4,7 @@
 #include "render/stage/sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -26,17 +27,18 @@ Surface fur(const Surface& skin, const FurShape& shape) {
     const auto triangle = std::min<size_t>(
         static_cast<size_t>(std::upper_bound(areas.begin(), areas.end(), wanted) - areas.begin() - 1),
         mesh.triangles.size() - 1);
-    const auto& [a, b, c] = mesh.triangles[triangle];
-    // Even over the triangle: (1 - sqrt(u), sqrt(u)(1 - v), sqrt(u) v)
+    // Even over the triangle: 1 - sqrt(u), sqrt(u) (1 - v), sqrt(u) v
     const double u = std::sqrt(random.next()), v = random.next();
-    const auto mean = [&](const auto& values) {
-      return ((1 - u) * values[a] + u * (1 - v) * values[b] + u * v * values[c]).eval();
-    };
-    const auto corner = [&](uint32_t i) -> Vector { return mesh.positions[i].cast<double>().raw(); };
-    const Vector root = (1 - u) * corner(a) + u * (1 - v) * corner(b) + u * v * corner(c);
-    const Vector normal = ((1 - u) * skin.normals[a].raw() + u * (1 - v) * skin.normals[b].raw() +
-                           u * v * skin.normals[c].raw())
-                              .normalized();
+    const std::array<double, 3> weights{1 - u, u * (1 - v), u * v};
+    Vector root = Vector::Zero(), normal = Vector::Zero();
+    Vec2<double> st(0, 0);
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t corner = mesh.triangles[triangle][k];
+      root += weights[k] * mesh.positions[corner].cast<double>().raw();
+      normal += weights[k] * skin.normals[corner].raw();
+      if (!skin.textureCoordinates.empty()) st += weights[k] * skin.textureCoordinates[corner];
+    }
+    normal.normalize();
     const double z = 2 * random.next() - 1, phi = 2 * std::numbers::pi * random.next();
     const double r = std::sqrt(1 - z * z);
     const Vector sideways(r * std::cos(phi), r * std::sin(phi), z);
@@ -51,9 +53,8 @@ Surface fur(const Surface& skin, const FurShape& shape) {
     }
     const size_t first = surface.mesh.positions.size();
     addTube(surface, points, false, kSides);
-    if (skin.textureCoordinates.empty()) continue;
     std::fill(surface.textureCoordinates.begin() + static_cast<std::ptrdiff_t>(first),
-              surface.textureCoordinates.end(), mean(skin.textureCoordinates));
+              surface.textureCoordinates.end(), st);
   }
   return surface;
 }

@@ -14,7 +14,8 @@ struct FurShape {
 };
 
 // Hairs rooted evenly over the surface's area, which itself is left out. They leave it along its normals and
-// bend towards `comb`. Each has everywhere the texture coordinates of its root. Throws Error as addTube does.
+// bend towards `comb`. Each has everywhere the texture coordinates of its root, (0, 0) where the skin has
+// none. Throws Error as addTube does.
 Surface fur(const Surface& skin, const FurShape& shape);
 
 } // namespace surflect

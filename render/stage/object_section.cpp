@@ -7,13 +7,18 @@
 #include "render/stage/sweep.h"
 #include "surfel/angle.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <numbers>
+#include <optional>
 
 namespace surflect {
 
 namespace {
 
-constexpr int kMostSegments = 2048, kMostBoxSegments = 512, kMostCopies = 100'000;
+constexpr int kMostBoxSegments = 512, kMostCopies = 100'000;
+constexpr size_t kMostPoints = 10'000;
 
 // What shapes are read with.
 struct Making {
@@ -43,11 +48,26 @@ double numberOr(const Section& s, std::string_view key, double least, double mos
   return entry ? numberIn(*entry, least, most) : otherwise;
 }
 
+// Nothing where something else than a number stands.
+std::optional<double> numberIfAny(const Entry& entry) {
+  try {
+    return asNumber(entry);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::vector<Entry> asPoints(const Entry& entry, std::string_view form) {
+  std::vector<Entry> points = asArray(entry, form);
+  if (points.size() > kMostPoints) throw mismatch(entry, fmt::format("at most {} points", kMostPoints));
+  return points;
+}
+
 std::vector<ProfilePoint> asProfile(const Entry& entry) {
   constexpr std::string_view form = "points [radius, height]";
   std::vector<ProfilePoint> profile;
   bool isWide = false;
-  for (const Entry& point : asArray(entry, form)) {
+  for (const Entry& point : asPoints(entry, form)) {
     const auto parts = asArray(point, form);
     if (parts.size() != 2) throw mismatch(point, form);
     profile.push_back({numberIn(parts[0], 0, 1e9), numberIn(parts[1], -1e9, 1e9)});
@@ -57,24 +77,20 @@ std::vector<ProfilePoint> asProfile(const Entry& entry) {
   return profile;
 }
 
-// Points [x, y, z], and one radius for all or a list with one for each.
+// `points` [x, y, z], and `radius`: one for all, or a list with one for each.
 std::vector<CurvePoint> asCurve(const Section& s) {
   const Entry list = s.require("points"), radius = s.require("radius");
   std::vector<CurvePoint> points;
-  for (const Entry& point : asArray(list, "a list of points")) points.push_back({asVector(point)});
-  std::vector<Entry> radii;
-  try {
-    radii.assign(points.size(), (positive(radius), radius));
-  } catch (const Error&) {
-    radii = asArray(radius, "a length above 0, or one for each point");
+  for (const Entry& point : asPoints(list, "a list of points")) points.push_back({asVector(point)});
+  if (const auto one = numberIfAny(radius)) {
+    for (CurvePoint& p : points) p.radius = *one;
+  } else {
+    const auto each = asArray(radius, "a number, or one for each point");
+    if (each.size() != points.size()) throw mismatch(radius, "as many as there are points");
+    for (size_t i = 0; i < points.size(); ++i) points[i].radius = numberIn(each[i], 0, 1e9);
   }
-  if (radii.size() != points.size()) throw mismatch(radius, "as many as there are points");
-  bool isThick = false;
-  for (size_t i = 0; i < points.size(); ++i) {
-    points[i].radius = numberIn(radii[i], 0, 1e9);
-    isThick = isThick || points[i].radius > 1e-9;
-  }
-  if (!isThick) throw mismatch(radius, "one radius above 0");
+  const double thickest = points.empty() ? 1 : std::ranges::max(points, {}, &CurvePoint::radius).radius;
+  if (!(thickest >= 1e-9 && thickest <= 1e9)) throw mismatch(radius, "a radius above 0, in 1e-9..1e9");
   return points;
 }
 
@@ -174,12 +190,8 @@ Surface changed(const Section& s, Surface surface) {
 
 // One number for all axes, or one for each; below 0 mirrors.
 Vec3<double> asScale(const Entry& entry) {
-  Vec3<double> scale;
-  try {
-    scale.setConstant(asNumber(entry));
-  } catch (const Error&) {
-    scale = asVector(entry);
-  }
+  const auto one = numberIfAny(entry);
+  const Vec3<double> scale = one ? Vec3<double>::Constant(*one) : asVector(entry);
   if (!(scale.cwiseAbs().minCoeff() >= 1e-6 && scale.cwiseAbs().maxCoeff() <= 1e6))
     throw mismatch(entry, "factors of 1e-6..1e6, or below 0 to mirror");
   return scale;

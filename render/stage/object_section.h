@@ -13,7 +13,7 @@ struct ObjectList {
   std::vector<uint64_t> hashes;     // of what was read for them
 };
 
-constexpr int kFewestSegments = 3;
+constexpr int kFewestSegments = 3, kMostSegments = 2048;
 
 // `segments` is for shapes that do not say how many they have. Throws Error naming the entry.
 ObjectList asObjects(const Entry& entry, const MaterialList& materials, int segments);

@@ -14,7 +14,7 @@ namespace surflect {
 
 namespace {
 
-constexpr int kMostSamples = 1'000'000, kMostSegments = 2048;
+constexpr int kMostSamples = 1'000'000;
 constexpr size_t kMostExposures = 100'000;
 
 uint64_t hashOf(std::string_view text) { return contentHash(std::as_bytes(std::span(text))); }

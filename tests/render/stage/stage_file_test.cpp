@@ -238,6 +238,9 @@ TEST(StageFile, ShapesRefuseWhatTheyCannotBe) {
          {"object[0].turns", "0"});
   refuse("type = \"braid\"\npoints = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1\nturns = 10000\nfibres = 1000",
          {"object[0].points", "triangles"});
+  std::string many = "type = \"tube\"\nradius = 1\npoints = [";
+  for (int i = 0; i < 10'001; ++i) many += "[0, 0, 0],";
+  refuse(many + "]", {"object[0].points", "at most 10000 points"});
   const std::string skin = "on = { type = \"sphere\", radius = 1, segments = 8 }\n";
   refuse("type = \"fur\"\nhairs = 10\nlength = 0.1\nradius = 0.01", {"object[0].on", "missing"});
   refuse("type = \"fur\"\nhairs = 0\nlength = 0.1\nradius = 0.01\n" + skin, {"object[0].hairs", "0"});
