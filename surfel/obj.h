@@ -1,8 +1,8 @@
 // Wavefront OBJ: the positions and faces of its one mesh, and texture coordinates for who asks for them.
 #pragma once
 
-#include "surfel/textured_mesh.h"
 #include "surfel/progress.h"
+#include "surfel/textured_mesh.h"
 
 #include <filesystem>
 #include <string_view>
