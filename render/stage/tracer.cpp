@@ -139,6 +139,8 @@ private:
 
 struct Path {
   Random random;
+  // At the first surface the samples of a pixel are spread evenly: cells to ask lights in and to go on in.
+  std::array<uint32_t, 2> cells;
   Point origin;
   Direction direction;
   Vector* sums; // one a light: what comes along the path
@@ -163,8 +165,8 @@ class PathTracer {
 public:
   PathTracer(const StageScene& scene, std::span<const Light> lights, const TraceOptions& options)
       : scene_(scene), transport_(options.transport), seesLights_(options.lightRadius.radians() > 0),
-        order_(lights.size()), ofLight_(lights.size()), towards_(lights.size()), values_(lights.size()),
-        densities_(lights.size()) {
+        strata_(static_cast<uint32_t>(options.samples)), order_(lights.size()), ofLight_(lights.size()),
+        towards_(lights.size()), values_(lights.size()), densities_(lights.size()) {
     for (const Light& light : lights) lamps_.emplace_back(light, options.lightRadius);
     std::iota(order_.begin(), order_.end(), size_t{0});
     std::ranges::stable_sort(order_, {}, [&](size_t i) { return lamps_[i].octant(); });
@@ -197,7 +199,8 @@ private:
     if (!isSpecular(hit->material)) askLights(path, *hit, frame, view, bounce);
     if (transport_ != Transport::full && !seesLights_) return false;
 
-    const Uniforms uniforms{path.random.next(), path.random.next(), path.random.next()};
+    const auto [v, w] = square(path, bounce, 1);
+    const Uniforms uniforms{path.random.next(), v, w};
     const auto scattered = sample(view, uniforms);
     if (!scattered) return false;
     path.throughput = path.throughput.cwiseProduct(vectorOf(scattered->weight));
@@ -219,6 +222,13 @@ private:
     return (wi.z() > 0) == (dot(hit.facet, world) > 0);
   }
 
+  // Numbers that choose a direction.
+  std::pair<double, double> square(Path& path, int bounce, size_t set) const {
+    if (bounce == 0) return strata_.in(path.cells[set], path.random);
+    const double u = path.random.next(), v = path.random.next();
+    return {u, v};
+  }
+
   // Russian roulette, by what the path can still carry.
   static bool survives(Path& path, int bounce) {
     constexpr int kSafeBounces = 3;
@@ -232,7 +242,7 @@ private:
 
   void askLights(Path& path, const SurfaceHit& hit, const ShadingFrame& frame, const MaterialView& view,
                  int bounce) {
-    const double u = path.random.next(), v = path.random.next();
+    const auto [u, v] = square(path, bounce, 0);
     const bool isOpaque = !std::holds_alternative<DielectricView>(view);
     const bool isHindered = transport_ != Transport::local;
     asked_.clear();
@@ -297,6 +307,7 @@ private:
   const StageScene& scene_;
   Transport transport_;
   bool seesLights_; // by chance, where they have an extent
+  Strata strata_;
   std::vector<Lamp> lamps_;
   std::vector<size_t> order_; // such that neighbours lie in one octant
   // Kept between calls for their room.
@@ -314,13 +325,6 @@ std::pair<int, int> placeInTile(int i) {
   return {everySecondBit(i), everySecondBit(i >> 1)};
 }
 
-// Columns and rows of strata in a pixel, as square as the number of samples lets them be.
-std::pair<int, int> strata(int samples) {
-  int rows = static_cast<int>(std::sqrt(samples));
-  while (samples % rows != 0) --rows;
-  return {samples / rows, rows};
-}
-
 } // namespace
 
 TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& camera, uint64_t view,
@@ -330,7 +334,7 @@ TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& ca
   const int width = camera.lens.width, height = camera.lens.height;
   TracedView traced{std::vector<Image>(lights.size(), Image(width, height, 3)), Image(width, height, 1)};
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
-  const auto [columns, rows] = strata(options.samples);
+  const Strata strata(static_cast<uint32_t>(options.samples));
   const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
 
   const auto traceTile = [&](int tile) {
@@ -354,13 +358,18 @@ TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& ca
       }
     };
     forEachPixel([&](int place, int x, int y) {
-      for (int s = 0; s < options.samples; ++s) {
-        Random random{options.seed, view, static_cast<uint64_t>(y) << 32 | static_cast<uint64_t>(x),
-                      static_cast<uint64_t>(s)};
-        const double u = (s % columns + random.next()) / columns, v = (s / columns + random.next()) / rows;
+      const uint64_t pixel = static_cast<uint64_t>(y) << 32 | static_cast<uint64_t>(x);
+      Random ofPixel{options.seed, view, pixel};
+      const auto asking = strata.shuffled(ofPixel), goingOn = strata.shuffled(ofPixel);
+      for (uint32_t s = 0; s < static_cast<uint32_t>(options.samples); ++s) {
+        Random random{options.seed, view, pixel, s};
+        const auto [u, v] = strata.in(s, random);
         const auto ray = rayThrough(camera.lens, {x + u, y + v});
         if (!ray) continue;
-        paths.push_back({random, worldFromCamera(ray->origin), worldFromCamera(ray->direction),
+        paths.push_back({random,
+                         {asking[s], goingOn[s]},
+                         worldFromCamera(ray->origin),
+                         worldFromCamera(ray->direction),
                          &sums[static_cast<size_t>(place) * lights.size()]});
         places.push_back(place);
         if (paths.size() == kMostRays) walk();

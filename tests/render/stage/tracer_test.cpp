@@ -187,14 +187,14 @@ TEST(Tracer, AbsorptionEndsWhereTheGlassDoes) {
   const Dielectric smoke{1.5, 0, {0.7f, 0.7f, 0.7f}};
   auto objects = oneObject(box({0, 0, 0}, {40, 40, 1}, 1), smoke);
   objects.push_back({box({0, 0, -4}, {40, 40, 1}, 1), smoke});
-  TraceOptions options = samples(4096);
+  TraceOptions options = samples(65536);
   options.lightRadius = Angle::fromDegrees(1);
   const Camera camera = lookFrom(unit(1e-9, 0, 1), 5, 1, 1000);
   const double white = 3 / (kPi * squared(std::sin(options.lightRadius.radians())));
   const double r = 0.04, t = std::exp(-0.7), series = 1 - squared(r * t);
   const double passed = t * squared(1 - r) / series, reflected = r + r * squared(t * (1 - r)) / series;
   EXPECT_NEAR(trace(objects, camera, {sun({0, 0, -1})}, options).radiance[0].values[0] / white,
-              squared(passed) / (1 - squared(reflected)), 0.015);
+              squared(passed) / (1 - squared(reflected)), 0.005);
 }
 
 // A lamp in the middle of a hollow ball: each point gets E = I / r^2 from it, sum_k (rho E) rho^k leaves.
