@@ -4,6 +4,7 @@
 #include "srf/image/percentile.h"
 #include "srf/model/manifest.h"
 #include "srf/model/model.h"
+#include "srf/query/enclosed.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
@@ -354,14 +355,15 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.geometry = geometry.origin;
   report.fits = geometry.fits;
   progress("surfels", 0);
+  const TriangleMesh surface = withoutEnclosed(mesh, impostor, progress);
   const double spacing = options.surfels
-                             ? spacingFor(mesh, *options.surfels)
-                             : std::max(pixelFootprint(capture, mesh) / 2, spacingFor(mesh, kMostSurfels));
+                             ? spacingFor(surface, *options.surfels)
+                             : std::max(pixelFootprint(capture, mesh) / 2, spacingFor(surface, kMostSurfels));
   const auto identityPath = folder / "views" / "identity";
   claimFolder(folder, identityPath);
   removeLitter(folder);
-  if (announce) announce(estimate(capture, frames, mesh, impostor, spacing, progress));
-  const SurfelCloud cloud = sampleSurfels(mesh, spacing, 1, progress);
+  if (announce) announce(estimate(capture, frames, surface, impostor, spacing, progress));
+  const SurfelCloud cloud = sampleSurfels(surface, spacing, 1, progress);
   report.surfels = cloud.size();
   for (const View& view : capture.views) report.views.push_back(view.identity);
   report.lights = capture.lights.size();
