@@ -30,6 +30,11 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
       ->transform(CLI::Transformer(
           std::map<std::string, LightFit>{{"mean", LightFit::mean}, {"plane", LightFit::plane}}));
   command
+      .add_option("--foreshortening", options.frame.shade.foreshortened,
+                  "scale blended lights by their cosines to the surface; default: the model's")
+      ->option_text("on or off")
+      ->transform(CLI::Transformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
+  command
       .add_option("--pairs", options.frame.shade.pairs,
                   "camera-light pairs blended, where not all were captured")
       ->capture_default_str()

@@ -24,7 +24,9 @@ void announceFits(std::vector<Impostor::Fit> fits) {
 }
 
 Json jsonOfChoice(const LightChoice& choice) {
-  Json json = {{"lights", choice.blend.lights}, {"fit", nameOf(choice.blend.fit)}};
+  Json json = {{"lights", choice.blend.lights},
+               {"fit", nameOf(choice.blend.fit)},
+               {"foreshortened", choice.blend.foreshortened}};
   if (choice.leftOutDb) json["left_out_srgb_db"] = *choice.leftOutDb;
   return json;
 }
@@ -77,8 +79,9 @@ void announce(const PackReport& report, const std::string& output) {
                   static_cast<double>(report.store.fileBytes) / 1e6, compressionRatio(report.store),
                   psnrDb(report.store, report.white)));
   if (const auto& [blend, leftOutDb] = report.lightChoice; leftOutDb)
-    say(fmt::format("lights: {} blended, by a {}; one left out is told by the others to {:.1f} dB",
-                    blend.lights, nameOf(blend.fit), *leftOutDb));
+    say(fmt::format("lights: {} blended, by a {}{}; one left out is told by the others to {:.1f} dB",
+                    blend.lights, nameOf(blend.fit), blend.foreshortened ? ", foreshortened" : "",
+                    *leftOutDb));
 }
 
 } // namespace surflect

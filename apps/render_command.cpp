@@ -83,10 +83,10 @@ std::string filmIdentity(const Script& script, const Model& model, const ShotRen
   for (const PreparedEnvironment& environment : shot.environments())
     environments += " environment " + hex(environment.hash);
   return environments.insert(
-      0,
-      fmt::format("surflect {} script {} model {} cameras {} lights {} {} pairs {} low-pass {} scale {}",
-                  SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
-                  nameOf(blend.fit), frame.shade.pairs, frame.splats.lowPass, arguments.scale));
+      0, fmt::format("surflect {} script {} model {} cameras {} lights {} {}{} pairs {} low-pass {} scale {}",
+                     SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras,
+                     blend.lights, nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "",
+                     frame.shade.pairs, frame.splats.lowPass, arguments.scale));
 }
 
 double secondsSince(std::chrono::steady_clock::time_point start) {

@@ -1,6 +1,7 @@
 #include "srf/model/light_choice.h"
 
 #include "srf/image/color.h"
+#include "srf/query/foreshortening.h"
 
 #include <tbb/parallel_for.h>
 
@@ -19,7 +20,8 @@ std::vector<LightBlend> candidatesFor(size_t lights) {
   std::vector<LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8})
     for (const LightFit fit : {LightFit::mean, LightFit::plane})
-      if (blended + 2 <= lights) candidates.push_back({blended, fit});
+      for (const bool foreshortened : {false, true})
+        if (blended + 2 <= lights) candidates.push_back({blended, fit, foreshortened});
   return candidates;
 }
 
@@ -32,7 +34,8 @@ LightSamples::LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, st
   assert(towards_.size() == irradiance_.size());
 }
 
-void LightSamples::add(std::span<const Rgb> radiance) {
+void LightSamples::add(std::span<const Rgb> radiance, const Normal3<AcquisitionSpace>& normal) {
+  normals_.push_back(normal);
   assert(radiance.size() == reflectance_.size());
   for (size_t light = 0; light < radiance.size(); ++light) {
     reflectance_[light].r.push_back(radiance[light].r / irradiance_[light].r);
@@ -58,6 +61,18 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
   for (const LightBlend& candidate : candidates)
     blends.push_back(blendOfLights(others, towards_[light], candidate, coverage, Uncovered::extrapolate));
 
+  // How a texel's blends are foreshortened, candidate by candidate.
+  std::vector<float> factors;
+  for (size_t texel = 0; texel < normals_.size(); ++texel) {
+    progress.checkNowAndThen(texel);
+    std::vector<float> cosines;
+    for (const auto& other : others) cosines.push_back(foreshortenedCosine(normals_[texel], other));
+    const float asked = foreshortenedCosine(normals_[texel], towards_[light]);
+    for (size_t c = 0; c < candidates.size(); ++c)
+      factors.push_back(candidates[c].foreshortened ? foreshortening(asked, blendedCosine(blends[c], cosines))
+                                                    : 1);
+  }
+
   std::vector<double> errors(candidates.size());
   const auto addChannel = [&](std::vector<float> Channels::*channel, float irradiance) {
     const auto& truth = reflectance_[light].*channel;
@@ -68,6 +83,7 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
         float got = 0;
         for (const auto& [other, weight] : blends[c])
           got += weight * (reflectance_[indices[other]].*channel)[texel];
+        got *= factors[texel * candidates.size() + c];
         const float difference = shown(irradiance * got, white) - wanted;
         errors[c] += difference * difference;
       }
@@ -81,6 +97,7 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
 
 LightChoice LightSamples::choose(double white, const Progress& progress) const {
   constexpr double kGoodEnough = 1.12;
+  constexpr double kUnseen = 1 / (12 * 255.0 * 255.0); // the squared error of rounding to 8 bits
   const size_t lights = towards_.size();
   const auto candidates = candidatesFor(lights);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
@@ -94,8 +111,8 @@ LightChoice LightSamples::choose(double white, const Progress& progress) const {
 
   const double least = *std::ranges::min_element(errors);
   size_t chosen = 0;
-  while (errors[chosen] > kGoodEnough * least) ++chosen;
   const auto values = static_cast<double>(3 * reflectance_[0].r.size() * lights);
+  while (errors[chosen] > std::max(kGoodEnough * least, kUnseen * values)) ++chosen;
   return {candidates[chosen], -10 * std::log10(std::max(errors[chosen] / values, 1e-30))};
 }
 

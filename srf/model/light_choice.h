@@ -24,14 +24,14 @@ public:
   // Per light: the unit direction to it, and its irradiance, which is above 0.
   LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance);
 
-  // A texel's radiance under each light.
-  void add(std::span<const Rgb> radiance);
+  // A texel's radiance under each light, and the unit normal of what it shows.
+  void add(std::span<const Rgb> radiance, const Normal3<AcquisitionSpace>& normal);
 
-  // The simplest blend whose squared error is within 12 %, or 0.5 dB, of the least: few lights before many,
-  // their mean before a plane. Errors are of values clipped at white, after the sRGB curve. Leaving out
-  // doubles the distance to the nearest light, so that they are larger than those of new lights between
-  // captured ones, and in favour of what smooths; hence the margin.
-  // Throws Cancelled.
+  // The simplest blend whose squared error is within 12 %, or 0.5 dB, of the least, or below that of rounding
+  // to 8 bits: few lights before many, their mean before a plane, as they are before foreshortened. Errors
+  // are of values clipped at white, after the sRGB curve. Leaving out doubles the distance to the nearest
+  // light, so that they are larger than those of new lights between captured ones, and in favour of what
+  // smooths; hence the margin. Throws Cancelled.
   LightChoice choose(double white, const Progress& progress = {}) const;
 
 private:
@@ -45,6 +45,7 @@ private:
     std::vector<float> r, g, b;
   };
   std::vector<Channels> reflectance_;
+  std::vector<Normal3<AcquisitionSpace>> normals_; // of all texels
 };
 
 } // namespace surflect

@@ -23,7 +23,10 @@ Json jsonOf(const Manifest& manifest) {
       {"version", kModelVersion},
       {"white", manifest.white},
       {"tolerance", manifest.tolerance},
-      {"light_blend", {{"lights", manifest.lightBlend.lights}, {"fit", nameOf(manifest.lightBlend.fit)}}},
+      {"light_blend",
+       {{"lights", manifest.lightBlend.lights},
+        {"fit", nameOf(manifest.lightBlend.fit)},
+        {"foreshortened", manifest.lightBlend.foreshortened}}},
       {"surfels", manifest.surfels},
       {"views", manifest.views},
       {"lights", manifest.lights},
@@ -73,8 +76,11 @@ LightBlend lightBlendOf(const Json& json) {
   if (lights < 1 || lights > kMaxBlended)
     throw mismatch(("a count from 1 to " + std::to_string(kMaxBlended)).c_str(), member(blend, "lights"))
         .at("light_blend.lights");
+  const Json& foreshortened = member(blend, "foreshortened");
+  if (!foreshortened.is_boolean())
+    throw mismatch("true or false", foreshortened).at("light_blend.foreshortened");
   for (const LightFit fit : {LightFit::mean, LightFit::plane})
-    if (member(blend, "fit") == nameOf(fit)) return {lights, fit};
+    if (member(blend, "fit") == nameOf(fit)) return {lights, fit, foreshortened.get<bool>()};
   throw mismatch("\"mean\" or \"plane\"", member(blend, "fit")).at("light_blend.fit");
 }
 

@@ -135,19 +135,28 @@ LightSamples lightSamples(const Capture& capture, const TriangleMesh& mesh) {
   return {towards, irradiance};
 }
 
-// At most so many texels of the object, evenly over the picture.
-void addSamples(const LoadedView& view, size_t most, LightSamples& samples) {
+// At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
+void addSamples(const LoadedView& view, const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh,
+                const RayCaster<AcquisitionSpace>& impostor, size_t most, LightSamples& samples) {
+  const auto worldFromCamera = camera.cameraFromWorld.inverse();
+  const auto width = static_cast<size_t>(camera.lens.width);
   const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
   const size_t step = std::max(size_t{1}, (object + most - 1) / most);
   std::vector<Rgb> radiance(view.stack.lights.size());
   size_t seen = 0;
   for (size_t texel = 0; texel < view.object.inside.size(); ++texel) {
     if (!view.object.inside[texel] || seen++ % step != 0) continue;
+    const auto ray = rayThrough(
+        camera.lens, {static_cast<double>(texel % width) + 0.5, static_cast<double>(texel / width) + 0.5});
+    if (!ray) continue;
+    const auto hit = impostor.firstHit(worldFromCamera(ray->origin), worldFromCamera(ray->direction));
+    if (!hit) continue;
+    const Vec3<float> normal = areaVector(mesh, hit->triangle).normalized().cast<float>();
     for (size_t light = 0; light < radiance.size(); ++light) {
       const float* value = &view.stack.lights[light].values[3 * texel];
       radiance[light] = {value[0], value[1], value[2]};
     }
-    samples.add(radiance);
+    samples.add(radiance, assume<Normal3<AcquisitionSpace>>(normal));
   }
 }
 
@@ -180,12 +189,12 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
   const size_t count = std::min(kViews, frames.size());
   for (size_t i = 0; i < count; ++i) {
     const size_t number = i * frames.size() / count;
+    const auto& camera = capture.views[number].camera;
     const Progress ofView = partOf(progress, "survey", i, count);
     ofView("", 0);
-    const LoadedView view =
-        withMatte(source.pictures(frames[number], false, ofView), capture.views[number].camera, impostor);
+    const LoadedView view = withMatte(source.pictures(frames[number], false, ofView), camera, impostor);
     countRadiance(view, values, progress);
-    if (isFullProduct) addSamples(view, kTexels / count, samples);
+    if (isFullProduct) addSamples(view, camera, mesh, impostor, kTexels / count, samples);
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
   const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);
@@ -195,7 +204,8 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
 // The survey as pack keeps it, so that who resumes need not look at those views again.
 std::string surveyText(const Survey& survey) {
   const auto& [blend, leftOutDb] = survey.lights;
-  return fmt::format("{:.17g} {} {} {}\n", survey.white, blend.lights, nameOf(blend.fit),
+  return fmt::format("{:.17g} {} {} {} {}\n", survey.white, blend.lights, nameOf(blend.fit),
+                     blend.foreshortened ? "foreshortened" : "plain",
                      leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown");
 }
 
@@ -204,9 +214,11 @@ std::optional<Survey> parseSurvey(const std::string& text) {
   std::istringstream words(text);
   words.imbue(std::locale::classic());
   Survey survey;
-  std::string fit, leftOutDb;
-  if (!(words >> survey.white >> survey.lights.blend.lights >> fit >> leftOutDb)) return std::nullopt;
-  if (fit == nameOf(LightFit::plane)) survey.lights.blend.fit = LightFit::plane;
+  LightBlend& blend = survey.lights.blend;
+  std::string fit, shortening, leftOutDb;
+  if (!(words >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb)) return std::nullopt;
+  if (fit == nameOf(LightFit::plane)) blend.fit = LightFit::plane;
+  blend.foreshortened = shortening == "foreshortened";
   if (leftOutDb != "unknown") {
     double db = 0;
     std::from_chars(leftOutDb.data(), leftOutDb.data() + leftOutDb.size(), db);

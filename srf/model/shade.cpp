@@ -1,5 +1,6 @@
 #include "srf/model/shade.h"
 
+#include "srf/query/foreshortening.h"
 #include "srf/query/stand_in.h"
 #include "srf/query/ulr.h"
 #include "surfel/error.h"
@@ -61,7 +62,7 @@ public:
         viewPenalty_(model.rig.views.size()), anglePenalty_(viewPenalty_), standInScale_(viewPenalty_),
         lightBlending_(lightBlend(model, options)), towardsRigLight_(model.rig.lights.size()),
         rigIrradiance_(towardsRigLight_.size()), lightPenalty_(towardsRigLight_.size()),
-        row_(towardsRigLight_.size()), share_(towardsRigLight_.size()) {
+        row_(towardsRigLight_.size()), share_(towardsRigLight_.size()), cosine_(towardsRigLight_.size()) {
     for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
     for (const auto& lights : model.columns) {
       firstPair_.push_back(pairs_);
@@ -167,6 +168,7 @@ private:
   // Adds a row: all lights of the query, each spread over its nearest captured lights.
   void foldLights(size_t query, std::vector<LightWeight>& rows) {
     std::ranges::fill(row_, Rgb{});
+    if (lightBlending_.foreshortened) faceLights(batch_.surfels[query]);
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
       for (const auto& [light, weight] : blendLights(batch_.towardsLight[entry], uncoveredOf(l))) {
@@ -179,13 +181,21 @@ private:
       if (row_[light] != Rgb{}) rows.push_back({light, row_[light]});
   }
 
+  void faceLights(uint32_t surfel) {
+    normal_ = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model_.cloud.r0[surfel]).col(2));
+    for (size_t light = 0; light < cosine_.size(); ++light)
+      cosine_[light] = foreshortenedCosine(normal_, towardsRigLight_[light]);
+  }
+
   // By the linearity of light: what falls from around each captured light, as a share of the row.
   void foldEnvironment(size_t query, size_t e) {
     const QueryEnvironment& environment = batch_.environments[e];
     const auto& acquisitionFromEnvironment = turnOf(query, e);
     std::ranges::fill(share_, Eigen::Array4f::Zero());
+    const Foreshortened surface{normal_, cosine_};
     if (environment.table)
-      environment.table->spread(environment.lights, acquisitionFromEnvironment, share_);
+      environment.table->spread(environment.lights, acquisitionFromEnvironment, share_,
+                                lightBlending_.foreshortened ? &surface : nullptr);
     else
       for (const auto& [towards, irradiance] : environment.lights)
         for (const auto& [light, weight] :
@@ -200,8 +210,14 @@ private:
   }
 
   BlendSet blendLights(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) const {
-    return blendOfLights(towardsRigLight_, towards, lightBlending_, coverage_,
-                         options_.nearest ? Uncovered::extrapolate : uncovered);
+    BlendSet blend = blendOfLights(towardsRigLight_, towards, lightBlending_, coverage_,
+                                   options_.nearest ? Uncovered::extrapolate : uncovered);
+    if (lightBlending_.foreshortened) {
+      const float factor =
+          foreshortening(foreshortenedCosine(normal_, towards), blendedCosine(blend, cosine_));
+      for (auto& blended : blend) blended.weight *= factor;
+    }
+    return blend;
   }
 
   float coverage(float nearestPenalty, Uncovered uncovered) const {
@@ -318,9 +334,11 @@ private:
   std::vector<float> environmentBrightness_;
   std::vector<Rgb> row_;              // per light
   std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, r g b 0
-  std::vector<Rgb> pairShare_;        // per pair, the same
+  std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened
+  std::vector<Rgb> pairShare_;        // per pair, what it takes over
   std::vector<PlannedOp> ops_;
   Point3<AcquisitionSpace, double> p0_;
+  Normal3<AcquisitionSpace> normal_;
   Rgb cameraBlend_, lightBlend_;
 };
 
@@ -343,7 +361,8 @@ void append(ShadingPlan& all, ShadingPlan& part) {
 
 LightBlend lightBlend(const Model& model, const ShadeOptions& options) {
   if (options.nearest) return {1, LightFit::mean};
-  return {options.lights.value_or(model.lightBlend.lights), options.lightFit.value_or(model.lightBlend.fit)};
+  return {options.lights.value_or(model.lightBlend.lights), options.lightFit.value_or(model.lightBlend.fit),
+          options.foreshortened.value_or(model.lightBlend.foreshortened)};
 }
 
 double lightSpacing(const Model& model) { return LightCoverage(lightDirections(model)).spacing(); }

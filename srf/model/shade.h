@@ -41,8 +41,9 @@ struct ShadeOptions {
   size_t cameras = 3; // blended per query, 1..kMaxBlended
   size_t pairs = 4;   // (camera, light) pairs blended instead, where the capture is not a full product
   // Instead of the model's own blend of lights, which pack has chosen; see LightBlend.
-  std::optional<size_t> lights;
-  std::optional<LightFit> lightFit;
+  std::optional<size_t> lights = {};
+  std::optional<LightFit> lightFit = {};
+  std::optional<bool> foreshortened = {};
   // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
   // without any fading.
   bool nearest = false;

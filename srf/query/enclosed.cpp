@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace surflect {
 
@@ -25,8 +26,14 @@ bool isEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& ray
       normalized(Direction(0.283, -0.617, 0.733)), normalized(Direction(-0.709, -0.383, 0.593)),
       normalized(Direction(0.467, 0.251, -0.847)), normalized(Direction(-0.353, -0.547, -0.761))};
   const Point p = surface + assume<Direction>(4 * rays.selfHitOffset() * normal);
-  return std::ranges::all_of(
-      probes, [&](const Direction& direction) { return windingAlong(mesh, rays, p, direction) > 0; });
+  // A ray into the open ends the search, and is the cheapest to ask for.
+  const auto isBlocked = [&](const Direction& direction) {
+    return rays.occluded(p, direction, 0, std::numeric_limits<double>::infinity());
+  };
+  const auto isInside = [&](const Direction& direction) {
+    return windingAlong(mesh, rays, p, direction) > 0;
+  };
+  return std::ranges::all_of(probes, isBlocked) && std::ranges::all_of(probes, isInside);
 }
 
 double diagonalOf(const TriangleMesh& mesh) {

@@ -26,6 +26,7 @@ enum class LightFit { mean, plane }; // to the blended lights' photographs; the 
 struct LightBlend {
   size_t lights = 3; // blended, 1..kMaxBlended
   LightFit fit = LightFit::mean;
+  bool foreshortened = false; // see foreshortening.h
 
   friend bool operator==(const LightBlend&, const LightBlend&) = default;
 };
@@ -35,7 +36,7 @@ inline std::string_view nameOf(LightFit fit) { return fit == LightFit::mean ? "m
 // Unit directions to the captured lights, at least one, and to the light that is asked for. The weights sum
 // to 1, or to the coverage where it fades; they are continuous in all directions, and those of a plane can be
 // negative. A captured light is answered by itself alone. Beyond the coverage of the lights the plane fades
-// to the mean: it would go astray.
+// to the mean: it would go astray. Foreshortening is for those to apply who know a normal.
 BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                        const LightCoverage& coverage, Uncovered uncovered);

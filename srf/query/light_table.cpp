@@ -72,23 +72,35 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
 
 void LightTable::spread(std::span<const EnvironmentLight> environment,
                         const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
-                        std::span<Eigen::Array4f> row) const {
+                        std::span<Eigen::Array4f> row, const Foreshortened* surface) const {
   const auto cells = static_cast<float>(cells_);
   for (const auto& [towards, irradiance] : environment) {
-    const OnSquare place = unfolded(acquisitionFromEnvironment(towards).raw());
+    const auto direction = acquisitionFromEnvironment(towards);
+    const OnSquare place = unfolded(direction.raw());
     const float a = (place.a + 1) / 2 * cells, b = (place.b + 1) / 2 * cells;
     const int x = std::clamp(static_cast<int>(a), 0, cells_ - 1);
     const int y = std::clamp(static_cast<int>(b), 0, cells_ - 1);
     const float fx = a - static_cast<float>(x), fy = b - static_cast<float>(y);
     const std::array taps{(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-    const Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b, 0);
+    Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b, 0);
     const auto cell = static_cast<size_t>(y * cells_ + x);
-    for (uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
-      const auto& [captured, atCorner] = shares_[i];
-      const float weight =
-          (taps[0] * atCorner[0] + taps[1] * atCorner[1]) + (taps[2] * atCorner[2] + taps[3] * atCorner[3]);
-      row[captured] += weight * light;
+    const auto forEachWeight = [&](const auto& use) {
+      for (uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
+        const auto& [captured, atCorner] = shares_[i];
+        use(captured, (taps[0] * atCorner[0] + taps[1] * atCorner[1]) +
+                          (taps[2] * atCorner[2] + taps[3] * atCorner[3]));
+      }
+    };
+    if (surface) {
+      float sum = 0, weights = 0;
+      forEachWeight([&](uint32_t captured, float weight) {
+        sum += weight * surface->cosines[captured];
+        weights += weight;
+      });
+      light *=
+          foreshortening(foreshortenedCosine(surface->normal, direction), weights > 0 ? sum / weights : 0);
     }
+    forEachWeight([&](uint32_t captured, float weight) { row[captured] += weight * light; });
   }
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "srf/query/environment.h"
+#include "srf/query/foreshortening.h"
 #include "srf/query/light_blend.h"
 
 #include <Eigen/Core>
@@ -15,6 +16,12 @@
 
 namespace surflect {
 
+// A surface by which light is foreshortened: its normal, and the cosine of each captured light to it.
+struct Foreshortened {
+  Normal3<AcquisitionSpace> normal;
+  std::span<const float> cosines;
+};
+
 class LightTable {
 public:
   // blendOfLights of these (unit directions). A grid about 48 times finer than the lights are dense, of at
@@ -24,10 +31,10 @@ public:
 
   // row[l] += the irradiance (r, g, b, 0) that captured light l takes over from an environment; a row has one
   // entry per captured light. The weights behind it are continuous in the turn and sum to 1, or to the
-  // coverage where it fades.
+  // coverage where it fades; where they are foreshortened, to that times the ratio of foreshortening.h.
   void spread(std::span<const EnvironmentLight> environment,
               const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
-              std::span<Eigen::Array4f> row) const;
+              std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;
 
 private:
   struct Share { // of a light in a cell: its weights at the corners (0,0), (1,0), (0,1), (1,1)

@@ -1,5 +1,7 @@
 #include "srf/model/light_choice.h"
 
+#include "srf/query/foreshortening.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,8 +26,12 @@ std::vector<Direction> lightsOfACap(int count) {
 
 using Shading = std::function<float(const Vec3<float>& normal, const Vec3<float>& light)>;
 
-// Texels whose normals look up, under lights of unlike strengths.
-LightChoice choiceFor(const Shading& shading, int lights, float scale = 1) {
+Normal3<AcquisitionSpace> asNormal(const Vec3<float>& n) { return assume<Normal3<AcquisitionSpace>>(n); }
+
+// Texels whose normals look up, under lights of unlike strengths; `known` tells the normals that are told.
+LightChoice choiceFor(
+    const Shading& shading, int lights, float scale = 1,
+    const std::function<Vec3<float>(const Vec3<float>&)>& known = [](const Vec3<float>& n) { return n; }) {
   const auto towards = lightsOfACap(lights);
   std::vector<Rgb> irradiance;
   for (int i = 0; i < lights; ++i) irradiance.push_back(static_cast<float>(1 + i % 3) * Rgb{1, 1.5f, 0.5f});
@@ -38,7 +44,7 @@ LightChoice choiceFor(const Shading& shading, int lights, float scale = 1) {
     std::vector<Rgb> radiance;
     for (size_t i = 0; i < towards.size(); ++i)
       radiance.push_back(scale * shading(normal, towards[i].raw()) * irradiance[i]);
-    samples.add(radiance);
+    samples.add(radiance, asNormal(known(normal)));
   }
   return samples.choose(5 * scale);
 }
@@ -50,8 +56,16 @@ float glossy(const Vec3<float>& normal, const Vec3<float>& light) {
   return 5 * std::exp(300 * (normal.dot(light) - 1));
 }
 
-TEST(LightChoice, AMatteSurfaceIsBlendedByAPlane) {
+TEST(LightChoice, AMatteSurfaceIsForeshortened) {
   const auto [blend, leftOutDb] = choiceFor(matte, 20);
+  EXPECT_EQ(blend, (LightBlend{3, LightFit::mean, true}));
+  EXPECT_GT(*leftOutDb, 60); // exact but for the residual
+}
+
+TEST(LightChoice, AMatteSurfaceOfWrongNormalsIsBlendedByAPlane) {
+  const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
+  const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside);
+  EXPECT_FALSE(blend.foreshortened);
   EXPECT_EQ(blend.fit, LightFit::plane);
   EXPECT_LE(blend.lights, 5u);
   // Radiance is linear in the direction. Of a distance s / 2 to the mean, at a spacing s = 0.45 radians of
@@ -84,7 +98,7 @@ TEST(LightChoice, TheUnitOfRadianceDoesNotMatter) {
 
 TEST(LightChoice, StopsWhenAsked) {
   LightSamples samples(lightsOfACap(5), std::vector<Rgb>(5, Rgb{1, 1, 1}));
-  samples.add(std::vector<Rgb>(5));
+  samples.add(std::vector<Rgb>(5), asNormal({0, 0, 1}));
   Progress progress;
   progress.cancelled = [] { return true; };
   EXPECT_THROW(samples.choose(1, progress), Cancelled);
@@ -98,7 +112,7 @@ TEST(LightChoice, TheErrorIsThatOfTheLightsLeftOut) {
   LightSamples samples(towards, irradiance);
   std::vector<Rgb> texel;
   for (const float value : radiance) texel.push_back({value, value, value});
-  samples.add(texel);
+  samples.add(texel, asNormal({0.6f, 0, 0.8f}));
   const auto [blend, leftOutDb] = samples.choose(1);
   double squares = 0;
   for (size_t out = 0; out < 5; ++out) {
@@ -112,9 +126,15 @@ TEST(LightChoice, TheErrorIsThatOfTheLightsLeftOut) {
         values.push_back(radiance[i]);
       }
     double got = 0;
-    for (const auto& [light, weight] :
-         blendOfLights(others, towards[out], blend, LightCoverage(covering), Uncovered::extrapolate))
-      got += weight * values[light];
+    const BlendSet weights =
+        blendOfLights(others, towards[out], blend, LightCoverage(covering), Uncovered::extrapolate);
+    for (const auto& [light, weight] : weights) got += weight * values[light];
+    if (blend.foreshortened) {
+      const auto normal = asNormal({0.6f, 0, 0.8f});
+      std::vector<float> cosines;
+      for (const auto& other : others) cosines.push_back(foreshortenedCosine(normal, other));
+      got *= foreshortening(foreshortenedCosine(normal, towards[out]), blendedCosine(weights, cosines));
+    }
     const auto shown = [](double x) {
       x = std::clamp(x, 0.0, 1.0);
       return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;

@@ -10,7 +10,7 @@ const std::string sum(16, 'a');
 Manifest example() {
   return {.white = 0.7,
           .tolerance = 0.03,
-          .lightBlend = {5, LightFit::plane},
+          .lightBlend = {5, LightFit::plane, true},
           .surfels = 1000,
           .views = 2,
           .lights = 3,
@@ -26,7 +26,7 @@ TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
   const Manifest manifest = parse(manifestText(example()));
   EXPECT_EQ(manifest.white, 0.7);
   EXPECT_EQ(manifest.tolerance, 0.03);
-  EXPECT_EQ(manifest.lightBlend, (LightBlend{5, LightFit::plane}));
+  EXPECT_EQ(manifest.lightBlend, (LightBlend{5, LightFit::plane, true}));
   EXPECT_EQ(manifest.surfels, 1000u);
   EXPECT_EQ(manifest.views, 2u);
   EXPECT_EQ(manifest.lights, 3u);
@@ -60,6 +60,10 @@ TEST(Manifest, ALightBlendThatCannotBeIsRefused) {
   std::string text = manifestText(example());
   text.replace(text.find("\"plane\""), 7, "\"curve\"");
   EXPECT_NE(errorOf([&] { parse(text); }).find("light_blend.fit: found \"curve\""), std::string::npos);
+  text = manifestText(example());
+  text.replace(text.find("\"foreshortened\": true"), 21, "\"foreshortened\": null");
+  EXPECT_NE(errorOf([&] { parse(text); }).find("light_blend.foreshortened: found nothing"),
+            std::string::npos);
 }
 
 TEST(Manifest, WhatIsNoManifestIsRefusedInOneLine) {

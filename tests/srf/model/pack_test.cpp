@@ -236,8 +236,9 @@ TEST(PackedLights, TheChosenBlendIsTheModels) {
     EXPECT_EQ(lightBlend(model, {}), chosen);
     ShadeOptions options;
     options.lights = 7;
-    EXPECT_EQ(lightBlend(model, options), (LightBlend{7, chosen.fit}));
+    EXPECT_EQ(lightBlend(model, options), (LightBlend{7, chosen.fit, chosen.foreshortened}));
     options.lightFit = LightFit::mean;
+    options.foreshortened = false;
     EXPECT_EQ(lightBlend(model, options), LightBlend{7});
     options.nearest = true;
     EXPECT_EQ(lightBlend(model, options), LightBlend{1});

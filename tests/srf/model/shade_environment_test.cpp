@@ -141,7 +141,7 @@ TEST_P(ShadeEnvironment, IrradianceIsKept) {
   for (const LightTable* used : {static_cast<const LightTable*>(nullptr), table ? &*table : nullptr}) {
     QueryBatch batch = darkBatch(model, 300, random);
     addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::extrapolate, used}, random);
-    const ShadingPlan plan = planShading(model, batch, {});
+    const ShadingPlan plan = planShading(model, batch, {.foreshortened = false});
     for (const Rgb& sum : irradianceOf(model, plan)) {
       EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
       EXPECT_NEAR(sum.g / total.g, 1, 3e-6);
@@ -235,9 +235,10 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
     batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit(random)));
     batch.irradiance.push_back({1, 1, 1});
   }
-  const auto extrapolated = irradianceOf(dome.model, planShading(dome.model, batch, {}));
+  const ShadeOptions plain{.foreshortened = false};
+  const auto extrapolated = irradianceOf(dome.model, planShading(dome.model, batch, plain));
   batch.uncovered = {Uncovered::fade};
-  const auto faded = irradianceOf(dome.model, planShading(dome.model, batch, {}));
+  const auto faded = irradianceOf(dome.model, planShading(dome.model, batch, plain));
   size_t inside = 0, outside = 0;
   for (size_t q = 0; q < batch.size(); ++q) {
     const double elevation = std::asin(double{batch.towardsLight[q].y()}); // studio lights spiral around y
@@ -268,7 +269,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
     for (const auto& towards : batch.towardsLight)
       maps.acquisitionFromEnvironment.emplace_back(
           Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
-    const auto got = irradianceOf(dome.model, planShading(dome.model, maps, {}));
+    const auto got = irradianceOf(dome.model, planShading(dome.model, maps, plain));
     // A table rounds the creases where the nearest light changes: the coverage's steepest slope, 1.6 /
     // spacing a radian, makes 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on
     // the sphere (measured: 0.027).

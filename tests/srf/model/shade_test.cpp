@@ -1,6 +1,7 @@
 #include "srf/model/shade.h"
 
 #include "srf/capture/photograph.h"
+#include "srf/query/foreshortening.h"
 #include "srf/query/ulr.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -127,7 +128,7 @@ protected:
 TEST_F(Shade, WeightsOfCamerasAndOfLightsSumToOne) {
   for (const size_t lights : {1, 3}) {
     const QueryBatch batch = randomBatch(model, 2000, lights, random);
-    const ShadingPlan plan = planShading(model, batch, {});
+    const ShadingPlan plan = planShading(model, batch, {.foreshortened = false});
     EXPECT_EQ(plan.unseen, 0u);
     std::vector<double> sums(batch.size());
     for (const ShadingOp& op : plan.ops) {
@@ -141,6 +142,34 @@ TEST_F(Shade, WeightsOfCamerasAndOfLightsSumToOne) {
     }
     for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
   }
+}
+
+// Foreshortened, lights keep what falls on the surface, not what would fall on one that faces them.
+TEST_F(Shade, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  const ShadingPlan plan = planShading(model, batch, {.foreshortened = true});
+  size_t lit = 0;
+  for (const ShadingOp& op : plan.ops) {
+    const uint32_t surfel = batch.surfels[op.target];
+    const auto normal = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));
+    const float cosine = foreshortenedCosine(normal, batch.towardsLight[op.target]);
+    double got = 0;
+    for (const auto& [column, weight] : rowOf(plan, op)) {
+      const Light& light = model.rig.lights[model.columns[op.view][column]];
+      got += weight.g * capturedIrradiance(model, op, column).g *
+             foreshortenedCosine(normal,
+                                 towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
+    }
+    const double wanted = batch.irradiance[op.target].g * cosine;
+    if (cosine > 0.5f) { // nearer to grazing the ratio may be bounded
+      EXPECT_NEAR(got / wanted, 1, 2e-3);
+      ++lit;
+    }
+    if (cosine == 0) {
+      EXPECT_LT(got, 2e-3 * batch.irradiance[op.target].g);
+    }
+  }
+  EXPECT_GT(lit, plan.ops.size() / 8);
 }
 
 TEST_F(Shade, OnlyCamerasThatSeeTheSurfelAreAsked) {

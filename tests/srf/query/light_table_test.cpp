@@ -120,6 +120,28 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
   }
 }
 
+TEST(LightTable, ForeshortensWhatItHasTabulated) {
+  std::mt19937 random(5);
+  const auto lights = spiral(30);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::fade);
+  for (int i = 0; i < 500; ++i) {
+    const auto normal = assume<Normal3<AcquisitionSpace>>(randomDirection(random).raw());
+    std::vector<float> cosines;
+    for (const auto& light : lights) cosines.push_back(foreshortenedCosine(normal, light));
+    const auto d = randomDirection(random);
+    const auto plain = tabulated(table, lights.size(), d);
+    BlendSet blend;
+    for (uint32_t l = 0; l < lights.size(); ++l)
+      if (plain[l] != 0) blend.push({l, plain[l]});
+    const float factor = foreshortening(foreshortenedCosine(normal, d), blendedCosine(blend, cosines));
+    std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero());
+    const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 1, 1}};
+    const Foreshortened surface{normal, cosines};
+    table.spread({&light, 1}, ToAcquisition(), row, &surface);
+    for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(row[l][0], factor * plain[l], 1e-6f);
+  }
+}
+
 TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
   std::mt19937 random(4);
   const auto lights = spiral(20);
