@@ -26,7 +26,7 @@ class OneView(TestInFolder):
         self.assertEqual(blend["fit"], "plane")
         self.assertGreater(blend["left_out_srgb_db"], 24)
         manifest = json.loads((self.folder / "model.srf/manifest.json").read_text())
-        self.assertEqual(manifest["light_blend"], {"lights": blend["lights"], "fit": "plane"})
+        self.assertEqual(manifest["light_blend"], {"lights": blend["lights"], "fit": "plane", "foreshortened": blend["foreshortened"]})
         by = {name: succeed("evaluate", self.folder / "model.srf", CAT, *options)["psnr_srgb_db"]
               for name, options in {"model": [], "plane": ["--light-fit", "plane"], "mean": ["--light-fit", "mean"],
                                     "lights": ["--lights", "3"]}.items()}
