@@ -15,11 +15,8 @@ using Direction = Direction3<AcquisitionSpace, double>;
 
 constexpr size_t kVerticesPerTask = 1024;
 constexpr double kSmall = 0.01; // of the mesh's diagonal: triangles told by their corners alone
-// More surfaces than this along one ray: it is caught between triangles that coincide.
-constexpr int kMostCrossings = 1000;
 
-bool isEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays, const Point& surface,
-                const Vec3<double>& normal) {
+bool isEnclosed(const RayCaster<AcquisitionSpace>& rays, const Point& surface, const Vec3<double>& normal) {
   // All around, and along no edge of a tidy mesh.
   static const std::array<Direction, 6> probes = {
       normalized(Direction(0.811, 0.337, 0.479)),  normalized(Direction(-0.431, 0.859, 0.277)),
@@ -30,9 +27,7 @@ bool isEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& ray
   const auto isBlocked = [&](const Direction& direction) {
     return rays.occluded(p, direction, 0, std::numeric_limits<double>::infinity());
   };
-  const auto isInside = [&](const Direction& direction) {
-    return windingAlong(mesh, rays, p, direction) > 0;
-  };
+  const auto isInside = [&](const Direction& direction) { return rays.winding(p, direction) > 0; };
   return std::ranges::all_of(probes, isBlocked) && std::ranges::all_of(probes, isInside);
 }
 
@@ -43,19 +38,6 @@ double diagonalOf(const TriangleMesh& mesh) {
 }
 
 } // namespace
-
-int windingAlong(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays, const Point& origin,
-                 const Direction& direction) {
-  int winding = 0;
-  Point from = origin;
-  for (int crossing = 0; crossing < kMostCrossings; ++crossing) {
-    const auto hit = rays.firstHit(from, direction);
-    if (!hit) break;
-    winding += areaVector(mesh, hit->triangle).dot(direction.raw()) > 0 ? 1 : -1;
-    from = from + (hit->distance + rays.selfHitOffset()) * direction;
-  }
-  return winding;
-}
 
 TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays,
                              const Progress& progress) {
@@ -70,7 +52,7 @@ TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<Acquisiti
                       for (size_t v = range.begin(); v < range.end(); ++v)
                         enclosed[v] =
                             normals[v].squaredNorm() > 0 &&
-                            isEnclosed(mesh, rays, mesh.positions[v].cast<double>(), normals[v].normalized());
+                            isEnclosed(rays, mesh.positions[v].cast<double>(), normals[v].normalized());
                     });
   const double small = kSmall * diagonalOf(mesh);
   TriangleMesh open{mesh.positions, {}};
@@ -83,7 +65,7 @@ TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<Acquisiti
                          q = mesh.positions[b].cast<double>().raw(),
                          r = mesh.positions[c].cast<double>().raw();
       if (std::max({(p - q).norm(), (q - r).norm(), (r - p).norm()}) > small)
-        isInside = isEnclosed(mesh, rays, assume<Point>((p + q + r) / 3), areaVector(mesh, t).normalized());
+        isInside = isEnclosed(rays, assume<Point>((p + q + r) / 3), areaVector(mesh, t).normalized());
     }
     if (!isInside) open.triangles.push_back(mesh.triangles[t]);
   }

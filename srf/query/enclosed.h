@@ -6,13 +6,6 @@
 
 namespace surflect {
 
-// How many closed parts of the mesh a point lies in, as told along one ray: the times that it leaves the mesh
-// through a back less those that it enters by a front. `mesh` is what `rays` was made of; the direction is
-// unit. The same along every ray where all parts are closed and their triangles face outwards.
-int windingAlong(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays,
-                 const Point3<AcquisitionSpace, double>& origin,
-                 const Direction3<AcquisitionSpace, double>& direction);
-
 // The mesh without triangles that are enclosed: a little in front of each corner, each of six rays finds a
 // winding above 0; and in front of its centre as well where the triangle is larger than 1/100 of the mesh.
 // Vertices stay as they are. What lies in a cavity with any opening is not enclosed; nor is what an open

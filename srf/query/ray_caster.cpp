@@ -43,6 +43,20 @@ void requireSuccess(RTCDevice device, const Progress& progress) {
   if (error != RTC_ERROR_NONE) throw Error("Embree fails (error " + std::to_string(error) + ")");
 }
 
+struct WindingContext {
+  RTCIntersectContext embree; // first, for Embree hands on a pointer to it
+  int winding = 0;
+};
+
+// Counts what the ray meets, and lets it pass.
+void countCrossing(const RTCFilterFunctionNArguments* crossing) {
+  const RTCRay ray = rtcGetRayFromRayN(crossing->ray, crossing->N, 0);
+  const RTCHit hit = rtcGetHitFromHitN(crossing->hit, crossing->N, 0);
+  const float along = ray.dir_x * hit.Ng_x + ray.dir_y * hit.Ng_y + ray.dir_z * hit.Ng_z;
+  reinterpret_cast<WindingContext*>(crossing->context)->winding += along > 0 ? 1 : -1;
+  crossing->valid[0] = 0;
+}
+
 bool goesOn(void* progress, double) {
   const auto& cancelled = static_cast<const Progress*>(progress)->cancelled;
   return !cancelled || !cancelled();
@@ -59,7 +73,7 @@ template <class Space> RayCaster<Space>::RayCaster(const Mesh<Space>& mesh, cons
   scene->device = rtcNewDevice(nullptr);
   requireSuccess(scene->device, progress);
   scene->scene = rtcNewScene(scene->device);
-  rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
   const RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   rtcAttachGeometry(scene->scene, geometry);
   rtcReleaseGeometry(geometry); // the scene's now
@@ -107,6 +121,17 @@ bool RayCaster<Space>::occluded(const Point3<Space, double>& origin,
   ray.tfar = static_cast<float>(distance);
   rtcOccluded1(scene_->scene, &context, &ray);
   return ray.tfar < 0; // Embree's sign of a hit
+}
+
+template <class Space>
+int RayCaster<Space>::winding(const Point3<Space, double>& origin,
+                              const Direction3<Space, double>& direction) const {
+  WindingContext context;
+  rtcInitIntersectContext(&context.embree);
+  context.embree.filter = countCrossing;
+  RTCRay ray = scene_->ray(origin, direction);
+  rtcOccluded1(scene_->scene, &context.embree, &ray);
+  return context.winding;
 }
 
 template <class Space> double RayCaster<Space>::selfHitOffset() const { return 1e-5 * scene_->extent; }

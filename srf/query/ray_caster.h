@@ -31,6 +31,11 @@ public:
   bool occluded(const Point3<Space, double>& origin, const Direction3<Space, double>& direction,
                 double offset, double distance) const;
 
+  // How many closed parts of the mesh the origin lies in, as told along one unit direction: the times that
+  // the ray leaves the mesh through a back less those that it enters by a front. The same along every ray
+  // where all parts are closed and their triangles face outwards.
+  int winding(const Point3<Space, double>& origin, const Direction3<Space, double>& direction) const;
+
   // The length below which a ray cannot tell the surface that it starts on: from scene size and float
   // precision.
   double selfHitOffset() const;

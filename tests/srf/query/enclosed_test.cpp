@@ -61,8 +61,7 @@ TEST(Winding, CountsTheSolidsAroundAPointAlongEveryRay) {
     const Direction3<AcquisitionSpace, double> direction(normal(random), normal(random), normal(random));
     if (nearSurface) continue;
     ++met[static_cast<size_t>(expected)];
-    EXPECT_EQ(windingAlong(mesh, rays, assume<Point3<AcquisitionSpace, double>>(p), normalized(direction)),
-              expected);
+    EXPECT_EQ(rays.winding(assume<Point3<AcquisitionSpace, double>>(p), normalized(direction)), expected);
   }
   for (const int count : met) EXPECT_GT(count, 10);
 }
