@@ -15,13 +15,14 @@ namespace surflect {
 namespace {
 
 // From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
-// light after its k-th, too.
+// light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
 std::vector<LightBlend> candidatesFor(size_t lights) {
   std::vector<LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8})
     for (const LightFit fit : {LightFit::mean, LightFit::plane})
       for (const bool foreshortened : {false, true})
-        if (blended + 2 <= lights) candidates.push_back({blended, fit, foreshortened});
+        if (blended + 2 <= lights && (fit == LightFit::mean || blended > 3))
+          candidates.push_back({blended, fit, foreshortened});
   return candidates;
 }
 

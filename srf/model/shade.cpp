@@ -171,8 +171,11 @@ private:
     if (lightBlending_.foreshortened) faceLights(batch_.surfels[query]);
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
-      for (const auto& [light, weight] : blendLights(batch_.towardsLight[entry], uncoveredOf(l))) {
-        row_[light] = row_[light] + weight * ratio(batch_.irradiance[entry], rigIrradiance_[light]);
+      const auto& towards = batch_.towardsLight[entry];
+      const BlendSet blend = blendLights(towards, uncoveredOf(l));
+      const float factor = foreshorteningOf(blend, towards);
+      for (const auto& [light, weight] : blend) {
+        row_[light] = row_[light] + factor * weight * ratio(batch_.irradiance[entry], rigIrradiance_[light]);
         lightBlend_ = lightBlend_ + weight / static_cast<float>(targets()) * colorOf(light);
       }
     }
@@ -197,10 +200,13 @@ private:
       environment.table->spread(environment.lights, acquisitionFromEnvironment, share_,
                                 lightBlending_.foreshortened ? &surface : nullptr);
     else
-      for (const auto& [towards, irradiance] : environment.lights)
-        for (const auto& [light, weight] :
-             blendLights(acquisitionFromEnvironment(towards), environment.uncovered))
-          share_[light] += weight * Eigen::Array4f(irradiance.r, irradiance.g, irradiance.b, 0);
+      for (const auto& [from, irradiance] : environment.lights) {
+        const auto towards = acquisitionFromEnvironment(from);
+        const BlendSet blend = blendLights(towards, environment.uncovered);
+        const float factor = foreshorteningOf(blend, towards);
+        for (const auto& [light, weight] : blend)
+          share_[light] += factor * weight * Eigen::Array4f(irradiance.r, irradiance.g, irradiance.b, 0);
+      }
     for (uint32_t light = 0; light < row_.size(); ++light) {
       const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
       if (share == Rgb{}) continue;
@@ -210,14 +216,14 @@ private:
   }
 
   BlendSet blendLights(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) const {
-    BlendSet blend = blendOfLights(towardsRigLight_, towards, lightBlending_, coverage_,
-                                   options_.nearest ? Uncovered::extrapolate : uncovered);
-    if (lightBlending_.foreshortened) {
-      const float factor =
-          foreshortening(foreshortenedCosine(normal_, towards), blendedCosine(blend, cosine_));
-      for (auto& blended : blend) blended.weight *= factor;
-    }
-    return blend;
+    return blendOfLights(towardsRigLight_, towards, lightBlending_, coverage_,
+                         options_.nearest ? Uncovered::extrapolate : uncovered);
+  }
+
+  // What the radiance under the blended lights is multiplied by.
+  float foreshorteningOf(const BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const {
+    if (!lightBlending_.foreshortened) return 1;
+    return foreshortening(foreshortenedCosine(normal_, towards), blendedCosine(blend, cosine_));
   }
 
   float coverage(float nearestPenalty, Uncovered uncovered) const {
