@@ -1,5 +1,6 @@
 #include "srf/image/exr.h"
 
+#include "srf/image/exr_attributes.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 
@@ -19,7 +20,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <fstream>
 
 namespace surflect {
 
@@ -59,38 +59,6 @@ void boundHeaders() {
   (void)bounded;
 }
 
-// OpenEXR makes room for an attribute before it reads it; none is longer than its file. What is wrong with a
-// header in other ways is OpenEXR's to say. [OpenEXR File Layout: each header is a list of name, type, size
-// and value that ends with an empty name; files of several parts end their list of headers with an empty
-// one.]
-void boundAttributes(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const auto bytes = static_cast<int64_t>(std::filesystem::file_size(path));
-  std::array<char, 8> magicAndVersion{};
-  in.read(magicAndVersion.data(), magicAndVersion.size());
-  constexpr unsigned isMultiPart = 0x10; // of the version's second byte
-  const bool hasSeveralHeaders = static_cast<unsigned char>(magicAndVersion[5]) & isMultiPart;
-  size_t attributes = 1;
-  for (bool first = true; in && (first || (hasSeveralHeaders && attributes > 0)); first = false) {
-    attributes = 0;
-    std::string name, type;
-    while (std::getline(in, name, '\0') && !name.empty() && std::getline(in, type, '\0')) {
-      std::array<unsigned char, 4> size{};
-      in.read(reinterpret_cast<char*>(size.data()), size.size());
-      if (!in) return;
-      const int64_t length = size[0] | size[1] << 8 | size[2] << 16 | int64_t{size[3]} << 24;
-      const int64_t left = bytes - in.tellg();
-      if (length > left)
-        throw Error::mismatch("at most the " + std::to_string(left) + " bytes that are left of the file",
-                              "an attribute of " + std::to_string(length))
-            .at(name)
-            .in(path);
-      in.seekg(length, std::ios::cur);
-      ++attributes;
-    }
-  }
-}
-
 // Bytes of pixels that one byte of file can stand for, at most: an uncompressed float is four times a sample
 // of 8 bits. DWA quantises whole blocks away.
 int64_t densestOf(Imf::Compression compression) {
@@ -128,7 +96,7 @@ ExrFile::ExrFile(std::filesystem::path path) : path_(std::move(path)) {
   if (!std::filesystem::is_regular_file(path_)) throw Error("cannot open (no such file)").in(path_);
   boundHeaders();
   translatingErrors(path_, "read", [this] {
-    boundAttributes(path_);
+    requireHonestAttributes(path_);
     parts_ = std::make_unique<Parts>(path_.c_str());
     const Imath::Box2i display = parts_->file.header(0).displayWindow();
     const int64_t width = int64_t{display.max.x} - display.min.x + 1;

@@ -58,6 +58,7 @@ LightEntry entryIn(const TextLine& line) {
 // Row x, row y, row z.
 std::vector<LightEntry> columnsOf(const std::array<std::vector<std::string_view>, 3>& rows,
                                   std::span<const TextLine> lines) {
+  if (rows[0].empty()) throw Error("the file lists no light");
   std::vector<LightEntry> entries(rows[0].size());
   for (size_t axis = 0; axis < 3; ++axis)
     inLine(lines[axis], [&] {

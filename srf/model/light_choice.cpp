@@ -9,6 +9,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 namespace surflect {
 
@@ -16,12 +17,16 @@ namespace {
 
 // From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
 // light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
-std::vector<LightBlend> candidatesFor(size_t lights) {
+// Blends are foreshortened where lights are no farther apart than 60 degrees: a surface that faces a light
+// squarely is then seen under others by half of it or more, which is what foreshortening() can make good. It
+// took 58 % of an environment's light from a vase under five lights, and takes 3 % under 28.
+std::vector<LightBlend> candidatesFor(size_t lights, double spacing) {
   std::vector<LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8})
     for (const LightFit fit : {LightFit::mean, LightFit::plane})
       for (const bool foreshortened : {false, true})
-        if (blended + 2 <= lights && (fit == LightFit::mean || blended > 3))
+        if (blended + 2 <= lights && !(foreshortened && spacing > std::numbers::pi / 3) &&
+            (fit == LightFit::mean || blended > 3))
           candidates.push_back({blended, fit, foreshortened});
   return candidates;
 }
@@ -100,7 +105,9 @@ LightChoice LightSamples::choose(double white, const Progress& progress) const {
   constexpr double kGoodEnough = 1.12;
   constexpr double kUnseen = 1 / (12 * 255.0 * 255.0); // the squared error of rounding to 8 bits
   const size_t lights = towards_.size();
-  const auto candidates = candidatesFor(lights);
+  std::vector<Direction3<AcquisitionSpace, double>> covering;
+  for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
+  const auto candidates = candidatesFor(lights, LightCoverage(covering).spacing());
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);
   tbb::parallel_for(size_t{0}, lights, [&](size_t light) {

@@ -367,10 +367,11 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.geometry = geometry.origin;
   report.fits = geometry.fits;
   progress("surfels", 0);
-  const TriangleMesh surface = withoutEnclosed(mesh, impostor, progress);
-  const double spacing = options.surfels
-                             ? spacingFor(surface, *options.surfels)
-                             : std::max(pixelFootprint(capture, mesh) / 2, spacingFor(surface, kMostSurfels));
+  const double footprint = pixelFootprint(capture, mesh);
+  const TriangleMesh surface =
+      withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, kMostSurfels)), progress);
+  const double spacing = options.surfels ? spacingFor(surface, *options.surfels)
+                                         : std::max(footprint / 2, spacingFor(surface, kMostSurfels));
   const auto identityPath = folder / "views" / "identity";
   claimFolder(folder, identityPath);
   removeLitter(folder);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace surflect {
@@ -13,8 +14,7 @@ namespace {
 using Point = Point3<AcquisitionSpace, double>;
 using Direction = Direction3<AcquisitionSpace, double>;
 
-constexpr size_t kVerticesPerTask = 1024;
-constexpr double kSmall = 0.01; // of the mesh's diagonal: triangles told by their corners alone
+constexpr size_t kPerTask = 1024;
 
 bool isEnclosed(const RayCaster<AcquisitionSpace>& rays, const Point& surface, const Vec3<double>& normal) {
   // All around, and along no edge of a tidy mesh.
@@ -31,44 +31,53 @@ bool isEnclosed(const RayCaster<AcquisitionSpace>& rays, const Point& surface, c
   return std::ranges::all_of(probes, isBlocked) && std::ranges::all_of(probes, isInside);
 }
 
-double diagonalOf(const TriangleMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const auto& p : mesh.positions) box.extend(p.cast<double>().raw());
-  return box.diagonal().norm();
+// All points of a triangle, `pitch` apart at most; its corners are known to be.
+bool isEnclosedAll(const RayCaster<AcquisitionSpace>& rays, const TriangleMesh& mesh, size_t triangle,
+                   double pitch, const Progress& progress) {
+  const auto corner = [&](size_t i) -> Vec3<double> {
+    return mesh.positions[mesh.triangles[triangle][i]].cast<double>().raw();
+  };
+  const Vec3<double> p = corner(0), q = corner(1) - p, r = corner(2) - p, normal = areaVector(mesh, triangle);
+  if (!(normal.squaredNorm() > 0)) return true; // there is nothing of it
+  const auto steps = static_cast<int>(std::ceil(std::max({q.norm(), r.norm(), (q - r).norm()}) / pitch));
+  for (int i = 0; i <= steps; ++i) {
+    progress.checkpoint();
+    for (int j = 0; j <= steps - i; ++j)
+      if (i % steps + j % steps > 0 &&
+          !isEnclosed(rays, assume<Point>(p + (i * q + j * r) / steps), normal.normalized()))
+        return false;
+  }
+  return true;
 }
 
 } // namespace
 
-TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays,
+TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays, double pitch,
                              const Progress& progress) {
   // Means of the normals around the vertices, by area.
   std::vector<Vec3<double>> normals(mesh.positions.size(), Vec3<double>::Zero());
   for (size_t t = 0; t < mesh.triangles.size(); ++t)
     for (const uint32_t vertex : mesh.triangles[t]) normals[vertex] += areaVector(mesh, t);
-  std::vector<uint8_t> enclosed(mesh.positions.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, enclosed.size(), kVerticesPerTask),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      progress.checkpoint();
-                      for (size_t v = range.begin(); v < range.end(); ++v)
-                        enclosed[v] =
-                            normals[v].squaredNorm() > 0 &&
-                            isEnclosed(rays, mesh.positions[v].cast<double>(), normals[v].normalized());
-                    });
-  const double small = kSmall * diagonalOf(mesh);
+  const auto forEach = [&](size_t count, const auto& work) {
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kPerTask),
+                      [&](const tbb::blocked_range<size_t>& range) {
+                        progress.checkpoint();
+                        for (size_t i = range.begin(); i < range.end(); ++i) work(i);
+                      });
+  };
+  std::vector<uint8_t> isCornerInside(mesh.positions.size()), isInside(mesh.triangles.size());
+  forEach(mesh.positions.size(), [&](size_t v) {
+    isCornerInside[v] = normals[v].squaredNorm() > 0 &&
+                        isEnclosed(rays, mesh.positions[v].cast<double>(), normals[v].normalized());
+  });
+  forEach(mesh.triangles.size(), [&](size_t t) {
+    const auto& corners = mesh.triangles[t];
+    isInside[t] = std::ranges::all_of(corners, [&](uint32_t v) { return isCornerInside[v] != 0; }) &&
+                  isEnclosedAll(rays, mesh, t, pitch, progress);
+  });
   TriangleMesh open{mesh.positions, {}};
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    progress.checkNowAndThen(t);
-    const auto& [a, b, c] = mesh.triangles[t];
-    bool isInside = enclosed[a] && enclosed[b] && enclosed[c];
-    if (isInside) {
-      const Vec3<double> p = mesh.positions[a].cast<double>().raw(),
-                         q = mesh.positions[b].cast<double>().raw(),
-                         r = mesh.positions[c].cast<double>().raw();
-      if (std::max({(p - q).norm(), (q - r).norm(), (r - p).norm()}) > small)
-        isInside = isEnclosed(rays, assume<Point>((p + q + r) / 3), areaVector(mesh, t).normalized());
-    }
-    if (!isInside) open.triangles.push_back(mesh.triangles[t]);
-  }
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!isInside[t]) open.triangles.push_back(mesh.triangles[t]);
   return open.triangles.empty() ? mesh : open;
 }
 

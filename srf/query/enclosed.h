@@ -6,12 +6,11 @@
 
 namespace surflect {
 
-// The mesh without triangles that are enclosed: a little in front of each corner, each of six rays finds a
-// winding above 0; and in front of its centre as well where the triangle is larger than 1/100 of the mesh.
-// Vertices stay as they are. What lies in a cavity with any opening is not enclosed; nor is what an open
-// surface only covers from some sides. All triangles where none would be left. Cost: six rays a vertex at
-// most. Throws Cancelled.
-TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays,
+// The mesh without triangles that are enclosed: a little in front of each of their points, tried `pitch`
+// apart at most (scene units, above 0), each of six rays finds a winding above 0. Vertices stay as they are.
+// What lies in a cavity with any opening is not enclosed; nor is what an open surface only covers from some
+// sides. All triangles where none would be left. Cost: six rays a point at most. Throws Cancelled.
+TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays, double pitch,
                              const Progress& progress = {});
 
 } // namespace surflect

@@ -203,9 +203,24 @@ TEST_F(Exr, AnAttributeThatIsLongerThanItsFileIsNamed) {
   const std::string honest("software\0string\0\x08\0\0\0", 20), boast("software\0string\0\0\0\0\x76", 20);
   claiming.replace(claiming.find(honest), honest.size(), boast);
   const std::string error = errorOf([&] { readAll(claiming); });
-  EXPECT_NE(error.find("a.exr: software: found an attribute of 1979711488, expected at most the"),
+  EXPECT_NE(error.find("a.exr: software: found 1979711488 bytes of string, expected at most the"),
             std::string::npos)
       << error;
+}
+
+// The library would read on behind the size that is stated, and take what follows for attributes.
+TEST_F(Exr, AnAttributeOfAnotherSizeThanItsTypeIsNamed) {
+  writeExr(file(), Image(4, 4, 3), Precision::single);
+  const std::string whole = readFile(file());
+  const std::string_view headings[] = {
+      {"channels\0chlist\0", 16}, {"compression\0compression\0", 24}, {"dataWindow\0box2i\0", 17}};
+  for (const std::string_view heading : headings)
+    for (const int change : {-1, 1}) {
+      std::string damaged = whole;
+      damaged[damaged.find(heading) + heading.size()] += static_cast<char>(change);
+      const std::string error = errorOf([&] { readAll(damaged); });
+      EXPECT_NE(error.find(std::string("a.exr: ") + heading.data() + ": found "), std::string::npos) << error;
+    }
 }
 
 TEST_F(Exr, PartsAreFoundByNameAndSamplesOfEveryTypeBecomeFloat) {

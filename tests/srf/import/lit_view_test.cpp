@@ -149,6 +149,7 @@ TEST_F(LitView, WhatCannotBeALightFileIsRefused) {
   const std::pair<const char*, const char*> wrongs[] = {
       {"", "lists no light"},
       {"# nothing\n", "lists no light"},
+      {";\n;\n;\n", "lists no light"},
       {"0\n", "found 0"},
       {"3\n0 0 1\n", "line 1: found 3, expected 1, as many as lines follow"},
       {"0 0\n", "line 1: found \"0 0\""},

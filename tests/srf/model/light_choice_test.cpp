@@ -83,6 +83,27 @@ TEST(LightChoice, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
   EXPECT_GT(*leftOutDb, 100);
 }
 
+// Under six lights all around, a surface can face one squarely and be turned from all others.
+TEST(LightChoice, LightsFarApartAreNotForeshortened) {
+  std::vector<Direction> axes;
+  for (int i = 0; i < 6; ++i) {
+    Vec3<float> axis = Vec3<float>::Zero();
+    axis[i / 2] = i % 2 == 0 ? 1.f : -1.f;
+    axes.push_back(assume<Direction>(axis));
+  }
+  LightSamples samples(axes, std::vector<Rgb>(6, Rgb{1, 1, 1}));
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal;
+  for (int texel = 0; texel < 500; ++texel) {
+    const float x = normal(random), y = normal(random), z = normal(random);
+    const Vec3<float> n = Vec3<float>(x, y, z).normalized();
+    std::vector<Rgb> radiance;
+    for (const auto& light : axes) radiance.push_back(matte(n, light.raw()) * Rgb{1, 1, 1});
+    samples.add(radiance, assume<Normal3<AcquisitionSpace>>(n));
+  }
+  EXPECT_FALSE(samples.choose(1).blend.foreshortened);
+}
+
 TEST(LightChoice, TooFewLightsTellNothing) {
   EXPECT_EQ(choiceFor(matte, 4).blend, LightBlend());
   EXPECT_FALSE(choiceFor(matte, 4).leftOutDb);

@@ -37,7 +37,7 @@ void turnInsideOut(TriangleMesh& mesh) {
 }
 
 TriangleMesh opened(const TriangleMesh& mesh) {
-  return withoutEnclosed(mesh, RayCaster<AcquisitionSpace>(mesh));
+  return withoutEnclosed(mesh, RayCaster<AcquisitionSpace>(mesh), 0.02);
 }
 
 TEST(Winding, CountsTheSolidsAroundAPointAlongEveryRay) {
@@ -107,6 +107,27 @@ TEST(WithoutEnclosed, KeepsOpenSurfacesAndThoseInsideOut) {
   addSphere(ball, {0, 0, 0}, 1);
   turnInsideOut(ball);
   EXPECT_EQ(opened(ball).triangles, ball.triangles);
+}
+
+// Corners, and the middles of the triangles, lie inside of balls; all else shows.
+TEST(Enclosed, ATriangleStaysOfWhichAnyPartShows) {
+  TriangleMesh mesh;
+  for (int corner = 0; corner < 8; ++corner)
+    mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(
+        Vec3<double>(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1)));
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  const size_t ofBox = mesh.triangles.size();
+  const auto corners = mesh.positions;
+  for (const auto& p : corners) addSphere(mesh, p.raw().cast<double>(), 0.2, kPi, 12);
+  for (size_t t = 0; t < ofBox; ++t) {
+    Vec3<double> middle = Vec3<double>::Zero();
+    for (const uint32_t v : mesh.triangles[t]) middle += corners[v].raw().cast<double>() / 3;
+    addSphere(mesh, middle, 0.2, kPi, 12);
+  }
+  const TriangleMesh open = opened(mesh);
+  EXPECT_TRUE(std::equal(mesh.triangles.begin(), mesh.triangles.begin() + ofBox, open.triangles.begin()));
+  EXPECT_LT(open.triangles.size(), mesh.triangles.size()); // halves of the balls are inside
 }
 
 } // namespace
