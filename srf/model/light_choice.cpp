@@ -20,12 +20,12 @@ namespace {
 // Blends are foreshortened where lights are no farther apart than 60 degrees: a surface that faces a light
 // squarely is then seen under others by half of it or more, which is what foreshortening() can make good. It
 // took 58 % of an environment's light from a vase under five lights, and takes 3 % under 28.
-std::vector<LightBlend> candidatesFor(size_t lights, double spacing) {
+std::vector<LightBlend> candidatesFor(size_t lights, bool mayForeshorten) {
   std::vector<LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8})
     for (const LightFit fit : {LightFit::mean, LightFit::plane})
       for (const bool foreshortened : {false, true})
-        if (blended + 2 <= lights && !(foreshortened && spacing > std::numbers::pi / 3) &&
+        if (blended + 2 <= lights && (mayForeshorten || !foreshortened) &&
             (fit == LightFit::mean || blended > 3))
           candidates.push_back({blended, fit, foreshortened});
   return candidates;
@@ -101,13 +101,15 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
   return errors;
 }
 
-LightChoice LightSamples::choose(double white, const Progress& progress) const {
+LightChoice LightSamples::choose(double white, NormalsFrom normals, const Progress& progress) const {
   constexpr double kGoodEnough = 1.12;
   constexpr double kUnseen = 1 / (12 * 255.0 * 255.0); // the squared error of rounding to 8 bits
   const size_t lights = towards_.size();
   std::vector<Direction3<AcquisitionSpace, double>> covering;
   for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
-  const auto candidates = candidatesFor(lights, LightCoverage(covering).spacing());
+  const bool mayForeshorten =
+      normals == NormalsFrom::elsewhere && LightCoverage(covering).spacing() <= std::numbers::pi / 3;
+  const auto candidates = candidatesFor(lights, mayForeshorten);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);
   tbb::parallel_for(size_t{0}, lights, [&](size_t light) {

@@ -18,6 +18,8 @@ struct LightChoice {
   std::optional<double> leftOutDb;
 };
 
+enum class NormalsFrom { elsewhere, thesePhotographs };
+
 // What the same texels show under every light.
 class LightSamples {
 public:
@@ -31,8 +33,9 @@ public:
   // to 8 bits: few lights before many, their mean before a plane, as they are before foreshortened. Errors
   // are of values clipped at white, after the sRGB curve. Leaving out doubles the distance to the nearest
   // light, so that they are larger than those of new lights between captured ones, and in favour of what
-  // smooths; hence the margin. Throws Cancelled.
-  LightChoice choose(double white, const Progress& progress = {}) const;
+  // smooths; hence the margin. None is foreshortened where only these photographs tell the normals, which
+  // then know of the light that is left out; nor where lights are far apart. Throws Cancelled.
+  LightChoice choose(double white, NormalsFrom normals, const Progress& progress = {}) const;
 
 private:
   std::vector<double> leftOutErrors(size_t light, std::span<const LightBlend> candidates, float white,

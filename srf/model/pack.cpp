@@ -178,7 +178,7 @@ Progress partOf(const Progress& whole, std::string_view stage, size_t i, size_t 
 // Up to eight views, evenly chosen, tell the white level, which is the 99.5th percentile of the object's
 // radiance over all channels, and how lights are blended where cameras and lights are chosen apart.
 Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
-              const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+              NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   constexpr size_t kViews = 8, kTexels = 4000;
   const Capture& capture = source.training();
   // No view has two frames of one light.
@@ -198,7 +198,7 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
   const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);
-  return {white, samples.choose(white, progress)};
+  return {white, samples.choose(white, normals, progress)};
 }
 
 // The survey as pack keeps it, so that who resumes need not look at those views again.
@@ -395,7 +395,9 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   std::optional<Survey> surveyed;
   if (resumes && std::filesystem::exists(surveyPath)) surveyed = parseSurvey(readFile(surveyPath));
   if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
-  if (!surveyed) surveyed = survey(source, frames, mesh, impostor, progress);
+  const auto normals =
+      geometry.origin == Impostor::Origin::relief ? NormalsFrom::thesePhotographs : NormalsFrom::elsewhere;
+  if (!surveyed) surveyed = survey(source, frames, mesh, normals, impostor, progress);
   StoreOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;

@@ -31,7 +31,8 @@ Normal3<AcquisitionSpace> asNormal(const Vec3<float>& n) { return assume<Normal3
 // Texels whose normals look up, under lights of unlike strengths; `known` tells the normals that are told.
 LightChoice choiceFor(
     const Shading& shading, int lights, float scale = 1,
-    const std::function<Vec3<float>(const Vec3<float>&)>& known = [](const Vec3<float>& n) { return n; }) {
+    const std::function<Vec3<float>(const Vec3<float>&)>& known = [](const Vec3<float>& n) { return n; },
+    NormalsFrom from = NormalsFrom::elsewhere) {
   const auto towards = lightsOfACap(lights);
   std::vector<Rgb> irradiance;
   for (int i = 0; i < lights; ++i) irradiance.push_back(static_cast<float>(1 + i % 3) * Rgb{1, 1.5f, 0.5f});
@@ -46,7 +47,7 @@ LightChoice choiceFor(
       radiance.push_back(scale * shading(normal, towards[i].raw()) * irradiance[i]);
     samples.add(radiance, asNormal(known(normal)));
   }
-  return samples.choose(5 * scale);
+  return samples.choose(5 * scale, from);
 }
 
 float matte(const Vec3<float>& normal, const Vec3<float>& light) { return std::max(0.f, normal.dot(light)); }
@@ -83,6 +84,11 @@ TEST(LightChoice, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
   EXPECT_GT(*leftOutDb, 100);
 }
 
+TEST(LightChoice, NormalsThatKnowOfTheLightLeftOutForeshortenNothing) {
+  const auto same = [](const Vec3<float>& n) { return n; };
+  EXPECT_EQ(choiceFor(matte, 20, 1, same, NormalsFrom::thesePhotographs).blend.fit, LightFit::plane);
+}
+
 // Under six lights all around, a surface can face one squarely and be turned from all others.
 TEST(LightChoice, LightsFarApartAreNotForeshortened) {
   std::vector<Direction> axes;
@@ -101,7 +107,7 @@ TEST(LightChoice, LightsFarApartAreNotForeshortened) {
     for (const auto& light : axes) radiance.push_back(matte(n, light.raw()) * Rgb{1, 1, 1});
     samples.add(radiance, assume<Normal3<AcquisitionSpace>>(n));
   }
-  EXPECT_FALSE(samples.choose(1).blend.foreshortened);
+  EXPECT_FALSE(samples.choose(1, NormalsFrom::elsewhere).blend.foreshortened);
 }
 
 TEST(LightChoice, TooFewLightsTellNothing) {
@@ -122,7 +128,7 @@ TEST(LightChoice, StopsWhenAsked) {
   samples.add(std::vector<Rgb>(5), asNormal({0, 0, 1}));
   Progress progress;
   progress.cancelled = [] { return true; };
-  EXPECT_THROW(samples.choose(1, progress), Cancelled);
+  EXPECT_THROW(samples.choose(1, NormalsFrom::elsewhere, progress), Cancelled);
 }
 
 // The error by hand: five lights, weights from the same blend, one texel.
@@ -134,7 +140,7 @@ TEST(LightChoice, TheErrorIsThatOfTheLightsLeftOut) {
   std::vector<Rgb> texel;
   for (const float value : radiance) texel.push_back({value, value, value});
   samples.add(texel, asNormal({0.6f, 0, 0.8f}));
-  const auto [blend, leftOutDb] = samples.choose(1);
+  const auto [blend, leftOutDb] = samples.choose(1, NormalsFrom::elsewhere);
   double squares = 0;
   for (size_t out = 0; out < 5; ++out) {
     std::vector<Direction> others;
