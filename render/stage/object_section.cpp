@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kMostBoxSegments = 512, kMostCopies = 100'000;
 constexpr size_t kMostPoints = 10'000;
+constexpr float kFarthest = 1e9f; // of each coordinate, as in asVector
 
 // What shapes are read with.
 struct Making {
@@ -178,10 +179,22 @@ const std::vector<ShapeKind>& shapeKinds() {
 const Keys kChangeKeys = {"displace", "planar_texture", "fibre_deg"},
            kPlaceKeys = {"position", "rotate_axis", "rotate_deg", "scale"};
 
+// Twice the area.
+double sizeOf(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) sum += areaVector(mesh, i).norm();
+  return sum;
+}
+
 Surface changed(const Section& s, Surface surface) {
-  if (const auto formula = s.find("displace"))
+  if (const auto formula = s.find("displace")) {
+    const double before = sizeOf(surface.mesh);
     surface =
         at(*formula, [&] { return displaced(surface, Expression(asText(*formula), kHeightVariables)); });
+    // Where all falls together, rounding leaves some area.
+    if (sizeOf(surface.mesh) < 1e-6 * before)
+      throw mismatch(*formula, "heights that leave a millionth of the area or more");
+  }
   if (booleanOr(s, "planar_texture", false)) surface = withPlanarTexture(surface);
   if (const auto turn = s.find("fibre_deg"))
     surface = withTangentsTurned(surface, Angle::fromDegrees(numberIn(*turn, -360, 360)));
@@ -256,8 +269,23 @@ Surface made(const Section& section, const ShapeKind& kind, const Making& making
   return copied(section, placed(section, changed(section, kind.read(section, making))));
 }
 
+// Single precision may have flattened every triangle, or put a vertex beyond all numbers.
+void requireVisible(const Entry& entry, const Surface& surface) {
+  const TriangleMesh& mesh = surface.mesh;
+  for (const auto& p : mesh.positions)
+    if (!(p.raw().array().abs() <= kFarthest).all())
+      throw Error::mismatch("a surface within 1e9 of 0",
+                            fmt::format("a vertex at [{:.6g}, {:.6g}, {:.6g}]", p.x(), p.y(), p.z()))
+          .at(entry.field);
+  for (size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (areaVector(mesh, i).norm() > 0) return;
+  throw Error::mismatch("a surface", "no triangle that has an area").at(entry.field);
+}
+
 Surface asShape(const Entry& entry, const Making& making) {
-  return made(shapeSection(entry, {}), kindOf(entry), making);
+  Surface surface = made(shapeSection(entry, {}), kindOf(entry), making);
+  requireVisible(entry, surface);
+  return surface;
 }
 
 StageObject asObject(const Entry& entry, const MaterialList& materials, const Making& making) {
@@ -265,6 +293,7 @@ StageObject asObject(const Entry& entry, const MaterialList& materials, const Ma
   const Entry name = section.require("material");
   const auto& [material, texture] = materials.named(name);
   StageObject object{made(section, kindOf(entry), making), material, texture};
+  requireVisible(entry, object.surface);
   if (texture && object.surface.textureCoordinates.empty())
     throw mismatch(name, "a material without texture: the mesh of this file has no texture coordinates");
   return object;

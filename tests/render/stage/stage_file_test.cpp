@@ -262,6 +262,40 @@ TEST(StageFile, ShapesRefuseWhatTheyCannotBe) {
   refuse(rod + "segments = 256\nring = 100000", {"object[0].ring", "triangles"});
 }
 
+TEST(StageFile, ObjectsRefuseToBeNothing) {
+  const auto refuse = [](const std::string& lines, const std::vector<std::string>& parts) {
+    expectError(withObject(lines), parts);
+  };
+  const auto ball = [](const std::string& center, const std::string& radius) {
+    return "type = \"sphere\"\ncenter = " + center + "\nradius = " + radius + "\nsegments = 8\n";
+  };
+  // As the skin of fur.
+  const auto skin = [](const std::string& table) {
+    return "type = \"fur\"\nhairs = 10\nlength = 0.1\nradius = 0.01\non = { " + table + " }";
+  };
+  const std::string far = "type = \"sphere\", center = [1e9, 1e9, 1e9], radius = 1e-3, segments = 8",
+                    large = "type = \"sphere\", radius = 1e9, segments = 8, scale = 1e6";
+  const std::string nothing = "no triangle that has an area";
+  refuse(ball("[1e9, 1e9, 1e9]", "1e-3"), {"object[0]: ", nothing});
+  refuse(skin(far), {"object[0].on: ", nothing});
+  refuse(ball("[0, 0, 0]", "1") + "displace = \"0*x-1\"", {"object[0].displace: ", "0*x-1", "millionth"});
+  refuse(ball("[0, 0, 1]", "1e-9") + "scale = 1e-6\ncopies = [{ scale = 1e-6, position = [1, 0, 0] }]",
+         {"object[0]: ", nothing});
+  const std::string within = "within 1e9";
+  refuse(ball("[1e9, 0, 0]", "1e9"), {"object[0]: ", within});
+  refuse(skin(large), {"object[0].on: ", within, "1e+15"});
+  refuse(skin("type = \"fur\", hairs = 3, length = 1e9, radius = 1e9, on = { " + large + " }"),
+         {"object[0].on.on: ", within});
+  // 1e9 of a height thrice scaled is more than a float holds.
+  refuse("type = \"fur\"\nhairs = 3\nlength = 1e9\nradius = 1\ncomb = [1e9, 1e9, 1e9]\nscale = 1e6\n"
+         "displace = \"999999999\"\ncopies = [{ scale = [1e6, -1e6, 1e6] }, { scale = 1e6 }]\n"
+         "on = { type = \"sphere\", radius = 1, segments = 8 }",
+         {"object[0]: ", within});
+  // What is flat in part, or thin, stays.
+  parse(withObject(ball("[0, 0, 0]", "1") + "displace = \"0*x-0.99\""));
+  EXPECT_GT(parse(withObject(ball("[1e6, 0, 0]", "1"))).objects[0].surface.mesh.triangles.size(), 0u);
+}
+
 TEST(StageFile, TheInterfacesOfTheMugCloseWhatTheyHold) {
   const std::filesystem::path path =
       std::filesystem::path(__FILE__).parent_path() / "../../../examples/stages/mug.toml";
