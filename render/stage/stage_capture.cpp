@@ -14,8 +14,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kFormat = 2; // of what is written for a stage: another number makes resuming start anew
-
 std::string objOf(const TriangleMesh& mesh) {
   std::string text;
   for (const auto& p : mesh.positions) text += fmt::format("v {:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
@@ -45,11 +43,13 @@ void claim(const fs::path& folder, const std::string& identity) {
 
 StageScene sceneOf(const Stage& stage, const StageDeformation* deformation) {
   std::vector<StageObject> objects = stage.objects;
-  for (size_t i = 0; deformation && i < objects.size(); ++i) try {
+  for (size_t i = 0; deformation && i < objects.size(); ++i) {
+    try {
       objects[i].surface = deformed(objects[i].surface, deformation->warp);
     } catch (Error& error) {
       throw std::move(error).at(fmt::format("object[{}]", i)).in(stage.file);
     }
+  }
   return StageScene(std::move(objects));
 }
 
@@ -60,8 +60,8 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
   assert((deformation != nullptr) == (which == StageFrames::deformed));
   const StagePlan plan = planOf(stage, which);
   const Capture& capture = plan.capture;
-  claim(folder, fmt::format("stage {} {} {:016x} {:016x}\n", kFormat, static_cast<int>(which), stage.hash,
-                            deformation ? deformation->hash : 0));
+  claim(folder, fmt::format("stage {} {} {:016x} {:016x}\n", kPictureFormat, static_cast<int>(which),
+                            stage.hash, deformation ? deformation->hash : 0));
   removeAbandoned(folder, [](const std::string&) { return true; });
   removeAbandoned(folder / "images", [](const std::string&) { return true; });
 

@@ -7,16 +7,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace surflect {
 
 namespace {
 
-std::vector<const Frame*> framesOf(const StagePlan& plan, size_t view) {
-  std::vector<const Frame*> frames;
-  for (const Frame& frame : plan.capture.frames)
-    if (frame.view == view) frames.push_back(&frame);
-  return frames;
+// A plan has those of a view together.
+std::span<const Frame> framesOf(const StagePlan& plan, size_t view) {
+  return std::ranges::equal_range(plan.capture.frames, view, {}, &Frame::view);
 }
 
 Precision precisionFor(const TracedView& view) {
@@ -32,29 +31,29 @@ Precision precisionFor(const TracedView& view) {
 TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& plan, size_t view,
                  const Progress& progress) {
   std::vector<Light> lights;
-  for (const Frame* frame : framesOf(plan, view)) lights.push_back(plan.capture.lights[*frame->light]);
+  for (const Frame& frame : framesOf(plan, view)) lights.push_back(plan.capture.lights[*frame.light]);
   const size_t number = plan.views[view];
   return traceView(scene, stage.rig.views[number].camera, number, lights, stage.trace, progress);
 }
 
 void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, size_t view,
            const std::filesystem::path& folder, const Progress& progress) {
-  const std::vector<const Frame*> frames = framesOf(plan, view);
+  const std::span<const Frame> frames = framesOf(plan, view);
   if (stage.exposure) {
     for (size_t i = 0; i < frames.size(); ++i) {
-      const std::vector<Exposure> bracket = bracketOf(*frames[i]);
+      const std::vector<Exposure> bracket = bracketOf(frames[i]);
       for (size_t shot = 0; shot < bracket.size(); ++shot) {
         progress.checkpoint();
         writePng(folder / bracket[shot].picture,
                  exposed(traced.radiance[i], traced.alpha, *stage.exposure,
-                         {stage.trace.seed, plan.views[view], *frames[i]->light, shot}));
+                         {stage.trace.seed, plan.views[view], *frames[i].light, shot}));
       }
     }
     return;
   }
   std::vector<RadianceLayer> layers;
-  for (size_t i = 0; i < frames.size(); ++i) layers.push_back({frames[i]->layer, &traced.radiance[i]});
-  writeViewPictures(folder / frames[0]->picture, layers, &traced.alpha, frames[0]->alphaLayer,
+  for (size_t i = 0; i < frames.size(); ++i) layers.push_back({frames[i].layer, &traced.radiance[i]});
+  writeViewPictures(folder / frames[0].picture, layers, &traced.alpha, frames[0].alphaLayer,
                     precisionFor(traced), progress);
 }
 
@@ -92,8 +91,8 @@ ViewPictures asRead(TracedView traced, const Progress& progress) {
 bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path& folder) {
   try {
     std::filesystem::path last; // frames share a file
-    for (const Frame* frame : framesOf(plan, view))
-      for (const Exposure& shot : bracketOf(*frame)) {
+    for (const Frame& frame : framesOf(plan, view))
+      for (const Exposure& shot : bracketOf(frame)) {
         if (shot.picture == last) continue;
         last = shot.picture;
         if (!std::filesystem::exists(folder / last)) return false;

@@ -9,13 +9,15 @@
 
 namespace surflect {
 
+// Of how pictures come to be and are written: with another number, what was begun before is begun anew.
+constexpr int kPictureFormat = 3;
+
 // Under the lights of the view's frames, in their order. `view` is an index into plan.capture.views.
 TracedView trace(const StageScene& scene, const Stage& stage, const StagePlan& plan, size_t view,
                  const Progress& progress);
 
 // Writes the view's file, in half floats, or in single ones where these end below what is to be written; of a
-// stage with an exposure its brackets. Throws Error and
-// Cancelled.
+// stage with an exposure its brackets. Throws Error and Cancelled.
 void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, size_t view,
            const std::filesystem::path& folder, const Progress& progress);
 

@@ -18,7 +18,7 @@ enum class StageFrames {
 };
 
 struct StagePlan {
-  Capture capture;           // EXRs of many layers, one a view; no file is there yet
+  Capture capture; // EXRs of many layers, one a view; no file is there yet. Frames of a view are together
   std::vector<size_t> views; // of each view, its number in the stage, by which its noise differs
 };
 

@@ -12,8 +12,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kFormat = 1; // of how pictures come to be: another number makes resuming start anew
-
 void removeAll(const fs::path& folder) {
   std::error_code failure;
   fs::remove_all(folder, failure);
@@ -34,7 +32,9 @@ public:
     return {withoutFlat(meshOf(stage_.objects), progress), Impostor::Origin::given};
   }
 
-  std::string identity() const override { return fmt::format("stage {} {:016x}", kFormat, stage_.hash); }
+  std::string identity() const override {
+    return fmt::format("stage {} {:016x}", kPictureFormat, stage_.hash);
+  }
 
   ViewPictures pictures(std::span<const size_t> frames, bool isLastTime, const Progress& progress) override {
     const Frame& first = training_.frames[frames[0]];
