@@ -18,6 +18,7 @@ namespace surflect {
 namespace {
 
 constexpr int kMostSide = 16384, kMostViews = 100'000, kMostLights = 4096;
+constexpr size_t kMostFrames = 4'000'000;
 constexpr double kMostValues = 0x1p29; // of one view: floats of all its lights, which are in memory twice
 
 using Point = Point3<AcquisitionSpace, double>;
@@ -246,12 +247,17 @@ void addViews(const Section& stage, const Point& center, StageRig& rig) {
          cameraAbout(center, place.towards, distanceOf(place, camera.distance, cameraSection), camera.lens)});
 }
 
+constexpr std::string_view kNoExtent = "no such key for point lights, which have no extent";
+
 void addLightsFrom(const Section& s, StageRig& rig) {
   const Entry from = s.require("from");
   for (const char* key : {"test", "irradiance", "distance"})
     if (const auto other = s.find(key)) throw mismatch(*other, "no such key beside from");
   const Capture capture = captureAt(from, rig);
   if (capture.lights.empty()) throw mismatch(from, "a capture with lights");
+  const auto isPoint = [](const Light& light) { return std::holds_alternative<PointLight>(light.kind); };
+  if (const auto radius = s.find("radius_deg"); radius && std::ranges::all_of(capture.lights, isPoint))
+    throw mismatch(*radius, kNoExtent);
   rig.trainingLights = addFrom(
       from, capture.lights, trainingLights(capture), kMostLights, rig.lights,
       [](const Light& light) { return light.name; },
@@ -263,8 +269,7 @@ void addLights(const Entry& entry, const Point& center, StageRig& rig) {
                           "distance", "radius_deg"});
   const std::string_view key = chosenOf(s, {"count", "directions", "positions", "angles_deg", "from"});
   const auto distance = s.find("distance"), radius = s.find("radius_deg");
-  if ((distance || key == "positions") && radius)
-    throw mismatch(*radius, "no such key for point lights, which have no extent");
+  if ((distance || key == "positions") && radius) throw mismatch(*radius, kNoExtent);
   if (radius) rig.lightRadius = Angle::fromDegrees(numberIn(*radius, 0.001, 89));
   if (key == "from") return addLightsFrom(s, rig);
   const Placement placement = asPlacement(s, key, center, kMostLights);
@@ -290,6 +295,10 @@ StageRig asRig(const Section& stage) {
   const auto center = pointOr0(stage, "center");
   addViews(stage, center, rig);
   addLights(stage.require("lights"), center, rig);
+  if (const size_t frames = rig.views.size() * rig.lights.size(); frames > kMostFrames)
+    throw Error::mismatch(fmt::format("at most {} pictures, one of each view under each light", kMostFrames),
+                          fmt::format("{} views and {} lights", rig.views.size(), rig.lights.size()))
+        .at("views");
   for (const View& view : rig.views) {
     const Lens& lens = view.camera.lens;
     const double values = 3.0 * lens.width * lens.height * static_cast<double>(rig.lights.size());

@@ -385,6 +385,13 @@ TEST(StageFile, ARigNeedsViewsAndLights) {
   expectError(with("size = [40, 30]", "size = [16384, 16384]"), {"camera.size"});
   expectError(with("samples = 12", "samples = 0"), {"samples"});
   expectError(with("\"local\"", "\"global\""), {"transport", "global"});
+  const auto rigOf = [](int views, int lights) {
+    return with("turntable = 6\nelevations_deg = [-20, 40]\ntest = 3", fmt::format("count = {}", views),
+                with("count = 8\ntest = 2", fmt::format("count = {}\ntest = 0", lights)));
+  };
+  EXPECT_EQ(parse(rigOf(1000, 4000)).rig.views.size(), 1000u);
+  expectError(rigOf(1000, 4001), {"views: ", "at most 4000000", "1000 views", "4001 lights"});
+  expectError(rigOf(100'000, 4096), {"views: ", "at most 4000000", "100000 views"});
 }
 
 const std::string kTurntable = "turntable = 6\nelevations_deg = [-20, 40]\ntest = 3\n";
@@ -500,6 +507,13 @@ TEST(StageFile, AnotherCapturesRigCanBeTaken) {
 
   expectError(with(kTurntable, from), {"camera", "views.from"});
   expectError(with(kCount, from), {"lights.irradiance", "from"});
+  const std::string disc = with("irradiance = [3, 2, 1]\n", "radius_deg = 2\n", with(kCount, from));
+  EXPECT_NEAR(parse(disc).rig.lightRadius.degrees(), 2, 1e-12); // some are directional
+  Capture points = capture;
+  for (Light& light : points.lights) light.kind = PointLight{{1, 2, 3}, {4, 5, 6}};
+  writeCapture(points, folder.path());
+  expectError(disc, {"lights.radius_deg", "point lights"});
+  writeCapture(capture, folder.path());
   expectError(with(kTurntable, from + "test = 2\n", with(camera, "")), {"views.test", "from"});
   EXPECT_NE(
       errorOf([&] { parse(with(kTurntable, "from = \"nowhere\"\n", with(camera, ""))); }).find("nowhere"),
