@@ -3,6 +3,8 @@
 #include "render/stage/stage_fields.h"
 #include "surfel/nearest_name.h"
 
+#include <fmt/format.h>
+
 #include <array>
 
 namespace surflect {
@@ -11,10 +13,12 @@ struct MaterialTables {
   std::unique_ptr<const LossTable> mirror;
   std::map<double, std::unique_ptr<const DielectricLosses>> glass; // by eta
   std::map<double, std::unique_ptr<const CoatTransmission>> coat;
-  std::vector<std::unique_ptr<const MerlTable>> measured;
+  std::map<std::filesystem::path, std::unique_ptr<const MerlTable>> measured;
 };
 
 namespace {
+
+constexpr size_t kMostMaterials = 1000;
 
 Rgb fractionsOr(const Section& section, std::string_view key, const Rgb& otherwise) {
   const auto entry = section.find(key);
@@ -110,9 +114,13 @@ private:
     return gloss;
   }
   Material measured(const Section& s, const Entry&) {
-    list_.files.push_back(asPath(s.require("file")));
-    tables_->measured.push_back(std::make_unique<const MerlTable>(list_.files.back()));
-    return Measured{tables_->measured.back().get()};
+    const std::filesystem::path file = asPath(s.require("file"));
+    auto& table = tables_->measured[file];
+    if (!table) {
+      table = std::make_unique<const MerlTable>(file);
+      list_.files.push_back(file);
+    }
+    return Measured{table.get()};
   }
   Material clearCoat(const Section& s, const Entry& table) {
     const Entry base = s.require("base");
@@ -146,11 +154,17 @@ private:
       if (parts.size() != 2) throw mismatch(*repeat, "[across, up]");
       times = {asInteger(parts[0], 1, most), asInteger(parts[1], 1, most)};
     }
-    list_.files.push_back(asPath(*picture));
-    return std::make_shared<const Texture>(list_.files.back(), times[0], times[1]);
+    const std::filesystem::path file = asPath(*picture);
+    auto& texels = texels_[file];
+    if (!texels) {
+      texels = std::make_shared<const Image>(readTexels(file));
+      list_.files.push_back(file);
+    }
+    return std::make_shared<const Texture>(texels, times[0], times[1]);
   }
 
   MaterialList list_;
+  std::map<std::filesystem::path, std::shared_ptr<const Image>> texels_;
   std::shared_ptr<MaterialTables> tables_ = std::make_shared<MaterialTables>();
 };
 
@@ -167,7 +181,11 @@ const NamedMaterial& MaterialList::named(const Entry& entry) const {
 
 MaterialList asMaterials(const Entry& entry) {
   MaterialReader reader;
-  for (const Entry& table : asArray(entry, "tables under [[material]]")) reader.read(table);
+  const std::vector<Entry> tables = asArray(entry, "tables under [[material]]");
+  if (tables.size() > kMostMaterials)
+    throw Error::mismatch(fmt::format("at most {} materials", kMostMaterials), std::to_string(tables.size()))
+        .at(entry.field);
+  for (const Entry& table : tables) reader.read(table);
   return std::move(reader).finish();
 }
 

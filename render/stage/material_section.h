@@ -23,7 +23,7 @@ struct NamedMaterial {
 struct MaterialList {
   std::map<std::string, NamedMaterial, std::less<>> materials;
   std::shared_ptr<const MaterialTables> tables; // to be kept as long as the materials
-  std::vector<std::filesystem::path> files;     // that were read for them
+  std::vector<std::filesystem::path> files;     // that were read for them, each once
 
   // The one that the entry names. Throws Error.
   const NamedMaterial& named(const Entry& entry) const;

@@ -4,6 +4,7 @@
 #include "srf/image/image_file.h"
 #include "surfel/error.h"
 
+#include <cassert>
 #include <cmath>
 #include <string>
 
@@ -16,12 +17,12 @@ int wrapped(int i, int n) { return ((i % n) + n) % n; }
 
 } // namespace
 
-Texture::Texture(const std::filesystem::path& path, int columns, int rows) : columns_(columns), rows_(rows) {
+Image readTexels(const std::filesystem::path& path) {
   const Picture picture = readPicture(path);
   const Image& image = picture.image;
   if (picture.hasAlpha() && picture.alphaPremultiplied)
     throw Error::mismatch("a texture without alpha", "colours multiplied by it").in(path);
-  linear_ = Image(image.width, image.height, 3);
+  Image linear(image.width, image.height, 3);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       for (size_t c = 0; c < 3; ++c) {
@@ -31,18 +32,24 @@ Texture::Texture(const std::filesystem::path& path, int columns, int rows) : col
           throw Error::mismatch("0 to 1", std::to_string(value))
               .at("pixel[" + std::to_string(x) + ", " + std::to_string(y) + "]")
               .in(path);
-        linear_.at(x, y)[c] = value;
+        linear.at(x, y)[c] = value;
       }
+  return linear;
+}
+
+Texture::Texture(std::shared_ptr<const Image> texels, int columns, int rows)
+    : texels_(std::move(texels)), columns_(columns), rows_(rows) {
+  assert(texels_ && texels_->channels == 3);
 }
 
 Rgb Texture::at(const Vec2<double>& st) const {
   const auto fraction = [](double x) { return x - std::floor(x); };
-  const double x = fraction(st[0] * columns_) * linear_.width - 0.5,
-               y = (1 - fraction(st[1] * rows_)) * linear_.height - 0.5;
+  const double x = fraction(st[0] * columns_) * texels_->width - 0.5,
+               y = (1 - fraction(st[1] * rows_)) * texels_->height - 0.5;
   const double left = std::floor(x), top = std::floor(y);
   const auto texel = [&](int dx, int dy) {
-    const auto t = linear_.at(wrapped(static_cast<int>(left) + dx, linear_.width),
-                              wrapped(static_cast<int>(top) + dy, linear_.height));
+    const auto t = texels_->at(wrapped(static_cast<int>(left) + dx, texels_->width),
+                               wrapped(static_cast<int>(top) + dy, texels_->height));
     return Rgb{t[0], t[1], t[2]};
   };
   const auto a = static_cast<float>(x - left), b = static_cast<float>(y - top);

@@ -6,20 +6,24 @@
 #include "surfel/space.h"
 
 #include <filesystem>
+#include <memory>
 
 namespace surflect {
 
+// Linear RGB. Pictures of 8 or 16 bits are sRGB, of which alpha plays no part. Throws Error naming the file,
+// also where a float is not in 0..1.
+Image readTexels(const std::filesystem::path& picture);
+
 class Texture {
 public:
-  // The picture `columns` times across and `rows` times up the surface. Those of 8 or 16 bits are sRGB, of
-  // which alpha plays no part. Throws Error naming the file, also where a float is not in 0..1.
-  Texture(const std::filesystem::path& picture, int columns, int rows);
+  // What readTexels() gives, `columns` times across and `rows` times up the surface.
+  Texture(std::shared_ptr<const Image> texels, int columns, int rows);
 
   // Linear between the middles of texels; (0, 0) is the picture's lower left corner.
   Rgb at(const Vec2<double>& st) const;
 
 private:
-  Image linear_; // RGB
+  std::shared_ptr<const Image> texels_;
   double columns_, rows_;
 };
 

@@ -1,6 +1,8 @@
+#include "render/stage/material_section.h"
 #include "render/stage/stage_file.h"
 #include "srf/capture/writer.h"
 #include "srf/image/png.h"
+#include "tests/render/stage/material/zoo.h"
 #include "tests/render/stage/stages.h"
 #include "tests/render/stage/surfaces.h"
 #include "tests/srf/image/files.h"
@@ -153,6 +155,15 @@ TEST(StageFile, MaterialsRefuseWhatIsOutOfRange) {
               parse(with(metal, "type = \"measured\"\nfile = \"nothing.binary\""));
             }).find("nothing.binary"),
             std::string::npos);
+}
+
+TEST(StageFile, MaterialsAreAThousandAtMost) {
+  std::string many = example; // of two
+  for (int i = 0; i < 998; ++i)
+    many += fmt::format("[[material]]\nname = \"m{}\"\ntype = \"lambert\"\nalbedo = [1, 1, 1]\n", i);
+  parse(many);
+  expectError(many + "[[material]]\nname = \"one\"\ntype = \"lambert\"\nalbedo = [1, 1, 1]\n",
+              {"material: ", "found 1001", "at most 1000"});
 }
 
 TEST(StageFile, GlassCannotBeCoated) {
@@ -371,6 +382,29 @@ TEST(StageFile, TexturesAreFoundAndCounted) {
               {"object[0].material", "texture coordinates"});
   writePng(folder / "cloth.png", Image(4, 5, 3));
   EXPECT_NE(parse(textured("repeat = [3, 2]")).hash, stage.hash);
+}
+
+TEST(StageFile, WhatMaterialsShareIsReadOnce) {
+  const TemporaryFolder folder;
+  writePng(folder / "cloth.png", Image(4, 4, 3));
+  writeBytes(folder / "gloss.binary", zoo::merlFile([](double, double, double) {
+               return std::array{0.1, 0.1, 0.1};
+             }));
+  std::string text;
+  for (const char* name : {"a", "b"})
+    text += fmt::format("[[material]]\nname = \"{0}\"\ntype = \"measured\"\nfile = \"gloss.binary\"\n"
+                        "[[material]]\nname = \"cloth {0}\"\ntype = \"lambert\"\nalbedo = [1, 1, 1]\n"
+                        "texture = \"cloth.png\"\nrepeat = [{1}, 1]\n",
+                        name, name[0] - 'a' + 1);
+  const ScriptDocument document(text, folder / "stage.toml");
+  const MaterialList list = asMaterials(Section(document.root(), {"material"}).require("material"));
+  EXPECT_EQ(list.files, (std::vector{folder / "gloss.binary", folder / "cloth.png"}));
+  const auto table = [&](const char* name) {
+    return std::get<Measured>(list.materials.find(name)->second.material).table;
+  };
+  EXPECT_TRUE(table("a"));
+  EXPECT_EQ(table("a"), table("b"));
+  EXPECT_NE(list.materials.find("cloth a")->second.texture, list.materials.find("cloth b")->second.texture);
 }
 
 TEST(StageFile, ARigNeedsViewsAndLights) {

@@ -14,7 +14,7 @@ TEST(Texture, ShowsTexelsWhereTheyAre) {
   const TemporaryFolder folder;
   const Image image = randomImage(5, 4, 3, 0, 1, 1);
   writePng(folder / "t.png", image, 16);
-  const Texture texture(folder / "t.png", 3, 2);
+  const Texture texture(std::make_shared<const Image>(readTexels(folder / "t.png")), 3, 2);
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 5; ++x)
       for (const auto& [column, row] : {std::pair{0, 0}, {2, 1}}) {
@@ -29,7 +29,7 @@ TEST(Texture, IsLinearBetweenTexelsAndGoesRound) {
   Image ramp(4, 1, 1);
   ramp.values = {0, 0.25f, 0.5f, 1};
   writeExr(folder / "t.exr", ramp, Precision::single);
-  const Texture texture(folder / "t.exr", 1, 1);
+  const Texture texture(std::make_shared<const Image>(readTexels(folder / "t.exr")), 1, 1);
   EXPECT_NEAR(texture.at({0.25, 0.3}).g, 0.125, 1e-6);
   EXPECT_NEAR(texture.at({0.75, 0.9}).g, 0.75, 1e-6);
   EXPECT_NEAR(texture.at({0, 0}).g, 0.5, 1e-6); // between the last and the first
@@ -38,24 +38,22 @@ TEST(Texture, IsLinearBetweenTexelsAndGoesRound) {
 
 TEST(Texture, RefusesWhatIsNoReflectance) {
   const TemporaryFolder folder;
-  EXPECT_NE(errorOf([&] { Texture(folder / "missing.png", 1, 1); }).find("missing.png"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readTexels(folder / "missing.png"); }).find("missing.png"), std::string::npos);
   Image bright(2, 2, 3);
   bright.values[7] = 1.5f;
   writeExr(folder / "bright.exr", bright, Precision::single);
-  EXPECT_NE(errorOf([&] { Texture(folder / "bright.exr", 1, 1); }).find("pixel[0, 1]"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readTexels(folder / "bright.exr"); }).find("pixel[0, 1]"), std::string::npos);
   writeExr(folder / "alpha.exr", Image(2, 2, 4));
-  EXPECT_NE(errorOf([&] { Texture(folder / "alpha.exr", 1, 1); }).find("alpha"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readTexels(folder / "alpha.exr"); }).find("alpha"), std::string::npos);
 }
 
 // A box whose side shows half of a texture black: seen straight on, left and right differ as the texture
 // does.
 TEST(Texture, LiesOnTheSurfaceAndBendsWithIt) {
-  const TemporaryFolder folder;
   Image halves(64, 1, 3);
   for (int x = 32; x < 64; ++x) std::ranges::fill(halves.at(x, 0), 1.f);
-  writeExr(folder / "t.exr", halves, Precision::single);
   std::vector<StageObject> objects = oneObject(box({0, 0, 0}, {2, 2, 2}, 8), Lambert{{0.5f, 0.5f, 0.5f}});
-  objects[0].texture = std::make_shared<const Texture>(folder / "t.exr", 1, 1);
+  objects[0].texture = std::make_shared<const Texture>(std::make_shared<const Image>(halves), 1, 1);
   TraceOptions options;
   options.samples = 16;
   const Camera camera = lookFrom(unit(1, 0, 0), 5, 8, 4, Lens::Model::orthographic); // +y is to the right
