@@ -1,0 +1,220 @@
+#include "bench/gallery/figures.h"
+
+#include "render/film.h"
+#include "srf/image/color.h"
+#include "srf/image/exr.h"
+#include "srf/image/png.h"
+#include "srf/query/environment.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <sstream>
+
+namespace surflect {
+namespace {
+
+using Json = nlohmann::json;
+
+// RGB whose values survive 8 bits.
+Image randomPicture(int width, int height, std::mt19937& random) {
+  Image image(width, height, 3);
+  for (float& value : image.values) value = static_cast<float>(random() % 256) / 255;
+  return image;
+}
+
+Image composed(const TemporaryFolder& folder, Json layout) {
+  layout["out"] = folder / "out.png";
+  std::istringstream text(layout.dump());
+  composePanels(text);
+  return readPng(folder / "out.png").image;
+}
+
+std::array<float, 3> colorAt(const Image& image, int x, int y) {
+  return {image.at(x, y)[0], image.at(x, y)[1], image.at(x, y)[2]};
+}
+
+TEST(Panels, PicturesStandUnchangedBesideAndBelowEachOther) {
+  const TemporaryFolder folder;
+  std::mt19937 random(1);
+  const std::array pictures{randomPicture(5, 4, random), randomPicture(3, 7, random),
+                            randomPicture(6, 2, random)};
+  Json cells = Json::array();
+  for (size_t i = 0; i < pictures.size(); ++i) {
+    const auto file = folder / std::to_string(i).append(".png");
+    writePng(file, pictures[i]);
+    cells.push_back({{"file", file}});
+  }
+  const Image sheet = composed(folder, {{"columns", 2}, {"cells", cells}});
+  ASSERT_EQ(sheet.width, 6 + 6 + 3); // the wider of a column, and the gap
+  ASSERT_EQ(sheet.height, 7 + 6 + 2);
+  Image wanted(sheet.width, sheet.height, 3);
+  std::ranges::fill(wanted.values, 1.f);
+  const std::array<std::array<int, 2>, 3> corners{{{0, 0}, {12, 0}, {0, 13}}};
+  for (size_t i = 0; i < pictures.size(); ++i)
+    for (int y = 0; y < pictures[i].height; ++y)
+      for (int x = 0; x < pictures[i].width; ++x)
+        std::ranges::copy(colorAt(pictures[i], x, y),
+                          wanted.at(corners[i][0] + x, corners[i][1] + y).begin());
+  EXPECT_EQ(sheet.values, wanted.values);
+}
+
+TEST(Panels, ZoomRepeatsThePixelsOfTheCrop) {
+  const TemporaryFolder folder;
+  std::mt19937 random(2);
+  const Image picture = randomPicture(9, 8, random);
+  writePng(folder / "p.png", picture);
+  const auto cropped = [&](const Json& crop) {
+    return composed(folder,
+                    {{"columns", 1}, {"cells", {{{"file", folder / "p.png"}, {"crop", crop}, {"zoom", 3}}}}});
+  };
+  const Image sheet = cropped({2, 1, 5, 4});
+  ASSERT_EQ(sheet.width, 15);
+  ASSERT_EQ(sheet.height, 12);
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 15; ++x) EXPECT_EQ(colorAt(sheet, x, y), colorAt(picture, 2 + x / 3, 1 + y / 3));
+  EXPECT_THROW(cropped({5, 1, 5, 4}), Error);
+}
+
+// A film of one radiance, opaque, at depth 1 in its left half and infinitely far in its right.
+std::filesystem::path filmOf(const TemporaryFolder& folder, const std::string& name, float radiance) {
+  Film film{Image(20, 10, 4), {{"depth", Image(20, 10, 1)}}};
+  for (size_t i = 0; i < 200; ++i) {
+    std::ranges::copy(std::array{radiance, radiance, radiance, 1.f}, &film.color.values[4 * i]);
+    film.aovs["depth"].values[i] = i % 20 < 10 ? 1 : std::numeric_limits<float>::infinity();
+  }
+  writeFilm(folder / name, film, {});
+  return folder / name;
+}
+
+TEST(Panels, FilmsOfOneNameShareAnExposure) {
+  const TemporaryFolder folder;
+  const auto bright = filmOf(folder, "bright.exr", 2), dim = filmOf(folder, "dim.exr", 0.5f);
+  const auto ofDim = [&](const char* white) {
+    const Json cells{{{"file", bright}, {"white", "a"}}, {{"file", dim}, {"white", white}}};
+    return composed(folder, {{"columns", 2}, {"cells", cells}}).at(26 + 5, 5)[0];
+  };
+  EXPECT_NEAR(ofDim("a"), srgbFromLinear(0.25f), 0.5 / 255);
+  EXPECT_EQ(ofDim("b"), 1);
+}
+
+TEST(Panels, ALampShowsBeforeTheObjectAndIsHiddenBehindIt) {
+  const TemporaryFolder folder;
+  const auto film = filmOf(folder, "film.exr", 1);
+  const auto with = [&](double depth) {
+    const Json dot{10, 5, 4, 0, 0, 1, depth}; // blue, in the middle
+    return composed(folder, {{"columns", 1}, {"cells", {{{"file", film}, {"dots", {dot}}}}}});
+  };
+  const Image before = with(0.5), behind = with(2);
+  const std::array white{1.f, 1.f, 1.f};
+  for (const int x : {7, 12}) EXPECT_LT(before.at(x, 5)[0], 0.5f);
+  EXPECT_EQ(colorAt(behind, 7, 5), white);
+  EXPECT_EQ(colorAt(behind, 12, 5), colorAt(before, 12, 5));
+  for (const int x : {5, 14}) EXPECT_EQ(colorAt(before, x, 5), white); // beyond its radius
+}
+
+// A sphere from one camera, and what its reflectance image shows of an environment.
+class ReflectanceImage : public testing::Test {
+protected:
+  static constexpr size_t kLights = 200;
+
+  ReflectanceImage() {
+    studio_.cameras = 1;
+    studio_.lights = kLights;
+    studio_.size = 30;
+    capture_ = photograph(studio_, folder_ / "capture");
+    view_ = studio::viewSphere(capture_.views[0].camera, studio_.samples);
+  }
+
+  Image sum(const Image& environment) {
+    writeExr(folder_ / "environment.exr", environment, Precision::single);
+    relightReflectanceImage(folder_ / "capture", "C0", folder_ / "environment.exr", folder_ / "figure");
+    return ExrFile(folder_ / "figure/sum.exr").read({"R", "G", "B", "A"});
+  }
+
+  TemporaryFolder folder_;
+  studio::Studio studio_;
+  Capture capture_;
+  studio::SphereView view_;
+};
+
+TEST_F(ReflectanceImage, EachTexelShinesFromTheLightNearestToIt) {
+  std::mt19937 random(3);
+  Image environment(32, 16, 3);
+  for (int k = 0; k < 4; ++k) {
+    const auto texel = environment.at(static_cast<int>(random() % 32), static_cast<int>(random() % 16));
+    for (float& value : texel) value = static_cast<float>(1 + random() % 1000);
+  }
+  // Latitudes and longitudes as docs of the environment have them; z of the world is up, y lies in the
+  // middle.
+  Image wanted(studio_.size, studio_.size, 4);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 32; ++x) {
+      const auto texel = environment.at(x, y);
+      if (texel[0] == 0) continue;
+      const double latitude = std::numbers::pi * (0.5 - (y + 0.5) / 16),
+                   longitude = 2 * std::numbers::pi * ((x + 0.5) / 32 - 0.5);
+      const Vec3<double> direction(std::sin(longitude) * std::cos(latitude),
+                                   std::cos(longitude) * std::cos(latitude), std::sin(latitude));
+      const auto towards = std::ranges::max(studio::spiral(kLights), {},
+                                            [&](const Vec3<double>& light) { return light.dot(direction); });
+      const double solidAngle =
+          2 * std::numbers::pi / 32 *
+          (std::sin(latitude + std::numbers::pi / 32) - std::sin(latitude - std::numbers::pi / 32));
+      const Rgb irradiance = static_cast<float>(solidAngle) * Rgb{texel[0], texel[1], texel[2]};
+      const Image lit = studio::overBlack(view_, [&](const Vec3<float>& n) {
+        return studio::lambert(studio_.albedo, irradiance, n, towards.cast<float>());
+      });
+      for (size_t i = 0; i < lit.values.size(); ++i) wanted.values[i] += lit.values[i];
+    }
+  for (size_t i = 0; i < view_.alpha.values.size(); ++i) wanted.values[4 * i + 3] = view_.alpha.values[i];
+  const Image got = sum(environment);
+  const float brightest = std::ranges::max(wanted.values);
+  ASSERT_GT(brightest, 2); // a colour, not alpha
+  for (size_t i = 0; i < wanted.values.size(); ++i)
+    ASSERT_NEAR(got.values[i], wanted.values[i], 2e-3 * brightest) << i; // halves, kept twice
+}
+
+TEST_F(ReflectanceImage, InLightFromEverywhereTheSphereHasTheColourOfItsAlbedo) {
+  Image environment(128, 64, 3);
+  std::ranges::fill(environment.values, 1.f);
+  const Image got = sum(environment);
+  size_t inside = 0;
+  for (size_t i = 0; i < view_.alpha.values.size(); ++i) {
+    if (view_.alpha.values[i] < 1) continue;
+    ++inside;
+    const Rgb& albedo = studio_.albedo;
+    for (const auto& [value, wanted] : {std::pair(got.values[4 * i], albedo.r),
+                                        {got.values[4 * i + 1], albedo.g},
+                                        {got.values[4 * i + 2], albedo.b}})
+      EXPECT_NEAR(value / wanted, 1, 0.02); // what 200 lights leave
+  }
+  EXPECT_GT(inside, 100u);
+}
+
+TEST_F(ReflectanceImage, ACameraThatIsNotThereIsNamed) {
+  const std::string error = errorOf(
+      [&] { relightReflectanceImage(folder_ / "capture", "C7", folder_ / "none.exr", folder_ / "figure"); });
+  EXPECT_NE(error.find("C7"), std::string::npos) << error;
+}
+
+TEST(Splats, EllipsesCloseTheStretchedGridAndReducedOnesDoNot) {
+  const TemporaryFolder folder;
+  drawSplats(folder.path());
+  const auto share = [&](const char* name) { // of pixels that are covered
+    const Image alpha = ExrFile(folder / name).read({"A"});
+    return static_cast<double>(std::ranges::count(alpha.values, 1.f)) /
+           static_cast<double>(alpha.values.size());
+  };
+  EXPECT_EQ(share("elliptical.exr"), 1);
+  EXPECT_LT(share("elliptical-reduced.exr"), 0.9);
+  EXPECT_LT(share("circular-reduced.exr"), share("elliptical-reduced.exr"));
+}
+
+} // namespace
+} // namespace surflect
