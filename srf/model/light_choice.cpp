@@ -17,9 +17,8 @@ namespace {
 
 // From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
 // light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
-// Blends are foreshortened where lights are no farther apart than 60 degrees: a surface that faces a light
-// squarely is then seen under others by half of it or more, which is what foreshortening() can make good. It
-// took 58 % of an environment's light from a vase under five lights, and takes 3 % under 28.
+// Blends are foreshortened where lights are no farther apart than 60 degrees: a surface that faces one
+// squarely is then seen under the next by half of it or more, which is what foreshortening() can make good.
 std::vector<LightBlend> candidatesFor(size_t lights, bool mayForeshorten) {
   std::vector<LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8})

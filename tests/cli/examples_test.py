@@ -49,7 +49,7 @@ class Examples(TestInFolder):
         shutil.copytree(EXAMPLES, cls.folder / "examples", ignore=shutil.ignore_patterns("vase", "cat"))
         models = cls.folder / "build" / "demo"
         models.mkdir(parents=True)
-        write_small_capture(cls.folder / "capture", cameras=4, lights=5)
+        write_small_capture(cls.folder / "capture", cameras=4, lights=6)
         succeed("pack", cls.folder / "capture", "-o", models / "vase.srf", "--surfels", "60000")
         succeed("pack", CAT, "-o", models / "cat.srf", "--relief", "--surfels", "20000")
         for script in SCRIPTS:

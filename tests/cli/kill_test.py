@@ -1,5 +1,5 @@
-"""kill -9 at any moment of `pack`, `capture --pack`, `render --resume` and `import`: the next run makes of it what none would have
-marred, and removes what was left."""
+"""kill -9 at any moment of `pack`, `capture --pack`, `render --resume` and `import`: the next run makes of it what
+none would have marred, and removes what was left."""
 
 import random
 import shutil
@@ -72,8 +72,8 @@ class Kill(TestInFolder):
             output = self.folder / name
             return ["capture", stage, "--pack", output / "model.srf", "--surfels", "3000", "-o", output / "test"]
 
-        succeed(*arguments("whole"))
-        self.killed_at_any_moment(arguments, content(self.folder / "whole"))
+        succeed(*arguments("captured"))
+        self.killed_at_any_moment(arguments, content(self.folder / "captured"))
 
     def test_render(self):
         script = self.folder / "film.toml"
