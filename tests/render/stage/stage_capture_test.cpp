@@ -130,15 +130,21 @@ TEST(StageCapture, AnotherStageIsNotMixedIn) {
   captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
   Stage other = stage();
   other.hash ^= 1;
-  EXPECT_NE(errorOf([&] { captureStage(other, nullptr, StageFrames::all, folder / "c", {}); }).find("another stage"),
+  EXPECT_NE(errorOf([&] {
+              captureStage(other, nullptr, StageFrames::all, folder / "c", {});
+            }).find("another stage"),
             std::string::npos);
   const auto warp = chainWarp({});
   const StageDeformation deformation{*warp, 5};
-  EXPECT_NE(errorOf([&] { captureStage(stage(), &deformation, StageFrames::deformed, folder / "c", {}); }).find("another stage"),
+  EXPECT_NE(errorOf([&] {
+              captureStage(stage(), &deformation, StageFrames::deformed, folder / "c", {});
+            }).find("another stage"),
             std::string::npos);
   std::filesystem::create_directory(folder / "mine");
   writeBytes(folder / "mine" / "letter.txt", "dear");
-  EXPECT_NE(errorOf([&] { captureStage(stage(), nullptr, StageFrames::all, folder / "mine", {}); }).find("something there"),
+  EXPECT_NE(errorOf([&] {
+              captureStage(stage(), nullptr, StageFrames::all, folder / "mine", {});
+            }).find("something there"),
             std::string::npos);
 }
 
