@@ -29,6 +29,7 @@ void claim(const fs::path& folder, const std::string& identity) {
       throw Error("is of another stage file, script or frame: give the output a folder of its own")
           .in(folder);
   } else {
+    removeAbandoned(folder, [&](const std::string& name) { return name == path.filename(); });
     if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
       throw Error::mismatch("a new folder, or an empty one", "something there already").in(folder);
     std::error_code failure;

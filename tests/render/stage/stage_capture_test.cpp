@@ -125,6 +125,15 @@ TEST(StageCapture, AnInterruptedRunGoesOnToTheSameBytes) {
   EXPECT_EQ(contentOf(folder / "part"), contentOf(folder / "whole"));
 }
 
+// Killed before the folder was its own.
+TEST(StageCapture, WhatWasLeftOfItsIdentityIsRemoved) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "c");
+  writeFileAtomically(folder / "c" / "stage.identity.k3ZxQ1.tmp", "st");
+  captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
+  EXPECT_FALSE(std::filesystem::exists(folder / "c" / "stage.identity.k3ZxQ1.tmp"));
+}
+
 TEST(StageCapture, AnotherStageIsNotMixedIn) {
   const TemporaryFolder folder;
   captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
