@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <vector>
 
@@ -17,8 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A folder that holds anything is taken for ours only where it has this file, whatever its name.
-constexpr const char* kMark = ".surflect-unfinished";
+// A folder that holds anything is taken for ours only where it has this bit, whatever its name. As a mark it
+// can go after the folder is renamed: a file that must go before leaves a moment without any.
+constexpr mode_t kMark = S_ISVTX;
 constexpr const char* kTemporary = ".tmp.";
 constexpr std::string_view kRandom = "XXXXXX";
 
@@ -35,8 +37,9 @@ int openFolder(const fs::path& path) {
 void removeIfAbandoned(const fs::path& temporary) {
   const int descriptor = openFolder(temporary);
   if (descriptor < 0) return;
+  struct stat status {};
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && ::rmdir(temporary.c_str()) != 0 &&
-      ::faccessat(descriptor, kMark, F_OK, AT_SYMLINK_NOFOLLOW) == 0) {
+      ::fstat(descriptor, &status) == 0 && (status.st_mode & kMark) != 0) {
     std::error_code ignored; // nothing was asked for that could fail
     fs::remove_all(temporary, ignored);
   }
@@ -72,14 +75,11 @@ OutputFolder::OutputFolder(fs::path target) : target_(std::move(target)) {
     if (descriptor_ < 0 && errno == ENOENT) continue; // taken for abandoned before it was locked
     if (descriptor_ < 0) throw systemError(target_, "write");
     ::flock(descriptor_, LOCK_EX); // where a file system has no locks, none is taken for abandoned either
-    const int mark = ::openat(descriptor_, kMark, O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
-    if (mark >= 0) {
-      ::close(mark);
-      return;
-    }
+    const bool isMarked = ::fchmod(descriptor_, 0700 | kMark) == 0;
+    if (isMarked && fs::exists(temporary_, problem)) return;
     const int reason = errno;
     ::close(descriptor_);
-    if (reason == ENOENT) continue; // as above
+    if (isMarked) continue; // as above
     ::rmdir(temporary_.c_str());
     errno = reason;
     throw systemError(target_, "write");
@@ -93,11 +93,9 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::commit() {
-  std::error_code ignored;
-  fs::permissions(temporary_, fs::perms(0755), ignored);
-  ::unlinkat(descriptor_, kMark, 0);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw systemError(target_, "rename to");
   committed_ = true;
+  ::fchmod(descriptor_, 0755);
 }
 
 } // namespace surflect
