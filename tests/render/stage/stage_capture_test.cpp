@@ -24,22 +24,7 @@ test = 2
 count = 3
 test = 1
 irradiance = [3, 3, 3]
-[[material]]
-name = "clay"
-type = "lambert"
-albedo = [0.8, 0.4, 0.2]
-[[object]]
-type = "sphere"
-material = "clay"
-radius = 0.7
-segments = 32
-[[object]]
-type = "box"
-material = "clay"
-center = [0, 0, -0.8]
-size = [1, 1, 0.2]
-segments = 4
-)toml";
+)toml" + kBallOnSlab;
 
 Stage stage() { return parseStage(text, "stage.toml"); }
 

@@ -32,23 +32,7 @@ test = 2
 count = 6
 test = 1
 irradiance = )toml" +
-         irradiance + R"toml(
-[[material]]
-name = "clay"
-type = "lambert"
-albedo = [0.8, 0.4, 0.2]
-[[object]]
-type = "sphere"
-material = "clay"
-radius = 0.7
-segments = 32
-[[object]]
-type = "box"
-material = "clay"
-center = [0, 0, -0.8]
-size = [1, 1, 0.2]
-segments = 4
-)toml";
+         irradiance + kBallOnSlab;
 }
 
 double square(double x) { return x * x; }

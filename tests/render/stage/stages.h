@@ -5,6 +5,7 @@
 #include "render/stage/tracer.h"
 
 #include <random>
+#include <string>
 
 namespace surflect {
 
@@ -42,6 +43,38 @@ inline std::vector<StageObject> oneObject(Surface surface, const Material& mater
   objects.push_back({std::move(surface), material});
   return objects;
 }
+
+// (a, b, a x b) is right-handed: a x b points out of the quadrangle.
+inline Surface quad(const Vec3<double>& corner, const Vec3<double>& a, const Vec3<double>& b) {
+  Surface surface;
+  for (const Vec3<double>& p :
+       {corner, Vec3<double>(corner + a), Vec3<double>(corner + a + b), Vec3<double>(corner + b)}) {
+    surface.mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p));
+    surface.normals.push_back(assume<StageDirection>(a.cross(b).normalized()));
+    surface.tangents.push_back(assume<StageDirection>(a.normalized()));
+  }
+  surface.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return surface;
+}
+
+// Of a stage file: a ball on a slab.
+inline const std::string kBallOnSlab = R"toml(
+[[material]]
+name = "clay"
+type = "lambert"
+albedo = [0.8, 0.4, 0.2]
+[[object]]
+type = "sphere"
+material = "clay"
+radius = 0.7
+segments = 32
+[[object]]
+type = "box"
+material = "clay"
+center = [0, 0, -0.8]
+size = [1, 1, 0.2]
+segments = 4
+)toml";
 
 inline double sum(const Image& image) {
   double total = 0;

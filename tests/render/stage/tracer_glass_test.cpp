@@ -14,19 +14,6 @@ namespace {
 
 constexpr double kGlass = 1.5, kWater = 1.33, kRadiusDeg = 1;
 
-// (a, b, a x b) is right-handed: a x b points out of the quadrangle.
-Surface quad(const Vec3<double>& corner, const Vec3<double>& a, const Vec3<double>& b) {
-  Surface surface;
-  for (const Vec3<double>& p :
-       {corner, Vec3<double>(corner + a), Vec3<double>(corner + a + b), Vec3<double>(corner + b)}) {
-    surface.mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p));
-    surface.normals.push_back(assume<StageDirection>(a.cross(b).normalized()));
-    surface.tangents.push_back(assume<StageDirection>(a.normalized()));
-  }
-  surface.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  return surface;
-}
-
 // At height z, large; facing up or down.
 Surface plane(double z, bool isUp) {
   return isUp ? quad({-50, -50, z}, {100, 0, 0}, {0, 100, 0}) : quad({-50, -50, z}, {0, 100, 0}, {100, 0, 0});

@@ -44,18 +44,6 @@ Light disc(const StageDirection& towards, double radiusDeg) {
   return sun(towards, {irradiance, irradiance, irradiance});
 }
 
-Surface quad(const StagePoint& corner, const Vec3<double>& a, const Vec3<double>& b) {
-  Surface surface;
-  for (const auto& p : {corner.raw(), Vec3<double>(corner.raw() + a), Vec3<double>(corner.raw() + a + b),
-                        Vec3<double>(corner.raw() + b)}) {
-    surface.mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p));
-    surface.normals.push_back(assume<StageDirection>(a.cross(b).normalized()));
-    surface.tangents.push_back(assume<StageDirection>(a.normalized()));
-  }
-  surface.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  return surface;
-}
-
 // Two hemispheres of light of radiance 1 are a white room.
 TEST(TracerLaws, WhiteThingsVanishInAWhiteRoom) {
   constexpr double kHemisphere = 89.9999;
@@ -85,7 +73,7 @@ TEST(TracerLaws, WhiteThingsVanishInAWhiteRoom) {
 TEST(TracerLaws, ParallelPlatesExchangeTheirFormFactor) {
   const float floorAlbedo = 0.5f, ceilingAlbedo = 1e-3f; // which sends nothing back
   std::vector<StageObject> objects =
-      oneObject(quad(kOrigin, {1, 0, 0}, {0, 1, 0}), Lambert{{floorAlbedo, floorAlbedo, floorAlbedo}});
+      oneObject(quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), Lambert{{floorAlbedo, floorAlbedo, floorAlbedo}});
   objects.push_back(
       {quad({0, 0, 1}, {0, 1, 0}, {1, 0, 0}), Lambert{{ceilingAlbedo, ceilingAlbedo, ceilingAlbedo}}});
   const std::vector<Light> lights{sun(unit(1, 0, 1 - 1e-9), {1, 1, 1})};
