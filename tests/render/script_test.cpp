@@ -5,6 +5,7 @@
 #include "surfel/file.h"
 #include "surfel/hash.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/text.h"
 
 #include <gtest/gtest.h>
 
@@ -63,10 +64,6 @@ template <class Function> std::string complaintOf(Function function) {
 }
 std::string complaint(const std::string& text) {
   return complaintOf([&] { parse(text); });
-}
-
-std::string replaced(std::string text, std::string_view old, std::string_view by) {
-  return text.replace(text.find(old), old.size(), by);
 }
 
 TEST(Script, TheExampleHoldsWhatItSays) {

@@ -1,5 +1,7 @@
 #include "surfel/frame.h"
 
+#include "tests/support/random.h"
+
 #include <Eigen/SVD>
 #include <gtest/gtest.h>
 
@@ -10,11 +12,6 @@ namespace surflect {
 namespace {
 
 using Tangents = Eigen::Matrix<double, 3, 2>;
-
-Vec3<double> randomUnit(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Vec3<double>(normal(random), normal(random), normal(random)).normalized();
-}
 
 // Tangents with angles between them of 3 to 177 degrees and lengths of 0.1 to 10.
 Tangents randomTangents(std::mt19937& random) {

@@ -1,5 +1,7 @@
 #include "surfel/lookup.h"
 
+#include "tests/support/random.h"
+
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 
@@ -8,18 +10,6 @@
 
 namespace surflect {
 namespace {
-
-Vec3<double> randomUnit(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Vec3<double>(normal(random), normal(random), normal(random)).normalized();
-}
-
-Mat3<double> randomRotation(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
-      .normalized()
-      .toRotationMatrix();
-}
 
 // The Jacobian of a warp that stretches by up to 1:8; half of them mirror.
 Mat3<double> randomJacobian(std::mt19937& random) {

@@ -1,6 +1,7 @@
 // Warps with seeded random parameters, for tests of laws that all warps obey.
 #pragma once
 
+#include "tests/support/random.h"
 #include "warp/handles.h"
 #include "warp/lattice.h"
 #include "warp/warp.h"
@@ -13,11 +14,6 @@ namespace surflect {
 inline Vec3<double> randomVector(std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   return {uniform(random), uniform(random), uniform(random)};
-}
-
-inline Vec3<double> randomUnit(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Vec3<double>(normal(random), normal(random), normal(random)).normalized();
 }
 
 inline double randomBetween(double least, double most, std::mt19937& random) {

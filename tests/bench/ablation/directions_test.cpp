@@ -1,5 +1,7 @@
 #include "bench/ablation/directions.h"
 
+#include "tests/support/random.h"
+
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
@@ -9,13 +11,6 @@ namespace surflect {
 namespace {
 
 constexpr std::array<DirectionsBack, 4> all{byPolarFactor, byBisector, byGramSchmidt, byInverseJacobian};
-
-Mat3<double> randomRotation(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
-      .normalized()
-      .toRotationMatrix();
-}
 
 Mat3<double> randomJacobian(std::mt19937& random) {
   std::normal_distribution<double> normal;

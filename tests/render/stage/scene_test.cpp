@@ -17,12 +17,12 @@ TEST(StageScene, RaysTogetherMeetWhatTheyMeetAlone) {
   int met = 0, all = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     const size_t count = counts(random);
-    const StageDirection common = randomUnit(random);
+    const StageDirection common = randomDirection(random);
     std::vector<ShadowRay> rays;
     std::vector<bool> isMet;
     for (size_t i = 0; i < count; ++i) {
       const StagePoint origin(5 + uniform(random), uniform(random), uniform(random));
-      const StageDirection direction = trial % 2 ? common : randomUnit(random);
+      const StageDirection direction = trial % 2 ? common : randomDirection(random);
       const double distance = distances(random);
       rays.push_back(scene.shadowRay(origin, direction, distance));
       const auto hit = scene.firstHit(origin, direction);
@@ -47,7 +47,7 @@ TEST(StageScene, HitsLieOnTheirRays) {
   std::mt19937 random(2);
   const StageScene scene(oneObject(sphere({3, 0, 0}, 1, 64), Lambert{}));
   for (int trial = 0; trial < 500; ++trial) {
-    const StageDirection in = randomUnit(random), out = randomUnit(random);
+    const StageDirection in = randomDirection(random), out = randomDirection(random);
     const auto hit = scene.firstHit({3, 0, 0}, in);
     ASSERT_TRUE(hit);
     EXPECT_LT((hit->position.raw() - (Vec3<double>(3, 0, 0) + hit->distance * in.raw())).norm(), 1e-5);

@@ -9,32 +9,10 @@
 namespace surflect {
 namespace {
 
-const std::string text = R"toml(
-samples = 4
-[camera]
-model = "pinhole"
-size = [12, 10]
-distance = 4
-fov_deg = 35
-[views]
-turntable = 3
-elevations_deg = [20]
-test = 2
-[lights]
-count = 3
-test = 1
-irradiance = [3, 3, 3]
-)toml" + kBallOnSlab;
+const std::string text = ballOnSlab(4, "size = [12, 10]", "turntable = 3\nelevations_deg = [20]\ntest = 2",
+                                    "count = 3\ntest = 1\nirradiance = [3, 3, 3]");
 
 Stage stage() { return parseStage(text, "stage.toml"); }
-
-std::map<std::string, std::string> contentOf(const std::filesystem::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-    if (entry.is_regular_file())
-      files[std::filesystem::relative(entry.path(), folder).string()] = readFile(entry.path());
-  return files;
-}
 
 TEST(StageCapture, ReadsBackAsItWasTraced) {
   const TemporaryFolder folder;
@@ -68,9 +46,7 @@ TEST(StageCapture, ReadsBackAsItWasTraced) {
 
 TEST(StageCapture, BrighterThanHalfFloatsIsKept) {
   const TemporaryFolder folder;
-  std::string bright = text;
-  bright.replace(bright.find("[3, 3, 3]"), 9, "[1e6, 1e6, 1e6]");
-  const Stage sunny = parseStage(bright, "stage.toml");
+  const Stage sunny = parseStage(replaced(text, "[3, 3, 3]", "[1e6, 1e6, 1e6]"), "stage.toml");
   captureStage(sunny, nullptr, StageFrames::all, folder / "c", {});
   const Capture capture = readCapture(folder / "c");
   const std::vector<size_t> one{1};

@@ -15,30 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Shares of a third do not fit half floats.
-std::string stageText(const std::string& irradiance) {
-  return R"toml(
-samples = 3
-[camera]
-model = "pinhole"
-size = [21, 18]
-distance = 4
-fov_deg = 35
-[views]
-turntable = 5
-elevations_deg = [-20, 20]
-test = 2
-[lights]
-count = 6
-test = 1
-irradiance = )toml" +
-         irradiance + kBallOnSlab;
-}
-
 double square(double x) { return x * x; }
 
+// Shares of a third do not fit half floats.
 Stage stage(const std::string& irradiance = "[3, 3, 3]") {
-  return parseStage(stageText(irradiance), "stage.toml");
+  return parseStage(ballOnSlab(3, "size = [21, 18]", "turntable = 5\nelevations_deg = [-20, 20]\ntest = 2",
+                               "count = 6\ntest = 1\nirradiance = " + irradiance),
+                    "stage.toml");
 }
 
 PackOptions options() {
@@ -46,15 +29,6 @@ PackOptions options() {
   chosen.surfels = 500;
   chosen.tolerance = 0.01;
   return chosen;
-}
-
-// But for what the views were made from.
-std::map<std::string, std::string> contentOf(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && entry.path().filename() != "identity")
-      files[fs::relative(entry.path(), folder).string()] = readFile(entry.path());
-  return files;
 }
 
 class StagePack : public testing::Test {
@@ -74,7 +48,7 @@ TEST_F(StagePack, IsThePackedCaptureToTheBit) {
     captureStage(stage(irradiance), nullptr, StageFrames::all, folder / capture, {});
     const PackReport there = pack(readCapture(folder / capture), folder / two, options(), {}, nullptr);
     const PackReport streamed = packed(one, stage(irradiance));
-    EXPECT_EQ(contentOf(folder / one), contentOf(folder / two));
+    EXPECT_EQ(modelContentOf(folder / one), modelContentOf(folder / two));
     EXPECT_EQ(streamed.white, there.white);
     EXPECT_EQ(streamed.store.squaredError, there.store.squaredError);
     EXPECT_EQ(streamed.views, there.views);
@@ -94,7 +68,7 @@ TEST_F(StagePack, AnInterruptedRunGoesOnToTheSameBytesAndErrors) {
     EXPECT_FALSE(fs::exists(folder / name / "manifest.json"));
     const PackReport report = packed(name);
     EXPECT_EQ(report.resumedViews, file == "views/0003.srfb" ? 4u : 0u) << file;
-    EXPECT_EQ(contentOf(folder / name), contentOf(folder / "whole"));
+    EXPECT_EQ(modelContentOf(folder / name), modelContentOf(folder / "whole"));
     EXPECT_EQ(report.store.squaredError, whole.store.squaredError);
     EXPECT_EQ(report.store.clippedSquaredError, whole.store.clippedSquaredError);
     EXPECT_EQ(report.store.values, whole.store.values);
@@ -107,7 +81,7 @@ TEST_F(StagePack, AnotherStageStartsAnew) {
   const PackReport other = packed("model", stage("[2, 3, 3]"));
   EXPECT_EQ(other.resumedViews, 0u);
   packed("fresh", stage("[2, 3, 3]"));
-  EXPECT_EQ(contentOf(folder / "model"), contentOf(folder / "fresh"));
+  EXPECT_EQ(modelContentOf(folder / "model"), modelContentOf(folder / "fresh"));
 }
 
 TEST_F(StagePack, SurveyedViewsOfAnotherStageAreNotTakenForItsOwn) {
@@ -116,7 +90,7 @@ TEST_F(StagePack, SurveyedViewsOfAnotherStageAreNotTakenForItsOwn) {
   EXPECT_THROW(packed("model", stage("[2, 3, 3]"), untilTheSurvey), Cancelled);
   packed("model");
   packed("fresh");
-  EXPECT_EQ(contentOf(folder / "model"), contentOf(folder / "fresh"));
+  EXPECT_EQ(modelContentOf(folder / "model"), modelContentOf(folder / "fresh"));
 }
 
 // The error of each view, from the stored numbers and the traced ones.

@@ -3,8 +3,9 @@
 
 #include "render/stage/shapes.h"
 #include "render/stage/tracer.h"
+#include "tests/support/random.h"
+#include "tests/support/text.h"
 
-#include <random>
 #include <string>
 
 namespace surflect {
@@ -16,10 +17,8 @@ inline const Rgb kAlbedo{0.8f, 0.4f, 0.2f};
 
 inline StageDirection unit(double x, double y, double z) { return normalized(StageDirection(x, y, z)); }
 
-inline StageDirection randomUnit(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  const double x = normal(random), y = normal(random), z = normal(random);
-  return unit(x, y, z);
+inline StageDirection randomDirection(std::mt19937& random) {
+  return assume<StageDirection>(randomUnit(random));
 }
 
 // Stands in direction `from` of the origin, `distance` away, and looks at it; z is up.
@@ -57,8 +56,12 @@ inline Surface quad(const Vec3<double>& corner, const Vec3<double>& a, const Vec
   return surface;
 }
 
-// Of a stage file: a ball on a slab.
-inline const std::string kBallOnSlab = R"toml(
+// A stage file: a ball on a slab. The arguments are what the tables hold.
+inline std::string ballOnSlab(int samples, const std::string& camera, const std::string& views,
+                              const std::string& lights) {
+  return "samples = " + std::to_string(samples) +
+         "\n[camera]\nmodel = \"pinhole\"\ndistance = 4\nfov_deg = 35\n" + camera + "\n[views]\n" + views +
+         "\n[lights]\n" + lights + R"toml(
 [[material]]
 name = "clay"
 type = "lambert"
@@ -75,6 +78,7 @@ center = [0, 0, -0.8]
 size = [1, 1, 0.2]
 segments = 4
 )toml";
+}
 
 inline double sum(const Image& image) {
   double total = 0;

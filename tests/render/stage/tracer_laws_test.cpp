@@ -95,10 +95,11 @@ TEST(TracerLaws, ParallelPlatesExchangeTheirFormFactor) {
 TEST(TracerLaws, DirectLightIsAllThereIsOnAConvexObject) {
   std::mt19937 random(2);
   const StageScene scene(oneObject(box(kOrigin, {1, 2, 1.5}, 3), Lambert{kAlbedo}));
-  const std::vector<Light> lights{
-      sun(randomUnit(random)), sun(randomUnit(random)), {"bulb", "bulb", PointLight{{3, 1, 2}, {9, 8, 7}}}};
+  const std::vector<Light> lights{sun(randomDirection(random)),
+                                  sun(randomDirection(random)),
+                                  {"bulb", "bulb", PointLight{{3, 1, 2}, {9, 8, 7}}}};
   for (const double radius : {0.0, 5.0}) {
-    const Camera camera = lookFrom(randomUnit(random), 5, 24, 30);
+    const Camera camera = lookFrom(randomDirection(random), 5, 24, 30);
     const auto full = traceView(scene, camera, 0, lights, tracing(Transport::full, 4, radius), {}),
                direct = traceView(scene, camera, 0, lights, tracing(Transport::direct, 4, radius), {});
     for (size_t i = 0; i < lights.size(); ++i)

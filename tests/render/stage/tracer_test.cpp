@@ -37,7 +37,7 @@ TEST(Tracer, LambertSphereUnderTheSunIsTheCosine) {
   const auto objects = oneObject(sphere(kOrigin, 0.9, 512), Lambert{kAlbedo});
   for (const Transport transport : {Transport::local, Transport::full})
     for (int trial = 0; trial < 4; ++trial) {
-      const StageDirection l = randomUnit(random);
+      const StageDirection l = randomDirection(random);
       const TracedView view = trace(objects, camera, {sun(l)}, samples(64, transport));
       for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 32; ++x) {
@@ -109,12 +109,12 @@ TEST(Tracer, OneBounceIsTheFormFactor) {
 TEST(Tracer, FullIsLocalOnAConvexBox) {
   std::mt19937 random(2);
   const auto objects = oneObject(box(kOrigin, {1, 2, 1.5}, 3), Lambert{kAlbedo});
-  const std::vector<Light> lights{sun(randomUnit(random)),
-                                  sun(randomUnit(random)),
-                                  sun(randomUnit(random)),
+  const std::vector<Light> lights{sun(randomDirection(random)),
+                                  sun(randomDirection(random)),
+                                  sun(randomDirection(random)),
                                   {"bulb", "bulb", PointLight{{3, 1, 2}, {9, 8, 7}}}};
   for (int trial = 0; trial < 3; ++trial) {
-    const Camera camera = lookFrom(randomUnit(random), 5, 24, 30);
+    const Camera camera = lookFrom(randomDirection(random), 5, 24, 30);
     const TracedView full = trace(objects, camera, lights, samples(4)),
                      local = trace(objects, camera, lights, samples(4, Transport::local));
     for (size_t i = 0; i < lights.size(); ++i)

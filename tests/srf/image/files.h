@@ -3,11 +3,13 @@
 
 #include "srf/image/image.h"
 #include "surfel/error.h"
+#include "surfel/file.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <random>
 #include <string>
 #include <unistd.h>
@@ -35,6 +37,22 @@ private:
 inline void writeBytes(const std::filesystem::path& path, const std::string& bytes) {
   std::filesystem::remove(path); // quicker than overwriting, which some file systems flush
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+// The bytes of every file below the folder, by relative path.
+inline std::map<std::string, std::string> contentOf(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[entry.path().lexically_relative(folder).string()] = readFile(entry.path());
+  return files;
+}
+
+// Of a model, but for what says of which source its views were made.
+inline std::map<std::string, std::string> modelContentOf(const std::filesystem::path& folder) {
+  auto files = contentOf(folder);
+  files.erase("views/identity");
+  return files;
 }
 
 // The line of the Error that the call throws; empty, and a failure, if it throws none.

@@ -25,13 +25,8 @@ protected:
                     const PackOptions& options = packOptions(150)) {
     return pack(capture, folder / name, options, {}, nullptr);
   }
-  // Of all files of a model, by name.
   std::map<std::string, std::string> content(const std::string& name = "model") {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / name))
-      if (entry.is_regular_file() && entry.path().filename() != "identity")
-        files[entry.path().lexically_relative(folder / name).string()] = readFile(entry.path());
-    return files;
+    return modelContentOf(folder / name);
   }
 
   TemporaryFolder folder;

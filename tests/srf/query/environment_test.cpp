@@ -3,6 +3,7 @@
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/random.h"
 
 #include <cmath>
 #include <functional>
@@ -15,12 +16,6 @@ namespace {
 using Direction = Direction3<EnvironmentSpace, double>;
 constexpr double kPi = std::numbers::pi;
 constexpr auto bothMappings = {EnvironmentMapping::latLong, EnvironmentMapping::angular};
-
-Vec3<double> randomUnit(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  const double x = normal(random), y = normal(random), z = normal(random);
-  return Vec3<double>(x, y, z).normalized();
-}
 
 void expectNear(const Direction& a, const Direction& b, double tolerance = 2e-15) {
   EXPECT_LT(length(a + -b), tolerance);

@@ -1,0 +1,26 @@
+// Seeded random values that tests of many areas draw.
+#pragma once
+
+#include "surfel/space.h"
+
+#include <Eigen/Geometry>
+
+#include <random>
+
+namespace surflect {
+
+// Even over the sphere.
+template <class T = double> Vec3<T> randomUnit(std::mt19937& random) {
+  std::normal_distribution<T> normal;
+  const T x = normal(random), y = normal(random), z = normal(random);
+  return Vec3<T>(x, y, z).normalized();
+}
+
+// Even over all rotations.
+inline Mat3<double> randomRotation(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const double w = normal(random), x = normal(random), y = normal(random), z = normal(random);
+  return Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
+}
+
+} // namespace surflect

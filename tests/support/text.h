@@ -1,0 +1,17 @@
+// Texts of files with something else in them.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace surflect {
+
+// The first place only, which must be there.
+inline std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  const size_t at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("there is no " + std::string(from));
+  return text.replace(at, from.size(), to);
+}
+
+} // namespace surflect
