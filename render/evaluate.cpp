@@ -4,6 +4,7 @@
 #include "srf/capture/photograph.h"
 #include "srf/image/percentile.h"
 #include "srf/query/ray_caster.h"
+#include "surfel/bounds.h"
 #include "surfel/error.h"
 #include "warp/deform.h"
 
@@ -69,12 +70,6 @@ ShotLight inObjectSpace(const Light& light) {
                                 directional->irradiance};
   const auto& point = std::get<PointLight>(light.kind);
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};
-}
-
-Point3<AcquisitionSpace, double> centerOf(const SurfelCloud& cloud) {
-  Eigen::AlignedBox3d box;
-  for (const auto& p : cloud.p0) box.extend(p.cast<double>().raw());
-  return assume<Point3<AcquisitionSpace, double>>(box.center());
 }
 
 std::string groupOf(bool knownCamera, bool knownLight) {
@@ -146,7 +141,7 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
   std::set<std::string> knownCameras, knownLights;
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
-  const auto center = centerOf(model.cloud);
+  const auto center = middleOf(model.cloud.p0);
   const DeformedCloud deformed = deform(model.cloud, warp, progress);
   ShadingStats stats;
   for (size_t view = 0; view < frames.size(); ++view) {

@@ -3,6 +3,7 @@
 #include "render/stage/stage_pictures.h"
 #include "srf/capture/writer.h"
 #include "surfel/file.h"
+#include "surfel/step_progress.h"
 
 #include <fmt/format.h>
 
@@ -76,11 +77,7 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
 
   const StageScene scene = sceneOf(stage, deformation);
   for (size_t i = 0; i < missing.size(); ++i) {
-    Progress ofView = progress;
-    if (progress.report)
-      ofView.report = [&](std::string_view, double fraction) {
-        progress.report("tracing", (static_cast<double>(i) + fraction) / static_cast<double>(missing.size()));
-      };
+    const Progress ofView = stepOf(progress, "tracing", i, missing.size());
     write(trace(scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder, ofView);
   }
   writeFileAtomically(folder / capture.geometry, objOf(meshOf(stage.objects)));

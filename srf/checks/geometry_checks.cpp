@@ -3,8 +3,8 @@
 #include "srf/capture/photograph.h"
 #include "srf/checks/names.h"
 #include "srf/image/mask.h"
+#include "surfel/bounds.h"
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,18 +24,6 @@ constexpr double kSpeck = 0.01;      // of the picture's larger side
 constexpr double kFarLight = 1000;   // times the mesh's size
 constexpr int kSide = 512, kRim = 2; // pixels
 constexpr double kMaskShare = 0.02;
-
-struct Extent {
-  Eigen::AlignedBox3d box;
-  double size() const { return box.diagonal().norm(); }
-  WorldPoint center() const { return assume<WorldPoint>(box.center()); }
-};
-
-Extent extentOf(const TriangleMesh& mesh) {
-  Extent extent;
-  for (const auto& p : mesh.positions) extent.box.extend(p.cast<double>().raw());
-  return extent;
-}
 
 std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
   std::vector<WorldPoint> vertices;
@@ -69,7 +57,7 @@ std::optional<double> shareOfPicture(const Camera<AcquisitionSpace>& camera,
 
 std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& mesh) {
   const std::vector<WorldPoint> vertices = someVertices(mesh);
-  const WorldPoint center = extentOf(mesh).center();
+  const WorldPoint center = middleOf(mesh.positions);
   std::vector<Offender> blind;
   for (const View& view : capture.views) {
     const auto seen = [&](const WorldPoint& vertex) {
@@ -90,7 +78,9 @@ std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& me
 }
 
 std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh) {
-  const Extent extent = extentOf(mesh);
+  const Eigen::AlignedBox3d box = boundsOf(mesh.positions);
+  const auto center = assume<WorldPoint>(box.center());
+  const double size = box.diagonal().norm();
   std::vector<Finding> findings;
 
   const std::vector<WorldPoint> vertices = someVertices(mesh);
@@ -99,9 +89,9 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
   for (const View& view : capture.views) {
     if (const auto share = shareOfPicture(view.camera, vertices)) shares.push_back(*share);
     if (view.camera.lens.model == Lens::Model::orthographic) continue; // it has no place
-    const double distance = length(view.camera.center() - extent.center());
+    const double distance = length(view.camera.center() - center);
     distances.push_back(distance);
-    if (extent.box.contains(view.camera.center().raw())) inside.push_back({-distance, view.identity});
+    if (box.contains(view.camera.center().raw())) inside.push_back({-distance, view.identity});
   }
   if (!inside.empty()) {
     const bool most = 2 * inside.size() > distances.size();
@@ -110,19 +100,19 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
          fmt::format(
              "{} of {} cameras stand within the box of the mesh, which is {:.3g} across: {}; is the mesh "
              "in other units?",
-             inside.size(), distances.size(), extent.size(), worst(inside))});
+             inside.size(), distances.size(), size, worst(inside))});
   } else if (!shares.empty() && median(shares) < kSpeck) {
     findings.push_back(
         {Severity::error,
          fmt::format("the mesh, {:.3g} across, is {:.2g} % of a picture's side: is it in other "
                      "units?",
-                     extent.size(), 100 * median(shares))});
+                     size, 100 * median(shares))});
   } else if (!shares.empty() && median(shares) > 1 / kSpeck) {
     findings.push_back(
         {Severity::error,
          fmt::format("the mesh, {:.3g} across, is {:.0f} times as large as a picture: is it in "
                      "other units?",
-                     extent.size(), median(shares))});
+                     size, median(shares))});
   }
 
   std::vector<Offender> within, far;
@@ -131,11 +121,11 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
     const auto* point = std::get_if<PointLight>(&light.kind);
     if (!point) continue;
     ++points;
-    const double distance = length(point->position - extent.center());
-    if (extent.box.contains(point->position.raw()))
+    const double distance = length(point->position - center);
+    if (box.contains(point->position.raw()))
       within.push_back({-distance, light.name});
-    else if (distance > kFarLight * extent.size())
-      far.push_back({distance, fmt::format("{} ({:.2g} times)", light.name, distance / extent.size())});
+    else if (distance > kFarLight * size)
+      far.push_back({distance, fmt::format("{} ({:.2g} times)", light.name, distance / size)});
   }
   const auto severity = [&](size_t count) {
     return 2 * count > points ? Severity::error : Severity::warning;

@@ -1,5 +1,7 @@
 #include "srf/query/ray_caster.h"
 
+#include "surfel/bounds.h"
+
 #include <embree3/rtcore.h>
 #include <tbb/parallel_for.h>
 
@@ -66,8 +68,7 @@ bool goesOn(void* progress, double) {
 
 template <class Space> RayCaster<Space>::RayCaster(const Mesh<Space>& mesh, const Progress& progress) {
   auto scene = std::make_unique<Scene>();
-  Eigen::AlignedBox3d box;
-  for (const auto& p : mesh.positions) box.extend(p.template cast<double>().raw());
+  const Eigen::AlignedBox3d box = boundsOf(mesh.positions);
   scene->center = box.center();
   scene->extent = box.sizes().maxCoeff();
   scene->device = rtcNewDevice(nullptr);
