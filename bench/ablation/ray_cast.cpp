@@ -4,9 +4,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <numeric>
-
 namespace surflect {
 
 namespace {
@@ -15,15 +12,6 @@ std::vector<Camera<AcquisitionSpace>> camerasOf(const Model& model) {
   std::vector<Camera<AcquisitionSpace>> cameras;
   for (const View& view : model.rig.views) cameras.push_back(view.camera);
   return cameras;
-}
-
-// As surfelFades has it.
-float opennessRadius(const SurfelCloud& cloud) {
-  constexpr float kReach = 4;
-  std::vector<float> radii = cloud.radius;
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::ranges::nth_element(radii, middle);
-  return kReach * *middle;
 }
 
 } // namespace

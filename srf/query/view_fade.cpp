@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 namespace surflect {
@@ -148,14 +149,20 @@ double viewFade(const Camera<AcquisitionSpace>& camera, const Viewpoint<Acquisit
          borderFade(camera.lens, *pixel);
 }
 
+float opennessRadius(const SurfelCloud& cloud) {
+  assert(cloud.size() > 0);
+  std::vector<float> radii = cloud.radius;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::ranges::nth_element(radii, middle);
+  return 4 * *middle;
+}
+
 ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress, float reach) {
+                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   ViewFades result{views.size(), std::vector<uint8_t>(cloud.size() * views.size())};
   if (cloud.size() == 0) return result;
-  std::vector<float> radii = cloud.radius;
-  std::ranges::nth_element(radii, radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2));
-  const Openness votes(cloud, views, lineOfSight(cloud, views, impostor, progress),
-                       reach * radii[radii.size() / 2], progress);
+  const Openness votes(cloud, views, lineOfSight(cloud, views, impostor, progress), opennessRadius(cloud),
+                       progress);
   const auto viewpoints = viewpointsOf(views);
   forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
     std::vector<float> openness(views.size());

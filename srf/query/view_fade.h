@@ -64,8 +64,11 @@ private:
 double viewFade(const Camera<AcquisitionSpace>& camera, const Viewpoint<AcquisitionSpace>& viewpoint,
                 const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n, double openness);
 
-// The fades at all surfels. The kernel of the openness reaches `reach` splat radii.
+// How far the kernel of the openness reaches: four splat radii, of which the median of the cloud is taken.
+float opennessRadius(const SurfelCloud& cloud);
+
+// The fades at all surfels.
 ViewFades surfelFades(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress, float reach = 4);
+                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
 
 } // namespace surflect
