@@ -34,12 +34,6 @@ Direction3<AcquisitionSpace> turned(const Mat3<double>& by, const Direction3<Acq
   return assume<Direction3<AcquisitionSpace, double>>(d.normalized()).cast<float>();
 }
 
-// What falls on the surface now over what fell when the photograph was taken.
-Rgb ratio(Rgb now, Rgb captured) {
-  const auto divide = [](float a, float b) { return b > 0 ? a / b : 0; };
-  return {divide(now.r, captured.r), divide(now.g, captured.g), divide(now.b, captured.b)};
-}
-
 } // namespace
 
 Renderer withDirections(const SplatView& view, DirectionsBack back) {
@@ -83,8 +77,8 @@ ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, Shading
     const auto begin = static_cast<uint32_t>(rows.size());
     for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
       for (const auto& [light, weight] : hull->weights(batch.towardsLight[l]))
-        rows.push_back(
-            {light, weight * ratio(batch.irradiance[l], irradianceAt(model.rig.lights[light], p0))});
+        rows.push_back({light, weight * irradianceRatio(batch.irradiance[l],
+                                                        irradianceAt(model.rig.lights[light], p0))});
     ranges.emplace_back(begin, static_cast<uint32_t>(rows.size()));
   }
   for (ShadingOp& op : plan.ops) std::tie(op.rowBegin, op.rowEnd) = ranges[op.target];

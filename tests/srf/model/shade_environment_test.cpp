@@ -1,5 +1,6 @@
 #include "srf/model/shade.h"
 
+#include "tests/support/random.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <tbb/task_arena.h>
@@ -14,15 +15,9 @@ using ToAcquisition = Turn<AcquisitionSpace, EnvironmentSpace, float>;
 
 constexpr size_t everything = size_t{1} << 30; // bytes of cache
 
-Vec3<float> randomUnit(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  const float x = normal(random), y = normal(random), z = normal(random);
-  return Vec3<float>(x, y, z).normalized();
-}
-
 // Any orthogonal matrix, mirroring ones too.
 ToAcquisition randomTurn(std::mt19937& random) {
-  const Vec3<float> a = randomUnit(random), b = randomUnit(random).cross(a).normalized();
+  const Vec3<float> a = randomUnit<float>(random), b = randomUnit<float>(random).cross(a).normalized();
   Mat3<float> matrix;
   matrix << a, b, (random() % 2 ? a : Vec3<float>(-a)).cross(b);
   return ToAcquisition(matrix);
@@ -33,7 +28,7 @@ std::vector<EnvironmentLight> randomEnvironment(size_t count, std::mt19937& rand
   std::vector<EnvironmentLight> lights;
   for (size_t i = 0; i < count; ++i) {
     const float r = strength(random), g = strength(random), b = strength(random);
-    lights.push_back({assume<Direction3<EnvironmentSpace>>(randomUnit(random)), {r, g, b}});
+    lights.push_back({assume<Direction3<EnvironmentSpace>>(randomUnit<float>(random)), {r, g, b}});
   }
   return lights;
 }
@@ -44,7 +39,7 @@ QueryBatch darkBatch(const Model& model, size_t queries, std::mt19937& random) {
   for (size_t q = 0; q < queries; ++q) {
     const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
     batch.surfels.push_back(surfel);
-    Vec3<float> towards = randomUnit(random);
+    Vec3<float> towards = randomUnit<float>(random);
     if (towards.dot(model.cloud.p0[surfel].raw()) < 0) towards = -towards;
     batch.towardsView.push_back(assume<Direction3<AcquisitionSpace>>(towards));
   }
@@ -74,10 +69,10 @@ QueryBatch unrolled(const QueryBatch& batch) {
   return result;
 }
 
-std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch) {
+std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, const ShadeOptions& options = {}) {
   BlockCache cache(model.files, everything);
   ShadingStats stats;
-  return shade(model, batch, {}, cache, stats);
+  return shade(model, batch, options, cache, stats);
 }
 
 // Of the captured irradiance that a plan asks for, per query.
@@ -133,6 +128,32 @@ TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 1.5e-6);
 }
 
+TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
+  const auto lights = randomEnvironment(1, random);
+  std::vector<Rgb> answers[2]; // plain, foreshortened
+  const QueryBatch dark = darkBatch(model, 2000, random);
+  for (const bool foreshortened : {false, true}) {
+    const ShadeOptions options{.foreshortened = foreshortened};
+    const auto table = lightTable(model, options, Uncovered::extrapolate);
+    for (const bool tabulated : {false, true}) {
+      if (tabulated && !table) continue;
+      std::mt19937 turns(7);
+      QueryBatch batch = dark;
+      addEnvironment(batch, {lights, {0.5f, 1, 2}, Uncovered::extrapolate, tabulated ? &*table : nullptr},
+                     turns);
+      const auto got = shaded(model, batch, options), wanted = shaded(model, unrolled(batch), options);
+      EXPECT_LT(largestDifference(got, wanted) / largest(wanted), tabulated ? 0.02 : 4e-7);
+      double sum = 0;
+      for (size_t q = 0; q < got.size(); ++q) sum += std::abs(got[q].g - wanted[q].g);
+      // A table rounds the creases of the blend, as below.
+      EXPECT_LT(sum / static_cast<double>(got.size()) / largest(wanted), tabulated ? 2e-4 : 1e-7);
+      answers[foreshortened] = got;
+    }
+  }
+  // Pairs of cameras and lights are blended as they are.
+  EXPECT_EQ(largestDifference(answers[0], answers[1]) > 0.01 * largest(answers[0]), GetParam());
+}
+
 TEST_P(ShadeEnvironment, IrradianceIsKept) {
   const auto lights = randomEnvironment(40, random);
   const Rgb total = totalIrradiance(lights);
@@ -158,7 +179,7 @@ TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
   addEnvironment(b, {second}, random);
   lamp.lights = 1;
   for (size_t q = 0; q < lamp.size(); ++q) {
-    lamp.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit(random)));
+    lamp.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
     lamp.irradiance.push_back({1, 2, 0.5f});
   }
   both = lamp;
@@ -235,7 +256,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
   QueryBatch batch = darkBatch(dome.model, 400, random);
   batch.lights = 1;
   for (size_t q = 0; q < batch.size(); ++q) {
-    batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit(random)));
+    batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
     batch.irradiance.push_back({1, 1, 1});
   }
   const ShadeOptions plain{.foreshortened = false};
@@ -291,10 +312,7 @@ TEST_P(ShadeEnvironment, TheNearestLightAnswersForItInTheBaseline) {
   nearest.nearest = true;
   QueryBatch batch = darkBatch(model, 200, random);
   addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, nullptr}, random);
-  BlockCache cache(model.files, everything);
-  ShadingStats stats;
-  const auto together = shade(model, batch, nearest, cache, stats),
-             apart = shade(model, unrolled(batch), nearest, cache, stats);
+  const auto together = shaded(model, batch, nearest), apart = shaded(model, unrolled(batch), nearest);
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 2e-6);
 }
 

@@ -1,9 +1,7 @@
 #include "srf/model/shade.h"
 
 #include "srf/capture/photograph.h"
-#include "srf/query/foreshortening.h"
-#include "srf/query/ulr.h"
-#include "tests/support/synthetic_capture.h"
+#include "tests/srf/model/queries.h"
 
 #include <tbb/task_arena.h>
 
@@ -13,42 +11,9 @@
 namespace surflect {
 namespace {
 
-using studio::gappyStudio;
-using studio::PackedStudio;
-using studio::Studio;
-
-Direction3<AcquisitionSpace, double> towardsViewer(const View& view,
-                                                   const Point3<AcquisitionSpace, double>& p0) {
-  return Viewpoint(view.camera).towards(p0);
-}
+using namespace studio;
 
 constexpr size_t everything = size_t{1} << 30; // bytes of cache
-
-Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  const double x = normal(random), y = normal(random), z = normal(random);
-  return assume<Direction3<AcquisitionSpace>>(Vec3<double>(x, y, z).normalized());
-}
-
-// Random surfels, viewers, lights and strengths. Viewers stand outside the surface.
-QueryBatch randomBatch(const Model& model, size_t queries, size_t lights, std::mt19937& random) {
-  std::uniform_real_distribution<float> strength(0.1f, 2);
-  QueryBatch batch;
-  batch.lights = lights;
-  for (size_t q = 0; q < queries; ++q) {
-    const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
-    batch.surfels.push_back(surfel);
-    const auto towards = randomDirection(random);
-    const bool outside = towards.raw().dot(model.cloud.p0[surfel].raw()) > 0;
-    batch.towardsView.push_back(outside ? towards : -towards);
-    for (size_t l = 0; l < lights; ++l) {
-      batch.towardsLight.push_back(randomDirection(random));
-      const float r = strength(random), g = strength(random), b = strength(random);
-      batch.irradiance.push_back({r, g, b});
-    }
-  }
-  return batch;
-}
 
 QueryBatch permuted(const QueryBatch& batch, std::span<const size_t> order) {
   QueryBatch result;
@@ -70,114 +35,10 @@ std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, size_t cach
   return shade(model, batch, {}, cache, stats);
 }
 
-std::span<const LightWeight> rowOf(const ShadingPlan& plan, const ShadingOp& op) {
-  return std::span(plan.rows).subspan(op.rowBegin, op.rowEnd - op.rowBegin);
-}
-
-Rgb capturedIrradiance(const Model& model, const ShadingOp& op, uint32_t column) {
-  return irradianceAt(model.rig.lights[model.columns[op.view][column]],
-                      model.cloud.p0[0].cast<double>()); // directional: the same everywhere
-}
-
-// A ray from each surfel to each camera that sees it whole, under a light of that camera.
-struct CapturedRays {
-  QueryBatch batch;
-  std::vector<std::pair<uint32_t, uint32_t>> photographs; // view and column, per query
-};
-
-CapturedRays capturedRays(const Model& model, std::mt19937& random) {
-  CapturedRays rays;
-  QueryBatch& batch = rays.batch;
-  batch.lights = 1;
-  for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
-    for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
-      if (model.fades.of(surfel)[view] < 255) continue;
-      const auto p0 = model.cloud.p0[surfel].cast<double>();
-      const auto column = static_cast<uint32_t>(random() % model.columns[view].size());
-      const Light& light = model.rig.lights[model.columns[view][column]];
-      batch.surfels.push_back(surfel);
-      batch.towardsView.push_back(towardsViewer(model.rig.views[view], p0).cast<float>());
-      batch.towardsLight.push_back(towardsLight(light, p0).cast<float>());
-      batch.irradiance.push_back(irradianceAt(light, p0));
-      rays.photographs.emplace_back(view, column);
-    }
-  return rays;
-}
-
-// A studio is packed once for all tests of a suite; the model is each test's own.
-class Shade : public testing::Test {
-protected:
-  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(Studio{}, 2000); }
-  static void TearDownTestSuite() { packed.reset(); }
-
-  static inline std::unique_ptr<PackedStudio> packed;
-  Model model = openModel(packed->model.folder);
-  std::mt19937 random{1};
-};
-
-class ShadePairs : public testing::Test {
-protected:
-  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(gappyStudio(), 1000); }
-  static void TearDownTestSuite() { packed.reset(); }
-
-  static inline std::unique_ptr<PackedStudio> packed;
-  Model model = openModel(packed->model.folder);
-  std::mt19937 random{2};
-};
-
-TEST_F(Shade, WeightsOfCamerasAndOfLightsSumToOne) {
-  for (const size_t lights : {1, 3}) {
-    const QueryBatch batch = randomBatch(model, 2000, lights, random);
-    const ShadingPlan plan = planShading(model, batch, {.foreshortened = false});
-    EXPECT_EQ(plan.unseen, 0u);
-    std::vector<double> sums(batch.size());
-    for (const ShadingOp& op : plan.ops) {
-      EXPECT_GT(op.weight, 0);
-      sums[op.target] += op.weight;
-      double got = 0, wanted = 0; // irradiance: what the row gives back of the captured one
-      for (const auto& [column, weight] : rowOf(plan, op))
-        got += weight.g * capturedIrradiance(model, op, column).g;
-      for (size_t l = 0; l < lights; ++l) wanted += batch.irradiance[op.target * lights + l].g;
-      EXPECT_NEAR(got / wanted, 1, 3.5e-7);
-    }
-    for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
-  }
-}
+class Shade : public ProductQueries {};
+class ShadePairs : public PairQueries {};
 
 // Foreshortened, lights keep what falls on the surface, not what would fall on one that faces them.
-TEST_F(Shade, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
-  const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  const ShadingPlan plan = planShading(model, batch, {.foreshortened = true});
-  size_t lit = 0;
-  for (const ShadingOp& op : plan.ops) {
-    const uint32_t surfel = batch.surfels[op.target];
-    const auto normal = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));
-    const float cosine = foreshortenedCosine(normal, batch.towardsLight[op.target]);
-    double got = 0;
-    for (const auto& [column, weight] : rowOf(plan, op)) {
-      const Light& light = model.rig.lights[model.columns[op.view][column]];
-      got += weight.g * capturedIrradiance(model, op, column).g *
-             foreshortenedCosine(normal,
-                                 towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
-    }
-    const double wanted = batch.irradiance[op.target].g * cosine;
-    if (cosine > 0.5f) { // nearer to grazing the ratio may be bounded
-      EXPECT_NEAR(got / wanted, 1, 2e-3);
-      ++lit;
-    }
-    if (cosine == 0) {
-      EXPECT_LT(got, 2e-3 * batch.irradiance[op.target].g);
-    }
-  }
-  EXPECT_GT(lit, plan.ops.size() / 8);
-}
-
-TEST_F(Shade, OnlyCamerasThatSeeTheSurfelAreAsked) {
-  const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  for (const ShadingOp& op : planShading(model, batch, {}).ops)
-    EXPECT_GT(model.fades.of(batch.surfels[op.target])[op.view], 0);
-}
-
 TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
   const auto [batch, photographs] = capturedRays(model, random);
   ASSERT_GT(batch.size(), 5000u);
@@ -264,91 +125,6 @@ TEST_F(Shade, ADarkLightIsBlackAndBlendsAsAnyOther) {
   EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
 }
 
-TEST_F(Shade, WhereNoCameraSeesOthersStandIn) {
-  const QueryBatch batch = randomBatch(model, 300, 1, random);
-  std::ranges::fill(model.fades.values, uint8_t{0});
-  const ShadingPlan plan = planShading(model, batch, {});
-  EXPECT_EQ(plan.unseen, batch.size());
-  std::vector<double> sums(batch.size());
-  for (const ShadingOp& op : plan.ops) {
-    EXPECT_GT(op.weight, 0);
-    EXPECT_TRUE(contains(model.rig.views[op.view].camera.lens, {op.x, op.y}));
-    sums[op.target] += op.weight;
-  }
-  for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
-}
-
-TEST_F(Shade, AStandInHasNoWeightBesideACameraThatSees) {
-  const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  for (size_t i = 0; i < model.cloud.size(); ++i) { // one sees each surfel; others may be nearer by far
-    const auto row = std::span(model.fades.values).subspan(i * model.fades.views, model.fades.views);
-    std::ranges::fill(row, uint8_t{0});
-    row[i % model.fades.views] = 255;
-  }
-  const ShadingPlan plan = planShading(model, batch, {});
-  EXPECT_EQ(plan.unseen, 0u);
-  size_t within90Degrees = 0;
-  for (const ShadingOp& op : plan.ops) {
-    const uint32_t surfel = batch.surfels[op.target];
-    const size_t seeing = surfel % model.fades.views;
-    const auto towards = towardsViewer(model.rig.views[seeing], model.cloud.p0[surfel].cast<double>());
-    if (anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
-    ++within90Degrees;
-    EXPECT_EQ(op.view, seeing);
-  }
-  EXPECT_GT(within90Degrees, batch.size() / 4);
-}
-
-TEST_F(Shade, TheBaselineIsTheNearestCameraAndItsNearestLight) {
-  const QueryBatch batch = randomBatch(model, 1000, 1, random);
-  ShadeOptions nearest;
-  nearest.nearest = true;
-  const ShadingPlan plan = planShading(model, batch, nearest);
-  ASSERT_EQ(plan.ops.size(), batch.size());
-  for (const ShadingOp& op : plan.ops) {
-    EXPECT_EQ(op.weight, 1);
-    const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
-    const auto fades = model.fades.of(batch.surfels[op.target]);
-    const auto viewPenalty = [&](size_t view) {
-      return anglePenalty(towardsViewer(model.rig.views[view], p0),
-                          batch.towardsView[op.target].cast<double>());
-    };
-    for (size_t view = 0; view < fades.size(); ++view)
-      EXPECT_TRUE(fades[view] == 0 || viewPenalty(op.view) <= viewPenalty(view) + 1e-6);
-    ASSERT_EQ(rowOf(plan, op).size(), 1u);
-    const auto lightPenalty = [&](const Light& light) {
-      return anglePenalty(towardsLight(light, p0), batch.towardsLight[op.target].cast<double>());
-    };
-    const Light& chosen = model.rig.lights[rowOf(plan, op)[0].light];
-    for (const Light& light : model.rig.lights) EXPECT_LE(lightPenalty(chosen), lightPenalty(light) + 1e-6);
-  }
-}
-
-TEST_F(Shade, ALitCaptureNeedsALight) {
-  const QueryBatch batch = randomBatch(model, 10, 0, random);
-  EXPECT_NE(errorOf([&] { planShading(model, batch, {}); }).find("needs a light"), std::string::npos);
-}
-
-TEST_F(ShadePairs, WeightsOfThePairsOfEachLightSumToOne) {
-  ASSERT_FALSE(model.isFullProduct);
-  const QueryBatch batch = randomBatch(model, 1000, 2, random);
-  const ShadingPlan plan = planShading(model, batch, {});
-  ASSERT_EQ(plan.targetsPerQuery, 2u);
-  std::vector<double> sums(2 * batch.size()), irradiance(2 * batch.size());
-  for (const ShadingOp& op : plan.ops) {
-    ASSERT_EQ(rowOf(plan, op).size(), 1u);
-    const auto [column, weight] = rowOf(plan, op)[0];
-    ASSERT_LT(column, model.columns[op.view].size());
-    EXPECT_GT(model.fades.of(batch.surfels[op.target / 2])[op.view], 0);
-    sums[op.target] += op.weight;
-    irradiance[op.target] += op.weight * weight.r * capturedIrradiance(model, op, column).r;
-  }
-  for (size_t target = 0; target < sums.size(); ++target) {
-    EXPECT_NEAR(sums[target], 1, 4.5e-7);
-    EXPECT_NEAR(irradiance[target] / batch.irradiance[target].r, 1, 7e-7);
-  }
-}
-
 // Even where operations are lost: what makes up for them is of the same light.
 TEST_F(ShadePairs, LightsAddUp) {
   const QueryBatch both = randomBatch(model, 400, 2, random);
@@ -368,38 +144,6 @@ TEST_F(ShadePairs, LightsAddUp) {
   for (size_t q = 0; q < sum.size(); ++q) {
     EXPECT_EQ(sum[q].r, together[q].r);
     EXPECT_EQ(sum[q].b, together[q].b);
-  }
-}
-
-TEST_F(ShadePairs, ACapturedPairHasAllTheWeight) {
-  const auto [batch, photographs] = capturedRays(model, random);
-  ASSERT_GT(batch.size(), 2000u);
-  const ShadingPlan plan = planShading(model, batch, {});
-  std::vector<double> weight(batch.size());
-  for (const ShadingOp& op : plan.ops)
-    if (std::pair(op.view, rowOf(plan, op)[0].light) == photographs[op.target]) weight[op.target] = op.weight;
-  for (const double w : weight) EXPECT_NEAR(w, 1, 1e-7);
-}
-
-TEST_F(ShadePairs, TheBaselineIsTheNearestPair) {
-  const QueryBatch batch = randomBatch(model, 500, 1, random);
-  ShadeOptions nearest;
-  nearest.nearest = true;
-  const ShadingPlan plan = planShading(model, batch, nearest);
-  ASSERT_EQ(plan.ops.size(), batch.size());
-  for (const ShadingOp& op : plan.ops) {
-    const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
-    const auto fades = model.fades.of(batch.surfels[op.target]);
-    const auto penalty = [&](size_t view, size_t column) {
-      const Light& light = model.rig.lights[model.columns[view][column]];
-      return anglePenalty(towardsViewer(model.rig.views[view], p0),
-                          batch.towardsView[op.target].cast<double>()) +
-             anglePenalty(towardsLight(light, p0), batch.towardsLight[op.target].cast<double>());
-    };
-    const double chosen = penalty(op.view, rowOf(plan, op)[0].light);
-    for (size_t view = 0; view < fades.size(); ++view)
-      for (size_t column = 0; fades[view] > 0 && column < model.columns[view].size(); ++column)
-        EXPECT_LE(chosen, penalty(view, column) + 1e-6);
   }
 }
 

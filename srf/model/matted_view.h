@@ -1,0 +1,23 @@
+// The pictures of a view, and what they are sure to show.
+#pragma once
+
+#include "srf/image/mask.h"
+#include "srf/model/pack_source.h"
+#include "srf/query/ray_caster.h"
+
+#include <cstddef>
+
+namespace surflect {
+
+struct MattedView {
+  ReflectanceStack stack;
+  Mask object;
+  size_t invalidTexels = 0; // as in ViewPictures
+};
+
+// Without a matte the impostor's silhouette is the object. Its rim, where an impostor that is a pixel or two
+// off would show background, continues what lies inside.
+MattedView withMatte(ViewPictures pictures, const Camera<AcquisitionSpace>& camera,
+                     const RayCaster<AcquisitionSpace>& impostor);
+
+} // namespace surflect

@@ -1,0 +1,111 @@
+#include "srf/model/pack_folder.h"
+
+#include "srf/model/model.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+#include "surfel/hash.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <locale>
+#include <sstream>
+
+namespace surflect {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path errorPath(size_t view) { return viewFilePath(view).replace_extension(".error"); }
+
+std::string errorText(std::span<const std::byte> file, const ViewSummary& summary) {
+  return fmt::format("{:016x} {:.17g} {:.17g}\n", contentHash(file), summary.squaredError,
+                     summary.clippedSquaredError);
+}
+
+// A folder in which there is nothing, or what a run leaves that was interrupted early: folders and
+// temporaries.
+bool isVacant(const fs::path& folder) {
+  if (!fs::is_directory(folder)) return false;
+  const auto isContent = [](const fs::directory_entry& entry) {
+    return !entry.is_directory() && entry.path().extension() != ".tmp";
+  };
+  const fs::recursive_directory_iterator entries(folder);
+  return std::none_of(begin(entries), end(entries), isContent);
+}
+
+// Is it the name of a file that tells of one view, or of the survey?
+bool isOfViews(const std::string& name) {
+  size_t view = 0;
+  const auto [end, status] = std::from_chars(name.data(), name.data() + name.size(), view);
+  return name == "survey" || (status == std::errc() &&
+                              (viewFilePath(view).filename() == name || errorPath(view).filename() == name));
+}
+
+// What an earlier run of pack left when it was killed.
+void removeLitter(const fs::path& folder) {
+  removeAbandoned(folder, [](const std::string& target) {
+    return target == "manifest.json" || target == "transforms.json" || target == "surfels.ply" ||
+           target == "fades.bin";
+  });
+  removeAbandoned(folder / "views",
+                  [](const std::string& target) { return target == "identity" || isOfViews(target); });
+}
+
+} // namespace
+
+fs::path packIdentityPath() { return fs::path("views") / "identity"; }
+fs::path surveyPath() { return fs::path("views") / "survey"; }
+
+void claimPackFolder(const fs::path& folder) {
+  const fs::path identityPath = folder / packIdentityPath();
+  if (fs::exists(folder) && !fs::exists(identityPath) && !isVacant(folder))
+    throw Error("exists and is not a model: give the output a folder of its own").in(folder);
+  std::error_code failure;
+  fs::create_directories(identityPath.parent_path(), failure);
+  if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
+  removeLitter(folder);
+}
+
+void writeView(const fs::path& folder, size_t view, const EncodedView& encoded) {
+  writeFileAtomically(folder / errorPath(view), errorText(encoded.file, encoded.summary));
+  writeFileAtomically(folder / viewFilePath(view), encoded.file);
+}
+
+std::optional<ViewSummary> finishedView(const fs::path& folder, size_t view) {
+  const auto path = folder / viewFilePath(view);
+  if (!fs::exists(path) || !fs::exists(folder / errorPath(view))) return std::nullopt;
+  try {
+    const std::string bytes = readFile(path), record = readFile(folder / errorPath(view), 1 << 12);
+    ViewSummary summary;
+    std::istringstream words(record);
+    words.imbue(std::locale::classic());
+    std::string hash;
+    words >> hash >> summary.squaredError >> summary.clippedSquaredError;
+    if (errorText(std::as_bytes(std::span(bytes)), summary) != record) return std::nullopt;
+    const ViewFile file(path);
+    summary.fileBytes = bytes.size();
+    for (uint32_t index = 0; index < file.blockCount(); ++index) {
+      const Block block = file.read(index);
+      summary.objectTexels += static_cast<uint64_t>(std::popcount(block.present));
+      summary.blocksOfRank.resize(std::max(summary.blocksOfRank.size(), static_cast<size_t>(block.rank) + 1));
+      ++summary.blocksOfRank[static_cast<size_t>(block.rank)];
+    }
+    summary.values = summary.objectTexels * static_cast<uint64_t>(file.header().lights) * 3;
+    return summary;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+void removeViews(const fs::path& folder) {
+  std::vector<fs::path> views;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "views"))
+    if (isOfViews(entry.path().filename().string())) views.push_back(entry.path());
+  for (const fs::path& view : views) fs::remove(view);
+}
+
+} // namespace surflect

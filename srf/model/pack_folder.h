@@ -1,0 +1,31 @@
+// The folder of a model while pack writes it: what earlier runs left there, and what of it is kept.
+#pragma once
+
+#include "srf/store/view_encoder.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <span>
+
+namespace surflect {
+
+// views/identity: what the files of an earlier run were made of.
+std::filesystem::path packIdentityPath();
+// views/survey: see surveyText().
+std::filesystem::path surveyPath();
+
+// Only a new folder, or one that pack has begun or made, may be written into: a capture has files of the same
+// names. Throws Error. What a run left that was killed while it wrote is removed.
+void claimPackFolder(const std::filesystem::path& folder);
+
+// Writes the file of a view, and beside it what encoding lost: nothing else knows it once the photographs are
+// gone.
+void writeView(const std::filesystem::path& folder, size_t view, const EncodedView& encoded);
+// What a view file of an earlier run holds and lost, where it is complete.
+std::optional<ViewSummary> finishedView(const std::filesystem::path& folder, size_t view);
+
+// All views, and the survey.
+void removeViews(const std::filesystem::path& folder);
+
+} // namespace surflect

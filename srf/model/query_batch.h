@@ -1,0 +1,40 @@
+// What srf/ is asked: directions in acquisition space go in.
+#pragma once
+
+#include "srf/query/environment.h"
+#include "srf/query/light_table.h"
+#include "surfel/rgb.h"
+#include "surfel/space.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// An environment that lights all queries of a batch.
+struct QueryEnvironment {
+  std::span<const EnvironmentLight> lights;
+  Rgb strength{1, 1, 1}; // of them all
+  Uncovered uncovered = Uncovered::fade;
+  const LightTable* table = nullptr; // see lightTable; without it every light is answered by ULR of its own
+};
+
+// What is asked of a model, as arrays; everything in acquisition space.
+struct QueryBatch {
+  size_t lights = 0;                                     // per query
+  std::vector<uint32_t> surfels;                         // one per query
+  std::vector<Direction3<AcquisitionSpace>> towardsView; // one per query; unit
+  // Row by row, `lights` per query: unit direction to the light, and the irradiance on a surface facing it.
+  std::vector<Direction3<AcquisitionSpace>> towardsLight;
+  std::vector<Rgb> irradiance;
+  std::vector<Uncovered> uncovered; // one per light of a query; none: they extrapolate
+  std::vector<QueryEnvironment> environments;
+  // Row by row, one per environment: L after the environment's own place in the world.
+  std::vector<Turn<AcquisitionSpace, EnvironmentSpace, float>> acquisitionFromEnvironment;
+
+  size_t size() const { return surfels.size(); }
+};
+
+} // namespace surflect

@@ -1,0 +1,367 @@
+#include "srf/model/shading_plan.h"
+
+#include "srf/model/view_penalties.h"
+#include "srf/query/foreshortening.h"
+#include "srf/query/ulr.h"
+#include "surfel/bounds.h"
+#include "surfel/error.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kQueriesPerTask = 512;
+
+// A saturated colour that an index keeps for ever. Steps of sqrt(2) turns of hue: those of the golden section
+// would give one colour to neighbours on a Fibonacci spiral, as which rigs are often laid out.
+Rgb colorOf(uint32_t index) {
+  const double turns = index * 0.41421356237309515;
+  const double hue = 6 * (turns - std::floor(turns));
+  const auto channel = [](double x) { return static_cast<float>(std::clamp(x, 0.0, 1.0)); };
+  return {channel(std::abs(hue - 3) - 1), channel(2 - std::abs(hue - 2)), channel(2 - std::abs(hue - 4))};
+}
+
+float brightness(Rgb light) { return light.r + light.g + light.b; }
+
+// Towards each light of the rig from the middle of the cloud.
+std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const Model& model) {
+  const auto middle = middleOf(model.cloud.p0);
+  std::vector<Direction3<AcquisitionSpace, double>> directions;
+  for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, middle));
+  return directions;
+}
+
+struct PlannedOp {
+  size_t target;
+  uint32_t view;
+  float weight;
+  uint32_t rowBegin, rowEnd;
+};
+
+// Plans one query after the other; holds what it would otherwise allocate anew.
+class Planner {
+public:
+  Planner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+          const ShadeOptions& options)
+      : model_(model), coverage_(coverage), batch_(batch), options_(options), views_(model, options.nearest),
+        lightBlending_(lightBlend(model, options)), towardsRigLight_(model.rig.lights.size()),
+        rigIrradiance_(towardsRigLight_.size()), lightPenalty_(towardsRigLight_.size()),
+        row_(towardsRigLight_.size()), share_(towardsRigLight_.size()), cosine_(towardsRigLight_.size()) {
+    for (const auto& lights : model.columns) {
+      firstPair_.push_back(pairs_);
+      pairs_ += lights.size();
+    }
+    for (const QueryEnvironment& environment : batch.environments)
+      environmentBrightness_.push_back(brightness(totalIrradiance(environment.lights)));
+  }
+
+  void plan(size_t query, ShadingPlan& plan) {
+    const uint32_t surfel = batch_.surfels[query];
+    p0_ = model_.cloud.p0[surfel].cast<double>();
+    for (size_t light = 0; light < towardsRigLight_.size(); ++light) {
+      const Light& captured = model_.rig.lights[light];
+      towardsRigLight_[light] = towardsLight(captured, p0_).cast<float>();
+      rigIrradiance_[light] = irradianceAt(captured, p0_);
+    }
+    cameraBlend_ = lightBlend_ = {};
+    if (!views_.rate(surfel, batch_.towardsView[query])) ++plan.unseen;
+    if (model_.rig.lights.empty())
+      planFixedIllumination(query, plan);
+    else if (model_.isFullProduct)
+      planProduct(query, plan);
+    else
+      planPairs(query, plan);
+    for (const PlannedOp& op : ops_) {
+      const auto pixel = model_.rig.views[op.view].camera.project(p0_);
+      if (!pixel) continue;
+      plan.ops.push_back({static_cast<uint32_t>(op.target), op.view, static_cast<float>(pixel->x),
+                          static_cast<float>(pixel->y), op.weight, op.rowBegin, op.rowEnd});
+    }
+    plan.cameraBlend.push_back(cameraBlend_);
+    plan.lightBlend.push_back(lightBlend_);
+    ops_.clear();
+  }
+
+private:
+  // How many are blended.
+  size_t blended(size_t wanted) const { return options_.nearest ? 1 : wanted; }
+
+  void planFixedIllumination(size_t query, ShadingPlan& plan) {
+    const auto row = static_cast<uint32_t>(plan.rows.size());
+    plan.rows.push_back({0, {1, 1, 1}});
+    for (const auto& [view, weight] : views_.blend(blended(options_.cameras))) {
+      ops_.push_back({query, view, weight, row, row + 1});
+      cameraBlend_ = cameraBlend_ + weight * colorOf(view);
+    }
+  }
+
+  // Cameras and lights apart. All cameras hold the same lights, so they share a row.
+  void planProduct(size_t query, ShadingPlan& plan) {
+    const auto rowBegin = static_cast<uint32_t>(plan.rows.size());
+    foldLights(query, plan.rows);
+    const auto rowEnd = static_cast<uint32_t>(plan.rows.size());
+    for (const auto& [view, weight] : views_.blend(blended(options_.cameras))) {
+      ops_.push_back({query, view, weight, rowBegin, rowEnd});
+      cameraBlend_ = cameraBlend_ + weight * colorOf(view);
+    }
+  }
+
+  // Adds a row: all lights of the query, each spread over its nearest captured lights.
+  void foldLights(size_t query, std::vector<LightWeight>& rows) {
+    std::ranges::fill(row_, Rgb{});
+    if (lightBlending_.foreshortened) faceLights(batch_.surfels[query]);
+    for (size_t l = 0; l < batch_.lights; ++l) {
+      const size_t entry = query * batch_.lights + l;
+      const auto& towards = batch_.towardsLight[entry];
+      const BlendSet blend = blendLights(towards, uncoveredOf(l));
+      const float factor = foreshorteningOf(blend, towards);
+      for (const auto& [light, weight] : blend) {
+        row_[light] =
+            row_[light] + factor * weight * irradianceRatio(batch_.irradiance[entry], rigIrradiance_[light]);
+        lightBlend_ = lightBlend_ + weight / static_cast<float>(targets()) * colorOf(light);
+      }
+    }
+    for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(query, e);
+    for (uint32_t light = 0; light < row_.size(); ++light)
+      if (row_[light] != Rgb{}) rows.push_back({light, row_[light]});
+  }
+
+  void faceLights(uint32_t surfel) {
+    normal_ = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model_.cloud.r0[surfel]).col(2));
+    for (size_t light = 0; light < cosine_.size(); ++light)
+      cosine_[light] = foreshortenedCosine(normal_, towardsRigLight_[light]);
+  }
+
+  // By the linearity of light: what falls from around each captured light, as a share of the row.
+  void foldEnvironment(size_t query, size_t e) {
+    const QueryEnvironment& environment = batch_.environments[e];
+    const auto& acquisitionFromEnvironment = turnOf(query, e);
+    std::ranges::fill(share_, Eigen::Array4f::Zero());
+    const Foreshortened surface{normal_, cosine_};
+    if (environment.table)
+      environment.table->spread(environment.lights, acquisitionFromEnvironment, share_,
+                                lightBlending_.foreshortened ? &surface : nullptr);
+    else
+      for (const auto& [from, irradiance] : environment.lights) {
+        const auto towards = acquisitionFromEnvironment(from);
+        const BlendSet blend = blendLights(towards, environment.uncovered);
+        const float factor = foreshorteningOf(blend, towards);
+        for (const auto& [light, weight] : blend)
+          share_[light] += factor * weight * Eigen::Array4f(irradiance.r, irradiance.g, irradiance.b, 0);
+      }
+    for (uint32_t light = 0; light < row_.size(); ++light) {
+      const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
+      if (share == Rgb{}) continue;
+      row_[light] = row_[light] + irradianceRatio(environment.strength * share, rigIrradiance_[light]);
+      lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(light);
+    }
+  }
+
+  BlendSet blendLights(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) const {
+    return blendOfLights(towardsRigLight_, towards, lightBlending_, coverage_,
+                         options_.nearest ? Uncovered::extrapolate : uncovered);
+  }
+
+  // What the radiance under the blended lights is multiplied by.
+  float foreshorteningOf(const BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const {
+    if (!lightBlending_.foreshortened) return 1;
+    return foreshortening(foreshortenedCosine(normal_, towards), blendedCosine(blend, cosine_));
+  }
+
+  float coverage(float nearestPenalty, Uncovered uncovered) const {
+    return uncovered == Uncovered::fade && !options_.nearest ? coverage_.at(nearestPenalty) : 1.f;
+  }
+  Uncovered uncoveredOf(size_t light) const {
+    return batch_.uncovered.empty() ? Uncovered::extrapolate : batch_.uncovered[light];
+  }
+  const Turn<AcquisitionSpace, EnvironmentSpace, float>& turnOf(size_t query, size_t e) const {
+    return batch_.acquisitionFromEnvironment[query * batch_.environments.size() + e];
+  }
+  // Lights and environments, which share in the colours of a query alike.
+  size_t targets() const { return batch_.lights + batch_.environments.size(); }
+  // Of a part of an environment's light in the colours of a query.
+  float blendShare(float part, size_t e) const {
+    return part / (environmentBrightness_[e] * static_cast<float>(targets()));
+  }
+
+  // Camera and light chosen together, by the sum of their penalties.
+  void planPairs(size_t query, ShadingPlan& plan) {
+    for (size_t l = 0; l < batch_.lights; ++l) {
+      const size_t entry = query * batch_.lights + l;
+      const float covered = ratePairs(batch_.towardsLight[entry], uncoveredOf(l));
+      for (const auto& [pair, weight] : blendPairs()) {
+        const auto [view, column, light] = placeOf(pair);
+        const auto row = static_cast<uint32_t>(plan.rows.size());
+        plan.rows.push_back(
+            {column, covered * irradianceRatio(batch_.irradiance[entry], rigIrradiance_[light])});
+        // Each pair is an operation of its own.
+        ops_.push_back({query * targets() + l, view, weight, row, row + 1});
+        const float share = weight / static_cast<float>(targets());
+        cameraBlend_ = cameraBlend_ + share * colorOf(view);
+        lightBlend_ = lightBlend_ + covered * share * colorOf(light);
+      }
+    }
+    for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironmentPairs(query, e, plan);
+  }
+
+  // The pairs of all the environment's lights; those of one view are one operation.
+  void planEnvironmentPairs(size_t query, size_t e, ShadingPlan& plan) {
+    const QueryEnvironment& environment = batch_.environments[e];
+    const auto& acquisitionFromEnvironment = turnOf(query, e);
+    pairShare_.assign(pairs_, Rgb{});
+    for (const auto& [towards, irradiance] : environment.lights) {
+      const float covered = ratePairs(acquisitionFromEnvironment(towards), environment.uncovered);
+      for (const auto& [pair, weight] : blendPairs())
+        pairShare_[pair] = pairShare_[pair] + covered * weight * irradiance;
+    }
+    for (uint32_t view = 0; view < model_.columns.size(); ++view) {
+      const auto& lights = model_.columns[view];
+      float brightnessOfView = 0;
+      for (size_t column = 0; column < lights.size(); ++column)
+        brightnessOfView += brightness(pairShare_[firstPair_[view] + column]);
+      if (!(brightnessOfView > 0)) continue;
+      const float weight = brightnessOfView / environmentBrightness_[e];
+      const auto rowBegin = static_cast<uint32_t>(plan.rows.size());
+      for (uint32_t column = 0; column < lights.size(); ++column) {
+        const Rgb share = pairShare_[firstPair_[view] + column];
+        if (share == Rgb{}) continue;
+        plan.rows.push_back(
+            {column,
+             1 / weight * irradianceRatio(environment.strength * share, rigIrradiance_[lights[column]])});
+        lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(lights[column]);
+      }
+      ops_.push_back({query * targets() + batch_.lights + e, view, weight, rowBegin,
+                      static_cast<uint32_t>(plan.rows.size())});
+      cameraBlend_ = cameraBlend_ + blendShare(brightnessOfView, e) * colorOf(view);
+    }
+  }
+
+  // Penalties of the rig's lights for a direction, and its coverage.
+  float ratePairs(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) {
+    float smallest = std::numeric_limits<float>::infinity();
+    for (size_t light = 0; light < towardsRigLight_.size(); ++light) {
+      lightPenalty_[light] = anglePenalty(towardsRigLight_[light], towards);
+      smallest = std::min(smallest, lightPenalty_[light]);
+    }
+    return coverage(smallest, uncovered);
+  }
+
+  BlendSet blendPairs() const {
+    NearestCandidates nearest(blended(options_.pairs));
+    for (size_t view = 0; view < model_.columns.size(); ++view) {
+      const auto& lights = model_.columns[view];
+      for (size_t column = 0; column < lights.size(); ++column)
+        nearest.offer({static_cast<uint32_t>(firstPair_[view] + column),
+                       views_.with(view, lightPenalty_[lights[column]])});
+    }
+    return ulrWeights(nearest);
+  }
+
+  struct Pair {
+    uint32_t view, column, light;
+  };
+  Pair placeOf(uint32_t pair) const {
+    const auto next = std::ranges::upper_bound(firstPair_, size_t{pair});
+    const auto view = static_cast<uint32_t>(next - firstPair_.begin() - 1);
+    const auto column = static_cast<uint32_t>(pair - firstPair_[view]);
+    return {view, column, model_.columns[view][column]};
+  }
+
+  const Model& model_;
+  const LightCoverage& coverage_;
+  const QueryBatch& batch_;
+  const ShadeOptions& options_;
+  ViewPenalties views_; // of the current query
+  LightBlend lightBlending_;
+  std::vector<Direction3<AcquisitionSpace>> towardsRigLight_; // from the current query
+  std::vector<Rgb> rigIrradiance_;                            // there
+  std::vector<float> lightPenalty_; // per light of the rig, of the current direction
+  std::vector<size_t> firstPair_;   // per view; the pairs of a view are its columns
+  size_t pairs_ = 0;
+  std::vector<float> environmentBrightness_;
+  std::vector<Rgb> row_;              // per light
+  std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, r g b 0
+  std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened
+  std::vector<Rgb> pairShare_;        // per pair, what it takes over
+  std::vector<PlannedOp> ops_;
+  Point3<AcquisitionSpace, double> p0_;
+  Normal3<AcquisitionSpace> normal_;
+  Rgb cameraBlend_, lightBlend_;
+};
+
+void append(ShadingPlan& all, ShadingPlan& part) {
+  if (all.rows.size() + part.rows.size() > std::numeric_limits<uint32_t>::max())
+    throw Error("too many surfels and lights for one frame");
+  const auto offset = static_cast<uint32_t>(all.rows.size());
+  for (ShadingOp& op : part.ops) {
+    op.rowBegin += offset;
+    op.rowEnd += offset;
+  }
+  all.ops.insert(all.ops.end(), part.ops.begin(), part.ops.end());
+  all.rows.insert(all.rows.end(), part.rows.begin(), part.rows.end());
+  all.cameraBlend.insert(all.cameraBlend.end(), part.cameraBlend.begin(), part.cameraBlend.end());
+  all.lightBlend.insert(all.lightBlend.end(), part.lightBlend.begin(), part.lightBlend.end());
+  all.unseen += part.unseen;
+}
+
+} // namespace
+
+Rgb irradianceRatio(Rgb now, Rgb captured) {
+  const auto divide = [](float a, float b) { return b > 0 ? a / b : 0; };
+  return {divide(now.r, captured.r), divide(now.g, captured.g), divide(now.b, captured.b)};
+}
+
+LightBlend lightBlend(const Model& model, const ShadeOptions& options) {
+  if (options.nearest) return {1, LightFit::mean};
+  return {options.lights.value_or(model.lightBlend.lights), options.lightFit.value_or(model.lightBlend.fit),
+          options.foreshortened.value_or(model.lightBlend.foreshortened)};
+}
+
+double lightSpacing(const Model& model) { return LightCoverage(lightDirections(model)).spacing(); }
+
+std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered) {
+  const auto isDirectional = [](const Light& light) {
+    return std::holds_alternative<DirectionalLight>(light.kind);
+  };
+  if (!model.isFullProduct || !std::ranges::all_of(model.rig.lights, isDirectional)) return std::nullopt;
+  return LightTable(lightDirections(model), lightBlend(model, options),
+                    options.nearest ? Uncovered::extrapolate : uncovered);
+}
+
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+                        const Progress& progress) {
+  assert(batch.towardsView.size() == batch.size());
+  assert(batch.towardsLight.size() == batch.size() * batch.lights &&
+         batch.irradiance.size() == batch.towardsLight.size());
+  assert(batch.uncovered.empty() || batch.uncovered.size() == batch.lights);
+  assert(batch.acquisitionFromEnvironment.size() == batch.size() * batch.environments.size());
+  const size_t lights = batch.lights + batch.environments.size();
+  if (model.rig.lights.empty() && lights > 0)
+    throw Error("captured under fixed illumination: it cannot be lit by a light of the script")
+        .in(model.folder);
+  if (!model.rig.lights.empty() && lights == 0)
+    throw Error("captured under several lights: the script needs a light of its own").in(model.folder);
+  const LightCoverage coverage(lightDirections(model));
+  const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
+  std::vector<ShadingPlan> parts(tasks);
+  tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
+    progress.checkpoint();
+    Planner planner(model, coverage, batch, options);
+    const size_t end = std::min(batch.size(), (task + 1) * kQueriesPerTask);
+    for (size_t query = task * kQueriesPerTask; query < end; ++query) planner.plan(query, parts[task]);
+  });
+  ShadingPlan plan;
+  plan.queries = batch.size();
+  plan.targetsPerQuery = model.rig.lights.empty() || model.isFullProduct ? 1 : lights;
+  for (ShadingPlan& part : parts) append(plan, part);
+  return plan;
+}
+
+} // namespace surflect

@@ -1,0 +1,59 @@
+// Which photographs answer a query, and how much of each: cameras and lights by unstructured lumigraph
+// rendering, folded into operations of the shading queue.
+#pragma once
+
+#include "srf/model/model.h"
+#include "srf/model/query_batch.h"
+#include "srf/store/shading_queue.h"
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace surflect {
+
+struct ShadeOptions {
+  size_t cameras = 3; // blended per query, 1..kMaxBlended
+  size_t pairs = 4;   // (camera, light) pairs blended instead, where the capture is not a full product
+  // Instead of the model's own blend of lights, which pack has chosen; see LightBlend.
+  std::optional<size_t> lights = {};
+  std::optional<LightFit> lightFit = {};
+  std::optional<bool> foreshortened = {};
+  // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
+  // without any fading.
+  bool nearest = false;
+};
+
+// What the options say, or else the model.
+LightBlend lightBlend(const Model& model, const ShadeOptions& options);
+
+// One operation per query and camera, its lights folded into a row of weights. Which cameras and lights were
+// blended is kept for those who want to see it.
+struct ShadingPlan {
+  size_t queries = 0;
+  // A target per query; where pairs are blended one per query and light or environment, so that an operation
+  // which shows background is made up for by others of its light.
+  size_t targetsPerQuery = 1;
+  std::vector<ShadingOp> ops;
+  std::vector<LightWeight> rows;
+  // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query.
+  std::vector<Rgb> cameraBlend, lightBlend;
+  size_t unseen = 0; // queries that no camera sees: others stand in (stand_in.h)
+};
+
+// A light's weight: what falls on the surface now over what fell when the photograph was taken, channel by
+// channel; 0 where nothing fell then.
+Rgb irradianceRatio(Rgb now, Rgb captured);
+
+// Radians between neighbouring lights of the rig, as LightCoverage has it.
+double lightSpacing(const Model& model);
+
+// For the environments of queries to this model, with these options; nothing where weights depend on more
+// than the direction: lights near the object, or a capture that is not a full product.
+std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
+
+// Throws Error when lights are asked of a capture with fixed illumination, or none of one without.
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+                        const Progress& progress = {});
+
+} // namespace surflect

@@ -1,0 +1,118 @@
+#include "srf/model/survey.h"
+
+#include "srf/image/percentile.h"
+#include "srf/model/matted_view.h"
+#include "surfel/bounds.h"
+#include "surfel/error.h"
+#include "surfel/step_progress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <locale>
+#include <sstream>
+
+namespace surflect {
+
+namespace {
+
+void countRadiance(const MattedView& view, PercentileCounter& values, const Progress& progress) {
+  for (const auto& light : view.stack.lights) {
+    progress.checkpoint();
+    for (size_t texel = 0; texel < view.object.inside.size(); ++texel)
+      if (view.object.inside[texel])
+        for (size_t c = 0; c < 3; ++c) values.add(light.values[3 * texel + c]);
+  }
+}
+
+// As they lie from the middle of the impostor.
+LightSamples lightSamples(const Capture& capture, const TriangleMesh& mesh) {
+  const auto middle = middleOf(mesh.positions);
+  std::vector<Direction3<AcquisitionSpace>> towards;
+  std::vector<Rgb> irradiance;
+  for (const Light& light : capture.lights) {
+    towards.push_back(towardsLight(light, middle).cast<float>());
+    irradiance.push_back(irradianceAt(light, middle));
+  }
+  return {towards, irradiance};
+}
+
+// At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
+void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh,
+                const RayCaster<AcquisitionSpace>& impostor, size_t most, LightSamples& samples) {
+  const auto worldFromCamera = camera.cameraFromWorld.inverse();
+  const auto width = static_cast<size_t>(camera.lens.width);
+  const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
+  const size_t step = std::max(size_t{1}, (object + most - 1) / most);
+  std::vector<Rgb> radiance(view.stack.lights.size());
+  size_t seen = 0;
+  for (size_t texel = 0; texel < view.object.inside.size(); ++texel) {
+    if (!view.object.inside[texel] || seen++ % step != 0) continue;
+    const auto ray = rayThrough(
+        camera.lens, {static_cast<double>(texel % width) + 0.5, static_cast<double>(texel / width) + 0.5});
+    if (!ray) continue;
+    const auto hit = impostor.firstHit(worldFromCamera(ray->origin), worldFromCamera(ray->direction));
+    if (!hit) continue;
+    const Vec3<float> normal = areaVector(mesh, hit->triangle).normalized().cast<float>();
+    for (size_t light = 0; light < radiance.size(); ++light) {
+      const float* value = &view.stack.lights[light].values[3 * texel];
+      radiance[light] = {value[0], value[1], value[2]};
+    }
+    samples.add(radiance, assume<Normal3<AcquisitionSpace>>(normal));
+  }
+}
+
+} // namespace
+
+Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
+              NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+  constexpr size_t kViews = 8, kTexels = 4000;
+  const Capture& capture = source.training();
+  // No view has two frames of one light.
+  const bool isFullProduct =
+      std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
+  PercentileCounter values;
+  LightSamples samples = lightSamples(capture, mesh);
+  const size_t count = std::min(kViews, frames.size());
+  for (size_t i = 0; i < count; ++i) {
+    const size_t number = i * frames.size() / count;
+    const auto& camera = capture.views[number].camera;
+    const Progress ofView = stepOf(progress, "survey", i, count);
+    ofView("", 0);
+    const MattedView view = withMatte(source.pictures(frames[number], false, ofView), camera, impostor);
+    countRadiance(view, values, progress);
+    if (isFullProduct) addSamples(view, camera, mesh, impostor, kTexels / count, samples);
+  }
+  if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
+  const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);
+  return {white, samples.choose(white, normals, progress)};
+}
+
+std::string surveyText(const Survey& survey) {
+  const auto& [blend, leftOutDb] = survey.lights;
+  return fmt::format("{:.17g} {} {} {} {}\n", survey.white, blend.lights, nameOf(blend.fit),
+                     blend.foreshortened ? "foreshortened" : "plain",
+                     leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown");
+}
+
+std::optional<Survey> parseSurvey(const std::string& text) {
+  std::istringstream words(text);
+  words.imbue(std::locale::classic());
+  Survey survey;
+  LightBlend& blend = survey.lights.blend;
+  std::string fit, shortening, leftOutDb;
+  if (!(words >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb)) return std::nullopt;
+  if (fit == nameOf(LightFit::plane)) blend.fit = LightFit::plane;
+  blend.foreshortened = shortening == "foreshortened";
+  if (leftOutDb != "unknown") {
+    double db = 0;
+    std::from_chars(leftOutDb.data(), leftOutDb.data() + leftOutDb.size(), db);
+    survey.lights.leftOutDb = db;
+  }
+  if (surveyText(survey) != text || !(survey.white >= 1e-20 && survey.white <= 1e20)) return std::nullopt;
+  return survey;
+}
+
+} // namespace surflect

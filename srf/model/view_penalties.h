@@ -1,0 +1,47 @@
+// How ill each view of a model answers for a surfel: by its angle to the direction that is asked for, over
+// how far it may be asked at all.
+#pragma once
+
+#include "srf/model/model.h"
+#include "srf/query/stand_in.h"
+#include "srf/query/ulr.h"
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace surflect {
+
+// Rates one query after the other; holds what it would otherwise allocate anew.
+class ViewPenalties {
+public:
+  // `nearest`: penalties are those of the angle alone, without any fading.
+  ViewPenalties(const Model& model, bool nearest);
+
+  // Penalty over fade of every view, so that a view which fades leaves the blend without a jump. Where none
+  // is left that sees the surfel well, others stand in; returns false where none sees it at all.
+  bool rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
+
+  // Of a view with a light of the given penalty, or with all of them alike; infinite where it must not be
+  // asked.
+  float with(size_t view, float lightPenalty) const {
+    const float own = penalty_[view] + lightPenalty;
+    if (standInScale_[view] == std::numeric_limits<float>::infinity()) return own;
+    return std::min(own, standInPenalty(anglePenalty_[view] + lightPenalty, standInScale_[view]));
+  }
+
+  // The weights of the `count` best.
+  BlendSet blend(size_t count) const;
+
+private:
+  void rateStandIns(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
+
+  const Model& model_;
+  const bool nearest_;
+  std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
+  // Per view, of the current query; the scale is infinite where the view does not stand in, and without it
+  // the angle has no meaning.
+  std::vector<float> penalty_, anglePenalty_, standInScale_;
+};
+
+} // namespace surflect

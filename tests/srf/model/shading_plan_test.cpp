@@ -1,0 +1,196 @@
+#include "srf/model/shading_plan.h"
+
+#include "srf/query/foreshortening.h"
+#include "srf/query/ulr.h"
+#include "tests/srf/model/queries.h"
+
+namespace surflect {
+namespace {
+
+using namespace studio;
+
+class ShadingPlanned : public ProductQueries {};
+class ShadingPlannedPairs : public PairQueries {};
+
+TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
+  for (const size_t lights : {1, 3}) {
+    const QueryBatch batch = randomBatch(model, 2000, lights, random);
+    const ShadingPlan plan = planShading(model, batch, {.foreshortened = false});
+    EXPECT_EQ(plan.unseen, 0u);
+    std::vector<double> sums(batch.size());
+    for (const ShadingOp& op : plan.ops) {
+      EXPECT_GT(op.weight, 0);
+      sums[op.target] += op.weight;
+      double got = 0, wanted = 0; // irradiance: what the row gives back of the captured one
+      for (const auto& [column, weight] : rowOf(plan, op))
+        got += weight.g * capturedIrradiance(model, op, column).g;
+      for (size_t l = 0; l < lights; ++l) wanted += batch.irradiance[op.target * lights + l].g;
+      EXPECT_NEAR(got / wanted, 1, 3.5e-7);
+    }
+    for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
+  }
+}
+
+TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  const ShadingPlan plan = planShading(model, batch, {.foreshortened = true});
+  size_t lit = 0;
+  for (const ShadingOp& op : plan.ops) {
+    const uint32_t surfel = batch.surfels[op.target];
+    const auto normal = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));
+    const float cosine = foreshortenedCosine(normal, batch.towardsLight[op.target]);
+    double got = 0;
+    for (const auto& [column, weight] : rowOf(plan, op)) {
+      const Light& light = model.rig.lights[model.columns[op.view][column]];
+      got += weight.g * capturedIrradiance(model, op, column).g *
+             foreshortenedCosine(normal,
+                                 towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
+    }
+    const double wanted = batch.irradiance[op.target].g * cosine;
+    if (cosine > 0.5f) { // nearer to grazing the ratio may be bounded
+      EXPECT_NEAR(got / wanted, 1, 2e-3);
+      ++lit;
+    }
+    if (cosine == 0) {
+      EXPECT_LT(got, 2e-3 * batch.irradiance[op.target].g);
+    }
+  }
+  EXPECT_GT(lit, plan.ops.size() / 8);
+}
+
+TEST_F(ShadingPlanned, OnlyCamerasThatSeeTheSurfelAreAsked) {
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  for (const ShadingOp& op : planShading(model, batch, {}).ops)
+    EXPECT_GT(model.fades.of(batch.surfels[op.target])[op.view], 0);
+}
+
+TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
+  const QueryBatch batch = randomBatch(model, 300, 1, random);
+  std::ranges::fill(model.fades.values, uint8_t{0});
+  const ShadingPlan plan = planShading(model, batch, {});
+  EXPECT_EQ(plan.unseen, batch.size());
+  std::vector<double> sums(batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    EXPECT_GT(op.weight, 0);
+    EXPECT_TRUE(contains(model.rig.views[op.view].camera.lens, {op.x, op.y}));
+    sums[op.target] += op.weight;
+  }
+  for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
+}
+
+TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  for (size_t i = 0; i < model.cloud.size(); ++i) { // one sees each surfel; others may be nearer by far
+    const auto row = std::span(model.fades.values).subspan(i * model.fades.views, model.fades.views);
+    std::ranges::fill(row, uint8_t{0});
+    row[i % model.fades.views] = 255;
+  }
+  const ShadingPlan plan = planShading(model, batch, {});
+  EXPECT_EQ(plan.unseen, 0u);
+  size_t within90Degrees = 0;
+  for (const ShadingOp& op : plan.ops) {
+    const uint32_t surfel = batch.surfels[op.target];
+    const size_t seeing = surfel % model.fades.views;
+    const auto towards = towardsViewer(model.rig.views[seeing], model.cloud.p0[surfel].cast<double>());
+    if (anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
+    ++within90Degrees;
+    EXPECT_EQ(op.view, seeing);
+  }
+  EXPECT_GT(within90Degrees, batch.size() / 4);
+}
+
+TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
+  const QueryBatch batch = randomBatch(model, 1000, 1, random);
+  ShadeOptions nearest;
+  nearest.nearest = true;
+  const ShadingPlan plan = planShading(model, batch, nearest);
+  ASSERT_EQ(plan.ops.size(), batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    EXPECT_EQ(op.weight, 1);
+    const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
+    const auto fades = model.fades.of(batch.surfels[op.target]);
+    const auto viewPenalty = [&](size_t view) {
+      return anglePenalty(towardsViewer(model.rig.views[view], p0),
+                          batch.towardsView[op.target].cast<double>());
+    };
+    for (size_t view = 0; view < fades.size(); ++view)
+      EXPECT_TRUE(fades[view] == 0 || viewPenalty(op.view) <= viewPenalty(view) + 1e-6);
+    ASSERT_EQ(rowOf(plan, op).size(), 1u);
+    const auto lightPenalty = [&](const Light& light) {
+      return anglePenalty(towardsLight(light, p0), batch.towardsLight[op.target].cast<double>());
+    };
+    const Light& chosen = model.rig.lights[rowOf(plan, op)[0].light];
+    for (const Light& light : model.rig.lights) EXPECT_LE(lightPenalty(chosen), lightPenalty(light) + 1e-6);
+  }
+}
+
+TEST_F(ShadingPlanned, ALitCaptureNeedsALight) {
+  const QueryBatch batch = randomBatch(model, 10, 0, random);
+  EXPECT_NE(errorOf([&] { planShading(model, batch, {}); }).find("needs a light"), std::string::npos);
+}
+
+TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
+  ASSERT_FALSE(model.isFullProduct);
+  const QueryBatch batch = randomBatch(model, 1000, 2, random);
+  const ShadingPlan plan = planShading(model, batch, {});
+  ASSERT_EQ(plan.targetsPerQuery, 2u);
+  std::vector<double> sums(2 * batch.size()), irradiance(2 * batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    ASSERT_EQ(rowOf(plan, op).size(), 1u);
+    const auto [column, weight] = rowOf(plan, op)[0];
+    ASSERT_LT(column, model.columns[op.view].size());
+    EXPECT_GT(model.fades.of(batch.surfels[op.target / 2])[op.view], 0);
+    sums[op.target] += op.weight;
+    irradiance[op.target] += op.weight * weight.r * capturedIrradiance(model, op, column).r;
+  }
+  for (size_t target = 0; target < sums.size(); ++target) {
+    EXPECT_NEAR(sums[target], 1, 4.5e-7);
+    EXPECT_NEAR(irradiance[target] / batch.irradiance[target].r, 1, 7e-7);
+  }
+}
+
+TEST_F(ShadingPlannedPairs, ACapturedPairHasAllTheWeight) {
+  const auto [batch, photographs] = capturedRays(model, random);
+  ASSERT_GT(batch.size(), 2000u);
+  const ShadingPlan plan = planShading(model, batch, {});
+  std::vector<double> weight(batch.size());
+  for (const ShadingOp& op : plan.ops)
+    if (std::pair(op.view, rowOf(plan, op)[0].light) == photographs[op.target]) weight[op.target] = op.weight;
+  for (const double w : weight) EXPECT_NEAR(w, 1, 1e-7);
+}
+
+TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
+  const QueryBatch batch = randomBatch(model, 500, 1, random);
+  ShadeOptions nearest;
+  nearest.nearest = true;
+  const ShadingPlan plan = planShading(model, batch, nearest);
+  ASSERT_EQ(plan.ops.size(), batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
+    const auto fades = model.fades.of(batch.surfels[op.target]);
+    const auto penalty = [&](size_t view, size_t column) {
+      const Light& light = model.rig.lights[model.columns[view][column]];
+      return anglePenalty(towardsViewer(model.rig.views[view], p0),
+                          batch.towardsView[op.target].cast<double>()) +
+             anglePenalty(towardsLight(light, p0), batch.towardsLight[op.target].cast<double>());
+    };
+    const double chosen = penalty(op.view, rowOf(plan, op)[0].light);
+    for (size_t view = 0; view < fades.size(); ++view)
+      for (size_t column = 0; fades[view] > 0 && column < model.columns[view].size(); ++column)
+        EXPECT_LE(chosen, penalty(view, column) + 1e-6);
+  }
+}
+
+TEST(IrradianceRatio, OfWhatWasCapturedIsOneAndNothingInTheDark) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> strength(0.1f, 10);
+  for (int i = 0; i < 50; ++i) {
+    const Rgb captured{strength(random), strength(random), 0};
+    EXPECT_EQ(irradianceRatio(captured, captured), (Rgb{1, 1, 0}));
+    EXPECT_EQ(irradianceRatio(4 * captured, captured), (Rgb{4, 4, 0}));
+    EXPECT_EQ(irradianceRatio({1, 1, 1}, captured).b, 0);
+  }
+}
+
+} // namespace
+} // namespace surflect
