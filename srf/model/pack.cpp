@@ -85,7 +85,7 @@ std::string packIdentity(const PackSource& source, double tolerance, const Trian
 PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t>> frames,
                       const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& impostor, double spacing,
                       const Progress& progress) {
-  constexpr double kRatio = 7;                 // half floats to stored bytes, at the default tolerance
+  constexpr double kRatio = 10;                // half floats to stored bytes, at the default tolerance
   constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
   constexpr double kSecondsPerFade = 1.3e-7;   // per surfel and view
   constexpr double kSecondsPerValue = 2.2e-8;  // reading and encoding, per channel of an object pixel

@@ -25,10 +25,11 @@ using Eigen::VectorXd;
 
 constexpr uint64_t allPresent = ~uint64_t{0};
 constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // flags of a record
-constexpr std::array precisions = {16, 8, 4};              // bits of an eigenimage, in the record's order
+constexpr std::array precisions = {16, 8, 4};              // bits of a term, in the record's order
 constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
 constexpr double nullEnergy = 1e-14;      // of the strongest term: below lies the noise of the Gram matrix
 
+// Of terms at 16 bits; others have levels for coefficients as for eigenimages, of the same precision.
 enum class CoefficientType { half, single };
 
 size_t bytesOf(CoefficientType type) { return type == CoefficientType::half ? 2 : 4; }
@@ -40,10 +41,15 @@ float asStored(float coefficient, CoefficientType type) {
 
 // The quantiser is symmetric: -levels .. levels.
 int levelsOf(int bits) { return (1 << (bits - 1)) - 1; }
-size_t imageBytes(size_t values, int bits) { return (values * bits + 7) / 8; }
+size_t levelBytes(size_t values, int bits) { return (values * bits + 7) / 8; }
+size_t coefficientBytes(size_t lights, int bits, CoefficientType type) {
+  return bits == 16 ? lights * bytesOf(type) : sizeof(float) + levelBytes(lights, bits);
+}
 
+// Of X W.
 struct Factors {
   MatrixXd images;   // E, rows x K, orthonormal columns
+  MatrixXd lights;   // lights x K, orthonormal columns
   VectorXd energies; // sigma_k^2, falling
 };
 
@@ -57,20 +63,27 @@ Factors factorise(const MatrixXd& x) {
   while (terms < energies.size() && energies[terms] > nullEnergy * energies[0]) ++terms;
 
   const MatrixXd vectors = solver.eigenvectors().rowwise().reverse().leftCols(terms);
-  Factors factors{vectors, energies.head(terms)};
-  if (overLights) factors.images = x * vectors * factors.energies.cwiseSqrt().cwiseInverse().asDiagonal();
-  return factors;
+  const VectorXd strongest = energies.head(terms);
+  const auto inverse = strongest.cwiseSqrt().cwiseInverse().asDiagonal();
+  if (overLights) return {x * vectors * inverse, vectors, strongest};
+  return {vectors, x.transpose() * vectors * inverse, strongest};
 }
 
-// The levels nearest to an eigenimage whose largest entry is put on the last one.
-VectorXd quantised(const VectorXd& image, int bits) {
-  return (image * (levelsOf(bits) / image.cwiseAbs().maxCoeff())).array().round();
+// The levels nearest to values of which the largest is put on the last one.
+VectorXd quantised(const VectorXd& values, int bits) {
+  return (values * (levelsOf(bits) / values.cwiseAbs().maxCoeff())).array().round();
 }
 
 // What the best multiple of b leaves of the unit vector a: sin^2 of the angle between them.
 double residual(const VectorXd& a, const VectorXd& b) {
   const double along = a.dot(b);
   return (a - along / b.squaredNorm() * b).squaredNorm();
+}
+
+// Of coefficients whose weighted norm is 1: the squared error of their levels, weighted.
+double coefficientError(const VectorXd& coefficients, const VectorXd& weights, int bits) {
+  const double step = coefficients.cwiseAbs().maxCoeff() / levelsOf(bits);
+  return ((coefficients - step * quantised(coefficients, bits)).cwiseProduct(weights)).squaredNorm();
 }
 
 // A step of one term from a precision (at first: none) to a higher one.
@@ -83,7 +96,7 @@ struct Upgrade {
 
 // All steps worth taking, best first; every beginning of the list is the cheapest choice of rank and
 // precisions for the error that it leaves (a Lagrangian optimum: per term the steps follow the convex hull).
-std::vector<Upgrade> upgradesOf(const Factors& factors, size_t lights, CoefficientType type) {
+std::vector<Upgrade> upgradesOf(const Factors& factors, const VectorXd& weights, CoefficientType type) {
   struct Choice {
     int bits;
     double bytes, squaredError;
@@ -91,10 +104,12 @@ std::vector<Upgrade> upgradesOf(const Factors& factors, size_t lights, Coefficie
   std::vector<Upgrade> upgrades;
   for (int k = 0; k < factors.energies.size(); ++k) {
     const VectorXd image = factors.images.col(k);
+    const VectorXd coefficients = factors.lights.col(k).cwiseQuotient(weights);
     std::vector<Choice> choices = {{0, 0, factors.energies[k]}};
     for (const int bits : {4, 8, 16}) {
-      const size_t bytes = imageBytes(image.size(), bits) + lights * bytesOf(type);
-      const double left = factors.energies[k] * residual(image, quantised(image, bits));
+      const size_t bytes = levelBytes(image.size(), bits) + coefficientBytes(weights.size(), bits, type);
+      const double rounded = bits == 16 ? 0 : coefficientError(coefficients, weights, bits);
+      const double left = factors.energies[k] * (residual(image, quantised(image, bits)) + rounded);
       choices.push_back({bits, static_cast<double>(bytes), left});
     }
     for (size_t from = 0;;) {
@@ -123,6 +138,8 @@ struct Encoding {
   MatrixXd levels;                 // rows x K
   MatrixXf basis;                  // levels as decoded
   MatrixXf coefficients;           // K x lights, as decoded
+  MatrixXd lightLevels;            // lights x K; of terms below 16 bits
+  std::vector<float> peaks;        // per stored term: the coefficient of the last level; below 16 bits
   double squaredError = 0;         // of X
   double squaredWeightedError = 0; // of X W
 };
@@ -130,9 +147,30 @@ struct Encoding {
 // What is to be stored, and how well.
 struct Target {
   MatrixXd x;
-  VectorXd weights; // W, one a light
-  double squaredBound = 0, squaredWeightedBound = 0;
+  VectorXd weights;        // W, one a light
+  double squaredBound = 0; // of X W
 };
+
+// Puts solved coefficients, K x lights, into the form in which they are stored.
+void store(const MatrixXd& solved, Encoding& encoding) {
+  encoding.coefficients.resize(solved.rows(), solved.cols());
+  encoding.lightLevels.setZero(solved.cols(), solved.rows());
+  encoding.peaks.assign(static_cast<size_t>(solved.rows()), 0);
+  for (Eigen::Index k = 0; k < solved.rows(); ++k) {
+    const int bits = encoding.bits[static_cast<size_t>(k)];
+    const VectorXd row = solved.row(k);
+    if (bits == 16) {
+      encoding.coefficients.row(k) =
+          row.cast<float>().unaryExpr([&](float a) { return asStored(a, encoding.type); });
+      continue;
+    }
+    const auto peak = static_cast<float>(row.cwiseAbs().maxCoeff());
+    encoding.peaks[static_cast<size_t>(k)] = peak;
+    if (peak > 0) encoding.lightLevels.col(k) = quantised(row, bits);
+    const auto last = static_cast<float>(levelsOf(bits));
+    encoding.coefficients.row(k) = peak * (encoding.lightLevels.col(k).cast<float>() / last);
+  }
+}
 
 Encoding realise(const Target& target, const Factors& factors, std::span<const Upgrade> upgrades,
                  CoefficientType type) {
@@ -157,29 +195,24 @@ Encoding realise(const Target& target, const Factors& factors, std::span<const U
   }
   // Coefficients are solved for again, now that the eigenimages have moved.
   const MatrixXd basis = encoding.basis.cast<double>();
-  encoding.coefficients.setZero(rank, x.cols());
-  if (rank > 0) {
-    const MatrixXd solved = basis.colPivHouseholderQr().solve(x);
-    encoding.coefficients = solved.cast<float>().unaryExpr([&](float a) { return asStored(a, type); });
-  }
+  store(rank > 0 ? MatrixXd(basis.colPivHouseholderQr().solve(x)) : MatrixXd(0, x.cols()), encoding);
   const MatrixXd error = x - basis * encoding.coefficients.cast<double>();
   encoding.squaredError = error.squaredNorm();
   encoding.squaredWeightedError = (error * target.weights.asDiagonal()).squaredNorm();
   return encoding;
 }
 
-// Empty where no choice with coefficients of this type keeps the bounds. The factors are those of X W.
+// Empty where no choice with coefficients of this type keeps the bound.
 std::optional<Encoding> cheapest(const Target& target, const Factors& factors, CoefficientType type) {
-  const std::vector<Upgrade> all = upgradesOf(factors, target.x.cols(), type);
+  const std::vector<Upgrade> all = upgradesOf(factors, target.weights, type);
   const std::span<const Upgrade> upgrades(all);
   const auto realised = [&](size_t count) { return realise(target, factors, upgrades.first(count), type); };
   const auto keepsBound = [&](const Encoding& c) { // NaN does not
-    return c.squaredError <= target.squaredBound && c.squaredWeightedError <= target.squaredWeightedBound;
+    return c.squaredWeightedError <= target.squaredBound;
   };
 
   size_t count = 0;
-  for (double left = factors.energies.sum(); left > target.squaredWeightedBound && count < upgrades.size();
-       ++count)
+  for (double left = factors.energies.sum(); left > target.squaredBound && count < upgrades.size(); ++count)
     left -= upgrades[count].saved;
 
   // From the predicted choice up until the actual error is small enough, then down while it still is.
@@ -201,11 +234,8 @@ Target targetOf(const MatrixXd& x, double tolerance, double white) {
   VectorXd weights(x.cols());
   for (Eigen::Index light = 0; light < x.cols(); ++light)
     weights[light] = lightWeight(x.col(light).norm() / std::sqrt(x.rows()), white);
-  const double bound = blockErrorBound(x.norm(), x.size(), tolerance, white);
-  // The floor of the bound as that of a block which is everywhere as dark.
-  const double weightedBound = blockErrorBound((x * weights.asDiagonal()).norm(), x.size(), tolerance,
-                                               white * lightWeight(blockErrorFloor * white, white));
-  return {x, weights, bound * bound, weightedBound * weightedBound};
+  const double bound = blockErrorBound((x * weights.asDiagonal()).norm(), x.size(), tolerance, white);
+  return {x, weights, bound * bound};
 }
 
 double clippedSquaredError(const MatrixXd& x, const MatrixXd& stored, double white) {
@@ -228,7 +258,7 @@ void appendLevels(std::vector<std::byte>& record, const VectorXd& levels, int bi
 
 // Written to values[0], values[stride], ...
 void takeLevels(ByteReader& reader, int bits, size_t count, float* values, size_t stride) {
-  const std::span<const std::byte> raw = reader.take(imageBytes(count, bits));
+  const std::span<const std::byte> raw = reader.take(levelBytes(count, bits));
   ByteReader levels(raw);
   const auto scale = static_cast<float>(levelsOf(bits));
   for (size_t i = 0; i < count; ++i) {
@@ -243,6 +273,33 @@ void takeLevels(ByteReader& reader, int bits, size_t count, float* values, size_
   }
 }
 
+void appendCoefficient(std::vector<std::byte>& record, float a, CoefficientType type) {
+  if (type == CoefficientType::half)
+    append(record, imath_float_to_half(a));
+  else
+    append(record, a);
+}
+
+float takeCoefficient(ByteReader& reader, CoefficientType type) {
+  const float a =
+      type == CoefficientType::half ? imath_half_to_float(reader.take<uint16_t>()) : reader.take<float>();
+  if (!(std::abs(a) < coefficientLimit))
+    throw Error::mismatch("a number below 1e33", std::to_string(a)).at("coefficients");
+  return a;
+}
+
+// Written to a[0], a[stride], ...
+void takeCoefficients(ByteReader& reader, int bits, CoefficientType type, size_t lights, float* a,
+                      size_t stride) {
+  if (bits == 16) {
+    for (size_t l = 0; l < lights; ++l) a[l * stride] = takeCoefficient(reader, type);
+    return;
+  }
+  const float peak = takeCoefficient(reader, CoefficientType::single);
+  takeLevels(reader, bits, lights, a, stride);
+  for (size_t l = 0; l < lights; ++l) a[l * stride] *= peak;
+}
+
 std::vector<std::byte> recordOf(uint64_t present, const Encoding& encoding) {
   std::vector<std::byte> record;
   uint8_t flags = encoding.type == CoefficientType::single ? floatCoefficients : 0;
@@ -251,14 +308,16 @@ std::vector<std::byte> recordOf(uint64_t present, const Encoding& encoding) {
   for (const int bits : precisions)
     append(record, static_cast<uint8_t>(std::ranges::count(encoding.bits, bits)));
   if (present != allPresent) append(record, present);
-  for (const float a : encoding.coefficients.reshaped()) {
-    if (encoding.type == CoefficientType::half)
-      append(record, imath_float_to_half(a));
-    else
-      append(record, a);
+  for (size_t k = 0; k < encoding.bits.size(); ++k) {
+    const auto term = static_cast<Eigen::Index>(k);
+    if (encoding.bits[k] == 16) {
+      for (const float a : encoding.coefficients.row(term)) appendCoefficient(record, a, encoding.type);
+    } else {
+      append(record, encoding.peaks[k]);
+      appendLevels(record, encoding.lightLevels.col(term), encoding.bits[k]);
+    }
+    appendLevels(record, encoding.levels.col(term), encoding.bits[k]);
   }
-  for (size_t k = 0; k < encoding.bits.size(); ++k)
-    appendLevels(record, encoding.levels.col(static_cast<Eigen::Index>(k)), encoding.bits[k]);
   return record;
 }
 
@@ -277,11 +336,15 @@ int nearestPresent(uint64_t present, int texel) {
 
 } // namespace
 
-double lightWeight(double rms, double white) { return 1 / std::sqrt(rms / white + 0.01); }
+double lightWeight(double rms, double white) {
+  constexpr double kDark = 0.01;
+  const double r = rms / white;
+  return 1 / std::sqrt(r * r + r + kDark);
+}
 
-double blockErrorBound(double norm, size_t values, double tolerance, double white) {
-  const double floor = blockErrorFloor * white * std::sqrt(static_cast<double>(values));
-  return std::max(tolerance, smallestTolerance) * std::max(norm, floor);
+double blockErrorBound(double weightedNorm, size_t values, double tolerance, double white) {
+  return std::max(tolerance * white * std::sqrt(static_cast<double>(values)),
+                  smallestTolerance * weightedNorm);
 }
 
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {
@@ -320,23 +383,14 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   block.stride = (block.rank + 3) / 4 * 4;
 
   const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
-  ByteReader coefficients(reader.take(lights * block.rank * bytesOf(type)));
   block.coefficients.resize(lights * block.stride);
-  for (size_t l = 0; l < lights; ++l) {
-    for (int k = 0; k < block.rank; ++k) {
-      const float a = type == CoefficientType::half ? imath_half_to_float(coefficients.take<uint16_t>())
-                                                    : coefficients.take<float>();
-      if (!(std::abs(a) < coefficientLimit))
-        throw Error::mismatch("a number below 1e33", std::to_string(a)).at("coefficients");
-      block.coefficients[l * block.stride + k] = a;
-    }
-  }
-
   std::vector<float> packed(rows * block.stride); // [present texels x channels][stride]
   int k = 0;
   for (size_t p = 0; p < precisions.size(); ++p)
-    for (int i = 0; i < terms[p]; ++i, ++k)
+    for (int i = 0; i < terms[p]; ++i, ++k) {
+      takeCoefficients(reader, precisions[p], type, lights, block.coefficients.data() + k, block.stride);
       takeLevels(reader, precisions[p], rows, packed.data() + k, block.stride);
+    }
   if (reader.left() != 0) throw Error::mismatch("no more bytes", std::to_string(reader.left()));
 
   const size_t texelValues = 3 * static_cast<size_t>(block.stride);

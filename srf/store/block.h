@@ -2,8 +2,9 @@
 //
 // X has a row for each object texel and colour channel, and a column for each light; E holds K eigenimages,
 // A their coefficients, which the three channels share. The mean is not taken off: it would be one more
-// eigenimage. [Weyrich 2005, §5.3] stores such "PCA data"; what follows is ours: each eigenimage has its own
-// precision, and rank and precisions are the cheapest that keep the block's error bounds.
+// eigenimage. [Weyrich 2005, §5.3] stores such "PCA data"; what follows is ours: each term, an
+// eigenimage with its coefficients, has its own precision, and rank and precisions are the cheapest that keep
+// the block's error bound.
 //
 // The record of a block is specified to the byte in docs/format.md.
 #pragma once
@@ -20,19 +21,21 @@ namespace surflect {
 inline constexpr int blockSize = 8; // pixels a side
 inline constexpr int blockTexels = blockSize * blockSize;
 
-// The bound counts a block darker than this part of white as if it were that bright.
-inline constexpr double blockErrorFloor = 1e-3;
-// What 16 bits at full rank reach whatever the block: half a quantiser step in each of up to 192 rows is
-// sqrt(192) / (2 * 32767) = 2.1e-4 of |X|. Smaller tolerances are taken as this one.
+// One over the error that may be, in parts of the tolerance, under a light which shows the block at this
+// brightness, root mean square: (r^2 + r + 0.01)^-1/2 with r = rms / white. That is the shape of a camera's
+// own noise: below white it grows with the root of the light, as what a display with a gamma of 2 shows
+// alike, beyond white with the light itself, and in the dark it stays. A light that shows the block dimly has
+// its say beside a highlight, for the script may make it bright.
+double lightWeight(double rms, double white);
+
+// What 16 bits at full rank reach, whatever the block: half a quantiser step in each of up to 192 rows is
+// sqrt(192) / (2 * 32767) = 2.1e-4 of the norm.
 inline constexpr double smallestTolerance = 2.5e-4;
 
-// tau max(|X|_F, 1e-3 white sqrt(n)), n the number of values in X.
-double blockErrorBound(double norm, size_t values, double tolerance, double white);
-
-// Of the errors under a light which shows the block at this brightness, root mean square: (rms / white +
-// 0.01)^ -1/2. A light that shows it dimly has its say, for the script may make it bright; as one that stands
-// beside a highlight it would have none.
-double lightWeight(double rms, double white);
+// Of |(X - X') W|_F, with W the lights' weights and n values in X: tau white sqrt(n), so that the mean error
+// under a light that shows the block at brightness r is about tau white sqrt(r^2 + r + 0.01); but not below
+// what can be reached, smallestTolerance |X W|_F.
+double blockErrorBound(double weightedNorm, size_t values, double tolerance, double white);
 
 struct EncodedBlock {
   std::vector<std::byte> record;
@@ -43,8 +46,7 @@ struct EncodedBlock {
 
 // `present`: bit 8 y + x is set where texel (x, y) shows the object; not zero. `radiance`: row 3 i + c is
 // channel c of the i-th present texel in order of bits, one column a light; finite and below 1e30.
-// `white` > 0 is the radiance of a white pixel. Guarantees |X - X'|_F <= blockErrorBound, and the same of X W
-// and X' W, W the lights' weights.
+// `white` > 0 is the radiance of a white pixel. Guarantees blockErrorBound.
 EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white);
 
 // A block ready for look-ups. Absent texels are filled from the nearest present one, so that bilinear

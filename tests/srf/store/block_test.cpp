@@ -62,40 +62,36 @@ std::vector<Case> cases() {
   return all;
 }
 
-TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
-  for (const auto& [name, present, x] : cases()) {
-    for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, smallestTolerance}) {
-      for (const double white : {1e-6, 1.0, 1e4}) {
-        const EncodedBlock encoded = encodeBlock(present, x, tolerance, white);
-        const double error = (decoded(encoded, present, x.cols()) - x.cast<double>()).norm();
-        EXPECT_LE(error, blockErrorBound(x.cast<double>().norm(), x.size(), tolerance, white) * (1 + 1e-12))
-            << name << ", tolerance " << tolerance << ", white " << white;
-        EXPECT_NEAR(error * error, encoded.squaredError, 1e-9 * encoded.squaredError) << name;
-      }
-    }
-  }
-}
-
-Eigen::VectorXd weightsOf(const Eigen::MatrixXd& x, double white) {
+Eigen::VectorXd weightsOf(const MatrixXd& x, double white) {
   Eigen::VectorXd weights(x.cols());
   for (Eigen::Index l = 0; l < x.cols(); ++l)
     weights[l] = lightWeight(x.col(l).norm() / std::sqrt(x.rows()), white);
   return weights;
 }
 
-TEST(Block, EveryBlockKeepsItsBoundWeightedByLights) {
-  for (const auto& [name, present, x] : cases())
-    for (const double tolerance : {0.3, 0.03, 1e-3})
+TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
+  for (const auto& [name, present, radiance] : cases())
+    for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, smallestTolerance, 0.})
       for (const double white : {1e-6, 1.0, 1e4}) {
-        const Eigen::VectorXd w = weightsOf(x.cast<double>(), white);
-        const auto weights = w.asDiagonal();
-        const Eigen::MatrixXd wanted = x.cast<double>() * weights;
-        const Eigen::MatrixXd got =
-            decoded(encodeBlock(present, x, tolerance, white), present, x.cols()) * weights;
-        const double bound = blockErrorBound(wanted.norm(), x.size(), tolerance,
-                                             white * lightWeight(blockErrorFloor * white, white));
-        EXPECT_LE((got - wanted).norm(), bound * (1 + 1e-12)) << name << ", tolerance " << tolerance;
+        const MatrixXd x = radiance.cast<double>();
+        const Eigen::VectorXd w = weightsOf(x, white);
+        const EncodedBlock encoded = encodeBlock(present, radiance, tolerance, white);
+        const MatrixXd error = decoded(encoded, present, x.cols()) - x;
+        const double bound = blockErrorBound((x * w.asDiagonal()).norm(), x.size(), tolerance, white);
+        EXPECT_LE((error * w.asDiagonal()).norm(), bound * (1 + 1e-12))
+            << name << ", tolerance " << tolerance << ", white " << white;
+        EXPECT_NEAR(error.squaredNorm(), encoded.squaredError, 1e-9 * encoded.squaredError) << name;
       }
+}
+
+// In the dark alike everywhere, then with the root of the light, beyond white with the light.
+TEST(Block, ErrorsMayGrowWithTheLightAsThoseOfACameraDo) {
+  const auto allowed = [](double rms) { return 1 / lightWeight(rms, 2); };
+  EXPECT_NEAR(allowed(0), 0.1, 1e-15);
+  EXPECT_NEAR(allowed(2e-4), 0.1, 1e-3);
+  EXPECT_NEAR(allowed(0.8) / allowed(0.2), 2, 0.25);
+  EXPECT_NEAR(allowed(4000) / allowed(2000), 2, 1e-3);
+  EXPECT_DOUBLE_EQ(lightWeight(0.3, 1), lightWeight(300, 1000));
 }
 
 // Under one light a highlight a hundred times as bright as the block is under the others: the errors of all
@@ -105,7 +101,7 @@ TEST(Block, ADimLightKeepsItsDetailBesideAHighlight) {
   for (int trial = 0; trial < 20; ++trial) {
     Eigen::MatrixXf x = 0.05f * random(192, 12, generator).cwiseAbs();
     x.col(trial % 12) *= 100;
-    const Eigen::MatrixXd got = decoded(encodeBlock(~uint64_t{0}, x, 0.04, 1), ~uint64_t{0}, 12);
+    const Eigen::MatrixXd got = decoded(encodeBlock(~uint64_t{0}, x, 0.02, 1), ~uint64_t{0}, 12);
     const Eigen::MatrixXd error = got - x.cast<double>();
     double dim = 0, norm = 0;
     for (Eigen::Index l = 0; l < 12; ++l)
@@ -113,20 +109,16 @@ TEST(Block, ADimLightKeepsItsDetailBesideAHighlight) {
         dim += error.col(l).squaredNorm();
         norm += x.col(l).cast<double>().squaredNorm();
       }
-    // All of the weighted bound spent on the dim lights, whose weights are 1 / sqrt(rms + 0.01).
+    // All of the bound spent on the dim lights, of about one weight.
     const Eigen::VectorXd weights = weightsOf(x.cast<double>(), 1);
-    const double bound = 0.04 * (x.cast<double>() * weights.asDiagonal()).norm() / weights[(trial + 1) % 12];
-    EXPECT_LE(std::sqrt(dim), bound * 1.1);
-    EXPECT_LT(std::sqrt(dim / norm), 0.15); // 0.04 of the whole block would allow 1.2
+    EXPECT_LE(std::sqrt(dim), 0.02 * std::sqrt(x.size()) / weights[(trial + 1) % 12] * 1.1);
+    EXPECT_LT(std::sqrt(dim / norm), 0.15); // unweighted, 0.02 would allow 0.4
   }
 }
 
-TEST(Block, ToleranceBelowTheSmallestIsTakenAsTheSmallest) {
-  for (const auto& [name, present, x] : cases()) {
-    const EncodedBlock encoded = encodeBlock(present, x, 0, 1e-6);
-    EXPECT_LE(encoded.squaredError, std::pow(smallestTolerance * x.cast<double>().norm(), 2)) << name;
-    EXPECT_EQ(encoded.record, encodeBlock(present, x, smallestTolerance, 1e-6).record) << name;
-  }
+TEST(Block, AToleranceThatCannotBeReachedIsTakenAsOneThatCan) {
+  for (const auto& [name, present, x] : cases())
+    EXPECT_EQ(encodeBlock(present, x, 0, 1e-6).record, encodeBlock(present, x, 1e-13, 1e-6).record) << name;
 }
 
 TEST(Block, ErrorFallsAndSizeGrowsAsToleranceTightens) {
@@ -152,9 +144,13 @@ TEST(Block, ZeroBlockHasRankZero) {
   EXPECT_EQ(decodeBlock(encoded.record, 28).rank, 0);
 }
 
-TEST(Block, BlockBelowTheFloorHasRankZero) {
-  const EncodedBlock encoded = encodeBlock(full, MatrixXf::Constant(192, 28, 0.9e-3f * 0.03f), 0.03, 1);
-  EXPECT_EQ(encoded.rank, 0);
+// A tenth of the tolerance is the error that may be in the dark.
+TEST(Block, ABlockDarkerThanItsErrorMayBeHasRankZero) {
+  const auto rank = [](float value) {
+    return encodeBlock(full, MatrixXf::Constant(192, 28, value), 0.03, 1).rank;
+  };
+  EXPECT_EQ(rank(2.9e-3f), 0);
+  EXPECT_EQ(rank(3.6e-3f), 1);
 }
 
 TEST(Block, LowRankBlockIsStoredWithItsRank) {
@@ -165,19 +161,20 @@ TEST(Block, LowRankBlockIsStoredWithItsRank) {
   }
 }
 
-// Four bits a value and a half float a light: what rank 1 at 10 % needs, and no byte more.
+// Four bits a value and a light, and the float that scales these: what rank 1 at 20 % needs, and no byte
+// more.
 TEST(Block, RecordIsAsSmallAsItsTermsAllow) {
   std::mt19937 generator(4);
   const MatrixXf x = random(192, 1, generator).array().tanh().matrix() * random(1, 28, generator);
-  EXPECT_EQ(encodeBlock(full, x, 0.1, 1).record.size(), 4u + 28 * 2 + 192 / 2);
+  EXPECT_EQ(encodeBlock(full, x, 0.2, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
   const uint64_t three = 0b10101;
-  EXPECT_EQ(encodeBlock(three, x.topRows(9), 0.1, 1).record.size(), 4u + 8 + 28 * 2 + 5);
+  EXPECT_EQ(encodeBlock(three, x.topRows(9), 0.2, 1).record.size(), 4u + 8 + 4 + 28 / 2 + 5);
 }
 
 TEST(Block, CoefficientsBecomeFloatsWhereHalvesOverflow) {
   std::mt19937 generator(5);
   const MatrixXf x = random(192, 1, generator) * random(1, 28, generator);
-  const auto bytes = [&](float scale) { return encodeBlock(full, scale * x, 0.01, 1).record.size(); };
+  const auto bytes = [&](float scale) { return encodeBlock(full, scale * x, 1e-3, 1).record.size(); };
   EXPECT_EQ(bytes(1e6f), bytes(1) + 28 * 2);
 }
 
@@ -238,13 +235,18 @@ TEST(Block, DamagedRecordDecodesToModestNumbersOrIsRejected) {
       damaged[i] = ~damaged[i];
       try {
         for (const float a : decodeBlock(damaged, x.cols()).coefficients)
-          ASSERT_LT(std::abs(a), 1e33f) << name;
+          ASSERT_LT(std::abs(a), 1.2e33f) << name; // levels reach from -8/7 to 1
       } catch (const Error&) {
         ++rejected;
       }
     }
   }
-  EXPECT_GT(rejected, 100);
+  EXPECT_GT(rejected, 50);
+}
+
+std::vector<uint8_t> joined(std::vector<uint8_t> front, const std::vector<uint8_t>& back) {
+  front.insert(front.end(), back.begin(), back.end());
+  return front;
 }
 
 TEST(Block, MeaninglessRecordsNameTheirField) {
@@ -259,7 +261,9 @@ TEST(Block, MeaninglessRecordsNameTheirField) {
   EXPECT_EQ(fieldOf({4, 0, 0, 0}), "flags");
   EXPECT_EQ(fieldOf({2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "present");
   EXPECT_EQ(fieldOf({0, 1, 1, 1}), "rank");
-  EXPECT_EQ(fieldOf({2, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0x7c, 0, 0, 0, 0}), "coefficients"); // infinity
+  const std::vector<uint8_t> half = {0, 0x7c}, single = {0, 0, 0x80, 0x7f}; // infinite
+  EXPECT_EQ(fieldOf(joined({2, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, half)), "coefficients");
+  EXPECT_EQ(fieldOf(joined({2, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0}, single)), "coefficients");
 }
 
 } // namespace

@@ -29,7 +29,7 @@ protected:
     for (int v = 0; v < views; ++v) {
       const std::filesystem::path path = folder_ / (std::to_string(v) + ".view");
       const ReflectanceStack stack = glossySphere(size, lights, 1.f + static_cast<float>(v));
-      writeFileAtomically(path, encodeView(stack, {.tolerance = 0.01}).file);
+      writeFileAtomically(path, encodeView(stack, {.tolerance = 0.005}).file);
       views_.emplace_back(path);
     }
   }
