@@ -1,20 +1,26 @@
-// How smoothly a picture follows a light: a lamp goes round the object a degree at a time, and pixels are
-// watched. A JSON report on stdout; a picture of it.
+// How smoothly a picture follows a light that goes round the object, and how closely. A JSON report on
+// stdout; a picture of it.
 //
-//   light_sweep MODEL OUT.png
+//   light_sweep MODEL SWEEP OUT.png
 //
-// Per way to blend lights, the RMS and the largest second difference L(i-1) - 2 L(i) + L(i+1) of a pixel's
-// radiance along the sweep, white being 1. The picture has a band for each way, in the order of the report:
-// the middle row of pixels, from left to right, as the light turns from top to bottom.
+// SWEEP is a capture of one view whose directional lights, in their order, are the sweep: the truth. The
+// report has, for the truth and for each way to blend the model's lights, the RMS and the largest second
+// difference of a pixel's radiance along the sweep, and the RMS error; 1 is the white of the model. Pixels
+// count that the truth and all ways see covered. The picture has a band for each in this order: the middle
+// row of pixels, from left to right, as the light goes from top to bottom.
 
+#include "bench/ablation/sweep.h"
 #include "bench/ablation/variants.h"
 #include "render/film.h"
+#include "srf/capture/photograph.h"
+#include "surfel/error.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
+#include <numeric>
 
 using namespace surflect;
 
@@ -22,83 +28,121 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kSteps = 90; // of a degree
-constexpr double kElevation = 20 * std::numbers::pi / 180;
+struct Way {
+  std::string name;
+  std::vector<Image> pictures; // RGBA, premultiplied, a step of the light each
+};
 
-// RGBA, premultiplied, a step of the light each.
-std::vector<Image> sweep(const Renderer& renderer) {
-  std::vector<Image> pictures;
-  for (int step = 0; step < kSteps; ++step) {
-    const double azimuth = step * std::numbers::pi / 180;
-    const Vec3<double> towards(std::cos(kElevation) * std::cos(azimuth),
-                               std::cos(kElevation) * std::sin(azimuth), std::sin(kElevation));
-    const std::vector<ShotLight> light{
-        ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards), {3, 3, 3}}};
-    pictures.push_back(renderer(light));
-  }
-  return pictures;
-}
-
-Json roughness(std::span<const Image> pictures, double white) {
-  PooledMean squares;
-  double largest = 0;
-  for (size_t i = 1; i + 1 < pictures.size(); ++i)
-    for (size_t v = 0; v < pictures[i].values.size(); ++v) {
-      if (v % 4 == 3 || !(pictures[i].values[v | 3] > 0.5f)) continue;
-      const double second = (double{pictures[i - 1].values[v]} - 2 * double{pictures[i].values[v]} +
-                             pictures[i + 1].values[v]) /
-                            white;
-      squares += {second * second, 1};
-      largest = std::max(largest, std::abs(second));
+Way photographed(const Capture& sweep) {
+  std::vector<size_t> frames(sweep.frames.size());
+  std::iota(frames.begin(), frames.end(), size_t{0});
+  Way way{"truth", {}};
+  for (const Photograph& photograph : readPhotographs(sweep, frames)) {
+    const Image& alpha = photograph.alpha;
+    Image& picture = way.pictures.emplace_back(alpha.width, alpha.height, 4);
+    for (size_t i = 0; i < alpha.values.size(); ++i) {
+      for (size_t c = 0; c < 3; ++c)
+        picture.values[4 * i + c] = photograph.radiance.values[3 * i + c] * alpha.values[i];
+      picture.values[4 * i + 3] = alpha.values[i];
     }
-  return {{"rms", std::sqrt(squares.mean())}, {"largest", largest}};
-}
-
-void appendBand(std::span<const Image> pictures, Image& bands) {
-  for (const Image& picture : pictures) {
-    const auto row =
-        picture.values.begin() + static_cast<std::ptrdiff_t>(4 * picture.width * (picture.height / 2));
-    bands.values.insert(bands.values.end(), row, row + 4 * picture.width);
-    ++bands.height;
   }
-  bands.width = pictures[0].width;
-  bands.channels = 4;
+  return way;
 }
 
-Json measure(const std::filesystem::path& folder, const std::filesystem::path& picture) {
-  const Model model = openModel(folder);
+std::vector<ShotLight> lightsOf(const Capture& sweep) {
+  std::vector<ShotLight> lights;
+  for (const Frame& frame : sweep.frames) {
+    const auto* light =
+        frame.light ? std::get_if<DirectionalLight>(&sweep.lights[*frame.light].kind) : nullptr;
+    if (!light) throw Error::mismatch("directional lights", "another").at("lights").in(sweep.file);
+    lights.push_back(ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(light->towards.raw()),
+                                          light->irradiance});
+  }
+  return lights;
+}
+
+std::vector<Way> waysOf(const Model& model, const Capture& sweep) {
+  if (sweep.views.size() != 1 || sweep.frames.size() < 3)
+    throw Error::mismatch("one view under three lights or more",
+                          std::to_string(sweep.views.size()) + " views, " +
+                              std::to_string(sweep.frames.size()) + " frames")
+        .in(sweep.file);
+  if (!model.isFullProduct) throw Error("a full product of cameras and lights is needed").in(model.folder);
+  const auto lights = lightsOf(sweep);
   BlockCache cache(model.files, size_t{1} << 30);
   const WarpPointer still = chainWarp({});
   const auto view = [&](const ShadeOptions& shade) {
-    return SplatView{model, *still, inObjectSpace(model.rig.views[0].camera), {shade, {}, {}}, cache};
+    return SplatView{model, *still, inObjectSpace(sweep.views[0].camera), {shade, {}, {}}, cache};
   };
   const auto of = [&](const ShadeOptions& shade) { return withDirections(view(shade), byPolarFactor); };
-  const std::pair<const char*, Renderer> ways[] = {
+  const std::pair<const char*, Renderer> renderers[] = {
       {"default", of({})},
       {"mean_of_3", of({.lights = 3, .lightFit = LightFit::mean, .foreshortened = false})},
-      {"plane_of_4", of({.lights = 4, .lightFit = LightFit::plane, .foreshortened = false})},
       {"light_hull", withLightHull(view({}))},
       {"nearest", of({.nearest = true})}};
-  Json report;
-  Image bands;
-  for (const auto& [name, renderer] : ways) {
-    const auto pictures = sweep(renderer);
-    report[name] = roughness(pictures, model.white);
-    appendBand(pictures, bands);
+  std::vector<Way> ways{photographed(sweep)};
+  for (const auto& [name, renderer] : renderers) {
+    Way& way = ways.emplace_back(Way{name, {}});
+    for (const ShotLight& light : lights) way.pictures.push_back(renderer({&light, 1}));
   }
-  writePreview(picture, bands, 1 / model.white);
+  return ways;
+}
+
+Mask coveredByAll(std::span<const Way> ways) {
+  Mask mask = objectMask(ways[0].pictures[0]);
+  for (const Way& way : ways) {
+    const Mask other = objectMask(way.pictures[0]);
+    for (size_t i = 0; i < mask.inside.size(); ++i) mask.inside[i] &= other.inside[i];
+  }
+  return mask;
+}
+
+Json jsonOf(const Way& way, const Way& truth, const Mask& mask, double white) {
+  const SecondDifferences second = secondDifferences(way.pictures, mask, white);
+  PooledMean error;
+  for (size_t i = 0; i < way.pictures.size(); ++i)
+    error += squaredError(way.pictures[i], truth.pictures[i], mask);
+  return {{"rms", second.rms}, {"largest", second.largest}, {"error", std::sqrt(error.mean()) / white}};
+}
+
+// A band beside the other for each way.
+Image bandsOf(std::span<const Way> ways) {
+  constexpr size_t kZoom = 4, kGap = 4;
+  const Image& first = ways[0].pictures[0];
+  const auto width = static_cast<size_t>(first.width), steps = ways[0].pictures.size();
+  const size_t columns = ways.size() * (width + kGap) - kGap;
+  Image bands(static_cast<int>(kZoom * columns), static_cast<int>(kZoom * steps), 4);
+  for (size_t y = 0; y < kZoom * steps; ++y)
+    for (size_t x = 0; x < kZoom * columns; ++x) {
+      const size_t way = x / kZoom / (width + kGap), column = x / kZoom % (width + kGap);
+      if (column >= width) continue;
+      const Image& picture = ways[way].pictures[y / kZoom];
+      std::ranges::copy(picture.at(static_cast<int>(column), picture.height / 2),
+                        bands.at(static_cast<int>(x), static_cast<int>(y)).begin());
+    }
+  return bands;
+}
+
+Json measure(const std::filesystem::path& folder, const std::filesystem::path& capture,
+             const std::filesystem::path& picture) {
+  const Model model = openModel(folder);
+  const auto ways = waysOf(model, readCapture(capture));
+  const Mask mask = coveredByAll(ways);
+  Json report;
+  for (const Way& way : ways) report[way.name] = jsonOf(way, ways[0], mask, model.white);
+  writePreview(picture, bandsOf(ways), 1 / model.white);
   return report;
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: light_sweep MODEL OUT.png\n");
+  if (argc != 4) {
+    std::fprintf(stderr, "usage: light_sweep MODEL SWEEP OUT.png\n");
     return 2;
   }
   try {
-    std::printf("%s\n", measure(argv[1], argv[2]).dump(2).c_str());
+    std::printf("%s\n", measure(argv[1], argv[2], argv[3]).dump(2).c_str());
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "light_sweep: %s\n", error.what());
