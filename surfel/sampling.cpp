@@ -1,6 +1,7 @@
 #include "surfel/sampling.h"
 
 #include "surfel/neighbors.h"
+#include "surfel/smooth_normals.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
@@ -28,7 +29,8 @@ constexpr double kOwnerReach = 0.8; // spacings; no point is farther from its su
 
 struct SurfacePoint {
   Vec3<double> position;
-  Vec3<double> normal;
+  Vec3<double> normal; // of its triangle
+  uint32_t triangle;
 };
 
 double uniform(std::mt19937_64& random) {
@@ -53,7 +55,8 @@ std::vector<SurfacePoint> scatter(const TriangleMesh& mesh, size_t count, std::m
     while (next < areaBefore + area) {
       progress.checkNowAndThen(points.size());
       const double s = std::sqrt(uniform(random)), w = uniform(random); // uniform barycentrics
-      points.push_back({(1 - s) * a + s * (1 - w) * b + s * w * c, cross.normalized()});
+      points.push_back(
+          {(1 - s) * a + s * (1 - w) * b + s * w * c, cross.normalized(), static_cast<uint32_t>(t)});
       next = step * (static_cast<double>(points.size()) + uniform(random));
     }
     areaBefore += area;
@@ -195,7 +198,7 @@ void relax(std::vector<SurfacePoint>& surfels, const std::vector<SurfacePoint>& 
     const auto distance = [&](uint32_t p) { return (points[p].position - centroid).squaredNorm(); };
     const SurfacePoint& nearest = points[*std::ranges::min_element(members, {}, distance)];
     const Vec3<double>& n = nearest.normal;
-    surfels[i] = {centroid - n * n.dot(centroid - nearest.position), n};
+    surfels[i] = {centroid - n * n.dot(centroid - nearest.position), n, nearest.triangle};
   });
 }
 
@@ -288,10 +291,12 @@ SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t see
     relax(surfels, points, spacing, progress);
   }
   surfels = alongCurve(surfels, upTo(surfels.size()), spacing, progress);
+  const SmoothNormals normals(mesh, progress);
   SurfelCloud cloud;
   for (const auto& surfel : surfels) {
+    const Vec3<double> n = normals.at(surfel.triangle, surfel.position);
     cloud.p0.push_back(assume<Point3<AcquisitionSpace>>(surfel.position));
-    cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(surfel.normal)));
+    cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(n)));
   }
   estimateSplats(cloud, progress);
   return cloud;

@@ -81,7 +81,7 @@ TEST(Sampling, SpacingForACountYieldsAboutThatCount) {
                 static_cast<double>(count), 0.04 * static_cast<double>(count));
 }
 
-TEST(Sampling, NormalsAreThoseOfTheTriangles) {
+TEST(Sampling, NormalsAreThoseOfTheBall) {
   const auto& cloud = sphereCloud();
   for (size_t i = 0; i < cloud.size(); ++i)
     EXPECT_GT(rotationOf<float>(cloud.r0[i]).col(2).dot(cloud.p0[i].raw()), 0.998f);
