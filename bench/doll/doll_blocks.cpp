@@ -1,0 +1,130 @@
+#include "bench/doll/doll_blocks.h"
+
+#include "bench/doll/spiral.h"
+#include "srf/store/block.h"
+#include "srf/store/bytes.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <random>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kNormals = 128, kVariants = 4;
+constexpr std::array kPrecisions = {16, 8, 4}; // bits, in the order of a record; see docs/format.md
+constexpr uint8_t kPartial = 2;                // flag of a record
+
+size_t rowBytes(size_t values, int bits) { return (values * static_cast<size_t>(bits) + 7) / 8; }
+
+// One channel of cloth: rough, woven, with a glossy lobe about the normal; what lights behind leave is
+// scattered light.
+double reflected(double cosine, double albedo, double gloss) {
+  if (cosine <= 0) return 0.01 * albedo;
+  return albedo * cosine + gloss * std::pow(cosine, 60);
+}
+
+// What a camera records of a patch whose middle has this normal. The colours of a variant and its texture are
+// those of its seed. [texel and channel][light]
+Eigen::MatrixXf patch(const Vec3<double>& normal, std::span<const Light> lights, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> gauss;
+  std::uniform_real_distribution<double> uniform;
+  const Vec3<double> albedo(0.2 + 0.6 * uniform(random), 0.2 + 0.6 * uniform(random),
+                            0.2 + 0.6 * uniform(random));
+  const Vec3<double> print(uniform(random), uniform(random), uniform(random));
+  const double gloss = 0.6 * uniform(random), phase = 6.28 * uniform(random), pitch = 0.5 + uniform(random);
+  const Vec3<double> right = normal.unitOrthogonal(), up = normal.cross(right);
+  constexpr double kTurn = 0.006, kBump = 0.03; // radians a pixel, and of the weave
+  constexpr double kNoise = 0.003;              // of white
+  Eigen::MatrixXf radiance(3 * blockTexels, lights.size());
+  for (int texel = 0; texel < blockTexels; ++texel) {
+    const double x = texel % blockSize - 3.5, y = texel / blockSize - 3.5;
+    const Vec3<double> bump(gauss(random), gauss(random), gauss(random));
+    const Vec3<double> n = (normal + kTurn * (x * right + y * up) + kBump * bump).normalized();
+    const double stripe = 0.5 + 0.5 * std::sin(pitch * (x + 0.4 * y) + phase);
+    for (size_t light = 0; light < lights.size(); ++light) {
+      const auto towards = std::get<DirectionalLight>(lights[light].kind).towards.raw();
+      for (int channel = 0; channel < 3; ++channel) {
+        const double colour = albedo[channel] * (1 - 0.5 * stripe) + 0.5 * stripe * print[channel];
+        radiance(3 * texel + channel, static_cast<Eigen::Index>(light)) =
+            static_cast<float>(reflected(n.dot(towards), colour, gloss) + kNoise * gauss(random));
+      }
+    }
+  }
+  return radiance;
+}
+
+} // namespace
+
+std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t lights, uint64_t present) {
+  assert(present != 0);
+  if (present == ~uint64_t{0}) return {record.begin(), record.end()};
+  ByteReader reader(record);
+  const auto flags = reader.take<uint8_t>();
+  assert((flags & kPartial) == 0);
+  const size_t coefficientBytes = flags & 1 ? 4 : 2;
+  std::array<size_t, kPrecisions.size()> terms{}, kept{};
+  for (size_t& count : terms) count = reader.take<uint8_t>();
+  const size_t rank = terms[0] + terms[1] + terms[2];
+  const size_t rows = 3 * static_cast<size_t>(std::popcount(present));
+  size_t rest = std::min(rank, rows);
+  const size_t keptRank = rest;
+  for (size_t p = 0; p < terms.size(); ++p) rest -= kept[p] = std::min(terms[p], rest);
+
+  std::vector<std::byte> part;
+  part.reserve(record.size() + sizeof present);
+  append(part, static_cast<uint8_t>(flags | kPartial));
+  for (const size_t count : kept) append(part, static_cast<uint8_t>(count));
+  append(part, present);
+  const auto add = [&](std::span<const std::byte> bytes) {
+    part.insert(part.end(), bytes.begin(), bytes.end());
+  };
+  for (size_t light = 0; light < lights; ++light)
+    add(reader.take(rank * coefficientBytes).first(keptRank * coefficientBytes));
+  for (size_t p = 0; p < terms.size(); ++p)
+    for (size_t term = 0; term < terms[p]; ++term) {
+      const int bits = kPrecisions[p];
+      const auto image = reader.take(rowBytes(3 * blockTexels, bits));
+      if (term >= kept[p]) continue;
+      std::vector<std::byte> left(rowBytes(rows, bits));
+      size_t row = 0; // of those left
+      for (size_t from = 0; from < 3 * blockTexels; ++from) {
+        if (!(present >> from / 3 & 1)) continue;
+        if (bits == 4) {
+          const std::byte level = (image[from / 2] >> (from % 2 * 4)) & std::byte{15};
+          left[row / 2] |= level << (row % 2 * 4);
+        } else {
+          const size_t size = static_cast<size_t>(bits) / 8;
+          std::copy_n(image.begin() + static_cast<std::ptrdiff_t>(from * size), size,
+                      left.begin() + static_cast<std::ptrdiff_t>(row * size));
+        }
+        ++row;
+      }
+      add(left);
+    }
+  return part;
+}
+
+DollBlocks::DollBlocks(std::span<const Light> lights, uint64_t seed)
+    : lights_(lights.size()), normals_(spiral(kNormals)), records_(kNormals * kVariants) {
+  tbb::parallel_for(size_t{0}, records_.size(), [&](size_t i) {
+    const auto radiance = patch(normals_[i / kVariants], lights, seed * records_.size() + i);
+    records_[i] = encodeBlock(~uint64_t{0}, radiance, kTolerance, kWhite).record;
+  });
+}
+
+std::vector<std::byte> DollBlocks::record(const Vec3<double>& normal, uint64_t variant,
+                                          uint64_t present) const {
+  const auto nearest = std::ranges::max_element(normals_, {}, [&](const auto& n) { return n.dot(normal); });
+  const auto index = static_cast<size_t>(nearest - normals_.begin()) * kVariants + variant % kVariants;
+  return withTexels(records_[index], lights_, present);
+}
+
+} // namespace surflect

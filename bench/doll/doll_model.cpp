@@ -1,0 +1,134 @@
+#include "bench/doll/doll_model.h"
+
+#include "bench/doll/doll_blocks.h"
+#include "bench/doll/doll_shape.h"
+#include "bench/doll/spiral.h"
+#include "srf/model/model.h"
+#include "surfel/file.h"
+#include "surfel/sampling.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <bit>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+constexpr double kDistance = 4;
+const Vec3<double> kMiddle(0, 0, 0.5);
+
+std::vector<Light> dollLights(size_t count) {
+  std::vector<Light> lights;
+  for (const Vec3<double>& towards : spiral(count)) {
+    const std::string name = fmt::format("L{}", lights.size());
+    lights.push_back(
+        {name, name, DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
+  }
+  return lights;
+}
+
+Capture rigOf(const DollSize& size, std::span<const Camera<AcquisitionSpace>> cameras) {
+  Capture rig;
+  rig.colorSpace = ColorSpace::linear;
+  rig.lights = dollLights(size.lights);
+  for (size_t view = 0; view < cameras.size(); ++view) {
+    rig.views.push_back({fmt::format("C{}", view), cameras[view]});
+    for (size_t light = 0; light < size.lights; ++light) {
+      Frame frame;
+      frame.view = view;
+      frame.light = light;
+      frame.picture = viewFilePath(view);
+      rig.frames.push_back(frame);
+    }
+  }
+  return rig;
+}
+
+// Bits of the block's pixels that show the doll.
+uint64_t presentTexels(std::span<const uint8_t> outline, const ViewHeader& header, BlockPosition block) {
+  uint64_t present = 0;
+  for (int texel = 0; texel < blockTexels; ++texel) {
+    const int x = block.x * blockSize + texel % blockSize, y = block.y * blockSize + texel / blockSize;
+    if (x < header.width && y < header.height && outline[static_cast<size_t>(y * header.width + x)] != 0)
+      present |= uint64_t{1} << texel;
+  }
+  return present;
+}
+
+// The normal that a block shows at its middle, or at the first of its texels where that is background.
+Vec3<double> normalShown(const Camera<AcquisitionSpace>& camera, BlockPosition block, uint64_t present) {
+  constexpr int kMiddleTexel = blockTexels / 2 + blockSize / 2;
+  const int texel = present >> kMiddleTexel & 1 ? kMiddleTexel : std::countr_zero(present);
+  const Pixel pixel{block.x * blockSize + texel % blockSize + 0.5,
+                    block.y * blockSize + texel / blockSize + 0.5};
+  const auto ray = rayThrough(camera.lens, pixel); // no distortion: there is one
+  const auto direction = camera.cameraFromWorld.inverse()(ray->direction);
+  const auto hit = firstHit(camera.center().raw(), direction.raw());
+  return hit ? hit->normal : Vec3<double>(-direction.raw()); // a grazing ray, by rounding
+}
+
+std::vector<std::byte> viewFile(const Camera<AcquisitionSpace>& camera, size_t view, const DollSize& size,
+                                const DollBlocks& blocks) {
+  const ViewHeader header{size.width, size.height, static_cast<int>(size.lights), DollBlocks::kWhite,
+                          DollBlocks::kTolerance};
+  const auto outline = dollOutline(camera);
+  std::vector<PlacedRecord> records;
+  for (BlockPosition at; at.y < header.blocksDown(); ++at.y)
+    for (at.x = 0; at.x < header.blocksAcross(); ++at.x) {
+      const uint64_t present = presentTexels(outline, header, at);
+      if (present == 0) continue;
+      const uint64_t variant =
+          (view * 31 + static_cast<uint64_t>(at.y) * 17 + static_cast<uint64_t>(at.x)) / 3;
+      records.push_back({at, blocks.record(normalShown(camera, at, present), variant, present)});
+    }
+  return viewFileBytes(header, records);
+}
+
+} // namespace
+
+std::string nameOf(const DollSize& size) {
+  return fmt::format("doll-{}-{}x{}-{}x{}-{}", size.surfels, size.views, size.lights, size.width, size.height,
+                     size.seed);
+}
+
+std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
+  // The ball of radius 0.55 about the middle touches the shorter side of the picture.
+  const double focal = 0.5 * std::min(1.32 * size.width, 1.0 * size.height) * kDistance / 0.55;
+  std::vector<Camera<AcquisitionSpace>> cameras;
+  for (const Vec3<double>& backwards : spiral(size.views, std::sin(-0.26), std::sin(1.31))) {
+    Camera<AcquisitionSpace> camera;
+    camera.lens.width = size.width;
+    camera.lens.height = size.height;
+    camera.lens.focalX = camera.lens.focalY = focal;
+    camera.lens.centerX = 0.5 * size.width;
+    camera.lens.centerY = 0.5 * size.height;
+    const Vec3<double> right = Vec3<double>(0, 0, 1).cross(backwards).normalized();
+    Mat3<double> cameraFromWorld;
+    cameraFromWorld << right.transpose(), backwards.cross(right).transpose(), backwards.transpose();
+    camera.cameraFromWorld = {cameraFromWorld, -cameraFromWorld * (kMiddle + kDistance * backwards)};
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
+void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress) {
+  std::filesystem::create_directories(folder / "views");
+  const auto cameras = dollCameras(size);
+  const Capture rig = rigOf(size, cameras);
+  const DollBlocks blocks(rig.lights, size.seed);
+  tbb::parallel_for(size_t{0}, cameras.size(), [&](size_t view) {
+    progress.checkpoint();
+    writeFileAtomically(folder / viewFilePath(view), viewFile(cameras[view], view, size, blocks));
+  });
+  progress("view files", 1);
+  const TriangleMesh mesh = dollMesh(192);
+  SurfelCloud cloud = sampleSurfels(mesh, spacingFor(mesh, size.surfels), size.seed, progress);
+  const ViewFades fades = surfelFades(cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
+  const LightBlend blend{4, LightFit::mean, false};
+  writeModel(folder, {rig, cloud, fades, DollBlocks::kWhite, DollBlocks::kTolerance, blend}, progress);
+}
+
+} // namespace surflect

@@ -1,0 +1,36 @@
+// A model of the shape of the paper's doll: as many surfels, views, lights and pixels, written within minutes
+// instead of photographed, traced and packed. What a frame does with it is what it would do with a captured
+// one: surfels are sampled, visibility and fades computed, blocks encoded by the same functions; only where a
+// block's texture comes from is made up (doll_blocks.h).
+#pragma once
+
+#include "srf/capture/camera.h"
+#include "surfel/progress.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// [Weyrich 2005, §6]
+struct DollSize {
+  size_t surfels = 532'935; // about
+  size_t views = 432, lights = 60;
+  int width = 1032, height = 1360; // pixels
+  uint64_t seed = 1;
+};
+
+// As a name of a folder.
+std::string nameOf(const DollSize& size);
+
+// Stand around the doll, between 15 degrees below and 75 above, and have all of it in their pictures.
+std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size);
+
+// Writes the folder that openModel opens. Lights are directional, from all sides. Memory: three bytes for
+// each surfel and view, and one view's file a thread. Throws Error and Cancelled.
+void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress = {});
+
+} // namespace surflect

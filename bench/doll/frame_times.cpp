@@ -1,0 +1,163 @@
+#include "bench/doll/frame_times.h"
+
+#include "bench/doll/spiral.h"
+#include "warp/deform.h"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+
+#include <sys/resource.h>
+
+namespace surflect {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double cpuSecondsOfProcess() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+size_t contributionsOf(const Coverage& coverage) {
+  size_t count = 0;
+  for (int y = 0; y < coverage.height; ++y)
+    for (int x = 0; x < coverage.width; ++x) count += coverage.at(x, y).size();
+  return count;
+}
+
+// The batch's queries under no light at all: what is left of planning is the choice of views.
+QueryBatch unlit(const QueryBatch& batch) {
+  QueryBatch dark;
+  dark.surfels = batch.surfels;
+  dark.towardsView = batch.towardsView;
+  dark.environments.emplace_back(); // of no texel
+  dark.acquisitionFromEnvironment.resize(batch.size());
+  return dark;
+}
+
+// The part of planning that is the choice of views.
+double viewShare(const Model& model, const QueryBatch& batch, const ShadeOptions& options, int runs) {
+  const QueryBatch dark = unlit(batch);
+  std::vector<double> lit, views;
+  for (int i = 0; i < runs; ++i) {
+    auto start = Clock::now();
+    planShading(model, batch, options);
+    lit.push_back(secondsSince(start));
+    start = Clock::now();
+    planShading(model, dark, options);
+    views.push_back(secondsSince(start));
+  }
+  return std::min(1.0, timesOf(views).best / timesOf(lit).best);
+}
+
+} // namespace
+
+Shot dollShot(const Model& model, int width, int height, size_t lights) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : model.cloud.p0) box.extend(p.cast<double>().raw());
+  const Vec3<double> middle = box.center(), up(0, 0, 1);
+  const double side = box.sizes().maxCoeff(), distance = 4 * side;
+
+  Shot shot;
+  shot.warp = twistWarp(up, Angle::fromDegrees(40 / side), middle);
+  Lens& lens = shot.camera.lens;
+  lens.width = width;
+  lens.height = height;
+  lens.focalX = lens.focalY = 0.5 * std::min(width, height) * distance / (0.56 * side);
+  lens.centerX = 0.5 * width;
+  lens.centerY = 0.5 * height;
+  const Vec3<double> backwards = Vec3<double>(0.35, -1, 0.25).normalized();
+  const Vec3<double> right = up.cross(backwards).normalized();
+  Mat3<double> rotation;
+  rotation << right.transpose(), backwards.cross(right).transpose(), backwards.transpose();
+  shot.camera.cameraFromWorld = {rotation, -rotation * (middle + distance * backwards)};
+  const double reach = 2.5 * side;
+  const auto strength = static_cast<float>(1.5 * reach * reach / static_cast<double>(lights));
+  for (const Vec3<double>& towards : spiral(lights, -0.2, 1)) {
+    ShotPointLight light;
+    light.position = assume<Point3<ObjectSpace, double>>(middle + reach * towards);
+    const Vec3<double> color = (Vec3<double>::Ones() + 0.5 * towards) * strength;
+    light.intensity = {static_cast<float>(color[0]), static_cast<float>(color[1]),
+                       static_cast<float>(color[2])};
+    shot.lights.emplace_back(light);
+  }
+  shot.options.shade.cameras = 4;
+  shot.options.shade.lights = 4;
+  shot.options.shade.lightFit = LightFit::mean;
+  shot.options.shade.foreshortened = false;
+  return shot;
+}
+
+Times timesOf(std::vector<double> seconds) {
+  assert(!seconds.empty());
+  std::ranges::sort(seconds);
+  return {seconds.front(), seconds[seconds.size() / 2]};
+}
+
+FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, int frames) {
+  FrameTimes result;
+  FrameCounts& counts = result.counts;
+  const auto render = [&](FrameStats& stats) {
+    return renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats);
+  };
+  {
+    FrameStats stats;
+    const auto start = Clock::now();
+    result.film = render(stats);
+    result.firstSeconds = secondsSince(start);
+    counts.drawn = stats.splats.drawn;
+    counts.visible = stats.visible;
+    counts.pairs = stats.shading.operations;
+    counts.lookups = stats.shading.lookups;
+    counts.blocks = stats.shading.blocksRead;
+    counts.blockBytes = stats.shading.bytesRead;
+    counts.rank = static_cast<double>(stats.shading.taskRanks) / static_cast<double>(stats.shading.tasks);
+  }
+  counts.surfels = model.cloud.size();
+  counts.pixels = static_cast<size_t>(shot.camera.lens.width) * static_cast<size_t>(shot.camera.lens.height);
+  counts.views = model.rig.views.size();
+  counts.rigLights = model.rig.lights.size();
+  counts.lights = shot.lights.size();
+  double ofViews = 0;
+  {
+    const DeformedCloud deformed = deform(model.cloud, *shot.warp);
+    const Sight sight = look(shot.camera, model.cloud, deformed, shot.options.splats);
+    counts.contributions = contributionsOf(sight.coverage);
+    const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, shot.camera, shot.lights);
+    ofViews = viewShare(model, batch, shot.options.shade, frames);
+  }
+
+  std::vector<double> whole;
+  std::map<std::string, std::vector<double>> ofStage;
+  const double cpuBefore = cpuSecondsOfProcess();
+  for (int i = 0; i < frames; ++i) {
+    FrameStats stats;
+    const auto start = Clock::now();
+    const Film film = render(stats);
+    whole.push_back(secondsSince(start));
+    for (const auto& [stage, seconds] : stats.seconds) ofStage[stage].push_back(seconds);
+  }
+  result.cpuSeconds = (cpuSecondsOfProcess() - cpuBefore) / frames;
+  result.frame = timesOf(whole);
+  const auto part = [](const Times& times, double share) {
+    return Times{share * times.best, share * times.median};
+  };
+  const Times ulr = timesOf(ofStage.at("ulr"));
+  result.stages = {{"warp", timesOf(ofStage.at("warp"))},       {"splat", timesOf(ofStage.at("splat"))},
+                   {"queries", timesOf(ofStage.at("look-up"))}, {"camera ulr", part(ulr, ofViews)},
+                   {"light ulr", part(ulr, 1 - ofViews)},       {"look-up", timesOf(ofStage.at("shade"))},
+                   {"develop", timesOf(ofStage.at("develop"))}};
+  return result;
+}
+
+} // namespace surflect

@@ -1,0 +1,44 @@
+// How long the stages of a frame take, and how much they have to do.
+#pragma once
+
+#include "bench/doll/stage_bounds.h"
+#include "render/frame.h"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// A model bent and lit for measuring.
+struct Shot {
+  WarpPointer warp;
+  Camera<ObjectSpace> camera;
+  std::vector<ShotLight> lights;
+  FrameOptions options;
+};
+
+// The model twisted by 40 degrees about z over its largest side, all of it seen from before (-y) and a little
+// above on a picture of this size, under point lights from all around; 4 views and 4 captured lights blended,
+// their mean.
+Shot dollShot(const Model& model, int width, int height, size_t lights);
+
+struct Times {
+  double best = 0, median = 0; // seconds
+};
+Times timesOf(std::vector<double> seconds); // at least one
+
+struct FrameTimes {
+  Film film;
+  FrameCounts counts;
+  double firstSeconds = 0;                          // of the frame that finds the cache empty
+  Times frame;                                      // of those after it
+  double cpuSeconds = 0;                            // of one of them, mean over all threads' sum
+  std::map<std::string, Times, std::less<>> stages; // for each of kStages
+};
+
+// The cache is empty. Stages are those of renderFrame; its ULR is split as planning does with and without
+// lights.
+FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, int frames);
+
+} // namespace surflect

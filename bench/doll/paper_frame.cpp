@@ -1,0 +1,232 @@
+#include "bench/doll/paper_frame.h"
+
+#include "srf/query/stand_in.h"
+#include "srf/query/ulr.h"
+#include "surfel/error.h"
+#include "warp/deform.h"
+
+#include <tbb/task_arena.h>
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+namespace surflect {
+
+namespace {
+
+using Acquired = Direction3<AcquisitionSpace, double>;
+
+// p = Psi(p0); u, v by Eq. 6.
+DeformedCloud deformed(const SurfelCloud& cloud, const Warp& warp) {
+  const double epsilon = differenceStep(cloud);
+  DeformedCloud result;
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    const Vec3<double> p0 = cloud.p0[i].raw().cast<double>();
+    const Mat3<double> frame = rotationOf<double>(cloud.r0[i]);
+    const auto tangent = [&](int axis) -> Vec3<float> {
+      const Vec3<double> step = epsilon * frame.col(axis);
+      return ((warp.position(p0 + step) - warp.position(p0 - step)) / (2 * epsilon)).cast<float>();
+    };
+    const Vec3<float> p = warp.position(p0).cast<float>(), u = tangent(0), v = tangent(1);
+    const bool alive = p.allFinite() && polarFrame(u, v).has_value();
+    result.p.push_back(assume<Point3<ObjectSpace>>(p));
+    result.u.push_back(assume<Direction3<ObjectSpace>>(u));
+    result.v.push_back(assume<Direction3<ObjectSpace>>(v));
+    result.handedness.push_back(alive ? Handedness::kept : Handedness::dead);
+  }
+  return result;
+}
+
+// Radiance of one surfel after the other.
+class PaperShader {
+public:
+  PaperShader(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+              ResidentBlocks& blocks)
+      : model_(model), batch_(batch), options_(options), blend_(lightBlend(model, options)),
+        coverage_(directionsFromMiddle(model)), blocks_(blocks), penalties_(model.rig.views.size()) {
+    for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
+  }
+
+  Rgb radiance(size_t query) {
+    const uint32_t surfel = batch_.surfels[query];
+    const auto p0 = model_.cloud.p0[surfel].cast<double>();
+    const BlendSet views = blendViews(surfel, p0, batch_.towardsView[query]);
+    const std::vector<LightWeight> weights = weigh(query, p0);
+    Vec3<double> sum = Vec3<double>::Zero();
+    double all = 0, kept = 0;
+    for (const auto& [view, share] : views) {
+      const auto pixel = model_.rig.views[view].camera.project(p0);
+      if (!pixel) continue;
+      all += share;
+      bool lost = false;
+      for (const LightWeight& light : weights) {
+        const auto seen = lookUp(view, light.light, pixel->x, pixel->y);
+        lost = !seen;
+        if (lost) break;
+        sum += share * Vec3<double>(light.weight.r, light.weight.g, light.weight.b).cwiseProduct(*seen);
+      }
+      if (!lost) kept += share;
+    }
+    if (kept == 0) sum = stored(views, weights, p0);
+    if (kept != 0) sum *= all / kept;
+    return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
+  }
+
+  size_t lookups() const { return lookups_; }
+
+private:
+  static std::vector<Acquired> directionsFromMiddle(const Model& model) {
+    Eigen::AlignedBox3d box;
+    for (const auto& p : model.cloud.p0) box.extend(p.cast<double>().raw());
+    std::vector<Acquired> directions;
+    for (const Light& light : model.rig.lights)
+      directions.push_back(towardsLight(light, assume<Point3<AcquisitionSpace, double>>(box.center())));
+    return directions;
+  }
+
+  // ULR over all views that see the surfel, and over those that stand in for them.
+  BlendSet blendViews(uint32_t surfel, const Point3<AcquisitionSpace, double>& p0,
+                      const Direction3<AcquisitionSpace>& towardsView) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    const auto fades = model_.fades.of(surfel);
+    float best = kInfinity;
+    for (size_t view = 0; view < viewpoints_.size(); ++view) {
+      penalties_[view] = kInfinity;
+      if (fades[view] == 0) continue;
+      const float angle = anglePenalty(viewpoints_[view].towards(p0).template cast<float>(), towardsView);
+      penalties_[view] = angle / ViewFades::decode(fades[view]);
+      best = std::min(best, penalties_[view]);
+    }
+    if (!(best <= kStandInFrom)) addStandIns(surfel, p0, towardsView);
+    NearestCandidates nearest(options_.cameras);
+    for (uint32_t view = 0; view < penalties_.size(); ++view) nearest.offer({view, penalties_[view]});
+    return ulrWeights(nearest);
+  }
+
+  void addStandIns(uint32_t surfel, const Point3<AcquisitionSpace, double>& p0,
+                   const Direction3<AcquisitionSpace>& towardsView) {
+    const Vec3<double> normal = rotationOf<double>(model_.cloud.r0[surfel]).col(2);
+    for (size_t view = 0; view < viewpoints_.size(); ++view) {
+      const auto& camera = model_.rig.views[view].camera;
+      const auto pixel = camera.project(p0);
+      if (!pixel || !contains(camera.lens, *pixel)) continue;
+      const auto towards = viewpoints_[view].towards(p0);
+      const float scale = standInScale(normal.dot(towards.raw()), borderFade(camera.lens, *pixel),
+                                       ViewFades::decode(model_.fades.of(surfel)[view]));
+      const float angle = anglePenalty(towards.template cast<float>(), towardsView);
+      penalties_[view] = std::min(penalties_[view], standInPenalty(angle, scale));
+    }
+  }
+
+  // ULR over all captured lights, for one light of the query after the other.
+  std::vector<LightWeight> weigh(size_t query, const Point3<AcquisitionSpace, double>& p0) const {
+    std::vector<Direction3<AcquisitionSpace>> towards;
+    for (const Light& light : model_.rig.lights)
+      towards.push_back(towardsLight(light, p0).template cast<float>());
+    std::vector<LightWeight> weights;
+    for (size_t l = 0; l < batch_.lights; ++l) {
+      const size_t entry = query * batch_.lights + l;
+      const Rgb now = batch_.irradiance[entry];
+      for (const auto& [light, weight] :
+           blendOfLights(towards, batch_.towardsLight[entry], blend_, coverage_, batch_.uncovered[l])) {
+        const Rgb captured = irradianceAt(model_.rig.lights[light], p0);
+        weights.push_back({light, weight * Rgb{now.r / captured.r, now.g / captured.g, now.b / captured.b}});
+      }
+    }
+    return weights;
+  }
+
+  // One reflectance image, bilinear; empty where it shows background.
+  std::optional<Vec3<double>> lookUp(uint32_t view, uint32_t light, double x, double y) {
+    ++lookups_;
+    const ViewHeader& header = blocks_.cache().views()[view].header();
+    const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
+    Vec3<double> sum = Vec3<double>::Zero();
+    double weights = 0;
+    for (const double tx : {left, left + 1})
+      for (const double ty : {top, top + 1}) {
+        const double weight = (1 - std::abs(x - 0.5 - tx)) * (1 - std::abs(y - 0.5 - ty));
+        if (weight == 0) continue;
+        const int column = static_cast<int>(std::clamp<double>(tx, 0, header.width - 1)),
+                  row = static_cast<int>(std::clamp<double>(ty, 0, header.height - 1));
+        const Block* block = blocks_.at(view, column, row);
+        if (!block) continue;
+        const float* e = block->texel(row % blockSize * blockSize + column % blockSize);
+        const float* a = block->light(light);
+        for (int channel = 0; channel < 3; ++channel)
+          for (int k = 0; k < block->rank; ++k)
+            sum[channel] += weight * a[k] * static_cast<double>(e[channel * block->stride + k]);
+        weights += weight;
+      }
+    if (weights == 0) return std::nullopt;
+    return Vec3<double>(sum / weights);
+  }
+
+  // Where all views show background: what they store nearest to it.
+  Vec3<double> stored(const BlendSet& views, std::span<const LightWeight> weights,
+                      const Point3<AcquisitionSpace, double>& p0) {
+    std::vector<ShadingOp> ops;
+    for (const auto& [view, share] : views)
+      if (const auto pixel = model_.rig.views[view].camera.project(p0))
+        ops.push_back({0, view, static_cast<float>(pixel->x), static_cast<float>(pixel->y), share, 0,
+                       static_cast<uint32_t>(weights.size())});
+    return executeReference(ops, weights, 1, blocks_.cache())[0];
+  }
+
+  const Model& model_;
+  const QueryBatch& batch_;
+  const ShadeOptions& options_;
+  LightBlend blend_;
+  LightCoverage coverage_;
+  ResidentBlocks& blocks_;
+  std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
+  std::vector<float> penalties_; // per view, of the current surfel
+  size_t lookups_ = 0;
+};
+
+} // namespace
+
+ResidentBlocks::ResidentBlocks(BlockCache& cache) : cache_(cache) {
+  for (const ViewFile& view : cache.views()) blocks_.emplace_back(view.blockCount());
+}
+
+const Block* ResidentBlocks::at(uint32_t view, int x, int y) {
+  const auto number = cache_.views()[view].find({x / blockSize, y / blockSize});
+  if (!number) return nullptr;
+  auto& block = blocks_[view][*number];
+  if (!block) block = cache_.get(view, *number);
+  return block.get();
+}
+
+PaperFrame paperFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+                      std::span<const ShotLight> lights, const FrameOptions& options,
+                      ResidentBlocks& blocks) {
+  if (!model.isFullProduct || lightBlend(model, options.shade).foreshortened)
+    throw Error("needs a full product of cameras and lights, and no foreshortening").in(model.folder);
+  PaperFrame frame;
+  auto last = std::chrono::steady_clock::now();
+  const auto finish = [&](const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    frame.seconds[stage] += std::chrono::duration<double>(now - last).count();
+    last = now;
+  };
+  tbb::task_arena(1).execute([&] {
+    const DeformedCloud cloud = deformed(model.cloud, warp);
+    finish("warp");
+    const Sight sight = look(camera, model.cloud, cloud, options.splats);
+    frame.visible = sight.surfels.size();
+    finish("splat");
+    const QueryBatch batch = queriesAt(model.cloud, cloud, sight.surfels, camera, lights);
+    PaperShader shader(model, batch, options.shade, blocks);
+    std::vector<Rgb> radiance;
+    for (size_t query = 0; query < batch.size(); ++query) radiance.push_back(shader.radiance(query));
+    frame.lookups = shader.lookups();
+    finish("shade");
+    frame.color = developRadiance(sight, radiance);
+    finish("develop");
+  });
+  return frame;
+}
+
+} // namespace surflect
