@@ -1,0 +1,67 @@
+"""bench_doll on a small model: what it reports, and that its answer is checked."""
+
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+SMALL = ["--surfels", "2000", "--views", "12", "--lights", "6", "--size", "128x160", "--frames", "3"]
+STAGES = ["warp", "splat", "queries", "camera ulr", "light ulr", "look-up", "develop"]
+
+
+def bench(*arguments):
+    return subprocess.run([os.environ["BENCH_DOLL"], *map(str, arguments)], capture_output=True, text=True)
+
+
+class Doll(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.model = pathlib.Path(cls.folder.name) / "doll.srf"
+        done = bench("--model", cls.model, *SMALL, "--json")
+        assert done.returncode == 0, done.stderr
+        cls.report = json.loads(done.stdout)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_answer_is_that_of_the_paper(self):
+        self.assertTrue(self.report["check"]["passed"])
+        self.assertGreater(self.report["check"]["psnr_linear_db"], 50)
+        self.assertLess(self.report["check"]["largest_difference"], 4e-3)
+
+    def test_stages_have_times_and_bounds(self):
+        self.assertEqual([stage["stage"] for stage in self.report["stages"]], STAGES)
+        for stage in self.report["stages"]:
+            for field in ("ms", "best_ms", "bytes", "operations", "bound_ms", "over_bound"):
+                self.assertGreater(stage[field], 0, f"{stage['stage']} {field}")
+            self.assertLessEqual(stage["best_ms"], stage["ms"])
+            self.assertAlmostEqual(stage["over_bound"], stage["ms"] / stage["bound_ms"])
+            self.assertIn(stage["bound_by"], ("memory", "arithmetic"))
+
+    def test_ratios_are_those_of_their_times(self):
+        report = self.report
+        self.assertAlmostEqual(report["bound_ms"], sum(stage["bound_ms"] for stage in report["stages"]))
+        self.assertAlmostEqual(report["frame_over_bound"], report["frame_ms"] / report["bound_ms"])
+        self.assertAlmostEqual(report["naive_over_frame"], report["naive_ms"] / report["frame_ms"])
+
+    def test_a_model_that_is_there_is_kept(self):
+        before = (self.model / "manifest.json").stat()
+        done = bench("--model", self.model, "--frames", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("| frame |", done.stdout)
+        after = (self.model / "manifest.json").stat()
+        self.assertEqual((before.st_ino, before.st_mtime_ns), (after.st_ino, after.st_mtime_ns))
+
+    def test_usage(self):
+        self.assertEqual(bench("--frames", "0").returncode, 2)
+        wrong = bench("--size", "10", "--model", self.model)
+        self.assertEqual(wrong.returncode, 1)
+        self.assertIn("--size", wrong.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
