@@ -6,25 +6,36 @@
 
 #include <cassert>
 #include <chrono>
+#include <ctime>
 #include <functional>
 
 namespace surflect {
 
 namespace {
 
+double processorSeconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 class StageClock {
 public:
-  explicit StageClock(std::map<std::string, double>& seconds) : seconds_(seconds) {}
+  explicit StageClock(FrameStats& stats) : stats_(stats) {}
   // Credits the time since the last call to a stage.
   void finish(const std::string& stage) {
     const auto now = std::chrono::steady_clock::now();
-    seconds_[stage] += std::chrono::duration<double>(now - last_).count();
+    const double processor = processorSeconds();
+    stats_.seconds[stage] += std::chrono::duration<double>(now - last_).count();
+    stats_.processorSeconds[stage] += processor - lastProcessor_;
     last_ = now;
+    lastProcessor_ = processor;
   }
 
 private:
-  std::map<std::string, double>& seconds_;
+  FrameStats& stats_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  double lastProcessor_ = processorSeconds();
 };
 
 // What a light does at a point of object space.
@@ -157,7 +168,7 @@ Image developRadiance(const Sight& sight, std::span<const Rgb> radiance) {
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
                  FrameStats& stats, const Progress& progress) {
-  StageClock clock(stats.seconds);
+  StageClock clock(stats);
   const DeformedCloud deformed = deform(model.cloud, warp, progress);
   clock.finish("warp");
   const Sight sight = look(camera, model.cloud, deformed, options.splats, progress);

@@ -51,7 +51,8 @@ struct FrameStats {
   SplatCounts splats;
   size_t visible = 0, unseen = 0;
   ShadingStats shading;
-  std::map<std::string, double> seconds; // per stage
+  std::map<std::string, double> seconds;          // per stage
+  std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
 };
 
 struct FrameOptions {

@@ -107,7 +107,8 @@ Json measure(const Arguments& arguments) {
     return paperFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
   };
   const Check checked = check(paper().color, times.film.color);
-  const PaperFrame naive = paper(); // all of whose blocks are now in memory
+  PaperFrame naive;
+  const Lap naiveLap = lapOf([&] { naive = paper(); }); // all of whose blocks are now in memory
   double naiveMs = 0;
   Json naiveStages;
   for (const auto& [stage, seconds] : naive.seconds) {
@@ -125,6 +126,7 @@ Json measure(const Arguments& arguments) {
     stages.push_back({{"stage", work.stage},
                       {"ms", 1e3 * ofStage.median},
                       {"best_ms", 1e3 * ofStage.best},
+                      {"cpu_ms", 1e3 * ofStage.processor},
                       {"bytes", work.bytes},
                       {"operations", work.operations},
                       {"bound_ms", bound},
@@ -143,11 +145,12 @@ Json measure(const Arguments& arguments) {
           {"stages", stages},
           {"frame_ms", frameMs},
           {"frame_best_ms", 1e3 * times.frame.best},
-          {"frame_cpu_ms", 1e3 * times.cpuSeconds},
+          {"frame_cpu_ms", 1e3 * times.frame.processor},
           {"first_frame_ms", 1e3 * times.firstSeconds},
           {"bound_ms", boundMs},
           {"frame_over_bound", frameMs / boundMs},
           {"naive_ms", naiveMs},
+          {"naive_cpu_ms", 1e3 * naiveLap.processorSeconds},
           {"naive_stages_ms", naiveStages},
           {"naive_lookups", naive.lookups},
           {"naive_over_frame", naiveMs / frameMs}};
@@ -185,16 +188,16 @@ void print(const Json& report) {
   fmt::print("| stage | ms | best ms | MB | Mop | bound ms | by | over bound "
              "|\n|---|---|---|---|---|---|---|---|\n");
   for (const Json& stage : report["stages"])
-    fmt::print("| {} | {:.2f} | {:.2f} | {:.1f} | {:.0f} | {:.2f} | {} | {:.1f} |\n",
+    fmt::print("| {} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.0f} | {:.2f} | {} | {:.1f} |\n",
                stage["stage"].get<std::string>(), number(stage["ms"]), number(stage["best_ms"]),
-               number(stage["bytes"]) / 1e6, number(stage["operations"]) / 1e6, number(stage["bound_ms"]),
-               stage["bound_by"].get<std::string>(), number(stage["over_bound"]));
-  fmt::print("| frame | {:.2f} | {:.2f} | | | {:.2f} | | {:.1f} |\n", number(report["frame_ms"]),
-             number(report["frame_best_ms"]), number(report["bound_ms"]), number(report["frame_over_bound"]));
-  fmt::print("\nprocessor time of a frame {:.1f} ms; first frame, which reads its blocks, {:.1f} ms\n",
-             number(report["frame_cpu_ms"]), number(report["first_frame_ms"]));
-  fmt::print("the paper's pipeline on one thread {:.0f} ms: {:.1f} frames\n", number(report["naive_ms"]),
-             number(report["naive_over_frame"]));
+               number(stage["cpu_ms"]), number(stage["bytes"]) / 1e6, number(stage["operations"]) / 1e6,
+               number(stage["bound_ms"]), stage["bound_by"].get<std::string>(), number(stage["over_bound"]));
+  fmt::print("| frame | {:.2f} | {:.2f} | {:.2f} | | | {:.2f} | | {:.1f} |\n", number(report["frame_ms"]),
+             number(report["frame_best_ms"]), number(report["frame_cpu_ms"]), number(report["bound_ms"]),
+             number(report["frame_over_bound"]));
+  fmt::print("\nfirst frame, which reads its blocks, {:.1f} ms\n", number(report["first_frame_ms"]));
+  fmt::print("the paper's pipeline on one thread {:.0f} ms, {:.0f} ms of the processor: {:.1f} frames\n",
+             number(report["naive_ms"]), number(report["naive_cpu_ms"]), number(report["naive_over_frame"]));
 }
 
 } // namespace

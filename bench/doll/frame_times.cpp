@@ -6,27 +6,11 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
-
-#include <sys/resource.h>
+#include <ctime>
 
 namespace surflect {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-double cpuSecondsOfProcess() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 size_t contributionsOf(const Coverage& coverage) {
   size_t count = 0;
@@ -48,16 +32,12 @@ QueryBatch unlit(const QueryBatch& batch) {
 // The part of planning that is the choice of views.
 double viewShare(const Model& model, const QueryBatch& batch, const ShadeOptions& options, int runs) {
   const QueryBatch dark = unlit(batch);
-  std::vector<double> lit, views;
+  std::vector<Lap> lit, views;
   for (int i = 0; i < runs; ++i) {
-    auto start = Clock::now();
-    planShading(model, batch, options);
-    lit.push_back(secondsSince(start));
-    start = Clock::now();
-    planShading(model, dark, options);
-    views.push_back(secondsSince(start));
+    lit.push_back(lapOf([&] { planShading(model, batch, options); }));
+    views.push_back(lapOf([&] { planShading(model, dark, options); }));
   }
-  return std::min(1.0, timesOf(views).best / timesOf(lit).best);
+  return std::min(1.0, timesOf(views).processor / timesOf(lit).processor);
 }
 
 } // namespace
@@ -98,10 +78,29 @@ Shot dollShot(const Model& model, int width, int height, size_t lights) {
   return shot;
 }
 
-Times timesOf(std::vector<double> seconds) {
-  assert(!seconds.empty());
-  std::ranges::sort(seconds);
-  return {seconds.front(), seconds[seconds.size() / 2]};
+Times timesOf(std::span<const Lap> laps) {
+  assert(!laps.empty());
+  const auto sorted = [&](double Lap::*time) {
+    std::vector<double> times;
+    for (const Lap& lap : laps) times.push_back(lap.*time);
+    std::ranges::sort(times);
+    return times;
+  };
+  const auto seconds = sorted(&Lap::seconds), processor = sorted(&Lap::processorSeconds);
+  return {seconds.front(), seconds[laps.size() / 2], processor[laps.size() / 2]};
+}
+
+Lap lapOf(const std::function<void()>& work) {
+  const auto processorSeconds = [] {
+    timespec time{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const auto start = std::chrono::steady_clock::now();
+  const double processorStart = processorSeconds();
+  work();
+  return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
+          processorSeconds() - processorStart};
 }
 
 FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, int frames) {
@@ -112,9 +111,7 @@ FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, i
   };
   {
     FrameStats stats;
-    const auto start = Clock::now();
-    result.film = render(stats);
-    result.firstSeconds = secondsSince(start);
+    result.firstSeconds = lapOf([&] { result.film = render(stats); }).seconds;
     counts.drawn = stats.splats.drawn;
     counts.visible = stats.visible;
     counts.pairs = stats.shading.operations;
@@ -137,20 +134,17 @@ FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, i
     ofViews = viewShare(model, batch, shot.options.shade, frames);
   }
 
-  std::vector<double> whole;
-  std::map<std::string, std::vector<double>> ofStage;
-  const double cpuBefore = cpuSecondsOfProcess();
+  std::vector<Lap> whole;
+  std::map<std::string, std::vector<Lap>> ofStage;
   for (int i = 0; i < frames; ++i) {
     FrameStats stats;
-    const auto start = Clock::now();
-    const Film film = render(stats);
-    whole.push_back(secondsSince(start));
-    for (const auto& [stage, seconds] : stats.seconds) ofStage[stage].push_back(seconds);
+    whole.push_back(lapOf([&] { render(stats); }));
+    for (const auto& [stage, seconds] : stats.seconds)
+      ofStage[stage].push_back({seconds, stats.processorSeconds.at(stage)});
   }
-  result.cpuSeconds = (cpuSecondsOfProcess() - cpuBefore) / frames;
   result.frame = timesOf(whole);
   const auto part = [](const Times& times, double share) {
-    return Times{share * times.best, share * times.median};
+    return Times{share * times.best, share * times.median, share * times.processor};
   };
   const Times ulr = timesOf(ofStage.at("ulr"));
   result.stages = {{"warp", timesOf(ofStage.at("warp"))},       {"splat", timesOf(ofStage.at("splat"))},

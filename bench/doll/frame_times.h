@@ -4,7 +4,9 @@
 #include "bench/doll/stage_bounds.h"
 #include "render/frame.h"
 
+#include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,8 +27,16 @@ Shot dollShot(const Model& model, int width, int height, size_t lights);
 
 struct Times {
   double best = 0, median = 0; // seconds
+  double processor = 0;        // seconds of all threads together, median: whatever else the machine does
 };
-Times timesOf(std::vector<double> seconds); // at least one
+// Of at least one measurement.
+struct Lap {
+  double seconds = 0, processorSeconds = 0;
+};
+Times timesOf(std::span<const Lap> laps);
+
+// The time that a piece of work takes.
+Lap lapOf(const std::function<void()>& work);
 
 struct FrameTimes {
   Film film;

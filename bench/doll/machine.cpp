@@ -30,7 +30,7 @@ using Clock = std::chrono::steady_clock;
 // shared.
 constexpr double kSeconds = 0.003;
 constexpr int kRuns = 40;
-constexpr size_t kArrayFloats = size_t{32} << 20, kPartFloats = size_t{1} << 18;
+constexpr size_t kArrayFloats = size_t{16} << 20, kPartFloats = size_t{1} << 18;
 constexpr size_t kReadBytes = size_t{64} << 10;
 constexpr int kQueueDepth = 32;
 

@@ -15,7 +15,7 @@ namespace surflect {
 // The hardware threads of this process.
 int allThreads();
 
-// Over arrays of 128 MiB for each thread, floats: sum of a; b = a; a = b + 3 c.
+// Over arrays of 64 MiB for each thread, floats: sum of a; b = a; a = b + 3 c.
 double readBytesPerSecond(int threads);
 double copyBytesPerSecond(int threads);
 double triadBytesPerSecond(int threads);
