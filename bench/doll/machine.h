@@ -12,7 +12,7 @@
 
 namespace surflect {
 
-// The hardware threads of this process.
+// The processors that this process may use.
 int allThreads();
 
 // Over arrays of 64 MiB for each thread, floats: sum of a; b = a; a = b + 3 c.

@@ -3,6 +3,7 @@
 
 #include "surfel/space.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>

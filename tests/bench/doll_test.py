@@ -47,6 +47,9 @@ class Doll(unittest.TestCase):
         self.assertAlmostEqual(report["bound_ms"], sum(stage["bound_ms"] for stage in report["stages"]))
         self.assertAlmostEqual(report["frame_over_bound"], report["frame_ms"] / report["bound_ms"])
         self.assertAlmostEqual(report["naive_over_frame"], report["naive_ms"] / report["frame_ms"])
+        ideal = report["frame_cpu_ms"] / report["machine"]["threads"]
+        self.assertAlmostEqual(report["frame_cpu_over_bound"], ideal / report["bound_ms"])
+        self.assertAlmostEqual(report["naive_cpu_over_frame"], report["naive_cpu_ms"] / ideal)
 
     def test_a_model_that_is_there_is_kept(self):
         before = (self.model / "manifest.json").stat()
