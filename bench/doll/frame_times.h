@@ -41,14 +41,15 @@ Lap lapOf(const std::function<void()>& work);
 struct FrameTimes {
   Film film;
   FrameCounts counts;
-  double firstSeconds = 0;                          // of the frame that finds the cache empty
-  Times frame;                                      // of those after it
-  double cpuSeconds = 0;                            // of one of them, mean over all threads' sum
+  double coldSeconds = 0;  // of a frame whose blocks come from the disk
+  double firstSeconds = 0; // of one that finds the cache empty, but the files in memory
+  Times frame;             // of those that find everything in the cache
   std::map<std::string, Times, std::less<>> stages; // for each of kStages
 };
 
-// The cache is empty. Stages are those of renderFrame; its ULR is split as planning does with and without
-// lights.
-FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, int frames);
+// The cache is empty, and of the model's files. For the cold frame the system is asked to forget these and
+// another cache of `cacheBytes` is filled. Stages are those of renderFrame; its ULR is split as planning does
+// with and without lights.
+FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, size_t cacheBytes, int frames);
 
 } // namespace surflect

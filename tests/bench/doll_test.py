@@ -7,7 +7,8 @@ import subprocess
 import tempfile
 import unittest
 
-SMALL = ["--surfels", "2000", "--views", "12", "--lights", "6", "--size", "128x160", "--frames", "3"]
+SMALL = ["--surfels", "2000", "--views", "12", "--lights", "6", "--size", "128x160", "--output", "256x192",
+         "--frames", "3"]
 STAGES = ["warp", "splat", "queries", "camera ulr", "light ulr", "look-up", "develop"]
 
 
@@ -51,9 +52,16 @@ class Doll(unittest.TestCase):
         self.assertAlmostEqual(report["frame_cpu_over_bound"], ideal / report["bound_ms"])
         self.assertAlmostEqual(report["naive_cpu_over_frame"], report["naive_cpu_ms"] / ideal)
 
+    def test_frame_is_that_asked_for(self):
+        self.assertEqual(self.report["output"], [256, 192])
+        self.assertEqual(self.report["counts"]["pixels"], 256 * 192)
+        self.assertEqual(self.report["counts"]["lights"], 5)
+        cold = self.report["counts"]["block_bytes"] / (1e-3 * self.report["cold_frame_ms"])
+        self.assertAlmostEqual(self.report["cold_bytes_per_second"], cold, delta=1e-6 * cold)
+
     def test_a_model_that_is_there_is_kept(self):
         before = (self.model / "manifest.json").stat()
-        done = bench("--model", self.model, "--frames", "1")
+        done = bench("--model", self.model, "--frames", "1", "--output", "64x48", "--shot-lights", "1")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("| frame |", done.stdout)
         after = (self.model / "manifest.json").stat()

@@ -92,7 +92,7 @@ TEST_F(DollModel, CountsAreThoseOfTheFrame) {
   const Model model = written(kSmall);
   const Shot shot = dollShot(model, 160, 120, 3);
   BlockCache cache(model.files, size_t{1} << 28);
-  const FrameTimes times = timeFrames(model, shot, cache, 3);
+  const FrameTimes times = timeFrames(model, shot, cache, size_t{1} << 28, 3);
   const FrameCounts& counts = times.counts;
   EXPECT_EQ(counts.surfels, model.cloud.size());
   EXPECT_GT(counts.visible, counts.surfels / 4);
@@ -104,6 +104,7 @@ TEST_F(DollModel, CountsAreThoseOfTheFrame) {
   EXPECT_GT(counts.contributions, counts.visible);
   EXPECT_EQ(counts.blocks, cache.counts().reads); // none twice
   EXPECT_GT(counts.rank, 1);
+  EXPECT_GT(times.coldSeconds, 0);
   double stages = 0;
   for (const std::string_view stage : kStages) stages += times.stages.find(stage)->second.best;
   EXPECT_LE(stages, times.frame.best * 1.0001);
