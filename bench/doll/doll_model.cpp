@@ -4,12 +4,14 @@
 #include "bench/doll/doll_shape.h"
 #include "bench/doll/spiral.h"
 #include "srf/model/model.h"
+#include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/sampling.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -45,6 +47,11 @@ Capture rigOf(const DollSize& size, std::span<const Camera<AcquisitionSpace>> ca
     }
   }
   return rig;
+}
+
+// Triangles about as large as the space between surfels.
+int segmentsFor(size_t surfels) {
+  return static_cast<int>(std::clamp(std::sqrt(static_cast<double>(surfels)) / 3.8, 32.0, 192.0));
 }
 
 // Bits of the block's pixels that show the doll.
@@ -115,7 +122,10 @@ std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
 }
 
 void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress) {
-  std::filesystem::create_directories(folder / "views");
+  namespace fs = std::filesystem;
+  if (fs::exists(folder) && !fs::is_empty(folder) && !fs::exists(folder / "views"))
+    throw Error("exists and is not a model: give the doll a folder of its own").in(folder);
+  fs::create_directories(folder / "views");
   const auto cameras = dollCameras(size);
   const Capture rig = rigOf(size, cameras);
   const DollBlocks blocks(rig.lights, size.seed);
@@ -124,7 +134,7 @@ void writeDollModel(const std::filesystem::path& folder, const DollSize& size, c
     writeFileAtomically(folder / viewFilePath(view), viewFile(cameras[view], view, size, blocks));
   });
   progress("view files", 1);
-  const TriangleMesh mesh = dollMesh(192);
+  const TriangleMesh mesh = dollMesh(segmentsFor(size.surfels));
   SurfelCloud cloud = sampleSurfels(mesh, spacingFor(mesh, size.surfels), size.seed, progress);
   const ViewFades fades = surfelFades(cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
   const LightBlend blend{4, LightFit::mean, false};

@@ -6,6 +6,8 @@
 #include "render/film.h"
 #include "render/measure.h"
 #include "srf/model/model.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
 
 #include <gtest/gtest.h>
 
@@ -29,10 +31,8 @@ protected:
     return openModel(folder_ / name);
   }
 
-  static constexpr DollSize kSmall{.surfels = 2000, .views = 12, .lights = 6, .width = 100, .height = 132};
-
-private:
   std::filesystem::path folder_;
+  static constexpr DollSize kSmall{.surfels = 2000, .views = 12, .lights = 6, .width = 100, .height = 132};
 };
 
 TEST_F(DollModel, HasTheSizeAskedFor) {
@@ -58,6 +58,14 @@ TEST_F(DollModel, BlocksAreThoseOfTheOutline) {
         ASSERT_EQ(stored, outline[static_cast<size_t>(y * 100 + x)] == 1) << x << ", " << y;
       }
   }
+}
+
+TEST_F(DollModel, WritesIntoNobodysFolder) {
+  const auto other = folder_ / "other";
+  std::filesystem::create_directories(other);
+  writeFileAtomically(other / "notes.txt", "mine");
+  EXPECT_THROW(writeDollModel(other, kSmall), Error);
+  EXPECT_FALSE(std::filesystem::exists(other / "views"));
 }
 
 TEST_F(DollModel, TheSameSeedGivesTheSameModel) {
