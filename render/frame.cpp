@@ -1,23 +1,17 @@
 #include "render/frame.h"
 
+#include "surfel/processor_time.h"
 #include "warp/deform.h"
 
 #include <tbb/parallel_for.h>
 
 #include <cassert>
 #include <chrono>
-#include <ctime>
 #include <functional>
 
 namespace surflect {
 
 namespace {
-
-double processorSeconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 class StageClock {
 public:

@@ -2,12 +2,12 @@
 
 #include "bench/doll/spiral.h"
 #include "surfel/file.h"
+#include "surfel/processor_time.h"
 #include "warp/deform.h"
 
 #include <algorithm>
 #include <cassert>
 #include <chrono>
-#include <ctime>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -104,11 +104,6 @@ Times timesOf(std::span<const Lap> laps) {
 }
 
 Lap lapOf(const std::function<void()>& work) {
-  const auto processorSeconds = [] {
-    timespec time{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  };
   const auto start = std::chrono::steady_clock::now();
   const double processorStart = processorSeconds();
   work();
