@@ -97,18 +97,25 @@ Json measure(const Arguments& arguments) {
   }
   const Model model = openModel(folder);
   const Shot shot = dollShot(model, arguments.width, arguments.height, arguments.lights);
+  Check checked;
+  PaperFrame naive;
+  Lap naiveLap;
+  {
+    BlockCache cache(model.files, kCacheBytes);
+    FrameStats ignored;
+    const Image frame =
+        renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, ignored).color;
+    ResidentBlocks blocks(cache);
+    const auto paper = [&] {
+      return paperFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
+    };
+    checked = check(paper().color, frame);
+    if (!arguments.picture.empty()) writePreview(arguments.picture, frame, 1 / whiteOf(frame));
+    naiveLap = lapOf([&] { naive = paper(); }); // all of whose blocks are now in memory
+  }
   BlockCache cache(model.files, kCacheBytes);
   const FrameTimes times = timeFrames(model, shot, cache, kCacheBytes, arguments.frames);
-  if (!arguments.picture.empty())
-    writePreview(arguments.picture, times.film.color, 1 / whiteOf(times.film.color));
 
-  ResidentBlocks blocks(cache);
-  const auto paper = [&] {
-    return paperFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
-  };
-  const Check checked = check(paper().color, times.film.color);
-  PaperFrame naive;
-  const Lap naiveLap = lapOf([&] { naive = paper(); }); // all of whose blocks are now in memory
   double naiveMs = 0;
   Json naiveStages;
   for (const auto& [stage, seconds] : naive.seconds) {

@@ -127,7 +127,7 @@ FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, s
   }
   {
     FrameStats stats;
-    result.firstSeconds = lapOf([&] { result.film = render(stats); }).seconds;
+    result.firstSeconds = lapOf([&] { render(stats); }).seconds;
     counts.drawn = stats.splats.drawn;
     counts.visible = stats.visible;
     counts.pairs = stats.shading.operations;

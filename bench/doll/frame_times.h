@@ -39,7 +39,6 @@ Times timesOf(std::span<const Lap> laps);
 Lap lapOf(const std::function<void()>& work);
 
 struct FrameTimes {
-  Film film;
   FrameCounts counts;
   double coldSeconds = 0;  // of a frame whose blocks come from the disk
   double firstSeconds = 0; // of one that finds the cache empty, but the files in memory
