@@ -4,8 +4,8 @@
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/nearest_name.h"
+#include "surfel/nearest_rotation.h"
 
-#include <Eigen/SVD>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -347,11 +347,8 @@ Pose readPose(const Json& value) {
                               std::to_string(lengths[1]) + ", " + std::to_string(lengths[2]));
   }
   if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
-  Mat3<double> nearest = rotation;
-  if (error > 1e-14) {
-    const Eigen::JacobiSVD<Mat3<double>> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    nearest = svd.matrixU() * svd.matrixV().transpose();
-  }
+  // What is exact stays as it is, to the bit.
+  const Mat3<double> nearest = error > 1e-14 ? nearestRotation(rotation) : rotation;
   return Rigid<AcquisitionSpace, CameraSpace>(nearest, m.topRightCorner<3, 1>()).inverse();
 }
 

@@ -2,8 +2,7 @@
 
 #include "srf/import/text.h"
 #include "surfel/error.h"
-
-#include <Eigen/SVD>
+#include "surfel/nearest_rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,9 +60,8 @@ Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rota
   if (!(error <= 1e-4))
     throw Error::mismatch("a rotation", "a matrix that is not orthonormal by " + std::to_string(error));
   if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
-  const Eigen::JacobiSVD<Mat3<double>> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vec3<double> flip(1, -1, -1); // x right, y up, looking along -z
-  return {flip.asDiagonal() * (svd.matrixU() * svd.matrixV().transpose()), flip.cwiseProduct(translation)};
+  return {flip.asDiagonal() * nearestRotation(rotation), flip.cwiseProduct(translation)};
 }
 
 std::vector<std::string> namesOfPictures(const std::vector<fs::path>& pictures) {
