@@ -2,8 +2,8 @@
 
 #include "render/measure.h"
 #include "tests/render/films.h"
+#include "tests/support/random.h"
 
-#include <Eigen/SVD>
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
@@ -264,12 +264,14 @@ TEST(Stretch, OfAShear) {
 
 TEST(Stretch, IsTheRatioOfSingularValues) {
   std::mt19937 random(4);
-  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> size(0.1, 3), angle(0, 7);
   for (int trial = 0; trial < 1000; ++trial) {
-    Eigen::Matrix<double, 3, 2> tangents;
-    for (double& value : tangents.reshaped()) value = normal(random);
-    const Vec2<double> singular = tangents.jacobiSvd().singularValues();
-    EXPECT_NEAR(stretchOf(tangents.col(0), tangents.col(1)) / (singular[0] / singular[1]), 1, 7e-15);
+    const Vec2<double> singular(size(random), size(random));
+    const Eigen::Matrix<double, 3, 2> tangents = randomRotation(random).leftCols<2>() *
+                                                 singular.asDiagonal() *
+                                                 Eigen::Rotation2Dd(angle(random)).toRotationMatrix();
+    const double ratio = singular.maxCoeff() / singular.minCoeff();
+    EXPECT_NEAR(stretchOf(tangents.col(0), tangents.col(1)) / ratio, 1, 7e-15);
   }
 }
 
