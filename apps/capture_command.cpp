@@ -4,19 +4,17 @@
 #include "render/stage/stage_capture.h"
 #include "render/stage/stage_source.h"
 #include "surfel/hash.h"
+#include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <bit>
-#include <chrono>
 #include <memory>
 
 namespace surflect {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 struct Arguments {
   std::string stage, output, model, scale, script;
@@ -32,30 +30,26 @@ std::string duration(double seconds) {
   return fmt::format("{} s", whole);
 }
 
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 // Says how long the stage of the work will still take, by what it has done since it was first heard of.
 Progress withTimeLeft(Progress progress) {
   if (!progress.report) return progress;
   struct Since {
     std::string stage;
-    Clock::time_point start;
+    Stopwatch watch;
     double fraction = 0;
   };
   progress.report = [report = progress.report, since = std::make_shared<Since>()](std::string_view stage,
                                                                                   double fraction) {
-    if (since->stage != stage) *since = {std::string(stage), Clock::now(), fraction};
+    if (since->stage != stage) *since = {std::string(stage), Stopwatch(), fraction};
     const double done = fraction - since->fraction;
-    const double left = done > 0 ? secondsSince(since->start) * (1 - fraction) / done : 0;
+    const double left = done > 0 ? since->watch.seconds() * (1 - fraction) / done : 0;
     report(left > 0 ? fmt::format("{}, {} left,", stage, duration(left)) : std::string(stage), fraction);
   };
   return progress;
 }
 
 Json capturePictures(const Stage& stage, const Arguments& arguments, const Progress& progress) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   StageReport report;
   if (!arguments.script.empty()) {
     const Script script = readScript(arguments.script);
@@ -67,7 +61,7 @@ Json capturePictures(const Stage& stage, const Arguments& arguments, const Progr
     const StageFrames which = arguments.model.empty() ? StageFrames::all : StageFrames::test;
     report = captureStage(stage, nullptr, which, arguments.output, progress);
   }
-  const double seconds = secondsSince(start);
+  const double seconds = watch.seconds();
   say(fmt::format("{}: {} views under {} lights, {} frames for training and {} for the test{}; {:.1f} s",
                   arguments.output, report.views, report.lights, report.trainingFrames, report.testFrames,
                   report.resumedViews > 0 ? fmt::format("; {} views were there already", report.resumedViews)

@@ -6,12 +6,13 @@
 #include "srf/image/exr.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/folder.h"
 #include "surfel/hash.h"
+#include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
-#include <chrono>
 #include <map>
 #include <memory>
 #include <set>
@@ -89,10 +90,6 @@ std::string filmIdentity(const Script& script, const Model& model, const ShotRen
                      frame.shade.pairs, frame.splats.lowPass, arguments.scale));
 }
 
-double secondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from
 // object.
 std::string describe(const Camera<ObjectSpace>& camera) {
@@ -138,7 +135,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     if (environment.replaced > 0)
       say(fmt::format("{}: {} texels with samples below 0 or not finite, which are taken for 0",
                       environment.image.string(), environment.replaced));
-  std::filesystem::create_directories(arguments.output);
+  createFolder(arguments.output);
   removeLitter(script, arguments);
 
   const std::string identity = filmIdentity(script, model, shot, arguments);
@@ -158,10 +155,10 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
       ++kept;
       continue;
     }
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     FrameStats stats;
     const Film film = shot.render(frame, arguments.scale, stats);
-    const auto rendered = std::chrono::steady_clock::now();
+    const Stopwatch writeWatch;
     if (script.output->png) writePreview(preview, film.color, shot.previewExposure());
     writeFilm(path, film,
               {{"surflect.version", SURFLECT_VERSION},
@@ -169,11 +166,11 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
                {"surflect.script", hex(script.hash)},
                {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
                {"surflect.frame", std::to_string(frame)}});
-    stats.seconds["write"] = secondsSince(rendered);
+    stats.seconds["write"] = writeWatch.seconds();
     Json entry = jsonOf(stats);
     entry["frame"] = frame;
     entry["file"] = path.string();
-    entry["total_seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    entry["total_seconds"] = watch.seconds();
     report["frames"].push_back(std::move(entry));
   }
   progress("render", 1);

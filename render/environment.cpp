@@ -1,9 +1,9 @@
 #include "render/environment.h"
 
 #include "surfel/hash.h"
+#include "surfel/stopwatch.h"
 
 #include <algorithm>
-#include <chrono>
 
 namespace surflect {
 
@@ -28,12 +28,12 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
     const auto* light = std::get_if<EnvironmentLightMotion>(&script.lights[i]);
     if (!light) continue;
     progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const EnvironmentMap map = readEnvironment(light->image, light->mapping);
     auto& prepared =
         environments.emplace_back(prepareEnvironment(map, light->error, light->uncovered, model, options));
     prepared.image = light->image;
-    prepared.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    prepared.seconds = watch.seconds();
   }
   return environments;
 }

@@ -3,6 +3,7 @@
 #include "render/stage/stage_pictures.h"
 #include "srf/capture/writer.h"
 #include "surfel/file.h"
+#include "surfel/folder.h"
 #include "surfel/step_progress.h"
 
 #include <fmt/format.h>
@@ -33,14 +34,10 @@ void claim(const fs::path& folder, const std::string& identity) {
     removeAbandoned(folder, [&](const std::string& name) { return name == path.filename(); });
     if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
       throw Error::mismatch("a new folder, or an empty one", "something there already").in(folder);
-    std::error_code failure;
-    fs::create_directories(folder, failure);
-    if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
+    createFolder(folder);
     writeFileAtomically(path, identity);
   }
-  std::error_code failure;
-  fs::create_directories(folder / "images", failure);
-  if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder / "images");
+  createFolder(folder / "images");
 }
 
 StageScene sceneOf(const Stage& stage, const StageDeformation* deformation) {

@@ -3,6 +3,7 @@
 #include "render/stage/stage_pictures.h"
 #include "srf/capture/writer.h"
 #include "surfel/file.h"
+#include "surfel/folder.h"
 
 #include <fmt/format.h>
 
@@ -11,12 +12,6 @@ namespace surflect {
 namespace fs = std::filesystem;
 
 namespace {
-
-void removeAll(const fs::path& folder) {
-  std::error_code failure;
-  fs::remove_all(folder, failure);
-  if (failure) throw Error("cannot be removed (" + failure.message() + ")").in(folder);
-}
 
 class StageSource : public PackSource {
 public:
@@ -56,10 +51,8 @@ private:
   // What another stage left there goes.
   void claimScratch() const {
     if (isScratchOurs()) return;
-    removeAll(scratch_);
-    std::error_code failure;
-    fs::create_directories(scratch_ / "images", failure);
-    if (failure) throw Error("cannot be created (" + failure.message() + ")").in(scratch_ / "images");
+    removeFolder(scratch_);
+    createFolder(scratch_ / "images");
     writeFileAtomically(scratchIdentity(), identity());
   }
 
@@ -81,7 +74,7 @@ PackReport packStage(const Stage& stage, const fs::path& folder, const PackOptio
   const fs::path scratch = folder / "traced";
   StageSource source(stage, scratch);
   const PackReport report = pack(source, folder, options, progress, announce);
-  removeAll(scratch);
+  removeFolder(scratch);
   return report;
 }
 

@@ -13,6 +13,7 @@
 #include "srf/import/transforms.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/folder.h"
 #include "surfel/nearest_name.h"
 
 #include <algorithm>
@@ -207,9 +208,7 @@ public:
     for (int copy = 2; !taken_.insert(path).second; ++copy)
       path = fs::path(place) / inner.parent_path() /
              (inner.stem().string() + "-" + std::to_string(copy) + inner.extension().string());
-    std::error_code problem;
-    fs::create_directories((output_ / path).parent_path(), problem);
-    if (problem) throw Error("cannot create (" + problem.message() + ")").in((output_ / path).parent_path());
+    createFolder((output_ / path).parent_path());
     return path;
   }
 

@@ -13,21 +13,16 @@
 #include "surfel/hash.h"
 #include "surfel/sampling.h"
 #include "surfel/step_progress.h"
+#include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace surflect {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // Training frames by view, in the order of the capture; columns of the view's file.
 std::vector<std::vector<size_t>> framesByView(const Capture& capture) {
@@ -85,7 +80,8 @@ std::string packIdentity(const PackSource& source, double tolerance, const Trian
 PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t>> frames,
                       const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& impostor, double spacing,
                       const Progress& progress) {
-  constexpr double kRatio = 10;                // half floats to stored bytes, at the default tolerance
+  constexpr double kRatio = 9;                 // half floats to stored bytes, at the default tolerance
+  constexpr double kSecondsPerVertex = 2e-6;   // of the mesh: is it enclosed?
   constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
   constexpr double kSecondsPerFade = 1.3e-7;   // per surfel and view
   constexpr double kSecondsPerValue = 2.2e-8;  // reading and encoding, per channel of an object pixel
@@ -109,7 +105,8 @@ PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t
   return {
       static_cast<size_t>(surfels), static_cast<uint64_t>(2 * values / kRatio + 44 * surfels + fades / 8),
       static_cast<uint64_t>(std::max(32 * largest, kBytesPerSurfel * surfels) + 3 * fades + 100 * surfels),
-      kSecondsPerSurfel * surfels + kSecondsPerFade * fades + kSecondsPerValue * values};
+      kSecondsPerVertex * static_cast<double>(mesh.positions.size()) + kSecondsPerSurfel * surfels +
+          kSecondsPerFade * fades + kSecondsPerValue * values};
 }
 
 } // namespace
@@ -119,7 +116,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const Capture& capture = source.training();
   const auto frames = framesByView(capture);
   if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
-  const auto start = Clock::now();
+  const Stopwatch surfelWatch;
   const Impostor geometry = source.impostor(options.impostor, progress);
   const TriangleMesh& mesh = geometry.mesh;
   const RayCaster<AcquisitionSpace> impostor(mesh, progress);
@@ -141,15 +138,15 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.surfels = cloud.size();
   for (const View& view : capture.views) report.views.push_back(view.identity);
   report.lights = capture.lights.size();
-  report.surfelSeconds = secondsSince(start);
+  report.surfelSeconds = surfelWatch.seconds();
 
-  const auto fadeStart = Clock::now();
+  const Stopwatch fadeWatch;
   std::vector<Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
   const ViewFades fades = surfelFades(cloud, cameras, impostor, progress);
-  report.fadeSeconds = secondsSince(fadeStart);
+  report.fadeSeconds = fadeWatch.seconds();
 
-  const auto storeStart = Clock::now();
+  const Stopwatch storeWatch;
   const std::string identity = packIdentity(source, options.tolerance, mesh);
   const auto identityPath = folder / packIdentityPath();
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
@@ -195,7 +192,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   writeModel(folder,
              {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, surveyed->lights.blend},
              progress);
-  report.storeSeconds = secondsSince(storeStart);
+  report.storeSeconds = storeWatch.seconds();
   progress("reflectance images", 1);
   return report;
 }

@@ -3,6 +3,7 @@
 #include "srf/model/model.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/folder.h"
 #include "surfel/hash.h"
 
 #include <fmt/format.h>
@@ -64,9 +65,7 @@ void claimPackFolder(const fs::path& folder) {
   const fs::path identityPath = folder / packIdentityPath();
   if (fs::exists(folder) && !fs::exists(identityPath) && !isVacant(folder))
     throw Error("exists and is not a model: give the output a folder of its own").in(folder);
-  std::error_code failure;
-  fs::create_directories(identityPath.parent_path(), failure);
-  if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
+  createFolder(identityPath.parent_path());
   removeLitter(folder);
 }
 
