@@ -23,13 +23,8 @@ constexpr double kMostValues = 0x1p29; // of one view: floats of all its lights,
 
 using Point = Point3<AcquisitionSpace, double>;
 
-struct CameraKind {
-  Lens lens;
-  std::optional<Entry> distance;
-};
-
-CameraKind asCameraKind(const Entry& entry) {
-  const Section s(entry, {"model", "size", "distance", "fov_deg", "height"});
+// Of the [camera].
+Lens asLens(const Section& s) {
   const Entry size = s.require("size");
   const auto sides = asArray(size, "[width, height]");
   if (sides.size() != 2) throw mismatch(size, "[width, height]");
@@ -50,7 +45,7 @@ CameraKind asCameraKind(const Entry& entry) {
       isPinhole ? lens.centerY /
                       std::tan(Angle::fromDegrees(numberIn(s.require("fov_deg"), 0.001, 179)).radians() / 2)
                 : lens.height / positive(s.require("height"));
-  return {lens, s.find("distance")};
+  return lens;
 }
 
 // Seen from the centre; those at no distance stand where the section says for all.
@@ -237,14 +232,14 @@ void addViews(const Section& stage, const Point& center, StageRig& rig) {
         [](View& view, size_t i) { view.identity = cameraName(i); });
     return;
   }
-  const Section cameraSection(stage.require("camera"), {"model", "size", "distance", "fov_deg", "height"});
-  const CameraKind camera = asCameraKind(stage.require("camera"));
+  const Section camera(stage.require("camera"), {"model", "size", "distance", "fov_deg", "height"});
+  const Lens lens = asLens(camera);
+  const auto distance = camera.find("distance");
   const Placement placement = asPlacement(s, key, center, kMostViews);
   rig.trainingViews = placement.training;
   for (const Place& place : placement.all)
-    rig.views.push_back(
-        {cameraName(rig.views.size()),
-         cameraAbout(center, place.towards, distanceOf(place, camera.distance, cameraSection), camera.lens)});
+    rig.views.push_back({cameraName(rig.views.size()),
+                         cameraAbout(center, place.towards, distanceOf(place, distance, camera), lens)});
 }
 
 constexpr std::string_view kNoExtent = "no such key for point lights, which have no extent";
