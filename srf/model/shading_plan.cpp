@@ -153,14 +153,14 @@ private:
         const auto towards = acquisitionFromEnvironment(from);
         const BlendSet blend = blendLights(towards, environment.uncovered);
         const float factor = foreshorteningOf(blend, towards);
+        const Rgb scaled = factor * irradiance;
         for (const auto& [light, weight] : blend)
-          share_[light] += factor * weight * Eigen::Array4f(irradiance.r, irradiance.g, irradiance.b, 0);
+          share_[light] += weight * Eigen::Array4f(scaled.r, scaled.g, scaled.b, brightness(irradiance));
       }
     for (uint32_t light = 0; light < row_.size(); ++light) {
       const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
-      if (share == Rgb{}) continue;
       row_[light] = row_[light] + irradianceRatio(environment.strength * share, rigIrradiance_[light]);
-      lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(light);
+      lightBlend_ = lightBlend_ + blendShare(share_[light][3], e) * colorOf(light);
     }
   }
 
@@ -287,7 +287,7 @@ private:
   size_t pairs_ = 0;
   std::vector<float> environmentBrightness_;
   std::vector<Rgb> row_;              // per light
-  std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, r g b 0
+  std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, see LightTable
   std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened
   std::vector<Rgb> pairShare_;        // per pair, what it takes over
   std::vector<PlannedOp> ops_;
@@ -348,6 +348,11 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
         .in(model.folder);
   if (!model.rig.lights.empty() && lights == 0)
     throw Error("captured under several lights: the script needs a light of its own").in(model.folder);
+  if (options.foreshortened.value_or(false) && (model.rig.lights.empty() || !model.isFullProduct))
+    throw Error::mismatch("photographs under all lights from all cameras",
+                          model.rig.lights.empty() ? "fixed illumination" : "pairs of cameras and lights")
+        .at("foreshortening on")
+        .in(model.folder);
   const LightCoverage coverage(lightDirections(model));
   const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
   std::vector<ShadingPlan> parts(tasks);

@@ -52,7 +52,8 @@ double lightSpacing(const Model& model);
 // than the direction: lights near the object, or a capture that is not a full product.
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
 
-// Throws Error when lights are asked of a capture with fixed illumination, or none of one without.
+// Throws Error when lights are asked of a capture with fixed illumination, or none of one without; and when
+// it is to be foreshortened and is not a full product of cameras and lights.
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
                         const Progress& progress = {});
 

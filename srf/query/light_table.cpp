@@ -82,7 +82,8 @@ void LightTable::spread(std::span<const EnvironmentLight> environment,
     const int y = std::clamp(static_cast<int>(b), 0, cells_ - 1);
     const float fx = a - static_cast<float>(x), fy = b - static_cast<float>(y);
     const std::array taps{(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-    Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b, 0);
+    Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b,
+                         irradiance.r + irradiance.g + irradiance.b);
     const auto cell = static_cast<size_t>(y * cells_ + x);
     const auto forEachWeight = [&](const auto& use) {
       for (uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
@@ -97,7 +98,7 @@ void LightTable::spread(std::span<const EnvironmentLight> environment,
         sum += weight * surface->cosines[captured];
         weights += weight;
       });
-      light *=
+      light.head<3>() *=
           foreshortening(foreshortenedCosine(surface->normal, direction), weights > 0 ? sum / weights : 0);
     }
     forEachWeight([&](uint32_t captured, float weight) { row[captured] += weight * light; });

@@ -29,9 +29,10 @@ public:
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
              Uncovered uncovered);
 
-  // row[l] += the irradiance (r, g, b, 0) that captured light l takes over from an environment; a row has one
+  // row[l] += the irradiance (r, g, b) that captured light l takes over from an environment; a row has one
   // entry per captured light. The weights behind it are continuous in the turn and sum to 1, or to the
-  // coverage where it fades; where they are foreshortened, to that times the ratio of foreshortening.h.
+  // coverage where it fades; where they are foreshortened, to that times the ratio of foreshortening.h. The
+  // fourth number is r + g + b as it is before that.
   void spread(std::span<const EnvironmentLight> environment,
               const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
               std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;

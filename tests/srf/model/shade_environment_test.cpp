@@ -222,12 +222,24 @@ TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
   const auto lights = randomEnvironment(1, random); // several differ in strength, hence in share
   QueryBatch batch = darkBatch(model, 200, random);
   addEnvironment(batch, {lights, {3, 3, 3}, Uncovered::extrapolate, nullptr}, random);
-  const ShadeOptions plain{.foreshortened =
-                               false}; // colours of lamps are those before it, of an environment after
-  const ShadingPlan one = planShading(model, batch, plain),
-                    other = planShading(model, unrolled(batch), plain);
+  const ShadingPlan one = planShading(model, batch, {}), other = planShading(model, unrolled(batch), {});
   EXPECT_LT(largestDifference(one.lightBlend, other.lightBlend), 1e-6);
   EXPECT_LT(largestDifference(one.cameraBlend, other.cameraBlend), 1e-6);
+}
+
+// They say who was blended, which foreshortening leaves alone.
+TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
+  if (!GetParam()) return; // pairs are not
+  const auto lights = randomEnvironment(20, random);
+  const auto table = lightTable(model, {}, Uncovered::fade);
+  for (const LightTable* used : {static_cast<const LightTable*>(nullptr), &*table}) {
+    QueryBatch batch = darkBatch(model, 200, random);
+    addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, used}, random);
+    const ShadingPlan plain = planShading(model, batch, {.foreshortened = false}),
+                      scaled = planShading(model, batch, {.foreshortened = true});
+    EXPECT_GT(largestDifference(irradianceOf(model, plain), irradianceOf(model, scaled)), 0.1);
+    EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
+  }
 }
 
 TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {

@@ -181,6 +181,13 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
   }
 }
 
+TEST_F(ShadingPlannedPairs, AreNotForeshortened) {
+  const QueryBatch batch = randomBatch(model, 10, 1, random);
+  EXPECT_EQ(errorOf([&] { planShading(model, batch, {.foreshortened = true}); }),
+            model.folder.string() + ": foreshortening on: found pairs of cameras and lights, expected "
+                                    "photographs under all lights from all cameras");
+}
+
 TEST(IrradianceRatio, OfWhatWasCapturedIsOneAndNothingInTheDark) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> strength(0.1f, 10);

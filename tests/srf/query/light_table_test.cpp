@@ -138,7 +138,10 @@ TEST(LightTable, ForeshortensWhatItHasTabulated) {
     const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 1, 1}};
     const Foreshortened surface{normal, cosines};
     table.spread({&light, 1}, ToAcquisition(), row, &surface);
-    for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(row[l][0], factor * plain[l], 1e-6f);
+    for (size_t l = 0; l < lights.size(); ++l) {
+      EXPECT_NEAR(row[l][0], factor * plain[l], 1e-6f);
+      EXPECT_NEAR(row[l][3], 3 * plain[l], 1e-6f); // of three channels, and plain
+    }
   }
 }
 
