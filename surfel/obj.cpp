@@ -103,10 +103,21 @@ Vec2<double> asTextureCoordinates(const std::vector<std::string_view>& words) {
   return st;
 }
 
+Vec3<double> asNormal(const std::vector<std::string_view>& words) {
+  if (words.size() < 4) throw Error::mismatch("three coordinates", std::to_string(words.size() - 1)).at("vn");
+  Vec3<double> normal;
+  for (size_t i = 0; i < 3; ++i)
+    normal[static_cast<Eigen::Index>(i)] = asNumber<double>(words[i + 1], "a number");
+  if (!normal.allFinite()) throw Error::mismatch("finite coordinates", "a value that is not").at("vn");
+  return normal;
+}
+
 constexpr size_t kNone = std::numeric_limits<size_t>::max();
 
 struct Corner {
-  size_t vertex, texture;
+  size_t vertex, texture, normal;
+
+  auto operator<=>(const Corner&) const = default;
 };
 
 struct Face {
@@ -117,6 +128,7 @@ struct Face {
 struct Content {
   std::vector<Point3<AcquisitionSpace>> positions;
   std::vector<Vec2<double>> textureCoordinates;
+  std::vector<Vec3<double>> normals;
   std::vector<Face> faces; // whose vertices are there
 };
 
@@ -129,24 +141,31 @@ void requireBelow(size_t index, size_t count, const char* kind, size_t line) {
         .at(onLine(line));
 }
 
-Content parse(std::string_view text, bool wantsTexture, const Progress& progress) {
+Content parse(std::string_view text, bool wantsAll, const Progress& progress) {
   Content content;
   Statements statements(text);
   // "7", "7/1", "7//3", "7/1/3"
   const auto asCorner = [&](std::string_view word) -> Corner {
     const size_t slash = word.find('/');
     const size_t vertex = asIndex(word.substr(0, slash), content.positions.size(), "vertex");
-    if (!wantsTexture || slash == std::string_view::npos) return {vertex, kNone};
-    const std::string_view rest = word.substr(slash + 1), texture = rest.substr(0, rest.find('/'));
-    if (texture.empty()) return {vertex, kNone};
-    return {vertex, asIndex(texture, content.textureCoordinates.size(), "texture coordinate")};
+    Corner corner{vertex, kNone, kNone};
+    if (!wantsAll || slash == std::string_view::npos) return corner;
+    const std::string_view rest = word.substr(slash + 1);
+    const size_t second = std::min(rest.find('/'), rest.size());
+    const std::string_view texture = rest.substr(0, second),
+                           normal = rest.substr(std::min(second + 1, rest.size()));
+    if (!texture.empty())
+      corner.texture = asIndex(texture, content.textureCoordinates.size(), "texture coordinate");
+    if (!normal.empty()) corner.normal = asIndex(normal, content.normals.size(), "normal");
+    return corner;
   };
   while (statements.next()) {
     progress.checkNowAndThen(statements.line());
     const auto& words = statements.words();
     try {
       if (words[0] == "v") content.positions.push_back(asPosition(words));
-      if (words[0] == "vt" && wantsTexture) content.textureCoordinates.push_back(asTextureCoordinates(words));
+      if (words[0] == "vt" && wantsAll) content.textureCoordinates.push_back(asTextureCoordinates(words));
+      if (words[0] == "vn" && wantsAll) content.normals.push_back(asNormal(words));
       if (words[0] != "f") continue;
       if (words.size() < 4)
         throw Error::mismatch("at least three corners", std::to_string(words.size() - 1)).at("f");
@@ -159,9 +178,10 @@ Content parse(std::string_view text, bool wantsTexture, const Progress& progress
   }
   for (size_t i = 0; i < content.faces.size(); ++i) {
     progress.checkNowAndThen(i);
-    for (const auto& [vertex, texture] : content.faces[i].corners) {
+    for (const auto& [vertex, texture, normal] : content.faces[i].corners) {
       requireBelow(vertex, content.positions.size(), "vertex", content.faces[i].line);
       requireBelow(texture, content.textureCoordinates.size(), "texture coordinate", content.faces[i].line);
+      requireBelow(normal, content.normals.size(), "normal", content.faces[i].line);
     }
   }
   return content;
@@ -192,19 +212,24 @@ TriangleMesh parseObj(std::string_view text, const Progress& progress) {
 
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress) {
   const Content content = parse(text, true, progress);
-  const bool hasTexture = std::ranges::all_of(content.faces, [](const Face& face) {
-    return std::ranges::none_of(face.corners, [](const Corner& corner) { return corner.texture == kNone; });
-  });
+  const auto allHave = [&](size_t Corner::*what) {
+    return std::ranges::all_of(content.faces, [&](const Face& face) {
+      return std::ranges::find(face.corners, kNone, what) == face.corners.end();
+    });
+  };
+  const bool hasTexture = allHave(&Corner::texture), hasNormals = allHave(&Corner::normal);
   TexturedMesh textured;
-  std::map<std::pair<size_t, size_t>, uint32_t> vertices;
-  const auto vertexOf = [&](const Corner& corner) {
-    const size_t texture = hasTexture ? corner.texture : kNone;
+  std::map<Corner, uint32_t> vertices;
+  const auto vertexOf = [&](Corner corner) {
+    if (!hasTexture) corner.texture = kNone;
+    if (!hasNormals) corner.normal = kNone;
     const auto next = static_cast<uint32_t>(textured.corner.size());
-    const auto [found, isNew] = vertices.try_emplace({corner.vertex, texture}, next);
+    const auto [found, isNew] = vertices.try_emplace(corner, next);
     if (isNew) {
       textured.mesh.positions.push_back(content.positions[corner.vertex]);
       textured.corner.push_back(static_cast<uint32_t>(corner.vertex));
-      if (hasTexture) textured.textureCoordinates.push_back(content.textureCoordinates[texture]);
+      if (hasTexture) textured.textureCoordinates.push_back(content.textureCoordinates[corner.texture]);
+      if (hasNormals) textured.normals.push_back(content.normals[corner.normal]);
     }
     return found->second;
   };

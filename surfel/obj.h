@@ -1,4 +1,5 @@
-// Wavefront OBJ: the positions and faces of its one mesh, and texture coordinates for who asks for them.
+// Wavefront OBJ: the positions and faces of its one mesh, and texture coordinates and normals for who asks
+// for them.
 #pragma once
 
 #include "surfel/progress.h"
@@ -13,8 +14,9 @@ namespace surflect {
 // count from the end (-1 is the last vertex so far); texture coordinates, normals, materials, lines and
 // free-form curves are passed over. Throws Error at the line that is wrong.
 TriangleMesh parseObj(std::string_view text, const Progress& progress = {});
-// The same with texture coordinates: each vertex once for every texture coordinate that it has, in the order
-// of the corners; `corner` is the file's vertex. Without coordinates where a corner has none.
+// The same with texture coordinates and normals: each vertex once for every pair of them that it has, in the
+// order of the corners; `corner` is the file's vertex. Without coordinates, or normals, where a corner has
+// none.
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress = {});
 // Throw Error with the file and the line, and Cancelled.
 TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress = {});

@@ -256,7 +256,7 @@ std::optional<GltfField> attributeOfAll(const GltfField& attributes, const char*
 }
 
 void appendPrimitive(GltfDocument& document, const GltfField& primitive, const AffineMap& worldFromNode,
-                     TexturedMesh& mesh, bool& hasNormals, bool& hasTexture) {
+                     TexturedMesh& mesh, bool& hasNormals, bool& hasTangents, bool& hasTexture) {
   const std::vector<Vec3<double>> positions = readPositions(document, primitive);
   const GltfField attributes = primitive.require("attributes");
   const size_t first = mesh.mesh.positions.size(), count = positions.size();
@@ -274,6 +274,14 @@ void appendPrimitive(GltfDocument& document, const GltfField& primitive, const A
     for (const auto& n : readVectors(document, *field))
       mesh.normals.push_back((mirrors ? -1. : 1.) * (cofactors * n));
     if (mesh.normals.size() != first + count)
+      field->refuse(std::to_string(count) + " elements, as positions");
+  }
+  if (const auto field = attributeOfAll(attributes, "TANGENT", hasTangents)) {
+    // w: where the texture's second coordinate goes
+    const std::vector<double> xyzw = document.read(*field, "VEC4", 4, GltfNumbers::floats);
+    for (size_t i = 0; i < xyzw.size(); i += 4)
+      mesh.tangents.push_back(a * Vec3<double>(xyzw[i], xyzw[i + 1], xyzw[i + 2]));
+    if (mesh.tangents.size() != first + count)
       field->refuse(std::to_string(count) + " elements, as positions");
   }
   if (const auto field = attributeOfAll(attributes, "TEXCOORD_0", hasTexture)) {
@@ -296,16 +304,18 @@ TexturedMesh readMeshes(GltfDocument& document) {
   readNodes(nodes, skeleton);
   const std::vector<AffineMap> global = globalsOf(skeleton.nodes, skeleton.order);
   TexturedMesh textured;
-  bool hasNormals = true, hasTexture = true;
+  bool hasNormals = true, hasTangents = true, hasTexture = true;
   for (size_t i = 0; i < nodes.size(); ++i) {
     const auto mesh = nodes[i].find("mesh");
     if (!mesh) continue;
     const AffineMap map = nodes[i].find("skin") ? AffineMap() : global[i];
     for (const GltfField& primitive : meshes[mesh->index(meshes.size())].require("primitives").elements())
-      appendPrimitive(document, primitive, map, textured, hasNormals, hasTexture);
+      appendPrimitive(document, primitive, map, textured, hasNormals, hasTangents, hasTexture);
   }
   if (textured.mesh.triangles.empty()) throw Error::mismatch("a node with a mesh", "none").at("nodes");
   if (!hasNormals) textured.normals.clear();
+  // [glTF, §3.7.2.1]: without normals, tangents are to be ignored
+  if (!hasTangents || !hasNormals) textured.tangents.clear();
   if (!hasTexture) textured.textureCoordinates.clear();
   for (size_t i = 0; i < textured.mesh.positions.size(); ++i)
     textured.corner.push_back(static_cast<uint32_t>(i));

@@ -27,7 +27,7 @@ struct GltfFile {
 GltfFile readGltf(const std::filesystem::path& path);
 
 struct GltfMesh {
-  TexturedMesh mesh;        // normals, and texture coordinates, where all parts have them
+  TexturedMesh mesh;        // normals, tangents, texture coordinates: where all parts have them
   uint64_t contentHash = 0; // of the file and of the buffers it names
 };
 

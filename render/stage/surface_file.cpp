@@ -33,7 +33,8 @@ MeshFile readTexturedMesh(const std::filesystem::path& path) {
   const std::string bytes = readFile(path);
   const uint64_t hash = contentHash(std::as_bytes(std::span(bytes)));
   if (extension == ".obj") return {readTexturedObj(path), hash};
-  TexturedMesh plain{readMesh(path), {}, {}, {}};
+  TexturedMesh plain;
+  plain.mesh = readMesh(path);
   plain.corner.resize(plain.mesh.positions.size());
   std::iota(plain.corner.begin(), plain.corner.end(), 0u);
   return {std::move(plain), hash};
@@ -88,6 +89,12 @@ Vector alongTexture(const TexturedMesh& mesh, const std::array<uint32_t, 3>& tri
   return (determinant < 0 ? -1. : 1.) * (e.y() * edge(b) - d.y() * edge(c));
 }
 
+// By what the file says, where it says anything.
+void replaceByThoseThere(std::vector<Vector>& vectors, const std::vector<Vector>& ofFile) {
+  for (size_t i = 0; i < ofFile.size(); ++i)
+    if (ofFile[i].squaredNorm() > 0) vectors[i] = ofFile[i];
+}
+
 std::vector<Vector> meanTangents(const TexturedMesh& mesh) {
   std::vector<Vector> sums(mesh.mesh.positions.size(), Vector::Zero());
   if (mesh.textureCoordinates.empty()) return sums;
@@ -104,8 +111,9 @@ SurfaceFile readSurface(const std::filesystem::path& path, bool smooth) {
   auto [mesh, hash] = readTexturedMesh(path);
   removeFlatTriangles(mesh.mesh, path);
   if (!smooth) mesh = unshared(mesh);
-  const std::vector<Vector> normals = smooth && !mesh.normals.empty() ? mesh.normals : meanNormals(mesh),
-                            tangents = meanTangents(mesh);
+  std::vector<Vector> normals = meanNormals(mesh), tangents = meanTangents(mesh);
+  replaceByThoseThere(normals, mesh.normals);
+  replaceByThoseThere(tangents, mesh.tangents);
   Surface surface;
   for (size_t i = 0; i < normals.size(); ++i) {
     const Vector n = normals[i].stableNormalized(), t = tangents[i] - tangents[i].dot(n) * n;

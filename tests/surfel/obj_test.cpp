@@ -134,7 +134,7 @@ TEST(Obj, ReadingAMeshStopsWhereverItIsAskedTo) {
 TEST(Obj, VerticesAreSplitWhereATextureHasASeam) {
   // A square whose diagonal is a seam: two of its corners have two texture coordinates.
   const TexturedMesh mesh = parseTexturedObj(
-      withCorners("vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.25\nvt 0.75 0\nf 1/1 2/2 3/3\nf 1/4 3/5/2 4/-3\n"));
+      withCorners("vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.25\nvt 0.75 0\nf 1/1 2/2 3/3\nf 1/4 3/5 4/-3\n"));
   EXPECT_EQ(mesh.mesh.triangles, (Triangles{{0, 1, 2}, {3, 4, 5}}));
   EXPECT_EQ(mesh.corner, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
   EXPECT_EQ(mesh.mesh.positions[0].raw(), mesh.mesh.positions[3].raw());
@@ -155,6 +155,21 @@ TEST(Obj, OneCornerWithoutTextureMakesAMeshWithout) {
   EXPECT_EQ(mesh.mesh.triangles, square);
 }
 
+TEST(Obj, VerticesAreSplitWhereNormalsDiffer) {
+  // Folded along its diagonal: two corners have two normals, and one of them two texture coordinates, too.
+  const TexturedMesh mesh = parseTexturedObj(withCorners("vn 0 0 2\nvn 1 0 0\nvt 0 0\nvt 1 0\n"
+                                                         "f 1/1/1 2/1/1 3/1/1\nf 1/1/-1 3/2/2 4/1/2\n"));
+  EXPECT_EQ(mesh.mesh.triangles, (Triangles{{0, 1, 2}, {3, 4, 5}}));
+  EXPECT_EQ(mesh.corner, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
+  for (size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(mesh.normals[i], i < 3 ? Vec3<double>(0, 0, 2) : Vec3<double>(1, 0, 0));
+  const TexturedMesh bare = parseTexturedObj(withCorners("vn 0 0 1\nf 1//1 2//1 3//1\nf 1//1 3//1 4//1\n"));
+  EXPECT_EQ(bare.mesh.triangles, square);
+  EXPECT_EQ(bare.normals, std::vector<Vec3<double>>(4, {0, 0, 1}));
+  EXPECT_TRUE(bare.textureCoordinates.empty());
+  EXPECT_TRUE(parseTexturedObj(withCorners("vn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n")).normals.empty());
+}
+
 TEST(Obj, WrongTextureCoordinatesAreRefusedWhereTheyAreAskedFor) {
   const auto complaint = [](std::string_view faces) {
     try {
@@ -169,6 +184,9 @@ TEST(Obj, WrongTextureCoordinatesAreRefusedWhereTheyAreAskedFor) {
             "line 6: found -2, expected a texture coordinate of 1..1 or -1..-1");
   EXPECT_EQ(complaint("vt nan 0\n"), "line 5.vt: found a value that is not, expected finite coordinates");
   EXPECT_EQ(complaint("vt\n"), "line 5.vt: found none, expected a coordinate");
+  EXPECT_EQ(complaint("vn 0 0 1\nf 1//1 2//2 3//1\n"), "line 6: found 2, expected a normal of 1..1");
+  EXPECT_EQ(complaint("vn 0 inf 0\n"), "line 5.vn: found a value that is not, expected finite coordinates");
+  EXPECT_EQ(complaint("vn 0 1\n"), "line 5.vn: found 2, expected three coordinates");
 }
 
 } // namespace

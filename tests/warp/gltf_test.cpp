@@ -209,6 +209,7 @@ GltfMaker squareFile() {
   nlohmann::json attributes;
   attributes["POSITION"] = maker.addFloats("VEC3", 3, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
   attributes["NORMAL"] = maker.addFloats("VEC3", 3, {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1});
+  attributes["TANGENT"] = maker.addFloats("VEC4", 4, {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, -1, 0.6, 0.8, 0, -1});
   attributes["TEXCOORD_0"] = maker.add<uint8_t>("VEC2", 5121, 2, {0, 255, 255, 255, 255, 0, 0, 0}, true, 4);
   d["meshes"] = {{{"primitives",
                    {{{"attributes", attributes},
@@ -228,8 +229,16 @@ TEST(Gltf, MeshesAtRestAreWhereTheirNodesPutThem) {
   // The mirror turns the winding, so that triangles face where normals point.
   for (size_t i = 0; i < 2; ++i) EXPECT_GT(areaVector(mesh.mesh, i).z(), 0);
   for (const auto& n : mesh.normals) EXPECT_EQ(n.normalized(), Vec3<double>::UnitZ());
+  EXPECT_EQ(mesh.tangents[2], Vec3<double>(-2, 0, 0));
+  EXPECT_LT((mesh.tangents[3] - Vec3<double>(-1.2, 0.8, 0)).norm(), 1e-6);
   EXPECT_EQ(mesh.textureCoordinates[0], Vec2<double>(0, 0)); // v of the file goes down
   EXPECT_EQ(mesh.textureCoordinates[2], Vec2<double>(1, 1));
+}
+
+TEST(Gltf, TangentsWithoutNormalsAreIgnored) {
+  GltfMaker maker = squareFile();
+  maker.document["meshes"][0]["primitives"][0]["attributes"].erase("NORMAL");
+  EXPECT_TRUE(meshOf(maker).mesh.tangents.empty());
 }
 
 TEST(Gltf, MeshesAtRestAreThoseOfTheSkinAsBound) {
@@ -259,10 +268,10 @@ TEST(Gltf, WhatIsWrongWithAMeshAtRestIsSaid) {
             "nodes: found none, expected a node with a mesh");
   EXPECT_EQ(complaint([](auto& d) { d["nodes"][1]["mesh"] = 3; }),
             "nodes[1].mesh: found 3, expected an integer in 0..0");
-  EXPECT_EQ(complaint([](auto& d) { d["accessors"][2]["count"] = 3; }),
-            "meshes[0].primitives[0].attributes.TEXCOORD_0: found 2, expected 4 elements, as positions");
-  EXPECT_EQ(complaint([](auto& d) { d["accessors"][2]["type"] = "VEC3"; }),
-            "accessors[2].type: found \"VEC3\", expected VEC2");
+  EXPECT_EQ(complaint([](auto& d) { d["accessors"][3]["count"] = 3; }),
+            "meshes[0].primitives[0].attributes.TEXCOORD_0: found 3, expected 4 elements, as positions");
+  EXPECT_EQ(complaint([](auto& d) { d["accessors"][3]["type"] = "VEC3"; }),
+            "accessors[3].type: found \"VEC3\", expected VEC2");
   EXPECT_EQ(
       complaint([](auto& d) {
         d["nodes"][0]["scale"] = {1e38, 1, 1};

@@ -50,6 +50,16 @@ TEST(SurfaceFile, MeshesComeFromFilesSmoothOrFaceted) {
   EXPECT_GT(largestTilt(smooth), 0.5);
 }
 
+TEST(SurfaceFile, ObjNormalsCountWhereItIsSmooth) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "flat.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nvn 3 0 3\nvn 0 0 0\nf 1//1 2//1 3//2\n");
+  const Surface smooth = readSurface(folder / "flat.obj", true).surface;
+  EXPECT_LT((smooth.normals[1].raw() - Vec3<double>(1, 0, 1).normalized()).norm(), 1e-12);
+  EXPECT_EQ(smooth.normals[2].raw(), Vec3<double>::UnitZ()); // none is none
+  for (const auto& normal : readSurface(folder / "flat.obj", false).surface.normals)
+    EXPECT_EQ(normal.raw(), Vec3<double>::UnitZ());
+}
+
 TEST(SurfaceFile, ASphereReadBackHasItsTextureItsTangentsAndNoSeam) {
   const TemporaryFolder folder;
   const Surface ball = sphere({0, 0, 0}, 1, 64);
@@ -87,6 +97,7 @@ TEST(SurfaceFile, GltfComesWithItsNormalsAndTexture) {
   nlohmann::json attributes;
   attributes["POSITION"] = maker.addFloats("VEC3", 3, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
   attributes["NORMAL"] = maker.addFloats("VEC3", 3, {1, 0, 1, 1, 0, 1, 1, 0, 1, 1, 0, 1});
+  attributes["TANGENT"] = maker.addFloats("VEC4", 4, {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1});
   attributes["TEXCOORD_0"] = maker.addFloats("VEC2", 2, {0, 1, 1, 1, 1, 0, 0, 0});
   const size_t corners =
       maker.add<uint8_t>("SCALAR", 5121, 1, {0, 1, 2, 0, 2, 3, 0, 0, 1}); // the last has no area
@@ -97,7 +108,11 @@ TEST(SurfaceFile, GltfComesWithItsNormalsAndTexture) {
   EXPECT_EQ(smooth.mesh.triangles.size(), 2u);
   EXPECT_LT((smooth.normals[0].raw() - Vec3<double>(1, 0, 1).normalized()).norm(), 1e-6);
   EXPECT_EQ(smooth.textureCoordinates[2], Vec2<double>(1, 1));
-  EXPECT_LT(largestTilt(readSurface(folder / "flat.GLB", false).surface), 1e-6);
+  for (const auto& tangent : smooth.tangents) EXPECT_EQ(tangent.raw(), Vec3<double>::UnitY());
+  const Surface faceted = readSurface(folder / "flat.GLB", false).surface;
+  EXPECT_LT(largestTilt(faceted), 1e-6);
+  for (const auto& tangent : faceted.tangents)
+    EXPECT_EQ(tangent.raw(), Vec3<double>::UnitX()); // the texture's
   maker.binary[0] = 1;
   writeBytes(folder / "flat.GLB", maker.glb());
   EXPECT_NE(readSurface(folder / "flat.GLB", true).hash, hash);
