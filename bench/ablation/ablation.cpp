@@ -59,6 +59,10 @@ std::vector<std::pair<std::string, RendererOf>> variantsOf(const Model& model, c
       return withDirections({model, warp, camera, {}, cache}, by);
     };
   };
+  const auto rays = [&](const Camera<ObjectSpace>& camera) {
+    return surface.view(camera, kRaysAcross, {}, cache, {});
+  };
+  const auto splats = with([](ShadeOptions&) {});
   std::vector<std::pair<std::string, RendererOf>> variants{
       {"one_camera", with([](ShadeOptions& shade) { shade.cameras = 1; })},
       {"one_light", with([](ShadeOptions& shade) { shade.lights = 1; })},
@@ -66,8 +70,12 @@ std::vector<std::pair<std::string, RendererOf>> variantsOf(const Model& model, c
        [&](const Camera<ObjectSpace>& camera) {
          return withLightHull({model, warp, camera, {}, cache});
        }},
-      {"ray_cast",
-       [&](const Camera<ObjectSpace>& camera) { return surface.view(camera, kRaysAcross, {}, cache, {}); }}};
+      {"ray_cast", rays},
+      {"ray_cast_alpha", [=](const Camera<ObjectSpace>& camera) -> Renderer {
+         return [colors = splats(camera), others = rays(camera)](std::span<const ShotLight> lights) {
+           return underAlphaOf(colors(lights), others(lights));
+         };
+       }}};
   if (isBent) {
     variants.emplace_back("bisector", back(byBisector));
     variants.emplace_back("gram_schmidt", back(byGramSchmidt));

@@ -1,6 +1,7 @@
 #include "bench/ablation/ray_cast.h"
 
 #include "srf/query/view_fade.h"
+#include "surfel/smooth_normals.h"
 
 #include <tbb/parallel_for.h>
 
@@ -23,12 +24,14 @@ struct RayCastSurface::Scene {
   RayCaster<ObjectSpace> deformed;
   std::vector<Camera<AcquisitionSpace>> cameras;
   Openness openness;
+  SmoothNormals normals;
 
   Scene(const Model& from, const TriangleMesh& rest, const Warp& bent, const Progress& progress)
       : model(from), mesh(rest), warp(bent), deformed(deform(rest, bent), progress), cameras(camerasOf(from)),
         openness(from.cloud, cameras,
                  lineOfSight(from.cloud, cameras, RayCaster<AcquisitionSpace>(rest, progress), progress),
-                 opennessRadius(from.cloud), progress) {}
+                 opennessRadius(from.cloud), progress),
+        normals(rest, progress) {}
 
   // Where on the mesh at rest a ray meets the deformed one.
   void append(const RayCaster<ObjectSpace>::Hit& hit, SurfelCloud& cloud) const {
@@ -36,7 +39,7 @@ struct RayCastSurface::Scene {
     const Vec3<double> p = (1 - hit.b - hit.c) * mesh.positions[a].cast<double>().raw() +
                            hit.b * mesh.positions[b].cast<double>().raw() +
                            hit.c * mesh.positions[c].cast<double>().raw();
-    const Vec3<double> normal = areaVector(mesh, hit.triangle).normalized();
+    const Vec3<double> normal = normals.at(hit.triangle, p);
     cloud.p0.push_back(assume<Point3<AcquisitionSpace, double>>(p).cast<float>());
     cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(normal)));
   }

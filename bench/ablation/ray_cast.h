@@ -17,8 +17,8 @@ public:
   RayCastSurface(const Model& model, const TriangleMesh& mesh, const Warp& warp, const Progress& progress);
   ~RayCastSurface();
 
-  // raysAcross^2 rays a pixel, each with a surfel of its own where it meets the mesh: its place, the normal
-  // of its triangle, and the fades of the views there. A pixel is the mean of its rays: RGBA, premultiplied.
+  // raysAcross^2 rays a pixel, each with a surfel of its own where it meets the mesh: its place, the smooth
+  // normal, and the fades of the views there. A pixel is the mean of its rays: RGBA, premultiplied.
   std::function<Image(std::span<const ShotLight>)> view(const Camera<ObjectSpace>& camera, int raysAcross,
                                                         const ShadeOptions& options, BlockCache& cache,
                                                         const Progress& progress) const;

@@ -94,4 +94,14 @@ Renderer withLightHull(const SplatView& view) {
   });
 }
 
+Image underAlphaOf(const Image& colors, const Image& other) {
+  Image image = other;
+  for (size_t pixel = 0; pixel < image.values.size(); pixel += 4) {
+    const float scale = other.values[pixel + 3] / colors.values[pixel + 3];
+    for (size_t c = 0; c < 3 && colors.values[pixel + 3] > 0; ++c)
+      image.values[pixel + c] = scale * colors.values[pixel + c];
+  }
+  return image;
+}
+
 } // namespace surflect

@@ -27,4 +27,8 @@ Renderer withDirections(const SplatView& view, DirectionsBack back);
 ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, ShadingPlan plan);
 Renderer withLightHull(const SplatView& view);
 
+// Both RGBA, premultiplied, of one size: the colours of the one, as opaque as the other, which has its own
+// colours where the first has none.
+Image underAlphaOf(const Image& colors, const Image& other);
+
 } // namespace surflect

@@ -53,6 +53,25 @@ TEST(Variants, UnderACapturedLightTheHullAndUlrAgree) {
   EXPECT_LT(rootMeanSquare(own, hull, objectMask(own)), 1e-4);
 }
 
+TEST(Variants, ColoursUnderAnotherAlphaKeepTheirHue) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> value(0.1f, 1);
+  Image a(8, 8, 4), b(8, 8, 4);
+  for (float& v : a.values) v = value(random);
+  for (float& v : b.values) v = value(random);
+  for (const size_t c : {0u, 1u, 2u, 3u}) a.values[c] = b.values[4 + c] = 0; // one pixel of each is empty
+  const Image mixed = underAlphaOf(a, b);
+  for (size_t pixel = 0; pixel < 64; ++pixel)
+    for (size_t c = 0; c < 4; ++c) {
+      const float got = mixed.values[4 * pixel + c];
+      if (c == 3 || pixel == 0)
+        EXPECT_EQ(got, b.values[4 * pixel + c]);
+      else
+        EXPECT_NEAR(got * a.values[4 * pixel + 3], a.values[4 * pixel + c] * b.values[4 * pixel + 3], 1e-6);
+    }
+  EXPECT_EQ(underAlphaOf(a, a).values, a.values); // a ratio of 1 changes nothing
+}
+
 // The more surfels, the nearer do splats come to what rays see.
 TEST(Variants, SplatsConvergeToTheRayCastSurface) {
   const auto warp = testWarp();
