@@ -39,7 +39,8 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
                   "camera-light pairs blended, where not all were captured")
       ->capture_default_str()
       ->check(blended);
-  command.add_option("--low-pass", options.frame.splats.lowPass, "screen-space filter, pixels")
+  command
+      .add_option("--low-pass", options.frame.splats.lowPass, "least standard deviation of a splat, pixels")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 10.0));
   command.add_option("--cache-mb", options.cacheMegabytes, "memory for decoded blocks")

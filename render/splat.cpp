@@ -84,41 +84,58 @@ double bendTolerance(const Lens& lens, const Vec3<double>& p, const Vec3<double>
   return isPinhole(lens) ? depthTolerance / (p[2] * p[2]) : depthTolerance; // d order / d depth = 1/depth^2
 }
 
-PixelBox clippedBox(const Lens& lens, const ScreenGaussian& gaussian, double lowPass) {
+PixelBox clippedBox(const Lens& lens, const Vec3<double>& mean, const Mat2& filteredV) {
   const auto first = [](double low, int size) {
     return static_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, double(size)));
   };
-  const double halfX = kCutoffSigmas * std::sqrt(gaussian.covariance(0, 0) + lowPass * lowPass);
-  const double halfY = kCutoffSigmas * std::sqrt(gaussian.covariance(1, 1) + lowPass * lowPass);
-  return {first(gaussian.mean[0] - halfX, lens.width), first(gaussian.mean[1] - halfY, lens.height),
-          first(gaussian.mean[0] + halfX, lens.width), first(gaussian.mean[1] + halfY, lens.height)};
+  const double halfX = kCutoffSigmas * std::sqrt(filteredV(0, 0));
+  const double halfY = kCutoffSigmas * std::sqrt(filteredV(1, 1));
+  return {first(mean[0] - halfX, lens.width), first(mean[1] - halfY, lens.height),
+          first(mean[0] + halfX, lens.width), first(mean[1] + halfY, lens.height)};
 }
 
-double largerEigenvalue(const Mat2& symmetric) {
-  const double half = symmetric.trace() / 2;
-  return half + std::sqrt(std::max(0.0, half * half - symmetric.determinant()));
+// Of a symmetric matrix, b12 = b21: half of the trace +- the radius of Mohr's circle.
+struct Eigenvalues {
+  double larger, smaller;
+};
+Eigenvalues eigenvalues(const Mat2& b) {
+  const double half = b.trace() / 2, radius = std::hypot((b(0, 0) - b(1, 1)) / 2, b(0, 1));
+  const double larger = half + radius;
+  return {larger, larger > 0 ? std::max(0.0, b.determinant()) / larger : 0};
 }
 
-// Convolves with the low-pass h, keeping the energy coverage * 2 pi sqrt(det V) [Zwicker 2001, §5], and
-// conditions the order on the pixel: with V the covariance of (x, y) and C theirs with the order,
-//   mean of order = order0 + slope . dx,   slope = (V + H)^-1 C,   H = h^2 I.
+// What the low-pass adds to a covariance V: along each axis of its ellipse what V lacks of h^2, so that a
+// splat that is wide enough is left as it is  [Botsch 2005, §5]. Convolution with the low-pass [Zwicker 2001]
+// would add h^2 even there, and blur once more what the splat has blurred.
+Mat2 lacking(const Mat2& V, double h) {
+  const auto [larger, smaller] = eigenvalues(V);
+  const double most = std::max(0.0, h * h - smaller), least = std::max(0.0, h * h - larger);
+  if (!(larger > smaller)) return most * Mat2::Identity();
+  // P = (V - smaller I) / (larger - smaller) projects onto the long axis.
+  const Mat2 P = (V - smaller * Mat2::Identity()) / (larger - smaller);
+  return most * Mat2::Identity() + (least - most) * P;
+}
+
+// Widens V by D = lacking(V, h), keeping the energy coverage * 2 pi sqrt(det V) [Zwicker 2001, §5], and
+// conditions the order on the pixel: with C the covariance of (x, y) with the order,
+//   mean of order = order0 + slope . dx,   slope = (V + D)^-1 C.
 // A splat larger than the filter is read on its plane, of gradient g = V^-1 C; one smaller keeps to its own
-// depth, however steep. Splats of one plane, centred by dx = N(0, V + H) off a pixel, thus differ there by
-//   (g - slope) . dx = g^T H (V + H)^-1 dx,   of variance h^4 g^T (V + H)^-1 g,
+// depth, however steep. Splats of one plane, centred by dx = N(0, V + D) off a pixel, thus differ there by
+//   (g - slope) . dx = g^T D (V + D)^-1 dx,   of variance (D g)^T (V + D)^-1 (D g),
 // which is what the tolerance must bridge. Seen edge on, g has no bound; it is damped as if the splat, grown
 // to the size of the filter if it is smaller (k times its area), were h/2 thick.
-Footprint filtered(const ScreenGaussian& gaussian, double h, double coverage, double bend) {
-  const Mat2 H = h * h * Mat2::Identity();
+Footprint filtered(const Lens& lens, const ScreenGaussian& gaussian, double h, double coverage, double bend) {
   const Mat2 V = gaussian.covariance.topLeftCorner<2, 2>();
-  const Mat2 filteredV = V + H;
+  const Mat2 D = lacking(V, h), filteredV = V + D;
   const Mat2 inverse = filteredV.inverse();
   const Vec2<double> C = gaussian.covariance.topRightCorner<2, 1>();
   const Vec2<double> slope = inverse * C;
   const double energyKept = std::sqrt(std::max(0.0, V.determinant()) / filteredV.determinant());
 
-  const double k = 1 + h * h / largerEigenvalue(V);
-  const Vec2<double> gradient = (V + H / (4 * k)).inverse() * C;
-  const double deviation = h * h * std::sqrt(gradient.dot(inverse * gradient));
+  const double k = 1 + h * h / eigenvalues(V).larger;
+  const Vec2<double> gradient = (V + h * h / (4 * k) * Mat2::Identity()).inverse() * C;
+  const Vec2<double> Dg = D * gradient;
+  const double deviation = std::sqrt(Dg.dot(inverse * Dg));
   const double tolerance = kDepthSigmas * deviation + bend;
 
   Footprint f{};
@@ -132,6 +149,7 @@ Footprint filtered(const ScreenGaussian& gaussian, double h, double coverage, do
   f.orderX = static_cast<float>(slope[0]);
   f.orderY = static_cast<float>(slope[1]);
   f.tolerance = static_cast<float>(tolerance);
+  f.box = clippedBox(lens, gaussian.mean, filteredV);
   return f;
 }
 
@@ -179,9 +197,9 @@ std::variant<Footprint, Rejection> footprintOf(const Camera<ObjectSpace>& camera
   if (!facesViewer) return Rejection::backFacing;
 
   const ScreenGaussian gaussian = throughLens(lens, gaussianOfCircle(imageOfPlane(lens, p, u, v), s));
-  Footprint footprint = filtered(gaussian, options.lowPass, coverage, bendTolerance(lens, p, crossUV, s));
+  const Footprint footprint =
+      filtered(lens, gaussian, options.lowPass, coverage, bendTolerance(lens, p, crossUV, s));
   if (!finite(footprint)) return Rejection::notFinite;
-  footprint.box = clippedBox(lens, gaussian, options.lowPass);
   const bool seenByLens = project(lens, assume<Point3<CameraSpace, double>>(p)).has_value();
   if (footprint.box.empty() || !seenByLens) return Rejection::outside;
   return footprint;

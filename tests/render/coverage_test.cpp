@@ -155,7 +155,7 @@ TEST(Coverage, ACheckerboardToTheHorizonIsAntialiased) {
 TEST(Coverage, ATinySplatCoversItsProjectedAreaWhereverItFalls) {
   Rng rng(3);
   for (int trial = 0; trial < 50; ++trial) {
-    const double radius = 0.02, peak = 0.5, focal = 20; // sigma: 0.04 pixels
+    const double radius = trial % 2 ? 0.02 : 0.002, peak = 0.5, focal = 20; // sigma: 0.24 or 0.024 pixels
     Scene scene;
     addSurfel(scene.rest, {0, 0, 0}, {0, 0, 1});
     scene.rest.radius = {static_cast<float>(radius)};
@@ -170,7 +170,7 @@ TEST(Coverage, ATinySplatCoversItsProjectedAreaWhereverItFalls) {
     for (const float a : coverage.layerArea) area += a;
     const double sigma = kSigmaPerRadius * radius * focal;
     const double expected = peak * 2 * std::numbers::pi * sigma * (0.5 * sigma);
-    EXPECT_NEAR(area / expected, 1, 0.04);
+    EXPECT_NEAR(area / expected, 1, 0.025);
   }
 }
 
@@ -197,7 +197,16 @@ TEST(Coverage, MovingCloudAndCameraTogetherChangesNothing) {
     for (const auto& p : moved.cloud.p) size = std::max(size, p.raw().cwiseAbs().maxCoeff());
     const double rounding = std::numeric_limits<float>::epsilon() / 2 * size;
     const double pixelsOfUnit = camera.lens.focalX / (camera.center().raw().norm() - 1);
-    EXPECT_LT(largestDifference(before, after), rounding * pixelsOfUnit); // 1e-5; 3e-6 to 7e-6 by compiler
+    // Where a pixel's centre lies on the rim of a splat, the splat may also come or go, with what its
+    // Gaussian has left there.
+    size_t atRims = 0;
+    for (size_t i = 0; i < before.values.size(); ++i) {
+      const double difference = std::abs(before.values[i] - after.values[i]);
+      if (difference < rounding * pixelsOfUnit) continue; // 1e-5; 3e-6 to 7e-6 by compiler
+      ++atRims;
+      EXPECT_LT(difference, std::exp(-kCutoffSigmas * kCutoffSigmas / 2));
+    }
+    EXPECT_LE(atRims, before.values.size() / 10000);
   }
 }
 
