@@ -46,7 +46,7 @@ size_t coefficientBytes(size_t lights, int bits, CoefficientType type) {
   return bits == 16 ? lights * bytesOf(type) : sizeof(float) + levelBytes(lights, bits);
 }
 
-// Of X W.
+// Of V X W.
 struct Factors {
   MatrixXd images;   // E, rows x K, orthonormal columns
   MatrixXd lights;   // lights x K, orthonormal columns
@@ -86,6 +86,13 @@ double coefficientError(const VectorXd& coefficients, const VectorXd& weights, i
   return ((coefficients - step * quantised(coefficients, bits)).cwiseProduct(weights)).squaredNorm();
 }
 
+// What is to be stored, and how well.
+struct Target {
+  MatrixXd x;
+  VectorXd rows, lights;   // the diagonals of V and W
+  double squaredBound = 0; // of V X W
+};
+
 // A step of one term from a precision (at first: none) to a higher one.
 struct Upgrade {
   int term = 0;
@@ -96,7 +103,7 @@ struct Upgrade {
 
 // All steps worth taking, best first; every beginning of the list is the cheapest choice of rank and
 // precisions for the error that it leaves (a Lagrangian optimum: per term the steps follow the convex hull).
-std::vector<Upgrade> upgradesOf(const Factors& factors, const VectorXd& weights, CoefficientType type) {
+std::vector<Upgrade> upgradesOf(const Factors& factors, const Target& target, CoefficientType type) {
   struct Choice {
     int bits;
     double bytes, squaredError;
@@ -104,12 +111,14 @@ std::vector<Upgrade> upgradesOf(const Factors& factors, const VectorXd& weights,
   std::vector<Upgrade> upgrades;
   for (int k = 0; k < factors.energies.size(); ++k) {
     const VectorXd image = factors.images.col(k);
-    const VectorXd coefficients = factors.lights.col(k).cwiseQuotient(weights);
+    const VectorXd coefficients = factors.lights.col(k).cwiseQuotient(target.lights);
     std::vector<Choice> choices = {{0, 0, factors.energies[k]}};
     for (const int bits : {4, 8, 16}) {
-      const size_t bytes = levelBytes(image.size(), bits) + coefficientBytes(weights.size(), bits, type);
-      const double rounded = bits == 16 ? 0 : coefficientError(coefficients, weights, bits);
-      const double left = factors.energies[k] * (residual(image, quantised(image, bits)) + rounded);
+      const size_t bytes =
+          levelBytes(image.size(), bits) + coefficientBytes(target.lights.size(), bits, type);
+      const VectorXd levels = quantised(image.cwiseQuotient(target.rows), bits);
+      const double rounded = bits == 16 ? 0 : coefficientError(coefficients, target.lights, bits);
+      const double left = factors.energies[k] * (residual(image, levels.cwiseProduct(target.rows)) + rounded);
       choices.push_back({bits, static_cast<double>(bytes), left});
     }
     for (size_t from = 0;;) {
@@ -141,14 +150,7 @@ struct Encoding {
   MatrixXd lightLevels;            // lights x K; of terms below 16 bits
   std::vector<float> peaks;        // per stored term: the coefficient of the last level; below 16 bits
   double squaredError = 0;         // of X
-  double squaredWeightedError = 0; // of X W
-};
-
-// What is to be stored, and how well.
-struct Target {
-  MatrixXd x;
-  VectorXd weights;        // W, one a light
-  double squaredBound = 0; // of X W
+  double squaredWeightedError = 0; // of V X W
 };
 
 // Puts solved coefficients, K x lights, into the form in which they are stored.
@@ -187,7 +189,7 @@ Encoding realise(const Target& target, const Factors& factors, std::span<const U
     for (size_t k = 0; k < bitsOfTerm.size(); ++k) {
       if (bitsOfTerm[k] != bits) continue;
       const auto column = static_cast<Eigen::Index>(encoding.bits.size());
-      encoding.levels.col(column) = quantised(factors.images.col(k), bits);
+      encoding.levels.col(column) = quantised(factors.images.col(k).cwiseQuotient(target.rows), bits);
       encoding.basis.col(column) =
           encoding.levels.col(column).cast<float>() / static_cast<float>(levelsOf(bits));
       encoding.bits.push_back(bits);
@@ -195,16 +197,20 @@ Encoding realise(const Target& target, const Factors& factors, std::span<const U
   }
   // Coefficients are solved for again, now that the eigenimages have moved.
   const MatrixXd basis = encoding.basis.cast<double>();
-  store(rank > 0 ? MatrixXd(basis.colPivHouseholderQr().solve(x)) : MatrixXd(0, x.cols()), encoding);
+  MatrixXd solved(0, x.cols());
+  if (rank > 0)
+    solved = (target.rows.asDiagonal() * basis).colPivHouseholderQr().solve(target.rows.asDiagonal() * x);
+  store(solved, encoding);
   const MatrixXd error = x - basis * encoding.coefficients.cast<double>();
   encoding.squaredError = error.squaredNorm();
-  encoding.squaredWeightedError = (error * target.weights.asDiagonal()).squaredNorm();
+  encoding.squaredWeightedError =
+      (target.rows.asDiagonal() * error * target.lights.asDiagonal()).squaredNorm();
   return encoding;
 }
 
 // Empty where no choice with coefficients of this type keeps the bound.
 std::optional<Encoding> cheapest(const Target& target, const Factors& factors, CoefficientType type) {
-  const std::vector<Upgrade> all = upgradesOf(factors, target.weights, type);
+  const std::vector<Upgrade> all = upgradesOf(factors, target, type);
   const std::span<const Upgrade> upgrades(all);
   const auto realised = [&](size_t count) { return realise(target, factors, upgrades.first(count), type); };
   const auto keepsBound = [&](const Encoding& c) { // NaN does not
@@ -231,11 +237,11 @@ std::optional<Encoding> cheapest(const Target& target, const Factors& factors, C
 }
 
 Target targetOf(const MatrixXd& x, double tolerance, double white) {
-  VectorXd weights(x.cols());
-  for (Eigen::Index light = 0; light < x.cols(); ++light)
-    weights[light] = lightWeight(x.col(light).norm() / std::sqrt(x.rows()), white);
-  const double bound = blockErrorBound((x * weights.asDiagonal()).norm(), x.size(), tolerance, white);
-  return {x, weights, bound * bound};
+  const BlockWeights weights = blockWeights(x, white);
+  const VectorXd rows = weights.channels.replicate(x.rows() / 3, 1);
+  const double norm = (rows.asDiagonal() * x * weights.lights.asDiagonal()).norm();
+  const double bound = blockErrorBound(norm, x.size(), tolerance, white);
+  return {x, rows, weights.lights, bound * bound};
 }
 
 double clippedSquaredError(const MatrixXd& x, const MatrixXd& stored, double white) {
@@ -336,10 +342,23 @@ int nearestPresent(uint64_t present, int texel) {
 
 } // namespace
 
-double lightWeight(double rms, double white) {
-  constexpr double kDark = 0.01;
+double errorWeight(double rms, double white) {
+  constexpr double kDark = 0.003;
   const double r = rms / white;
   return 1 / std::sqrt(r * r + r + kDark);
+}
+
+BlockWeights blockWeights(const MatrixXd& x, double white) {
+  const Eigen::Index texels = x.rows() / 3;
+  BlockWeights weights{Eigen::Vector3d::Zero(), VectorXd(x.cols())};
+  for (Eigen::Index l = 0; l < x.cols(); ++l) {
+    const Eigen::Vector3d squares = x.col(l).reshaped(3, texels).rowwise().squaredNorm() / texels;
+    weights.lights[l] = errorWeight(std::sqrt(squares.mean()), white);
+    for (int c = 0; c < 3; ++c)
+      weights.channels[c] += std::pow(errorWeight(std::sqrt(squares[c]), white) / weights.lights[l], 2);
+  }
+  weights.channels = (weights.channels / x.cols()).cwiseSqrt();
+  return weights;
 }
 
 double blockErrorBound(double weightedNorm, size_t values, double tolerance, double white) {
@@ -351,7 +370,7 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
   const MatrixXd x = radiance.cast<double>();
   const Target target = targetOf(x, tolerance, white);
-  const Factors factors = factorise(x * target.weights.asDiagonal());
+  const Factors factors = factorise(target.rows.asDiagonal() * x * target.lights.asDiagonal());
   std::optional<Encoding> encoding = cheapest(target, factors, CoefficientType::half);
   if (!encoding) encoding = cheapest(target, factors, CoefficientType::single);
   if (!encoding) throw Error("a block spans too many orders of magnitude to be stored within the tolerance");

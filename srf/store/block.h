@@ -21,20 +21,30 @@ namespace surflect {
 inline constexpr int blockSize = 8; // pixels a side
 inline constexpr int blockTexels = blockSize * blockSize;
 
-// One over the error that may be, in parts of the tolerance, under a light which shows the block at this
-// brightness, root mean square: (r^2 + r + 0.01)^-1/2 with r = rms / white. That is the shape of a camera's
-// own noise: below white it grows with the root of the light, as what a display with a gamma of 2 shows
-// alike, beyond white with the light itself, and in the dark it stays. A light that shows the block dimly has
-// its say beside a highlight, for the script may make it bright.
-double lightWeight(double rms, double white);
+// One over the error that may be, in parts of the tolerance, where a block is this bright, root mean square:
+// (r^2 + r + 0.003)^-1/2 with r = rms / white. That is the shape of a camera's own noise: below white it
+// grows with the root of the light, as what a display with a gamma of 2 shows alike, beyond white with the
+// light itself, and in the dark it stays.
+double errorWeight(double rms, double white);
+
+// Errors of a block are weighed per light, by how bright the light shows the block, and per channel, by how
+// much darker than all three the channel is: a light that shows the block dimly has its say beside a
+// highlight, and red has in blue paint, for the script may make them bright.
+struct BlockWeights {
+  Eigen::Vector3d channels; // root mean square over lights of the channel's errorWeight over the light's
+  Eigen::VectorXd lights;   // errorWeight of all channels
+};
+
+// Rows and columns as encodeBlock has them.
+BlockWeights blockWeights(const Eigen::MatrixXd& radiance, double white);
 
 // What 16 bits at full rank reach, whatever the block: half a quantiser step in each of up to 192 rows is
 // sqrt(192) / (2 * 32767) = 2.1e-4 of the norm.
 inline constexpr double smallestTolerance = 2.5e-4;
 
-// Of |(X - X') W|_F, with W the lights' weights and n values in X: tau white sqrt(n), so that the mean error
-// under a light that shows the block at brightness r is about tau white sqrt(r^2 + r + 0.01); but not below
-// what can be reached, smallestTolerance |X W|_F.
+// Of |V (X - X') W|_F, with V and W the weights of channels and lights and n values in X: tau white sqrt(n),
+// so that the mean error where the block is of brightness r is about tau white sqrt(r^2 + r + 0.003); but not
+// below what can be reached, smallestTolerance |V X W|_F.
 double blockErrorBound(double weightedNorm, size_t values, double tolerance, double white);
 
 struct EncodedBlock {

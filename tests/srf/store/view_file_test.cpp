@@ -232,12 +232,12 @@ TEST(ViewEncoder, CancelledEncodingThrows) {
   EXPECT_THROW(encodeView(glossySphere(20, 3), {}, progress), Cancelled);
 }
 
-// Smooth shading with a highlight is what the store is made for: measured 15.5 to 1 at 41.6 dB.
+// Smooth shading with a highlight is what the store is made for: measured 11.5 to 1 at 46.0 dB.
 TEST(ViewEncoder, CompressesASmoothStack) {
   const ReflectanceStack stack = glossySphere(160, 28);
   const ViewSummary summary = encodeView(stack, {}).summary;
-  EXPECT_GT(compressionRatio(summary), 15);
-  EXPECT_GT(psnrDb(summary, 1), 41.2);
+  EXPECT_GT(compressionRatio(summary), 11);
+  EXPECT_GT(psnrDb(summary, 1), 45.5);
 }
 
 } // namespace
