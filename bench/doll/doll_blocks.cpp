@@ -19,9 +19,14 @@ namespace {
 
 constexpr size_t kNormals = 128, kVariants = 4;
 constexpr std::array kPrecisions = {16, 8, 4}; // bits, in the order of a record; see docs/format.md
-constexpr uint8_t kPartial = 2;                // flag of a record
+constexpr uint8_t kFloats = 1, kPartial = 2;   // flags of a record
 
-size_t rowBytes(size_t values, int bits) { return (values * static_cast<size_t>(bits) + 7) / 8; }
+size_t levelBytes(size_t values, int bits) { return (values * static_cast<size_t>(bits) + 7) / 8; }
+
+size_t coefficientBytes(size_t lights, int bits, uint8_t flags) {
+  if (bits == 16) return lights * (flags & kFloats ? sizeof(float) : 2);
+  return sizeof(float) + levelBytes(lights, bits);
+}
 
 // One channel of cloth: rough, woven, with a glossy lobe about the normal; what lights behind leave is
 // scattered light.
@@ -42,7 +47,7 @@ Eigen::MatrixXf patch(const Vec3<double>& normal, std::span<const Light> lights,
   const double gloss = 0.6 * uniform(random), phase = 6.28 * uniform(random), pitch = 0.5 + uniform(random);
   const Vec3<double> right = normal.unitOrthogonal(), up = normal.cross(right);
   constexpr double kTurn = 0.006, kBump = 0.03; // radians a pixel, and of the weave
-  constexpr double kNoise = 0.003;              // of white
+  constexpr double kNoise = 0.01;               // of white, of what is as bright; of photons
   Eigen::MatrixXf radiance(3 * blockTexels, lights.size());
   for (int texel = 0; texel < blockTexels; ++texel) {
     const double x = texel % blockSize - 3.5, y = texel / blockSize - 3.5;
@@ -53,8 +58,9 @@ Eigen::MatrixXf patch(const Vec3<double>& normal, std::span<const Light> lights,
       const auto towards = std::get<DirectionalLight>(lights[light].kind).towards.raw();
       for (int channel = 0; channel < 3; ++channel) {
         const double colour = albedo[channel] * (1 - 0.5 * stripe) + 0.5 * stripe * print[channel];
+        const double value = reflected(n.dot(towards), colour, gloss);
         radiance(3 * texel + channel, static_cast<Eigen::Index>(light)) =
-            static_cast<float>(reflected(n.dot(towards), colour, gloss) + kNoise * gauss(random));
+            static_cast<float>(value + kNoise * std::sqrt(value) * gauss(random));
       }
     }
   }
@@ -69,13 +75,11 @@ std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t ligh
   ByteReader reader(record);
   const auto flags = reader.take<uint8_t>();
   assert((flags & kPartial) == 0);
-  const size_t coefficientBytes = flags & 1 ? 4 : 2;
   std::array<size_t, kPrecisions.size()> terms{}, kept{};
   for (size_t& count : terms) count = reader.take<uint8_t>();
   const size_t rank = terms[0] + terms[1] + terms[2];
   const size_t rows = 3 * static_cast<size_t>(std::popcount(present));
   size_t rest = std::min(rank, rows);
-  const size_t keptRank = rest;
   for (size_t p = 0; p < terms.size(); ++p) rest -= kept[p] = std::min(terms[p], rest);
 
   std::vector<std::byte> part;
@@ -86,14 +90,14 @@ std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t ligh
   const auto add = [&](std::span<const std::byte> bytes) {
     part.insert(part.end(), bytes.begin(), bytes.end());
   };
-  for (size_t light = 0; light < lights; ++light)
-    add(reader.take(rank * coefficientBytes).first(keptRank * coefficientBytes));
   for (size_t p = 0; p < terms.size(); ++p)
     for (size_t term = 0; term < terms[p]; ++term) {
       const int bits = kPrecisions[p];
-      const auto image = reader.take(rowBytes(3 * blockTexels, bits));
+      const auto coefficients = reader.take(coefficientBytes(lights, bits, flags));
+      const auto image = reader.take(levelBytes(3 * blockTexels, bits));
       if (term >= kept[p]) continue;
-      std::vector<std::byte> left(rowBytes(rows, bits));
+      add(coefficients);
+      std::vector<std::byte> left(levelBytes(rows, bits));
       size_t row = 0; // of those left
       for (size_t from = 0; from < 3 * blockTexels; ++from) {
         if (!(present >> from / 3 & 1)) continue;

@@ -75,7 +75,7 @@ std::vector<Light> lightsAround(size_t count) {
   return lights;
 }
 
-// What surfaces of wood, cloth and gold need at the tolerance of pack: neither one term nor dozens.
+// What surfaces of wood, cloth and gold need here: neither one term nor dozens.
 TEST(DollBlocks, RanksArePlausible) {
   const DollBlocks blocks(lightsAround(60), 1);
   double ranks = 0, bytes = 0;
