@@ -84,10 +84,11 @@ std::string filmIdentity(const Script& script, const Model& model, const ShotRen
   for (const PreparedEnvironment& environment : shot.environments())
     environments += " environment " + hex(environment.hash);
   return environments.insert(
-      0, fmt::format("surflect {} script {} model {} cameras {} lights {} {}{} pairs {} low-pass {} scale {}",
-                     SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras,
-                     blend.lights, nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "",
-                     frame.shade.pairs, frame.splats.lowPass, arguments.scale));
+      0,
+      fmt::format("surflect {} script {} model {} cameras {} lights {} {}{} pairs {} least-sigma {} scale {}",
+                  SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
+                  nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "", frame.shade.pairs,
+                  frame.splats.lowPass, arguments.scale));
 }
 
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from

@@ -66,12 +66,13 @@ SmoothNormals::SmoothNormals(const TriangleMesh& mesh, const Progress& progress)
     progress.checkNowAndThen(place);
     const auto around =
         std::span(order).subspan(firstOfPlace[place - 1], firstOfPlace[place] - firstOfPlace[place - 1]);
+    const bool isFan = around.size() > kMostAround;
     std::vector<Vec3<double>> shares;
     for (const size_t corner : around) shares.push_back(shareOf(mesh, corner));
     for (const size_t corner : around) {
       const Vec3<double> own = facets[corner / 3].cast<double>();
       Vec3<double> sum = Vec3<double>::Zero();
-      for (size_t i = 0; i < around.size() && around.size() <= kMostAround; ++i)
+      for (size_t i = 0; i < around.size() && !isFan; ++i)
         if (own.dot(facets[around[i] / 3].cast<double>()) >= leastCosine) sum += shares[i];
       const double length = sum.stableNorm();
       const bool isThere = length > 0 && std::isfinite(length);

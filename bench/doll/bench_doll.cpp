@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr double kLeastDb = 50; // of the frame against the paper's
+constexpr double kLeastDb = 100; // of the frame against the paper's
 constexpr size_t kCacheBytes = size_t{4} << 30;
 
 struct Arguments {

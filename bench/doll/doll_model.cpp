@@ -3,9 +3,12 @@
 #include "bench/doll/doll_blocks.h"
 #include "bench/doll/doll_shape.h"
 #include "bench/doll/spiral.h"
+#include "srf/model/manifest.h"
 #include "srf/model/model.h"
+#include "srf/model/pack_folder.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/folder.h"
 #include "surfel/sampling.h"
 
 #include <fmt/format.h>
@@ -97,8 +100,8 @@ std::vector<std::byte> viewFile(const Camera<AcquisitionSpace>& camera, size_t v
 } // namespace
 
 std::string nameOf(const DollSize& size) {
-  return fmt::format("doll-{}-{}x{}-{}x{}-{}", size.surfels, size.views, size.lights, size.width, size.height,
-                     size.seed);
+  return fmt::format("doll-{}-{}x{}-{}x{}-{}.v{}", size.surfels, size.views, size.lights, size.width,
+                     size.height, size.seed, kModelVersion);
 }
 
 std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
@@ -123,9 +126,10 @@ std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
 
 void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress) {
   namespace fs = std::filesystem;
-  if (fs::exists(folder) && !fs::is_empty(folder) && !fs::exists(folder / "views"))
+  const bool isOfPack = fs::exists(folder / packIdentityPath());
+  if (fs::exists(folder) && !fs::is_empty(folder) && (isOfPack || !fs::exists(folder / "views")))
     throw Error("exists and is not a model: give the doll a folder of its own").in(folder);
-  fs::create_directories(folder / "views");
+  createFolder(folder / "views");
   const auto cameras = dollCameras(size);
   const Capture rig = rigOf(size, cameras);
   const DollBlocks blocks(rig.lights, size.seed);

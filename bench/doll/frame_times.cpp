@@ -1,5 +1,7 @@
 #include "bench/doll/frame_times.h"
 
+#include "surfel/bounds.h"
+
 #include "bench/doll/spiral.h"
 #include "surfel/file.h"
 #include "surfel/processor_time.h"
@@ -56,8 +58,7 @@ double viewShare(const Model& model, const QueryBatch& batch, const ShadeOptions
 } // namespace
 
 Shot dollShot(const Model& model, int width, int height, size_t lights) {
-  Eigen::AlignedBox3d box;
-  for (const auto& p : model.cloud.p0) box.extend(p.cast<double>().raw());
+  const Eigen::AlignedBox3d box = boundsOf(model.cloud.p0);
   const Vec3<double> middle = box.center(), up(0, 0, 1);
   const double side = box.sizes().maxCoeff(), distance = 4 * side;
 

@@ -29,10 +29,10 @@ struct Times {
   double best = 0, median = 0; // seconds
   double processor = 0;        // seconds of all threads together, median: whatever else the machine does
 };
-// Of at least one measurement.
 struct Lap {
   double seconds = 0, processorSeconds = 0;
 };
+// Of at least one measurement.
 Times timesOf(std::span<const Lap> laps);
 
 // The time that a piece of work takes.

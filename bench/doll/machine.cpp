@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
@@ -59,7 +58,7 @@ void stayOn(int processor) {
 // thread that sleeps comes back too late on a machine that others use.
 class Together {
 public:
-  explicit Together(int threads) : threads_(threads), sleeps_(threads > allThreads()) {}
+  explicit Together(int threads) : threads_(threads), yields_(threads > allThreads()) {}
   // Returns when the last one has come; the same moment for all.
   Clock::time_point meet() {
     const unsigned round = round_.load();
@@ -69,13 +68,13 @@ public:
       ++round_;
     }
     while (round_.load() == round)
-      if (sleeps_) std::this_thread::yield();
+      if (yields_) std::this_thread::yield();
     return start_;
   }
 
 private:
   int threads_;
-  bool sleeps_;
+  bool yields_;
   std::atomic<int> waiting_ = 0;
   std::atomic<unsigned> round_ = 0;
   Clock::time_point start_;
@@ -234,7 +233,7 @@ private:
 using PageAligned = std::unique_ptr<void, decltype(&std::free)>;
 
 // Reads of 64 KiB at random places; 0 where one fails.
-double readsPerSecond(const std::filesystem::path& file, int flags, int threads) {
+double randomReadBytesPerSecond(const std::filesystem::path& file, int flags, int threads) {
   const uint64_t blocks = std::filesystem::file_size(file) / kReadBytes;
   const Descriptor descriptor(file, flags);
   if (descriptor.number() < 0 || blocks < 16) return 0;
@@ -340,13 +339,13 @@ std::optional<double> bf16FlopsPerSecond(int threads) {
 
 double cachedReadBytesPerSecond(const std::filesystem::path& file, int threads) {
   readFile(file); // now the page cache holds it
-  const double rate = readsPerSecond(file, 0, threads);
+  const double rate = randomReadBytesPerSecond(file, 0, threads);
   if (!(rate > 0)) throw Error("cannot be read at random places").in(file);
   return rate;
 }
 
 std::optional<double> directReadBytesPerSecond(const std::filesystem::path& file) {
-  const double rate = readsPerSecond(file, O_DIRECT, kQueueDepth);
+  const double rate = randomReadBytesPerSecond(file, O_DIRECT, kQueueDepth);
   if (!(rate > 0)) return std::nullopt;
   return rate;
 }

@@ -1,5 +1,7 @@
 #include "bench/doll/paper_frame.h"
 
+#include "surfel/bounds.h"
+
 #include "srf/query/stand_in.h"
 #include "srf/query/ulr.h"
 #include "surfel/error.h"
@@ -77,11 +79,9 @@ public:
 
 private:
   static std::vector<Acquired> directionsFromMiddle(const Model& model) {
-    Eigen::AlignedBox3d box;
-    for (const auto& p : model.cloud.p0) box.extend(p.cast<double>().raw());
+    const auto middle = middleOf(model.cloud.p0);
     std::vector<Acquired> directions;
-    for (const Light& light : model.rig.lights)
-      directions.push_back(towardsLight(light, assume<Point3<AcquisitionSpace, double>>(box.center())));
+    for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, middle));
     return directions;
   }
 
@@ -130,8 +130,7 @@ private:
       const Rgb now = batch_.irradiance[entry];
       for (const auto& [light, weight] :
            blendOfLights(towards, batch_.towardsLight[entry], blend_, coverage_, batch_.uncovered[l])) {
-        const Rgb captured = irradianceAt(model_.rig.lights[light], p0);
-        weights.push_back({light, weight * Rgb{now.r / captured.r, now.g / captured.g, now.b / captured.b}});
+        weights.push_back({light, weight * irradianceRatio(now, irradianceAt(model_.rig.lights[light], p0))});
       }
     }
     return weights;

@@ -13,33 +13,26 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
   const double views = real(counts.views), rigLights = real(counts.rigLights), lights = real(counts.lights);
   const double pairs = real(counts.pairs), lookups = real(counts.lookups), rank = counts.rank;
   return {
-      // p0, r0 in; p, u, v, flag out. Frame of r0 20, warp with sine and cosine 60, its Jacobian on u0 and v0
-      // 50,
-      // handedness 20.
+      // p0, r0 in; p, u, v, flag out. Frame of r0 20, warp with sine and cosine 60, its Jacobian on u0
+      // and v0 50, handedness 20.
       {"warp", surfels * (24 + 37), surfels * 150},
       // p, u, v, flag, radius, coverage in; for each contribution surfel and weight out, for each pixel where
-      // they
-      // begin, alpha, depth, area. Place and facing of every surfel 30, ellipse of those drawn 150, Gaussian,
-      // area
-      // and depth of a contribution 30.
+      // they begin, alpha, depth, area. Place and facing of every surfel 30, ellipse of those drawn 150,
+      // Gaussian, area and depth of a contribution 30.
       {"splat", surfels * 45 + contributions * 8 + pixels * 20,
        surfels * 30 + drawn * 150 + contributions * 30},
-      // index, p, u, v, r0 in; directions to viewer and lights and irradiance out. Polar factor 60, R0 20, L
-      // 45,
-      // direction to the viewer 25; to a light with its irradiance 40.
+      // index, p, u, v, r0 in; directions to viewer and lights and irradiance out. Polar factor 60, R0 20,
+      // L 45, direction to the viewer 25; to a light with its irradiance 40.
       {"queries", visible * (52 + 12 + 24 * lights), visible * (150 + 40 * lights)},
       // p0, direction to the viewer, a byte of fade a view in; blended views (index, weight) out. A scalar
-      // product for
-      // each view.
+      // product for each view.
       {"camera ulr", visible * (24 + views) + pairs * 8, visible * views * 6},
       // Directions and irradiance in; weights stay in the cache, for they are used there and then. A scalar
-      // product
-      // for each captured light.
+      // product for each captured light.
       {"light ulr", visible * lights * 24, visible * lights * rigLights * 6},
       // Blocks in, each once; view, weight and place of each pair; radiance out. Folding the light weights
-      // into
-      // coefficients, a multiply-add a term, channel and light; four taps and the sum, of a term and channel
-      // each.
+      // into coefficients, a multiply-add a term, channel and light; four taps and the sum, of a term and
+      // channel each.
       {"look-up", real(counts.blockBytes) + pairs * 16 + visible * 12,
        lookups * rank * 6 + pairs * rank * 30},
       // Contributions, where they begin, alpha and radiance in; RGBA out. A multiply-add a channel.

@@ -158,6 +158,7 @@ private:
           share_[light] += weight * Eigen::Array4f(scaled.r, scaled.g, scaled.b, brightness(irradiance));
       }
     for (uint32_t light = 0; light < row_.size(); ++light) {
+      if (share_[light][3] == 0) continue; // also where the environment is dark, and nothing a share of it
       const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
       row_[light] = row_[light] + irradianceRatio(environment.strength * share, rigIrradiance_[light]);
       lightBlend_ = lightBlend_ + blendShare(share_[light][3], e) * colorOf(light);

@@ -27,7 +27,10 @@ constexpr uint64_t allPresent = ~uint64_t{0};
 constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // flags of a record
 constexpr std::array precisions = {16, 8, 4};              // bits of a term, in the record's order
 constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
-constexpr double nullEnergy = 1e-14;      // of the strongest term: below lies the noise of the Gram matrix
+// What 16 bits at full rank reach, as part of the norm: half a quantiser step in each of up to 192 rows is
+// sqrt(192) / (2 * 32767) = 2.1e-4.
+constexpr double kReachable = 2.5e-4;
+constexpr double nullEnergy = 1e-14; // of the strongest term: below lies the noise of the Gram matrix
 
 // Of terms at 16 bits; others have levels for coefficients as for eigenimages, of the same precision.
 enum class CoefficientType { half, single };
@@ -239,8 +242,7 @@ std::optional<Encoding> cheapest(const Target& target, const Factors& factors, C
 Target targetOf(const MatrixXd& x, double tolerance, double white) {
   const BlockWeights weights = blockWeights(x, white);
   const VectorXd rows = weights.channels.replicate(x.rows() / 3, 1);
-  const double norm = (rows.asDiagonal() * x * weights.lights.asDiagonal()).norm();
-  const double bound = blockErrorBound(norm, x.size(), tolerance, white);
+  const double bound = blockErrorBound(x, weights, tolerance, white);
   return {x, rows, weights.lights, bound * bound};
 }
 
@@ -275,7 +277,7 @@ void takeLevels(ByteReader& reader, int bits, size_t count, float* values, size_
       level = levels.take<int8_t>();
     else
       level = ((std::to_integer<int>(raw[i / 2]) >> (i % 2 * 4) & 15) ^ 8) - 8;
-    values[i * stride] = static_cast<float>(level) / scale;
+    values[i * stride] = std::max(-1.f, static_cast<float>(level) / scale);
   }
 }
 
@@ -361,9 +363,10 @@ BlockWeights blockWeights(const MatrixXd& x, double white) {
   return weights;
 }
 
-double blockErrorBound(double weightedNorm, size_t values, double tolerance, double white) {
-  return std::max(tolerance * white * std::sqrt(static_cast<double>(values)),
-                  smallestTolerance * weightedNorm);
+double blockErrorBound(const MatrixXd& x, const BlockWeights& weights, double tolerance, double white) {
+  const double reachable =
+      kReachable * weights.channels.maxCoeff() * (x * weights.lights.asDiagonal()).norm();
+  return std::max(tolerance * white * std::sqrt(static_cast<double>(x.size())), reachable);
 }
 
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {

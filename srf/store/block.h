@@ -38,14 +38,12 @@ struct BlockWeights {
 // Rows and columns as encodeBlock has them.
 BlockWeights blockWeights(const Eigen::MatrixXd& radiance, double white);
 
-// What 16 bits at full rank reach, whatever the block: half a quantiser step in each of up to 192 rows is
-// sqrt(192) / (2 * 32767) = 2.1e-4 of the norm.
-inline constexpr double smallestTolerance = 2.5e-4;
-
-// Of |V (X - X') W|_F, with V and W the weights of channels and lights and n values in X: tau white sqrt(n),
-// so that the mean error where the block is of brightness r is about tau white sqrt(r^2 + r + 0.003); but not
-// below what can be reached, smallestTolerance |V X W|_F.
-double blockErrorBound(double weightedNorm, size_t values, double tolerance, double white);
+// Of |V (X - X') W|_F, with V and W the weights of channels and lights: tau white sqrt(n) for n values, so
+// that the mean error where the block is of brightness r is about tau white sqrt(r^2 + r + 0.003); but not
+// below what 16 bits at full rank reach whatever the block, 2.5e-4 max(V) |X W|_F. Rows and columns as
+// encodeBlock has them.
+double blockErrorBound(const Eigen::MatrixXd& radiance, const BlockWeights& weights, double tolerance,
+                       double white);
 
 struct EncodedBlock {
   std::vector<std::byte> record;

@@ -156,6 +156,13 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
   }
 }
 
+TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
+  QueryBatch batch = darkBatch(model, 100, random);
+  addEnvironment(batch, {{}, {1, 1, 1}, Uncovered::fade, nullptr}, random);
+  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+  for (const Rgb& color : planShading(model, batch, {}).lightBlend) EXPECT_EQ(color, Rgb{});
+}
+
 TEST_P(ShadeEnvironment, IrradianceIsKept) {
   const auto lights = randomEnvironment(40, random);
   const Rgb total = totalIrradiance(lights);

@@ -41,6 +41,8 @@ std::vector<Case> cases() {
   const MatrixXf spike = Eigen::VectorXf::Unit(192, 5) * Eigen::VectorXf::Unit(28, 7).transpose();
   MatrixXf highlights = MatrixXf::Constant(192, 28, 0.01f);
   for (int i = 0; i < 28; ++i) highlights(7 * i, i) = 1e4f;
+  MatrixXf saturated = 1e-4f * random(192, 28, generator); // red light on red paint
+  for (int row = 0; row < 192; row += 3) saturated.row(row) *= 1e4f;
   std::vector<Case> all = {
       {"random", full, random(192, 28, generator)},
       {"random, some texels", some, random(rows, 28, generator)},
@@ -54,6 +56,8 @@ std::vector<Case> cases() {
       {"one value", full, spike},
       {"one texel, one light", 1ull << 63, MatrixXf::Constant(3, 1, 0.7f)},
       {"highlights", full, highlights},
+      {"saturated", full, saturated},
+      {"saturated, one light", full, saturated.col(0)},
       {"bright", full, 1e4f * random(192, 28, generator)},
       {"beyond half floats", some, 1e8f * random(rows, 28, generator)},
       {"faint", full, 1e-4f * random(192, 28, generator)},
@@ -69,13 +73,13 @@ MatrixXd weighed(const MatrixXd& x, const BlockWeights& weights) {
 
 TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
   for (const auto& [name, present, radiance] : cases())
-    for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, smallestTolerance, 0.})
+    for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, 0.})
       for (const double white : {1e-6, 1.0, 1e4}) {
         const MatrixXd x = radiance.cast<double>();
         const BlockWeights weights = blockWeights(x, white);
         const EncodedBlock encoded = encodeBlock(present, radiance, tolerance, white);
         const MatrixXd error = decoded(encoded, present, x.cols()) - x;
-        const double bound = blockErrorBound(weighed(x, weights).norm(), x.size(), tolerance, white);
+        const double bound = blockErrorBound(x, weights, tolerance, white);
         EXPECT_LE(weighed(error, weights).norm(), bound * (1 + 1e-12))
             << name << ", tolerance " << tolerance << ", white " << white;
         EXPECT_NEAR(error.squaredNorm(), encoded.squaredError, 1e-9 * encoded.squaredError) << name;
@@ -121,13 +125,13 @@ TEST(Block, ADimChannelKeepsItsDetailBesideABrightOne) {
     MatrixXf x = 0.5f * random(192, 12, generator).cwiseAbs();
     for (int row = 0; row < 192; row += 3) x.row(row) *= 0.04f;
     const MatrixXd error = decoded(encodeBlock(full, x, 0.03, 1), full, 12) - x.cast<double>();
-    const auto rms = [](const MatrixXd& m) { // of red, of blue
+    const auto norms = [](const MatrixXd& m) { // of red, of blue
       const auto channel = [&](int c) { return m(Eigen::seq(c, Eigen::last, 3), Eigen::all).norm(); };
       return std::array{channel(0), channel(2)};
     };
-    const auto [red, blue] = rms(error);
+    const auto [red, blue] = norms(error);
     EXPECT_LT(red, 0.5 * blue);
-    EXPECT_LT(red / rms(x.cast<double>())[0], 0.4); // unweighted, 0.03 would allow 1.1
+    EXPECT_LT(red / norms(x.cast<double>())[0], 0.4); // unweighted, 0.03 would allow 1.1
   }
 }
 
@@ -255,7 +259,7 @@ TEST(Block, DamagedRecordDecodesToModestNumbersOrIsRejected) {
       damaged[i] = ~damaged[i];
       try {
         for (const float a : decodeBlock(damaged, x.cols()).coefficients)
-          ASSERT_LT(std::abs(a), 1.2e33f) << name; // levels reach from -8/7 to 1
+          ASSERT_LT(std::abs(a), 1e33f) << name;
       } catch (const Error&) {
         ++rejected;
       }
