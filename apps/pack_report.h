@@ -9,7 +9,7 @@
 namespace surflect {
 
 inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, PackOptions& options) {
-  return {command.add_option("--tolerance", options.tolerance, "error of every block, as part of white")
+  return {command.add_option("--tolerance", options.tolerance, "relative error of every block")
               ->capture_default_str()
               ->check(CLI::Range(0.0, 1.0)),
           command.add_option("--surfels", options.surfels, "how many, about; default: two across a pixel")

@@ -152,6 +152,7 @@ double streamBytesPerSecond(int threads, Kernel kernel, int arraysTouched) {
 }
 
 // Chains of multiply-adds, as many as hide the latency of one; kRounds of each a call.
+// Written out for each instruction set: what is inlined into a function for one must be for that one too.
 constexpr int kChains = 16, kRounds = 2048;
 
 double sseChains() {

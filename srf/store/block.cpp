@@ -30,6 +30,7 @@ constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30
 // What 16 bits at full rank reach, as part of the norm: half a quantiser step in each of up to 192 rows is
 // sqrt(192) / (2 * 32767) = 2.1e-4.
 constexpr double kReachable = 2.5e-4;
+constexpr double kFaint = 1e-3;      // of white: darker blocks may err as if they were that bright
 constexpr double nullEnergy = 1e-14; // of the strongest term: below lies the noise of the Gram matrix
 
 // Of terms at 16 bits; others have levels for coefficients as for eigenimages, of the same precision.
@@ -345,7 +346,7 @@ int nearestPresent(uint64_t present, int texel) {
 } // namespace
 
 double errorWeight(double rms, double white) {
-  constexpr double kDark = 0.003;
+  constexpr double kDark = 0.01;
   const double r = rms / white;
   return 1 / std::sqrt(r * r + r + kDark);
 }
@@ -364,9 +365,13 @@ BlockWeights blockWeights(const MatrixXd& x, double white) {
 }
 
 double blockErrorBound(const MatrixXd& x, const BlockWeights& weights, double tolerance, double white) {
+  const VectorXd rows = weights.channels.replicate(x.rows() / 3, 1);
+  const double floor =
+      kFaint * white * errorWeight(kFaint * white, white) * std::sqrt(static_cast<double>(x.size()));
   const double reachable =
       kReachable * weights.channels.maxCoeff() * (x * weights.lights.asDiagonal()).norm();
-  return std::max(tolerance * white * std::sqrt(static_cast<double>(x.size())), reachable);
+  const double weighed = (rows.asDiagonal() * x * weights.lights.asDiagonal()).norm();
+  return std::max(tolerance * std::max(weighed, floor), reachable);
 }
 
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {

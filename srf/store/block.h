@@ -22,7 +22,7 @@ inline constexpr int blockSize = 8; // pixels a side
 inline constexpr int blockTexels = blockSize * blockSize;
 
 // One over the error that may be, in parts of the tolerance, where a block is this bright, root mean square:
-// (r^2 + r + 0.003)^-1/2 with r = rms / white. That is the shape of a camera's own noise: below white it
+// (r^2 + r + 0.01)^-1/2 with r = rms / white. That is the shape of a camera's own noise: below white it
 // grows with the root of the light, as what a display with a gamma of 2 shows alike, beyond white with the
 // light itself, and in the dark it stays.
 double errorWeight(double rms, double white);
@@ -38,10 +38,9 @@ struct BlockWeights {
 // Rows and columns as encodeBlock has them.
 BlockWeights blockWeights(const Eigen::MatrixXd& radiance, double white);
 
-// Of |V (X - X') W|_F, with V and W the weights of channels and lights: tau white sqrt(n) for n values, so
-// that the mean error where the block is of brightness r is about tau white sqrt(r^2 + r + 0.003); but not
-// below what 16 bits at full rank reach whatever the block, 2.5e-4 max(V) |X W|_F. Rows and columns as
-// encodeBlock has them.
+// Of |V (X - X') W|_F, with V and W the weights of channels and lights: tau |V X W|_F, where a block darker
+// than 0.001 white counts as that bright; but not below what 16 bits at full rank reach whatever the block,
+// 2.5e-4 max(V) |X W|_F. Rows and columns as encodeBlock has them.
 double blockErrorBound(const Eigen::MatrixXd& radiance, const BlockWeights& weights, double tolerance,
                        double white);
 

@@ -31,8 +31,8 @@ class Doll(unittest.TestCase):
 
     def test_answer_is_that_of_the_paper(self):
         self.assertTrue(self.report["check"]["passed"])
-        self.assertGreater(self.report["check"]["psnr_linear_db"], 100)
-        self.assertLess(self.report["check"]["largest_difference"], 1e-4)
+        self.assertGreater(self.report["check"]["psnr_linear_db"], 130)
+        self.assertLess(self.report["check"]["largest_difference"], 1.1e-6)
 
     def test_stages_have_times_and_bounds(self):
         self.assertEqual([stage["stage"] for stage in self.report["stages"]], STAGES)

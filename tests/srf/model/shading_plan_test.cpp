@@ -101,9 +101,7 @@ TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
 
 TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
   const QueryBatch batch = randomBatch(model, 1000, 1, random);
-  ShadeOptions nearest;
-  nearest.nearest = true;
-  const ShadingPlan plan = planShading(model, batch, nearest);
+  const ShadingPlan plan = planShading(model, batch, {.nearest = true});
   ASSERT_EQ(plan.ops.size(), batch.size());
   for (const ShadingOp& op : plan.ops) {
     EXPECT_EQ(op.weight, 1);
@@ -161,9 +159,7 @@ TEST_F(ShadingPlannedPairs, ACapturedPairHasAllTheWeight) {
 
 TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
   const QueryBatch batch = randomBatch(model, 500, 1, random);
-  ShadeOptions nearest;
-  nearest.nearest = true;
-  const ShadingPlan plan = planShading(model, batch, nearest);
+  const ShadingPlan plan = planShading(model, batch, {.nearest = true});
   ASSERT_EQ(plan.ops.size(), batch.size());
   for (const ShadingOp& op : plan.ops) {
     const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
