@@ -26,7 +26,7 @@ Json runPack(const Arguments& arguments, const Progress& progress) {
 void addPackCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("pack", "make a model from a capture; run again to resume");
-  command->footer("Example: surflect pack examples/vase -o vase.srf --tolerance 0.01");
+  command->footer("Example: surflect pack examples/vase -o vase.srf --tolerance 0.05");
   addCaptureArgument(*command, arguments->capture);
   command->add_option("-o,--output", arguments->output, "the model's folder")->required();
   CLI::Option* mesh = command->add_option("--mesh", arguments->options.impostor.mesh,

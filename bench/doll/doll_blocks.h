@@ -21,7 +21,7 @@ std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t ligh
 
 class DollBlocks {
 public:
-  static constexpr float kTolerance = 0.05f, kWhite = 1;
+  static constexpr float kTolerance = 0.03f, kWhite = 1;
 
   // Encodes them. The same seed gives the same blocks, for any number of threads.
   DollBlocks(std::span<const Light> lights, uint64_t seed);

@@ -80,7 +80,7 @@ std::string packIdentity(const PackSource& source, double tolerance, const Trian
 PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t>> frames,
                       const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& impostor, double spacing,
                       const Progress& progress) {
-  constexpr double kRatio = 9;                 // half floats to stored bytes, at the default tolerance
+  constexpr double kRatio = 5;                 // half floats to stored bytes, at the default tolerance
   constexpr double kSecondsPerVertex = 2e-6;   // of the mesh: is it enclosed?
   constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
   constexpr double kSecondsPerFade = 1.3e-7;   // per surfel and view

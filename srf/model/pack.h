@@ -17,7 +17,7 @@ namespace surflect {
 
 struct PackOptions {
   ImpostorOptions impostor;
-  double tolerance = 0.05; // of every block, see blockErrorBound
+  double tolerance = 0.02; // of every block, see blockErrorBound
   std::optional<size_t>
       surfels; // about so many; none: two across a pixel of the photographs, a million at most
 };

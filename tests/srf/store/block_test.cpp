@@ -112,9 +112,10 @@ TEST(Block, ADimLightKeepsItsDetailBesideAHighlight) {
         norm += x.col(l).cast<double>().squaredNorm();
       }
     // All of the bound spent on the dim lights, of about one weight.
-    const Eigen::VectorXd weights = blockWeights(x.cast<double>(), 1).lights;
-    EXPECT_LE(std::sqrt(dim), 0.02 * std::sqrt(x.size()) / weights[(trial + 1) % 12] * 1.1);
-    EXPECT_LT(std::sqrt(dim / norm), 0.15); // unweighted, 0.02 would allow 0.4
+    const BlockWeights weights = blockWeights(x.cast<double>(), 1);
+    EXPECT_LE(std::sqrt(dim),
+              0.02 * weighed(x.cast<double>(), weights).norm() / weights.lights[(trial + 1) % 12] * 1.1);
+    EXPECT_LT(std::sqrt(dim / norm), 0.05); // unweighted, 0.02 would allow 0.6
   }
 }
 
@@ -124,14 +125,14 @@ TEST(Block, ADimChannelKeepsItsDetailBesideABrightOne) {
   for (int trial = 0; trial < 20; ++trial) {
     MatrixXf x = 0.5f * random(192, 12, generator).cwiseAbs();
     for (int row = 0; row < 192; row += 3) x.row(row) *= 0.04f;
-    const MatrixXd error = decoded(encodeBlock(full, x, 0.03, 1), full, 12) - x.cast<double>();
+    const MatrixXd error = decoded(encodeBlock(full, x, 0.1, 1), full, 12) - x.cast<double>();
     const auto norms = [](const MatrixXd& m) { // of red, of blue
       const auto channel = [&](int c) { return m(Eigen::seq(c, Eigen::last, 3), Eigen::all).norm(); };
       return std::array{channel(0), channel(2)};
     };
     const auto [red, blue] = norms(error);
     EXPECT_LT(red, 0.5 * blue);
-    EXPECT_LT(red / norms(x.cast<double>())[0], 0.4); // unweighted, 0.03 would allow 1.1
+    EXPECT_LT(red / norms(x.cast<double>())[0], 0.6); // unweighted, 0.1 would allow 3.6
   }
 }
 
@@ -168,13 +169,14 @@ TEST(Block, ZeroBlockHasRankZero) {
   EXPECT_EQ(decodeBlock(encoded.record, 28).rank, 0);
 }
 
-// The tolerance of a thousandth of white is the error that may be in the dark.
+// A block may err in the dark as one of a thousandth of white.
 TEST(Block, ABlockDarkerThanItsErrorMayBeHasRankZero) {
-  const auto rank = [](float value) {
-    return encodeBlock(full, MatrixXf::Constant(192, 28, value), 0.03, 1).rank;
+  const auto rank = [](double value) {
+    return encodeBlock(full, MatrixXf::Constant(192, 28, static_cast<float>(value)), 0.03, 1).rank;
   };
-  EXPECT_EQ(rank(2.9e-5f), 0);
-  EXPECT_EQ(rank(3.1e-5f), 1);
+  const double limit = 0.03 * 1e-3 * errorWeight(1e-3, 1) / errorWeight(0.03 * 1e-3, 1);
+  EXPECT_EQ(rank(0.999 * limit), 0);
+  EXPECT_EQ(rank(1.001 * limit), 1);
 }
 
 TEST(Block, LowRankBlockIsStoredWithItsRank) {
@@ -185,14 +187,14 @@ TEST(Block, LowRankBlockIsStoredWithItsRank) {
   }
 }
 
-// Four bits a value and a light, and the float that scales these: what rank 1 at 20 % needs, and no byte
+// Four bits a value and a light, and the float that scales these: what rank 1 at 25 % needs, and no byte
 // more.
 TEST(Block, RecordIsAsSmallAsItsTermsAllow) {
   std::mt19937 generator(4);
   const MatrixXf x = random(192, 1, generator).array().tanh().matrix() * random(1, 28, generator);
-  EXPECT_EQ(encodeBlock(full, x, 0.2, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
+  EXPECT_EQ(encodeBlock(full, x, 0.25, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
   const uint64_t three = 0b10101;
-  EXPECT_EQ(encodeBlock(three, x.topRows(9), 0.2, 1).record.size(), 4u + 8 + 4 + 28 / 2 + 5);
+  EXPECT_EQ(encodeBlock(three, x.topRows(9), 0.25, 1).record.size(), 4u + 8 + 4 + 28 / 2 + 5);
 }
 
 TEST(Block, CoefficientsBecomeFloatsWhereHalvesOverflow) {

@@ -232,12 +232,12 @@ TEST(ViewEncoder, CancelledEncodingThrows) {
   EXPECT_THROW(encodeView(glossySphere(20, 3), {}, progress), Cancelled);
 }
 
-// Smooth shading with a highlight is what the store is made for: at least 11 to 1 at 45.5 dB.
+// Smooth shading with a highlight is what the store is made for: almost 9 to 1 at 51.5 dB.
 TEST(ViewEncoder, CompressesASmoothStack) {
   const ReflectanceStack stack = glossySphere(160, 28);
   const ViewSummary summary = encodeView(stack, {}).summary;
-  EXPECT_GT(compressionRatio(summary), 11);
-  EXPECT_GT(psnrDb(summary, 1), 45.5);
+  EXPECT_GT(compressionRatio(summary), 8.9);
+  EXPECT_GT(psnrDb(summary, 1), 51.4);
 }
 
 } // namespace
