@@ -4,6 +4,7 @@
 #include "srf/model/matted_view.h"
 #include "surfel/bounds.h"
 #include "surfel/error.h"
+#include "surfel/smooth_normals.h"
 #include "surfel/step_progress.h"
 
 #include <fmt/format.h>
@@ -40,7 +41,7 @@ LightSamples lightSamples(const Capture& capture, const TriangleMesh& mesh) {
 }
 
 // At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
-void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh,
+void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, const SmoothNormals& normals,
                 const RayCaster<AcquisitionSpace>& impostor, size_t most, LightSamples& samples) {
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const auto width = static_cast<size_t>(camera.lens.width);
@@ -53,9 +54,12 @@ void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, 
     const auto ray = rayThrough(
         camera.lens, {static_cast<double>(texel % width) + 0.5, static_cast<double>(texel / width) + 0.5});
     if (!ray) continue;
-    const auto hit = impostor.firstHit(worldFromCamera(ray->origin), worldFromCamera(ray->direction));
+    const auto origin = worldFromCamera(ray->origin);
+    const auto direction = worldFromCamera(ray->direction);
+    const auto hit = impostor.firstHit(origin, direction);
     if (!hit) continue;
-    const Vec3<float> normal = areaVector(mesh, hit->triangle).normalized().cast<float>();
+    const auto place = origin + hit->distance * direction;
+    const Vec3<float> normal = normals.at(hit->triangle, place.raw()).cast<float>();
     for (size_t light = 0; light < radiance.size(); ++light) {
       const float* value = &view.stack.lights[light].values[3 * texel];
       radiance[light] = {value[0], value[1], value[2]};
@@ -75,6 +79,8 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
   PercentileCounter values;
   LightSamples samples = lightSamples(capture, mesh);
+  std::optional<SmoothNormals> surface;
+  if (isFullProduct) surface.emplace(mesh, progress);
   const size_t count = std::min(kViews, frames.size());
   for (size_t i = 0; i < count; ++i) {
     const size_t number = i * frames.size() / count;
@@ -83,7 +89,7 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
     ofView("", 0);
     const MattedView view = withMatte(source.pictures(frames[number], false, ofView), camera, impostor);
     countRadiance(view, values, progress);
-    if (isFullProduct) addSamples(view, camera, mesh, impostor, kTexels / count, samples);
+    if (surface) addSamples(view, camera, *surface, impostor, kTexels / count, samples);
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
   const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);

@@ -410,6 +410,11 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   block.stride = (block.rank + 3) / 4 * 4;
 
   const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
+  size_t bytes = 0;
+  for (size_t p = 0; p < precisions.size(); ++p)
+    bytes += terms[p] * (coefficientBytes(lights, precisions[p], type) + levelBytes(rows, precisions[p]));
+  if (reader.left() != bytes)
+    throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
   block.coefficients.resize(lights * block.stride);
   std::vector<float> packed(rows * block.stride); // [present texels x channels][stride]
   int k = 0;
@@ -418,7 +423,6 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
       takeCoefficients(reader, precisions[p], type, lights, block.coefficients.data() + k, block.stride);
       takeLevels(reader, precisions[p], rows, packed.data() + k, block.stride);
     }
-  if (reader.left() != 0) throw Error::mismatch("no more bytes", std::to_string(reader.left()));
 
   const size_t texelValues = 3 * static_cast<size_t>(block.stride);
   block.basis.resize(blockTexels * texelValues);

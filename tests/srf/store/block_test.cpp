@@ -288,8 +288,16 @@ TEST(Block, MeaninglessRecordsNameTheirField) {
   EXPECT_EQ(fieldOf({2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "present");
   EXPECT_EQ(fieldOf({0, 1, 1, 1}), "rank");
   const std::vector<uint8_t> half = {0, 0x7c}, single = {0, 0, 0x80, 0x7f}; // infinite
-  EXPECT_EQ(fieldOf(joined({2, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, half)), "coefficients");
-  EXPECT_EQ(fieldOf(joined({2, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0}, single)), "coefficients");
+  const std::vector<uint8_t> restOfHalves(2 + 6), restOfLevels(1 + 2);      // of two lights and three rows
+  EXPECT_EQ(fieldOf(joined({2, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, joined(half, restOfHalves))),
+            "coefficients");
+  EXPECT_EQ(fieldOf(joined({2, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0}, joined(single, restOfLevels))),
+            "coefficients");
+}
+
+TEST(Block, ARecordTooShortForItsLightsIsRefusedBeforeTheyHaveMemory) {
+  const std::array<uint8_t, 300> record{0, 0, 0, 1};
+  EXPECT_THROW(decodeBlock(std::as_bytes(std::span(record)), size_t{1} << 50), Error);
 }
 
 } // namespace
