@@ -31,3 +31,17 @@ function(surflect_library name)
   set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
   target_link_libraries(${name} PUBLIC surflect_settings ${LIB_DEPENDS})
 endfunction()
+
+# surflect_simd_source(avx2|avx512 FILE...)
+# Compiles sources of the current folder for one kind of vector instructions (surfel/simd.h). On other processors
+# they are empty.
+function(surflect_simd_source simd)
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    return()
+  endif()
+  set(options -mavx2 -mfma)
+  if(simd STREQUAL avx512)
+    list(APPEND options -mavx512f -mavx512bw -mavx512dq -mavx512vl)
+  endif()
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "${options}")
+endfunction()
