@@ -4,6 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,82 +14,29 @@ namespace surflect {
 
 namespace {
 
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
 // A splat at a pixel. Its colour is weighted by the Gaussian, but the area it covers is spread by a wider
 // kernel of the same mass: sums of that hardly ripple, even where the cloud has lost a surfel, and its area
 // is right wherever in a pixel a tiny splat falls.
 struct Fragment {
-  float order, tolerance, weight, area;
-  uint32_t splat;
+  float order, tolerance, area;
+  uint32_t splat; // of the tile
 };
 
-// (1 - q/Q)^2, Q the square of the cut-off, scaled to the mass of exp(-q/2); their integrals over the plane
-// are pi Q / 3 and 2 pi.
-float areaKernel(float q) {
-  constexpr float Q = static_cast<float>(kCutoffSigmas * kCutoffSigmas);
-  const float t = std::max(0.f, 1 - q / Q);
-  return 6 / Q * t * t;
-}
+// (1 - q/Q)^2, Q the square of the cut-off, scaled to the mass of exp(-q/2): 6/Q at its peak; their integrals
+// over the plane are pi Q / 3 and 2 pi.
+constexpr float kAreaPeak = static_cast<float>(6 / (kCutoffSigmas * kCutoffSigmas));
 
-// More than these at once, and a tile is split.
-constexpr size_t kMaxFragments = size_t(1) << 20;
-
-// Reused from tile to tile.
-struct Scratch {
-  std::vector<Fragment> drawn;      // splat by splat
-  std::vector<uint32_t> drawnPixel; // of each, within the box
-  std::vector<Fragment> byPixel;
-  std::vector<uint32_t> pixelEnd;
-  std::vector<Contribution> contributions;
-};
-
-PixelBox intersection(const PixelBox& a, const PixelBox& b) {
-  return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
-}
-
-size_t area(const PixelBox& box) {
-  return box.empty() ? 0 : static_cast<size_t>(box.x1 - box.x0) * static_cast<size_t>(box.y1 - box.y0);
-}
-
-// Calls draw(x, y, fragment) for the pixel centres of the box inside the footprint.
-template <class Draw> void rasterise(const Footprint& f, uint32_t splat, const PixelBox& box, Draw draw) {
-  constexpr float cutoff = static_cast<float>(kCutoffSigmas * kCutoffSigmas);
-  const PixelBox clipped = intersection(f.box, box);
-  for (int y = clipped.y0; y < clipped.y1; ++y) {
-    const float dy = static_cast<float>(y) + 0.5f - f.y;
-    const float rowQ = f.yy * dy * dy;
-    if (!(rowQ <= cutoff)) continue;
-    const float middle = f.x - f.skew * dy - 0.5f, half = std::sqrt((cutoff - rowQ) / f.xx);
-    const auto bounded = [&](float x) {
-      return static_cast<int>(std::clamp(x, float(clipped.x0), float(clipped.x1)));
-    };
-    const int end = bounded(std::floor(middle + half) + 1);
-    for (int x = bounded(std::ceil(middle - half)); x < end; ++x) {
-      const float across = static_cast<float>(x) - middle; // dx + skew dy
-      const float dx = static_cast<float>(x) + 0.5f - f.x;
-      const float q = f.xx * across * across + rowQ;
-      const float order = f.order + f.orderX * dx + f.orderY * dy;
-      draw(x, y, Fragment{order, f.tolerance, f.peak * std::exp(-0.5f * q), f.peak * areaKernel(q), splat});
-    }
-  }
-}
-
-// How opaque a pixel is that is covered by this much area. Symmetric about 1/2, so outlines stay where they
-// are; flat at both ends, so that the ripple of the sum leaves no holes and stray tails leave no haze. Two
-// pixels inside of an outline the sum can be as low as 0.74, where sharp edges meet.
-constexpr float kFull = 0.7f;
 float saturated(float area) { return std::clamp((area - (1 - kFull)) / (2 * kFull - 1), 0.f, 1.f); }
 
-// A layer with this much area no longer reaches further back than it does: the skirts of its splats, where
-// the surface has bent away from their planes, must not lead to a second sheet close behind.
-constexpr float kRooted = 0.5f;
-
-struct ResolvedPixel {
-  float alpha = 0;
-  float order = 0;     // of the layer at half of alpha
-  float layerArea = 0; // its sum of areas
+struct Layer {
+  size_t begin, end; // of the sorted fragments
+  float area;
+  float alpha; // of the pixel up to here, less that before
 };
 
-// Sorts the fragments of one pixel into layers, nearest first, and turns them into contributions.
+// Sorts the fragments of one pixel into layers, nearest first, down to the one that fills it.
 //
 // A layer ends where the depth interval of the next fragment no longer touches the ones so far. Areas are
 // parts of one pixel, so those of layers add up: with S_k the area of layers 1 to k, layer k is given
@@ -95,147 +44,356 @@ struct ResolvedPixel {
 // shared among its fragments by weight. A surface behind an edge fills exactly what the edge leaves open, and
 // a surface that falls apart into two layers (grazing, creased or noisy) still adds up to 1. The usual
 // alpha_k (1 - alpha) would let the background through there.
-ResolvedPixel resolvePixel(std::span<Fragment> fragments, std::vector<Contribution>& out) {
-  std::sort(fragments.begin(), fragments.end(), [](const Fragment& a, const Fragment& b) {
+void layersOf(std::vector<Fragment>& fragments, std::vector<Layer>& layers) {
+  std::ranges::sort(fragments, [](const Fragment& a, const Fragment& b) {
     return a.order != b.order ? a.order < b.order : a.splat < b.splat;
   });
-  float area = 0; // S_k; first, that of all layers
-  for (const Fragment& f : fragments) area += f.area;
-  const float half = saturated(area) / 2;
-
-  ResolvedPixel pixel;
-  area = 0;
-  for (size_t begin = 0, end; begin < fragments.size() && pixel.alpha < 1; begin = end) {
-    float layerArea = 0, weight = 0, weightedOrder = 0;
-    float back = -std::numeric_limits<float>::infinity();
+  layers.clear();
+  float area = 0, alpha = 0;
+  for (size_t begin = 0, end; begin < fragments.size() && alpha < 1; begin = end) {
+    float layerArea = 0, back = -kInfinity;
     for (end = begin; end < fragments.size(); ++end) {
       const Fragment& f = fragments[end];
       if (end > begin && f.order - f.tolerance > back) break;
       if (layerArea < kRooted) back = std::max(back, f.order + f.tolerance);
       layerArea += f.area;
-      weight += f.weight;
-      weightedOrder += f.weight * f.order;
     }
     area += layerArea;
-    const float alphaBefore = std::exchange(pixel.alpha, saturated(area));
-    if (pixel.layerArea == 0 && pixel.alpha >= half) {
+    const float alphaBefore = std::exchange(alpha, saturated(area));
+    layers.push_back({begin, end, layerArea, alpha - alphaBefore});
+  }
+}
+
+float weightAt(const TileSplat& s, float x, float y) {
+  const float a = s.a0 + s.ax * x + s.ay * y, b = s.b0 + s.by * y;
+  return s.peak * std::exp(-0.5f * (a * a + b * b));
+}
+
+// Reused from tile to tile.
+struct Scratch {
+  std::vector<float> orders, areas; // fragments of a block
+  std::vector<uint8_t> seen;        // splats of a tile
+  std::vector<Fragment> fragments;  // of a pixel
+  std::vector<Layer> layers;
+};
+
+// The layers of a pixel that the kernel left open: a single one goes to `block`, more to the tile.
+void resolvePixel(CoverageTile& tile, int block, int lane, Scratch& scratch, BlockLayers& layers) {
+  const TileLists& lists = tile.lists;
+  scratch.fragments.clear();
+  for (uint32_t i = lists.begin[block]; i < lists.end[block]; ++i) {
+    const size_t at = static_cast<size_t>(i - lists.begin[block]) * kLanes + static_cast<size_t>(lane);
+    const float order = scratch.orders[at];
+    if (!(order < kInfinity)) continue;
+    scratch.fragments.push_back(
+        {order, lists.splats[tile.list[i]].tolerance, scratch.areas[at], tile.list[i]});
+  }
+  const std::vector<Fragment>& fragments = scratch.fragments;
+  layersOf(scratch.fragments, scratch.layers);
+
+  float area = 0;
+  size_t visibleLayers = 0;
+  for (const Layer& layer : scratch.layers) {
+    area += layer.area;
+    visibleLayers += layer.alpha > 0;
+  }
+  const Layer& first = scratch.layers.front();
+  layers.alpha[lane] = saturated(area);
+  layers.area[lane] = first.area;
+  layers.limit[lane] = first.end < fragments.size() ? fragments[first.end].order : kInfinity;
+  if (visibleLayers == 1 && first.alpha > 0) return;
+
+  layers.limit[lane] = -kInfinity;
+  const int blockX = block % kBlocksPerRow * kBlockSize, blockY = block / kBlocksPerRow * kBlockSize;
+  const int x = blockX + lane % kBlockSize, y = blockY + lane / kBlockSize;
+  LayeredPixel pixel{static_cast<uint32_t>(y * kTileSize + x),
+                     static_cast<uint32_t>(tile.contributions.size()), 0, 0};
+  const auto fromMiddle = [](int i) { return static_cast<float>(i - kTileSize / 2) + 0.5f; };
+  float alpha = 0;
+  bool halfway = false;
+  for (const Layer& layer : scratch.layers) {
+    const size_t begin = tile.contributions.size();
+    float weight = 0, weightedOrder = 0;
+    for (size_t i = layer.begin; i < layer.end; ++i) {
+      const Fragment& f = fragments[i];
+      const float w = weightAt(lists.splats[f.splat], fromMiddle(x), fromMiddle(y));
+      tile.contributions.push_back({f.splat, w});
+      weight += w;
+      weightedOrder += w * f.order;
+    }
+    alpha += layer.alpha;
+    if (!halfway && alpha >= layers.alpha[lane] / 2) {
+      halfway = true;
       pixel.order = weightedOrder / weight;
-      pixel.layerArea = layerArea;
+      layers.area[lane] = layer.area;
     }
-    if (!(pixel.alpha > alphaBefore)) continue;
-    const float scale = (pixel.alpha - alphaBefore) / weight;
-    for (size_t i = begin; i < end; ++i) out.push_back({fragments[i].splat, fragments[i].weight * scale});
-  }
-  return pixel;
-}
-
-// Draws a box of one tile. Boxes with too many fragments are halved first; pixels do not notice.
-void coverBox(const Lens& lens, std::span<const Footprint> footprints, std::span<const uint32_t> splats,
-              const PixelBox& box, Scratch& scratch, Coverage& coverage) {
-  size_t fragmentBound = 0;
-  for (const uint32_t splat : splats) fragmentBound += area(intersection(footprints[splat].box, box));
-  if (fragmentBound > kMaxFragments && area(box) > 1) {
-    PixelBox a = box, b = box;
-    if (box.x1 - box.x0 > box.y1 - box.y0) {
-      a.x1 = b.x0 = (box.x0 + box.x1) / 2;
+    if (layer.alpha > 0) {
+      for (size_t i = begin; i < tile.contributions.size(); ++i)
+        tile.contributions[i].weight *= layer.alpha / weight;
     } else {
-      a.y1 = b.y0 = (box.y0 + box.y1) / 2;
+      tile.contributions.resize(begin);
     }
-    coverBox(lens, footprints, splats, a, scratch, coverage);
-    coverBox(lens, footprints, splats, b, scratch, coverage);
-    return;
   }
-
-  scratch.drawn.clear();
-  scratch.drawnPixel.clear();
-  scratch.pixelEnd.assign(area(box), 0);
-  const auto pixelInBox = [&](int x, int y) {
-    return static_cast<uint32_t>((y - box.y0) * (box.x1 - box.x0) + x - box.x0);
-  };
-  for (const uint32_t splat : splats)
-    rasterise(footprints[splat], splat, box, [&](int x, int y, const Fragment& fragment) {
-      scratch.drawn.push_back(fragment);
-      scratch.drawnPixel.push_back(pixelInBox(x, y));
-      ++scratch.pixelEnd[pixelInBox(x, y)];
-    });
-
-  // Counting sort by pixel: pixelEnd holds counts, then begins, then ends.
-  uint32_t begin = 0;
-  for (uint32_t& count : scratch.pixelEnd) begin += std::exchange(count, begin);
-  scratch.byPixel.resize(scratch.drawn.size());
-  for (size_t i = 0; i < scratch.drawn.size(); ++i)
-    scratch.byPixel[scratch.pixelEnd[scratch.drawnPixel[i]]++] = scratch.drawn[i];
-
-  begin = 0;
-  for (int y = box.y0; y < box.y1; ++y)
-    for (int x = box.x0; x < box.x1; ++x) {
-      const uint32_t end = scratch.pixelEnd[pixelInBox(x, y)];
-      const auto before = static_cast<uint32_t>(scratch.contributions.size());
-      const ResolvedPixel resolved =
-          resolvePixel(std::span(scratch.byPixel).subspan(begin, end - begin), scratch.contributions);
-      begin = end;
-
-      const size_t pixel = coverage.pixel(x, y);
-      coverage.ranges[pixel] = {before, static_cast<uint32_t>(scratch.contributions.size()) - before};
-      coverage.alpha[pixel] = resolved.alpha;
-      coverage.depth[pixel] = resolved.alpha > 0 ? static_cast<float>(depthOfOrder(lens, resolved.order))
-                                                 : std::numeric_limits<float>::infinity();
-      coverage.layerArea[pixel] = resolved.layerArea;
-    }
+  pixel.count = static_cast<uint32_t>(tile.contributions.size()) - pixel.begin;
+  for (size_t i = pixel.begin; i < tile.contributions.size(); ++i)
+    scratch.seen[tile.contributions[i].splat] = 1;
+  tile.layered.push_back(pixel);
 }
 
-// Footprints per splat; those not drawn have an empty box.
-std::vector<Footprint> project(const Camera<ObjectSpace>& camera, const Splats& splats,
-                               const SplatOptions& options, SplatCounts& counts, const Progress& progress) {
-  constexpr uint8_t drawn = 255;
-  std::vector<Footprint> footprints(splats.size());
-  std::vector<uint8_t> fates(splats.size(), drawn);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, splats.size(), 1024), [&](const auto& range) {
+// The pixels of a picture that a tile has.
+struct TileFrame {
+  int x0, y0, width, height;
+};
+TileFrame frameOf(const Coverage& coverage, size_t tile) {
+  const int tilesX = (coverage.width + kTileSize - 1) / kTileSize;
+  const int x = static_cast<int>(tile) % tilesX * kTileSize, y = static_cast<int>(tile) / tilesX * kTileSize;
+  return {x, y, std::min(kTileSize, coverage.width - x), std::min(kTileSize, coverage.height - y)};
+}
+
+// Calls visit(block, lane, pixel) for a tile's pixels.
+template <class Visit>
+void forPixels(const Coverage& coverage, const TileFrame& frame, int block, Visit visit) {
+  const int x0 = block % kBlocksPerRow * kBlockSize, y0 = block / kBlocksPerRow * kBlockSize;
+  for (int y = y0; y < std::min(y0 + kBlockSize, frame.height); ++y)
+    for (int x = x0; x < std::min(x0 + kBlockSize, frame.width); ++x)
+      visit((y - y0) * kBlockSize + x - x0, coverage.pixel(frame.x0 + x, frame.y0 + y));
+}
+
+void coverTile(const SplatKernels& kernels, size_t index, Scratch& scratch, Coverage& coverage,
+               std::span<uint8_t> seen) {
+  CoverageTile& tile = coverage.tiles[index];
+  TileLists& lists = tile.lists;
+  const TileFrame frame = frameOf(coverage, index);
+  size_t entries = 0;
+  for (uint32_t i = 0; i < lists.count; ++i) {
+    const TileSplat& s = lists.splats[i];
+    entries += static_cast<size_t>(s.blockX1 - s.blockX0) * static_cast<size_t>(s.blockY1 - s.blockY0);
+  }
+  assert(entries <= std::numeric_limits<uint32_t>::max());
+  tile.list.resize(entries);
+  lists.list = tile.list.data();
+  kernels.listBlocks(lists);
+  tile.limits.resize(size_t{kBlocks} * kLanes);
+  scratch.seen.assign(lists.count, 0);
+
+  for (int block = 0; block < kBlocks; ++block) {
+    float* limits = &tile.limits[static_cast<size_t>(block) * kLanes];
+    const size_t count = lists.end[block] - lists.begin[block];
+    if (count == 0) continue;
+    if (scratch.orders.size() < count * kLanes) {
+      scratch.orders.resize(2 * count * kLanes);
+      scratch.areas.resize(2 * count * kLanes);
+    }
+    BlockLayers layers;
+    kernels.resolveBlock(lists, block, frame.width, frame.height, scratch.orders.data(), scratch.areas.data(),
+                         layers);
+    for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1)
+      resolvePixel(tile, block, std::countr_zero(bits), scratch, layers);
+    std::copy_n(layers.limit, kLanes, limits);
+    kernels.keepSeen(lists, block, scratch.orders.data(), limits, scratch.seen.data());
+    forPixels(coverage, frame, block, [&](int lane, size_t pixel) {
+      coverage.alpha[pixel] = layers.alpha[lane];
+      coverage.layerArea[pixel] = layers.area[lane];
+    });
+  }
+  for (uint32_t i = 0; i < lists.count; ++i)
+    if (scratch.seen[i]) std::atomic_ref(seen[lists.splats[i].splat]).store(1, std::memory_order_relaxed);
+}
+
+ProjectJob jobOf(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options) {
+  const auto scalars = [](const auto& triples) { return reinterpret_cast<const float*>(triples.data()); };
+  const Lens& lens = camera.lens;
+  ProjectJob job{};
+  job.p = scalars(splats.p), job.u = scalars(splats.u), job.v = scalars(splats.v);
+  job.handedness = reinterpret_cast<const int8_t*>(splats.handedness.data());
+  job.radius = splats.radius.data(), job.coverage = splats.coverage.data();
+  for (int i = 0; i < 9; ++i) job.rotation[i] = camera.cameraFromWorld.rotation()(i / 3, i % 3);
+  for (int i = 0; i < 3; ++i) job.translation[i] = camera.cameraFromWorld.translation()[i];
+  job.focalX = lens.focalX, job.focalY = lens.focalY, job.centerX = lens.centerX, job.centerY = lens.centerY;
+  job.width = lens.width, job.height = lens.height;
+  job.sigmaPerRadius = kSigmaPerRadius;
+  job.lowPass = static_cast<float>(options.lowPass), job.nearDepth = static_cast<float>(options.nearDepth);
+  return job;
+}
+
+// Splats [begin, end), by the kernel where the lens is one of its kind.
+size_t projectSome(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+                   size_t begin, size_t end, ScreenSplat* out, size_t* rejected) {
+  if (camera.lens.model == Lens::Model::pinhole && !camera.lens.distorts())
+    return splatKernels(options.simd).project(jobOf(camera, splats, options), begin, end, out, rejected);
+  size_t drawn = 0;
+  for (size_t i = begin; i < end; ++i) {
+    const auto result = footprintOf(camera, splats, i, options);
+    if (const auto* footprint = std::get_if<Footprint>(&result)) {
+      out[drawn++] = {*footprint, static_cast<uint32_t>(i)};
+    } else {
+      ++rejected[static_cast<size_t>(std::get<Rejection>(result))];
+    }
+  }
+  return drawn;
+}
+
+// Calls visit(tile, x, y) for the tiles under a box, x and y the pixel at its corner.
+template <class Visit> void forTiles(const PixelBox& box, int tilesX, Visit visit) {
+  for (int y = box.y0 / kTileSize; y <= (box.y1 - 1) / kTileSize; ++y)
+    for (int x = box.x0 / kTileSize; x <= (box.x1 - 1) / kTileSize; ++x)
+      visit(static_cast<size_t>(y * tilesX + x), x * kTileSize, y * kTileSize);
+}
+
+// About the middle of the tile whose corner is the pixel (x, y) of the picture.
+TileSplat aboutMiddle(const Footprint& f, uint32_t splat, int x, int y) {
+  const float cx = f.x - static_cast<float>(x + kTileSize / 2),
+              cy = f.y - static_cast<float>(y + kTileSize / 2);
+  const auto block = [](int pixel, int corner) {
+    return static_cast<uint8_t>(std::clamp(pixel - corner, 0, kTileSize) / kBlockSize);
+  };
+  TileSplat s;
+  s.ax = std::sqrt(f.xx);
+  s.ay = s.ax * f.skew;
+  s.a0 = -(s.ax * cx + s.ay * cy);
+  s.by = std::sqrt(f.yy);
+  s.b0 = -s.by * cy;
+  s.peak = f.peak;
+  s.areaPeak = f.peak * kAreaPeak;
+  s.order0 = f.order - f.orderX * cx - f.orderY * cy;
+  s.orderX = f.orderX, s.orderY = f.orderY;
+  s.tolerance = f.tolerance;
+  s.splat = splat;
+  s.blockX0 = block(f.box.x0, x), s.blockX1 = block(f.box.x1 + kBlockSize - 1, x);
+  s.blockY0 = block(f.box.y0, y), s.blockY1 = block(f.box.y1 + kBlockSize - 1, y);
+  return s;
+}
+
+// Projects, and puts each splat into the tiles it touches, in the order of the cloud: a counting sort by
+// chunks of the cloud.
+void bin(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+         Coverage& coverage, const Progress& progress) {
+  const size_t tiles = coverage.tiles.size();
+  const int tilesX = (coverage.width + kTileSize - 1) / kTileSize;
+  constexpr size_t kMaxCounters = size_t{1} << 22;
+  const size_t chunk = std::max<size_t>(8192, splats.size() / std::max<size_t>(1, kMaxCounters / tiles) + 1);
+  const size_t chunks = (splats.size() + chunk - 1) / chunk;
+
+  // Each chunk has room for all its splats, and for the lanes that a kernel may write beyond.
+  const auto screen = std::make_unique_for_overwrite<ScreenSplat[]>(chunks * (chunk + kLanes));
+  std::vector<size_t> drawn(chunks);
+  std::vector<std::array<size_t, 5>> rejected(chunks);
+  std::vector<uint32_t> counters(chunks * tiles); // of splats; then where the next one goes, within the tile
+  const auto screenOf = [&](size_t c) { return std::span(&screen[c * (chunk + kLanes)], drawn[c]); };
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
     progress.checkpoint();
-    for (size_t i = range.begin(); i < range.end(); ++i) {
-      const auto result = footprintOf(camera, splats, i, options);
-      if (const auto* footprint = std::get_if<Footprint>(&result)) {
-        footprints[i] = *footprint;
-      } else {
-        fates[i] = static_cast<uint8_t>(std::get<Rejection>(result));
+    drawn[c] = projectSome(camera, splats, options, c * chunk, std::min((c + 1) * chunk, splats.size()),
+                           &screen[c * (chunk + kLanes)], rejected[c].data());
+    for (const ScreenSplat& s : screenOf(c))
+      forTiles(s.footprint.box, tilesX, [&](size_t tile, int, int) { ++counters[c * tiles + tile]; });
+  });
+
+  for (size_t c = 0; c < chunks; ++c) {
+    const auto of = [&](Rejection r) { return rejected[c][static_cast<size_t>(r)]; };
+    SplatCounts& counts = coverage.counts;
+    counts.drawn += drawn[c];
+    counts.dead += of(Rejection::dead);
+    counts.notFinite += of(Rejection::notFinite);
+    counts.backFacing += of(Rejection::backFacing);
+    counts.tooNear += of(Rejection::tooNear);
+    counts.outside += of(Rejection::outside);
+  }
+  std::vector<size_t> begin(tiles + 1);
+  for (size_t t = 0; t < tiles; ++t) {
+    uint32_t count = 0;
+    for (size_t c = 0; c < chunks; ++c) count += std::exchange(counters[c * tiles + t], count);
+    coverage.tiles[t].lists.count = count;
+    begin[t + 1] = begin[t] + count;
+  }
+  coverage.splats = std::make_unique_for_overwrite<TileSplat[]>(begin[tiles]);
+  for (size_t t = 0; t < tiles; ++t) coverage.tiles[t].lists.splats = &coverage.splats[begin[t]];
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    for (const ScreenSplat& s : screenOf(c))
+      forTiles(s.footprint.box, tilesX, [&](size_t tile, int x, int y) {
+        coverage.splats[begin[tile] + counters[c * tiles + tile]++] = aboutMiddle(s.footprint, s.splat, x, y);
+      });
+  });
+}
+
+// The marked splats go to coverage.visible, and the tiles' splats point there.
+void collectVisible(std::span<const uint8_t> seen, Coverage& coverage) {
+  constexpr size_t chunk = 16384;
+  const size_t chunks = (seen.size() + chunk - 1) / chunk;
+  const auto each = [&](size_t c, auto visit) {
+    for (size_t i = c * chunk; i < std::min((c + 1) * chunk, seen.size()); ++i) visit(i);
+  };
+  std::vector<uint32_t> begin(chunks + 1);
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    uint32_t count = 0;
+    each(c, [&](size_t i) { count += seen[i]; });
+    begin[c + 1] = count;
+  });
+  for (size_t c = 0; c < chunks; ++c) begin[c + 1] += begin[c];
+  coverage.visible.resize(begin[chunks]);
+  const auto rank = std::make_unique_for_overwrite<uint32_t[]>(seen.size());
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    uint32_t next = begin[c];
+    each(c, [&](size_t i) {
+      rank[i] = next;
+      if (seen[i]) coverage.visible[next++] = static_cast<uint32_t>(i);
+    });
+  });
+  size_t first = 0;
+  std::vector<size_t> begins;
+  for (const CoverageTile& tile : coverage.tiles) {
+    begins.push_back(first);
+    first += tile.lists.count;
+  }
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t t) {
+    for (TileSplat& s : std::span(&coverage.splats[begins[t]], coverage.tiles[t].lists.count))
+      s.splat = seen[s.splat] ? rank[s.splat] : std::numeric_limits<uint32_t>::max();
+  });
+}
+
+// Multiplies the matrix with values, three channels at a time, into every `stride`-th float of the image.
+Image multiplied(const Coverage& coverage, std::span<const float> values, int channels, int stride) {
+  assert(channels > 0 && values.size() == coverage.visible.size() * static_cast<size_t>(channels));
+  const SplatKernels& kernels = splatKernels(coverage.simd);
+  Image image(coverage.width, coverage.height, stride);
+  tbb::enumerable_thread_specific<std::vector<float>> scratches;
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
+    const CoverageTile& tile = coverage.tiles[index];
+    const TileFrame frame = frameOf(coverage, index);
+    if (tile.lists.count == 0) return;
+    std::vector<float>& ofTile = scratches.local();
+    ofTile.resize(4 * size_t{tile.lists.count});
+    for (int first = 0; first < channels; first += 3) {
+      const auto some = static_cast<size_t>(std::min(3, channels - first));
+      for (uint32_t i = 0; i < tile.lists.count; ++i) {
+        const uint32_t visible = tile.lists.splats[i].splat;
+        if (visible == std::numeric_limits<uint32_t>::max()) continue;
+        const float* from =
+            &values[size_t{visible} * static_cast<size_t>(channels) + static_cast<size_t>(first)];
+        for (size_t k = 0; k < some; ++k) ofTile[4 * size_t{i} + k] = from[k];
+      }
+      const auto to = [&](size_t pixel) {
+        return &image.values[pixel * static_cast<size_t>(stride) + static_cast<size_t>(first)];
+      };
+      for (int block = 0; block < kBlocks; ++block) {
+        if (tile.lists.begin[block] == tile.lists.end[block]) continue;
+        float alpha[kLanes] = {}, sums[3 * kLanes];
+        forPixels(coverage, frame, block,
+                  [&](int lane, size_t pixel) { alpha[lane] = coverage.alpha[pixel]; });
+        kernels.blendBlock(tile.lists, block, &tile.limits[static_cast<size_t>(block) * kLanes], alpha,
+                           ofTile.data(), sums);
+        forPixels(coverage, frame, block, [&](int lane, size_t pixel) {
+          for (size_t k = 0; k < some; ++k) to(pixel)[k] = sums[k * kLanes + static_cast<size_t>(lane)];
+        });
+      }
+      for (const LayeredPixel& layered : tile.layered) {
+        float* pixel = to(coverage.pixel(frame.x0 + static_cast<int>(layered.pixel % kTileSize),
+                                         frame.y0 + static_cast<int>(layered.pixel / kTileSize)));
+        for (const Contribution& c : std::span(tile.contributions).subspan(layered.begin, layered.count))
+          for (size_t k = 0; k < some; ++k) pixel[k] += c.weight * ofTile[4 * size_t{c.splat} + k];
       }
     }
   });
-  const auto countOf = [&](auto fate) {
-    return static_cast<size_t>(std::count(fates.begin(), fates.end(), static_cast<uint8_t>(fate)));
-  };
-  counts = {countOf(drawn),
-            countOf(Rejection::dead),
-            countOf(Rejection::notFinite),
-            countOf(Rejection::backFacing),
-            countOf(Rejection::tooNear),
-            countOf(Rejection::outside)};
-  return footprints;
-}
-
-// The splats over each tile, ascending: splats[begin[t] .. begin[t + 1]).
-struct TileBins {
-  std::vector<size_t> begin;
-  std::vector<uint32_t> splats;
-};
-
-TileBins binned(std::span<const Footprint> footprints, const Coverage& coverage) {
-  const auto forTiles = [&](size_t splat, auto visit) {
-    constexpr int size = Coverage::tileSize;
-    const PixelBox& box = footprints[splat].box;
-    if (box.empty()) return;
-    for (int y = box.y0 / size; y <= (box.y1 - 1) / size; ++y)
-      for (int x = box.x0 / size; x <= (box.x1 - 1) / size; ++x) visit(coverage.tile(x * size, y * size));
-  };
-  TileBins bins;
-  bins.begin.assign(coverage.tiles.size() + 2, 0); // shifted by two while filling
-  for (size_t i = 0; i < footprints.size(); ++i) forTiles(i, [&](size_t tile) { ++bins.begin[tile + 2]; });
-  for (size_t t = 2; t < bins.begin.size(); ++t) bins.begin[t] += bins.begin[t - 1];
-  bins.splats.resize(bins.begin.back());
-  for (size_t i = 0; i < footprints.size(); ++i)
-    forTiles(i, [&](size_t tile) { bins.splats[bins.begin[tile + 1]++] = static_cast<uint32_t>(i); });
-  bins.begin.pop_back();
-  return bins;
+  return image;
 }
 
 } // namespace
@@ -245,58 +403,64 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   const int width = camera.lens.width, height = camera.lens.height;
   assert(width > 0 && height > 0);
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
-  constexpr int size = Coverage::tileSize;
-  const int tilesX = (width + size - 1) / size, tilesY = (height + size - 1) / size;
+  const int tilesX = (width + kTileSize - 1) / kTileSize, tilesY = (height + kTileSize - 1) / kTileSize;
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
 
   Coverage coverage;
   coverage.width = width;
   coverage.height = height;
-  coverage.splatCount = splats.size();
+  coverage.lens = camera.lens;
+  coverage.simd = options.simd;
   coverage.tiles.resize(static_cast<size_t>(tilesX) * static_cast<size_t>(tilesY));
-  coverage.ranges.resize(pixels);
   coverage.alpha.resize(pixels);
-  coverage.depth.resize(pixels);
   coverage.layerArea.resize(pixels);
 
-  const std::vector<Footprint> footprints = project(camera, splats, options, coverage.counts, progress);
-  const TileBins bins = binned(footprints, coverage);
+  bin(camera, splats, options, coverage, progress);
+  const SplatKernels& kernels = splatKernels(options.simd);
   tbb::enumerable_thread_specific<Scratch> scratches;
-  tbb::parallel_for(size_t(0), coverage.tiles.size(), [&](size_t tile) {
+  std::vector<uint8_t> seen(splats.size());
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t tile) {
     progress.checkpoint();
-    Scratch& scratch = scratches.local();
-    scratch.contributions.clear();
-    const int x = static_cast<int>(tile) % tilesX * size, y = static_cast<int>(tile) / tilesX * size;
-    const PixelBox box{x, y, std::min(x + size, width), std::min(y + size, height)};
-    const auto over =
-        std::span(bins.splats).subspan(bins.begin[tile], bins.begin[tile + 1] - bins.begin[tile]);
-    coverBox(camera.lens, footprints, over, box, scratch, coverage);
-    coverage.tiles[tile].assign(scratch.contributions.begin(), scratch.contributions.end());
+    if (coverage.tiles[tile].lists.count > 0) coverTile(kernels, tile, scratches.local(), coverage, seen);
   });
+  collectVisible(seen, coverage);
   return coverage;
 }
 
-std::vector<uint32_t> visibleSplats(const Coverage& coverage) {
-  std::vector<uint8_t> seen(coverage.splatCount, 0);
-  for (const auto& tile : coverage.tiles)
-    for (const Contribution& c : tile) seen[c.splat] = 1;
-  std::vector<uint32_t> visible;
-  for (size_t i = 0; i < seen.size(); ++i)
-    if (seen[i]) visible.push_back(static_cast<uint32_t>(i));
-  return visible;
+Image blend(const Coverage& coverage, std::span<const float> values, int channels) {
+  return multiplied(coverage, values, channels, channels);
 }
 
-Image blend(const Coverage& coverage, std::span<const float> attributes, int channels) {
-  assert(channels > 0 && attributes.size() == coverage.splatCount * static_cast<size_t>(channels));
-  Image image(coverage.width, coverage.height, channels);
-  tbb::parallel_for(0, coverage.height, [&](int y) {
-    for (int x = 0; x < coverage.width; ++x) {
-      const auto pixel = image.at(x, y);
-      for (const Contribution& c : coverage.at(x, y)) {
-        const auto attribute = attributes.subspan(c.splat * pixel.size(), pixel.size());
-        for (size_t k = 0; k < pixel.size(); ++k) pixel[k] += c.weight * attribute[k];
-      }
+Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels) {
+  Image image = multiplied(coverage, values, channels, channels + 1);
+  const auto stride = static_cast<size_t>(image.channels);
+  for (size_t pixel = 0; pixel < coverage.alpha.size(); ++pixel)
+    image.values[pixel * stride + stride - 1] = coverage.alpha[pixel];
+  return image;
+}
+
+Image depthImage(const Coverage& coverage) {
+  const SplatKernels& kernels = splatKernels(coverage.simd);
+  Image image(coverage.width, coverage.height, 1);
+  std::ranges::fill(image.values, kInfinity);
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
+    const CoverageTile& tile = coverage.tiles[index];
+    const TileFrame frame = frameOf(coverage, index);
+    if (tile.lists.count == 0) return;
+    const auto put = [&](size_t pixel, float order) {
+      image.values[pixel] = static_cast<float>(depthOfOrder(coverage.lens, order));
+    };
+    for (int block = 0; block < kBlocks; ++block) {
+      float orders[kLanes];
+      kernels.meanOrder(tile.lists, block, &tile.limits[static_cast<size_t>(block) * kLanes], orders);
+      forPixels(coverage, frame, block, [&](int lane, size_t pixel) {
+        if (coverage.alpha[pixel] > 0) put(pixel, orders[lane]);
+      });
     }
+    for (const LayeredPixel& layered : tile.layered)
+      put(coverage.pixel(frame.x0 + static_cast<int>(layered.pixel % kTileSize),
+                         frame.y0 + static_cast<int>(layered.pixel / kTileSize)),
+          layered.order);
   });
   return image;
 }

@@ -1,74 +1,84 @@
 // Which splats a pixel shows, and how much of each: the film before it has colours.
 //
 // Coverage is a sparse matrix, pixels x splats. Any attribute of the splats (radiance, normal, stretch)
-// becomes a picture by multiplication, and the splats worth shading are its non-empty columns.
+// becomes a picture by multiplication, and the splats worth shading are its non-empty columns. Its entries
+// are not stored, which would take longer than to draw them again: a pixel keeps how deep it shows splats.
 #pragma once
 
 #include "render/splat.h"
+#include "render/splat_kernels.h"
 #include "srf/image/image.h"
 #include "surfel/progress.h"
+#include "surfel/simd.h"
 
 #include <cassert>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 namespace surflect {
-
-struct Contribution {
-  uint32_t splat;
-  float weight;
-};
 
 // How many splats were drawn, and why the others were not; see Rejection.
 struct SplatCounts {
   size_t drawn = 0, dead = 0, notFinite = 0, backFacing = 0, tooNear = 0, outside = 0;
 };
 
+// A pixel that shows more than one layer, and has its row of the matrix.
+struct LayeredPixel {
+  uint32_t pixel; // of the tile, row by row
+  uint32_t begin, count;
+  float order; // of the layer at half of alpha
+};
+struct Contribution {
+  uint32_t splat; // of the tile
+  float weight;
+};
+
+struct CoverageTile {
+  TileLists lists;
+  std::vector<uint32_t> list; // what `lists` points at
+  std::vector<float> limits;  // kLanes for each block
+  std::vector<LayeredPixel> layered;
+  std::vector<Contribution> contributions; // of the layered pixels
+};
+
 struct Coverage {
-  static constexpr int tileSize = 32;
-
-  struct Range {
-    uint32_t begin = 0, count = 0;
-  };
-
   int width = 0, height = 0;
-  size_t splatCount = 0; // of the cloud
   SplatCounts counts;
-  std::vector<std::vector<Contribution>> tiles; // row by row; contributions of the pixels of one tile
-  std::vector<Range> ranges;                    // per pixel, into its tile
-  std::vector<float> alpha;                     // per pixel: the sum of its weights
-  std::vector<float> depth; // per pixel, along the viewing axis, of the layer at half of alpha; else infinity
-  std::vector<float> layerArea; // per pixel, of the same layer: its sum of areas, about 1 on a surface
+  std::vector<uint32_t> visible; // the splats with a weight in any pixel, ascending
+  std::vector<float> alpha;      // per pixel: the sum of its weights
+  std::vector<float>
+      layerArea; // per pixel, of the layer at half of alpha: its sum of areas, about 1 on a surface
+
+  Lens lens;
+  Simd simd = Simd::scalar;
+  std::vector<CoverageTile> tiles;     // row by row, of kTileSize pixels
+  std::unique_ptr<TileSplat[]> splats; // tile by tile; `splat` counts in `visible`
 
   size_t pixel(int x, int y) const {
     assert(x >= 0 && y >= 0 && x < width && y < height);
     return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
   }
-  size_t tile(int x, int y) const {
-    const int tilesPerRow = (width + tileSize - 1) / tileSize;
-    return static_cast<size_t>((y / tileSize) * tilesPerRow + x / tileSize);
-  }
-  // A row of the matrix, front to back.
-  std::span<const Contribution> at(int x, int y) const {
-    const Range range = ranges[pixel(x, y)];
-    return std::span(tiles[tile(x, y)]).subspan(range.begin, range.count);
-  }
 };
 
 // Splats the cloud. Per pixel, fragments that agree in depth form a layer; layers fill the pixel front to
-// back, each taking of it what those in front have left (see resolvePixel in the source). An interior pixel
+// back, each taking of it what those in front have left (see layersOf in the source). An interior pixel
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
-// Same bits for any number of threads. Memory: 80 bytes a splat, 8 bytes a contribution, and for each thread
-// a scratch of at most 100 MiB, or 100 bytes for each splat over one pixel.
+// Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes a splat, 64 for each tile it
+// touches and 4 for each block, 16 bytes a pixel, and for each thread 128 bytes for each splat over one
+// block.
 Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
                const Progress& progress = {});
 
-// The splats with a weight in any pixel, ascending.
-std::vector<uint32_t> visibleSplats(const Coverage& coverage);
+// values: visible splats x channels, those of one splat together. Returns the sums weighted by coverage,
+// hence premultiplied by alpha.
+Image blend(const Coverage& coverage, std::span<const float> values, int channels);
 
-// attributes: splats x channels, those of one splat together; only those of visible splats are read.
-// Returns the sums weighted by coverage, hence premultiplied by alpha.
-Image blend(const Coverage& coverage, std::span<const float> attributes, int channels);
+// The same, with alpha as one channel more.
+Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels);
+
+// Per pixel, along the viewing axis, of the layer at half of alpha; infinity where there is nothing.
+Image depthImage(const Coverage& coverage);
 
 } // namespace surflect

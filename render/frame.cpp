@@ -65,12 +65,6 @@ template <class ValueOf> Image developEach(const Sight& sight, int channels, con
   return develop(sight, values, channels);
 }
 
-Image depthImage(const Coverage& coverage) {
-  Image image(coverage.width, coverage.height, 1);
-  image.values = coverage.depth;
-  return image;
-}
-
 } // namespace
 
 double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
@@ -84,7 +78,7 @@ Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const Def
            const SplatOptions& options, const Progress& progress) {
   Sight sight;
   sight.coverage = cover(camera, splatsOf(rest, deformed), options, progress);
-  sight.surfels = visibleSplats(sight.coverage);
+  sight.surfels = sight.coverage.visible;
   return sight;
 }
 
@@ -137,26 +131,13 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
 }
 
 Image develop(const Sight& sight, std::span<const float> values, int channels) {
-  const auto stride = static_cast<size_t>(channels);
-  assert(values.size() == sight.surfels.size() * stride);
-  std::vector<float> ofSplats(sight.coverage.splatCount * stride);
-  for (size_t i = 0; i < sight.surfels.size(); ++i)
-    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(i * stride), stride,
-                ofSplats.begin() + static_cast<std::ptrdiff_t>(sight.surfels[i] * stride));
-  return blend(sight.coverage, ofSplats, channels);
+  return blend(sight.coverage, values, channels);
 }
 
 Image developRadiance(const Sight& sight, std::span<const Rgb> radiance) {
-  const Image rgb = developEach(sight, 3, [&](size_t i) {
-    return std::array<double, 3>{radiance[i].r, radiance[i].g, radiance[i].b};
-  });
-  Image rgba(rgb.width, rgb.height, 4);
-  for (size_t pixel = 0; pixel < sight.coverage.alpha.size(); ++pixel) {
-    std::copy_n(rgb.values.begin() + static_cast<std::ptrdiff_t>(3 * pixel), 3,
-                rgba.values.begin() + static_cast<std::ptrdiff_t>(4 * pixel));
-    rgba.values[4 * pixel + 3] = sight.coverage.alpha[pixel];
-  }
-  return rgba;
+  static_assert(sizeof(Rgb) == 3 * sizeof(float));
+  const std::span values(reinterpret_cast<const float*>(radiance.data()), 3 * radiance.size());
+  return blendWithAlpha(sight.coverage, values, 3);
 }
 
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,

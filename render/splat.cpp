@@ -11,14 +11,6 @@ namespace {
 using Mat2 = Eigen::Matrix2d;
 using Mat32 = Eigen::Matrix<double, 3, 2>;
 
-// A splat whose cut-off circle comes nearer than this part of its centre's depth is not drawn: beyond, its
-// image is no longer anything like a Gaussian, and its size has no bound.
-constexpr double kNearestDepthFraction = 0.1;
-// How far, in s, the surface may leave the plane of its splat.
-constexpr double kBend = 0.15;
-// How many standard deviations apart the splats of one plane may lie in depth.
-constexpr double kDepthSigmas = 2;
-
 bool isPinhole(const Lens& lens) { return lens.model == Lens::Model::pinhole; }
 
 // The image of a plane, as a projective map of its parameters ab = (a, b):

@@ -16,8 +16,10 @@
 // plane. Orthographic lens: the depth d along the viewing axis. Pinhole: -1/d.
 #pragma once
 
+#include "render/footprint.h"
 #include "srf/capture/camera.h"
 #include "surfel/sampling.h"
+#include "surfel/simd.h"
 
 #include <span>
 #include <variant>
@@ -38,14 +40,12 @@ struct Splats {
 // Views both clouds, which must be of the same surfels and outlive the result.
 Splats splatsOf(const SurfelCloud& rest, const DeformedCloud& deformed);
 
-// Where a Gaussian is cut off; 0.2 % of its mass lies beyond.
-constexpr double kCutoffSigmas = 3.5;
-
 struct SplatOptions {
   // Least standard deviation of a splat on the screen, pixels. At 0.44 what a tiny splat covers depends least
   // on where in a pixel it falls: by 2 %, at 0.4 by 8 %.
   double lowPass = 0.44;
   double nearDepth = 0.0; // scene units; a pinhole draws no splat that reaches nearer
+  Simd simd = bestSimd();
 };
 
 // A splat's Gaussian in (x, y, order), x and y in pixels: a flat disc, so the covariance has rank two.
@@ -59,32 +59,6 @@ struct ScreenGaussian {
 ScreenGaussian project(const Lens& lens, const Point3<CameraSpace, double>& p,
                        const Direction3<CameraSpace, double>& u, const Direction3<CameraSpace, double>& v,
                        double s);
-
-// Pixels [x0, x1) x [y0, y1).
-struct PixelBox {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-  bool empty() const { return x0 >= x1 || y0 >= y1; }
-};
-
-// A splat as it is drawn, low-pass included. At (dx, dy) pixels from its centre, where
-//   q = xx (dx + skew dy)^2 + yy dy^2 <= kCutoffSigmas^2,
-// its weight is peak exp(-q/2) and it lies at order + orderX dx + orderY dy, give or take the tolerance.
-struct Footprint {
-  float x, y;         // centre, pixels
-  float xx, skew, yy; // xx and yy in 1/pixels^2
-  float peak;
-  float order, orderX, orderY;
-  float tolerance; // of the order
-  PixelBox box;    // the pixels it may touch, clipped to the image; empty: not drawn
-};
-
-enum class Rejection : uint8_t {
-  dead,       // the warp left it no frame
-  notFinite,  // a number that is not finite, or no area, radius or coverage
-  backFacing, // outward normal away from the viewer
-  tooNear,    // reaches the near plane or the plane of the viewer
-  outside,    // off the image
-};
 
 std::variant<Footprint, Rejection> footprintOf(const Camera<ObjectSpace>& camera, const Splats& splats,
                                                size_t index, const SplatOptions& options);

@@ -1,0 +1,473 @@
+// The loops of splat_kernels.h, in whatever lanes were included before.
+#pragma once
+
+#include "render/splat_kernels.h"
+
+namespace surflect {
+namespace {
+
+// [Zwicker 2001, 2004] as in splat.cpp, in float but for the position, which is large compared with the
+// splat. What would cancel is written so that it does not: det V is that of the homography's matrix squared,
+// det(V + h^2) = det V + h^2 tr V + h^4.
+
+constexpr float kHuge = 3.0e38f;
+constexpr float kInfinity = __builtin_inff();
+constexpr float kCutoff = static_cast<float>(kCutoffSigmas);
+
+// Survivors of culling, by field; a group of lanes may write 16 past the last.
+constexpr int kChunk = 512;
+struct Survivors {
+  float pixelX[kChunk + kLanes], pixelY[kChunk + kLanes]; // of the position
+  float qx[kChunk + kLanes], qy[kChunk + kLanes];         // on the normalised image
+  float inverseDepth[kChunk + kLanes];
+  float u0[kChunk + kLanes], u1[kChunk + kLanes], u2[kChunk + kLanes]; // camera space
+  float v0[kChunk + kLanes], v1[kChunk + kLanes], v2[kChunk + kLanes];
+  float s[kChunk + kLanes], coverage[kChunk + kLanes];
+  float area[kChunk + kLanes];   // |u x v|
+  float cosine[kChunk + kLanes]; // |(u x v) . p| / (depth area)
+  float index[kChunk + kLanes];  // within the chunk
+};
+
+struct Triples {
+  float x[kLanes], y[kLanes], z[kLanes];
+};
+
+template <class Number> inline void take(const Number* from, int count, float* to, float otherwise) {
+  if (count == kLanes) {
+    for (int i = 0; i < kLanes; ++i) to[i] = static_cast<float>(from[i]);
+  } else {
+    for (int i = 0; i < kLanes; ++i) to[i] = i < count ? static_cast<float>(from[i]) : otherwise;
+  }
+}
+inline Triples takeTriples(const float* from, int count) {
+  Triples t;
+  if (count == kLanes) {
+    for (int i = 0; i < kLanes; ++i) {
+      t.x[i] = from[3 * i];
+      t.y[i] = from[3 * i + 1];
+      t.z[i] = from[3 * i + 2];
+    }
+  } else {
+    for (int i = 0; i < kLanes; ++i) {
+      const bool there = i < count;
+      t.x[i] = there ? from[3 * i] : 0;
+      t.y[i] = there ? from[3 * i + 1] : 0;
+      t.z[i] = there ? from[3 * i + 2] : 0;
+    }
+  }
+  return t;
+}
+
+inline int ones(Mask m) { return __builtin_popcount(bitsOf(m)); }
+inline Lanes absolute(Lanes a) { return max(a, broadcast(0) - a); }
+
+// The first `count` lanes.
+inline Mask firstLanes(int count) {
+  float lane[kLanes];
+  for (int i = 0; i < kLanes; ++i) lane[i] = static_cast<float>(i);
+  return load(lane) < broadcast(static_cast<float>(count));
+}
+
+// Culls lanes [0, count) from splat `first` of the chunk at `begin` on.
+inline int cull(const ProjectJob& job, size_t begin, int first, int count, Survivors& out, int kept,
+                size_t* rejected) {
+  const size_t at = begin + static_cast<size_t>(first);
+  const Triples p = takeTriples(job.p + 3 * at, count);
+  const Triples u = takeTriples(job.u + 3 * at, count);
+  const Triples v = takeTriples(job.v + 3 * at, count);
+  float handedness[kLanes], radius[kLanes], coverage[kLanes], index[kLanes];
+  take(job.handedness + at, count, handedness, 0);
+  take(job.radius + at, count, radius, 0);
+  take(job.coverage + at, count, coverage, 0);
+
+  float cameraX[kLanes], cameraY[kLanes], depth[kLanes], inverseDepth[kLanes];
+  float qx[kLanes], qy[kLanes], pixelX[kLanes], pixelY[kLanes];
+  const double* R = job.rotation;
+  const double* t = job.translation;
+  for (int i = 0; i < kLanes; ++i) {
+    const double x = p.x[i], y = p.y[i], z = p.z[i];
+    const double cx = R[0] * x + R[1] * y + R[2] * z + t[0];
+    const double cy = R[3] * x + R[4] * y + R[5] * z + t[1];
+    const double d = -(R[6] * x + R[7] * y + R[8] * z + t[2]);
+    const double inverse = 1 / d;
+    cameraX[i] = static_cast<float>(cx);
+    cameraY[i] = static_cast<float>(cy);
+    depth[i] = static_cast<float>(d);
+    inverseDepth[i] = static_cast<float>(inverse);
+    qx[i] = static_cast<float>(cx * inverse);
+    qy[i] = static_cast<float>(-cy * inverse);
+    pixelX[i] = static_cast<float>(job.centerX + job.focalX * (cx * inverse));
+    pixelY[i] = static_cast<float>(job.centerY - job.focalY * (cy * inverse));
+    index[i] = static_cast<float>(first + i);
+  }
+
+  const auto rotated = [&](int row, const Triples& d) {
+    const double* r = job.rotation + 3 * row;
+    return mulAdd(broadcast(static_cast<float>(r[0])), load(d.x),
+                  mulAdd(broadcast(static_cast<float>(r[1])), load(d.y),
+                         broadcast(static_cast<float>(r[2])) * load(d.z)));
+  };
+  const Lanes zero = broadcast(0), huge = broadcast(kHuge);
+  const Lanes u0 = rotated(0, u), u1 = rotated(1, u), u2 = rotated(2, u);
+  const Lanes v0 = rotated(0, v), v1 = rotated(1, v), v2 = rotated(2, v);
+  const Lanes n0 = u1 * v2 - u2 * v1, n1 = u2 * v0 - u0 * v2, n2 = u0 * v1 - u1 * v0;
+  const Lanes X = load(cameraX), Y = load(cameraY), d = load(depth);
+  const Lanes s = load(radius) * broadcast(static_cast<float>(job.sigmaPerRadius)), peak = load(coverage);
+
+  const Lanes areaSquared = mulAdd(n0, n0, mulAdd(n1, n1, n2 * n2));
+  const Lanes towards = n2 * d - mulAdd(n0, X, n1 * Y); // (u x v) . -p
+  const Mask alive = zero < load(handedness) * load(handedness);
+  const Mask finite = (absolute(X + Y + d) <= huge) & (zero < areaSquared) & (areaSquared <= huge) &
+                      (zero < s) & (s <= huge) & (zero < peak) & (peak <= huge);
+  const Lanes reach = broadcast(kCutoff) * s * sqrt(mulAdd(u2, u2, v2 * v2));
+  const Mask far =
+      max(broadcast(job.nearDepth), broadcast(static_cast<float>(kNearestDepthFraction)) * d) < d - reach;
+  const Mask facing = zero < load(handedness) * towards;
+
+  const Mask there = firstLanes(count);
+  const Mask live = there & alive, sound = live & finite, distant = sound & far, drawn = distant & facing;
+  rejected[static_cast<int>(Rejection::dead)] += static_cast<size_t>(ones(andNot(there, alive)));
+  rejected[static_cast<int>(Rejection::notFinite)] += static_cast<size_t>(ones(andNot(live, finite)));
+  rejected[static_cast<int>(Rejection::tooNear)] += static_cast<size_t>(ones(andNot(sound, far)));
+  rejected[static_cast<int>(Rejection::backFacing)] += static_cast<size_t>(ones(andNot(distant, facing)));
+  if (bitsOf(drawn) == 0) return 0;
+
+  const Lanes area = sqrt(areaSquared);
+  storeCompressed(out.pixelX + kept, drawn, load(pixelX));
+  storeCompressed(out.pixelY + kept, drawn, load(pixelY));
+  storeCompressed(out.qx + kept, drawn, load(qx));
+  storeCompressed(out.qy + kept, drawn, load(qy));
+  storeCompressed(out.inverseDepth + kept, drawn, load(inverseDepth));
+  storeCompressed(out.u0 + kept, drawn, u0);
+  storeCompressed(out.u1 + kept, drawn, u1);
+  storeCompressed(out.u2 + kept, drawn, u2);
+  storeCompressed(out.v0 + kept, drawn, v0);
+  storeCompressed(out.v1 + kept, drawn, v1);
+  storeCompressed(out.v2 + kept, drawn, v2);
+  storeCompressed(out.s + kept, drawn, s);
+  storeCompressed(out.coverage + kept, drawn, peak);
+  storeCompressed(out.area + kept, drawn, area);
+  storeCompressed(out.cosine + kept, drawn, absolute(towards) / (d * area));
+  storeCompressed(out.index + kept, drawn, load(index));
+  return ones(drawn);
+}
+
+// The footprints of survivors [at, at + count); returns how many are drawn.
+inline int footprints(const ProjectJob& job, size_t begin, const Survivors& in, int at, int count,
+                      ScreenSplat* out, size_t* rejected) {
+  const Lanes zero = broadcast(0), one = broadcast(1), huge = broadcast(kHuge);
+  const Lanes iz = load(in.inverseDepth + at), qx = load(in.qx + at), qy = load(in.qy + at),
+              s = load(in.s + at);
+  const Lanes focalX = broadcast(static_cast<float>(job.focalX)),
+              focalY = broadcast(static_cast<float>(job.focalY));
+
+  // imageOfPlane
+  const Lanes wu = zero - load(in.u2 + at) * iz, wv = zero - load(in.v2 + at) * iz;
+  const Lanes au0 = load(in.u0 + at) * iz - qx * wu, av0 = load(in.v0 + at) * iz - qx * wv;
+  const Lanes au1 = zero - mulAdd(load(in.u1 + at), iz, qy * wu),
+              av1 = zero - mulAdd(load(in.v1 + at), iz, qy * wv);
+  const Lanes au2 = wu * iz, av2 = wv * iz;
+  // gaussianOfCircle, x and y scaled to pixels
+  const Lanes s2 = s * s;
+  const Lanes D = one - s2 * mulAdd(wu, wu, wv * wv);
+  const Lanes k = s2 / D;
+  const Lanes shift0 = zero - k * mulAdd(au0, wu, av0 * wv) * focalX;
+  const Lanes shift1 = zero - k * mulAdd(au1, wu, av1 * wv) * focalY;
+  const Lanes shift2 = zero - k * mulAdd(au2, wu, av2 * wv);
+  const Lanes fu0 = au0 * focalX, fv0 = av0 * focalX, fu1 = au1 * focalY, fv1 = av1 * focalY;
+  const Lanes V00 = mulAdd(k, mulAdd(fu0, fu0, fv0 * fv0), shift0 * shift0);
+  const Lanes V01 = mulAdd(k, mulAdd(fu0, fu1, fv0 * fv1), shift0 * shift1);
+  const Lanes V11 = mulAdd(k, mulAdd(fu1, fu1, fv1 * fv1), shift1 * shift1);
+  const Lanes C0 = mulAdd(k, mulAdd(fu0, au2, fv0 * av2), shift0 * shift2);
+  const Lanes C1 = mulAdd(k, mulAdd(fu1, au2, fv1 * av2), shift1 * shift2);
+  const Lanes minor = fu0 * fv1 - fu1 * fv0;
+  const Lanes detV = k * k * minor * minor / D;
+
+  // filtered
+  const float h2 = job.lowPass * job.lowPass;
+  const Lanes H = broadcast(h2);
+  const Lanes F00 = V00 + H, F11 = V11 + H;
+  const Lanes trace = V00 + V11;
+  const Lanes det = mulAdd(H, trace + H, detV);
+  const Lanes inverseDet = one / det;
+  const Lanes slope0 = (F11 * C0 - V01 * C1) * inverseDet, slope1 = (F00 * C1 - V01 * C0) * inverseDet;
+  const Lanes peak = load(in.coverage + at) * sqrt(detV * inverseDet);
+  const Lanes half = (V00 - V11) * broadcast(0.5f);
+  const Lanes larger = mulAdd(trace, broadcast(0.5f), sqrt(mulAdd(half, half, V01 * V01)));
+  const Lanes damp = broadcast(h2 / 4) * larger / (larger + H); // h^2 / 4k
+  const Lanes inverseDetG = one / mulAdd(damp, trace + damp, detV);
+  const Lanes g0 = ((V11 + damp) * C0 - V01 * C1) * inverseDetG,
+              g1 = ((V00 + damp) * C1 - V01 * C0) * inverseDetG;
+  const Lanes gg = mulAdd(g0 * g0, F11, mulAdd(g1 * g1, F00, broadcast(-2) * (g0 * g1 * V01))) * inverseDet;
+  const Lanes deviation = H * sqrt(max(gg, zero));
+  // bendTolerance
+  const Lanes depthTolerance =
+      s * sqrt(load(in.area + at)) * min(broadcast(static_cast<float>(kBend)) / load(in.cosine + at), one);
+  const Lanes tolerance =
+      mulAdd(broadcast(static_cast<float>(kDepthSigmas)), deviation, depthTolerance * iz * iz);
+
+  const Lanes x = load(in.pixelX + at) + shift0, y = load(in.pixelY + at) + shift1;
+  const Lanes xx = F11 * inverseDet, yy = one / F11, skew = zero - V01 * yy;
+  const Lanes order = shift2 - iz;
+
+  // clippedBox
+  const auto firstPixel = [&](Lanes low, int size) {
+    return min(max(ceil(low - broadcast(0.5f)), zero), broadcast(static_cast<float>(size)));
+  };
+  const Lanes halfX = broadcast(kCutoff) * sqrt(F00), halfY = broadcast(kCutoff) * sqrt(F11);
+  const Lanes x0 = firstPixel(x - halfX, job.width), x1 = firstPixel(x + halfX, job.width);
+  const Lanes y0 = firstPixel(y - halfY, job.height), y1 = firstPixel(y + halfY, job.height);
+
+  const Lanes sum = x + y + xx + skew + yy + peak + order + slope0 + slope1 + tolerance;
+  const Mask there = firstLanes(count);
+  const Mask finite = (absolute(sum) <= huge) & (zero < xx) & (zero < yy);
+  const Mask inside = (x0 < x1) & (y0 < y1);
+  const uint32_t drawn = bitsOf(there & finite & inside);
+  rejected[static_cast<int>(Rejection::notFinite)] += static_cast<size_t>(ones(andNot(there, finite)));
+  rejected[static_cast<int>(Rejection::outside)] += static_cast<size_t>(ones(andNot(there & finite, inside)));
+
+  float fields[14][kLanes];
+  const Lanes values[14] = {x, y, xx, skew, yy, peak, order, slope0, slope1, tolerance, x0, y0, x1, y1};
+  for (int f = 0; f < 14; ++f) store(fields[f], values[f]);
+  int n = 0;
+  for (uint32_t bits = drawn; bits != 0; bits &= bits - 1) {
+    const int i = __builtin_ctz(bits);
+    Footprint& f = out[n].footprint;
+    f.x = fields[0][i], f.y = fields[1][i];
+    f.xx = fields[2][i], f.skew = fields[3][i], f.yy = fields[4][i];
+    f.peak = fields[5][i];
+    f.order = fields[6][i], f.orderX = fields[7][i], f.orderY = fields[8][i];
+    f.tolerance = fields[9][i];
+    f.box.x0 = static_cast<int>(fields[10][i]), f.box.y0 = static_cast<int>(fields[11][i]);
+    f.box.x1 = static_cast<int>(fields[12][i]), f.box.y1 = static_cast<int>(fields[13][i]);
+    out[n].splat = static_cast<uint32_t>(begin) + static_cast<uint32_t>(in.index[at + i]);
+    ++n;
+  }
+  return n;
+}
+
+size_t projectLoop(const ProjectJob& job, size_t begin, size_t end, ScreenSplat* out, size_t* rejected) {
+  Survivors survivors;
+  size_t drawn = 0;
+  for (size_t chunk = begin; chunk < end; chunk += kChunk) {
+    const int size = end - chunk < kChunk ? static_cast<int>(end - chunk) : kChunk;
+    int kept = 0;
+    for (int i = 0; i < size; i += kLanes)
+      kept += cull(job, chunk, i, size - i < kLanes ? size - i : kLanes, survivors, kept, rejected);
+    for (int i = 0; i < kept; i += kLanes)
+      drawn += static_cast<size_t>(
+          footprints(job, chunk, survivors, i, kept - i < kLanes ? kept - i : kLanes, out + drawn, rejected));
+  }
+  return drawn;
+}
+
+void listBlocksLoop(TileLists& tile) {
+  uint32_t counts[kBlocks] = {};
+  for (uint32_t i = 0; i < tile.count; ++i) {
+    const TileSplat& s = tile.splats[i];
+    for (int y = s.blockY0; y < s.blockY1; ++y)
+      for (int x = s.blockX0; x < s.blockX1; ++x) ++counts[y * kBlocksPerRow + x];
+  }
+  uint32_t begin = 0;
+  for (int b = 0; b < kBlocks; ++b) {
+    tile.begin[b] = tile.end[b] = begin;
+    begin += counts[b];
+  }
+  for (uint32_t i = 0; i < tile.count; ++i) {
+    const TileSplat& s = tile.splats[i];
+    for (int y = s.blockY0; y < s.blockY1; ++y)
+      for (int x = s.blockX0; x < s.blockX1; ++x) tile.list[tile.end[y * kBlocksPerRow + x]++] = i;
+  }
+}
+
+// Pixel centres of a block, from the middle of its tile.
+struct Centers {
+  Lanes x, y;
+};
+inline Centers centersOf(int block) {
+  float x[kLanes], y[kLanes];
+  const int x0 = block % kBlocksPerRow * kBlockSize, y0 = block / kBlocksPerRow * kBlockSize;
+  for (int i = 0; i < kLanes; ++i) {
+    x[i] = static_cast<float>(x0 + i % kBlockSize - kTileSize / 2) + 0.5f;
+    y[i] = static_cast<float>(y0 + i / kBlockSize - kTileSize / 2) + 0.5f;
+  }
+  return {load(x), load(y)};
+}
+
+inline Lanes qOf(const TileSplat& s, const Centers& at) {
+  const Lanes a = mulAdd(broadcast(s.ax), at.x, mulAdd(broadcast(s.ay), at.y, broadcast(s.a0)));
+  const Lanes b = mulAdd(broadcast(s.by), at.y, broadcast(s.b0));
+  return mulAdd(a, a, b * b);
+}
+inline Lanes orderOf(const TileSplat& s, const Centers& at) {
+  return mulAdd(broadcast(s.orderX), at.x, mulAdd(broadcast(s.orderY), at.y, broadcast(s.order0)));
+}
+
+// exp(-q/2) for q from 0 to kCutoff^2, within 2e-6 of itself: the interpolant of exp(-q/16) at six Chebyshev
+// points, to the eighth power.
+inline Lanes gaussian(Lanes q) {
+  Lanes p = mulAdd(broadcast(-5.448007998045642e-09f), q, broadcast(6.035977234791193e-07f));
+  p = mulAdd(p, q, broadcast(-4.049212995508628e-05f));
+  p = mulAdd(p, q, broadcast(0.0019525660873959546f));
+  p = mulAdd(p, q, broadcast(-0.06249941790408526f));
+  p = mulAdd(p, q, broadcast(0.9999999011192711f));
+  p = p * p;
+  p = p * p;
+  return p * p;
+}
+
+inline Lanes saturatedLanes(Lanes area) {
+  return min(max((area - broadcast(1 - kFull)) / broadcast(2 * kFull - 1), broadcast(0)), broadcast(1));
+}
+
+// Where a layer's front must lie for sure: nothing in front of the layer's end is farther than this plus its
+// own tolerance, whatever the order. See layersOf in coverage.cpp for what a layer is.
+//
+// The first layer of pixels whose fragments all overlap in depth is all of them. For the others, `back` is a
+// bound from below of where the layer's intervals reach to, first that of the nearest end of any. It grows by
+// trying planes c: if what lies before c has an area of less than kRooted and breaks nowhere, its intervals
+// do reach as far as they do. b is where the layer ends if `back` were all; if it ends there too when all
+// before b may extend it, then it does. What remains, a pixel in fifteen of an outline-rich picture, is
+// sorted by the caller.
+void resolveBlockLoop(const TileLists& tile, int block, int width, int height, float* orders, float* areas,
+                      BlockLayers& out) {
+  const Centers at = centersOf(block);
+  const uint32_t begin = tile.begin[block], count = tile.end[block] - begin;
+  const uint32_t* list = tile.list + begin;
+  const Lanes infinite = broadcast(kInfinity), zero = broadcast(0);
+  const Lanes cutoff = broadcast(kCutoff * kCutoff);
+
+  Lanes total = zero, nearestEnd = infinite, farthestFront = zero - infinite;
+  for (uint32_t i = 0; i < count; ++i) {
+    const TileSplat& s = tile.splats[list[i]];
+    const Lanes q = qOf(s, at), order = orderOf(s, at);
+    const Mask in = q <= cutoff;
+    const Lanes t = max(mulAdd(q, broadcast(-1 / (kCutoff * kCutoff)), broadcast(1)), zero);
+    const Lanes area = t * t * broadcast(s.areaPeak);
+    total = total + area;
+    nearestEnd = minWhere(in, nearestEnd, order + broadcast(s.tolerance));
+    farthestFront = maxWhere(in, farthestFront, order - broadcast(s.tolerance));
+    store(orders + kLanes * i, select(in, order, infinite));
+    store(areas + kLanes * i, area);
+  }
+
+  const Mask inTile = (at.x < broadcast(static_cast<float>(width - kTileSize / 2))) &
+                      (at.y < broadcast(static_cast<float>(height - kTileSize / 2)));
+  const Mask covered = inTile & (zero < saturatedLanes(total));
+  Lanes layerArea = total, limit = infinite;
+  Mask open = andNot(covered, farthestFront <= nearestEnd);
+  out.unresolved = 0;
+  if (bitsOf(open) != 0) {
+    Lanes back = nearestEnd;
+    Lanes coreArea = zero, coreMoment = zero;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Lanes order = load(orders + kLanes * i), area = load(areas + kLanes * i);
+      const Mask core = order - broadcast(tile.splats[list[i]].tolerance) <= back;
+      coreArea = addWhere(core, coreArea, area);
+      coreMoment = addWhere(core, coreMoment, area * order);
+    }
+    Lanes plane = coreMoment / coreArea;
+    Mask trying = open;
+    for (int round = 0; round < 3 && bitsOf(trying) != 0; ++round) {
+      Lanes before = zero, moment = zero, reach = back, firstBreak = infinite;
+      for (uint32_t i = 0; i < count; ++i) {
+        const Lanes order = load(orders + kLanes * i), area = load(areas + kLanes * i);
+        const Lanes tolerance = broadcast(tile.splats[list[i]].tolerance);
+        const Mask nearer = order <= plane;
+        before = addWhere(nearer, before, area);
+        moment = addWhere(nearer, moment, area * order);
+        reach = maxWhere(nearer, reach, order + tolerance);
+        firstBreak = minWhere(back < order - tolerance, firstBreak, order);
+      }
+      const Mask rooting = trying & (before < broadcast(kRooted)) & (plane < firstBreak);
+      back = select(rooting, reach, back);
+      trying = andNot(trying, rooting);
+      plane = min(moment / before, firstBreak);
+    }
+
+    Lanes end = infinite;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Lanes order = load(orders + kLanes * i);
+      end = minWhere(back < order - broadcast(tile.splats[list[i]].tolerance), end, order);
+    }
+    Lanes area = zero, reach = back;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Lanes order = load(orders + kLanes * i);
+      const Mask before = order < end;
+      area = addWhere(before, area, load(areas + kLanes * i));
+      reach = maxWhere(before, reach, order + broadcast(tile.splats[list[i]].tolerance));
+    }
+    Lanes endAtMost = infinite;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Lanes order = load(orders + kLanes * i);
+      endAtMost = minWhere(reach < order - broadcast(tile.splats[list[i]].tolerance), endAtMost, order);
+    }
+    const Mask certain = (endAtMost <= end) & ((broadcast(kFull) <= area) | (infinite <= end));
+    limit = select(open, end, limit);
+    layerArea = select(open, area, layerArea);
+    out.unresolved = bitsOf(andNot(open, certain));
+  }
+  store(out.alpha, select(covered, saturatedLanes(layerArea), zero));
+  store(out.area, layerArea);
+  store(out.limit, select(covered, limit, zero - infinite));
+}
+
+void keepSeenLoop(TileLists& tile, int block, const float* orders, const float* limits, uint8_t* seen) {
+  const Lanes limit = load(limits);
+  const uint32_t begin = tile.begin[block], end = tile.end[block];
+  uint32_t kept = begin;
+  for (uint32_t i = begin; i < end; ++i) {
+    const uint32_t splat = tile.list[i];
+    const bool reaches = bitsOf(load(orders + kLanes * (i - begin)) < limit) != 0;
+    seen[splat] = static_cast<uint8_t>(seen[splat] | (reaches ? 1 : 0));
+    tile.list[kept] = splat;
+    kept += reaches ? 1 : 0;
+  }
+  tile.end[block] = kept;
+}
+
+// Calls add(splat of the tile, weights, orders) for each splat of a block's list.
+template <class Add> inline void eachWeight(const TileLists& tile, int block, const float* limits, Add add) {
+  const Centers at = centersOf(block);
+  const Lanes limit = load(limits), cutoff = broadcast(kCutoff * kCutoff), zero = broadcast(0);
+  for (uint32_t i = tile.begin[block]; i < tile.end[block]; ++i) {
+    const TileSplat& s = tile.splats[tile.list[i]];
+    const Lanes q = qOf(s, at), order = orderOf(s, at);
+    const Mask in = (q <= cutoff) & (order < limit);
+    add(tile.list[i], select(in, gaussian(q) * broadcast(s.peak), zero), order);
+  }
+}
+
+void blendBlockLoop(const TileLists& tile, int block, const float* limits, const float* alpha,
+                    const float* values, float* out) {
+  const Lanes zero = broadcast(0);
+  Lanes sum = zero, sum0 = zero, sum1 = zero, sum2 = zero;
+  eachWeight(tile, block, limits, [&](uint32_t splat, Lanes weight, Lanes) {
+    const float* value = values + 4 * static_cast<size_t>(splat);
+    sum = sum + weight;
+    sum0 = mulAdd(weight, broadcast(value[0]), sum0);
+    sum1 = mulAdd(weight, broadcast(value[1]), sum1);
+    sum2 = mulAdd(weight, broadcast(value[2]), sum2);
+  });
+  const Mask any = zero < sum;
+  const Lanes scale = select(any, load(alpha) / select(any, sum, broadcast(1)), zero);
+  store(out, sum0 * scale);
+  store(out + kLanes, sum1 * scale);
+  store(out + 2 * kLanes, sum2 * scale);
+}
+
+void meanOrderLoop(const TileLists& tile, int block, const float* limits, float* out) {
+  const Lanes zero = broadcast(0);
+  Lanes sum = zero, sumOfOrders = zero;
+  eachWeight(tile, block, limits, [&](uint32_t, Lanes weight, Lanes order) {
+    sum = sum + weight;
+    sumOfOrders = mulAdd(weight, order, sumOfOrders);
+  });
+  store(out, sumOfOrders / select(zero < sum, sum, broadcast(1)));
+}
+
+constexpr SplatKernels kernelsOfTheseLanes{projectLoop,  listBlocksLoop, resolveBlockLoop,
+                                           keepSeenLoop, blendBlockLoop, meanOrderLoop};
+
+} // namespace
+} // namespace surflect

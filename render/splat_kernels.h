@@ -1,0 +1,89 @@
+// The loops of splatting that run in lanes, compiled for each kind of vector instructions. Raw pointers only:
+// see surfel/simd.h. avx2 and avx512 give the same bits; scalar rounds a b + c twice.
+#pragma once
+
+#include "render/footprint.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace surflect {
+
+// One of a cloud's splats that is drawn.
+struct ScreenSplat {
+  Footprint footprint;
+  uint32_t splat;
+};
+
+// What projecting reads: an undistorted pinhole camera and a cloud, three floats to a vector.
+struct ProjectJob {
+  const float *p, *u, *v;
+  const int8_t* handedness;
+  const float *radius, *coverage;
+  double rotation[9]; // cameraFromWorld, row by row
+  double translation[3];
+  double focalX, focalY, centerX, centerY;
+  int width, height;
+  double sigmaPerRadius;
+  float lowPass, nearDepth;
+};
+
+// Tiles are of 32 x 32 pixels, in blocks of 4 x 4.
+constexpr int kTileSize = 32;
+constexpr int kBlockSize = 4;
+constexpr int kBlocksPerRow = kTileSize / kBlockSize;
+constexpr int kBlocks = kBlocksPerRow * kBlocksPerRow;
+constexpr int kLanes = kBlockSize * kBlockSize; // pixels of a block, row by row
+
+// A footprint about a tile's middle, where numbers are small. At (x, y) pixels from there
+//   q = (a0 + ax x + ay y)^2 + (b0 + by y)^2,   order0 + orderX x + orderY y
+struct TileSplat {
+  float a0, ax, ay, b0, by;
+  float peak, areaPeak;
+  float order0, orderX, orderY, tolerance;
+  uint32_t splat;
+  uint8_t blockX0, blockY0, blockX1, blockY1; // blocks it may touch: [X0, X1) x [Y0, Y1)
+};
+
+// A tile's splats, and which of them reach each of its blocks: list[begin[b] .. end[b]).
+struct TileLists {
+  const TileSplat* splats;
+  uint32_t count;
+  uint32_t* list;
+  uint32_t begin[kBlocks], end[kBlocks];
+};
+
+// The pixels of a block. Their first layer is all that is nearer than the limit, and all there is to them but
+// for `unresolved`.
+struct BlockLayers {
+  float alpha[kLanes];
+  float area[kLanes];  // of the layer
+  float limit[kLanes]; // an order; nothing is nearer where alpha is 0
+  uint32_t unresolved; // a bit for each pixel
+};
+
+struct SplatKernels {
+  // Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for 16
+  // more than that. rejected: counts by Rejection, added to.
+  size_t (*project)(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
+  // Fills list, begin and end.
+  void (*listBlocks)(TileLists&);
+  // orders, areas: out, kLanes for each entry of the block's list: the fragments; infinity and 0 where there
+  // is none. width, height: of the tile; there is nothing in pixels beyond.
+  void (*resolveBlock)(const TileLists&, int block, int width, int height, float* orders, float* areas,
+                       BlockLayers&);
+  // Marks seen[splat of the tile] of those with an order below a limit; drops the others from the block's
+  // list.
+  void (*keepSeen)(TileLists&, int block, const float* orders, const float* limits, uint8_t* seen);
+  // Sums of three values per splat of the tile, `values` being four apart, over the fragments below the
+  // limits, weighted to sum to alpha. out: 3 x kLanes.
+  void (*blendBlock)(const TileLists&, int block, const float* limits, const float* alpha,
+                     const float* values, float* out);
+  // The mean order of these fragments.
+  void (*meanOrder)(const TileLists&, int block, const float* limits, float* out);
+};
+
+enum class Simd;
+const SplatKernels& splatKernels(Simd simd);
+
+} // namespace surflect

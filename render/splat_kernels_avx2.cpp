@@ -1,0 +1,13 @@
+#ifdef __AVX2__
+#include "render/splat_kernels.h"
+
+#include "render/lanes_avx2.h"
+#include "render/splat_kernel_loops.h"
+
+namespace surflect {
+
+extern const SplatKernels avx2SplatKernels;
+const SplatKernels avx2SplatKernels = kernelsOfTheseLanes;
+
+} // namespace surflect
+#endif

@@ -1,0 +1,13 @@
+#ifdef __AVX512F__
+#include "render/splat_kernels.h"
+
+#include "render/lanes_avx512.h"
+#include "render/splat_kernel_loops.h"
+
+namespace surflect {
+
+extern const SplatKernels avx512SplatKernels;
+const SplatKernels avx512SplatKernels = kernelsOfTheseLanes;
+
+} // namespace surflect
+#endif

@@ -1,0 +1,11 @@
+#include "render/splat_kernels.h"
+
+#include "render/lanes_scalar.h"
+#include "render/splat_kernel_loops.h"
+
+namespace surflect {
+
+extern const SplatKernels scalarSplatKernels;
+const SplatKernels scalarSplatKernels = kernelsOfTheseLanes;
+
+} // namespace surflect
