@@ -64,6 +64,9 @@ void layersOf(std::vector<Fragment>& fragments, std::vector<Layer>& layers) {
   }
 }
 
+// Lists longer than this are sorted.
+constexpr size_t kManyFragments = 2048;
+
 float weightAt(const TileSplat& s, float x, float y) {
   const float a = s.a0 + s.ax * x + s.ay * y, b = s.b0 + s.by * y;
   return s.peak * std::exp(-0.5f * (a * a + b * b));
@@ -71,9 +74,10 @@ float weightAt(const TileSplat& s, float x, float y) {
 
 // Reused from tile to tile.
 struct Scratch {
-  std::vector<float> orders, areas; // fragments of a block
-  std::vector<uint8_t> seen;        // splats of a tile
-  std::vector<Fragment> fragments;  // of a pixel
+  std::vector<float> orders, areas, tolerances; // BlockFragments
+  std::vector<float> ofPixel;                   // its fragments
+  std::vector<uint8_t> seen;                    // splats of a tile
+  std::vector<Fragment> fragments;              // of a pixel
   std::vector<Layer> layers;
 };
 
@@ -86,7 +90,7 @@ void resolvePixel(CoverageTile& tile, int block, int lane, Scratch& scratch, Blo
     const float order = scratch.orders[at];
     if (!(order < kInfinity)) continue;
     scratch.fragments.push_back(
-        {order, lists.splats[tile.list[i]].tolerance, scratch.areas[at], tile.list[i]});
+        {order, scratch.tolerances[i - lists.begin[block]], scratch.areas[at], tile.list[i]});
   }
   const std::vector<Fragment>& fragments = scratch.fragments;
   layersOf(scratch.fragments, scratch.layers);
@@ -180,15 +184,22 @@ void coverTile(const SplatKernels& kernels, size_t index, Scratch& scratch, Cove
     float* limits = &tile.limits[static_cast<size_t>(block) * kLanes];
     const size_t count = lists.end[block] - lists.begin[block];
     if (count == 0) continue;
-    if (scratch.orders.size() < count * kLanes) {
-      scratch.orders.resize(2 * count * kLanes);
-      scratch.areas.resize(2 * count * kLanes);
+    if (scratch.tolerances.size() < count + kLanes) {
+      scratch.tolerances.resize(2 * count + kLanes);
+      scratch.orders.resize(scratch.tolerances.size() * kLanes);
+      scratch.areas.resize(scratch.tolerances.size() * kLanes);
+      scratch.ofPixel.resize(4 * (scratch.tolerances.size() + 2 * kLanes));
     }
+    const BlockFragments fragments{scratch.orders.data(), scratch.areas.data(), scratch.tolerances.data()};
     BlockLayers layers;
-    kernels.resolveBlock(lists, block, frame.width, frame.height, scratch.orders.data(), scratch.areas.data(),
-                         layers);
-    for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1)
-      resolvePixel(tile, block, std::countr_zero(bits), scratch, layers);
+    kernels.resolveBlock(lists, block, frame.width, frame.height, fragments, layers);
+    for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
+      const int lane = std::countr_zero(bits);
+      const bool done =
+          count <= kManyFragments &&
+          kernels.firstLayer(static_cast<uint32_t>(count), lane, fragments, scratch.ofPixel.data(), layers);
+      if (!done) resolvePixel(tile, block, lane, scratch, layers);
+    }
     std::copy_n(layers.limit, kLanes, limits);
     kernels.keepSeen(lists, block, scratch.orders.data(), limits, scratch.seen.data());
     forPixels(coverage, frame, block, [&](int lane, size_t pixel) {

@@ -16,6 +16,10 @@ struct Mask { // all bits of a lane or none
 };
 
 inline Lanes load(const float* from) { return {_mm256_loadu_ps(from), _mm256_loadu_ps(from + 8)}; }
+inline Lanes loadColumn(const float* from) {
+  const __m256i rows = _mm256_setr_epi32(0, 16, 32, 48, 64, 80, 96, 112);
+  return {_mm256_i32gather_ps(from, rows, 4), _mm256_i32gather_ps(from + 128, rows, 4)};
+}
 inline Lanes broadcast(float x) { return {_mm256_set1_ps(x), _mm256_set1_ps(x)}; }
 inline void store(float* to, Lanes x) {
   _mm256_storeu_ps(to, x.a);

@@ -16,6 +16,11 @@ struct Mask {
 };
 
 inline Lanes load(const float* from) { return {_mm512_loadu_ps(from)}; }
+inline Lanes loadColumn(const float* from) {
+  const __m512i rows =
+      _mm512_setr_epi32(0, 16, 32, 48, 64, 80, 96, 112, 128, 144, 160, 176, 192, 208, 224, 240);
+  return {_mm512_i32gather_ps(rows, from, 4)};
+}
 inline Lanes broadcast(float x) { return {_mm512_set1_ps(x)}; }
 inline void store(float* to, Lanes a) { _mm512_storeu_ps(to, a.v); }
 inline Lanes operator+(Lanes a, Lanes b) { return {_mm512_add_ps(a.v, b.v)}; }

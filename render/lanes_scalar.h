@@ -28,6 +28,10 @@ template <class Test> inline Mask eachBit(Test test) {
 inline Lanes load(const float* from) {
   return eachLane([&](int i) { return from[i]; });
 }
+// Every sixteenth of the floats.
+inline Lanes loadColumn(const float* from) {
+  return eachLane([&](int i) { return from[16 * i]; });
+}
 inline Lanes broadcast(float x) {
   return eachLane([&](int) { return x; });
 }

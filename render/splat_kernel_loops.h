@@ -316,6 +316,9 @@ inline Lanes gaussian(Lanes q) {
   return p * p;
 }
 
+// How often a block's pixels are asked where their first layer is rooted.
+constexpr int kRounds = 4;
+
 inline Lanes saturatedLanes(Lanes area) {
   return min(max((area - broadcast(1 - kFull)) / broadcast(2 * kFull - 1), broadcast(0)), broadcast(1));
 }
@@ -329,8 +332,9 @@ inline Lanes saturatedLanes(Lanes area) {
 // do reach as far as they do. b is where the layer ends if `back` were all; if it ends there too when all
 // before b may extend it, then it does. What remains, a pixel in fifteen of an outline-rich picture, is
 // sorted by the caller.
-void resolveBlockLoop(const TileLists& tile, int block, int width, int height, float* orders, float* areas,
-                      BlockLayers& out) {
+void resolveBlockLoop(const TileLists& tile, int block, int width, int height,
+                      const BlockFragments& fragments, BlockLayers& out) {
+  float *orders = fragments.orders, *areas = fragments.areas, *tolerances = fragments.tolerances;
   const Centers at = centersOf(block);
   const uint32_t begin = tile.begin[block], count = tile.end[block] - begin;
   const uint32_t* list = tile.list + begin;
@@ -349,6 +353,7 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height, f
     farthestFront = maxWhere(in, farthestFront, order - broadcast(s.tolerance));
     store(orders + kLanes * i, select(in, order, infinite));
     store(areas + kLanes * i, area);
+    tolerances[i] = s.tolerance;
   }
 
   const Mask inTile = (at.x < broadcast(static_cast<float>(width - kTileSize / 2))) &
@@ -362,45 +367,60 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height, f
     Lanes coreArea = zero, coreMoment = zero;
     for (uint32_t i = 0; i < count; ++i) {
       const Lanes order = load(orders + kLanes * i), area = load(areas + kLanes * i);
-      const Mask core = order - broadcast(tile.splats[list[i]].tolerance) <= back;
+      const Mask core = order - broadcast(tolerances[i]) <= back;
       coreArea = addWhere(core, coreArea, area);
       coreMoment = addWhere(core, coreMoment, area * order);
     }
     Lanes plane = coreMoment / coreArea;
+    Lanes areaLow = zero, momentLow = zero, areaHigh = coreArea, momentHigh = coreMoment, atMost = infinite;
     Mask trying = open;
-    for (int round = 0; round < 3 && bitsOf(trying) != 0; ++round) {
+    for (int round = 0; round < kRounds && bitsOf(trying) != 0; ++round) {
       Lanes before = zero, moment = zero, reach = back, firstBreak = infinite;
+      Lanes next = infinite, nextEnd = zero - infinite; // the nearest beyond the plane
       for (uint32_t i = 0; i < count; ++i) {
         const Lanes order = load(orders + kLanes * i), area = load(areas + kLanes * i);
-        const Lanes tolerance = broadcast(tile.splats[list[i]].tolerance);
+        const Lanes tolerance = broadcast(tolerances[i]);
         const Mask nearer = order <= plane;
         before = addWhere(nearer, before, area);
         moment = addWhere(nearer, moment, area * order);
         reach = maxWhere(nearer, reach, order + tolerance);
         firstBreak = minWhere(back < order - tolerance, firstBreak, order);
+        const Mask nearest = andNot(order < next, nearer);
+        next = select(nearest, order, next);
+        nextEnd = select(nearest, order + tolerance, nextEnd);
       }
-      const Mask rooting = trying & (before < broadcast(kRooted)) & (plane < firstBreak);
-      back = select(rooting, reach, back);
-      trying = andNot(trying, rooting);
-      plane = min(moment / before, firstBreak);
+      const Mask unrooted = trying & (before < broadcast(kRooted));
+      const Mask whole = unrooted & (plane < firstBreak);
+      const Mask rooted = andNot(trying, unrooted);
+      const Lanes reachOfNext = select(next < firstBreak, max(reach, nextEnd), reach);
+      back = select(whole, max(back, reachOfNext), back);
+      areaLow = select(whole, before, areaLow);
+      momentLow = select(whole, moment, momentLow);
+      atMost = select(rooted, min(atMost, reach), atMost);
+      areaHigh = select(whole, areaHigh, before);
+      momentHigh = select(whole, momentHigh, moment);
+      trying = andNot(trying, farthestFront <= back);
+      plane =
+          (momentHigh - momentLow) / (areaHigh - areaLow); // splits what lies between the planes found so far
     }
 
     Lanes end = infinite;
     for (uint32_t i = 0; i < count; ++i) {
       const Lanes order = load(orders + kLanes * i);
-      end = minWhere(back < order - broadcast(tile.splats[list[i]].tolerance), end, order);
+      end = minWhere(back < order - broadcast(tolerances[i]), end, order);
     }
-    Lanes area = zero, reach = back;
+    Lanes area = zero, reach = back; // of all before the end
     for (uint32_t i = 0; i < count; ++i) {
       const Lanes order = load(orders + kLanes * i);
       const Mask before = order < end;
       area = addWhere(before, area, load(areas + kLanes * i));
-      reach = maxWhere(before, reach, order + broadcast(tile.splats[list[i]].tolerance));
+      reach = maxWhere(before, reach, order + broadcast(tolerances[i]));
     }
+    reach = min(reach, atMost);
     Lanes endAtMost = infinite;
     for (uint32_t i = 0; i < count; ++i) {
       const Lanes order = load(orders + kLanes * i);
-      endAtMost = minWhere(reach < order - broadcast(tile.splats[list[i]].tolerance), endAtMost, order);
+      endAtMost = minWhere(reach < order - broadcast(tolerances[i]), endAtMost, order);
     }
     const Mask certain = (endAtMost <= end) & ((broadcast(kFull) <= area) | (infinite <= end));
     limit = select(open, end, limit);
@@ -410,6 +430,61 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height, f
   store(out.alpha, select(covered, saturatedLanes(layerArea), zero));
   store(out.area, layerArea);
   store(out.limit, select(covered, limit, zero - infinite));
+}
+
+// layersOf in coverage.cpp for the first layer, each fragment compared with each.
+bool firstLayerLoop(uint32_t count, int lane, const BlockFragments& fragments, float* scratch,
+                    BlockLayers& out) {
+  const Lanes infinite = broadcast(kInfinity), zero = broadcast(0);
+  const uint32_t room = count + 2 * kLanes; // each may write kLanes past what it keeps
+  float *order = scratch, *tolerance = order + room, *area = tolerance + room, *ends = area + room;
+  uint32_t n = 0;
+  for (uint32_t i = 0; i < count; i += kLanes) {
+    const Lanes orders = loadColumn(fragments.orders + kLanes * i + lane);
+    const Mask in = firstLanes(static_cast<int>(count - i)) & (orders < infinite);
+    storeCompressed(order + n, in, orders);
+    storeCompressed(area + n, in, loadColumn(fragments.areas + kLanes * i + lane));
+    storeCompressed(tolerance + n, in, load(fragments.tolerances + i));
+    n += static_cast<uint32_t>(ones(in));
+  }
+  const uint32_t padded = (n + kLanes - 1) / kLanes * kLanes;
+  for (uint32_t i = n; i < padded; ++i) {
+    order[i] = kInfinity;
+    area[i] = tolerance[i] = 0;
+  }
+
+  for (uint32_t i = 0; i < padded; i += kLanes) {
+    const Lanes here = load(order + i);
+    Lanes before = zero;
+    for (uint32_t j = 0; j < n; ++j)
+      before = addWhere(broadcast(order[j]) < here, before, broadcast(area[j]));
+    store(ends + i, select(before < broadcast(kRooted), here + load(tolerance + i), zero - infinite));
+  }
+  Lanes nearest = infinite;
+  for (uint32_t i = 0; i < padded; i += kLanes) {
+    const Lanes here = load(order + i);
+    Lanes back = zero - infinite;
+    for (uint32_t j = 0; j < n; ++j) back = maxWhere(broadcast(order[j]) < here, back, broadcast(ends[j]));
+    const Mask breaks = (zero - infinite < back) & (back < here - load(tolerance + i));
+    nearest = minWhere(breaks, nearest, here);
+  }
+  float limits[kLanes], sums[kLanes];
+  store(limits, nearest);
+  float limit = kInfinity;
+  for (const float each : limits) limit = each < limit ? each : limit;
+  Lanes sum = zero;
+  for (uint32_t i = 0; i < padded; i += kLanes)
+    sum = addWhere(load(order + i) < broadcast(limit), sum, load(area + i));
+  store(sums, sum);
+  float total = 0;
+  for (const float each : sums) total += each;
+  if (!(total >= kFull || limit == kInfinity)) return false;
+  float alpha[kLanes];
+  store(alpha, saturatedLanes(broadcast(total)));
+  out.alpha[lane] = alpha[0];
+  out.area[lane] = total;
+  out.limit[lane] = limit;
+  return true;
 }
 
 void keepSeenLoop(TileLists& tile, int block, const float* orders, const float* limits, uint8_t* seen) {
@@ -466,7 +541,7 @@ void meanOrderLoop(const TileLists& tile, int block, const float* limits, float*
   store(out, sumOfOrders / select(zero < sum, sum, broadcast(1)));
 }
 
-constexpr SplatKernels kernelsOfTheseLanes{projectLoop,  listBlocksLoop, resolveBlockLoop,
+constexpr SplatKernels kernelsOfTheseLanes{projectLoop,  listBlocksLoop, resolveBlockLoop, firstLayerLoop,
                                            keepSeenLoop, blendBlockLoop, meanOrderLoop};
 
 } // namespace

@@ -53,6 +53,12 @@ struct TileLists {
   uint32_t begin[kBlocks], end[kBlocks];
 };
 
+// What splats do in the pixels of a block: kLanes orders and areas for each entry of its list, infinity and 0
+// where the splat does not reach, and the tolerance. Room for kLanes entries more than the list has.
+struct BlockFragments {
+  float *orders, *areas, *tolerances;
+};
+
 // The pixels of a block. Their first layer is all that is nearer than the limit, and all there is to them but
 // for `unresolved`.
 struct BlockLayers {
@@ -68,10 +74,12 @@ struct SplatKernels {
   size_t (*project)(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
   // Fills list, begin and end.
   void (*listBlocks)(TileLists&);
-  // orders, areas: out, kLanes for each entry of the block's list: the fragments; infinity and 0 where there
-  // is none. width, height: of the tile; there is nothing in pixels beyond.
-  void (*resolveBlock)(const TileLists&, int block, int width, int height, float* orders, float* areas,
+  // Fills the fragments. width, height: of the tile; there is nothing in pixels beyond.
+  void (*resolveBlock)(const TileLists&, int block, int width, int height, const BlockFragments&,
                        BlockLayers&);
+  // For an unresolved pixel: whether its first layer is all there is to it, and then its entries in `layers`.
+  // Time grows with the square of the list. scratch: 4 x (the list's length + 2 kLanes).
+  bool (*firstLayer)(uint32_t count, int lane, const BlockFragments&, float* scratch, BlockLayers& layers);
   // Marks seen[splat of the tile] of those with an order below a limit; drops the others from the block's
   // list.
   void (*keepSeen)(TileLists&, int block, const float* orders, const float* limits, uint8_t* seen);
