@@ -154,13 +154,14 @@ TileFrame frameOf(const Coverage& coverage, size_t tile) {
   return {x, y, std::min(kTileSize, coverage.width - x), std::min(kTileSize, coverage.height - y)};
 }
 
-// Calls visit(block, lane, pixel) for a tile's pixels.
+// Calls visit(lane, pixel, count) for the rows of a block: `count` pixels of the picture from `pixel` on.
 template <class Visit>
-void forPixels(const Coverage& coverage, const TileFrame& frame, int block, Visit visit) {
-  const int x0 = block % kBlocksPerRow * kBlockSize, y0 = block / kBlocksPerRow * kBlockSize;
-  for (int y = y0; y < std::min(y0 + kBlockSize, frame.height); ++y)
-    for (int x = x0; x < std::min(x0 + kBlockSize, frame.width); ++x)
-      visit((y - y0) * kBlockSize + x - x0, coverage.pixel(frame.x0 + x, frame.y0 + y));
+void forRows(const Coverage& coverage, const TileFrame& frame, int block, Visit visit) {
+  const int x = block % kBlocksPerRow * kBlockSize, y0 = block / kBlocksPerRow * kBlockSize;
+  const int count = std::min(kBlockSize, frame.width - x), rows = std::min(kBlockSize, frame.height - y0);
+  for (int row = 0; count > 0 && row < rows; ++row)
+    visit(static_cast<size_t>(row * kBlockSize), coverage.pixel(frame.x0 + x, frame.y0 + y0 + row),
+          static_cast<size_t>(count));
 }
 
 void coverTile(const SplatKernels& kernels, size_t index, Scratch& scratch, Coverage& coverage,
@@ -202,9 +203,11 @@ void coverTile(const SplatKernels& kernels, size_t index, Scratch& scratch, Cove
     }
     std::copy_n(layers.limit, kLanes, limits);
     kernels.keepSeen(lists, block, scratch.orders.data(), limits, scratch.seen.data());
-    forPixels(coverage, frame, block, [&](int lane, size_t pixel) {
-      coverage.alpha[pixel] = layers.alpha[lane];
-      coverage.layerArea[pixel] = layers.area[lane];
+    forRows(coverage, frame, block, [&](size_t lane, size_t pixel, size_t pixels) {
+      for (size_t i = 0; i < pixels; ++i) {
+        coverage.alpha[pixel + i] = layers.alpha[lane + i];
+        coverage.layerArea[pixel + i] = layers.area[lane + i];
+      }
     });
   }
   for (uint32_t i = 0; i < lists.count; ++i)
@@ -388,12 +391,14 @@ Image multiplied(const Coverage& coverage, std::span<const float> values, int ch
       for (int block = 0; block < kBlocks; ++block) {
         if (tile.lists.begin[block] == tile.lists.end[block]) continue;
         float alpha[kLanes] = {}, sums[3 * kLanes];
-        forPixels(coverage, frame, block,
-                  [&](int lane, size_t pixel) { alpha[lane] = coverage.alpha[pixel]; });
+        forRows(coverage, frame, block, [&](size_t lane, size_t pixel, size_t pixels) {
+          for (size_t i = 0; i < pixels; ++i) alpha[lane + i] = coverage.alpha[pixel + i];
+        });
         kernels.blendBlock(tile.lists, block, &tile.limits[static_cast<size_t>(block) * kLanes], alpha,
                            ofTile.data(), sums);
-        forPixels(coverage, frame, block, [&](int lane, size_t pixel) {
-          for (size_t k = 0; k < some; ++k) to(pixel)[k] = sums[k * kLanes + static_cast<size_t>(lane)];
+        forRows(coverage, frame, block, [&](size_t lane, size_t pixel, size_t pixels) {
+          for (size_t i = lane; i < lane + pixels; ++i, ++pixel)
+            for (size_t k = 0; k < some; ++k) to(pixel)[k] = sums[k * kLanes + i];
         });
       }
       for (const LayeredPixel& layered : tile.layered) {
@@ -464,8 +469,9 @@ Image depthImage(const Coverage& coverage) {
     for (int block = 0; block < kBlocks; ++block) {
       float orders[kLanes];
       kernels.meanOrder(tile.lists, block, &tile.limits[static_cast<size_t>(block) * kLanes], orders);
-      forPixels(coverage, frame, block, [&](int lane, size_t pixel) {
-        if (coverage.alpha[pixel] > 0) put(pixel, orders[lane]);
+      forRows(coverage, frame, block, [&](size_t lane, size_t pixel, size_t pixels) {
+        for (size_t i = 0; i < pixels; ++i)
+          if (coverage.alpha[pixel + i] > 0) put(pixel + i, orders[lane + i]);
       });
     }
     for (const LayeredPixel& layered : tile.layered)

@@ -10,8 +10,8 @@ namespace {
 struct Lanes {
   float at[16];
 };
-struct Mask { // of lanes, bit i that of lane i
-  uint32_t bits;
+struct Mask { // of lanes, all bits or none
+  int32_t at[16];
 };
 
 template <class Operation> inline Lanes eachLane(Operation operation) {
@@ -19,10 +19,10 @@ template <class Operation> inline Lanes eachLane(Operation operation) {
   for (int i = 0; i < 16; ++i) r.at[i] = operation(i);
   return r;
 }
-template <class Test> inline Mask eachBit(Test test) {
-  uint32_t bits = 0;
-  for (int i = 0; i < 16; ++i) bits |= static_cast<uint32_t>(test(i)) << i;
-  return {bits};
+template <class Test> inline Mask eachTest(Test test) {
+  Mask m;
+  for (int i = 0; i < 16; ++i) m.at[i] = -static_cast<int32_t>(test(i));
+  return m;
 }
 
 inline Lanes load(const float* from) {
@@ -68,17 +68,27 @@ inline Lanes ceil(Lanes a) {
   return eachLane([&](int i) { return __builtin_ceilf(a.at[i]); });
 }
 inline Mask operator<(Lanes a, Lanes b) {
-  return eachBit([&](int i) { return a.at[i] < b.at[i]; });
+  return eachTest([&](int i) { return a.at[i] < b.at[i]; });
 }
 inline Mask operator<=(Lanes a, Lanes b) {
-  return eachBit([&](int i) { return a.at[i] <= b.at[i]; });
+  return eachTest([&](int i) { return a.at[i] <= b.at[i]; });
 }
-inline Mask operator&(Mask a, Mask b) { return {a.bits & b.bits}; }
-inline Mask operator|(Mask a, Mask b) { return {a.bits | b.bits}; }
-inline Mask andNot(Mask a, Mask b) { return {a.bits & ~b.bits}; }
-inline uint32_t bitsOf(Mask m) { return m.bits; }
+inline Mask operator&(Mask a, Mask b) {
+  return eachTest([&](int i) { return (a.at[i] & b.at[i]) != 0; });
+}
+inline Mask operator|(Mask a, Mask b) {
+  return eachTest([&](int i) { return (a.at[i] | b.at[i]) != 0; });
+}
+inline Mask andNot(Mask a, Mask b) {
+  return eachTest([&](int i) { return (a.at[i] & ~b.at[i]) != 0; });
+}
+inline uint32_t bitsOf(Mask m) {
+  uint32_t bits = 0;
+  for (int i = 0; i < 16; ++i) bits |= static_cast<uint32_t>(m.at[i] & 1) << i;
+  return bits;
+}
 inline Lanes select(Mask m, Lanes a, Lanes b) {
-  return eachLane([&](int i) { return m.bits >> i & 1u ? a.at[i] : b.at[i]; });
+  return eachLane([&](int i) { return m.at[i] ? a.at[i] : b.at[i]; });
 }
 // a where the mask is not.
 inline Lanes addWhere(Mask m, Lanes a, Lanes b) { return select(m, a + b, a); }
@@ -87,7 +97,7 @@ inline Lanes maxWhere(Mask m, Lanes a, Lanes b) { return select(m, max(a, b), a)
 // The lanes of the mask, moved together; may write all of to[0..15].
 inline void storeCompressed(float* to, Mask m, Lanes a) {
   for (int i = 0, n = 0; i < 16; ++i)
-    if (m.bits >> i & 1u) to[n++] = a.at[i];
+    if (m.at[i]) to[n++] = a.at[i];
 }
 
 } // namespace

@@ -376,7 +376,7 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height,
     Mask trying = open;
     for (int round = 0; round < kRounds && bitsOf(trying) != 0; ++round) {
       Lanes before = zero, moment = zero, reach = back, firstBreak = infinite;
-      Lanes next = infinite, nextEnd = zero - infinite; // the nearest beyond the plane
+      Lanes next = infinite, nextEnd = infinite; // the nearest beyond the plane, and what it reaches at least
       for (uint32_t i = 0; i < count; ++i) {
         const Lanes order = load(orders + kLanes * i), area = load(areas + kLanes * i);
         const Lanes tolerance = broadcast(tolerances[i]);
@@ -385,14 +385,13 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height,
         moment = addWhere(nearer, moment, area * order);
         reach = maxWhere(nearer, reach, order + tolerance);
         firstBreak = minWhere(back < order - tolerance, firstBreak, order);
-        const Mask nearest = andNot(order < next, nearer);
-        next = select(nearest, order, next);
-        nextEnd = select(nearest, order + tolerance, nextEnd);
+        next = select(nearer, next, min(next, order));
+        nextEnd = select(nearer, nextEnd, min(nextEnd, order + tolerance));
       }
       const Mask unrooted = trying & (before < broadcast(kRooted));
       const Mask whole = unrooted & (plane < firstBreak);
       const Mask rooted = andNot(trying, unrooted);
-      const Lanes reachOfNext = select(next < firstBreak, max(reach, nextEnd), reach);
+      const Lanes reachOfNext = select((next < firstBreak) & (next < infinite), max(reach, nextEnd), reach);
       back = select(whole, max(back, reachOfNext), back);
       areaLow = select(whole, before, areaLow);
       momentLow = select(whole, moment, momentLow);
@@ -404,28 +403,31 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height,
           (momentHigh - momentLow) / (areaHigh - areaLow); // splits what lies between the planes found so far
     }
 
-    Lanes end = infinite;
-    for (uint32_t i = 0; i < count; ++i) {
-      const Lanes order = load(orders + kLanes * i);
-      end = minWhere(back < order - broadcast(tolerances[i]), end, order);
+    open = andNot(open, farthestFront <= back); // the others are one layer
+    if (bitsOf(open) != 0) {
+      Lanes end = infinite;
+      for (uint32_t i = 0; i < count; ++i) {
+        const Lanes order = load(orders + kLanes * i);
+        end = minWhere(back < order - broadcast(tolerances[i]), end, order);
+      }
+      Lanes area = zero, reach = back; // of all before the end
+      for (uint32_t i = 0; i < count; ++i) {
+        const Lanes order = load(orders + kLanes * i);
+        const Mask before = order < end;
+        area = addWhere(before, area, load(areas + kLanes * i));
+        reach = maxWhere(before, reach, order + broadcast(tolerances[i]));
+      }
+      reach = min(reach, atMost);
+      Lanes endAtMost = infinite;
+      for (uint32_t i = 0; i < count; ++i) {
+        const Lanes order = load(orders + kLanes * i);
+        endAtMost = minWhere(reach < order - broadcast(tolerances[i]), endAtMost, order);
+      }
+      const Mask certain = (endAtMost <= end) & (broadcast(kFull) <= area);
+      limit = select(open, end, limit);
+      layerArea = select(open, area, layerArea);
+      out.unresolved = bitsOf(andNot(open, certain));
     }
-    Lanes area = zero, reach = back; // of all before the end
-    for (uint32_t i = 0; i < count; ++i) {
-      const Lanes order = load(orders + kLanes * i);
-      const Mask before = order < end;
-      area = addWhere(before, area, load(areas + kLanes * i));
-      reach = maxWhere(before, reach, order + broadcast(tolerances[i]));
-    }
-    reach = min(reach, atMost);
-    Lanes endAtMost = infinite;
-    for (uint32_t i = 0; i < count; ++i) {
-      const Lanes order = load(orders + kLanes * i);
-      endAtMost = minWhere(reach < order - broadcast(tolerances[i]), endAtMost, order);
-    }
-    const Mask certain = (endAtMost <= end) & ((broadcast(kFull) <= area) | (infinite <= end));
-    limit = select(open, end, limit);
-    layerArea = select(open, area, layerArea);
-    out.unresolved = bitsOf(andNot(open, certain));
   }
   store(out.alpha, select(covered, saturatedLanes(layerArea), zero));
   store(out.area, layerArea);
