@@ -1,6 +1,7 @@
 // lanes_scalar.h in AVX2 and FMA, as two halves.
 #pragma once
 
+#ifdef __AVX2__
 #include <immintrin.h>
 
 #include <cstdint>
@@ -64,3 +65,5 @@ inline void storeCompressed(float* to, Mask m, Lanes x) {
 
 } // namespace
 } // namespace surflect
+
+#endif

@@ -1,6 +1,7 @@
 // lanes_scalar.h in AVX-512.
 #pragma once
 
+#ifdef __AVX512F__
 #include <immintrin.h>
 
 #include <cstdint>
@@ -48,3 +49,5 @@ inline void storeCompressed(float* to, Mask m, Lanes a) {
 
 } // namespace
 } // namespace surflect
+
+#endif

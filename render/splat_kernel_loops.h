@@ -1,7 +1,15 @@
-// The loops of splat_kernels.h, in whatever lanes were included before.
+// The loops of splat_kernels.h, in the lanes that the compiler was told to use.
 #pragma once
 
 #include "render/splat_kernels.h"
+
+#if defined(__AVX512F__)
+#include "render/lanes_avx512.h"
+#elif defined(__AVX2__)
+#include "render/lanes_avx2.h"
+#else
+#include "render/lanes_scalar.h"
+#endif
 
 namespace surflect {
 namespace {
@@ -262,16 +270,25 @@ size_t projectLoop(const ProjectJob& job, size_t begin, size_t end, ScreenSplat*
 }
 
 void listBlocksLoop(TileLists& tile) {
-  uint32_t counts[kBlocks] = {};
+  // Counts at the corners of boxes; sums over all before them, in x and y, are the counts of blocks.
+  constexpr int stride = kBlocksPerRow + 1;
+  int32_t counts[stride * stride] = {};
   for (uint32_t i = 0; i < tile.count; ++i) {
     const TileSplat& s = tile.splats[i];
-    for (int y = s.blockY0; y < s.blockY1; ++y)
-      for (int x = s.blockX0; x < s.blockX1; ++x) ++counts[y * kBlocksPerRow + x];
+    ++counts[s.blockY0 * stride + s.blockX0];
+    --counts[s.blockY0 * stride + s.blockX1];
+    --counts[s.blockY1 * stride + s.blockX0];
+    ++counts[s.blockY1 * stride + s.blockX1];
   }
   uint32_t begin = 0;
-  for (int b = 0; b < kBlocks; ++b) {
-    tile.begin[b] = tile.end[b] = begin;
-    begin += counts[b];
+  for (int y = 0; y < kBlocksPerRow; ++y) {
+    int32_t rowSum = 0; // down to this row, left of and at the block
+    for (int x = 0; x < kBlocksPerRow; ++x) {
+      if (y > 0) counts[y * stride + x] += counts[(y - 1) * stride + x];
+      rowSum += counts[y * stride + x];
+      tile.begin[y * kBlocksPerRow + x] = tile.end[y * kBlocksPerRow + x] = begin;
+      begin += static_cast<uint32_t>(rowSum);
+    }
   }
   for (uint32_t i = 0; i < tile.count; ++i) {
     const TileSplat& s = tile.splats[i];

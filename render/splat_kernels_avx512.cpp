@@ -1,7 +1,6 @@
 #ifdef __AVX512F__
 #include "render/splat_kernels.h"
 
-#include "render/lanes_avx512.h"
 #include "render/splat_kernel_loops.h"
 
 namespace surflect {

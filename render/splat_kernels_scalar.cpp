@@ -1,6 +1,5 @@
 #include "render/splat_kernels.h"
 
-#include "render/lanes_scalar.h"
 #include "render/splat_kernel_loops.h"
 
 namespace surflect {
