@@ -429,11 +429,13 @@ TEST(Coverage, SameBitsForAnyNumberOfThreads) {
   Rng rng(13);
   const Scene scene = sphereBeforePlane(rng);
   const auto camera = lookAt({1, 1, 5}, {0, 0, 0}, 200, 150, 180);
-  const auto with = [&](size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    return rendered(scene, camera);
-  };
-  EXPECT_EQ(with(1).values, with(2).values);
+  for (const Simd simd : supportedSimd()) {
+    const auto with = [&](size_t threads) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      return rendered(scene, camera, {.simd = simd});
+    };
+    EXPECT_EQ(with(1).values, with(2).values);
+  }
 }
 
 // More fragments than one pass over a tile takes.
