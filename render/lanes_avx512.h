@@ -36,7 +36,6 @@ inline Lanes ceil(Lanes a) { return {_mm512_roundscale_ps(a.v, _MM_FROUND_TO_POS
 inline Mask operator<(Lanes a, Lanes b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
 inline Mask operator<=(Lanes a, Lanes b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }
 inline Mask operator&(Mask a, Mask b) { return {_kand_mask16(a.bits, b.bits)}; }
-inline Mask operator|(Mask a, Mask b) { return {_kor_mask16(a.bits, b.bits)}; }
 inline Mask andNot(Mask a, Mask b) { return {_kandn_mask16(b.bits, a.bits)}; }
 inline uint32_t bitsOf(Mask m) { return m.bits; }
 inline Lanes select(Mask m, Lanes a, Lanes b) { return {_mm512_mask_blend_ps(m.bits, b.v, a.v)}; }

@@ -70,9 +70,6 @@ inline Mask operator<=(Lanes a, Lanes b) {
 inline Mask operator&(Mask a, Mask b) {
   return eachTest([&](int k) { return a.quarter[k] & b.quarter[k]; });
 }
-inline Mask operator|(Mask a, Mask b) {
-  return eachTest([&](int k) { return a.quarter[k] | b.quarter[k]; });
-}
 inline Mask andNot(Mask a, Mask b) {
   return eachTest([&](int k) { return a.quarter[k] & ~b.quarter[k]; });
 }

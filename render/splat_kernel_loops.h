@@ -340,15 +340,16 @@ inline Lanes saturatedLanes(Lanes area) {
   return min(max((area - broadcast(1 - kFull)) / broadcast(2 * kFull - 1), broadcast(0)), broadcast(1));
 }
 
-// Where a layer's front must lie for sure: nothing in front of the layer's end is farther than this plus its
-// own tolerance, whatever the order. See layersOf in coverage.cpp for what a layer is.
+// The first layer of each pixel of a block, without sorting; layersOf in coverage.cpp says what a layer is.
 //
-// The first layer of pixels whose fragments all overlap in depth is all of them. For the others, `back` is a
-// bound from below of where the layer's intervals reach to, first that of the nearest end of any. It grows by
-// trying planes c: if what lies before c has an area of less than kRooted and breaks nowhere, its intervals
-// do reach as far as they do. b is where the layer ends if `back` were all; if it ends there too when all
-// before b may extend it, then it does. What remains, a pixel in fifteen of an outline-rich picture, is
-// sorted by the caller.
+// Where the depth intervals of all fragments have a point in common there is one layer. Elsewhere, `back` is
+// a bound from below of how far the layer's intervals reach, first the nearest end of any. It grows by trying
+// planes: if the fragments before one have an area of less than kRooted, and none of them breaks away, they
+// all extend the layer, and so does the next. The planes halve what is open, by its mean. If everything
+// touches `back`, there is one layer. Otherwise `end` is where it would end if it reached to `back` alone; if
+// it ends there too when all before `end`, or before a plane with an area of kRooted, extend it, then it does
+// end there. If it also fills the pixel, nothing behind matters. The caller looks at what remains, in
+// pictures rich in outlines a pixel in forty.
 void resolveBlockLoop(const TileLists& tile, int block, int width, int height,
                       const BlockFragments& fragments, BlockLayers& out) {
   float *orders = fragments.orders, *areas = fragments.areas, *tolerances = fragments.tolerances;
