@@ -16,7 +16,7 @@ namespace {
 
 // [Zwicker 2001, 2004] as in splat.cpp, in float but for the position, which is large compared with the
 // splat. What would cancel is written so that it does not: det V is that of the homography's matrix squared,
-// det(V + h^2) = det V + h^2 tr V + h^4.
+// and the smaller eigenvalue of V is det V over the larger.
 
 constexpr float kHuge = 3.0e38f;
 constexpr float kInfinity = __builtin_inff();
@@ -191,23 +191,27 @@ inline int footprints(const ProjectJob& job, size_t begin, const Survivors& in, 
   const Lanes minor = fu0 * fv1 - fu1 * fv0;
   const Lanes detV = k * k * minor * minor / D;
 
-  // filtered
+  // filtered: with r = (h^2 - smaller) / (larger - smaller) in [0, 1], V + D = (1 - r) V + c I, where
+  // c = most + r smaller, and D = c I - r V; the eigenvalues of V + D are those of V, but no less than h^2.
   const float h2 = job.lowPass * job.lowPass;
   const Lanes H = broadcast(h2);
-  const Lanes F00 = V00 + H, F11 = V11 + H;
-  const Lanes trace = V00 + V11;
-  const Lanes det = mulAdd(H, trace + H, detV);
-  const Lanes inverseDet = one / det;
-  const Lanes slope0 = (F11 * C0 - V01 * C1) * inverseDet, slope1 = (F00 * C1 - V01 * C0) * inverseDet;
-  const Lanes peak = load(in.coverage + at) * sqrt(detV * inverseDet);
-  const Lanes half = (V00 - V11) * broadcast(0.5f);
+  const Lanes trace = V00 + V11, half = (V00 - V11) * broadcast(0.5f);
   const Lanes larger = mulAdd(trace, broadcast(0.5f), sqrt(mulAdd(half, half, V01 * V01)));
+  const Lanes smaller = detV / larger;
+  const Lanes r = min(max((H - smaller) / (larger - smaller), zero), one); // a circle's, 0/0, is 0
+  const Lanes c = mulAdd(r, smaller, max(H - smaller, zero));
+  const Lanes F00 = mulAdd(one - r, V00, c), F01 = (one - r) * V01, F11 = mulAdd(one - r, V11, c);
+  const Lanes inverseDet = one / (max(smaller, H) * max(larger, H));
+  const Lanes slope0 = (F11 * C0 - F01 * C1) * inverseDet, slope1 = (F00 * C1 - F01 * C0) * inverseDet;
+  const Lanes peak = load(in.coverage + at) * sqrt(detV * inverseDet);
   const Lanes damp = broadcast(h2 / 4) * larger / (larger + H); // h^2 / 4k
   const Lanes inverseDetG = one / mulAdd(damp, trace + damp, detV);
   const Lanes g0 = ((V11 + damp) * C0 - V01 * C1) * inverseDetG,
               g1 = ((V00 + damp) * C1 - V01 * C0) * inverseDetG;
-  const Lanes gg = mulAdd(g0 * g0, F11, mulAdd(g1 * g1, F00, broadcast(-2) * (g0 * g1 * V01))) * inverseDet;
-  const Lanes deviation = H * sqrt(max(gg, zero));
+  const Lanes Dg0 = (c - r * V00) * g0 - r * V01 * g1, Dg1 = (c - r * V11) * g1 - r * V01 * g0;
+  const Lanes variance =
+      mulAdd(Dg0 * Dg0, F11, mulAdd(Dg1 * Dg1, F00, broadcast(-2) * (Dg0 * Dg1 * F01))) * inverseDet;
+  const Lanes deviation = sqrt(max(variance, zero));
   // bendTolerance
   const Lanes depthTolerance =
       s * sqrt(load(in.area + at)) * min(broadcast(static_cast<float>(kBend)) / load(in.cosine + at), one);
@@ -215,7 +219,7 @@ inline int footprints(const ProjectJob& job, size_t begin, const Survivors& in, 
       mulAdd(broadcast(static_cast<float>(kDepthSigmas)), deviation, depthTolerance * iz * iz);
 
   const Lanes x = load(in.pixelX + at) + shift0, y = load(in.pixelY + at) + shift1;
-  const Lanes xx = F11 * inverseDet, yy = one / F11, skew = zero - V01 * yy;
+  const Lanes xx = F11 * inverseDet, yy = one / F11, skew = zero - F01 * yy;
   const Lanes order = shift2 - iz;
 
   // clippedBox
