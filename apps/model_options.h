@@ -4,6 +4,11 @@
 #include "apps/command.h"
 #include "render/frame.h"
 #include "srf/query/ulr.h"
+#include "surfel/simd.h"
+
+#include <map>
+#include <string>
+#include <vector>
 
 namespace surflect {
 
@@ -46,6 +51,18 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
   command.add_option("--cache-mb", options.cacheMegabytes, "memory for decoded blocks")
       ->capture_default_str()
       ->check(CLI::Range(size_t{0}, size_t{1} << 24));
+  std::vector<std::string> simd{"auto"};
+  for (const Simd supported : supportedSimd()) simd.emplace_back(nameOf(supported));
+  command
+      .add_option_function<std::string>(
+          "--simd",
+          [&options](const std::string& name) {
+            for (const Simd supported : supportedSimd())
+              if (name == nameOf(supported)) options.frame.splats.simd = supported;
+          },
+          "vector instructions; default: auto, the best that the processor has")
+      ->option_text("auto, scalar, avx2 or avx512")
+      ->check(CLI::IsMember(simd));
 }
 
 inline Json jsonOf(const ShadingStats& stats) {

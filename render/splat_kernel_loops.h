@@ -4,11 +4,11 @@
 #include "render/splat_kernels.h"
 
 #if defined(__AVX512F__)
-#include "render/lanes_avx512.h"
+#include "surfel/lanes_avx512.h"
 #elif defined(__AVX2__)
-#include "render/lanes_avx2.h"
+#include "surfel/lanes_avx2.h"
 #else
-#include "render/lanes_scalar.h"
+#include "surfel/lanes_scalar.h"
 #endif
 
 namespace surflect {

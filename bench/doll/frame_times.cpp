@@ -1,8 +1,8 @@
 #include "bench/doll/frame_times.h"
 
-#include "surfel/bounds.h"
-
 #include "bench/doll/spiral.h"
+#include "bench/splat/slow_coverage.h"
+#include "surfel/bounds.h"
 #include "surfel/file.h"
 #include "surfel/processor_time.h"
 #include "warp/deform.h"
@@ -18,10 +18,10 @@ namespace surflect {
 
 namespace {
 
-size_t contributionsOf(const Coverage& coverage) {
+// Pairs of pixel and surfel: the splatter does not store them, the plain one does.
+size_t contributionsOf(const Shot& shot, const Splats& splats) {
   size_t count = 0;
-  for (int y = 0; y < coverage.height; ++y)
-    for (int x = 0; x < coverage.width; ++x) count += coverage.at(x, y).size();
+  for (const auto& tile : slow::cover(shot.camera, splats, shot.options.splats).tiles) count += tile.size();
   return count;
 }
 
@@ -146,7 +146,7 @@ FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, s
   {
     const DeformedCloud deformed = deform(model.cloud, *shot.warp);
     const Sight sight = look(shot.camera, model.cloud, deformed, shot.options.splats);
-    counts.contributions = contributionsOf(sight.coverage);
+    counts.contributions = contributionsOf(shot, splatsOf(model.cloud, deformed));
     const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, shot.camera, shot.lights);
     ofViews = viewShare(model, batch, shot.options.shade, frames);
   }

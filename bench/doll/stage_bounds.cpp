@@ -16,11 +16,11 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
       // p0, r0 in; p, u, v, flag out. Frame of r0 20, warp with sine and cosine 60, its Jacobian on u0
       // and v0 50, handedness 20.
       {"warp", surfels * (24 + 37), surfels * 150},
-      // p, u, v, flag, radius, coverage in; for each contribution surfel and weight out, for each pixel where
-      // they begin, alpha, depth, area. Place and facing of every surfel 30, ellipse of those drawn 150,
-      // Gaussian, area and depth of a contribution 30.
-      {"splat", surfels * 45 + contributions * 8 + pixels * 20,
-       surfels * 30 + drawn * 150 + contributions * 30},
+      // p, u, v, flag, radius, coverage in; footprint (x, y, three of the ellipse, peak, three of the depth)
+      // of
+      // those visible out, for each pixel alpha, and up to where it shows splats. Place and facing of every
+      // surfel 30, ellipse of those drawn 150, ellipse, area and depth of a contribution 30.
+      {"splat", surfels * 45 + visible * 36 + pixels * 8, surfels * 30 + drawn * 150 + contributions * 30},
       // index, p, u, v, r0 in; directions to viewer and lights and irradiance out. Polar factor 60, R0 20,
       // L 45, direction to the viewer 25; to a light with its irradiance 40.
       {"queries", visible * (52 + 12 + 24 * lights), visible * (150 + 40 * lights)},
@@ -35,8 +35,9 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
       // channel each.
       {"look-up", real(counts.blockBytes) + pairs * 16 + visible * 12,
        lookups * rank * 6 + pairs * rank * 30},
-      // Contributions, where they begin, alpha and radiance in; RGBA out. A multiply-add a channel.
-      {"develop", contributions * 8 + pixels * (12 + 16) + visible * 12, contributions * 6},
+      // Footprint and radiance in, and what pixels have; RGBA out. Ellipse, Gaussian and depth of a contribution
+      // again 30: to store and read it would take as long as 100. A multiply-add a channel.
+      {"develop", visible * (36 + 12) + pixels * (8 + 16), contributions * (30 + 6)},
   };
 }
 

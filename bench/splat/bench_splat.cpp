@@ -74,7 +74,7 @@ int run(int rounds, int slowRounds) {
       const Coverage fast = cover(camera, splats, {.simd = simd});
       const double db = decibels(blend(fast, ofVisible(fast, doll.colors), 3), plainImage);
       fmt::print("  {} against plain: {:.1f} dB\n", nameOf(simd), db);
-      if (db < 50) return 1;
+      if (db < 100) return 1;
     }
     const std::vector<float> colors = ofVisible(seen, doll.colors);
     for (const size_t threads : {size_t{1}, size_t{2}}) {

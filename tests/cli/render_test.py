@@ -46,6 +46,21 @@ class Render(TestInFolder):
                     self.render(name, "--threads", threads, "--cache-mb", megabytes)
                     self.assertEqual(content(self.folder / name), self.film)
 
+    def test_vector_instructions_can_be_chosen(self):
+        self.render("auto", "--simd", "auto")
+        self.assertEqual(content(self.folder / "auto"), self.film)
+        result = run("render", self.script, "-o", self.folder / "none", "--simd", "sse9")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--simd: sse9 not in {auto,scalar", result.stderr)
+        plain, best = (succeed("evaluate", self.model, self.capture, "--simd", simd) for simd in ("scalar", "auto"))
+        self.assertAlmostEqual(plain["psnr_linear_db"], best["psnr_linear_db"], delta=0.001)
+
+    def test_frames_of_other_vector_instructions_are_not_kept(self):
+        self.render("mixed", "--simd", "scalar")
+        self.assertIn(b" simd scalar ", content(self.folder / "mixed")[FRAMES[0]])
+        kept = 3 - len(self.render("mixed", "--resume")["frames"])
+        self.assertEqual(kept, 3 if b" simd scalar " in self.film[FRAMES[0]] else 0)
+
     def test_a_part_of_the_film_is_the_same_as_in_the_whole(self):
         self.render("part", "--frames", "2-3")
         self.assertEqual(content(self.folder / "part"), {name: self.film[name] for name in FRAMES[2:]})
