@@ -36,7 +36,7 @@ struct Layer {
   float alpha; // of the pixel up to here, less that before
 };
 
-// Sorts the fragments of one pixel into layers, nearest first, down to the one that fills it.
+// Divides the fragments of one pixel, nearest first, into layers, down to the one that fills it.
 //
 // A layer ends where the depth interval of the next fragment no longer touches the ones so far. Areas are
 // parts of one pixel, so those of layers add up: with S_k the area of layers 1 to k, layer k is given
@@ -44,10 +44,7 @@ struct Layer {
 // shared among its fragments by weight. A surface behind an edge fills exactly what the edge leaves open, and
 // a surface that falls apart into two layers (grazing, creased or noisy) still adds up to 1. The usual
 // alpha_k (1 - alpha) would let the background through there.
-void layersOf(std::vector<Fragment>& fragments, std::vector<Layer>& layers) {
-  std::ranges::sort(fragments, [](const Fragment& a, const Fragment& b) {
-    return a.order != b.order ? a.order < b.order : a.splat < b.splat;
-  });
+void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers) {
   layers.clear();
   float area = 0, alpha = 0;
   for (size_t begin = 0, end; begin < fragments.size() && alpha < 1; begin = end) {
@@ -64,7 +61,7 @@ void layersOf(std::vector<Fragment>& fragments, std::vector<Layer>& layers) {
   }
 }
 
-// Lists longer than this are sorted.
+// More fragments than this in a pixel are not compared each with each.
 constexpr size_t kManyFragments = 2048;
 
 float weightAt(const TileSplat& s, float x, float y) {
@@ -75,25 +72,52 @@ float weightAt(const TileSplat& s, float x, float y) {
 // Reused from tile to tile.
 struct Scratch {
   std::vector<float> orders, areas, tolerances; // BlockFragments
-  std::vector<float> ofPixel;                   // its fragments
-  std::vector<uint8_t> seen;                    // splats of a tile
-  std::vector<Fragment> fragments;              // of a pixel
+  std::vector<uint32_t> reached;
+  std::vector<float> ofPixel;      // PixelFragments
+  std::vector<uint8_t> seen;       // splats of a tile
+  std::vector<Fragment> fragments; // of a pixel
   std::vector<Layer> layers;
+
+  BlockFragments blockFragments(size_t count) {
+    if (tolerances.size() < count + kLanes) {
+      tolerances.resize(2 * count + kLanes);
+      reached.resize(tolerances.size());
+      orders.resize(tolerances.size() * kLanes);
+      areas.resize(tolerances.size() * kLanes);
+      ofPixel.resize(4 * (tolerances.size() + kLanes));
+    }
+    return {orders.data(), areas.data(), tolerances.data(), reached.data()};
+  }
+  PixelFragments pixelFragments() {
+    const size_t room = ofPixel.size() / 4;
+    const auto part = [&](size_t i) { return &ofPixel[i * room]; };
+    return {part(0), part(1), part(2), part(3)};
+  }
 };
+
+// The fragments of a pixel, nearest first; those of one depth in the order of the block's list.
+void sortPixel(const SplatKernels& kernels, const TileLists& lists, int block, int lane, uint32_t count,
+               const BlockFragments& ofBlock, const PixelFragments& pixel, std::vector<Fragment>& sorted) {
+  constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
+  sorted.assign(count, {0, 0, 0, none});
+  const bool ranked = count <= kManyFragments;
+  if (ranked) kernels.rankPixel(count, pixel);
+  const uint32_t begin = lists.begin[block];
+  for (uint32_t i = 0, entry = 0; i < count; ++entry) {
+    if ((ofBlock.reached[entry] >> lane & 1) == 0) continue;
+    auto place = ranked ? static_cast<uint32_t>(pixel.work[i]) : i;
+    while (sorted[place].splat != none) ++place; // taken by one of the same depth
+    sorted[place] = {pixel.order[i], pixel.tolerance[i], pixel.area[i], lists.list[begin + entry]};
+    ++i;
+  }
+  if (!ranked) std::ranges::stable_sort(sorted, {}, &Fragment::order);
+}
 
 // The layers of a pixel that the kernel left open: a single one goes to `block`, more to the tile.
 void resolvePixel(CoverageTile& tile, int block, int lane, Scratch& scratch, BlockLayers& layers) {
   const TileLists& lists = tile.lists;
-  scratch.fragments.clear();
-  for (uint32_t i = lists.begin[block]; i < lists.end[block]; ++i) {
-    const size_t at = static_cast<size_t>(i - lists.begin[block]) * kLanes + static_cast<size_t>(lane);
-    const float order = scratch.orders[at];
-    if (!(order < kInfinity)) continue;
-    scratch.fragments.push_back(
-        {order, scratch.tolerances[i - lists.begin[block]], scratch.areas[at], tile.list[i]});
-  }
   const std::vector<Fragment>& fragments = scratch.fragments;
-  layersOf(scratch.fragments, scratch.layers);
+  layersOf(fragments, scratch.layers);
 
   float area = 0;
   size_t visibleLayers = 0;
@@ -185,24 +209,19 @@ void coverTile(const SplatKernels& kernels, size_t index, Scratch& scratch, Cove
     float* limits = &tile.limits[static_cast<size_t>(block) * kLanes];
     const size_t count = lists.end[block] - lists.begin[block];
     if (count == 0) continue;
-    if (scratch.tolerances.size() < count + kLanes) {
-      scratch.tolerances.resize(2 * count + kLanes);
-      scratch.orders.resize(scratch.tolerances.size() * kLanes);
-      scratch.areas.resize(scratch.tolerances.size() * kLanes);
-      scratch.ofPixel.resize(4 * (scratch.tolerances.size() + 2 * kLanes));
-    }
-    const BlockFragments fragments{scratch.orders.data(), scratch.areas.data(), scratch.tolerances.data()};
+    const BlockFragments fragments = scratch.blockFragments(count);
+    const PixelFragments ofPixel = scratch.pixelFragments();
     BlockLayers layers;
     kernels.resolveBlock(lists, block, frame.width, frame.height, fragments, layers);
     for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
-      const bool done =
-          count <= kManyFragments &&
-          kernels.firstLayer(static_cast<uint32_t>(count), lane, fragments, scratch.ofPixel.data(), layers);
-      if (!done) resolvePixel(tile, block, lane, scratch, layers);
+      const uint32_t n = kernels.gatherPixel(static_cast<uint32_t>(count), lane, fragments, ofPixel);
+      if (n <= kManyFragments && kernels.firstLayer(n, ofPixel, lane, layers)) continue;
+      sortPixel(kernels, lists, block, lane, n, fragments, ofPixel, scratch.fragments);
+      resolvePixel(tile, block, lane, scratch, layers);
     }
     std::copy_n(layers.limit, kLanes, limits);
-    kernels.keepSeen(lists, block, scratch.orders.data(), limits, scratch.seen.data());
+    kernels.keepSeen(lists, block, fragments, limits, scratch.seen.data());
     forRows(coverage, frame, block, [&](size_t lane, size_t pixel, size_t pixels) {
       for (size_t i = 0; i < pixels; ++i) {
         coverage.alpha[pixel + i] = layers.alpha[lane + i];

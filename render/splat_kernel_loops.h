@@ -69,6 +69,8 @@ inline Triples takeTriples(const float* from, int count) {
 inline int ones(Mask m) { return __builtin_popcount(bitsOf(m)); }
 inline Lanes absolute(Lanes a) { return max(a, broadcast(0) - a); }
 
+inline uint32_t roundedUp(uint32_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
+
 // The first `count` lanes.
 inline Mask firstLanes(int count) {
   float lane[kLanes];
@@ -284,21 +286,25 @@ void listBlocksLoop(TileLists& tile) {
     --counts[s.blockY1 * stride + s.blockX0];
     ++counts[s.blockY1 * stride + s.blockX1];
   }
-  uint32_t begin = 0;
+  uint32_t begin = 0, ends[kBlocks];
   for (int y = 0; y < kBlocksPerRow; ++y) {
     int32_t rowSum = 0; // down to this row, left of and at the block
     for (int x = 0; x < kBlocksPerRow; ++x) {
       if (y > 0) counts[y * stride + x] += counts[(y - 1) * stride + x];
       rowSum += counts[y * stride + x];
-      tile.begin[y * kBlocksPerRow + x] = tile.end[y * kBlocksPerRow + x] = begin;
+      tile.begin[y * kBlocksPerRow + x] = ends[y * kBlocksPerRow + x] = begin;
       begin += static_cast<uint32_t>(rowSum);
     }
   }
-  for (uint32_t i = 0; i < tile.count; ++i) {
+  uint32_t* list = tile.list;
+  const uint32_t count = tile.count;
+  for (uint32_t i = 0; i < count; ++i) {
     const TileSplat& s = tile.splats[i];
-    for (int y = s.blockY0; y < s.blockY1; ++y)
-      for (int x = s.blockX0; x < s.blockX1; ++x) tile.list[tile.end[y * kBlocksPerRow + x]++] = i;
+    const int x0 = s.blockX0, x1 = s.blockX1, y1 = s.blockY1;
+    for (int y = s.blockY0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) list[ends[y * kBlocksPerRow + x]++] = i;
   }
+  __builtin_memcpy(tile.end, ends, sizeof ends);
 }
 
 // Pixel centres of a block, from the middle of its tile.
@@ -373,8 +379,10 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height,
     total = total + area;
     nearestEnd = minWhere(in, nearestEnd, order + broadcast(s.tolerance));
     farthestFront = maxWhere(in, farthestFront, order - broadcast(s.tolerance));
-    store(orders + kLanes * i, select(in, order, infinite));
+    const Lanes there = select(in, order, infinite);
+    store(orders + kLanes * i, there);
     store(areas + kLanes * i, area);
+    fragments.reached[i] = bitsOf(there < infinite);
     tolerances[i] = s.tolerance;
   }
 
@@ -456,27 +464,39 @@ void resolveBlockLoop(const TileLists& tile, int block, int width, int height,
   store(out.limit, select(covered, limit, zero - infinite));
 }
 
-// layersOf in coverage.cpp for the first layer, each fragment compared with each.
-bool firstLayerLoop(uint32_t count, int lane, const BlockFragments& fragments, float* scratch,
-                    BlockLayers& out) {
-  const Lanes infinite = broadcast(kInfinity), zero = broadcast(0);
-  const uint32_t room = count + 2 * kLanes; // each may write kLanes past what it keeps
-  float *order = scratch, *tolerance = order + room, *area = tolerance + room, *ends = area + room;
+uint32_t gatherPixelLoop(uint32_t count, int lane, const BlockFragments& from, const PixelFragments& to) {
   uint32_t n = 0;
   for (uint32_t i = 0; i < count; i += kLanes) {
-    const Lanes orders = loadColumn(fragments.orders + kLanes * i + lane);
-    const Mask in = firstLanes(static_cast<int>(count - i)) & (orders < infinite);
-    storeCompressed(order + n, in, orders);
-    storeCompressed(area + n, in, loadColumn(fragments.areas + kLanes * i + lane));
-    storeCompressed(tolerance + n, in, load(fragments.tolerances + i));
+    const Lanes orders = loadColumn(from.orders + kLanes * i + lane);
+    const Mask in = firstLanes(static_cast<int>(count - i)) & (orders < broadcast(kInfinity));
+    storeCompressed(to.order + n, in, orders);
+    storeCompressed(to.area + n, in, loadColumn(from.areas + kLanes * i + lane));
+    storeCompressed(to.tolerance + n, in, load(from.tolerances + i));
     n += static_cast<uint32_t>(ones(in));
   }
-  const uint32_t padded = (n + kLanes - 1) / kLanes * kLanes;
-  for (uint32_t i = n; i < padded; ++i) {
-    order[i] = kInfinity;
-    area[i] = tolerance[i] = 0;
+  for (uint32_t i = n; i < roundedUp(n); ++i) {
+    to.order[i] = kInfinity;
+    to.area[i] = to.tolerance[i] = 0;
   }
+  return n;
+}
 
+void rankPixelLoop(uint32_t n, const PixelFragments& pixel) {
+  const Lanes one = broadcast(1);
+  for (uint32_t i = 0; i < n; i += kLanes) {
+    const Lanes here = load(pixel.order + i);
+    Lanes rank = broadcast(0);
+    for (uint32_t j = 0; j < n; ++j) rank = addWhere(broadcast(pixel.order[j]) < here, rank, one);
+    store(pixel.work + i, rank);
+  }
+}
+
+// layersOf in coverage.cpp for the first layer, each fragment compared with each.
+bool firstLayerLoop(uint32_t n, const PixelFragments& pixel, int lane, BlockLayers& out) {
+  const Lanes infinite = broadcast(kInfinity), zero = broadcast(0);
+  const float *order = pixel.order, *tolerance = pixel.tolerance, *area = pixel.area;
+  float* ends = pixel.work;
+  const uint32_t padded = roundedUp(n);
   for (uint32_t i = 0; i < padded; i += kLanes) {
     const Lanes here = load(order + i);
     Lanes before = zero;
@@ -511,18 +531,25 @@ bool firstLayerLoop(uint32_t count, int lane, const BlockFragments& fragments, f
   return true;
 }
 
-void keepSeenLoop(TileLists& tile, int block, const float* orders, const float* limits, uint8_t* seen) {
-  const Lanes limit = load(limits);
-  const uint32_t begin = tile.begin[block], end = tile.end[block];
-  uint32_t kept = begin;
-  for (uint32_t i = begin; i < end; ++i) {
-    const uint32_t splat = tile.list[i];
-    const bool reaches = bitsOf(load(orders + kLanes * (i - begin)) < limit) != 0;
+void keepSeenLoop(TileLists& tile, int block, const BlockFragments& fragments, const float* limits,
+                  uint8_t* seen) {
+  const Lanes limit = load(limits), infinite = broadcast(kInfinity), zero = broadcast(0);
+  const uint32_t whole = bitsOf(infinite <= limit);                              // pixels that show all
+  const bool some = bitsOf((zero - infinite < limit) & (limit < infinite)) != 0; // or what is nearer
+  const uint32_t begin = tile.begin[block], count = tile.end[block] - begin;
+  uint32_t* list = tile.list + begin; // what is read through pointers would be read anew after each byte
+  const uint32_t* reached = fragments.reached;
+  const float* orders = fragments.orders;
+  uint32_t kept = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t splat = list[i];
+    bool reaches = (reached[i] & whole) != 0;
+    if (some) reaches |= bitsOf(load(orders + kLanes * i) < limit) != 0;
     seen[splat] = static_cast<uint8_t>(seen[splat] | (reaches ? 1 : 0));
-    tile.list[kept] = splat;
+    list[kept] = splat;
     kept += reaches ? 1 : 0;
   }
-  tile.end[block] = kept;
+  tile.end[block] = begin + kept;
 }
 
 // Calls add(splat of the tile, weights, orders) for each splat of a block's list.
@@ -565,8 +592,9 @@ void meanOrderLoop(const TileLists& tile, int block, const float* limits, float*
   store(out, sumOfOrders / select(zero < sum, sum, broadcast(1)));
 }
 
-constexpr SplatKernels kernelsOfTheseLanes{projectLoop,  listBlocksLoop, resolveBlockLoop, firstLayerLoop,
-                                           keepSeenLoop, blendBlockLoop, meanOrderLoop};
+constexpr SplatKernels kernelsOfTheseLanes{projectLoop,     listBlocksLoop, resolveBlockLoop,
+                                           gatherPixelLoop, firstLayerLoop, rankPixelLoop,
+                                           keepSeenLoop,    blendBlockLoop, meanOrderLoop};
 
 } // namespace
 } // namespace surflect

@@ -54,9 +54,17 @@ struct TileLists {
 };
 
 // What splats do in the pixels of a block: kLanes orders and areas for each entry of its list, infinity and 0
-// where the splat does not reach, and the tolerance. Room for kLanes entries more than the list has.
+// where the splat does not reach, a bit for each pixel that it reaches, and the tolerance. Room for kLanes
+// entries more than the list has.
 struct BlockFragments {
   float *orders, *areas, *tolerances;
+  uint32_t* reached;
+};
+
+// What splats do in one pixel, in the order of the block's list. Room for 2 kLanes more than that has.
+struct PixelFragments {
+  float *order, *tolerance, *area;
+  float* work; // of kernels
 };
 
 // The pixels of a block. Their first layer is all that is nearer than the limit, and all there is to them but
@@ -77,12 +85,16 @@ struct SplatKernels {
   // Fills the fragments. width, height: of the tile; there is nothing in pixels beyond.
   void (*resolveBlock)(const TileLists&, int block, int width, int height, const BlockFragments&,
                        BlockLayers&);
+  // The fragments of a pixel; returns how many. count: the length of the block's list.
+  uint32_t (*gatherPixel)(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
   // For an unresolved pixel: whether its first layer is all there is to it, and then its entries in `layers`.
-  // Time grows with the square of the list. scratch: 4 x (the list's length + 2 kLanes).
-  bool (*firstLayer)(uint32_t count, int lane, const BlockFragments&, float* scratch, BlockLayers& layers);
+  // Time grows with the square of the count.
+  bool (*firstLayer)(uint32_t count, const PixelFragments&, int lane, BlockLayers& layers);
+  // How many fragments are nearer than each, as numbers in `work`. Time as above.
+  void (*rankPixel)(uint32_t count, const PixelFragments&);
   // Marks seen[splat of the tile] of those with an order below a limit; drops the others from the block's
   // list.
-  void (*keepSeen)(TileLists&, int block, const float* orders, const float* limits, uint8_t* seen);
+  void (*keepSeen)(TileLists&, int block, const BlockFragments&, const float* limits, uint8_t* seen);
   // Sums of three values per splat of the tile, `values` being four apart, over the fragments below the
   // limits, weighted to sum to alpha. out: 3 x kLanes.
   void (*blendBlock)(const TileLists&, int block, const float* limits, const float* alpha,
