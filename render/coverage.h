@@ -66,8 +66,8 @@ struct Coverage {
 // back, each taking of it what those in front have left (see layersOf in the source). An interior pixel
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
 // Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes a splat, 64 for each tile it
-// touches and 4 for each block, 16 bytes a pixel, and for each thread 128 bytes for each splat over one
-// block.
+// touches and 4 for each block, 16 bytes a pixel, and for each thread up to 300 bytes for each splat over
+// one block.
 Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
                const Progress& progress = {});
 
