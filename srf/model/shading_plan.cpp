@@ -1,11 +1,13 @@
 #include "srf/model/shading_plan.h"
 
 #include "srf/model/view_penalties.h"
+#include "srf/query/candidate_sieve.h"
 #include "srf/query/foreshortening.h"
 #include "srf/query/ulr.h"
 #include "surfel/bounds.h"
 #include "surfel/error.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -31,11 +33,28 @@ Rgb colorOf(uint32_t index) {
 float brightness(Rgb light) { return light.r + light.g + light.b; }
 
 // Towards each light of the rig from the middle of the cloud.
-std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const Model& model) {
-  const auto middle = middleOf(model.cloud.p0);
+std::vector<Direction3<AcquisitionSpace, double>>
+lightDirections(const Model& model, const Point3<AcquisitionSpace, double>& middle) {
   std::vector<Direction3<AcquisitionSpace, double>> directions;
   for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, middle));
   return directions;
+}
+
+bool isDirectional(const Light& light) { return std::holds_alternative<DirectionalLight>(light.kind); }
+
+std::vector<Source> sourcesOf(std::span<const Light> lights) {
+  std::vector<Source> sources;
+  for (const Light& light : lights) {
+    const auto* point = std::get_if<PointLight>(&light.kind);
+    sources.push_back({point ? point->position.raw() : towardsLight(light, {}).raw(), !point});
+  }
+  return sources;
+}
+
+std::vector<Rgb> colors(size_t count) {
+  std::vector<Rgb> all;
+  for (uint32_t i = 0; i < count; ++i) all.push_back(colorOf(i));
+  return all;
 }
 
 struct PlannedOp {
@@ -48,11 +67,14 @@ struct PlannedOp {
 // Plans one query after the other; holds what it would otherwise allocate anew.
 class Planner {
 public:
-  Planner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
-          const ShadeOptions& options)
-      : model_(model), coverage_(coverage), batch_(batch), options_(options), views_(model, options.nearest),
-        lightBlending_(lightBlend(model, options)), towardsRigLight_(model.rig.lights.size()),
-        rigIrradiance_(towardsRigLight_.size()), lightPenalty_(towardsRigLight_.size()),
+  Planner(const Model& model, const Point3<AcquisitionSpace, double>& middle, const LightCoverage& coverage,
+          const QueryBatch& batch, const ShadeOptions& options)
+      : model_(model), coverage_(coverage), batch_(batch), options_(options),
+        views_(model, middle, options.nearest, options.simd), lightBlending_(lightBlend(model, options)),
+        lightSieve_(sourcesOf(model.rig.lights), middle.raw(), options.simd),
+        viewColor_(colors(model.rig.views.size())), lightColor_(colors(model.rig.lights.size())),
+        towardsRigLight_(model.rig.lights.size()), rigIrradiance_(towardsRigLight_.size()),
+        facedFrom_(towardsRigLight_.size(), kNowhere), lightPenalty_(towardsRigLight_.size()),
         row_(towardsRigLight_.size()), share_(towardsRigLight_.size()), cosine_(towardsRigLight_.size()) {
     for (const auto& lights : model.columns) {
       firstPair_.push_back(pairs_);
@@ -65,13 +87,8 @@ public:
   void plan(size_t query, ShadingPlan& plan) {
     const uint32_t surfel = batch_.surfels[query];
     p0_ = model_.cloud.p0[surfel].cast<double>();
-    for (size_t light = 0; light < towardsRigLight_.size(); ++light) {
-      const Light& captured = model_.rig.lights[light];
-      towardsRigLight_[light] = towardsLight(captured, p0_).cast<float>();
-      rigIrradiance_[light] = irradianceAt(captured, p0_);
-    }
+    query_ = query;
     cameraBlend_ = lightBlend_ = {};
-    if (!views_.rate(surfel, batch_.towardsView[query])) ++plan.unseen;
     if (model_.rig.lights.empty())
       planFixedIllumination(query, plan);
     else if (model_.isFullProduct)
@@ -90,16 +107,37 @@ public:
   }
 
 private:
+  static constexpr size_t kNowhere = std::numeric_limits<size_t>::max(), kEverywhere = kNowhere - 1;
+
+  // Direction to a light of the rig, and its irradiance, at the current query.
+  void face(uint32_t light) {
+    if (facedFrom_[light] == query_ || facedFrom_[light] == kEverywhere) return;
+    const Light& captured = model_.rig.lights[light];
+    towardsRigLight_[light] = towardsLight(captured, p0_).cast<float>();
+    rigIrradiance_[light] = irradianceAt(captured, p0_);
+    facedFrom_[light] = isDirectional(captured) ? kEverywhere : query_;
+  }
+  void faceAll() {
+    for (uint32_t light = 0; light < facedFrom_.size(); ++light) face(light);
+  }
+
+  // The cameras that are blended for a query, without regard to lights.
+  BlendSet blendViews(size_t query, ShadingPlan& plan) {
+    const auto [blend, isSeen] =
+        views_.blend(batch_.surfels[query], batch_.towardsView[query], blended(options_.cameras));
+    if (!isSeen) ++plan.unseen;
+    for (const auto& [view, weight] : blend) cameraBlend_ = cameraBlend_ + weight * viewColor_[view];
+    return blend;
+  }
+
   // How many are blended.
   size_t blended(size_t wanted) const { return options_.nearest ? 1 : wanted; }
 
   void planFixedIllumination(size_t query, ShadingPlan& plan) {
     const auto row = static_cast<uint32_t>(plan.rows.size());
     plan.rows.push_back({0, {1, 1, 1}});
-    for (const auto& [view, weight] : views_.blend(blended(options_.cameras))) {
+    for (const auto& [view, weight] : blendViews(query, plan))
       ops_.push_back({query, view, weight, row, row + 1});
-      cameraBlend_ = cameraBlend_ + weight * colorOf(view);
-    }
   }
 
   // Cameras and lights apart. All cameras hold the same lights, so they share a row.
@@ -107,15 +145,14 @@ private:
     const auto rowBegin = static_cast<uint32_t>(plan.rows.size());
     foldLights(query, plan.rows);
     const auto rowEnd = static_cast<uint32_t>(plan.rows.size());
-    for (const auto& [view, weight] : views_.blend(blended(options_.cameras))) {
+    for (const auto& [view, weight] : blendViews(query, plan))
       ops_.push_back({query, view, weight, rowBegin, rowEnd});
-      cameraBlend_ = cameraBlend_ + weight * colorOf(view);
-    }
   }
 
   // Adds a row: all lights of the query, each spread over its nearest captured lights.
   void foldLights(size_t query, std::vector<LightWeight>& rows) {
     std::ranges::fill(row_, Rgb{});
+    lightSieve_.lookFrom(p0_.raw());
     if (lightBlending_.foreshortened) faceLights(batch_.surfels[query]);
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
@@ -125,7 +162,7 @@ private:
       for (const auto& [light, weight] : blend) {
         row_[light] =
             row_[light] + factor * weight * irradianceRatio(batch_.irradiance[entry], rigIrradiance_[light]);
-        lightBlend_ = lightBlend_ + weight / static_cast<float>(targets()) * colorOf(light);
+        lightBlend_ = lightBlend_ + weight / static_cast<float>(targets()) * lightColor_[light];
       }
     }
     for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(query, e);
@@ -134,6 +171,7 @@ private:
   }
 
   void faceLights(uint32_t surfel) {
+    faceAll();
     normal_ = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model_.cloud.r0[surfel]).col(2));
     for (size_t light = 0; light < cosine_.size(); ++light)
       cosine_[light] = foreshortenedCosine(normal_, towardsRigLight_[light]);
@@ -144,6 +182,7 @@ private:
     const QueryEnvironment& environment = batch_.environments[e];
     const auto& acquisitionFromEnvironment = turnOf(query, e);
     std::ranges::fill(share_, Eigen::Array4f::Zero());
+    if (environment.table) faceAll();
     const Foreshortened surface{normal_, cosine_};
     if (environment.table)
       environment.table->spread(environment.lights, acquisitionFromEnvironment, share_,
@@ -161,13 +200,18 @@ private:
       if (share_[light][3] == 0) continue; // also where the environment is dark, and nothing a share of it
       const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
       row_[light] = row_[light] + irradianceRatio(environment.strength * share, rigIrradiance_[light]);
-      lightBlend_ = lightBlend_ + blendShare(share_[light][3], e) * colorOf(light);
+      lightBlend_ = lightBlend_ + blendShare(share_[light][3], e) * lightColor_[light];
     }
   }
 
-  BlendSet blendLights(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) const {
-    return blendOfLights(towardsRigLight_, towards, lightBlending_, coverage_,
-                         options_.nearest ? Uncovered::extrapolate : uncovered);
+  BlendSet blendLights(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) {
+    NearestCandidates nearest(lightBlending_.lights);
+    for (const uint32_t light : lightSieve_.nearest(towards, lightBlending_.lights + 1)) {
+      face(light);
+      nearest.offer({light, anglePenalty(towardsRigLight_[light], towards)});
+    }
+    return blendOfNearest(nearest, towardsRigLight_, towards, lightBlending_, coverage_,
+                          options_.nearest ? Uncovered::extrapolate : uncovered);
   }
 
   // What the radiance under the blended lights is multiplied by.
@@ -194,6 +238,8 @@ private:
 
   // Camera and light chosen together, by the sum of their penalties.
   void planPairs(size_t query, ShadingPlan& plan) {
+    faceAll();
+    if (!views_.rate(batch_.surfels[query], batch_.towardsView[query])) ++plan.unseen;
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
       const float covered = ratePairs(batch_.towardsLight[entry], uncoveredOf(l));
@@ -205,8 +251,8 @@ private:
         // Each pair is an operation of its own.
         ops_.push_back({query * targets() + l, view, weight, row, row + 1});
         const float share = weight / static_cast<float>(targets());
-        cameraBlend_ = cameraBlend_ + share * colorOf(view);
-        lightBlend_ = lightBlend_ + covered * share * colorOf(light);
+        cameraBlend_ = cameraBlend_ + share * viewColor_[view];
+        lightBlend_ = lightBlend_ + covered * share * lightColor_[light];
       }
     }
     for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironmentPairs(query, e, plan);
@@ -236,11 +282,11 @@ private:
         plan.rows.push_back(
             {column,
              1 / weight * irradianceRatio(environment.strength * share, rigIrradiance_[lights[column]])});
-        lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * colorOf(lights[column]);
+        lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * lightColor_[lights[column]];
       }
       ops_.push_back({query * targets() + batch_.lights + e, view, weight, rowBegin,
                       static_cast<uint32_t>(plan.rows.size())});
-      cameraBlend_ = cameraBlend_ + blendShare(brightnessOfView, e) * colorOf(view);
+      cameraBlend_ = cameraBlend_ + blendShare(brightnessOfView, e) * viewColor_[view];
     }
   }
 
@@ -281,8 +327,11 @@ private:
   const ShadeOptions& options_;
   ViewPenalties views_; // of the current query
   LightBlend lightBlending_;
+  CandidateSieve lightSieve_;
+  std::vector<Rgb> viewColor_, lightColor_;
   std::vector<Direction3<AcquisitionSpace>> towardsRigLight_; // from the current query
   std::vector<Rgb> rigIrradiance_;                            // there
+  std::vector<size_t> facedFrom_;   // per light of the rig: the query that the last two are of
   std::vector<float> lightPenalty_; // per light of the rig, of the current direction
   std::vector<size_t> firstPair_;   // per view; the pairs of a view are its columns
   size_t pairs_ = 0;
@@ -292,6 +341,7 @@ private:
   std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened
   std::vector<Rgb> pairShare_;        // per pair, what it takes over
   std::vector<PlannedOp> ops_;
+  size_t query_ = 0;
   Point3<AcquisitionSpace, double> p0_;
   Normal3<AcquisitionSpace> normal_;
   Rgb cameraBlend_, lightBlend_;
@@ -325,14 +375,13 @@ LightBlend lightBlend(const Model& model, const ShadeOptions& options) {
           options.foreshortened.value_or(model.lightBlend.foreshortened)};
 }
 
-double lightSpacing(const Model& model) { return LightCoverage(lightDirections(model)).spacing(); }
+double lightSpacing(const Model& model) {
+  return LightCoverage(lightDirections(model, middleOf(model.cloud.p0))).spacing();
+}
 
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered) {
-  const auto isDirectional = [](const Light& light) {
-    return std::holds_alternative<DirectionalLight>(light.kind);
-  };
   if (!model.isFullProduct || !std::ranges::all_of(model.rig.lights, isDirectional)) return std::nullopt;
-  return LightTable(lightDirections(model), lightBlend(model, options),
+  return LightTable(lightDirections(model, middleOf(model.cloud.p0)), lightBlend(model, options),
                     options.nearest ? Uncovered::extrapolate : uncovered);
 }
 
@@ -354,12 +403,15 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
                           model.rig.lights.empty() ? "fixed illumination" : "pairs of cameras and lights")
         .at("foreshortening on")
         .in(model.folder);
-  const LightCoverage coverage(lightDirections(model));
+  const auto middle = middleOf(model.cloud.p0);
+  const LightCoverage coverage(lightDirections(model, middle));
   const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
   std::vector<ShadingPlan> parts(tasks);
+  tbb::enumerable_thread_specific<Planner> planners(
+      [&] { return Planner(model, middle, coverage, batch, options); });
   tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
     progress.checkpoint();
-    Planner planner(model, coverage, batch, options);
+    Planner& planner = planners.local();
     const size_t end = std::min(batch.size(), (task + 1) * kQueriesPerTask);
     for (size_t query = task * kQueriesPerTask; query < end; ++query) planner.plan(query, parts[task]);
   });

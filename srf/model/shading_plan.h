@@ -5,6 +5,7 @@
 #include "srf/model/model.h"
 #include "srf/model/query_batch.h"
 #include "srf/store/shading_queue.h"
+#include "surfel/simd.h"
 
 #include <cstddef>
 #include <optional>
@@ -22,6 +23,7 @@ struct ShadeOptions {
   // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
   // without any fading.
   bool nearest = false;
+  Simd simd = bestSimd(); // all give the same bits
 };
 
 // What the options say, or else the model.

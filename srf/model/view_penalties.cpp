@@ -4,12 +4,30 @@ namespace surflect {
 
 namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+std::vector<Source> sourcesOf(const Model& model) {
+  std::vector<Source> sources;
+  for (const auto& [identity, camera] : model.rig.views) {
+    const bool isDistant = camera.lens.model == Lens::Model::orthographic;
+    const Vec3<double> backwards = Viewpoint(camera).towards(camera.center()).raw();
+    sources.push_back({isDistant ? backwards : camera.center().raw(), isDistant});
+  }
+  return sources;
 }
 
-ViewPenalties::ViewPenalties(const Model& model, bool nearest)
-    : model_(model), nearest_(nearest), penalty_(model.rig.views.size()), anglePenalty_(penalty_),
-      standInScale_(penalty_) {
+} // namespace
+
+ViewPenalties::ViewPenalties(const Model& model, const Point3<AcquisitionSpace, double>& middle, bool nearest,
+                             Simd simd)
+    : model_(model), nearest_(nearest), sieve_(sourcesOf(model), middle.raw(), simd),
+      penalty_(model.rig.views.size()), anglePenalty_(penalty_), standInScale_(penalty_) {
   for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
+}
+
+float ViewPenalties::penaltyOf(size_t view, const Point3<AcquisitionSpace, double>& p0, uint8_t fade,
+                               const Direction3<AcquisitionSpace>& towardsView) const {
+  const float penalty = anglePenalty(viewpoints_[view].towards(p0).cast<float>(), towardsView);
+  return nearest_ ? penalty : penalty / ViewFades::decode(fade);
 }
 
 bool ViewPenalties::rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
@@ -19,8 +37,7 @@ bool ViewPenalties::rate(uint32_t surfel, const Direction3<AcquisitionSpace>& to
   for (size_t view = 0; view < penalty_.size(); ++view) {
     penalty_[view] = standInScale_[view] = kInfinity;
     if (fades[view] == 0) continue;
-    const float penalty = anglePenalty(viewpoints_[view].towards(p0).cast<float>(), towardsView);
-    penalty_[view] = nearest_ ? penalty : penalty / ViewFades::decode(fades[view]);
+    penalty_[view] = penaltyOf(view, p0, fades[view], towardsView);
     best = std::min(best, penalty_[view]);
   }
   if (best == kInfinity || (best > kStandInFrom && !nearest_)) rateStandIns(surfel, towardsView);
@@ -42,10 +59,21 @@ void ViewPenalties::rateStandIns(uint32_t surfel, const Direction3<AcquisitionSp
   }
 }
 
-BlendSet ViewPenalties::blend(size_t count) const {
+ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
+                                          size_t count) {
+  const auto p0 = model_.cloud.p0[surfel].cast<double>();
+  const auto fades = model_.fades.of(surfel);
   NearestCandidates nearest(count);
-  for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, with(view, 0)});
-  return ulrWeights(nearest);
+  sieve_.lookFrom(p0.raw());
+  for (const uint32_t view : sieve_.nearest(towardsView, count + 1, fades, !nearest_))
+    nearest.offer({view, penaltyOf(view, p0, fades[view], towardsView)});
+  const auto best = nearest.sorted();
+  if (!best.empty() && (best[0].penalty <= kStandInFrom || nearest_)) return {ulrWeights(nearest), true};
+
+  const bool isSeen = rate(surfel, towardsView);
+  NearestCandidates all(count);
+  for (uint32_t view = 0; view < penalty_.size(); ++view) all.offer({view, with(view, 0)});
+  return {ulrWeights(all), isSeen};
 }
 
 } // namespace surflect

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "srf/model/model.h"
+#include "srf/query/candidate_sieve.h"
 #include "srf/query/stand_in.h"
 #include "srf/query/ulr.h"
 
@@ -15,30 +16,37 @@ namespace surflect {
 // Rates one query after the other; holds what it would otherwise allocate anew.
 class ViewPenalties {
 public:
-  // `nearest`: penalties are those of the angle alone, without any fading.
-  ViewPenalties(const Model& model, bool nearest);
+  // `middle` of the cloud. `nearest`: penalties are those of the angle alone, without any fading.
+  ViewPenalties(const Model& model, const Point3<AcquisitionSpace, double>& middle, bool nearest, Simd simd);
 
   // Penalty over fade of every view, so that a view which fades leaves the blend without a jump. Where none
   // is left that sees the surfel well, others stand in; returns false where none sees it at all.
   bool rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
 
-  // Of a view with a light of the given penalty, or with all of them alike; infinite where it must not be
-  // asked.
+  // The weights of the `count` best, of all views that rate would rate. Also says what rate returns.
+  struct Rated {
+    BlendSet blend;
+    bool isSeen = false;
+  };
+  Rated blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView, size_t count);
+
+  // Of a rated view with a light of the given penalty, or with all of them alike; infinite where it must not
+  // be asked.
   float with(size_t view, float lightPenalty) const {
     const float own = penalty_[view] + lightPenalty;
     if (standInScale_[view] == std::numeric_limits<float>::infinity()) return own;
     return std::min(own, standInPenalty(anglePenalty_[view] + lightPenalty, standInScale_[view]));
   }
 
-  // The weights of the `count` best.
-  BlendSet blend(size_t count) const;
-
 private:
+  float penaltyOf(size_t view, const Point3<AcquisitionSpace, double>& p0, uint8_t fade,
+                  const Direction3<AcquisitionSpace>& towardsView) const;
   void rateStandIns(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
 
   const Model& model_;
   const bool nearest_;
   std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
+  CandidateSieve sieve_;
   // Per view, of the current query; the scale is infinite where the view does not stand in, and without it
   // the angle has no meaning.
   std::vector<float> penalty_, anglePenalty_, standInScale_;

@@ -44,6 +44,13 @@ BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
   NearestCandidates nearest(how.lights);
   for (uint32_t light = 0; light < lights.size(); ++light)
     nearest.offer({light, anglePenalty(lights[light], towards)});
+  return blendOfNearest(nearest, lights, towards, how, coverage, uncovered);
+}
+
+BlendSet blendOfNearest(const NearestCandidates& nearest,
+                        std::span<const Direction3<AcquisitionSpace>> lights,
+                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                        const LightCoverage& coverage, Uncovered uncovered) {
   BlendSet blend = ulrWeights(nearest);
   const float covered = coverage.at(nearest.sorted()[0].penalty);
   if (how.fit == LightFit::plane) lean(blend, lights, towards, covered);

@@ -41,4 +41,10 @@ BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                        const LightCoverage& coverage, Uncovered uncovered);
 
+// The same of the nearest how.lights + 1 by anglePenalty; at least one.
+BlendSet blendOfNearest(const NearestCandidates& nearest,
+                        std::span<const Direction3<AcquisitionSpace>> lights,
+                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                        const LightCoverage& coverage, Uncovered uncovered);
+
 } // namespace surflect
