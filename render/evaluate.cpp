@@ -172,7 +172,7 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
       const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress);
       const auto rendered = [&](const ShadeOptions& shadeOptions) {
-        return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats, progress));
+        return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats, progress).radiance);
       };
       const auto baseline = [&](Baseline kind) {
         if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);

@@ -152,14 +152,12 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   clock.finish("splat");
   const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress);
   clock.finish("look-up");
-  const ShadingPlan plan = planShading(model, batch, options.shade, progress);
-  stats.unseen = plan.unseen;
-  clock.finish("ulr");
-  const auto radiance = shade(plan, cache, stats.shading, progress);
-  clock.finish("shade");
+  const Shaded shaded = shade(model, batch, options.shade, cache, stats.shading, progress,
+                              [&](std::string_view stage) { clock.finish(std::string(stage)); });
+  stats.unseen = shaded.unseen;
 
   Film film;
-  film.color = developRadiance(sight, radiance);
+  film.color = developRadiance(sight, shaded.radiance);
   const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
   const std::map<std::string_view, std::function<Image()>> layers{
       {"depth", [&] { return depthImage(sight.coverage); }},
@@ -170,9 +168,9 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
          });
        }},
       {"camera_blend",
-       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(plan.cameraBlend[i]); }); }},
+       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(shaded.cameraBlend[i]); }); }},
       {"light_blend",
-       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(plan.lightBlend[i]); }); }},
+       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(shaded.lightBlend[i]); }); }},
       {"stretch", [&] {
          return developEach(sight, 1, [&](size_t i) {
            const size_t surfel = sight.surfels[i];

@@ -1,5 +1,7 @@
 #include "srf/model/shade.h"
 
+#include <algorithm>
+
 namespace surflect {
 
 std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
@@ -13,9 +15,29 @@ std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats&
   return radiance;
 }
 
-std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-                       BlockCache& cache, ShadingStats& stats, const Progress& progress) {
-  return shade(planShading(model, batch, options, progress), cache, stats, progress);
+Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
+             ShadingStats& stats, const Progress& progress,
+             const std::function<void(std::string_view)>& finished) {
+  const auto finish = [&](std::string_view stage) {
+    if (finished) finished(stage);
+  };
+  Shaded shaded;
+  for (auto* values : {&shaded.radiance, &shaded.cameraBlend, &shaded.lightBlend})
+    values->reserve(batch.size());
+  const auto append = [](std::vector<Rgb>& all, const std::vector<Rgb>& part) {
+    all.insert(all.end(), part.begin(), part.end());
+  };
+  ShadingPlanner planner(model, batch, options);
+  for (size_t begin = 0; begin < batch.size(); begin += kQueriesAtOnce) {
+    const ShadingPlan& plan = planner.plan(begin, std::min(batch.size(), begin + kQueriesAtOnce), progress);
+    append(shaded.cameraBlend, plan.cameraBlend);
+    append(shaded.lightBlend, plan.lightBlend);
+    shaded.unseen += plan.unseen;
+    finish("ulr");
+    append(shaded.radiance, shade(plan, cache, stats, progress));
+    finish("shade");
+  }
+  return shaded;
 }
 
 } // namespace surflect

@@ -3,14 +3,30 @@
 
 #include "srf/model/shading_plan.h"
 
+#include <functional>
+#include <string_view>
+#include <vector>
+
 namespace surflect {
 
 // Radiance per query, from the queue over the block store.
 std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
                        const Progress& progress = {});
 
-// Both in one.
-std::vector<Rgb> shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-                       BlockCache& cache, ShadingStats& stats, const Progress& progress = {});
+struct Shaded {
+  std::vector<Rgb> radiance;                // per query
+  std::vector<Rgb> cameraBlend, lightBlend; // and unseen: as ShadingPlan has them
+  size_t unseen = 0;
+};
+
+inline constexpr size_t kQueriesAtOnce = 1 << 14;
+
+// Both in one. The queries are planned and looked up so many at a time, so that what passes between
+// the two stays in the processor's caches. Neighbours in a cloud ask for the same blocks: a batch in the
+// order of its surfels reads few of them twice, however small the cache. `finished` hears "ulr" after each
+// part's planning and "shade" after its look-ups.
+Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
+             ShadingStats& stats, const Progress& progress = {},
+             const std::function<void(std::string_view)>& finished = {});
 
 } // namespace surflect

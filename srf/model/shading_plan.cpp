@@ -64,13 +64,27 @@ struct PlannedOp {
   uint32_t rowBegin, rowEnd;
 };
 
+// Of some of a plan's queries; rows count from 0.
+struct PlanPart {
+  std::vector<ShadingOp> ops;
+  std::vector<LightWeight> rows;
+  size_t unseen = 0;
+
+  void clear() {
+    ops.clear();
+    rows.clear();
+    unseen = 0;
+  }
+};
+
 // Plans one query after the other; holds what it would otherwise allocate anew.
 class Planner {
 public:
   Planner(const Model& model, const Point3<AcquisitionSpace, double>& middle, const LightCoverage& coverage,
           const QueryBatch& batch, const ShadeOptions& options)
       : model_(model), coverage_(coverage), batch_(batch), options_(options),
-        views_(model, middle, options.nearest, options.simd), lightBlending_(lightBlend(model, options)),
+        views_(model, middle, options.nearest, options.simd),
+        lightBlending_(surflect::lightBlend(model, options)),
         lightSieve_(sourcesOf(model.rig.lights), middle.raw(), options.simd),
         viewColor_(colors(model.rig.views.size())), lightColor_(colors(model.rig.lights.size())),
         towardsRigLight_(model.rig.lights.size()), rigIrradiance_(towardsRigLight_.size()),
@@ -84,10 +98,12 @@ public:
       environmentBrightness_.push_back(brightness(totalIrradiance(environment.lights)));
   }
 
-  void plan(size_t query, ShadingPlan& plan) {
+  // Its targets begin at `target`.
+  void plan(size_t query, size_t target, PlanPart& plan) {
     const uint32_t surfel = batch_.surfels[query];
     p0_ = model_.cloud.p0[surfel].cast<double>();
     query_ = query;
+    target_ = target;
     cameraBlend_ = lightBlend_ = {};
     if (model_.rig.lights.empty())
       planFixedIllumination(query, plan);
@@ -101,10 +117,12 @@ public:
       plan.ops.push_back({static_cast<uint32_t>(op.target), op.view, static_cast<float>(pixel->x),
                           static_cast<float>(pixel->y), op.weight, op.rowBegin, op.rowEnd});
     }
-    plan.cameraBlend.push_back(cameraBlend_);
-    plan.lightBlend.push_back(lightBlend_);
     ops_.clear();
   }
+
+  // Of the last query.
+  Rgb cameraBlend() const { return cameraBlend_; }
+  Rgb lightBlend() const { return lightBlend_; }
 
 private:
   static constexpr size_t kNowhere = std::numeric_limits<size_t>::max(), kEverywhere = kNowhere - 1;
@@ -122,7 +140,7 @@ private:
   }
 
   // The cameras that are blended for a query, without regard to lights.
-  BlendSet blendViews(size_t query, ShadingPlan& plan) {
+  BlendSet blendViews(size_t query, PlanPart& plan) {
     const auto [blend, isSeen] =
         views_.blend(batch_.surfels[query], batch_.towardsView[query], blended(options_.cameras));
     if (!isSeen) ++plan.unseen;
@@ -133,20 +151,20 @@ private:
   // How many are blended.
   size_t blended(size_t wanted) const { return options_.nearest ? 1 : wanted; }
 
-  void planFixedIllumination(size_t query, ShadingPlan& plan) {
+  void planFixedIllumination(size_t query, PlanPart& plan) {
     const auto row = static_cast<uint32_t>(plan.rows.size());
     plan.rows.push_back({0, {1, 1, 1}});
     for (const auto& [view, weight] : blendViews(query, plan))
-      ops_.push_back({query, view, weight, row, row + 1});
+      ops_.push_back({target_, view, weight, row, row + 1});
   }
 
   // Cameras and lights apart. All cameras hold the same lights, so they share a row.
-  void planProduct(size_t query, ShadingPlan& plan) {
+  void planProduct(size_t query, PlanPart& plan) {
     const auto rowBegin = static_cast<uint32_t>(plan.rows.size());
     foldLights(query, plan.rows);
     const auto rowEnd = static_cast<uint32_t>(plan.rows.size());
     for (const auto& [view, weight] : blendViews(query, plan))
-      ops_.push_back({query, view, weight, rowBegin, rowEnd});
+      ops_.push_back({target_, view, weight, rowBegin, rowEnd});
   }
 
   // Adds a row: all lights of the query, each spread over its nearest captured lights.
@@ -237,7 +255,7 @@ private:
   }
 
   // Camera and light chosen together, by the sum of their penalties.
-  void planPairs(size_t query, ShadingPlan& plan) {
+  void planPairs(size_t query, PlanPart& plan) {
     faceAll();
     if (!views_.rate(batch_.surfels[query], batch_.towardsView[query])) ++plan.unseen;
     for (size_t l = 0; l < batch_.lights; ++l) {
@@ -249,7 +267,7 @@ private:
         plan.rows.push_back(
             {column, covered * irradianceRatio(batch_.irradiance[entry], rigIrradiance_[light])});
         // Each pair is an operation of its own.
-        ops_.push_back({query * targets() + l, view, weight, row, row + 1});
+        ops_.push_back({target_ + l, view, weight, row, row + 1});
         const float share = weight / static_cast<float>(targets());
         cameraBlend_ = cameraBlend_ + share * viewColor_[view];
         lightBlend_ = lightBlend_ + covered * share * lightColor_[light];
@@ -259,7 +277,7 @@ private:
   }
 
   // The pairs of all the environment's lights; those of one view are one operation.
-  void planEnvironmentPairs(size_t query, size_t e, ShadingPlan& plan) {
+  void planEnvironmentPairs(size_t query, size_t e, PlanPart& plan) {
     const QueryEnvironment& environment = batch_.environments[e];
     const auto& acquisitionFromEnvironment = turnOf(query, e);
     pairShare_.assign(pairs_, Rgb{});
@@ -284,8 +302,8 @@ private:
              1 / weight * irradianceRatio(environment.strength * share, rigIrradiance_[lights[column]])});
         lightBlend_ = lightBlend_ + blendShare(brightness(share), e) * lightColor_[lights[column]];
       }
-      ops_.push_back({query * targets() + batch_.lights + e, view, weight, rowBegin,
-                      static_cast<uint32_t>(plan.rows.size())});
+      ops_.push_back(
+          {target_ + batch_.lights + e, view, weight, rowBegin, static_cast<uint32_t>(plan.rows.size())});
       cameraBlend_ = cameraBlend_ + blendShare(brightnessOfView, e) * viewColor_[view];
     }
   }
@@ -341,26 +359,11 @@ private:
   std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened
   std::vector<Rgb> pairShare_;        // per pair, what it takes over
   std::vector<PlannedOp> ops_;
-  size_t query_ = 0;
+  size_t query_ = 0, target_ = 0;
   Point3<AcquisitionSpace, double> p0_;
   Normal3<AcquisitionSpace> normal_;
   Rgb cameraBlend_, lightBlend_;
 };
-
-void append(ShadingPlan& all, ShadingPlan& part) {
-  if (all.rows.size() + part.rows.size() > std::numeric_limits<uint32_t>::max())
-    throw Error("too many surfels and lights for one frame");
-  const auto offset = static_cast<uint32_t>(all.rows.size());
-  for (ShadingOp& op : part.ops) {
-    op.rowBegin += offset;
-    op.rowEnd += offset;
-  }
-  all.ops.insert(all.ops.end(), part.ops.begin(), part.ops.end());
-  all.rows.insert(all.rows.end(), part.rows.begin(), part.rows.end());
-  all.cameraBlend.insert(all.cameraBlend.end(), part.cameraBlend.begin(), part.cameraBlend.end());
-  all.lightBlend.insert(all.lightBlend.end(), part.lightBlend.begin(), part.lightBlend.end());
-  all.unseen += part.unseen;
-}
 
 } // namespace
 
@@ -385,8 +388,19 @@ std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& opt
                     options.nearest ? Uncovered::extrapolate : uncovered);
 }
 
-ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-                        const Progress& progress) {
+struct ShadingPlanner::Parts {
+  const Model& model;
+  const QueryBatch& batch;
+  ShadeOptions options;
+  Point3<AcquisitionSpace, double> middle;
+  LightCoverage coverage;
+  tbb::enumerable_thread_specific<Planner> planners{
+      [this] { return Planner(model, middle, coverage, batch, options); }};
+  std::vector<PlanPart> parts = {};
+  ShadingPlan plan = {};
+};
+
+ShadingPlanner::ShadingPlanner(const Model& model, const QueryBatch& batch, const ShadeOptions& options) {
   assert(batch.towardsView.size() == batch.size());
   assert(batch.towardsLight.size() == batch.size() * batch.lights &&
          batch.irradiance.size() == batch.towardsLight.size());
@@ -404,22 +418,62 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
         .at("foreshortening on")
         .in(model.folder);
   const auto middle = middleOf(model.cloud.p0);
-  const LightCoverage coverage(lightDirections(model, middle));
-  const size_t tasks = (batch.size() + kQueriesPerTask - 1) / kQueriesPerTask;
-  std::vector<ShadingPlan> parts(tasks);
-  tbb::enumerable_thread_specific<Planner> planners(
-      [&] { return Planner(model, middle, coverage, batch, options); });
+  parts_ = std::unique_ptr<Parts>(
+      new Parts{model, batch, options, middle, LightCoverage(lightDirections(model, middle))});
+  parts_->plan.targetsPerQuery = model.rig.lights.empty() || model.isFullProduct ? 1 : lights;
+}
+
+ShadingPlanner::~ShadingPlanner() = default;
+
+const ShadingPlan& ShadingPlanner::plan(size_t begin, size_t end, const Progress& progress) {
+  ShadingPlan& plan = parts_->plan;
+  plan.queries = end - begin;
+  plan.cameraBlend.resize(plan.queries);
+  plan.lightBlend.resize(plan.queries);
+  const size_t tasks = (plan.queries + kQueriesPerTask - 1) / kQueriesPerTask;
+  std::vector<PlanPart>& parts = parts_->parts;
+  if (parts.size() < tasks) parts.resize(tasks);
   tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
     progress.checkpoint();
-    Planner& planner = planners.local();
-    const size_t end = std::min(batch.size(), (task + 1) * kQueriesPerTask);
-    for (size_t query = task * kQueriesPerTask; query < end; ++query) planner.plan(query, parts[task]);
+    Planner& planner = parts_->planners.local();
+    parts[task].clear();
+    const size_t last = std::min(end, begin + (task + 1) * kQueriesPerTask);
+    for (size_t query = begin + task * kQueriesPerTask; query < last; ++query) {
+      const size_t i = query - begin;
+      planner.plan(query, i * plan.targetsPerQuery, parts[task]);
+      plan.cameraBlend[i] = planner.cameraBlend();
+      plan.lightBlend[i] = planner.lightBlend();
+    }
   });
-  ShadingPlan plan;
-  plan.queries = batch.size();
-  plan.targetsPerQuery = model.rig.lights.empty() || model.isFullProduct ? 1 : lights;
-  for (ShadingPlan& part : parts) append(plan, part);
+
+  plan.unseen = 0;
+  std::vector<size_t> firstOp{0}, firstRow{0};
+  for (size_t task = 0; task < tasks; ++task) {
+    firstOp.push_back(firstOp.back() + parts[task].ops.size());
+    firstRow.push_back(firstRow.back() + parts[task].rows.size());
+    plan.unseen += parts[task].unseen;
+  }
+  if (firstRow.back() > std::numeric_limits<uint32_t>::max())
+    throw Error("too many surfels and lights to be planned at once");
+  plan.ops.resize(firstOp.back());
+  plan.rows.resize(firstRow.back());
+  tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
+    const auto row = static_cast<uint32_t>(firstRow[task]);
+    auto op = plan.ops.begin() + static_cast<std::ptrdiff_t>(firstOp[task]);
+    for (const ShadingOp& own : parts[task].ops) {
+      *op = own;
+      op->rowBegin += row;
+      op->rowEnd += row;
+      ++op;
+    }
+    std::ranges::copy(parts[task].rows, plan.rows.begin() + static_cast<std::ptrdiff_t>(row));
+  });
   return plan;
+}
+
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+                        const Progress& progress) {
+  return ShadingPlanner(model, batch, options).plan(0, batch.size(), progress);
 }
 
 } // namespace surflect

@@ -8,6 +8,7 @@
 #include "surfel/simd.h"
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -54,8 +55,24 @@ double lightSpacing(const Model& model);
 // than the direction: lights near the object, or a capture that is not a full product.
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
 
-// Throws Error when lights are asked of a capture with fixed illumination, or none of one without; and when
-// it is to be foreshortened and is not a full product of cameras and lights.
+// Plans one part of a batch after the other; holds what it would otherwise allocate anew.
+class ShadingPlanner {
+public:
+  // Throws Error when lights are asked of a capture with fixed illumination, or none of one without; and when
+  // it is to be foreshortened and is not a full product of cameras and lights. Model and batch must outlive
+  // the planner.
+  ShadingPlanner(const Model& model, const QueryBatch& batch, const ShadeOptions& options);
+  ~ShadingPlanner();
+
+  // Of the queries from `begin` to before `end`; targets count from 0. Valid until the next call.
+  const ShadingPlan& plan(size_t begin, size_t end, const Progress& progress = {});
+
+private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+// All of a batch at once.
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
                         const Progress& progress = {});
 

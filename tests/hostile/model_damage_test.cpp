@@ -55,7 +55,7 @@ Seen look(const std::filesystem::path& folder) {
   }
   BlockCache cache(model.files, 1 << 20);
   ShadingStats stats;
-  seen.radiance = shade(model, batch, {}, cache, stats);
+  seen.radiance = shade(model, batch, {}, cache, stats).radiance;
   seen.radii = model.cloud.radius;
   for (size_t i = 0; i < model.cloud.size(); ++i)
     for (const float number : {model.cloud.coverage[i], model.cloud.p0[i].x(), model.cloud.p0[i].y(),

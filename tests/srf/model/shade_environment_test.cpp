@@ -72,7 +72,7 @@ QueryBatch unrolled(const QueryBatch& batch) {
 std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, const ShadeOptions& options = {}) {
   BlockCache cache(model.files, everything);
   ShadingStats stats;
-  return shade(model, batch, options, cache, stats);
+  return shade(model, batch, options, cache, stats).radiance;
 }
 
 // Of the captured irradiance that a plan asks for, per query.

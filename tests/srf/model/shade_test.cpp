@@ -32,7 +32,7 @@ QueryBatch permuted(const QueryBatch& batch, std::span<const size_t> order) {
 std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, size_t cacheBytes = everything) {
   BlockCache cache(model.files, cacheBytes);
   ShadingStats stats;
-  return shade(model, batch, {}, cache, stats);
+  return shade(model, batch, {}, cache, stats).radiance;
 }
 
 class Shade : public ProductQueries {};
