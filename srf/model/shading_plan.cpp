@@ -11,6 +11,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -89,7 +90,8 @@ public:
         viewColor_(colors(model.rig.views.size())), lightColor_(colors(model.rig.lights.size())),
         towardsRigLight_(model.rig.lights.size()), rigIrradiance_(towardsRigLight_.size()),
         facedFrom_(towardsRigLight_.size(), kNowhere), lightPenalty_(towardsRigLight_.size()),
-        row_(towardsRigLight_.size()), share_(towardsRigLight_.size()), cosine_(towardsRigLight_.size()) {
+        row_(towardsRigLight_.size()), inRow_(towardsRigLight_.size() / 64 + 1),
+        share_(towardsRigLight_.size()), cosine_(towardsRigLight_.size()) {
     for (const auto& lights : model.columns) {
       firstPair_.push_back(pairs_);
       pairs_ += lights.size();
@@ -169,7 +171,6 @@ private:
 
   // Adds a row: all lights of the query, each spread over its nearest captured lights.
   void foldLights(size_t query, std::vector<LightWeight>& rows) {
-    std::ranges::fill(row_, Rgb{});
     lightSieve_.lookFrom(p0_.raw());
     if (lightBlending_.foreshortened) faceLights(batch_.surfels[query]);
     for (size_t l = 0; l < batch_.lights; ++l) {
@@ -178,14 +179,27 @@ private:
       const BlendSet blend = blendLights(towards, uncoveredOf(l));
       const float factor = foreshorteningOf(blend, towards);
       for (const auto& [light, weight] : blend) {
-        row_[light] =
+        addTo(light) =
             row_[light] + factor * weight * irradianceRatio(batch_.irradiance[entry], rigIrradiance_[light]);
         lightBlend_ = lightBlend_ + weight / static_cast<float>(targets()) * lightColor_[light];
       }
     }
     for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(query, e);
-    for (uint32_t light = 0; light < row_.size(); ++light)
-      if (row_[light] != Rgb{}) rows.push_back({light, row_[light]});
+    takeRow(rows);
+  }
+
+  // The row's entry for a light, which takeRow will take.
+  Rgb& addTo(uint32_t light) {
+    inRow_[light / 64] |= uint64_t{1} << light % 64;
+    return row_[light];
+  }
+  void takeRow(std::vector<LightWeight>& rows) {
+    for (uint32_t word = 0; word < inRow_.size(); ++word)
+      for (uint64_t& bits = inRow_[word]; bits != 0; bits &= bits - 1) {
+        const auto light = 64 * word + static_cast<uint32_t>(std::countr_zero(bits));
+        if (row_[light] != Rgb{}) rows.push_back({light, row_[light]});
+        row_[light] = {};
+      }
   }
 
   void faceLights(uint32_t surfel) {
@@ -217,7 +231,7 @@ private:
     for (uint32_t light = 0; light < row_.size(); ++light) {
       if (share_[light][3] == 0) continue; // also where the environment is dark, and nothing a share of it
       const Rgb share{share_[light][0], share_[light][1], share_[light][2]};
-      row_[light] = row_[light] + irradianceRatio(environment.strength * share, rigIrradiance_[light]);
+      addTo(light) = row_[light] + irradianceRatio(environment.strength * share, rigIrradiance_[light]);
       lightBlend_ = lightBlend_ + blendShare(share_[light][3], e) * lightColor_[light];
     }
   }
@@ -354,7 +368,8 @@ private:
   std::vector<size_t> firstPair_;   // per view; the pairs of a view are its columns
   size_t pairs_ = 0;
   std::vector<float> environmentBrightness_;
-  std::vector<Rgb> row_;              // per light
+  std::vector<Rgb> row_; // per light; those that are not 0 have their bit in inRow_
+  std::vector<uint64_t> inRow_;
   std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, see LightTable
   std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened
   std::vector<Rgb> pairShare_;        // per pair, what it takes over

@@ -52,6 +52,7 @@ BlendSet blendOfNearest(const NearestCandidates& nearest,
                         const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                         const LightCoverage& coverage, Uncovered uncovered) {
   BlendSet blend = ulrWeights(nearest);
+  if (how.fit == LightFit::mean && uncovered == Uncovered::extrapolate) return blend;
   const float covered = coverage.at(nearest.sorted()[0].penalty);
   if (how.fit == LightFit::plane) lean(blend, lights, towards, covered);
   if (uncovered == Uncovered::fade)

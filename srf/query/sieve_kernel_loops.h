@@ -42,17 +42,19 @@ inline bool lookFrom(const SieveSources& sources, const float* place, float from
   return bitsOf(isSafe) == 0xffff;
 }
 
-// The least value of a and b that `wanted` of them do not exceed; infinity if there are not as many.
-inline float smallestBeyond(Lanes a, Lanes b, size_t wanted) {
+// A value that `wanted` of those of a and b do not exceed, and few more; infinity if there are not as many.
+inline float valueBeyond(Lanes a, Lanes b, size_t wanted) {
+  const bool oneIsEnough = wanted <= kSieveLanes / 2;
+  if (oneIsEnough) a = min(a, b);
   float values[2 * kSieveLanes];
   store(values, a);
   store(values + kSieveLanes, b);
   float least = __builtin_inff();
-  for (const float value : values) {
-    const Lanes limit = broadcast(value);
-    const auto within =
-        static_cast<size_t>(__builtin_popcount(bitsOf(a <= limit) | bitsOf(b <= limit) << 16));
-    least = within >= wanted && value < least ? value : least;
+  for (size_t i = 0; i < (oneIsEnough ? 1 : 2) * kSieveLanes; ++i) {
+    const Lanes limit = broadcast(values[i]);
+    const uint32_t within = bitsOf(a <= limit) | (oneIsEnough ? 0 : bitsOf(b <= limit) << kSieveLanes);
+    const bool isEnough = static_cast<size_t>(__builtin_popcount(within)) >= wanted;
+    least = isEnough && values[i] < least ? values[i] : least;
   }
   return least;
 }
@@ -79,7 +81,7 @@ inline size_t nearest(const SieveDirections& towards, size_t groups, const Sieve
     least[g % 2] = minWhere(isSeen, least[g % 2], (penalty + slack) * overFade);
   }
   constexpr float kRounding = 1 + 4e-6f; // of both bounds' factors
-  const Lanes limit = broadcast(kRounding * smallestBeyond(least[0], least[1], query.wanted));
+  const Lanes limit = broadcast(kRounding * valueBeyond(least[0], least[1], query.wanted));
   size_t count = 0;
   for (size_t g = 0; g < groups; ++g)
     for (uint32_t bits = bitsOf(load(bounds + g * kSieveLanes) <= limit); bits != 0; bits &= bits - 1)
