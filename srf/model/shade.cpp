@@ -5,9 +5,9 @@
 namespace surflect {
 
 std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
-                       const Progress& progress) {
+                       const Progress& progress, Simd simd) {
   const auto targets =
-      execute(plan.ops, plan.rows, plan.queries * plan.targetsPerQuery, cache, stats, progress);
+      execute(plan.ops, plan.rows, plan.queries * plan.targetsPerQuery, cache, stats, progress, simd);
   if (plan.targetsPerQuery == 1) return targets;
   std::vector<Rgb> radiance(plan.queries);
   for (size_t target = 0; target < targets.size(); ++target)
@@ -34,7 +34,7 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
     append(shaded.lightBlend, plan.lightBlend);
     shaded.unseen += plan.unseen;
     finish("ulr");
-    append(shaded.radiance, shade(plan, cache, stats, progress));
+    append(shaded.radiance, shade(plan, cache, stats, progress, options.simd));
     finish("shade");
   }
   return shaded;

@@ -11,7 +11,7 @@ namespace surflect {
 
 // Radiance per query, from the queue over the block store.
 std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
-                       const Progress& progress = {});
+                       const Progress& progress = {}, Simd simd = bestSimd());
 
 struct Shaded {
   std::vector<Rgb> radiance;                // per query

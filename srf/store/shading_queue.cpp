@@ -1,6 +1,9 @@
 // Symbols: e_k eigenimage, a_kl coefficient of light l, w_l light weight, K rank.
 #include "srf/store/shading_queue.h"
 
+#include "srf/store/look_up_kernel.h"
+
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
@@ -114,16 +117,64 @@ struct Task {
   }
 };
 
-// Where each operation's results begin, one a block that it touches; one more, for the end.
-std::vector<uint32_t> firstSlots(std::span<const ShadingOp> ops, std::span<const ViewFile> views,
-                                 const Progress& progress) {
-  std::vector<uint32_t> first(ops.size() + 1);
-  tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
-    progress.checkNowAndThen(i);
-    forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t) { ++first[i + 1]; });
+// What operations do in which blocks. Results have a slot each, by operation and, of one, in the order of
+// its taps.
+struct Footprints {
+  std::vector<uint32_t> firstSlot; // of each operation's; one more, for the end
+  std::vector<Task> tasks;         // by slot
+  std::vector<BlockTaps> taps;     // by slot
+};
+
+Footprints footprintsOf(std::span<const ShadingOp> ops, std::span<const ViewFile> views,
+                        const Progress& progress) {
+  constexpr size_t kOpsPerRun = 1024;
+  struct Run {
+    std::vector<Task> tasks;
+    std::vector<BlockTaps> taps;
+    uint32_t firstSlot = 0;
+  };
+  Footprints all;
+  all.firstSlot.resize(ops.size() + 1);
+  std::vector<Run> runs((ops.size() + kOpsPerRun - 1) / kOpsPerRun);
+  const auto endOf = [&](size_t run) { return std::min(ops.size(), (run + 1) * kOpsPerRun); };
+  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
+    progress.checkpoint();
+    auto& [tasks, taps, firstSlot] = runs[r];
+    tasks.reserve(2 * kOpsPerRun);
+    taps.reserve(2 * kOpsPerRun);
+    for (size_t i = r * kOpsPerRun; i < endOf(r); ++i) {
+      const ShadingOp& op = ops[i];
+      const Footprint footprint = footprintOf(views[op.view], op.x, op.y);
+      forEachBlock(footprint, [&](uint32_t block) {
+        BlockTaps ofBlock{};
+        for (const Tap& tap : footprint.all()) {
+          if (tap.block != block) continue;
+          ofBlock.weights[ofBlock.count] = tap.weight;
+          ofBlock.texels[ofBlock.count++] = static_cast<uint8_t>(tap.texel);
+        }
+        tasks.push_back({uint64_t{op.view} << 32 | block, static_cast<uint32_t>(i), 0});
+        taps.push_back(ofBlock);
+      });
+      all.firstSlot[i + 1] = static_cast<uint32_t>(tasks.size());
+    }
   });
-  for (size_t i = 0; i < ops.size(); ++i) first[i + 1] += first[i];
-  return first;
+  uint32_t slots = 0;
+  for (Run& run : runs) {
+    run.firstSlot = slots;
+    slots += static_cast<uint32_t>(run.tasks.size());
+  }
+  all.tasks.resize(slots);
+  all.taps.resize(slots);
+  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
+    const uint32_t first = runs[r].firstSlot;
+    for (size_t i = r * kOpsPerRun; i < endOf(r); ++i) all.firstSlot[i + 1] += first;
+    for (uint32_t t = 0; t < runs[r].tasks.size(); ++t) {
+      all.tasks[first + t] = runs[r].tasks[t];
+      all.tasks[first + t].slot = first + t;
+    }
+    std::ranges::copy(runs[r].taps, all.taps.begin() + first);
+  });
+  return all;
 }
 
 bool isLost(std::span<const uint32_t> firstSlot, size_t op) { return firstSlot[op] == firstSlot[op + 1]; }
@@ -149,67 +200,23 @@ std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const u
   return moved;
 }
 
-// Sorted by block.
-std::vector<Task> sortedTasks(std::span<const ShadingOp> ops, std::span<const uint32_t> firstSlot,
-                              std::span<const ViewFile> views, const Progress& progress) {
-  std::vector<Task> tasks(firstSlot.back());
-  tbb::parallel_for(size_t{0}, ops.size(), [&](size_t i) {
-    progress.checkNowAndThen(i);
-    uint32_t slot = firstSlot[i];
-    forEachBlock(footprintOf(views[ops[i].view], ops[i].x, ops[i].y), [&](uint32_t block) {
-      tasks[slot] = {uint64_t{ops[i].view} << 32 | block, static_cast<uint32_t>(i), slot};
-      ++slot;
-    });
-  });
-  tbb::parallel_sort(tasks); // no two compare equal: one order only
-  return tasks;
-}
-
-constexpr int mostValues = 3 * 3 * blockTexels; // 3 channels x the highest rank, 192
-
-// c_k = sum_l w_l a_kl for each channel, laid out as a texel of the block is.
-void foldLights(const Block& block, std::span<const LightWeight> row, float* folded) {
-  const int stride = block.stride;
-  std::fill_n(folded, 3 * stride, 0.f);
-  float *red = folded, *green = red + stride, *blue = green + stride;
-  for (const LightWeight& w : row) {
-    assert((w.light + size_t{1}) * stride <= block.coefficients.size());
-    const float* a = block.light(w.light);
-    for (int k = 0; k < stride; ++k) {
-      red[k] += w.weight.r * a[k];
-      green[k] += w.weight.g * a[k];
-      blue[k] += w.weight.b * a[k];
-    }
+// Reads what look-ups of these tasks will read, without waiting for it. A prefetch would be dropped where the
+// processor does not know the page yet, as is mostly so.
+void touch(const Block& block, std::span<const Task> tasks, std::span<const ShadingOp> ops,
+           std::span<const BlockTaps> taps, std::span<const LightWeight> rows) {
+  constexpr size_t kCacheLine = 64;
+  const auto fetch = [](const void* from, size_t bytes) {
+    const auto* at = static_cast<const volatile char*>(from);
+    for (size_t i = 0; i < bytes; i += kCacheLine) (void)at[i];
+  };
+  const size_t texelBytes = 3 * sizeof(float) * static_cast<size_t>(block.stride);
+  fetch(block.coefficients.data(), block.coefficients.size() * sizeof(float));
+  for (const Task& task : tasks) {
+    for (uint32_t t = 0; t < taps[task.slot].count; ++t)
+      fetch(block.texel(taps[task.slot].texels[t]), texelBytes);
+    const ShadingOp& op = ops[task.op];
+    fetch(rows.data() + op.rowBegin, (op.rowEnd - op.rowBegin) * sizeof(LightWeight));
   }
-}
-
-// values += weight * texel
-void addTap(const Block& block, const Tap& tap, float* values) {
-  const float* e = block.texel(tap.texel);
-  for (int j = 0; j < 3 * block.stride; ++j) values[j] += tap.weight * e[j];
-}
-
-// In four lanes, so that the order of summation is fixed and still fast. The stride is a multiple of four.
-float dot(const float* a, const float* b, int stride) {
-  std::array<float, 4> lanes{};
-  for (int k = 0; k < stride; k += 4)
-    for (int lane = 0; lane < 4; ++lane) lanes[lane] += a[k + lane] * b[k + lane];
-  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
-}
-
-// sum_k c_k e_k(x, y), for the taps that fall into the block.
-Rgb shade(const ShadingOp& op, std::span<const LightWeight> row, const ViewFile& view, uint32_t blockNumber,
-          const Block& block) {
-  std::array<float, mostValues> folded, texel;
-  foldLights(block, row, folded.data());
-  const int stride = block.stride;
-  std::fill_n(texel.data(), 3 * stride, 0.f);
-  const Footprint footprint = footprintOf(view, op.x, op.y);
-  for (const Tap& tap : footprint.all())
-    if (tap.block == blockNumber) addTap(block, tap, texel.data());
-  return op.weight * Rgb{dot(folded.data(), texel.data(), stride),
-                         dot(folded.data() + stride, texel.data() + stride, stride),
-                         dot(folded.data() + 2 * stride, texel.data() + 2 * stride, stride)};
 }
 
 // What remains of a target when some of its operations are lost.
@@ -222,14 +229,15 @@ struct Coverage {
 } // namespace
 
 std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
-                         BlockCache& cache, ShadingStats& stats, const Progress& progress) {
+                         BlockCache& cache, ShadingStats& stats, const Progress& progress, Simd simd) {
   const std::span<const ViewFile> views = cache.views();
   assert(std::ranges::all_of(ops, [&](const ShadingOp& op) {
     return op.view < views.size() && op.target < targets && op.rowBegin <= op.rowEnd &&
            op.rowEnd <= rows.size();
   }));
   const CacheCounts before = cache.counts();
-  std::vector<uint32_t> firstSlot = firstSlots(ops, views, progress);
+  Footprints footprints = footprintsOf(ops, views, progress);
+  std::vector<uint32_t>& firstSlot = footprints.firstSlot;
   for (size_t i = 0; i < ops.size(); ++i) {
     stats.lookups += ops[i].rowEnd - ops[i].rowBegin;
     stats.lost += isLost(firstSlot, i);
@@ -237,9 +245,10 @@ std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWe
   const std::vector<ShadingOp> moved = sighted(ops, firstSlot, views, targets, progress);
   if (!moved.empty()) {
     ops = moved;
-    firstSlot = firstSlots(ops, views, progress);
+    footprints = footprintsOf(ops, views, progress);
   }
-  const std::vector<Task> tasks = sortedTasks(ops, firstSlot, views, progress);
+  std::vector<Task>& tasks = footprints.tasks;
+  tbb::parallel_sort(tasks); // no two compare equal: one order only
 
   std::vector<size_t> runs; // of tasks in one block: where each begins; one more, for the end
   for (size_t t = 0; t < tasks.size(); ++t)
@@ -248,15 +257,29 @@ std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWe
 
   std::vector<Rgb> slots(tasks.size());
   std::vector<uint64_t> ranks(runs.size() - 1);
-  tbb::parallel_for(size_t{0}, runs.size() - 1, [&](size_t r) {
-    progress.checkpoint();
-    const Task& first = tasks[runs[r]];
-    const std::shared_ptr<const Block> block = cache.get(first.view(), first.block());
-    ranks[r] = static_cast<uint64_t>(block->rank);
-    for (size_t t = runs[r]; t < runs[r + 1]; ++t) {
-      const ShadingOp& op = ops[tasks[t].op];
-      const auto row = rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin);
-      slots[tasks[t].slot] = shade(op, row, views[op.view], first.block(), *block);
+  const LookUpKernel lookUp = lookUpKernel(simd);
+  using Runs = tbb::blocked_range<size_t>;
+  tbb::parallel_for(Runs(0, runs.size() - 1), [&](const Runs& part) {
+    std::shared_ptr<const Block> next; // whose data are on their way
+    for (size_t r = part.begin(); r < part.end(); ++r) {
+      progress.checkpoint();
+      const auto blockOf = [&](size_t run) {
+        return cache.get(tasks[runs[run]].view(), tasks[runs[run]].block());
+      };
+      const std::shared_ptr<const Block> block = next ? std::move(next) : blockOf(r);
+      next = r + 1 < part.end() ? blockOf(r + 1) : nullptr;
+      if (next)
+        touch(*next, std::span(tasks).subspan(runs[r + 1], runs[r + 2] - runs[r + 1]), ops, footprints.taps,
+              rows);
+      ranks[r] = static_cast<uint64_t>(block->rank);
+      for (size_t t = runs[r]; t < runs[r + 1]; ++t) {
+        const ShadingOp& op = ops[tasks[t].op];
+        float rgb[3];
+        lookUp({block->basis.data(), block->coefficients.data(), static_cast<size_t>(block->stride),
+                rows.data() + op.rowBegin, op.rowEnd - op.rowBegin},
+               footprints.taps[tasks[t].slot], rgb);
+        slots[tasks[t].slot] = op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
+      }
     }
   });
 

@@ -3,8 +3,10 @@
 #pragma once
 
 #include "srf/store/block_cache.h"
+#include "srf/store/light_weight.h"
 #include "surfel/progress.h"
 #include "surfel/rgb.h"
+#include "surfel/simd.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -12,12 +14,6 @@
 #include <vector>
 
 namespace surflect {
-
-// A light of the view, by its column, and what its radiance is multiplied by.
-struct LightWeight {
-  uint32_t light = 0;
-  Rgb weight;
-};
 
 // After [Weyrich 2005, Table 2], whose operation is one look-up for one surfel, camera and light. Here all
 // lights of a surfel and camera are one operation: they share the position, hence blocks and texels, and by
@@ -50,12 +46,13 @@ struct ShadingStats {
 // not lost). Where all of a target's are lost, each looks up what its view stores nearest: a surface whose
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
-// Each block is fetched once a call, and the result has the same bits for any number of threads and any
-// cache. Against executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times
-// the sum of |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of it. Memory: about 40 bytes
-// an operation. Throws Error as ViewFile::read.
+// Each block is fetched once a call, and the result has the same bits for any number of threads, any cache
+// and any vector instructions. Against executeReference it errs by less than (lights + K + tasks of the
+// target + 20) 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of
+// it. Memory: about 80 bytes an operation. Throws Error as ViewFile::read.
 std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
-                         BlockCache& cache, ShadingStats& stats, const Progress& progress = {});
+                         BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
+                         Simd simd = bestSimd());
 
 // The same as the paper states it, in double precision: one look-up for one surfel, camera and light after
 // the other, unsorted. Slow; the yardstick. Entries are r, g, b.

@@ -53,10 +53,10 @@ protected:
     return queue;
   }
 
-  std::vector<Rgb> executed(const Queue& queue, size_t budget = everything) const {
+  std::vector<Rgb> executed(const Queue& queue, size_t budget = everything, Simd simd = bestSimd()) const {
     BlockCache cache(views_, budget);
     ShadingStats stats;
-    return execute(queue.ops, queue.rows, queue.targets, cache, stats);
+    return execute(queue.ops, queue.rows, queue.targets, cache, stats, {}, simd);
   }
   std::vector<Eigen::Vector3d> reference(const Queue& queue) const {
     BlockCache cache(views_, everything);
@@ -138,6 +138,13 @@ TEST_F(ShadingQueueTest, SameBitsForAnyNumberOfThreads) {
     tbb::task_arena arena(threads);
     arena.execute([&] { EXPECT_EQ(executed(queue), expected) << threads; });
   }
+}
+
+TEST_F(ShadingQueueTest, SameBitsForAnyVectorInstructions) {
+  const Queue queue = randomQueue(2000, 5);
+  const auto expected = executed(queue, everything, Simd::scalar);
+  for (const Simd simd : supportedSimd())
+    EXPECT_EQ(executed(queue, everything, simd), expected) << nameOf(simd);
 }
 
 TEST_F(ShadingQueueTest, SameBitsForAnyCache) {

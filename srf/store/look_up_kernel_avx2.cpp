@@ -1,0 +1,12 @@
+#ifdef __AVX2__
+#include "srf/store/look_up_kernel.h"
+
+#include "srf/store/look_up_kernel_loops.h"
+
+namespace surflect {
+
+extern const LookUpKernel avx2LookUp;
+const LookUpKernel avx2LookUp = lookUp<Eight>;
+
+} // namespace surflect
+#endif
