@@ -58,7 +58,7 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
           "--simd",
           [&options](const std::string& name) {
             for (const Simd supported : supportedSimd())
-              if (name == nameOf(supported)) options.frame.splats.simd = supported;
+              if (name == nameOf(supported)) options.frame.splats.simd = options.frame.shade.simd = supported;
           },
           "vector instructions; default: auto, the best that the processor has")
       ->option_text("auto, scalar, avx2 or avx512")

@@ -99,7 +99,7 @@ RayCastSurface::view(const Camera<ObjectSpace>& camera, int raysAcross, const Sh
   return [=, &cache](std::span<const ShotLight> lights) {
     const QueryBatch batch = queriesAt(model->cloud, deformed, alive, camera, lights, progress);
     ShadingStats stats;
-    const auto radiance = shade(*model, batch, options, cache, stats, progress);
+    const auto radiance = shade(*model, batch, options, cache, stats, progress).radiance;
     Image image(camera.lens.width, camera.lens.height, 4);
     const float share = 1 / static_cast<float>(raysAcross * raysAcross);
     for (size_t i = 0; i < alive.size(); ++i) {

@@ -55,7 +55,7 @@ Renderer withDirections(const SplatView& view, DirectionsBack back) {
   };
   return adjusted(view, adjust, [=](const QueryBatch& batch) {
     ShadingStats stats;
-    return shade(view.model, batch, view.options.shade, view.cache, stats, view.progress);
+    return shade(view.model, batch, view.options.shade, view.cache, stats, view.progress).radiance;
   });
 }
 

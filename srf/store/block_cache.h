@@ -22,7 +22,7 @@ struct CacheCounts {
 class BlockCache {
 public:
   // `views` must outlive the cache. Blocks that callers still hold do not count against the budget (bytes of
-  // decoded blocks): where a thread holds one in use and one read ahead, memory exceeds it by these two.
+  // decoded blocks): with one block in use a thread, memory exceeds it by at most one block a thread.
   BlockCache(std::span<const ViewFile> views, size_t budget) : views_(views), budget_(budget) {}
 
   std::span<const ViewFile> views() const { return views_; }

@@ -200,25 +200,6 @@ std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const u
   return moved;
 }
 
-// Reads what look-ups of these tasks will read, without waiting for it. A prefetch would be dropped where the
-// processor does not know the page yet, as is mostly so.
-void touch(const Block& block, std::span<const Task> tasks, std::span<const ShadingOp> ops,
-           std::span<const BlockTaps> taps, std::span<const LightWeight> rows) {
-  constexpr size_t kCacheLine = 64;
-  const auto fetch = [](const void* from, size_t bytes) {
-    const auto* at = static_cast<const volatile char*>(from);
-    for (size_t i = 0; i < bytes; i += kCacheLine) (void)at[i];
-  };
-  const size_t texelBytes = 3 * sizeof(float) * static_cast<size_t>(block.stride);
-  fetch(block.coefficients.data(), block.coefficients.size() * sizeof(float));
-  for (const Task& task : tasks) {
-    for (uint32_t t = 0; t < taps[task.slot].count; ++t)
-      fetch(block.texel(taps[task.slot].texels[t]), texelBytes);
-    const ShadingOp& op = ops[task.op];
-    fetch(rows.data() + op.rowBegin, (op.rowEnd - op.rowBegin) * sizeof(LightWeight));
-  }
-}
-
 // What remains of a target when some of its operations are lost.
 struct Coverage {
   double all = 0, kept = 0; // sums of weights
@@ -260,17 +241,10 @@ std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWe
   const LookUpKernel lookUp = lookUpKernel(simd);
   using Runs = tbb::blocked_range<size_t>;
   tbb::parallel_for(Runs(0, runs.size() - 1), [&](const Runs& part) {
-    std::shared_ptr<const Block> next; // whose data are on their way
     for (size_t r = part.begin(); r < part.end(); ++r) {
       progress.checkpoint();
-      const auto blockOf = [&](size_t run) {
-        return cache.get(tasks[runs[run]].view(), tasks[runs[run]].block());
-      };
-      const std::shared_ptr<const Block> block = next ? std::move(next) : blockOf(r);
-      next = r + 1 < part.end() ? blockOf(r + 1) : nullptr;
-      if (next)
-        touch(*next, std::span(tasks).subspan(runs[r + 1], runs[r + 2] - runs[r + 1]), ops, footprints.taps,
-              rows);
+      const Task& first = tasks[runs[r]];
+      const std::shared_ptr<const Block> block = cache.get(first.view(), first.block());
       ranks[r] = static_cast<uint64_t>(block->rank);
       for (size_t t = runs[r]; t < runs[r + 1]; ++t) {
         const ShadingOp& op = ops[tasks[t].op];
