@@ -89,7 +89,7 @@ std::string filmIdentity(const Script& script, const Model& model, const ShotRen
           "surflect {} script {} model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {} scale {}",
           SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
           nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "", frame.shade.pairs,
-          frame.splats.lowPass, nameOf(frame.splats.simd), arguments.scale));
+          frame.splats.lowPass, frame.splats.simd == Simd::scalar ? "scalar" : "vector", arguments.scale));
 }
 
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from

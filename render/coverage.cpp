@@ -1,5 +1,7 @@
 #include "render/coverage.h"
 
+#include "surfel/error.h"
+
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
@@ -198,7 +200,8 @@ void coverTile(const SplatKernels& kernels, size_t index, Scratch& scratch, Cove
     const TileSplat& s = lists.splats[i];
     entries += static_cast<size_t>(s.blockX1 - s.blockX0) * static_cast<size_t>(s.blockY1 - s.blockY0);
   }
-  assert(entries <= std::numeric_limits<uint32_t>::max());
+  if (entries > std::numeric_limits<uint32_t>::max() / kLanes)
+    throw Error::mismatch("at most 2^28 splats over the blocks of a tile", std::to_string(entries));
   tile.list.resize(entries);
   lists.list = tile.list.data();
   kernels.listBlocks(lists);

@@ -191,7 +191,8 @@ inline int footprints(const ProjectJob& job, size_t begin, const Survivors& in, 
   const Lanes C0 = mulAdd(k, mulAdd(fu0, au2, fv0 * av2), shift0 * shift2);
   const Lanes C1 = mulAdd(k, mulAdd(fu1, au2, fv1 * av2), shift1 * shift2);
   const Lanes minor = fu0 * fv1 - fu1 * fv0;
-  const Lanes detV = k * k * minor * minor / D;
+  const Lanes root = k * minor; // its square is within range where k's would not be
+  const Lanes detV = root * root / D;
 
   // filtered: with r = (h^2 - smaller) / (larger - smaller) in [0, 1], V + D = (1 - r) V + c I, where
   // c = most + r smaller, and D = c I - r V; the eigenvalues of V + D are those of V, but no less than h^2.
@@ -330,7 +331,7 @@ inline Lanes orderOf(const TileSplat& s, const Centers& at) {
   return mulAdd(broadcast(s.orderX), at.x, mulAdd(broadcast(s.orderY), at.y, broadcast(s.order0)));
 }
 
-// exp(-q/2) for q from 0 to kCutoff^2, within 2e-6 of itself: the interpolant of exp(-q/16) at six Chebyshev
+// exp(-q/2) for q from 0 to kCutoff^2, within 4e-6 of itself: the interpolant of exp(-q/16) at six Chebyshev
 // points, to the eighth power.
 inline Lanes gaussian(Lanes q) {
   Lanes p = mulAdd(broadcast(-5.448007998045642e-09f), q, broadcast(6.035977234791193e-07f));
@@ -552,7 +553,7 @@ void keepSeenLoop(TileLists& tile, int block, const BlockFragments& fragments, c
   tile.end[block] = begin + kept;
 }
 
-// Calls add(splat of the tile, weights, orders) for each splat of a block's list.
+// Calls add(splat of the tile, where it is seen, weights, orders) for each splat of a block's list.
 template <class Add> inline void eachWeight(const TileLists& tile, int block, const float* limits, Add add) {
   const Centers at = centersOf(block);
   const Lanes limit = load(limits), cutoff = broadcast(kCutoff * kCutoff), zero = broadcast(0);
@@ -560,7 +561,7 @@ template <class Add> inline void eachWeight(const TileLists& tile, int block, co
     const TileSplat& s = tile.splats[tile.list[i]];
     const Lanes q = qOf(s, at), order = orderOf(s, at);
     const Mask in = (q <= cutoff) & (order < limit);
-    add(tile.list[i], select(in, gaussian(q) * broadcast(s.peak), zero), order);
+    add(tile.list[i], in, select(in, gaussian(q) * broadcast(s.peak), zero), order);
   }
 }
 
@@ -568,12 +569,13 @@ void blendBlockLoop(const TileLists& tile, int block, const float* limits, const
                     const float* values, float* out) {
   const Lanes zero = broadcast(0);
   Lanes sum = zero, sum0 = zero, sum1 = zero, sum2 = zero;
-  eachWeight(tile, block, limits, [&](uint32_t splat, Lanes weight, Lanes) {
+  // What is infinite stays where it is seen: 0 times it would be no number.
+  eachWeight(tile, block, limits, [&](uint32_t splat, Mask in, Lanes weight, Lanes) {
     const float* value = values + 4 * static_cast<size_t>(splat);
     sum = sum + weight;
-    sum0 = mulAdd(weight, broadcast(value[0]), sum0);
-    sum1 = mulAdd(weight, broadcast(value[1]), sum1);
-    sum2 = mulAdd(weight, broadcast(value[2]), sum2);
+    sum0 = select(in, mulAdd(weight, broadcast(value[0]), sum0), sum0);
+    sum1 = select(in, mulAdd(weight, broadcast(value[1]), sum1), sum1);
+    sum2 = select(in, mulAdd(weight, broadcast(value[2]), sum2), sum2);
   });
   const Mask any = zero < sum;
   const Lanes scale = select(any, load(alpha) / select(any, sum, broadcast(1)), zero);
@@ -585,7 +587,7 @@ void blendBlockLoop(const TileLists& tile, int block, const float* limits, const
 void meanOrderLoop(const TileLists& tile, int block, const float* limits, float* out) {
   const Lanes zero = broadcast(0);
   Lanes sum = zero, sumOfOrders = zero;
-  eachWeight(tile, block, limits, [&](uint32_t, Lanes weight, Lanes order) {
+  eachWeight(tile, block, limits, [&](uint32_t, Mask, Lanes weight, Lanes order) {
     sum = sum + weight;
     sumOfOrders = mulAdd(weight, order, sumOfOrders);
   });

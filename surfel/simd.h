@@ -1,8 +1,9 @@
 // Which vector instructions a kernel uses. The caller chooses once and passes the choice along in its
 // options.
 //
-// A kernel is written once in x_kernel.h and compiled by x_scalar.cpp, x_avx2.cpp and x_avx512.cpp, the last
-// two with the options that surflect_simd_source (cmake/SurflectTargets.cmake) gives them. Code compiled so
+// Kernels are written once in x_kernel_loops.h and compiled by x_kernels_scalar.cpp, x_kernels_avx2.cpp and
+// x_kernels_avx512.cpp, as far as each pays, the last two with the options that surflect_simd_source
+// (cmake/SurflectTargets.cmake) gives them. Code compiled so
 // has internal linkage and calls no inline function of a library: the linker may keep any copy of that for
 // everyone.
 #pragma once

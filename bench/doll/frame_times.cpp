@@ -49,8 +49,8 @@ double viewShare(const Model& model, const QueryBatch& batch, const ShadeOptions
   const QueryBatch dark = unlit(batch);
   const auto plan = [&](const QueryBatch& queries) {
     ShadingPlanner planner(model, queries, options);
-    for (size_t begin = 0; begin < queries.size(); begin += kQueriesAtOnce)
-      planner.plan(begin, std::min(queries.size(), begin + kQueriesAtOnce));
+    for (size_t begin = 0; begin < queries.size(); begin += kTargetsAtOnce)
+      planner.plan(begin, std::min(queries.size(), begin + kTargetsAtOnce));
   };
   std::vector<Lap> lit, views;
   for (int i = 0; i < runs; ++i) {

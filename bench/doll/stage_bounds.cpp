@@ -17,8 +17,8 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
       // and v0 50, handedness 20.
       {"warp", surfels * (24 + 37), surfels * 150},
       // p, u, v, flag, radius, coverage in; footprint (x, y, three of the ellipse, peak, three of the depth)
-      // of
-      // those visible out, for each pixel alpha, and up to where it shows splats. Place and facing of every
+      // of those visible out, for each pixel alpha, and up to where it shows splats. Place and facing of
+      // every
       // surfel 30, ellipse of those drawn 150, ellipse, area and depth of a contribution 30.
       {"splat", surfels * 45 + visible * 36 + pixels * 8, surfels * 30 + drawn * 150 + contributions * 30},
       // index, p, u, v, r0 in; directions to viewer and lights and irradiance out. Polar factor 60, R0 20,
@@ -35,7 +35,8 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
       // channel each.
       {"look-up", real(counts.blockBytes) + pairs * 16 + visible * 12,
        lookups * rank * 6 + pairs * rank * 30},
-      // Footprint and radiance in, and what pixels have; RGBA out. Ellipse, Gaussian and depth of a contribution
+      // Footprint and radiance in, and what pixels have; RGBA out. Ellipse, Gaussian and depth of a
+      // contribution
       // again 30: to store and read it would take as long as 100. A multiply-add a channel.
       {"develop", visible * (36 + 12) + pixels * (8 + 16), contributions * (30 + 6)},
   };

@@ -17,7 +17,7 @@ std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats&
 
 Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
              ShadingStats& stats, const Progress& progress,
-             const std::function<void(std::string_view)>& finished) {
+             const std::function<void(std::string_view)>& finished, size_t targetsAtOnce) {
   const auto finish = [&](std::string_view stage) {
     if (finished) finished(stage);
   };
@@ -28,15 +28,18 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
     all.insert(all.end(), part.begin(), part.end());
   };
   ShadingPlanner planner(model, batch, options);
-  for (size_t begin = 0; begin < batch.size(); begin += kQueriesAtOnce) {
-    const ShadingPlan& plan = planner.plan(begin, std::min(batch.size(), begin + kQueriesAtOnce), progress);
+  const size_t atOnce = std::max(size_t{1}, targetsAtOnce / planner.targetsPerQuery());
+  size_t begin = 0;
+  do { // once also where there are no queries: that takes time, too
+    const ShadingPlan& plan = planner.plan(begin, std::min(batch.size(), begin + atOnce), progress);
     append(shaded.cameraBlend, plan.cameraBlend);
     append(shaded.lightBlend, plan.lightBlend);
     shaded.unseen += plan.unseen;
     finish("ulr");
     append(shaded.radiance, shade(plan, cache, stats, progress, options.simd));
     finish("shade");
-  }
+    begin += atOnce;
+  } while (begin < batch.size());
   return shaded;
 }
 

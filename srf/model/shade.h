@@ -19,14 +19,15 @@ struct Shaded {
   size_t unseen = 0;
 };
 
-inline constexpr size_t kQueriesAtOnce = 1 << 14;
+inline constexpr size_t kTargetsAtOnce = 1 << 14;
 
-// Both in one. The queries are planned and looked up so many at a time, so that what passes between
-// the two stays in the processor's caches. Neighbours in a cloud ask for the same blocks: a batch in the
-// order of its surfels reads few of them twice, however small the cache. `finished` hears "ulr" after each
-// part's planning and "shade" after its look-ups.
+// Both in one. Queries are planned and looked up for so many targets at a time, so that what passes between
+// the two stays in the processor's caches; a block that several parts ask for is read again where the cache
+// does not keep it. The answer does not depend on it. `finished` hears "ulr" after each part's planning and
+// "shade" after its look-ups.
 Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
              ShadingStats& stats, const Progress& progress = {},
-             const std::function<void(std::string_view)>& finished = {});
+             const std::function<void(std::string_view)>& finished = {},
+             size_t targetsAtOnce = kTargetsAtOnce);
 
 } // namespace surflect

@@ -440,6 +440,8 @@ ShadingPlanner::ShadingPlanner(const Model& model, const QueryBatch& batch, cons
 
 ShadingPlanner::~ShadingPlanner() = default;
 
+size_t ShadingPlanner::targetsPerQuery() const { return parts_->plan.targetsPerQuery; }
+
 const ShadingPlan& ShadingPlanner::plan(size_t begin, size_t end, const Progress& progress) {
   ShadingPlan& plan = parts_->plan;
   plan.queries = end - begin;

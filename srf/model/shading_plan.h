@@ -64,6 +64,8 @@ public:
   ShadingPlanner(const Model& model, const QueryBatch& batch, const ShadeOptions& options);
   ~ShadingPlanner();
 
+  size_t targetsPerQuery() const; // of every plan
+
   // Of the queries from `begin` to before `end`; targets count from 0. Valid until the next call.
   const ShadingPlan& plan(size_t begin, size_t end, const Progress& progress = {});
 

@@ -77,6 +77,7 @@ CandidateSieve::CandidateSieve(std::span<const Source> sources, const Vec3<doubl
     isNear_[i] = 1;
     fromMiddle_[i] = static_cast<float>(at.norm());
   }
+  isSafe_ = allDistant_;
   towardsX_ = x_;
   towardsY_ = y_;
   towardsZ_ = z_;

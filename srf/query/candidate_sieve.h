@@ -40,7 +40,7 @@ private:
   Simd simd_;
   Vec3<double> middle_;
   double scale_ = 1; // to units in which the farthest source is about 1 from the middle
-  bool allDistant_ = true, isSafe_ = true;
+  bool allDistant_ = true, isSafe_ = false;
   std::vector<float> x_, y_, z_, isNear_, fromMiddle_; // of the sources
   std::vector<float> towardsX_, towardsY_, towardsZ_;  // to them
   std::vector<uint8_t> fades_, allSeen_;

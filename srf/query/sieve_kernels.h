@@ -36,7 +36,7 @@ struct SieveKernels {
   // Directions from a place at the given length from the middle; false if one of them is not to be trusted.
   bool (*lookFrom)(const SieveSources&, const float* place, float fromMiddle, const SieveDirections&);
   // Writes the sources with a fade of which fewer than `wanted` others are nearer for sure, ascending, and
-  // returns how many. bounds, found: one per source.
+  // returns how many. bounds: one per lane of each group; found: one per source.
   size_t (*nearest)(const SieveDirections&, size_t groups, const SieveQuery&, float* bounds, uint32_t* found);
 };
 

@@ -2,6 +2,7 @@
 #include "srf/store/shading_queue.h"
 
 #include "srf/store/look_up_kernel.h"
+#include "surfel/error.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -158,11 +159,13 @@ Footprints footprintsOf(std::span<const ShadingOp> ops, std::span<const ViewFile
       all.firstSlot[i + 1] = static_cast<uint32_t>(tasks.size());
     }
   });
-  uint32_t slots = 0;
+  size_t slots = 0;
   for (Run& run : runs) {
-    run.firstSlot = slots;
-    slots += static_cast<uint32_t>(run.tasks.size());
+    run.firstSlot = static_cast<uint32_t>(slots);
+    slots += run.tasks.size();
   }
+  if (std::max(slots, ops.size()) > std::numeric_limits<uint32_t>::max())
+    throw Error("too many look-ups to be queued at once");
   all.tasks.resize(slots);
   all.taps.resize(slots);
   tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {

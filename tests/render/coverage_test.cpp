@@ -336,6 +336,24 @@ TEST(Coverage, EverySplatThatIsVisibleBrightensAPixel) {
   }
 }
 
+TEST(Coverage, WhatIsInfiniteStaysWhereItIsSeen) {
+  Rng rng(17);
+  const Scene scene = sphereBeforePlane(rng);
+  for (const Simd simd : supportedSimd()) {
+    const Coverage coverage = cover(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats(), {.simd = simd});
+    std::vector<float> values(coverage.visible.size(), 0);
+    for (size_t i = 0; i < values.size(); i += 50) {
+      values[i] = 1;
+      const Image seen = blend(coverage, values, 1);
+      values[i] = std::numeric_limits<float>::infinity();
+      const Image image = blend(coverage, values, 1);
+      values[i] = 0;
+      for (size_t p = 0; p < image.values.size(); ++p)
+        ASSERT_EQ(std::isfinite(image.values[p]), seen.values[p] == 0) << nameOf(simd) << ", pixel " << p;
+    }
+  }
+}
+
 // 115 to 139 dB. The doll has limbs before its body and creases; the sphere grazes a plane; the sheet is a
 // stack of two.
 void expectTheSame(const Camera<ObjectSpace>& camera, const Splats& splats, const std::vector<float>& colors,
@@ -459,7 +477,7 @@ TEST(Coverage, SameBitsForAnyNumberOfThreads) {
   }
 }
 
-// More fragments than one pass over a tile takes.
+// Many fragments in each pixel.
 TEST(Coverage, AStackOfThinnedCloudsIsTheCloud) {
   Rng rng(14);
   Scene once, stacked;

@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace surflect {
@@ -98,6 +99,38 @@ TEST_F(Shade, ShufflingTheQueriesShufflesTheAnswers) {
   std::ranges::shuffle(order, random);
   const auto direct = shaded(model, batch), shuffled = shaded(model, permuted(batch, order));
   for (size_t q = 0; q < order.size(); ++q) EXPECT_EQ(shuffled[q], direct[order[q]]);
+}
+
+// In parts of any size the answer is that of the whole.
+void expectPartsAreTheWhole(const Model& model, const QueryBatch& batch) {
+  const auto inPartsOf = [&](size_t targets) {
+    BlockCache cache(model.files, everything);
+    ShadingStats stats;
+    return shade(model, batch, {}, cache, stats, {}, {}, targets);
+  };
+  const Shaded whole = inPartsOf(std::numeric_limits<size_t>::max());
+  ASSERT_EQ(whole.radiance.size(), batch.size());
+  for (const size_t targets : {1, 7, 600}) {
+    const Shaded parts = inPartsOf(targets);
+    EXPECT_EQ(parts.radiance, whole.radiance) << targets;
+    EXPECT_EQ(parts.cameraBlend, whole.cameraBlend) << targets;
+    EXPECT_EQ(parts.lightBlend, whole.lightBlend) << targets;
+    EXPECT_EQ(parts.unseen, whole.unseen) << targets;
+  }
+}
+
+TEST_F(Shade, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 2000, 3, random)); }
+
+TEST_F(ShadePairs, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 300, 3, random)); }
+
+TEST_F(Shade, OfNothingIsNothingAndBothStagesAreHeard) {
+  BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  std::vector<std::string> heard;
+  const Shaded nothing = shade(model, randomBatch(model, 0, 1, random), {}, cache, stats, {},
+                               [&](std::string_view stage) { heard.emplace_back(stage); });
+  EXPECT_TRUE(nothing.radiance.empty());
+  EXPECT_EQ(heard, (std::vector<std::string>{"ulr", "shade"}));
 }
 
 TEST_F(Shade, LightAddsUp) {
