@@ -3,14 +3,7 @@
 #pragma once
 
 #include "srf/query/sieve_kernels.h"
-
-#if defined(__AVX512F__)
-#include "surfel/lanes_avx512.h"
-#elif defined(__AVX2__)
-#include "surfel/lanes_avx2.h"
-#else
-#include "surfel/lanes_scalar.h"
-#endif
+#include "surfel/lanes.h"
 
 namespace surflect {
 namespace {
