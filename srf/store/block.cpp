@@ -415,21 +415,22 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
     bytes += terms[p] * (coefficientBytes(lights, precisions[p], type) + levelBytes(rows, precisions[p]));
   if (reader.left() != bytes)
     throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
-  block.coefficients.resize(lights * block.stride);
+  block.lights = lights;
+  const size_t texelValues = 3 * static_cast<size_t>(block.stride);
+  block.values.resize(lights * block.stride + blockTexels * texelValues);
   std::vector<float> packed(rows * block.stride); // [present texels x channels][stride]
   int k = 0;
   for (size_t p = 0; p < precisions.size(); ++p)
     for (int i = 0; i < terms[p]; ++i, ++k) {
-      takeCoefficients(reader, precisions[p], type, lights, block.coefficients.data() + k, block.stride);
+      takeCoefficients(reader, precisions[p], type, lights, block.values.data() + k, block.stride);
       takeLevels(reader, precisions[p], rows, packed.data() + k, block.stride);
     }
 
-  const size_t texelValues = 3 * static_cast<size_t>(block.stride);
-  block.basis.resize(blockTexels * texelValues);
+  float* const basis = block.values.data() + lights * block.stride;
   for (int t = 0; t < blockTexels; ++t) {
     const int source = block.present >> t & 1 ? t : nearestPresent(block.present, t);
     const int packedTexel = std::popcount(block.present & ((uint64_t{1} << source) - 1));
-    std::copy_n(packed.data() + packedTexel * texelValues, texelValues, block.basis.data() + t * texelValues);
+    std::copy_n(packed.data() + packedTexel * texelValues, texelValues, basis + t * texelValues);
   }
   return block;
 }

@@ -56,20 +56,29 @@ struct EncodedBlock {
 // `white` > 0 is the radiance of a white pixel. Guarantees blockErrorBound.
 EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white);
 
+// What a look-up needs of a block, wherever it is kept.
+struct BlockTerms {
+  int rank = 0;                        // K
+  int stride = 0;                      // K rounded up to a multiple of 4; what lies between is zero
+  const float* coefficients = nullptr; // [lights][stride]
+  const float* basis = nullptr;        // [64 texels][3 channels][stride], each in [-1, 1]
+
+  const float* light(size_t l) const { return coefficients + l * stride; }
+  const float* texel(int t) const { return basis + static_cast<size_t>(t) * 3 * stride; }
+};
+
 // A block ready for look-ups. Absent texels are filled from the nearest present one, so that bilinear
 // interpolation inside the block never mixes background in.
 struct Block {
-  int rank = 0;                    // K
-  int stride = 0;                  // K rounded up to a multiple of 4; what lies between is zero
-  uint64_t present = 0;            // as given to encodeBlock
-  std::vector<float> basis;        // [64 texels][3 channels][stride], each in [-1, 1]
-  std::vector<float> coefficients; // [lights][stride]
+  int rank = 0, stride = 0; // as BlockTerms has them
+  uint64_t present = 0;     // as given to encodeBlock
+  size_t lights = 0;
+  std::vector<float> values; // coefficients, then basis, as BlockTerms has them
 
-  const float* texel(int t) const { return basis.data() + static_cast<size_t>(t) * 3 * stride; }
-  const float* light(size_t l) const { return coefficients.data() + l * stride; }
-  size_t memory() const {
-    return sizeof(Block) + (basis.capacity() + coefficients.capacity()) * sizeof(float);
-  }
+  BlockTerms terms() const { return {rank, stride, values.data(), values.data() + lights * stride}; }
+  const float* light(size_t l) const { return terms().light(l); }
+  const float* texel(int t) const { return terms().texel(t); }
+  size_t memory() const { return sizeof(Block) + values.capacity() * sizeof(float); }
 };
 
 // Throws Error where the record is not one of a block under so many lights.

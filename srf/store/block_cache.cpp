@@ -1,11 +1,18 @@
 #include "srf/store/block_cache.h"
 
 #include <cassert>
+#include <limits>
 
 namespace surflect {
 
+static_assert(3 * blockTexels <= std::numeric_limits<uint8_t>::max(), "the rank of a resident block");
+
+BlockCache::BlockCache(std::span<const ViewFile> views, size_t budget) : views_(views), budget_(budget) {
+  for (const ViewFile& view : views) residents_.emplace_back(view.blockCount());
+}
+
 std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
-  assert(view < views_.size());
+  assert(view < views_.size() && block < views_[view].blockCount());
   const uint64_t key = uint64_t{view} << 32 | block;
   {
     const std::lock_guard lock(mutex_);
@@ -24,13 +31,28 @@ std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   if (entryOf_.contains(key)) return read; // another thread was faster
   entries_.push_front({key, read});
   entryOf_[key] = entries_.begin();
+  Resident& resident = residentOf(key);
+  resident.values = read->values.data();
+  resident.rank = static_cast<uint8_t>(read->rank);
+  resident.stride = static_cast<uint8_t>(read->stride);
   memory_ += read->memory();
+  makeRoom();
+  return read;
+}
+
+void BlockCache::makeRoom() {
   while (memory_ > budget_) {
-    memory_ -= entries_.back().block->memory();
-    entryOf_.erase(entries_.back().key);
+    const auto last = std::prev(entries_.end());
+    Resident& resident = residentOf(last->key);
+    if (resident.isWanted.exchange(false)) {
+      entries_.splice(entries_.begin(), entries_, last);
+      continue;
+    }
+    resident.values = nullptr;
+    memory_ -= last->block->memory();
+    entryOf_.erase(last->key);
     entries_.pop_back();
   }
-  return read;
 }
 
 CacheCounts BlockCache::counts() const {

@@ -3,13 +3,16 @@
 
 #include "srf/store/view_file.h"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <unordered_map>
+#include <vector>
 
 namespace surflect {
 
@@ -23,7 +26,7 @@ class BlockCache {
 public:
   // `views` must outlive the cache. Blocks that callers still hold do not count against the budget (bytes of
   // decoded blocks): with one block in use a thread, memory exceeds it by at most one block a thread.
-  BlockCache(std::span<const ViewFile> views, size_t budget) : views_(views), budget_(budget) {}
+  BlockCache(std::span<const ViewFile> views, size_t budget);
 
   std::span<const ViewFile> views() const { return views_; }
 
@@ -31,18 +34,39 @@ public:
   // at the same time both read it.
   std::shared_ptr<const Block> get(uint32_t view, uint32_t block);
 
+  // Empty where the block is not in memory. Safe from many threads at once, but not while any of them calls
+  // get, which may end what is pointed to. Blocks found so stay longer than those that were not, but keep
+  // their order.
+  std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
+    const Resident& found = residents_[view][block];
+    if (!found.values) return std::nullopt;
+    if (!found.isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
+      found.isWanted.store(true, std::memory_order_relaxed);
+    const size_t lights = static_cast<size_t>(views_[view].header().lights);
+    return BlockTerms{found.rank, found.stride, found.values, found.values + lights * found.stride};
+  }
+
   CacheCounts counts() const;
 
 private:
   struct Entry {
-    uint64_t key;
+    uint64_t key; // view, block
     std::shared_ptr<const Block> block;
   };
+  // All that resident reads, in one place: it is asked for in no order that a processor could guess.
+  struct Resident {
+    const float* values = nullptr; // as Block has them; null where it is not in memory
+    uint8_t rank = 0, stride = 0;
+    mutable std::atomic<bool> isWanted = false; // by resident, since the entry was last moved
+  };
+  Resident& residentOf(uint64_t key) { return residents_[key >> 32][static_cast<uint32_t>(key)]; }
+  void makeRoom();
 
   std::span<const ViewFile> views_;
   size_t budget_;
-  mutable std::mutex mutex_; // guards all that follows
-  std::list<Entry> entries_; // most recently used first
+  std::vector<std::vector<Resident>> residents_; // of each view's blocks; written under the mutex
+  mutable std::mutex mutex_;                     // guards all that follows
+  std::list<Entry> entries_;                     // most recently used first
   std::unordered_map<uint64_t, std::list<Entry>::iterator> entryOf_;
   size_t memory_ = 0; // of all entries, bytes
   CacheCounts counts_;

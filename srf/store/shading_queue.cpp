@@ -1,10 +1,9 @@
 // Symbols: e_k eigenimage, a_kl coefficient of light l, w_l light weight, K rank.
 #include "srf/store/shading_queue.h"
 
-#include "srf/store/look_up_kernel.h"
+#include "srf/store/view_taps.h"
 #include "surfel/error.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
@@ -18,95 +17,11 @@ namespace surflect {
 
 namespace {
 
-// The part of a bilinear interpolation that one stored block answers.
-struct Tap {
-  uint32_t block = 0;
-  int texel = 0;
-  float weight = 0;
-};
+constexpr size_t kOpsPerRun = 1024;
+constexpr size_t kLineBytes = 64; // of the processor's caches
+constexpr size_t kOpsAtOnce = 16; // that the processor fetches for while others are answered
 
-struct Footprint {
-  std::array<Tap, 4> taps;
-  int count = 0;
-
-  std::span<const Tap> all() const { return {taps.data(), static_cast<size_t>(count)}; }
-};
-
-// Taps on background dropped, the others renormalised; empty if none is left.
-Footprint footprintOf(const ViewFile& view, float x, float y) {
-  assert(std::isfinite(x) && std::isfinite(y));
-  const int width = view.header().width, height = view.header().height;
-  const float u = std::clamp(x - 0.5f, 0.f, static_cast<float>(width - 1));
-  const float v = std::clamp(y - 0.5f, 0.f, static_cast<float>(height - 1));
-  const int i = static_cast<int>(u), j = static_cast<int>(v);
-  const float fx = u - static_cast<float>(i), fy = v - static_cast<float>(j);
-
-  Footprint footprint;
-  float kept = 0;
-  BlockPosition position{-1, -1};
-  std::optional<uint32_t> block; // at `position`; mostly the same for all four
-  for (int corner = 0; corner < 4; ++corner) {
-    const int right = corner & 1, down = corner >> 1;
-    const float weight = (right ? fx : 1 - fx) * (down ? fy : 1 - fy);
-    if (weight == 0) continue; // also keeps i + 1 and j + 1 inside the image
-    const int tx = i + right, ty = j + down;
-    const BlockPosition here{tx / blockSize, ty / blockSize};
-    if (here != position) block = view.find(position = here);
-    if (!block) continue;
-    footprint.taps[footprint.count++] = {*block, ty % blockSize * blockSize + tx % blockSize, weight};
-    kept += weight;
-  }
-  for (int t = 0; t < footprint.count; ++t) footprint.taps[t].weight /= kept;
-  return footprint;
-}
-
-// The point between texel centres of a stored block that is nearest to (x, y), all in pixels; empty for a
-// view that stores nothing. Of equals, the first in rings of blocks about the one that holds (x, y); no
-// further ring can come nearer.
-std::optional<Eigen::Vector2f> nearestStored(const ViewFile& view, float x, float y) {
-  const ViewHeader& header = view.header();
-  x = std::clamp(x, 0.5f, static_cast<float>(header.width) - 0.5f);
-  y = std::clamp(y, 0.5f, static_cast<float>(header.height) - 0.5f);
-  const int cx = static_cast<int>(x) / blockSize, cy = static_cast<int>(y) / blockSize;
-  std::optional<Eigen::Vector2f> nearest;
-  float least = std::numeric_limits<float>::infinity(); // squared
-  const auto offer = [&](int bx, int by) {
-    if (bx < 0 || by < 0 || bx >= header.blocksAcross() || by >= header.blocksDown() || !view.find({bx, by}))
-      return;
-    // Centres of its outermost texels; those beyond the image's border are not asked for.
-    const auto inside = [](float value, int block, int size) {
-      const int last = std::min((block + 1) * blockSize, size) - 1;
-      return std::clamp(value, static_cast<float>(block * blockSize) + 0.5f, static_cast<float>(last) + 0.5f);
-    };
-    const Eigen::Vector2f here{inside(x, bx, header.width), inside(y, by, header.height)};
-    const float distance = (here - Eigen::Vector2f(x, y)).squaredNorm();
-    if (distance < least) least = distance, nearest = here;
-  };
-  const int rings = std::max(header.blocksAcross(), header.blocksDown());
-  for (int ring = 0; ring < rings; ++ring) {
-    const auto reach = static_cast<float>((ring - 1) * blockSize); // no block of the ring is nearer
-    if (ring > 0 && reach * reach > least) break;
-    for (int d = -ring; d <= ring; ++d) {
-      offer(cx + d, cy - ring);
-      offer(cx + d, cy + ring);
-      if (std::abs(d) == ring) continue; // the corners are done
-      offer(cx - ring, cy + d);
-      offer(cx + ring, cy + d);
-    }
-  }
-  return nearest;
-}
-
-// Calls visit(block) for each block of a footprint, once.
-template <class Visit> void forEachBlock(const Footprint& footprint, Visit visit) {
-  for (int t = 0; t < footprint.count; ++t) {
-    const auto earlier = footprint.all().first(t);
-    if (std::ranges::find(earlier, footprint.taps[t].block, &Tap::block) == earlier.end())
-      visit(footprint.taps[t].block);
-  }
-}
-
-// One operation in one block; its result goes to slots[slot].
+// Of an operation, in one block; its result goes to slots[slot].
 struct Task {
   uint64_t key = 0; // view, block
   uint32_t op = 0, slot = 0;
@@ -118,87 +33,187 @@ struct Task {
   }
 };
 
-// What operations do in which blocks. Results have a slot each, by operation and, of one, in the order of
-// its taps.
-struct Footprints {
-  std::vector<uint32_t> firstSlot; // of each operation's; one more, for the end
-  std::vector<Task> tasks;         // by slot
-  std::vector<BlockTaps> taps;     // by slot
+// Operations that wait for blocks. The tasks of one lie together, in the order of their sum.
+struct Waiting {
+  std::vector<Task> tasks;
+  std::vector<BlockTaps> taps; // of each task
+
+  void add(const ShadingOp& op, uint32_t number, const ViewTaps& all) {
+    for (const auto& [block, ofBlock] : all) {
+      tasks.push_back({uint64_t{op.view} << 32 | block, number, static_cast<uint32_t>(tasks.size())});
+      taps.push_back(ofBlock);
+    }
+  }
 };
 
-Footprints footprintsOf(std::span<const ShadingOp> ops, std::span<const ViewFile> views,
-                        const Progress& progress) {
-  constexpr size_t kOpsPerRun = 1024;
-  struct Run {
-    std::vector<Task> tasks;
-    std::vector<BlockTaps> taps;
-    uint32_t firstSlot = 0;
-  };
-  Footprints all;
-  all.firstSlot.resize(ops.size() + 1);
-  std::vector<Run> runs((ops.size() + kOpsPerRun - 1) / kOpsPerRun);
-  const auto endOf = [&](size_t run) { return std::min(ops.size(), (run + 1) * kOpsPerRun); };
-  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
-    progress.checkpoint();
-    auto& [tasks, taps, firstSlot] = runs[r];
-    tasks.reserve(2 * kOpsPerRun);
-    taps.reserve(2 * kOpsPerRun);
-    for (size_t i = r * kOpsPerRun; i < endOf(r); ++i) {
-      const ShadingOp& op = ops[i];
-      const Footprint footprint = footprintOf(views[op.view], op.x, op.y);
-      forEachBlock(footprint, [&](uint32_t block) {
-        BlockTaps ofBlock{};
-        for (const Tap& tap : footprint.all()) {
-          if (tap.block != block) continue;
-          ofBlock.weights[ofBlock.count] = tap.weight;
-          ofBlock.texels[ofBlock.count++] = static_cast<uint8_t>(tap.texel);
-        }
-        tasks.push_back({uint64_t{op.view} << 32 | block, static_cast<uint32_t>(i), 0});
-        taps.push_back(ofBlock);
-      });
-      all.firstSlot[i + 1] = static_cast<uint32_t>(tasks.size());
+// What operations add to their targets.
+struct Answered {
+  std::vector<Rgb> radiance;               // per operation, weighted
+  std::vector<uint8_t> isLost;             // per operation
+  uint64_t tasks = 0, ranks = 0, hits = 0; // as ShadingStats has them
+};
+
+class Answerer {
+public:
+  Answerer(std::span<const LightWeight> rows, BlockCache& cache, Simd simd, const Progress& progress)
+      : rows_(rows), cache_(cache), lookUp_(lookUpKernel(simd)), progress_(progress) {}
+
+  // What is in memory is answered in the order of the operations, of which neighbours share rows and blocks;
+  // what is not, in the order in which it lies on disk, each block fetched once.
+  Answered answer(std::span<const ShadingOp> ops) const {
+    Answered answered{std::vector<Rgb>(ops.size()), std::vector<uint8_t>(ops.size())};
+    std::vector<Run> runs((ops.size() + kOpsPerRun - 1) / kOpsPerRun);
+    tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
+      progress_.checkpoint();
+      const size_t end = std::min(ops.size(), (r + 1) * kOpsPerRun);
+      for (size_t i = r * kOpsPerRun; i < end; i += kOpsAtOnce)
+        answerResident(ops, i, std::min(end, i + kOpsAtOnce), runs[r], answered);
+    });
+    for (const Run& run : runs) {
+      answered.tasks += run.hits + run.waiting.tasks.size();
+      answered.ranks += run.ranks;
+      answered.hits += run.hits;
     }
-  });
-  size_t slots = 0;
-  for (Run& run : runs) {
-    run.firstSlot = static_cast<uint32_t>(slots);
-    slots += run.tasks.size();
+    if (answered.hits < answered.tasks) sweep(ops, joined(runs), answered);
+    return answered;
   }
-  if (std::max(slots, ops.size()) > std::numeric_limits<uint32_t>::max())
-    throw Error("too many look-ups to be queued at once");
-  all.tasks.resize(slots);
-  all.taps.resize(slots);
-  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
-    const uint32_t first = runs[r].firstSlot;
-    for (size_t i = r * kOpsPerRun; i < endOf(r); ++i) all.firstSlot[i + 1] += first;
-    for (uint32_t t = 0; t < runs[r].tasks.size(); ++t) {
-      all.tasks[first + t] = runs[r].tasks[t];
-      all.tasks[first + t].slot = first + t;
+
+private:
+  struct Run {
+    Waiting waiting;
+    uint64_t hits = 0, ranks = 0;
+  };
+
+  Rgb answerIn(const BlockTerms& block, const ShadingOp& op, const BlockTaps& taps) const {
+    float rgb[3];
+    lookUp_({block.basis, block.coefficients, static_cast<size_t>(block.stride), rows_.data() + op.rowBegin,
+             op.rowEnd - op.rowBegin},
+            taps, rgb);
+    return op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
+  }
+
+  // Of an operation whose blocks are all in memory.
+  struct Ready {
+    uint32_t number;
+    ViewTaps taps;
+    std::array<BlockTerms, 4> blocks;
+  };
+
+  // Where an operation's blocks are, and asks the processor for what will be read of them.
+  bool isReady(const ShadingOp& op, Ready& ready) const {
+    for (size_t i = 0; i < ready.taps.size(); ++i) {
+      const auto block = cache_.resident(op.view, ready.taps[i].block);
+      if (!block) return false;
+      ready.blocks[i] = *block;
     }
-    std::ranges::copy(runs[r].taps, all.taps.begin() + first);
-  });
-  return all;
+    for (size_t i = 0; i < ready.taps.size(); ++i) fetchAhead(ready.blocks[i], op, ready.taps[i].taps);
+    return true;
+  }
+
+  // Not a call: for the compiler it would have no effect, and be left out.
+  [[gnu::always_inline]] void fetchAhead(const BlockTerms& block, const ShadingOp& op,
+                                         const BlockTaps& taps) const {
+    const size_t texelBytes = 3 * sizeof(float) * static_cast<size_t>(block.stride);
+    for (uint32_t t = 0; t < taps.count; ++t) {
+      const auto* texel = reinterpret_cast<const char*>(block.texel(taps.texels[t]));
+      for (size_t at = 0; at < texelBytes; at += kLineBytes) __builtin_prefetch(texel + at);
+      __builtin_prefetch(texel + texelBytes - 1);
+    }
+    for (uint32_t l = op.rowBegin; l < op.rowEnd; ++l) __builtin_prefetch(block.light(rows_[l].light));
+  }
+
+  void answerResident(std::span<const ShadingOp> ops, size_t begin, size_t end, Run& run,
+                      Answered& answered) const {
+    std::array<Ready, kOpsAtOnce> ready;
+    size_t count = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const auto number = static_cast<uint32_t>(i);
+      Ready& next = ready[count];
+      next.number = number;
+      next.taps = tapsAt(cache_.views()[ops[i].view], ops[i].x, ops[i].y);
+      answered.isLost[i] = next.taps.empty();
+      if (isReady(ops[i], next))
+        ++count;
+      else
+        run.waiting.add(ops[i], number, next.taps);
+    }
+    for (const auto& [number, taps, blocks] : std::span(ready).first(count)) {
+      Rgb& sum = answered.radiance[number];
+      for (size_t i = 0; i < taps.size(); ++i) {
+        sum = sum + answerIn(blocks[i], ops[number], taps[i].taps);
+        run.ranks += static_cast<uint64_t>(blocks[i].rank);
+      }
+      run.hits += taps.size();
+    }
+  }
+
+  static Waiting joined(std::span<const Run> runs) {
+    size_t tasks = 0;
+    for (const Run& run : runs) tasks += run.waiting.tasks.size();
+    if (tasks > std::numeric_limits<uint32_t>::max()) throw Error("too many look-ups to be queued at once");
+    Waiting all;
+    all.tasks.reserve(tasks);
+    all.taps.reserve(tasks);
+    for (const Run& run : runs) {
+      const auto first = static_cast<uint32_t>(all.tasks.size());
+      for (const Task& task : run.waiting.tasks) all.tasks.push_back({task.key, task.op, first + task.slot});
+      all.taps.insert(all.taps.end(), run.waiting.taps.begin(), run.waiting.taps.end());
+    }
+    return all;
+  }
+
+  void sweep(std::span<const ShadingOp> ops, const Waiting& waiting, Answered& answered) const {
+    std::vector<Task> sorted = waiting.tasks;
+    tbb::parallel_sort(sorted); // no two compare equal: one order only
+    std::vector<size_t> first;  // task in each block; one more, for the end
+    for (size_t t = 0; t < sorted.size(); ++t)
+      if (t == 0 || sorted[t].key != sorted[t - 1].key) first.push_back(t);
+    const size_t blocks = first.size();
+    first.push_back(sorted.size());
+
+    std::vector<Rgb> slots(sorted.size());
+    std::vector<uint64_t> ranksOf(blocks);
+    tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+      progress_.checkpoint();
+      const std::span ofBlock = std::span<const Task>(sorted).subspan(first[b], first[b + 1] - first[b]);
+      const std::shared_ptr<const Block> block = cache_.get(ofBlock[0].view(), ofBlock[0].block());
+      ranksOf[b] = static_cast<uint64_t>(block->rank) * ofBlock.size();
+      for (const Task& task : ofBlock)
+        slots[task.slot] = answerIn(block->terms(), ops[task.op], waiting.taps[task.slot]);
+    });
+    for (const Task& task : waiting.tasks) {
+      Rgb& sum = answered.radiance[task.op];
+      sum = sum + slots[task.slot];
+    }
+    for (const uint64_t ofBlock : ranksOf) answered.ranks += ofBlock;
+  }
+
+  std::span<const LightWeight> rows_;
+  BlockCache& cache_;
+  LookUpKernel lookUp_;
+  const Progress& progress_;
+};
+
+// Operations of targets that see nothing but background: their numbers, ascending.
+std::vector<uint32_t> blindOps(std::span<const ShadingOp> ops, std::span<const uint8_t> isLost,
+                               size_t targets) {
+  std::vector<uint8_t> sees(targets);
+  for (size_t i = 0; i < ops.size(); ++i) sees[ops[i].target] |= !isLost[i];
+  std::vector<uint32_t> blind;
+  for (uint32_t i = 0; i < ops.size(); ++i)
+    if (!sees[ops[i].target]) blind.push_back(i);
+  return blind;
 }
 
-bool isLost(std::span<const uint32_t> firstSlot, size_t op) { return firstSlot[op] == firstSlot[op + 1]; }
-
-// The operations, with those of targets that see nothing but background moved to what is stored nearest;
-// empty where there is no such target.
-std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const uint32_t> firstSlot,
-                               std::span<const ViewFile> views, size_t targets, const Progress& progress) {
-  std::vector<uint8_t> sees(targets), blind(targets);
-  for (size_t i = 0; i < ops.size(); ++i) (isLost(firstSlot, i) ? blind : sees)[ops[i].target] = 1;
-  for (size_t target = 0; target < targets; ++target) blind[target] = blind[target] && !sees[target];
-  if (std::ranges::count(blind, 1) == 0) return {};
-  std::vector<ShadingOp> moved(ops.begin(), ops.end());
+// Moves them to what their views store nearest.
+std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const uint32_t> blind,
+                               std::span<const ViewFile> views, const Progress& progress) {
+  std::vector<ShadingOp> moved;
+  for (const uint32_t number : blind) moved.push_back(ops[number]);
   tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
     progress.checkNowAndThen(i);
     ShadingOp& op = moved[i];
-    if (!blind[op.target]) return;
-    if (const auto stored = nearestStored(views[op.view], op.x, op.y)) {
-      op.x = stored->x();
-      op.y = stored->y();
-    }
+    if (const auto stored = nearestStored(views[op.view], op.x, op.y)) op.x = stored->x, op.y = stored->y;
   });
   return moved;
 }
@@ -219,151 +234,43 @@ std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWe
     return op.view < views.size() && op.target < targets && op.rowBegin <= op.rowEnd &&
            op.rowEnd <= rows.size();
   }));
+  if (ops.size() > std::numeric_limits<uint32_t>::max())
+    throw Error("too many look-ups to be queued at once");
   const CacheCounts before = cache.counts();
-  Footprints footprints = footprintsOf(ops, views, progress);
-  std::vector<uint32_t>& firstSlot = footprints.firstSlot;
-  for (size_t i = 0; i < ops.size(); ++i) {
-    stats.lookups += ops[i].rowEnd - ops[i].rowBegin;
-    stats.lost += isLost(firstSlot, i);
-  }
-  const std::vector<ShadingOp> moved = sighted(ops, firstSlot, views, targets, progress);
-  if (!moved.empty()) {
-    ops = moved;
-    footprints = footprintsOf(ops, views, progress);
-  }
-  std::vector<Task>& tasks = footprints.tasks;
-  tbb::parallel_sort(tasks); // no two compare equal: one order only
-
-  std::vector<size_t> runs; // of tasks in one block: where each begins; one more, for the end
-  for (size_t t = 0; t < tasks.size(); ++t)
-    if (t == 0 || tasks[t].key != tasks[t - 1].key) runs.push_back(t);
-  runs.push_back(tasks.size());
-
-  std::vector<Rgb> slots(tasks.size());
-  std::vector<uint64_t> ranks(runs.size() - 1);
-  const LookUpKernel lookUp = lookUpKernel(simd);
-  using Runs = tbb::blocked_range<size_t>;
-  tbb::parallel_for(Runs(0, runs.size() - 1), [&](const Runs& part) {
-    for (size_t r = part.begin(); r < part.end(); ++r) {
-      progress.checkpoint();
-      const Task& first = tasks[runs[r]];
-      const std::shared_ptr<const Block> block = cache.get(first.view(), first.block());
-      ranks[r] = static_cast<uint64_t>(block->rank);
-      for (size_t t = runs[r]; t < runs[r + 1]; ++t) {
-        const ShadingOp& op = ops[tasks[t].op];
-        float rgb[3];
-        lookUp({block->basis.data(), block->coefficients.data(), static_cast<size_t>(block->stride),
-                rows.data() + op.rowBegin, op.rowEnd - op.rowBegin},
-               footprints.taps[tasks[t].slot], rgb);
-        slots[tasks[t].slot] = op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
-      }
+  const Answerer answerer(rows, cache, simd, progress);
+  Answered answered = answerer.answer(ops);
+  stats.lost += static_cast<uint64_t>(std::ranges::count(answered.isLost, true));
+  if (const auto blind = blindOps(ops, answered.isLost, targets); !blind.empty()) {
+    const Answered nearest = answerer.answer(sighted(ops, blind, views, progress));
+    for (size_t i = 0; i < blind.size(); ++i) {
+      answered.radiance[blind[i]] = nearest.radiance[i];
+      answered.isLost[blind[i]] = nearest.isLost[i];
     }
-  });
+    answered.tasks += nearest.tasks;
+    answered.ranks += nearest.ranks;
+    answered.hits += nearest.hits;
+  }
 
   std::vector<Rgb> radiance(targets);
   std::vector<Coverage> coverage(targets);
   for (size_t i = 0; i < ops.size(); ++i) {
-    coverage[ops[i].target].all += ops[i].weight;
-    if (!isLost(firstSlot, i)) coverage[ops[i].target].kept += ops[i].weight;
-    for (size_t s = firstSlot[i]; s < firstSlot[i + 1]; ++s)
-      radiance[ops[i].target] = radiance[ops[i].target] + slots[s];
+    const ShadingOp& op = ops[i];
+    stats.lookups += op.rowEnd - op.rowBegin;
+    coverage[op.target].all += op.weight;
+    if (answered.isLost[i]) continue;
+    coverage[op.target].kept += op.weight;
+    radiance[op.target] = radiance[op.target] + answered.radiance[i];
   }
   for (size_t target = 0; target < targets; ++target)
     radiance[target] = coverage[target].scale() * radiance[target];
 
   const CacheCounts after = cache.counts();
   stats.operations += ops.size();
-  stats.tasks += tasks.size();
-  for (size_t r = 0; r < ranks.size(); ++r) stats.taskRanks += ranks[r] * (runs[r + 1] - runs[r]);
+  stats.tasks += answered.tasks;
+  stats.taskRanks += answered.ranks;
   stats.blocksRead += after.reads - before.reads;
   stats.bytesRead += after.bytesRead - before.bytesRead;
-  stats.cacheHits += after.hits - before.hits;
-  return radiance;
-}
-
-namespace {
-
-// Reflectance image (view, light) at one texel; empty where it is background.
-std::optional<Eigen::Vector3d> texelRadiance(BlockCache& cache, uint32_t view, uint32_t light, int x, int y) {
-  const std::optional<uint32_t> number = cache.views()[view].find({x / blockSize, y / blockSize});
-  if (!number) return std::nullopt;
-  const std::shared_ptr<const Block> block = cache.get(view, *number);
-  const float* e = block->texel(y % blockSize * blockSize + x % blockSize);
-  const float* a = block->light(light);
-  Eigen::Vector3d radiance = Eigen::Vector3d::Zero();
-  for (int channel = 0; channel < 3; ++channel)
-    for (int k = 0; k < block->rank; ++k) radiance[channel] += double{a[k]} * e[channel * block->stride + k];
-  return radiance;
-}
-
-// Bilinear; empty where all four texels are background.
-std::optional<Eigen::Vector3d> lookUp(BlockCache& cache, uint32_t view, uint32_t light, double x, double y) {
-  const ViewHeader& header = cache.views()[view].header();
-  const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double weights = 0;
-  for (const double tx : {left, left + 1}) {
-    for (const double ty : {top, top + 1}) {
-      const double weight = (1 - std::abs(x - 0.5 - tx)) * (1 - std::abs(y - 0.5 - ty));
-      if (weight == 0) continue;
-      const auto radiance =
-          texelRadiance(cache, view, light, static_cast<int>(std::clamp<double>(tx, 0, header.width - 1)),
-                        static_cast<int>(std::clamp<double>(ty, 0, header.height - 1)));
-      if (!radiance) continue;
-      sum += weight * *radiance;
-      weights += weight;
-    }
-  }
-  if (weights == 0) return std::nullopt;
-  return Eigen::Vector3d(sum / weights);
-}
-
-// The point of the area between the centres of a block's texels that is nearest, over all stored blocks.
-std::optional<Eigen::Vector2d> nearestTexel(BlockCache& cache, uint32_t view, double x, double y) {
-  const ViewFile& file = cache.views()[view];
-  const auto clamped = [](double value, int block, int size) {
-    return std::clamp(value, block * blockSize + 0.5, std::min((block + 1) * blockSize, size) - 0.5);
-  };
-  const Eigen::Vector2d from{std::clamp(x, 0.5, file.header().width - 0.5),
-                             std::clamp(y, 0.5, file.header().height - 0.5)};
-  std::optional<Eigen::Vector2d> nearest;
-  for (uint32_t number = 0; number < file.blockCount(); ++number) {
-    const BlockPosition block = file.position(number);
-    const Eigen::Vector2d here{clamped(from.x(), block.x, file.header().width),
-                               clamped(from.y(), block.y, file.header().height)};
-    if (!nearest || (here - from).squaredNorm() < (*nearest - from).squaredNorm()) nearest = here;
-  }
-  return nearest;
-}
-
-} // namespace
-
-std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops,
-                                              std::span<const LightWeight> rows, size_t targets,
-                                              BlockCache& cache) {
-  std::vector<Eigen::Vector3d> radiance(targets, Eigen::Vector3d::Zero());
-  std::vector<double> all(targets), kept(targets);
-  const auto add = [&](const ShadingOp& op, double x, double y) {
-    if (!lookUp(cache, op.view, 0, x, y)) return;
-    kept[op.target] += op.weight;
-    for (const LightWeight& w : rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin)) {
-      const Eigen::Vector3d omega = op.weight * Eigen::Vector3d(w.weight.r, w.weight.g, w.weight.b);
-      radiance[op.target] += omega.cwiseProduct(*lookUp(cache, op.view, w.light, x, y));
-    }
-  };
-  std::vector<bool> isBlind(targets, true);
-  for (const ShadingOp& op : ops) {
-    all[op.target] += op.weight;
-    if (lookUp(cache, op.view, 0, op.x, op.y)) isBlind[op.target] = false;
-  }
-  for (const ShadingOp& op : ops) {
-    if (!isBlind[op.target])
-      add(op, op.x, op.y);
-    else if (const auto texel = nearestTexel(cache, op.view, op.x, op.y))
-      add(op, texel->x(), texel->y());
-  }
-  for (size_t target = 0; target < targets; ++target)
-    if (kept[target] != 0) radiance[target] *= all[target] / kept[target];
+  stats.cacheHits += answered.hits;
   return radiance;
 }
 

@@ -1,5 +1,6 @@
-// Deferred shading: many look-ups into reflectance images, answered in the order in which the blocks lie on
-// disk.  [Weyrich 2005, §5.3]
+// Deferred shading: many look-ups into reflectance images. Those that wait for blocks are answered in the
+// order in which these lie on disk [Weyrich 2005, §5.3]; those whose blocks are in memory in their own order,
+// in which neighbours share lights and blocks.
 #pragma once
 
 #include "srf/store/block_cache.h"
@@ -33,9 +34,9 @@ struct ShadingStats {
   uint64_t lost = 0;       // operations that saw background only
   uint64_t tasks = 0;      // operations x the blocks they touch
   uint64_t taskRanks = 0;  // sum of the blocks' ranks over tasks
-  uint64_t blocksRead = 0; // from disk; wrong if others use the cache meanwhile, like the next two
+  uint64_t cacheHits = 0;  // tasks of operations all of whose blocks were in memory
+  uint64_t blocksRead = 0; // from disk; wrong if others use the cache meanwhile, like the next
   uint64_t bytesRead = 0;
-  uint64_t cacheHits = 0;
 };
 
 // radiance[target] = sum over its operations of
@@ -46,10 +47,12 @@ struct ShadingStats {
 // not lost). Where all of a target's are lost, each looks up what its view stores nearest: a surface whose
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
-// Each block is fetched once a call, and the result has the same bits for any number of threads, any cache
+// Each block is fetched once a call, and once more if targets that see background only are left to it; the
+// result has the same bits for any number of threads, any cache
 // and any vector instructions. Against executeReference it errs by less than (lights + K + tasks of the
 // target + 20) 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of
-// it. Memory: about 80 bytes an operation. Throws Error as ViewFile::read.
+// it. One call at a time to a cache. Memory: up to about 100 bytes an operation. Throws Error as
+// ViewFile::read.
 std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
                          BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
                          Simd simd = bestSimd());

@@ -39,8 +39,7 @@ Seen look(const std::filesystem::path& folder) {
   for (const ViewFile& file : model.files)
     for (uint32_t number = 0; number < file.blockCount(); ++number) {
       Block block = file.read(number);
-      seen.blocks.push_back(std::move(block.basis));
-      seen.blocks.push_back(std::move(block.coefficients));
+      seen.blocks.push_back(std::move(block.values));
     }
   QueryBatch batch;
   batch.lights = 2;
