@@ -162,6 +162,19 @@ private:
     return all;
   }
 
+  // Of tasks by block, and where those of each block begin.
+  void announce(std::span<const Task> sorted, std::span<const size_t> first) const {
+    std::vector<uint32_t> blocks; // of one view
+    for (size_t b = 0; b + 1 < first.size(); ++b) {
+      const Task& task = sorted[first[b]];
+      blocks.push_back(task.block());
+      const size_t next = first[b + 1];
+      if (next < sorted.size() && sorted[next].view() == task.view()) continue;
+      cache_.views()[task.view()].announce(blocks);
+      blocks.clear();
+    }
+  }
+
   void sweep(std::span<const ShadingOp> ops, const Waiting& waiting, Answered& answered) const {
     std::vector<Task> sorted = waiting.tasks;
     tbb::parallel_sort(sorted); // no two compare equal: one order only
@@ -171,6 +184,7 @@ private:
     const size_t blocks = first.size();
     first.push_back(sorted.size());
 
+    announce(sorted, first);
     std::vector<Rgb> slots(sorted.size());
     std::vector<uint64_t> ranksOf(blocks);
     tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
@@ -195,6 +196,18 @@ std::optional<uint32_t> ViewFile::find(BlockPosition position) const {
   const uint64_t word = stored_[place / 64], bit = uint64_t{1} << place % 64;
   if ((word & bit) == 0) return std::nullopt;
   return storedBefore_[place / 64] + static_cast<uint32_t>(std::popcount(word & (bit - 1)));
+}
+
+void ViewFile::announce(std::span<const uint32_t> blocks) const {
+  constexpr uint64_t kGap = 1 << 14; // bytes that are rather read than left out
+  for (size_t i = 0; i < blocks.size();) {
+    const uint64_t begin = offsets_[blocks[i]];
+    uint64_t end = begin;
+    for (; i < blocks.size() && offsets_[blocks[i]] <= end + kGap; ++i) end = offsets_[blocks[i] + 1];
+    // Only advice: whether it is taken changes nothing but the time.
+    ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),
+                    POSIX_FADV_WILLNEED);
+  }
 }
 
 Block ViewFile::read(uint32_t block) const {

@@ -61,6 +61,9 @@ public:
   // The number of the block at a position inside the image; empty where it was left out. Constant time.
   std::optional<uint32_t> find(BlockPosition position) const;
 
+  // Says that these blocks, ascending, will be read soon: the disk may have them ready by then.
+  void announce(std::span<const uint32_t> blocks) const;
+
   // Throws Error with the field "block (x, y)" where the block does not match its checksum.
   Block read(uint32_t block) const;
 
