@@ -142,7 +142,7 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
   const auto center = middleOf(model.cloud.p0);
-  const DeformedCloud deformed = deform(model.cloud, warp, progress);
+  const DeformedCloud deformed = deform(model.cloud, warp, progress, options.frame.splats.simd);
   ShadingStats stats;
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
@@ -170,7 +170,8 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       }
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
-      const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress);
+      const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress,
+                                         options.frame.splats.simd);
       const auto rendered = [&](const ShadeOptions& shadeOptions) {
         return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats, progress).radiance);
       };

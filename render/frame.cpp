@@ -1,10 +1,12 @@
 #include "render/frame.h"
 
+#include "render/query_kernels.h"
 #include "surfel/processor_time.h"
 #include "warp/deform.h"
 
 #include <tbb/parallel_for.h>
 
+#include <array>
 #include <cassert>
 #include <chrono>
 #include <functional>
@@ -32,19 +34,32 @@ private:
   double lastProcessor_ = processorSeconds();
 };
 
-// What a light does at a point of object space.
-struct Incidence {
-  Direction3<ObjectSpace, double> towards; // unit
-  Rgb irradiance;
-};
-Incidence incidenceAt(const ShotLight& light, const Point3<ObjectSpace, double>& p) {
+// Of a light with one direction at a surfel: no environment.
+QuerySource sourceOf(const ShotLight& light) {
+  const auto triple = [](const auto& t) { return std::array{t.x(), t.y(), t.z()}; };
+  const auto source = [](bool isDistant, const std::array<double, 3>& place, Rgb strength) {
+    return QuerySource{isDistant, {place[0], place[1], place[2]}, {strength.r, strength.g, strength.b}};
+  };
   if (const auto* directional = std::get_if<ShotDirectionalLight>(&light))
-    return {directional->towards, directional->irradiance};
-  const auto& point = std::get<ShotPointLight>(light); // environments have no one direction
-  const auto toLight = point.position - p;
-  const double squared = dot(toLight, toLight);
-  if (!(squared > 0)) return {{0, 0, 1}, {}}; // the light sits on the surfel
-  return {normalized(toLight), static_cast<float>(1 / squared) * point.intensity}; // A(|p* - p_l|) = 1 / d^2
+    return source(true, triple(directional->towards), directional->irradiance);
+  const auto& point = std::get<ShotPointLight>(light);
+  return source(false, triple(point.position), point.intensity);
+}
+
+QuerySource sourceOf(const Camera<ObjectSpace>& camera) {
+  const bool isDistant = camera.lens.model == Lens::Model::orthographic;
+  return sourceOf(isDistant ? ShotLight(ShotDirectionalLight{Viewpoint(camera).towards({}), {}})
+                            : ShotLight(ShotPointLight{camera.center(), {}}));
+}
+
+// Three a value.
+template <class Value> float* floatsOf(std::vector<Value>& values) {
+  static_assert(sizeof(Value) == 3 * sizeof(float));
+  return reinterpret_cast<float*>(values.data());
+}
+template <class Value> const float* floatsOf(const std::vector<Value>& values) {
+  static_assert(sizeof(Value) == 3 * sizeof(float));
+  return reinterpret_cast<const float*>(values.data());
 }
 
 Uncovered uncoveredOf(const ShotLight& light) {
@@ -91,42 +106,55 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights, const Progress& progress) {
-  const Viewpoint viewpoint(camera);
+                     std::span<const ShotLight> lights, const Progress& progress, Simd simd) {
   QueryBatch batch;
-  std::vector<const ShotLight*> single; // from one direction at a surfel
+  std::vector<QuerySource> sources{sourceOf(camera)}; // then lights with one direction at a surfel
   std::vector<const ShotEnvironment*> environments;
   for (const ShotLight& light : lights) {
     if (const auto* environment = std::get_if<ShotEnvironment>(&light)) {
       environments.push_back(environment);
       batch.environments.push_back(queryOf(*environment));
     } else {
-      single.push_back(&light);
+      sources.push_back(sourceOf(light));
       batch.uncovered.push_back(uncoveredOf(light));
     }
   }
-  batch.lights = single.size();
+  batch.lights = sources.size() - 1;
   batch.surfels.assign(surfels.begin(), surfels.end());
   batch.towardsView.resize(surfels.size());
-  batch.towardsLight.resize(surfels.size() * single.size());
-  batch.irradiance.resize(surfels.size() * single.size());
+  batch.towardsLight.resize(surfels.size() * batch.lights);
+  batch.irradiance.resize(surfels.size() * batch.lights);
   batch.acquisitionFromEnvironment.resize(surfels.size() * environments.size());
-  tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t query) {
-    if (query % 1024 == 0) progress.checkpoint();
-    const size_t surfel = surfels[query];
-    const LookUp<double> lookUp = lookUpAt(rest, deformed, surfel);
-    const auto p = deformed.p[surfel].cast<double>();
-    batch.towardsView[query] = lookUp(viewpoint.towards(p)).cast<float>();
-    for (size_t l = 0; l < single.size(); ++l) {
-      const Incidence incidence = incidenceAt(*single[l], p);
-      batch.towardsLight[query * single.size() + l] = lookUp(incidence.towards).cast<float>();
-      batch.irradiance[query * single.size() + l] = incidence.irradiance;
-    }
-    const Turn<AcquisitionSpace, ObjectSpace> acquisitionFromObject(lookUp.matrix());
+  if (surfels.empty()) return batch;
+  sources[0].towards = floatsOf(batch.towardsView);
+  sources[0].stride = 3;
+  for (size_t l = 0; l < batch.lights; ++l) {
+    sources[l + 1].towards = floatsOf(batch.towardsLight) + 3 * l;
+    sources[l + 1].irradiance = floatsOf(batch.irradiance) + 3 * l;
+    sources[l + 1].stride = 3 * batch.lights;
+  }
+  const auto turnEnvironments = [&](size_t query) {
+    const Turn<AcquisitionSpace, ObjectSpace> acquisitionFromObject(
+        lookUpAt(rest, deformed, surfels[query]).matrix());
     for (size_t e = 0; e < environments.size(); ++e)
       batch.acquisitionFromEnvironment[query * environments.size() + e] =
           (acquisitionFromObject * environments[e]->objectFromEnvironment).cast<float>();
-  });
+  };
+  const QueryJob job{floatsOf(rest.r0),
+                     floatsOf(deformed.p),
+                     floatsOf(deformed.u),
+                     floatsOf(deformed.v),
+                     reinterpret_cast<const int8_t*>(deformed.handedness.data()),
+                     batch.surfels.data(),
+                     sources.data(),
+                     sources.size()};
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, surfels.size(), 1024), [&](const tbb::blocked_range<size_t>& range) {
+        progress.checkpoint();
+        queryKernels(simd).direct(job, range.begin(), range.end());
+        for (size_t query = range.begin(); !environments.empty() && query < range.end(); ++query)
+          turnEnvironments(query);
+      });
   return batch;
 }
 
@@ -144,13 +172,14 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
                  FrameStats& stats, const Progress& progress) {
   StageClock clock(stats);
-  const DeformedCloud deformed = deform(model.cloud, warp, progress);
+  const DeformedCloud deformed = deform(model.cloud, warp, progress, options.splats.simd);
   clock.finish("warp");
   const Sight sight = look(camera, model.cloud, deformed, options.splats, progress);
   stats.splats = sight.coverage.counts;
   stats.visible = sight.surfels.size();
   clock.finish("splat");
-  const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress);
+  const QueryBatch batch =
+      queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress, options.splats.simd);
   clock.finish("look-up");
   const Shaded shaded = shade(model, batch, options.shade, cache, stats.shading, progress,
                               [&](std::string_view stage) { clock.finish(std::string(stage)); });

@@ -29,10 +29,11 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 
 // Directions to viewer and lights, and the lights' irradiance at the deformed surfels, brought back to
 // acquisition space by L; environments are turned by it. One query per entry of `surfels`, none of which may
-// be dead.
+// be dead. In double precision; the same bits for any number of threads, and for avx2 and avx512.
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights, const Progress& progress = {});
+                     std::span<const ShotLight> lights, const Progress& progress = {},
+                     Simd simd = bestSimd());
 
 // Values of the surfels of a sight, `channels` per entry of sight.surfels, as a picture premultiplied by
 // alpha.

@@ -1,33 +1,60 @@
 #include "warp/deform.h"
 
+#include "warp/warp_kernels.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace surflect {
 
 namespace {
 
-struct DeformedSurfel {
-  Point3<ObjectSpace> p;
-  Direction3<ObjectSpace> u, v;
-  Handedness handedness = Handedness::dead;
-};
+// Tangents by Eq. 6, for warps without an exact Jacobian. The rest frames are rotations, so that n0 is
+// u0 x v0 and the determinant of what they become is that of J.
+void carryByDifferences(const Warp& warp, double epsilon, WarpBatch& b) {
+  for (int i = 0; i < b.count; ++i) {
+    const Vec3<double> x(b.x[i], b.y[i], b.z[i]);
+    Mat3<double> frame; // u0, v0, n0
+    frame.col(0) << b.ux[i], b.uy[i], b.uz[i];
+    frame.col(1) << b.vx[i], b.vy[i], b.vz[i];
+    frame.col(2) = frame.col(0).cross(frame.col(1));
+    const Mat3<double> along = centralDifferences(warp, x, frame, epsilon);
+    const Vec3<double> p = warp.position(x);
+    b.x[i] = p.x(), b.y[i] = p.y(), b.z[i] = p.z();
+    b.ux[i] = along(0, 0), b.uy[i] = along(1, 0), b.uz[i] = along(2, 0);
+    b.vx[i] = along(0, 1), b.vy[i] = along(1, 1), b.vz[i] = along(2, 1);
+    b.determinant[i] = along.determinant();
+  }
+}
 
-DeformedSurfel deformSurfel(const Vec3<double>& p0, const Rodrigues& r0, const Warp& warp, double epsilon) {
-  const Mat3<double> frame = rotationOf<double>(r0); // u0, v0, n0
-  const auto exact = warp.jacobian(p0);
-  const Mat3<double> along =
-      exact ? Mat3<double>(*exact * frame) : centralDifferences(warp, p0, frame, epsilon);
-  const Vec3<float> p = warp.position(p0).cast<float>();
-  const Vec3<float> u = along.col(0).cast<float>(), v = along.col(1).cast<float>();
+static_assert(sizeof(Handedness) == 1 && sizeof(Rodrigues) == 3 * sizeof(float));
+template <class Triple> float* floatsFrom(std::vector<Triple>& triples, size_t begin) {
+  return reinterpret_cast<float*>(triples.data() + begin);
+}
+template <class Triple> const float* floatsFrom(const std::vector<Triple>& triples, size_t begin) {
+  return reinterpret_cast<const float*>(triples.data() + begin);
+}
 
-  const double determinant = along.determinant(); // of J: the frame is a rotation
-  const bool alive = p.allFinite() && u.allFinite() && v.allFinite() && std::isfinite(determinant);
-  if (!alive || !polarFrame(u, v)) return {};
-  return {assume<Point3<ObjectSpace>>(p), assume<Direction3<ObjectSpace>>(u),
-          assume<Direction3<ObjectSpace>>(v), determinant < 0 ? Handedness::mirrored : Handedness::kept};
+// The surfels from `begin` on; may write up to the next whole group of kWarpGroup.
+void finish(const WarpKernels& kernels, const WarpBatch& batch, DeformedCloud& deformed, size_t begin) {
+  std::array<uint32_t, WarpBatch::capacity / 32> doubtful;
+  kernels.finish(batch, floatsFrom(deformed.p, begin), floatsFrom(deformed.u, begin),
+                 floatsFrom(deformed.v, begin), reinterpret_cast<int8_t*>(deformed.handedness.data() + begin),
+                 doubtful.data());
+  for (int i = 0; i < batch.count; ++i) {
+    if ((doubtful[i / 32] >> i % 32 & 1) == 0) continue;
+    const size_t at = begin + static_cast<size_t>(i);
+    const Vec3<float> p = deformed.p[at].raw(), u = deformed.u[at].raw(), v = deformed.v[at].raw();
+    if (p.allFinite() && u.allFinite() && v.allFinite() && std::isfinite(batch.determinant[i]) &&
+        polarFrame(u, v))
+      continue;
+    deformed.p[at] = {};
+    deformed.u[at] = deformed.v[at] = {};
+    deformed.handedness[at] = Handedness::dead;
+  }
 }
 
 } // namespace
@@ -44,25 +71,37 @@ double differenceStep(const SurfelCloud& cloud) {
   return std::cbrt(3 * 0x1p-53 * farthest * feature * feature);
 }
 
-DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress) {
+DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress, Simd simd) {
   const size_t count = cloud.size();
-  const double epsilon = differenceStep(cloud);
+  const bool exact = count == 0 || warp.jacobian(cloud.p0[0].raw().cast<double>());
+  const double epsilon = exact ? 0 : differenceStep(cloud);
+  const WarpKernels& kernels = warpKernels(simd);
   DeformedCloud deformed;
-  deformed.p.resize(count);
-  deformed.u.resize(count);
-  deformed.v.resize(count);
-  deformed.handedness.resize(count);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 1024), [&](const tbb::blocked_range<size_t>& range) {
-    progress.checkpoint();
-    for (size_t i = range.begin(); i < range.end(); ++i) {
-      const DeformedSurfel surfel =
-          deformSurfel(cloud.p0[i].raw().cast<double>(), cloud.r0[i], warp, epsilon);
-      deformed.p[i] = surfel.p;
-      deformed.u[i] = surfel.u;
-      deformed.v[i] = surfel.v;
-      deformed.handedness[i] = surfel.handedness;
-    }
-  });
+  const auto resize = [&](size_t size) {
+    deformed.p.resize(size);
+    deformed.u.resize(size);
+    deformed.v.resize(size);
+    deformed.handedness.resize(size);
+  };
+  const auto deformBatch = [&](size_t begin, size_t end) {
+    WarpBatch batch;
+    kernels.begin(floatsFrom(cloud.p0, begin), floatsFrom(cloud.r0, begin), static_cast<int>(end - begin),
+                  batch);
+    if (exact)
+      warp.carry(batch, simd);
+    else
+      carryByDifferences(warp, epsilon, batch);
+    finish(kernels, batch, deformed, begin);
+  };
+  resize((count + kWarpGroup - 1) / kWarpGroup * kWarpGroup);
+  constexpr size_t atOnce = WarpBatch::capacity;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, (count + atOnce - 1) / atOnce, 8),
+                    [&](const tbb::blocked_range<size_t>& batches) {
+                      progress.checkpoint();
+                      for (size_t i = batches.begin(); i < batches.end(); ++i)
+                        deformBatch(i * atOnce, std::min(count, (i + 1) * atOnce));
+                    });
+  resize(count);
   return deformed;
 }
 

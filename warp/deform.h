@@ -4,6 +4,7 @@
 #include "surfel/cloud.h"
 #include "surfel/mesh.h"
 #include "surfel/progress.h"
+#include "surfel/simd.h"
 #include "warp/warp.h"
 
 namespace surflect {
@@ -11,8 +12,9 @@ namespace surflect {
 // p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored where det J < 0, dead where polarFrame finds
 // no frame for (u, v) or anything is not finite in float; the p, u, v of dead surfels are 0. J is the warp's
 // own or, along u0, v0, n0, by Eq. 6 with the step below. Evaluated in double, in the caller's arena; the
-// same bits for any number of threads.
-DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {});
+// same bits for any number of threads, and for avx2 and avx512.
+DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {},
+                     Simd simd = bestSimd());
 
 // The mesh with its vertices moved. It must be fine enough for the warp to be bent that way.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);

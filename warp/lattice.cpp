@@ -1,7 +1,10 @@
 #include "warp/lattice.h"
 
+#include "warp/warp_kernels.h"
+
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace surflect {
 
@@ -32,9 +35,59 @@ Basis bernstein(int degree, double place) {
   return basis;
 }
 
+// By powers of x in -1..1: entry (k, i) is the factor of x^k in B_i^n((1 + x) / 2)
+//   = C(n, i) (1 + x)^i (1 - x)^(n - i) / 2^n
+Eigen::MatrixXd powersOfBernstein(int n) {
+  Eigen::MatrixXd powers = Eigen::MatrixXd::Zero(n + 1, n + 1);
+  double binomial = 1; // C(n, i)
+  for (int i = 0; i <= n; ++i) {
+    auto column = powers.col(i);
+    column[0] = std::ldexp(binomial, -n);
+    for (int factor = 0; factor < n; ++factor)
+      for (int k = factor + 1; k > 0; --k) column[k] += factor < i ? column[k - 1] : -column[k - 1];
+    binomial *= double(n - i) / (i + 1);
+  }
+  return powers;
+}
+
+// Sums of powers lose digits, their factors being up to 2^degrees as large as the moves: with this many
+// degrees over all axes they are as good as 2e-9 of the largest move.
+constexpr int mostDegreesInPowers = 24;
+
+// The displacement by powers of (s, t, u), each in -1..1, for LatticeStep.
+std::vector<Vec3<double>> powerCoefficients(const Lattice& lattice) {
+  const auto [l, m, n] = lattice.divisions;
+  const Eigen::MatrixXd overX = powersOfBernstein(l), overY = powersOfBernstein(m),
+                        overZ = powersOfBernstein(n);
+  // One axis after the other; each array holds powers where it was summed and points where not yet.
+  std::vector<Vec3<double>> from = lattice.moves, to;
+  const auto sumOver = [&](const Eigen::MatrixXd& powers, int axis) {
+    to.assign(from.size(), Vec3<double>::Zero());
+    for (int k = 0; k <= n; ++k)
+      for (int j = 0; j <= m; ++j)
+        for (int i = 0; i <= l; ++i) {
+          std::array power{i, j, k};
+          const Vec3<double>& point = from[lattice.pointIndex({i, j, k})];
+          for (power[axis] = 0; power[axis] < powers.rows(); ++power[axis])
+            to[lattice.pointIndex(power)] += powers(power[axis], std::array{i, j, k}[axis]) * point;
+        }
+    from.swap(to);
+  };
+  sumOver(overX, 0);
+  sumOver(overY, 1);
+  sumOver(overZ, 2);
+  std::ranges::reverse(from);
+  return from;
+}
+
 class FreeForm final : public Warp {
 public:
-  explicit FreeForm(Lattice lattice) : lattice_(std::move(lattice)) {}
+  explicit FreeForm(Lattice lattice)
+      : lattice_(std::move(lattice)), middle_((lattice_.least + lattice_.most) / 2),
+        inverseHalf_((lattice_.most - lattice_.least).cwiseInverse() * 2) {
+    const auto [l, m, n] = lattice_.divisions;
+    if (l + m + n <= mostDegreesInPowers) powers_ = powerCoefficients(lattice_);
+  }
 
   Vec3<double> position(const Vec3<double>& x) const override {
     const auto [b, c, d] = basesAt(x);
@@ -69,6 +122,14 @@ public:
     return Mat3<double>::Identity() + gradient * (lattice_.most - lattice_.least).cwiseInverse().asDiagonal();
   }
 
+  void carry(WarpBatch& batch, Simd simd) const override {
+    if (powers_.empty())
+      Warp::carry(batch, simd);
+    else
+      warpKernels(simd).lattice(
+          {middle_.data(), inverseHalf_.data(), lattice_.divisions.data(), powers_.front().data()}, batch);
+  }
+
 private:
   std::array<Basis, 3> basesAt(const Vec3<double>& x) const {
     const Vec3<double> place = (x - lattice_.least).cwiseQuotient(lattice_.most - lattice_.least);
@@ -77,6 +138,8 @@ private:
   }
 
   Lattice lattice_;
+  Vec3<double> middle_, inverseHalf_; // of the box
+  std::vector<Vec3<double>> powers_;  // powerCoefficients; empty where these are too many
 };
 
 } // namespace

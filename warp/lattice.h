@@ -26,7 +26,8 @@ struct Lattice {
 // Bernstein polynomials [Sederberg and Parry 1986, Eq. 2]: moves that are an affine function of their point's
 // rest give that affine map. Beyond the box each B goes on along its tangent, so that the warp and its
 // Jacobian are continuous everywhere and affine maps stay affine; where the two outermost layers of points
-// rest, so does all space beyond. Costs about pointCount operations a point.
+// rest, so does all space beyond. Costs about pointCount operations a point; in batches (Warp::carry) much
+// less, if there are no more than 24 divisions along the three axes together.
 WarpPointer latticeWarp(Lattice lattice);
 
 } // namespace surflect

@@ -1,10 +1,27 @@
 #include "warp/warp.h"
 
+#include "warp/warp_kernels.h"
+
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
 namespace surflect {
+
+void Warp::carry(WarpBatch& b, Simd) const {
+  for (int i = 0; i < b.count; ++i) {
+    const Vec3<double> x(b.x[i], b.y[i], b.z[i]);
+    const auto j = jacobian(x);
+    assert(j);
+    const Vec3<double> p = position(x);
+    const Vec3<double> u = *j * Vec3<double>(b.ux[i], b.uy[i], b.uz[i]);
+    const Vec3<double> v = *j * Vec3<double>(b.vx[i], b.vy[i], b.vz[i]);
+    b.x[i] = p.x(), b.y[i] = p.y(), b.z[i] = p.z();
+    b.ux[i] = u.x(), b.uy[i] = u.y(), b.uz[i] = u.z();
+    b.vx[i] = v.x(), b.vy[i] = v.y(), b.vz[i] = v.z();
+    b.determinant[i] *= j->determinant();
+  }
+}
 
 Mat3<double> centralDifferences(const Warp& warp, const Vec3<double>& x, const Mat3<double>& directions,
                                 double epsilon) {
@@ -33,6 +50,9 @@ public:
   Affine(const Mat3<double>& linear, const Vec3<double>& offset) : linear_(linear), offset_(offset) {}
   Vec3<double> position(const Vec3<double>& x) const override { return linear_ * x + offset_; }
   std::optional<Mat3<double>> jacobian(const Vec3<double>&) const override { return linear_; }
+  void carry(WarpBatch& batch, Simd simd) const override {
+    warpKernels(simd).affine(linear_.data(), offset_.data(), linear_.determinant(), batch);
+  }
 
 private:
   Mat3<double> linear_;
@@ -51,6 +71,9 @@ public:
   std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const override {
     const Mat3<double> r = turnAt(x);
     return r + k_ * axis_.cross(r * (x - center_)) * axis_.transpose();
+  }
+  void carry(WarpBatch& batch, Simd simd) const override {
+    warpKernels(simd).twist(axis_.data(), k_, center_.data(), batch);
   }
 
 private:
@@ -83,6 +106,10 @@ public:
     const Vec3<double> tangent = std::cos(phi) * a_ + std::sin(phi) * d_;
     return (1 - k_ * w) * tangent * a_.transpose() + normal(phi) * d_.transpose() + m_ * m_.transpose();
   }
+  void carry(WarpBatch& batch, Simd simd) const override {
+    if (std::isfinite(1 / k_)) // else it is straight
+      warpKernels(simd).bend(a_.data(), d_.data(), k_, center_.data(), batch);
+  }
 
 private:
   Vec3<double> normal(double phi) const { return -std::sin(phi) * a_ + std::cos(phi) * d_; }
@@ -109,6 +136,9 @@ public:
     const Mat3<double> along = axis_ * axis_.transpose();
     return along + s * (Mat3<double>::Identity() - along) + g_ * s * across(x, h) * axis_.transpose();
   }
+  void carry(WarpBatch& batch, Simd simd) const override {
+    warpKernels(simd).taper(axis_.data(), g_, center_.data(), batch);
+  }
 
 private:
   double heightOf(const Vec3<double>& x) const { return axis_.dot(x - center_); }
@@ -132,6 +162,10 @@ public:
   std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const override {
     return Mat3<double>::Identity() +
            wave_.amplitude * q_ * std::cos(phaseAt(x)) * wave_.direction * wave_.axis.transpose();
+  }
+  void carry(WarpBatch& batch, Simd simd) const override {
+    warpKernels(simd).sine(wave_.axis.data(), wave_.direction.data(), wave_.center.data(), wave_.amplitude,
+                           q_, wave_.phase.radians(), batch);
   }
 
 private:
@@ -178,6 +212,9 @@ public:
       y = link->position(y);
     }
     return product;
+  }
+  void carry(WarpBatch& batch, Simd simd) const override {
+    for (const WarpPointer& link : links_) link->carry(batch, simd);
   }
 
 private:

@@ -11,6 +11,7 @@
 #include "surfel/space.h"
 #include "warp/expression.h"
 #include "warp/track.h"
+#include "warp/warp_batch.h"
 
 #include <array>
 #include <memory>
@@ -20,7 +21,9 @@
 
 namespace surflect {
 
-// Both functions may be called from any thread and never throw. Where the warp has no value the result is not
+enum class Simd;
+
+// All functions may be called from any thread and never throw. Where the warp has no value the result is not
 // finite.
 class Warp {
 public:
@@ -28,6 +31,11 @@ public:
   virtual Vec3<double> position(const Vec3<double>& x) const = 0;
   // Exact; empty, for every x alike, where the warp knows no closed form: then use centralDifferences.
   virtual std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const = 0;
+  // Many points at once, with what they carry: x to Psi(x), u and v to J u and J v, the determinant to det J
+  // times it. Each point's result depends on nothing but its own numbers and `simd`. The warp has an exact
+  // Jacobian: asserted. This one goes by the two functions above, point by point; warps that have kernels
+  // (warp_kernels.h) use those.
+  virtual void carry(WarpBatch& batch, Simd simd) const;
 };
 
 using WarpPointer = std::unique_ptr<const Warp>;

@@ -150,6 +150,75 @@ TEST(Deform, GivesTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
+// The same warp point by point, its kernels hidden.
+struct PointByPoint final : Warp {
+  explicit PointByPoint(const Warp& of) : warp(of) {}
+  Vec3<double> position(const Vec3<double>& x) const override { return warp.position(x); }
+  std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const override { return warp.jacobian(x); }
+  const Warp& warp;
+};
+
+// Both round numbers of double precision: to the same float, or where these lie between two, its neighbour.
+TEST(Deform, KernelsGiveWhatPointByPointGives) {
+  std::mt19937 random(11);
+  int same = 0, all = 0;
+  for (const Simd simd : supportedSimd())
+    for (const auto& [name, make] : exactWarps)
+      for (const double offset : {0., 5.}) {
+        SurfelCloud cloud = randomCloud(1001, random); // no multiple of any group
+        for (auto& p0 : cloud.p0)
+          p0 = assume<Point3<AcquisitionSpace>>(Vec3<double>(p0.raw().cast<double>().array() + offset));
+        const WarpPointer warp = make(random);
+        const DeformedCloud a = deform(cloud, *warp, {}, simd), b = deform(cloud, PointByPoint(*warp));
+        EXPECT_TRUE(sameBits(a.handedness, b.handedness)) << name;
+        for (size_t i = 0; i < a.size(); ++i)
+          for (const auto& [ours, theirs] :
+               {std::pair(a.p[i].raw(), b.p[i].raw()), std::pair(a.u[i].raw(), b.u[i].raw()),
+                std::pair(a.v[i].raw(), b.v[i].raw())}) {
+            EXPECT_LT((ours - theirs).norm(), 1.3e-7f * theirs.norm()) << name << ' ' << nameOf(simd);
+            same += ours == theirs;
+            ++all;
+          }
+      }
+  EXPECT_GT(same, 0.999 * all);
+}
+
+TEST(Deform, Avx2AndAvx512GiveTheSameBits) {
+  if (bestSimd() != Simd::avx512) return;
+  std::mt19937 random(12);
+  const SurfelCloud cloud = randomCloud(2000, random);
+  for (const auto& [name, make] : exactWarps) {
+    const WarpPointer warp = make(random);
+    const DeformedCloud a = deform(cloud, *warp, {}, Simd::avx2), b = deform(cloud, *warp, {}, Simd::avx512);
+    EXPECT_TRUE(sameBits(a.p, b.p) && sameBits(a.u, b.u) && sameBits(a.v, b.v)) << name;
+  }
+}
+
+TEST(Deform, KernelsLeaveTheSameSurfelsDead) {
+  std::mt19937 random(13);
+  SurfelCloud cloud = randomCloud(1000, random);
+  cloud.p0[3] = {std::nanf(""), 0, 0};
+  cloud.p0[500] = {0, INFINITY, 0};
+  int dead = 0;
+  for (const Simd simd : supportedSimd())
+    for (const Vec3<double>& factors :
+         {Vec3<double>(0, 1, 1), Vec3<double>(1e-6, 1, 1), Vec3<double>(1e-7, -1e-7, 1),
+          Vec3<double>(1e-46, 1e-46, 1e-46), Vec3<double>(1e-44, 1e-44, 1e-44),
+          Vec3<double>(1e30, 1e30, 1e30), Vec3<double>(-1e39, 1, 1)}) {
+      const WarpPointer warp = chainOf(scaleWarp(factors, {0, 0, 0}), randomTwist(random));
+      const DeformedCloud a = deform(cloud, *warp, {}, simd), b = deform(cloud, PointByPoint(*warp));
+      for (size_t i = 0; i < cloud.size(); ++i) {
+        EXPECT_EQ(a.handedness[i], b.handedness[i]) << factors.transpose() << " " << i << nameOf(simd);
+        dead += a.handedness[i] == Handedness::dead;
+        if (a.handedness[i] == Handedness::dead) {
+          EXPECT_EQ(a.p[i], Point3<ObjectSpace>());
+          EXPECT_EQ(a.u[i], Direction3<ObjectSpace>());
+        }
+      }
+    }
+  EXPECT_GT(dead, 1000);
+}
+
 TEST(Deform, SurfelsWithoutAValueOrAFrameAreDeadAndZero) {
   std::mt19937 random(8);
   const SurfelCloud cloud = randomCloud(1000, random);

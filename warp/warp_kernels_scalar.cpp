@@ -1,0 +1,10 @@
+#include "warp/warp_kernels.h"
+
+#include "warp/warp_kernel_loops.h"
+
+namespace surflect {
+
+extern const WarpKernels scalarWarpKernels;
+const WarpKernels scalarWarpKernels = kernelsOfTheseLanes;
+
+} // namespace surflect
