@@ -62,28 +62,6 @@ inline void storeCompressed(float* to, Mask m, Lanes x) {
   for (uint32_t bits = bitsOf(m); bits != 0; bits &= bits - 1) *to++ = all[__builtin_ctz(bits)];
 }
 
-inline Lanes inverseRootEstimate(Lanes x) { return {_mm256_rsqrt_ps(x.a), _mm256_rsqrt_ps(x.b)}; }
-
-struct Bytes {
-  __m256i a, b;
-};
-inline Bytes loadBytes(const uint8_t* from) {
-  const __m128i bytes = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
-  return {_mm256_cvtepu8_epi32(bytes), _mm256_cvtepu8_epi32(_mm_srli_si128(bytes, 8))};
-}
-inline Bytes sixteenthOf(Bytes x) { return {_mm256_srli_epi32(x.a, 4), _mm256_srli_epi32(x.b, 4)}; }
-inline Mask isPositive(Bytes x) {
-  const __m256i zero = _mm256_setzero_si256();
-  return {_mm256_castsi256_ps(_mm256_cmpgt_epi32(x.a, zero)),
-          _mm256_castsi256_ps(_mm256_cmpgt_epi32(x.b, zero))};
-}
-inline __m256 pickHalf(Lanes table, __m256i index) {
-  const __m256 low = _mm256_permutevar8x32_ps(table.a, index),
-               high = _mm256_permutevar8x32_ps(table.b, index);
-  return _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32(index, 28))); // by bit 3
-}
-inline Lanes pick(Lanes table, Bytes x) { return {pickHalf(table, x.a), pickHalf(table, x.b)}; }
-
 } // namespace
 } // namespace surflect
 

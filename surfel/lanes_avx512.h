@@ -46,18 +46,6 @@ inline void storeCompressed(float* to, Mask m, Lanes a) {
   _mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.bits, a.v)); // the form that stores by mask is slow
 }
 
-inline Lanes inverseRootEstimate(Lanes a) { return {_mm512_rsqrt14_ps(a.v)}; }
-
-struct Bytes {
-  __m512i v;
-};
-inline Bytes loadBytes(const uint8_t* from) {
-  return {_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)))};
-}
-inline Bytes sixteenthOf(Bytes a) { return {_mm512_srli_epi32(a.v, 4)}; }
-inline Mask isPositive(Bytes a) { return {_mm512_test_epi32_mask(a.v, a.v)}; }
-inline Lanes pick(Lanes table, Bytes a) { return {_mm512_permutexvar_ps(a.v, table.v)}; }
-
 } // namespace
 } // namespace surflect
 

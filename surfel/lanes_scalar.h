@@ -98,35 +98,5 @@ inline void storeCompressed(float* to, Mask m, Lanes a) {
   for (uint32_t bits = bitsOf(m); bits != 0; bits &= bits - 1) *to++ = at(a, __builtin_ctz(bits));
 }
 
-// About 1 / sqrt(a), within 2^-11 of itself; normal positive numbers.
-inline Lanes inverseRootEstimate(Lanes a) {
-  return eachLane([&](int i) { return 1 / __builtin_sqrtf(at(a, i)); });
-}
-
-// Sixteen bytes, each 32 bits wide.
-struct Bytes {
-  int32_t value[16];
-};
-inline Bytes loadBytes(const uint8_t* from) {
-  Bytes bytes;
-  for (int i = 0; i < 16; ++i) bytes.value[i] = from[i];
-  return bytes;
-}
-inline Bytes sixteenthOf(Bytes bytes) {
-  for (int32_t& value : bytes.value) value >>= 4;
-  return bytes;
-}
-inline Mask isPositive(Bytes bytes) {
-  Mask mask;
-  for (int i = 0; i < 16; ++i) mask.quarter[i / 4][i % 4] = -(bytes.value[i] > 0);
-  return mask;
-}
-// The lane of the table that the low four bits say.
-inline Lanes pick(Lanes table, Bytes bytes) {
-  float values[16];
-  store(values, table);
-  return eachLane([&](int i) { return values[bytes.value[i] & 15]; });
-}
-
 } // namespace
 } // namespace surflect

@@ -54,7 +54,9 @@ std::optional<Pixel> project(const Lens& lens, const Point3<CameraSpace, double>
   const double depth = -p.z();
   if (!(depth > 0)) return std::nullopt;
   const Vec2<double> straight(p.x() / depth, -p.y() / depth);
-  if (lens.distorts() && !beforeTheFold(lens, straight.squaredNorm())) return std::nullopt;
+  if (!lens.distorts())
+    return Pixel{lens.centerX + lens.focalX * straight[0], lens.centerY + lens.focalY * straight[1]};
+  if (!beforeTheFold(lens, straight.squaredNorm())) return std::nullopt;
   const Vec2<double> q = distort(lens, straight);
   return Pixel{lens.centerX + lens.focalX * q[0], lens.centerY + lens.focalY * q[1]};
 }

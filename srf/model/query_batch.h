@@ -35,6 +35,14 @@ struct QueryBatch {
   std::vector<Turn<AcquisitionSpace, EnvironmentSpace, float>> acquisitionFromEnvironment;
 
   size_t size() const { return surfels.size(); }
+  size_t targets() const { return lights + environments.size(); } // of light, per query
+
+  Uncovered uncoveredOf(size_t light) const {
+    return uncovered.empty() ? Uncovered::extrapolate : uncovered[light];
+  }
+  const Turn<AcquisitionSpace, EnvironmentSpace, float>& turnOf(size_t query, size_t environment) const {
+    return acquisitionFromEnvironment[query * environments.size() + environment];
+  }
 };
 
 } // namespace surflect

@@ -24,7 +24,8 @@ struct ShadeOptions {
   // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
   // without any fading.
   bool nearest = false;
-  Simd simd = bestSimd(); // all give the same bits
+  // avx2 and avx512 give the same bits; scalar differs by roundings of penalties, see choice_lanes.h.
+  Simd simd = bestSimd();
 };
 
 // What the options say, or else the model.

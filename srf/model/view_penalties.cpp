@@ -4,10 +4,11 @@ namespace surflect {
 
 namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+} // namespace
 
-std::vector<Source> sourcesOf(const Model& model) {
+std::vector<Source> sourcesOf(std::span<const View> views) {
   std::vector<Source> sources;
-  for (const auto& [identity, camera] : model.rig.views) {
+  for (const auto& [identity, camera] : views) {
     const bool isDistant = camera.lens.model == Lens::Model::orthographic;
     const Vec3<double> backwards = Viewpoint(camera).towards(camera.center()).raw();
     sources.push_back({isDistant ? backwards : camera.center().raw(), isDistant});
@@ -15,11 +16,8 @@ std::vector<Source> sourcesOf(const Model& model) {
   return sources;
 }
 
-} // namespace
-
-ViewPenalties::ViewPenalties(const Model& model, const Point3<AcquisitionSpace, double>& middle, bool nearest,
-                             Simd simd)
-    : model_(model), nearest_(nearest), sieve_(sourcesOf(model), middle.raw(), simd),
+ViewPenalties::ViewPenalties(const Model& model, bool nearest, Simd simd)
+    : model_(model), nearest_(nearest), look_(sourcesOf(model.rig.views), simd),
       penalty_(model.rig.views.size()), anglePenalty_(penalty_), standInScale_(penalty_) {
   for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
 }
@@ -30,50 +28,91 @@ float ViewPenalties::penaltyOf(size_t view, const Point3<AcquisitionSpace, doubl
   return nearest_ ? penalty : penalty / ViewFades::decode(fade);
 }
 
-bool ViewPenalties::rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
+float ViewPenalties::rateSeeing(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
   const auto p0 = model_.cloud.p0[surfel].cast<double>();
   const auto fades = model_.fades.of(surfel);
   float best = kInfinity;
   for (size_t view = 0; view < penalty_.size(); ++view) {
-    penalty_[view] = standInScale_[view] = kInfinity;
+    penalty_[view] = kInfinity;
     if (fades[view] == 0) continue;
     penalty_[view] = penaltyOf(view, p0, fades[view], towardsView);
     best = std::min(best, penalty_[view]);
   }
-  if (best == kInfinity || (best > kStandInFrom && !nearest_)) rateStandIns(surfel, towardsView);
-  return best < kInfinity;
+  return best;
 }
 
-void ViewPenalties::rateStandIns(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
-  const auto p0 = model_.cloud.p0[surfel].cast<double>();
-  const auto fades = model_.fades.of(surfel);
-  const Vec3<double> normal = rotationOf<double>(model_.cloud.r0[surfel]).col(2);
-  for (size_t view = 0; view < penalty_.size(); ++view) {
-    const auto& camera = model_.rig.views[view].camera;
-    const auto pixel = camera.project(p0);
-    if (!pixel || !contains(camera.lens, *pixel)) continue;
-    const auto towardsCamera = viewpoints_[view].towards(p0);
-    anglePenalty_[view] = anglePenalty(towardsCamera.cast<float>(), towardsView);
-    standInScale_[view] = standInScale(normal.dot(towardsCamera.raw()), borderFade(camera.lens, *pixel),
-                                       ViewFades::decode(fades[view]));
+// The views as they stand in for others at a surfel.
+class ViewPenalties::StandIns {
+public:
+  StandIns(const ViewPenalties& views, uint32_t surfel)
+      : views_(views), p0_(views.model_.cloud.p0[surfel].cast<double>()),
+        normal_(rotationOf<double>(views.model_.cloud.r0[surfel]).col(2)),
+        fades_(views.model_.fades.of(surfel)) {}
+
+  // Of the following.
+  void look(size_t view, const Direction3<AcquisitionSpace>& towardsView) {
+    view_ = view;
+    const auto towards = views_.viewpoints_[view].towards(p0_);
+    cosine_ = normal_.dot(towards.raw());
+    angle_ = anglePenalty(towards.cast<float>(), towardsView);
   }
+  Normal3<AcquisitionSpace> normal() const { return assume<Normal3<AcquisitionSpace>>(normal_); }
+  float angle() const { return angle_; }
+  // Infinite where the view does not have the surfel in its image.
+  float scale() const {
+    const auto& camera = views_.model_.rig.views[view_].camera;
+    const auto pixel = camera.project(p0_);
+    if (!pixel || !contains(camera.lens, *pixel)) return kInfinity;
+    return standInScale(cosine_, borderFade(camera.lens, *pixel), ViewFades::decode(fades_[view_]));
+  }
+
+private:
+  const ViewPenalties& views_;
+  Point3<AcquisitionSpace, double> p0_;
+  Vec3<double> normal_;
+  std::span<const uint8_t> fades_;
+  size_t view_ = 0;
+  double cosine_ = 0;
+  float angle_ = 0;
+};
+
+bool ViewPenalties::rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
+  const float best = rateSeeing(surfel, towardsView);
+  std::ranges::fill(standInScale_, kInfinity);
+  if (asksStandIns(best)) {
+    StandIns standIns(*this, surfel);
+    for (size_t view = 0; view < penalty_.size(); ++view) {
+      standIns.look(view, towardsView);
+      anglePenalty_[view] = standIns.angle();
+      standInScale_[view] = standIns.scale();
+    }
+  }
+  return best < kInfinity;
 }
 
 ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
                                           size_t count) {
-  const auto p0 = model_.cloud.p0[surfel].cast<double>();
-  const auto fades = model_.fades.of(surfel);
+  const float best = rateSeeing(surfel, towardsView);
   NearestCandidates nearest(count);
-  sieve_.lookFrom(p0.raw());
-  for (const uint32_t view : sieve_.nearest(towardsView, count + 1, fades, !nearest_))
-    nearest.offer({view, penaltyOf(view, p0, fades[view], towardsView)});
-  const auto best = nearest.sorted();
-  if (!best.empty() && (best[0].penalty <= kStandInFrom || nearest_)) return {ulrWeights(nearest), true};
-
-  const bool isSeen = rate(surfel, towardsView);
-  NearestCandidates all(count);
-  for (uint32_t view = 0; view < penalty_.size(); ++view) all.offer({view, with(view, 0)});
-  return {ulrWeights(all), isSeen};
+  if (!asksStandIns(best)) {
+    for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
+    return {ulrWeights(nearest), true};
+  }
+  StandIns standIns(*this, surfel);
+  look_.look(model_.cloud.p0[surfel], towardsView, standIns.normal());
+  const auto angles = look_.penalties(), cosines = look_.cosines();
+  const auto fades = model_.fades.of(surfel);
+  for (uint32_t view = 0; view < penalty_.size(); ++view) {
+    float penalty = penalty_[view];
+    const float least =
+        leastStandInPenalty(angles[view], cosines[view], fades[view] > 0, SourceLook::kRounding);
+    if (!(least >= nearest.worst())) { // else it would not be kept
+      standIns.look(view, towardsView);
+      penalty = std::min(penalty, standInPenalty(standIns.angle(), standIns.scale()));
+    }
+    nearest.offer({view, penalty});
+  }
+  return {ulrWeights(nearest), best < kInfinity};
 }
 
 } // namespace surflect

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "srf/model/model.h"
-#include "srf/query/candidate_sieve.h"
+#include "srf/query/choice_lanes.h"
 #include "srf/query/stand_in.h"
 #include "srf/query/ulr.h"
 
@@ -13,11 +13,14 @@
 
 namespace surflect {
 
+// What directions to the views lead to.
+std::vector<Source> sourcesOf(std::span<const View> views);
+
 // Rates one query after the other; holds what it would otherwise allocate anew.
 class ViewPenalties {
 public:
-  // `middle` of the cloud. `nearest`: penalties are those of the angle alone, without any fading.
-  ViewPenalties(const Model& model, const Point3<AcquisitionSpace, double>& middle, bool nearest, Simd simd);
+  // `nearest`: penalties are those of the angle alone, without any fading.
+  ViewPenalties(const Model& model, bool nearest, Simd simd);
 
   // Penalty over fade of every view, so that a view which fades leaves the blend without a jump. Where none
   // is left that sees the surfel well, others stand in; returns false where none sees it at all.
@@ -41,12 +44,17 @@ public:
 private:
   float penaltyOf(size_t view, const Point3<AcquisitionSpace, double>& p0, uint8_t fade,
                   const Direction3<AcquisitionSpace>& towardsView) const;
-  void rateStandIns(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
+  float rateSeeing(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
+  bool asksStandIns(float best) const {
+    return best == std::numeric_limits<float>::infinity() || (best > kStandInFrom && !nearest_);
+  }
+
+  class StandIns;
 
   const Model& model_;
   const bool nearest_;
+  SourceLook look_;
   std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
-  CandidateSieve sieve_;
   // Per view, of the current query; the scale is infinite where the view does not stand in, and without it
   // the angle has no meaning.
   std::vector<float> penalty_, anglePenalty_, standInScale_;

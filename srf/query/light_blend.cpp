@@ -44,16 +44,17 @@ BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
   NearestCandidates nearest(how.lights);
   for (uint32_t light = 0; light < lights.size(); ++light)
     nearest.offer({light, anglePenalty(lights[light], towards)});
-  return blendOfNearest(nearest, lights, towards, how, coverage, uncovered);
+  const auto sorted = nearest.sorted();
+  if (sorted.empty()) return {}; // none has a direction
+  return fitted(ulrWeights(nearest), sorted[0].penalty, lights, towards, how, coverage, uncovered);
 }
 
-BlendSet blendOfNearest(const NearestCandidates& nearest,
-                        std::span<const Direction3<AcquisitionSpace>> lights,
-                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                        const LightCoverage& coverage, Uncovered uncovered) {
-  BlendSet blend = ulrWeights(nearest);
+BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
+                const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                const LightCoverage& coverage, Uncovered uncovered) {
+  BlendSet blend = ulr;
   if (how.fit == LightFit::mean && uncovered == Uncovered::extrapolate) return blend;
-  const float covered = coverage.at(nearest.sorted()[0].penalty);
+  const float covered = coverage.at(nearest);
   if (how.fit == LightFit::plane) lean(blend, lights, towards, covered);
   if (uncovered == Uncovered::fade)
     for (auto& blended : blend) blended.weight *= covered;

@@ -41,10 +41,9 @@ BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                        const LightCoverage& coverage, Uncovered uncovered);
 
-// The same of the nearest how.lights + 1 by anglePenalty; at least one.
-BlendSet blendOfNearest(const NearestCandidates& nearest,
-                        std::span<const Direction3<AcquisitionSpace>> lights,
-                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                        const LightCoverage& coverage, Uncovered uncovered);
+// The same from the ULR weights, and the penalty of the nearest light.
+BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
+                const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                const LightCoverage& coverage, Uncovered uncovered);
 
 } // namespace surflect

@@ -66,11 +66,12 @@ public:
   }
   std::span<const Candidate> sorted() const { return {nearest_.data(), count_}; }
   size_t capacity() const { return capacity_; }
-
-private:
+  // Penalties that are not below it are not kept.
   float worst() const {
     return count_ < capacity_ ? std::numeric_limits<float>::infinity() : nearest_[count_ - 1].penalty;
   }
+
+private:
   std::array<Candidate, kMaxBlended + 1> nearest_;
   size_t capacity_, count_ = 0;
 };

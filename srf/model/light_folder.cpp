@@ -1,0 +1,132 @@
+#include "srf/model/light_folder.h"
+
+#include "srf/query/foreshortening.h"
+
+#include <algorithm>
+
+namespace surflect {
+
+LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+                         const ShadeOptions& options)
+    : model_(model), coverage_(coverage), batch_(batch), nearest_(options.nearest),
+      how_(lightBlend(model, options)), lights_(model.rig.lights),
+      rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
+      row_(model.rig.lights.size()), environmentBrightness_(environmentBrightness(batch)),
+      share_(model.rig.lights.size()), cosine_(model.rig.lights.size()) {}
+
+void LightFolder::choose(size_t begin, size_t count) {
+  begin_ = begin;
+  std::array<Point3<AcquisitionSpace>, kChoiceLanes> places;
+  for (size_t lane = 0; lane < count; ++lane) places[lane] = model_.cloud.p0[batch_.surfels[begin + lane]];
+  rig_.lookFrom({places.data(), count});
+  std::array<Direction3<AcquisitionSpace>, kChoiceLanes> towards;
+  for (size_t l = 0; l < batch_.lights; ++l) {
+    for (size_t lane = 0; lane < count; ++lane)
+      towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
+    rig_.blend({towards.data(), count}, how_.lights, chosen_[l]);
+  }
+}
+
+Rgb LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
+  const size_t query = begin_ + lane;
+  const uint32_t surfel = batch_.surfels[query];
+  lights_.lookFrom(model_.cloud.p0[surfel].cast<double>());
+  if (how_.foreshortened) faceLights(surfel);
+  const float share = 1 / static_cast<float>(batch_.targets());
+  for (size_t l = 0; l < batch_.lights; ++l) {
+    const size_t entry = query * batch_.lights + l;
+    const auto& towards = batch_.towardsLight[entry];
+    if (isPlain(batch_.uncoveredOf(l)) && chosen_[l].isSure(lane)) {
+      const Rgb& now = batch_.irradiance[entry];
+      addAll(chosen_[l], lane, {share, now.r, now.g, now.b});
+      continue;
+    }
+    const BlendSet blend = finish(chosen_[l], lane, towards, batch_.uncoveredOf(l));
+    const Rgb now = foreshorteningOf(blend, towards) * batch_.irradiance[entry];
+    for (const auto& [light, weight] : blend)
+      row_.add(light, weight * lights_.ratio({share, now.r, now.g, now.b}, light));
+  }
+  for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(query, e);
+  return row_.take(rows);
+}
+
+// By the lane's ULR weights alone.
+void LightFolder::addAll(const LaneBlends& blends, size_t lane, const Eigen::Array4f& now) {
+  blends.forEach(lane, [&](uint32_t light, float weight) {
+    lights_.face(light);
+    row_.add(light, weight * lights_.ratio(now, light));
+  });
+}
+
+// From the lane's ULR weights, with the blended lights faced.
+BlendSet LightFolder::finish(const LaneBlends& blends, size_t lane,
+                             const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) {
+  const Uncovered beyond = nearest_ ? Uncovered::extrapolate : uncovered;
+  if (!blends.isSure(lane)) {
+    lights_.faceAll();
+    return blendOfLights(lights_.towards(), towards, how_, coverage_, beyond);
+  }
+  const BlendSet ulr = blends.of(lane);
+  for (const auto& [light, weight] : ulr) lights_.face(light);
+  return fitted(ulr, blends.penalty(lane), lights_.towards(), towards, how_, coverage_, beyond);
+}
+
+void LightFolder::faceLights(uint32_t surfel) {
+  lights_.faceAll();
+  normal_ = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model_.cloud.r0[surfel]).col(2));
+  for (size_t light = 0; light < cosine_.size(); ++light)
+    cosine_[light] = foreshortenedCosine(normal_, lights_.towards(light));
+}
+
+// What the radiance under the blended lights is multiplied by.
+float LightFolder::foreshorteningOf(const BlendSet& blend,
+                                    const Direction3<AcquisitionSpace>& towards) const {
+  if (!how_.foreshortened) return 1;
+  return foreshortening(foreshortenedCosine(normal_, towards), blendedCosine(blend, cosine_));
+}
+
+// By the linearity of light: what falls from around each captured light, as a share of the row.
+void LightFolder::foldEnvironment(size_t query, size_t e) {
+  const QueryEnvironment& environment = batch_.environments[e];
+  if (environment.lights.empty()) return;
+  std::ranges::fill(share_, Eigen::Array4f::Zero());
+  lights_.faceAll();
+  shareEnvironment(environment, batch_.turnOf(query, e));
+  const Rgb& strength = environment.strength;
+  const Eigen::Array4f scale(1 / (environmentBrightness_[e] * static_cast<float>(batch_.targets())),
+                             strength.r, strength.g, strength.b);
+  for (uint32_t light = 0; light < share_.size(); ++light)
+    if (share_[light][3] != 0) // 0 also where the environment is dark, and nothing a share of it
+      row_.add(light, lights_.ratio(scale * Eigen::Array4f(share_[light][3], share_[light][0],
+                                                           share_[light][1], share_[light][2]),
+                                    light));
+}
+
+void LightFolder::shareEnvironment(
+    const QueryEnvironment& environment,
+    const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment) {
+  const Foreshortened surface{normal_, cosine_};
+  if (environment.table) {
+    environment.table->spread(environment.lights, acquisitionFromEnvironment, share_,
+                              how_.foreshortened ? &surface : nullptr);
+    return;
+  }
+  const Point3<AcquisitionSpace> place = lights_.place().cast<float>();
+  near_.lookFrom({&place, 1});
+  std::array<Direction3<AcquisitionSpace>, kChoiceLanes> towards;
+  for (size_t begin = 0; begin < environment.lights.size(); begin += kChoiceLanes) {
+    const auto lights =
+        environment.lights.subspan(begin, std::min(kChoiceLanes, environment.lights.size() - begin));
+    for (size_t i = 0; i < lights.size(); ++i) towards[i] = acquisitionFromEnvironment(lights[i].towards);
+    near_.blend({towards.data(), lights.size()}, how_.lights, blends_);
+    for (size_t i = 0; i < lights.size(); ++i) {
+      const BlendSet blend = finish(blends_, i, towards[i], environment.uncovered);
+      const Rgb& irradiance = lights[i].irradiance;
+      const Rgb scaled = foreshorteningOf(blend, towards[i]) * irradiance;
+      for (const auto& [light, weight] : blend)
+        share_[light] += weight * Eigen::Array4f(scaled.r, scaled.g, scaled.b, brightness(irradiance));
+    }
+  }
+}
+
+} // namespace surflect

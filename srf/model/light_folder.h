@@ -1,0 +1,62 @@
+// All lights of a query, each spread over its nearest captured lights, folded into one row of weights.
+#pragma once
+
+#include "srf/model/light_row.h"
+#include "srf/model/plan_part.h"
+#include "srf/model/rig_lights.h"
+#include "srf/model/shading_plan.h"
+#include "srf/query/choice_lanes.h"
+#include "srf/query/light_coverage.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <vector>
+
+namespace surflect {
+
+// Folds for one query after the other; holds what it would otherwise allocate anew.
+class LightFolder {
+public:
+  // All must outlive the folder. The model is a full product of cameras and lights.
+  LightFolder(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+              const ShadeOptions& options);
+
+  // Chooses for the queries from `begin` on, 1..kChoiceLanes.
+  void choose(size_t begin, size_t count);
+
+  // Appends the row of the lane-th query that was chosen for. Returns its blended lights in their colours.
+  Rgb fold(size_t lane, std::vector<LightWeight>& rows);
+
+private:
+  bool isPlain(Uncovered uncovered) const {
+    return how_.fit == LightFit::mean && !how_.foreshortened &&
+           (uncovered == Uncovered::extrapolate || nearest_);
+  }
+  void addAll(const LaneBlends& blends, size_t lane, const Eigen::Array4f& now);
+  BlendSet finish(const LaneBlends& blends, size_t lane, const Direction3<AcquisitionSpace>& towards,
+                  Uncovered uncovered);
+  void faceLights(uint32_t surfel);
+  float foreshorteningOf(const BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const;
+  void foldEnvironment(size_t query, size_t e);
+  void shareEnvironment(const QueryEnvironment& environment,
+                        const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment);
+
+  const Model& model_;
+  const LightCoverage& coverage_;
+  const QueryBatch& batch_;
+  bool nearest_;
+  LightBlend how_;
+  RigLights lights_;      // of the current query
+  LightLanes rig_, near_; // the lanes of the first are queries, those of the other directions of one query
+  size_t begin_ = 0;
+  std::vector<LaneBlends> chosen_; // one per light of a query
+  LaneBlends blends_;
+  LightRow row_;
+  std::vector<float> environmentBrightness_;
+  std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, see LightTable
+  std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened
+  Normal3<AcquisitionSpace> normal_;
+};
+
+} // namespace surflect

@@ -1,0 +1,66 @@
+// The captured lights as a place of the surface has them.
+#pragma once
+
+#include "srf/capture/rig.h"
+#include "srf/query/choice_lanes.h"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+inline bool isDirectional(const Light& light) { return std::holds_alternative<DirectionalLight>(light.kind); }
+
+// What their directions lead to.
+std::vector<Source> sourcesOf(std::span<const Light> lights);
+
+// Directions and divisors are computed where they are asked for.
+class RigLights {
+public:
+  explicit RigLights(std::span<const Light> lights) // which must outlive this
+      : lights_(lights), towards_(lights.size()), divisor_(lights.size()), facedFrom_(lights.size(), 0) {}
+
+  size_t size() const { return lights_.size(); }
+
+  void lookFrom(const Point3<AcquisitionSpace, double>& place) {
+    place_ = place;
+    ++current_;
+  }
+  // Makes what follows known of a light.
+  void face(uint32_t light) {
+    if (facedFrom_[light] == current_ || facedFrom_[light] == kEverywhere) return;
+    const Light& captured = lights_[light];
+    towards_[light] = towardsLight(captured, place_).cast<float>();
+    const Rgb fallen = irradianceAt(captured, place_);
+    const auto divisor = [](float x) { return x > 0 ? x : std::numeric_limits<float>::infinity(); };
+    divisor_[light] = {1, divisor(fallen.r), divisor(fallen.g), divisor(fallen.b)};
+    facedFrom_[light] = isDirectional(captured) ? kEverywhere : current_;
+  }
+  void faceAll() {
+    for (uint32_t light = 0; light < lights_.size(); ++light) face(light);
+  }
+
+  const Point3<AcquisitionSpace, double>& place() const { return place_; }
+  const Direction3<AcquisitionSpace>& towards(size_t light) const { return towards_[light]; }
+  std::span<const Direction3<AcquisitionSpace>> towards() const { return towards_; }
+  Rgb irradiance(size_t light) const { return irradianceAt(lights_[light], place_); }
+  // irradianceRatio of the last three; the first stays as it is.
+  Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now / divisor_[light]; }
+
+private:
+  static constexpr uint64_t kEverywhere = ~uint64_t{0};
+
+  std::span<const Light> lights_;
+  std::vector<Direction3<AcquisitionSpace>> towards_; // from the current place
+  std::vector<Eigen::Array4f> divisor_; // 1, and the irradiance there, infinite where nothing falls
+  std::vector<uint64_t> facedFrom_;     // the place that the last two are of
+  uint64_t current_ = 0;
+  Point3<AcquisitionSpace, double> place_;
+};
+
+} // namespace surflect

@@ -1,0 +1,200 @@
+// The loops of choice_kernels.h, in the lanes that the compiler was told to use. Their bounds are derived in
+// choice_lanes.cpp.
+#pragma once
+
+#include "srf/query/choice_kernels.h"
+#include "surfel/lanes.h"
+
+namespace surflect {
+namespace {
+
+inline Lanes infinity() { return broadcast(__builtin_inff()); }
+inline Mask everywhere() { return broadcast(0) < broadcast(1); }
+
+inline uint32_t face(const SplitSource* sources, const uint32_t* which, size_t count, const float* places,
+                     float* towards) {
+  const Lanes px = load(places), py = load(places + 16), pz = load(places + 32), one = broadcast(1);
+  const Lanes least = broadcast(1e-30f), most = broadcast(1e30f);
+  Mask isSafe = everywhere();
+  for (size_t c = 0; c < count; ++c, towards += 48) {
+    const SplitSource& source = sources[which ? which[c] : c];
+    if (source.isDistant) {
+      store(towards, broadcast(source.x));
+      store(towards + 16, broadcast(source.y));
+      store(towards + 32, broadcast(source.z));
+      continue;
+    }
+    const Lanes x = broadcast(source.x) - px + broadcast(source.restX),
+                y = broadcast(source.y) - py + broadcast(source.restY),
+                z = broadcast(source.z) - pz + broadcast(source.restZ);
+    const Lanes squared = mulAdd(x, x, mulAdd(y, y, z * z));
+    isSafe = isSafe & (least < squared) & (squared < most);
+    const Lanes scale = one / sqrt(squared);
+    store(towards, scale * x);
+    store(towards + 16, scale * y);
+    store(towards + 32, scale * z);
+  }
+  return bitsOf(isSafe) ^ 0xffffu;
+}
+
+// |a - b|^2 / 2
+inline Lanes penaltyOf(const float* candidate, Lanes x, Lanes y, Lanes z) {
+  const Lanes dx = load(candidate) - x, dy = load(candidate + 16) - y, dz = load(candidate + 32) - z;
+  return broadcast(0.5f) * mulAdd(dx, dx, mulAdd(dy, dy, dz * dz));
+}
+
+inline void farthest(const float* candidates, const uint32_t* which, size_t count, const float* towards,
+                     float* penalties) {
+  const Lanes x = load(towards), y = load(towards + 16), z = load(towards + 32);
+  Lanes largest = broadcast(0);
+  for (size_t c = 0; c < count; ++c) {
+    const Lanes penalty = penaltyOf(candidates + 48 * which[c], x, y, z);
+    largest = max(largest, select(penalty < infinity(), penalty, infinity()));
+  }
+  store(penalties, largest);
+}
+
+// The n smallest of what is inserted, in registers where there are enough.
+template <int n> struct Sorted {
+  Lanes penalty = infinity(), index = broadcast(0);
+  Sorted<n - 1> rest;
+
+  inline void insert(Lanes ofPenalty, Lanes ofIndex) {
+    const Mask isNearer = ofPenalty < penalty;
+    const Lanes farther = select(isNearer, penalty, ofPenalty),
+                fartherIndex = select(isNearer, index, ofIndex);
+    penalty = select(isNearer, ofPenalty, penalty);
+    index = select(isNearer, ofIndex, index);
+    rest.insert(farther, fartherIndex);
+  }
+  inline Lanes largest() const { return rest.largest(); }
+  inline void take(float (*penalties)[16], float (*indices)[16]) const {
+    store(*penalties, penalty);
+    store(*indices, index);
+    rest.take(penalties + 1, indices + 1);
+  }
+};
+template <> struct Sorted<1> {
+  Lanes penalty = infinity(), index = broadcast(0);
+
+  inline void insert(Lanes ofPenalty, Lanes ofIndex) {
+    const Mask isNearer = ofPenalty < penalty;
+    penalty = select(isNearer, ofPenalty, penalty);
+    index = select(isNearer, ofIndex, index);
+  }
+  inline Lanes largest() const { return penalty; }
+  inline void take(float (*penalties)[16], float (*indices)[16]) const {
+    store(*penalties, penalty);
+    store(*indices, index);
+  }
+};
+
+template <int slots>
+inline void nearestOf(const float* candidates, const uint32_t* which, const float* inverseFades, size_t count,
+                      const float* towards, const float* limits, NearestLanes* nearest) {
+  const Lanes x = load(towards), y = load(towards + 16), z = load(towards + 32);
+  const Lanes limit = load(limits);
+  Sorted<slots> sorted;
+  for (size_t c = 0; c < count; ++c, candidates += 48) {
+    Lanes penalty = penaltyOf(candidates, x, y, z);
+    if (inverseFades) penalty = penalty * load(inverseFades + 16 * c);
+    // Infinite ones and those that are not numbers are not below what is there.
+    if (bitsOf((penalty <= limit) & (penalty < sorted.largest())) == 0) continue;
+    sorted.insert(penalty, broadcast(static_cast<float>(which ? which[c] : static_cast<uint32_t>(c))));
+  }
+  sorted.take(nearest->penalty, nearest->index);
+}
+
+inline void nearest(const float* candidates, const uint32_t* which, const float* inverseFades, size_t count,
+                    const float* towards, const float* limits, size_t slots, NearestLanes* nearest) {
+  if (slots <= 5)
+    nearestOf<5>(candidates, which, inverseFades, count, towards, limits, nearest);
+  else if (slots <= 9)
+    nearestOf<9>(candidates, which, inverseFades, count, towards, limits, nearest);
+  else
+    nearestOf<kMostSlots>(candidates, which, inverseFades, count, towards, limits, nearest);
+}
+
+inline size_t within(const float* x, const float* y, const float* z, const float* isNear, size_t groups,
+                     const ChoiceBounds& bounds, uint32_t* found) {
+  const Lanes px = broadcast(-bounds.place[0]), py = broadcast(-bounds.place[1]),
+              pz = broadcast(-bounds.place[2]);
+  const Lanes qx = broadcast(bounds.towards[0]), qy = broadcast(bounds.towards[1]),
+              qz = broadcast(bounds.towards[2]);
+  const Lanes radius = broadcast(bounds.radius), spread = broadcast(bounds.spread),
+              limit = broadcast(bounds.limit);
+  const Lanes least = broadcast(1e-29f), most = broadcast(1e29f), zero = broadcast(0), one = broadcast(1),
+              two = broadcast(2);
+  constexpr float kRounding = 1 - 4e-6f;
+  const Lanes half = broadcast(kRounding / 2);
+  size_t count = 0;
+  for (size_t i = 0; i < groups * kChoiceLanes; i += kChoiceLanes) {
+    const Lanes near = load(isNear + i);
+    const Lanes dx = mulAdd(near, px, load(x + i)), dy = mulAdd(near, py, load(y + i)),
+                dz = mulAdd(near, pz, load(z + i));
+    const Lanes squared = mulAdd(dx, dx, mulAdd(dy, dy, dz * dz)), distance = sqrt(squared),
+                scale = one / distance, own = near * radius;
+    const Mask isApart = (least < squared) & (squared < most) & (two * own < distance);
+    const Lanes ex = mulAdd(scale, dx, zero - qx), ey = mulAdd(scale, dy, zero - qy),
+                ez = mulAdd(scale, dz, zero - qz);
+    const Lanes chord = sqrt(mulAdd(ex, ex, mulAdd(ey, ey, ez * ez))),
+                sweep = (two * own) / (two * distance - own);
+    const Lanes apart = max(chord - sweep - spread, zero);
+    const Mask isBeyond = isApart & (limit < half * (apart * apart));
+    for (uint32_t bits = bitsOf(isBeyond) ^ 0xffffu; bits != 0; bits &= bits - 1)
+      found[count++] = static_cast<uint32_t>(i) + static_cast<uint32_t>(__builtin_ctz(bits));
+  }
+  return count;
+}
+
+inline void look(const float* x, const float* y, const float* z, const float* rest, const float* isNear,
+                 size_t groups, const float* query, float* penalties, float* cosines) {
+  const Lanes px = broadcast(-query[0]), py = broadcast(-query[1]), pz = broadcast(-query[2]);
+  const Lanes qx = broadcast(query[3]), qy = broadcast(query[4]), qz = broadcast(query[5]);
+  const Lanes nx = broadcast(query[6]), ny = broadcast(query[7]), nz = broadcast(query[8]);
+  const Lanes least = broadcast(1e-30f), most = broadcast(1e30f), zero = broadcast(0), half = broadcast(0.5f);
+  const size_t count = groups * kChoiceLanes;
+  for (size_t i = 0; i < count; i += kChoiceLanes) {
+    const Lanes near = load(isNear + i);
+    const Lanes dx = mulAdd(near, px, load(x + i)) + load(rest + i),
+                dy = mulAdd(near, py, load(y + i)) + load(rest + count + i),
+                dz = mulAdd(near, pz, load(z + i)) + load(rest + 2 * count + i);
+    const Lanes squared = mulAdd(dx, dx, mulAdd(dy, dy, dz * dz)), scale = broadcast(1) / sqrt(squared);
+    const Mask isSafe = (least < squared) & (squared < most);
+    const Lanes ux = scale * dx, uy = scale * dy, uz = scale * dz;
+    const Lanes ex = ux - qx, ey = uy - qy, ez = uz - qz;
+    store(penalties + i, select(isSafe, half * mulAdd(ex, ex, mulAdd(ey, ey, ez * ez)), zero));
+    store(cosines + i, select(isSafe, mulAdd(ux, nx, mulAdd(uy, ny, uz * nz)), zero));
+  }
+}
+
+// The terms of ulrWeights in its order.
+inline void weigh(const NearestLanes& nearest, size_t count, float* weights) {
+  const Lanes zero = broadcast(0), one = broadcast(1), floor = broadcast(1e-12f),
+              first = load(*nearest.penalty);
+  const Lanes threshold = min(load(nearest.penalty[count]), max(one, first + first));
+  Lanes sum = zero;
+  for (size_t i = 0; i < count; ++i) {
+    const Lanes p = max(load(nearest.penalty[i]), floor);
+    const Lanes relevance = max(one - p / threshold, zero) / p; // 0 where p is infinite
+    store(weights + 16 * i, relevance);
+    sum = sum + relevance;
+  }
+  const Mask isWeighed = zero < sum;
+  if (bitsOf(isWeighed) != 0xffff) { // where all penalties equal the threshold, or there are none
+    Lanes equals = zero;
+    for (size_t i = 0; i < count; ++i) {
+      const Lanes penalty = load(nearest.penalty[i]);
+      const Lanes share = select((penalty <= first) & (penalty < infinity()), one, zero);
+      store(weights + 16 * i, select(isWeighed, load(weights + 16 * i), share));
+      equals = equals + share;
+    }
+    sum = select(isWeighed, sum, max(equals, one));
+  }
+  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum);
+}
+
+constexpr ChoiceKernels kernelsOfTheseLanes{face, farthest, nearest, within, look, weigh};
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,248 @@
+// How far a penalty may be off, and why no source is missed. u = 2^-24.
+//   A source's place is kept as two floats, off by u^2 of itself; a surfel's place is a float. Their
+//   difference (first - place) + rest is therefore right but for 3 u in each coordinate, also where it
+//   cancels. Length, inverse and product make 9 u of the unit direction; that of the penalty's definition,
+//   found in double precision, is rounded by u. Penalties of directions 10 u apart differ by 10 u sqrt(2 p),
+//   and by their own 5 u p.
+//
+//   The directions to a view from all places within r of a middle at distance d differ from the middle's by
+//   at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
+//   for lie within s of their own middle. By the triangle inequality no chord is shorter than that of the
+//   middles less both, and as no fade is above 1 the penalty over fade is at least half the square of this.
+//   kRounding gives way to what is rounded on the way, and to the 10 u.
+//   A limit that no member's last needed penalty exceeds is that of a few views that were rated first: those
+//   of the queries before, all different. Where these do not do a guess is tried, which was enough for who
+//   has found a last needed penalty within, or all views that see it. All views whose bound is within are
+//   rated, in ascending order.
+//
+// [Dunkl, Williams 1964] Dunkl, Williams: A Simple Norm Inequality, Amer. Math. Monthly 71.
+#include "srf/query/choice_lanes.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace surflect {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kRounding = 1e-5f; // of chords
+using LaneVectors = std::array<float, 3 * kChoiceLanes>;
+constexpr std::array<float, kChoiceLanes> unlimited = [] {
+  std::array<float, kChoiceLanes> limits{};
+  limits.fill(kInfinity);
+  return limits;
+}();
+
+SplitSource split(const Source& source) {
+  const Vec3<float> first = source.place.cast<float>(),
+                    rest = (source.place - first.cast<double>()).cast<float>();
+  return {first[0], first[1], first[2], rest[0], rest[1], rest[2], source.isDistant};
+}
+
+std::vector<SplitSource> splitAll(std::span<const Source> sources) {
+  std::vector<SplitSource> all;
+  for (const Source& source : sources) all.push_back(split(source));
+  return all;
+}
+
+// Lanes that are not needed repeat the last.
+template <class Vector> LaneVectors lanesOf(std::span<const Vector> vectors) {
+  assert(!vectors.empty() && vectors.size() <= kChoiceLanes);
+  LaneVectors lanes;
+  for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
+    const Vector& v = vectors[std::min(lane, vectors.size() - 1)];
+    lanes[lane] = v.x();
+    lanes[kChoiceLanes + lane] = v.y();
+    lanes[2 * kChoiceLanes + lane] = v.z();
+  }
+  return lanes;
+}
+
+// The middle of the vectors' box, and how far the farthest lies from it.
+struct Around {
+  std::array<float, 3> middle;
+  float reach;
+};
+Around around(const LaneVectors& lanes) {
+  Around all{};
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const float* values = lanes.data() + axis * kChoiceLanes;
+    float low = values[0], high = values[0];
+    for (size_t lane = 1; lane < kChoiceLanes; ++lane) {
+      low = std::min(low, values[lane]);
+      high = std::max(high, values[lane]);
+    }
+    all.middle[axis] = (low + high) / 2;
+  }
+  float squared = 0;
+  for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
+    const float x = lanes[lane] - all.middle[0], y = lanes[kChoiceLanes + lane] - all.middle[1],
+                z = lanes[2 * kChoiceLanes + lane] - all.middle[2];
+    squared = std::max(squared, x * x + y * y + z * z);
+  }
+  all.reach = (1 + kRounding) * std::sqrt(squared);
+  return all;
+}
+
+} // namespace
+
+BlendSet LaneBlends::of(size_t lane) const {
+  BlendSet blend;
+  forEach(lane, [&](uint32_t index, float weight) { blend.push({index, weight}); });
+  return blend;
+}
+
+LightLanes::LightLanes(std::span<const Source> lights, Simd simd)
+    : kernels_(choiceKernels(simd)), sources_(splitAll(lights)), towards_(3 * kChoiceLanes * sources_.size()),
+      allDistant_(std::ranges::all_of(lights, &Source::isDistant)) {
+  assert(lights.size() < size_t{1} << 24);
+  if (allDistant_)
+    kernels_.face(sources_.data(), nullptr, sources_.size(), LaneVectors{}.data(), towards_.data());
+}
+
+void LightLanes::lookFrom(std::span<const Point3<AcquisitionSpace>> places) {
+  if (allDistant_) return;
+  const LaneVectors lanes = lanesOf(places);
+  lost_ = kernels_.face(sources_.data(), nullptr, sources_.size(), lanes.data(), towards_.data());
+}
+
+void LightLanes::blend(std::span<const Direction3<AcquisitionSpace>> towards, size_t count,
+                       LaneBlends& blends) {
+  assert(count >= 1 && count <= kMaxBlended);
+  const LaneVectors lanes = lanesOf(towards);
+  std::array<float, kChoiceLanes> limits = unlimited;
+  std::array<uint32_t, kMostSlots> seeds;
+  constexpr size_t middle = kChoiceLanes / 2;
+  size_t seeded = 0;
+  if (blends.blended_ == count && blends.sources_ == sources_.size())
+    while (seeded <= count && blends.nearest_.penalty[seeded][middle] < kInfinity) {
+      seeds[seeded] = static_cast<uint32_t>(blends.nearest_.index[seeded][middle]);
+      ++seeded;
+    }
+  if (seeded == count + 1)
+    kernels_.farthest(towards_.data(), seeds.data(), seeded, lanes.data(), limits.data());
+  blends.blended_ = count;
+  blends.sources_ = sources_.size();
+  blends.lost_ = lost_;
+  kernels_.nearest(towards_.data(), nullptr, nullptr, sources_.size(), lanes.data(), limits.data(), count + 1,
+                   &blends.nearest_);
+  kernels_.weigh(blends.nearest_, count, blends.weights_.data());
+}
+
+SourceLanes::SourceLanes(std::span<const Source> sources)
+    : count(sources.size()), groups((count + kChoiceLanes - 1) / kChoiceLanes) {
+  const size_t padded = groups * kChoiceLanes;
+  for (auto* values : {&x, &y, &z, &isNear}) values->resize(padded);
+  rest.resize(3 * padded);
+  for (size_t i = 0; i < count; ++i) {
+    const SplitSource source = split(sources[i]);
+    x[i] = source.x;
+    y[i] = source.y;
+    z[i] = source.z;
+    rest[i] = source.restX;
+    rest[padded + i] = source.restY;
+    rest[2 * padded + i] = source.restZ;
+    isNear[i] = source.isDistant ? 0 : 1;
+  }
+}
+
+void SourceLook::look(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
+                      const Normal3<AcquisitionSpace>& normal) {
+  const std::array query{place.x(),   place.y(),  place.z(),  towards.x(), towards.y(),
+                         towards.z(), normal.x(), normal.y(), normal.z()};
+  kernels_.look(sources_.x.data(), sources_.y.data(), sources_.z.data(), sources_.rest.data(),
+                sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
+}
+
+ViewLanes::ViewLanes(std::span<const Source> views, const ViewFades& fades, Simd simd)
+    : kernels_(choiceKernels(simd)), fades_(fades), sources_(splitAll(views)), lanes_(views) {
+  assert(views.size() == fades.views && views.size() < size_t{1} << 24);
+  for (const Source& view : views)
+    if (!view.isDistant)
+      farthest_ = std::max(farthest_, static_cast<float>(view.place.cwiseAbs().maxCoeff()));
+  inverseFade_[0] = kInfinity;
+  for (size_t byte = 1; byte < 256; ++byte)
+    inverseFade_[byte] = 1 / ViewFades::decode(static_cast<uint8_t>(byte));
+  isSeed_.resize(views.size());
+  found_.resize(lanes_.x.size() + kChoiceLanes);
+  towards_.resize(3 * kChoiceLanes * views.size());
+  inverseFades_.resize(kChoiceLanes * views.size());
+}
+
+void ViewLanes::rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels, const float* places,
+                     const float* towards, const float* limits, size_t slots) {
+  for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
+    const uint8_t* fades = fades_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
+    float* inverse = inverseFades_.data() + lane;
+    for (const uint32_t view : views) {
+      *inverse = inverseFade_[fades[view]];
+      inverse += kChoiceLanes;
+    }
+  }
+  blends_.lost_ = kernels_.face(sources_.data(), views.data(), views.size(), places, towards_.data());
+  kernels_.nearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards, limits, slots,
+                   &blends_.nearest_);
+}
+
+// Are the lane's first `most`, as far as there are so many, all views that see the surfel?
+bool ViewLanes::areAll(size_t lane, size_t most, uint32_t surfel) const {
+  size_t found = 0;
+  while (found < most && blends_.nearest_.penalty[found][lane] < kInfinity) ++found;
+  const auto fades = fades_.of(surfel);
+  return static_cast<size_t>(std::ranges::count_if(fades, [](uint8_t fade) { return fade > 0; })) <= found;
+}
+
+const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
+                                   std::span<const Point3<AcquisitionSpace>> places,
+                                   std::span<const Direction3<AcquisitionSpace>> towards, size_t count) {
+  assert(count >= 1 && count <= kMaxBlended);
+  assert(surfels.size() == places.size() && surfels.size() == towards.size());
+  const LaneVectors place = lanesOf(places), asked = lanesOf(towards);
+
+  rate(seeds_, surfels, place.data(), asked.data(), unlimited.data(), count + 1);
+  const std::span last(blends_.nearest_.penalty[count]);
+  std::array<float, kChoiceLanes> limits;
+  std::ranges::copy(last, limits.begin());
+  const Around placed = around(place), turned = around(asked);
+  // Places of views are rounded here.
+  const float radius = placed.reach + 4 * std::numeric_limits<float>::epsilon() * farthest_;
+  const auto rateWithin = [&](float limit) {
+    const ChoiceBounds bounds{{placed.middle[0], placed.middle[1], placed.middle[2]},
+                              radius,
+                              {turned.middle[0], turned.middle[1], turned.middle[2]},
+                              turned.reach + kRounding,
+                              limit};
+    size_t found = kernels_.within(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
+                                   lanes_.groups, bounds, found_.data());
+    while (found > 0 && found_[found - 1] >= sources_.size()) --found; // what fills the last lanes
+    rate({found_.data(), found}, surfels, place.data(), asked.data(), limits.data(), count + 1);
+  };
+  constexpr float kGuess = 1 / 8.f;
+  float limit = std::ranges::max(limits);
+  if (limit == kInfinity) {
+    rateWithin(kGuess);
+    limit = 0;
+    for (size_t lane = 0; lane < surfels.size(); ++lane)
+      if (last[lane] > kGuess && !areAll(lane, count + 1, surfels[lane])) limit = std::max(limit, last[lane]);
+  }
+  if (limit > 0) rateWithin(limit);
+  blends_.blended_ = count;
+  kernels_.weigh(blends_.nearest_, count, blends_.weights_.data());
+
+  for (const uint32_t view : seeds_) isSeed_[view] = false;
+  seeds_.clear();
+  for (size_t i = 0; i <= count; ++i)
+    for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
+      if (blends_.nearest_.penalty[i][lane] == kInfinity) continue;
+      const auto view = static_cast<uint32_t>(blends_.nearest_.index[i][lane]);
+      if (!isSeed_[view]) seeds_.push_back(view);
+      isSeed_[view] = true;
+    }
+  return blends_;
+}
+
+} // namespace surflect

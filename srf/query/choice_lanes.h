@@ -1,0 +1,136 @@
+// Which of many cameras or lights answer for a direction, and how much each: ulrWeights, for sixteen queries
+// at once in vector lanes of single precision. What a query gets does not depend on the others.
+#pragma once
+
+#include "srf/query/choice_kernels.h"
+#include "srf/query/ulr.h"
+#include "srf/query/view_fade.h"
+#include "surfel/simd.h"
+#include "surfel/space.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// What a direction leads to: a place, or something so distant that the direction to it is everywhere the
+// same, unit length.
+struct Source {
+  Vec3<double> place;
+  bool isDistant = false;
+};
+
+// The blends of up to kChoiceLanes queries, each a lane.
+class LaneBlends {
+public:
+  // As ulrWeights of all that were rated, but for the rounding of penalties: those of directions that are 10
+  // roundings apart, and of five roundings more.
+  BlendSet of(size_t lane) const;
+
+  // The same one by one: use(index, weight).
+  template <class Use> void forEach(size_t lane, const Use& use) const {
+    for (size_t i = 0; i < blended_; ++i)
+      if (const float weight = weights_[i * kChoiceLanes + lane]; weight > 0)
+        use(static_cast<uint32_t>(nearest_.index[i][lane]), weight);
+  }
+
+  // Of the nearest; infinite where there is none.
+  float penalty(size_t lane) const { return nearest_.penalty[0][lane]; }
+
+  // False where single precision has lost a direction: a source is nearer than 1e-15 or farther than 1e15.
+  // The blend then means nothing.
+  bool isSure(size_t lane) const { return (lost_ >> lane & 1) == 0; }
+
+private:
+  friend class LightLanes;
+  friend class ViewLanes;
+  size_t blended_ = 0, sources_ = 0;
+  uint32_t lost_ = 0;
+  NearestLanes nearest_{};
+  std::array<float, kMaxBlended * kChoiceLanes> weights_{};
+};
+
+// All lights of a rig are seen from everywhere.
+class LightLanes {
+public:
+  LightLanes(std::span<const Source> lights, Simd simd); // fewer than 2^24
+
+  // Where the next queries are; 1..kChoiceLanes.
+  void lookFrom(std::span<const Point3<AcquisitionSpace>> places);
+
+  // Of the unit directions asked for, one per place, the `count` nearest, 1..kMaxBlended. It takes less time
+  // where these have been found near to those that the blends held before.
+  void blend(std::span<const Direction3<AcquisitionSpace>> towards, size_t count, LaneBlends& blends);
+
+private:
+  const ChoiceKernels& kernels_;
+  std::vector<SplitSource> sources_;
+  std::vector<float> towards_; // x, y, z in lanes, of each source
+  bool allDistant_ = true;
+  uint32_t lost_ = 0;
+};
+
+// Sources as lanes, padded with some that are distant and lead nowhere.
+struct SourceLanes {
+  explicit SourceLanes(std::span<const Source> sources);
+
+  size_t count = 0, groups = 0;
+  std::vector<float> x, y, z, rest, isNear;
+};
+
+// One query that looks at all sources.
+class SourceLook {
+public:
+  SourceLook(std::span<const Source> sources, Simd simd)
+      : kernels_(choiceKernels(simd)), sources_(sources), penalties_(sources_.x.size()),
+        cosines_(sources_.x.size()) {}
+
+  static constexpr float kRounding = 2e-6f; // of both
+
+  void look(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
+            const Normal3<AcquisitionSpace>& normal);
+
+  // Per source: 1 - cos of the angle from the direction asked for, and cosine to the normal; both 0 where the
+  // source is nearer than 1e-15 or farther than 1e15.
+  std::span<const float> penalties() const { return {penalties_.data(), sources_.count}; }
+  std::span<const float> cosines() const { return {cosines_.data(), sources_.count}; }
+
+private:
+  const ChoiceKernels& kernels_;
+  SourceLanes sources_;
+  std::vector<float> penalties_, cosines_;
+};
+
+// Views have fades, by which their penalties are divided. Of hundreds few can be among the nearest of
+// queries that lie beside each other, as those along a curve do; it is these that are rated.
+class ViewLanes {
+public:
+  // The fades are those of as many views, and must outlive this.
+  ViewLanes(std::span<const Source> views, const ViewFades& fades, Simd simd); // fewer than 2^24
+
+  // From surfels and their places, 1..kChoiceLanes, of the unit directions asked for the `count` nearest,
+  // 1..kMaxBlended. Views of no fade are not asked. Valid until the next call.
+  const LaneBlends& blend(std::span<const uint32_t> surfels, std::span<const Point3<AcquisitionSpace>> places,
+                          std::span<const Direction3<AcquisitionSpace>> towards, size_t count);
+
+private:
+  void rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels, const float* places,
+            const float* towards, const float* limits, size_t slots);
+  bool areAll(size_t lane, size_t most, uint32_t surfel) const;
+
+  const ChoiceKernels& kernels_;
+  const ViewFades& fades_;
+  std::vector<SplitSource> sources_;
+  SourceLanes lanes_;
+  float farthest_ = 0;                 // coordinate of a place
+  std::array<float, 256> inverseFade_; // of a byte
+  std::vector<float> towards_, inverseFades_;
+  std::vector<uint32_t> found_, seeds_; // the last are those of the queries before
+  std::vector<bool> isSeed_;
+  LaneBlends blends_;
+};
+
+} // namespace surflect
