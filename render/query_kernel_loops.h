@@ -69,18 +69,17 @@ inline void direct(const QuerySource& source, const Vector& p, const Matrix& loo
   const Vector d = place - p;
   const DoubleLanes squared = dot(d, d), inverse = 1 / squared;
   scatter(towards, source.stride, count, sqrt(inverse) * (lookUp * d));
-  if (!irradiance) return;
   // A(|p* - p_l|) = 1 / d^2
-  scatter(irradiance, source.stride, count, roundedToFloat(inverse) * vectorOf(strength));
+  if (irradiance) scatter(irradiance, source.stride, count, roundedToFloat(inverse) * vectorOf(strength));
   const uint32_t apart = bitsOfLess(0, squared);
   if (apart == 0xff) return;
-  float upwards[3 * kQueryGroup]; // any direction will do where the light sits on the surfel
+  float upwards[3 * kQueryGroup]; // any direction will do where the source sits on the surfel
   storeTriples(upwards, lookUp.z);
   for (int i = 0; i < count; ++i) {
     if ((apart >> i & 1) != 0) continue;
     const float none[3]{};
     copyTriple(towards + static_cast<size_t>(i) * source.stride, upwards + 3 * i);
-    copyTriple(irradiance + static_cast<size_t>(i) * source.stride, none);
+    if (irradiance) copyTriple(irradiance + static_cast<size_t>(i) * source.stride, none);
   }
 }
 

@@ -22,7 +22,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace surflect {
 
@@ -223,13 +222,18 @@ const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
   };
   constexpr float kGuess = 1 / 8.f;
   float limit = std::ranges::max(limits);
+  bool isDone = false;
   if (limit == kInfinity) {
     rateWithin(kGuess);
+    isDone = true;
     limit = 0;
-    for (size_t lane = 0; lane < surfels.size(); ++lane)
-      if (last[lane] > kGuess && !areAll(lane, count + 1, surfels[lane])) limit = std::max(limit, last[lane]);
+    for (size_t lane = 0; lane < surfels.size(); ++lane) {
+      if (last[lane] <= kGuess || areAll(lane, count + 1, surfels[lane])) continue;
+      isDone = false;
+      limit = std::max(limit, last[lane]);
+    }
   }
-  if (limit > 0) rateWithin(limit);
+  if (!isDone) rateWithin(limit);
   blends_.blended_ = count;
   kernels_.weigh(blends_.nearest_, count, blends_.weights_.data());
 

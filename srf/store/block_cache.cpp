@@ -35,6 +35,7 @@ std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   resident.values = read->values.data();
   resident.rank = static_cast<uint8_t>(read->rank);
   resident.stride = static_cast<uint8_t>(read->stride);
+  resident.isHere = true;
   memory_ += read->memory();
   makeRoom();
   return read;
@@ -45,10 +46,10 @@ void BlockCache::makeRoom() {
     const auto last = std::prev(entries_.end());
     Resident& resident = residentOf(last->key);
     if (resident.isWanted.exchange(false)) {
-      entries_.splice(entries_.begin(), entries_, last);
+      entries_.splice(std::next(entries_.begin()), entries_, last); // what was read just now stays first
       continue;
     }
-    resident.values = nullptr;
+    resident.isHere = false;
     memory_ -= last->block->memory();
     entryOf_.erase(last->key);
     entries_.pop_back();

@@ -25,7 +25,8 @@ struct CacheCounts {
 class BlockCache {
 public:
   // `views` must outlive the cache. Blocks that callers still hold do not count against the budget (bytes of
-  // decoded blocks): with one block in use a thread, memory exceeds it by at most one block a thread.
+  // decoded blocks): with one block in use a thread, memory exceeds it by at most one block a thread,
+  // and by 16 bytes for every block of the views, in memory or not.
   BlockCache(std::span<const ViewFile> views, size_t budget);
 
   std::span<const ViewFile> views() const { return views_; }
@@ -39,7 +40,7 @@ public:
   // their order.
   std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
     const Resident& found = residents_[view][block];
-    if (!found.values) return std::nullopt;
+    if (!found.isHere) return std::nullopt;
     if (!found.isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
       found.isWanted.store(true, std::memory_order_relaxed);
     const size_t lights = static_cast<size_t>(views_[view].header().lights);
@@ -55,9 +56,10 @@ private:
   };
   // All that resident reads, in one place: it is asked for in no order that a processor could guess.
   struct Resident {
-    const float* values = nullptr; // as Block has them; null where it is not in memory
+    const float* values = nullptr; // as Block has them; null also for those of rank 0
     uint8_t rank = 0, stride = 0;
-    mutable std::atomic<bool> isWanted = false; // by resident, since the entry was last moved
+    bool isHere = false;
+    mutable std::atomic<bool> isWanted = false; // by resident, since makeRoom last passed over it
   };
   Resident& residentOf(uint64_t key) { return residents_[key >> 32][static_cast<uint32_t>(key)]; }
   void makeRoom();

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <limits>
 
 namespace surflect {
@@ -74,7 +73,7 @@ public:
       answered.ranks += run.ranks;
       answered.hits += run.hits;
     }
-    if (answered.hits < answered.tasks) sweep(ops, joined(runs), answered);
+    if (answered.hits < answered.tasks) sweep(ops, joined(std::move(runs)), answered);
     return answered;
   }
 
@@ -113,6 +112,7 @@ private:
   // Not a call: for the compiler it would have no effect, and be left out.
   [[gnu::always_inline]] void fetchAhead(const BlockTerms& block, const ShadingOp& op,
                                          const BlockTaps& taps) const {
+    if (block.rank == 0) return;
     const size_t texelBytes = 3 * sizeof(float) * static_cast<size_t>(block.stride);
     for (uint32_t t = 0; t < taps.count; ++t) {
       const auto* texel = reinterpret_cast<const char*>(block.texel(taps.texels[t]));
@@ -147,17 +147,18 @@ private:
     }
   }
 
-  static Waiting joined(std::span<const Run> runs) {
+  static Waiting joined(std::vector<Run> runs) {
     size_t tasks = 0;
     for (const Run& run : runs) tasks += run.waiting.tasks.size();
     if (tasks > std::numeric_limits<uint32_t>::max()) throw Error("too many look-ups to be queued at once");
     Waiting all;
     all.tasks.reserve(tasks);
     all.taps.reserve(tasks);
-    for (const Run& run : runs) {
+    for (Run& run : runs) {
+      const Waiting waiting = std::move(run.waiting); // and gone after it
       const auto first = static_cast<uint32_t>(all.tasks.size());
-      for (const Task& task : run.waiting.tasks) all.tasks.push_back({task.key, task.op, first + task.slot});
-      all.taps.insert(all.taps.end(), run.waiting.taps.begin(), run.waiting.taps.end());
+      for (const Task& task : waiting.tasks) all.tasks.push_back({task.key, task.op, first + task.slot});
+      all.taps.insert(all.taps.end(), waiting.taps.begin(), waiting.taps.end());
     }
     return all;
   }
@@ -167,7 +168,7 @@ private:
     std::vector<uint32_t> blocks; // of one view
     for (size_t b = 0; b + 1 < first.size(); ++b) {
       const Task& task = sorted[first[b]];
-      blocks.push_back(task.block());
+      if (!cache_.resident(task.view(), task.block())) blocks.push_back(task.block());
       const size_t next = first[b + 1];
       if (next < sorted.size() && sorted[next].view() == task.view()) continue;
       cache_.views()[task.view()].announce(blocks);

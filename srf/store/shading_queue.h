@@ -35,7 +35,7 @@ struct ShadingStats {
   uint64_t tasks = 0;      // operations x the blocks they touch
   uint64_t taskRanks = 0;  // sum of the blocks' ranks over tasks
   uint64_t cacheHits = 0;  // tasks of operations all of whose blocks were in memory
-  uint64_t blocksRead = 0; // from disk; wrong if others use the cache meanwhile, like the next
+  uint64_t blocksRead = 0; // from disk
   uint64_t bytesRead = 0;
 };
 
@@ -48,11 +48,11 @@ struct ShadingStats {
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
 // Each block is fetched once a call, and once more if targets that see background only are left to it; the
-// result has the same bits for any number of threads, any cache
-// and any vector instructions. Against executeReference it errs by less than (lights + K + tasks of the
-// target + 20) 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of
-// it. One call at a time to a cache. Memory: up to about 100 bytes an operation. Throws Error as
-// ViewFile::read.
+// result has the same bits for any number of threads, any cache and any vector instructions. Against
+// executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times the sum of
+// |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of it. Nobody else may use the cache
+// meanwhile. Memory: 13 bytes an operation, and up to 150 for each block of those that wait for one. Throws
+// Error as ViewFile::read.
 std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
                          BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
                          Simd simd = bestSimd());

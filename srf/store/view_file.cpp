@@ -199,11 +199,13 @@ std::optional<uint32_t> ViewFile::find(BlockPosition position) const {
 }
 
 void ViewFile::announce(std::span<const uint32_t> blocks) const {
-  constexpr uint64_t kGap = 1 << 14; // bytes that are rather read than left out
+  // Bytes: of a gap that is rather read than left out, and of what the system takes advice for at once.
+  constexpr uint64_t kGap = 1 << 14, kMost = 1 << 17;
   for (size_t i = 0; i < blocks.size();) {
     const uint64_t begin = offsets_[blocks[i]];
     uint64_t end = begin;
-    for (; i < blocks.size() && offsets_[blocks[i]] <= end + kGap; ++i) end = offsets_[blocks[i] + 1];
+    for (; i < blocks.size() && offsets_[blocks[i]] <= end + kGap && end < begin + kMost; ++i)
+      end = offsets_[blocks[i] + 1];
     // Only advice: whether it is taken changes nothing but the time.
     ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),
                     POSIX_FADV_WILLNEED);

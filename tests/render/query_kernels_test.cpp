@@ -145,5 +145,16 @@ TEST(QueryKernels, ALightOnASurfelGivesItNothing) {
   }
 }
 
+TEST(QueryKernels, AViewerOnASurfelIsSeenInSomeDirection) {
+  Rng random(5);
+  for (const Simd simd : supportedSimd()) {
+    Scene scene = randomScene(100, random);
+    const auto center = scene.deformed.p[scene.surfels[13]].cast<double>();
+    scene.camera.cameraFromWorld = {Mat3<double>::Identity(), -center.raw()};
+    ASSERT_EQ(scene.camera.center().raw(), center.raw());
+    for (const auto& towards : queries(scene, simd).towardsView) EXPECT_NEAR(length(towards), 1, 2e-7f);
+  }
+}
+
 } // namespace
 } // namespace surflect

@@ -71,6 +71,40 @@ TEST_F(BlockCacheTest, TheLeastRecentlyUsedBlockGoesFirst) {
   EXPECT_EQ(cache.counts().hits, 3u);
 }
 
+TEST_F(BlockCacheTest, WhatIsResidentIsFoundUntilItGoes) {
+  BlockCache cache(views_, 1 << 30);
+  EXPECT_FALSE(cache.resident(1, 3));
+  const auto block = cache.get(1, 3);
+  const auto resident = cache.resident(1, 3);
+  ASSERT_TRUE(resident);
+  EXPECT_EQ(resident->rank, block->rank);
+  EXPECT_EQ(resident->stride, block->stride);
+  EXPECT_EQ(resident->coefficients, block->terms().coefficients);
+  EXPECT_EQ(resident->basis, block->terms().basis);
+  EXPECT_FALSE(cache.resident(0, 3));
+
+  BlockCache none(views_, 0);
+  none.get(1, 3);
+  EXPECT_FALSE(none.resident(1, 3));
+}
+
+TEST_F(BlockCacheTest, WhatWasFoundStaysLongerThanWhatWasNot) {
+  const auto memory = [&](uint32_t block) { return views_[0].read(block).memory(); };
+  BlockCache cache(views_, memory(1) + memory(2) + memory(3));
+  for (const uint32_t block : {1, 2, 3}) cache.get(0, block);
+  ASSERT_TRUE(cache.resident(0, 1)); // the oldest
+  cache.get(0, 4);
+  EXPECT_FALSE(cache.resident(0, 2));
+  EXPECT_TRUE(cache.resident(0, 1));
+
+  BlockCache wanted(views_, memory(2) + std::max(memory(1), memory(3)));
+  for (const uint32_t block : {1, 2}) wanted.get(0, block);
+  for (const uint32_t block : {1, 2}) ASSERT_TRUE(wanted.resident(0, block));
+  wanted.get(0, 3); // one of them goes all the same
+  EXPECT_FALSE(wanted.resident(0, 1));
+  EXPECT_TRUE(wanted.resident(0, 3));
+}
+
 TEST_F(BlockCacheTest, BlocksInUseSurviveTheirEviction) {
   BlockCache cache(views_, 0);
   const auto held = cache.get(0, 3);

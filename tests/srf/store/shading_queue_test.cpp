@@ -157,6 +157,49 @@ TEST_F(ShadingQueueTest, SameBitsForAnyCache) {
   EXPECT_EQ(executed(queue, 3 * image), expected);
 }
 
+// Also where a block is black, and has no terms.
+TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
+  ReflectanceStack stack = glossySphere(size, lights, 1);
+  for (Image& light : stack.lights)
+    for (int y = 32; y < 40; ++y) std::fill_n(light.at(32, y).data(), 3 * blockSize, 0.f);
+  writeFileAtomically(folder_ / "black.view", encodeView(stack, {.tolerance = 0.005}).file);
+  views_.emplace_back(folder_ / "black.view");
+  ASSERT_EQ(views_[views].read(*views_[views].find({4, 4})).rank, 0);
+  Queue queue = randomQueue(1000, 6);
+  for (ShadingOp& op : queue.ops)
+    if (op.target % 2 == 0) op.view = (op.view + 1) % (views + 1);
+  size_t image = 0; // of one view, decoded
+  for (uint32_t b = 0; b < views_[0].blockCount(); ++b) image += views_[0].read(b).memory();
+  const auto expected = executed(queue);
+  for (const size_t budget : {size_t{0}, views_[0].read(20).memory(), image, 3 * image, everything}) {
+    BlockCache cache(views_, budget);
+    for (int call = 0; call < 3; ++call) {
+      ShadingStats stats;
+      EXPECT_EQ(execute(queue.ops, queue.rows, queue.targets, cache, stats), expected)
+          << budget << ", " << call;
+      if (call == 0) continue;
+      if (budget == 0) {
+        EXPECT_EQ(stats.cacheHits, 0u);
+      } else if (budget >= image) {
+        EXPECT_GT(stats.cacheHits, 0u);
+      }
+      EXPECT_EQ(stats.cacheHits == stats.tasks, budget == everything);
+    }
+  }
+}
+
+TEST_F(ShadingQueueTest, AnOperationWaitsForAllItsBlocks) {
+  const Queue queue{{{0, 0, 40.0f, 36.5f, 1, 0, 1}}, {{7, {1, 1, 1}}}, 1};
+  for (const int there : {4, 5}) {
+    BlockCache cache(views_, everything);
+    cache.get(0, *views_[0].find({there, 4}));
+    ShadingStats stats;
+    EXPECT_EQ(execute(queue.ops, queue.rows, 1, cache, stats), executed(queue));
+    EXPECT_EQ(stats.blocksRead, 1u);
+    EXPECT_EQ(stats.cacheHits, 0u);
+  }
+}
+
 TEST_F(ShadingQueueTest, ReadsEachBlockOnceACallHoweverSmallTheCache) {
   Queue queue = randomQueue(3000, 5);
   for (uint32_t target = 0; target < queue.targets; ++target) // none sees background only
