@@ -176,11 +176,8 @@ void ViewLanes::rate(std::span<const uint32_t> views, std::span<const uint32_t> 
                      const float* towards, const float* limits, size_t slots) {
   for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
     const uint8_t* fades = fades_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
-    float* inverse = inverseFades_.data() + lane;
-    for (const uint32_t view : views) {
-      *inverse = inverseFade_[fades[view]];
-      inverse += kChoiceLanes;
-    }
+    for (size_t i = 0; i < views.size(); ++i)
+      inverseFades_[i * kChoiceLanes + lane] = inverseFade_[fades[views[i]]];
   }
   blends_.lost_ = kernels_.face(sources_.data(), views.data(), views.size(), places, towards_.data());
   kernels_.nearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards, limits, slots,
