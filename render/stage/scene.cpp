@@ -138,7 +138,9 @@ uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const 
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   if (beam == Beam::narrow) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  RTCRay16 packet;
+  // Without AVX-512 Embree takes no notice of `valid`; rays that end before they begin are out for all.
+  RTCRay16 packet{};
+  std::ranges::fill(packet.tnear, 1.f);
   alignas(64) std::array<int, kMostRays> valid{};
   for (size_t i = 0; i < rays.size(); ++i) {
     const auto& [o, d, distance] = rays[i];
