@@ -151,10 +151,10 @@ private:
                   row = static_cast<int>(std::clamp<double>(ty, 0, header.height - 1));
         const Block* block = blocks_.at(view, column, row);
         if (!block) continue;
-        const float* e = block->texel(row % blockSize * blockSize + column % blockSize);
+        const int8_t* e = block->texel(row % blockSize * blockSize + column % blockSize);
         const float* a = block->light(light);
         for (int channel = 0; channel < 3; ++channel)
-          for (int k = 0; k < block->rank; ++k)
+          for (int k = 0; k < block->stride; ++k)
             sum[channel] += weight * a[k] * static_cast<double>(e[channel * block->stride + k]);
         weights += weight;
       }

@@ -28,7 +28,7 @@ constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // flags of a record
 constexpr std::array precisions = {16, 8, 4};              // bits of a term, in the record's order
 constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
 // What 16 bits at full rank reach, as part of the norm: half a quantiser step in each of up to 192 rows is
-// sqrt(192) / (2 * 32767) = 2.1e-4.
+// sqrt(192) / (2 * 32639) = 2.1e-4.
 constexpr double kReachable = 2.5e-4;
 constexpr double kFaint = 1e-3;      // of white: darker blocks may err as if they were that bright
 constexpr double nullEnergy = 1e-14; // of the strongest term: below lies the noise of the Gram matrix
@@ -43,8 +43,8 @@ float asStored(float coefficient, CoefficientType type) {
   return imath_half_to_float(imath_float_to_half(coefficient));
 }
 
-// The quantiser is symmetric: -levels .. levels.
-int levelsOf(int bits) { return (1 << (bits - 1)) - 1; }
+// The quantiser is symmetric: -levels .. levels. Of 16 bits it has as many as  256 high + low,  both of 8.
+int levelsOf(int bits) { return bits == 16 ? 257 * 127 : (1 << (bits - 1)) - 1; }
 size_t levelBytes(size_t values, int bits) { return (values * bits + 7) / 8; }
 size_t coefficientBytes(size_t lights, int bits, CoefficientType type) {
   return bits == 16 ? lights * bytesOf(type) : sizeof(float) + levelBytes(lights, bits);
@@ -265,11 +265,10 @@ void appendLevels(std::vector<std::byte>& record, const VectorXd& levels, int bi
     }
 }
 
-// Written to values[0], values[stride], ...
-void takeLevels(ByteReader& reader, int bits, size_t count, float* values, size_t stride) {
+// use(i, level), for each.
+template <class Use> void takeLevels(ByteReader& reader, int bits, size_t count, const Use& use) {
   const std::span<const std::byte> raw = reader.take(levelBytes(count, bits));
   ByteReader levels(raw);
-  const auto scale = static_cast<float>(levelsOf(bits));
   for (size_t i = 0; i < count; ++i) {
     int level = 0;
     if (bits == 16)
@@ -278,8 +277,24 @@ void takeLevels(ByteReader& reader, int bits, size_t count, float* values, size_
       level = levels.take<int8_t>();
     else
       level = ((std::to_integer<int>(raw[i / 2]) >> (i % 2 * 4) & 15) ^ 8) - 8;
-    values[i * stride] = std::max(-1.f, static_cast<float>(level) / scale);
+    use(i, std::max(-levelsOf(bits), level));
   }
+}
+
+// Of 8 bits, as levels are in memory.
+int planesOf(int bits) { return bits == 16 ? 2 : 1; }
+
+// Written to e[0], e[stride], ...; of 16 bits, high ones to e[0], low ones to e[1].
+void takeImage(ByteReader& reader, int bits, size_t count, int8_t* e, size_t stride) {
+  takeLevels(reader, bits, count, [&](size_t i, int level) {
+    const auto low = static_cast<int8_t>(level);
+    if (bits == 16) {
+      e[i * stride] = static_cast<int8_t>((level - low) / 256);
+      e[i * stride + 1] = low;
+    } else {
+      e[i * stride] = low;
+    }
+  });
 }
 
 void appendCoefficient(std::vector<std::byte>& record, float a, CoefficientType type) {
@@ -297,16 +312,20 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
   return a;
 }
 
-// Written to a[0], a[stride], ...
+// Of the planes that takeImage makes, times what a level stands for.
 void takeCoefficients(ByteReader& reader, int bits, CoefficientType type, size_t lights, float* a,
                       size_t stride) {
+  const double step = 1.0 / levelsOf(bits);
   if (bits == 16) {
-    for (size_t l = 0; l < lights; ++l) a[l * stride] = takeCoefficient(reader, type);
+    for (size_t l = 0; l < lights; ++l) {
+      a[l * stride + 1] = static_cast<float>(step * takeCoefficient(reader, type));
+      a[l * stride] = 256 * a[l * stride + 1];
+    }
     return;
   }
-  const float peak = takeCoefficient(reader, CoefficientType::single);
-  takeLevels(reader, bits, lights, a, stride);
-  for (size_t l = 0; l < lights; ++l) a[l * stride] *= peak;
+  const double ofLevel = step * step * takeCoefficient(reader, CoefficientType::single);
+  takeLevels(reader, bits, lights,
+             [&](size_t l, int level) { a[l * stride] = static_cast<float>(ofLevel * level); });
 }
 
 std::vector<std::byte> recordOf(uint64_t present, const Encoding& encoding) {
@@ -407,7 +426,8 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   const size_t rows = 3 * std::popcount(block.present);
   if (const size_t limit = std::min(rows, lights); static_cast<size_t>(block.rank) > limit)
     throw Error::mismatch("at most " + std::to_string(limit), std::to_string(block.rank)).at("rank");
-  block.stride = (block.rank + 3) / 4 * 4;
+  for (size_t p = 0; p < precisions.size(); ++p) block.stride += terms[p] * planesOf(precisions[p]);
+  block.stride = (block.stride + 3) / 4 * 4;
 
   const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
   size_t bytes = 0;
@@ -416,21 +436,22 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   if (reader.left() != bytes)
     throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
   block.lights = lights;
-  const size_t texelValues = 3 * static_cast<size_t>(block.stride);
-  block.values.resize(lights * block.stride + blockTexels * texelValues);
-  std::vector<float> packed(rows * block.stride); // [present texels x channels][stride]
+  const size_t texelLevels = 3 * static_cast<size_t>(block.stride);
+  block.values.resize(lights * block.stride * sizeof(float) + blockTexels * texelLevels);
+  auto* const coefficients = reinterpret_cast<float*>(block.values.data());
+  std::vector<int8_t> packed(rows * block.stride); // [present texels x channels][stride]
   int k = 0;
   for (size_t p = 0; p < precisions.size(); ++p)
-    for (int i = 0; i < terms[p]; ++i, ++k) {
-      takeCoefficients(reader, precisions[p], type, lights, block.values.data() + k, block.stride);
-      takeLevels(reader, precisions[p], rows, packed.data() + k, block.stride);
+    for (int i = 0; i < terms[p]; ++i, k += planesOf(precisions[p])) {
+      takeCoefficients(reader, precisions[p], type, lights, coefficients + k, block.stride);
+      takeImage(reader, precisions[p], rows, packed.data() + k, block.stride);
     }
 
-  float* const basis = block.values.data() + lights * block.stride;
+  auto* const levels = reinterpret_cast<int8_t*>(coefficients + lights * block.stride);
   for (int t = 0; t < blockTexels; ++t) {
     const int source = block.present >> t & 1 ? t : nearestPresent(block.present, t);
     const int packedTexel = std::popcount(block.present & ((uint64_t{1} << source) - 1));
-    std::copy_n(packed.data() + packedTexel * texelValues, texelValues, basis + t * texelValues);
+    std::copy_n(packed.data() + packedTexel * texelLevels, texelLevels, levels + t * texelLevels);
   }
   return block;
 }

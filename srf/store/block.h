@@ -56,16 +56,24 @@ struct EncodedBlock {
 // `white` > 0 is the radiance of a white pixel. Guarantees blockErrorBound.
 EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white);
 
-// What a look-up needs of a block, wherever it is kept.
+// What a look-up needs of a block, wherever it is kept: eigenimages as levels of 8 bits, and coefficients
+// times what a level stands for, so that X' is their product. Terms at 16 bits are two here, of high and of
+// low levels.
 struct BlockTerms {
-  int rank = 0;                        // K
-  int stride = 0;                      // K rounded up to a multiple of 4; what lies between is zero
+  int rank = 0;                        // K, of terms as they are stored
+  int stride = 0;                      // terms here, rounded up to a multiple of 4; what is too many is zero
   const float* coefficients = nullptr; // [lights][stride]
-  const float* basis = nullptr;        // [64 texels][3 channels][stride], each in [-1, 1]
+  const int8_t* levels = nullptr;      // [64 texels][3 channels][stride]
 
   const float* light(size_t l) const { return coefficients + l * stride; }
-  const float* texel(int t) const { return basis + static_cast<size_t>(t) * 3 * stride; }
+  const int8_t* texel(int t) const { return levels + static_cast<size_t>(t) * 3 * stride; }
 };
+
+// Of the values of a Block.
+inline BlockTerms blockTerms(int rank, int stride, size_t lights, const std::byte* values) {
+  const auto* coefficients = reinterpret_cast<const float*>(values);
+  return {rank, stride, coefficients, reinterpret_cast<const int8_t*>(coefficients + lights * stride)};
+}
 
 // A block ready for look-ups. Absent texels are filled from the nearest present one, so that bilinear
 // interpolation inside the block never mixes background in.
@@ -73,12 +81,12 @@ struct Block {
   int rank = 0, stride = 0; // as BlockTerms has them
   uint64_t present = 0;     // as given to encodeBlock
   size_t lights = 0;
-  std::vector<float> values; // coefficients, then basis, as BlockTerms has them
+  std::vector<std::byte> values; // coefficients, then levels, as BlockTerms has them
 
-  BlockTerms terms() const { return {rank, stride, values.data(), values.data() + lights * stride}; }
+  BlockTerms terms() const { return blockTerms(rank, stride, lights, values.data()); }
   const float* light(size_t l) const { return terms().light(l); }
-  const float* texel(int t) const { return terms().texel(t); }
-  size_t memory() const { return sizeof(Block) + values.capacity() * sizeof(float); }
+  const int8_t* texel(int t) const { return terms().texel(t); }
+  size_t memory() const { return sizeof(Block) + values.capacity(); }
 };
 
 // Throws Error where the record is not one of a block under so many lights.

@@ -1,11 +1,8 @@
 #include "srf/store/block_cache.h"
 
 #include <cassert>
-#include <limits>
 
 namespace surflect {
-
-static_assert(3 * blockTexels <= std::numeric_limits<uint8_t>::max(), "the rank of a resident block");
 
 BlockCache::BlockCache(std::span<const ViewFile> views, size_t budget) : views_(views), budget_(budget) {
   for (const ViewFile& view : views) residents_.emplace_back(view.blockCount());
@@ -33,8 +30,8 @@ std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   entryOf_[key] = entries_.begin();
   Resident& resident = residentOf(key);
   resident.values = read->values.data();
-  resident.rank = static_cast<uint8_t>(read->rank);
-  resident.stride = static_cast<uint8_t>(read->stride);
+  resident.rank = static_cast<uint16_t>(read->rank);
+  resident.stride = static_cast<uint16_t>(read->stride);
   resident.isHere = true;
   memory_ += read->memory();
   makeRoom();

@@ -43,8 +43,8 @@ public:
     if (!found.isHere) return std::nullopt;
     if (!found.isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
       found.isWanted.store(true, std::memory_order_relaxed);
-    const size_t lights = static_cast<size_t>(views_[view].header().lights);
-    return BlockTerms{found.rank, found.stride, found.values, found.values + lights * found.stride};
+    const auto lights = static_cast<size_t>(views_[view].header().lights);
+    return blockTerms(found.rank, found.stride, lights, found.values);
   }
 
   CacheCounts counts() const;
@@ -56,8 +56,8 @@ private:
   };
   // All that resident reads, in one place: it is asked for in no order that a processor could guess.
   struct Resident {
-    const float* values = nullptr; // as Block has them; null also for those of rank 0
-    uint8_t rank = 0, stride = 0;
+    const std::byte* values = nullptr; // as Block has them; null also for those of rank 0
+    uint16_t rank = 0, stride = 0;
     bool isHere = false;
     mutable std::atomic<bool> isWanted = false; // by resident, since makeRoom last passed over it
   };

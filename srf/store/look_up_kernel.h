@@ -17,8 +17,9 @@ struct BlockTaps {
 };
 
 struct LookUpJob {
-  const float *basis, *coefficients; // as Block has them
-  size_t stride;                     // a multiple of 4
+  const int8_t* levels; // as Block has them
+  const float* coefficients;
+  size_t stride; // a multiple of 4
   const LightWeight* row;
   size_t lights; // of the row
 };

@@ -4,17 +4,38 @@
 
 #include "srf/store/look_up_kernel.h"
 
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
 namespace surflect {
 namespace {
 
 typedef float Four __attribute__((vector_size(16)));
 typedef float Eight __attribute__((vector_size(32)));
+typedef int32_t FourWhole __attribute__((vector_size(16)));
+typedef int8_t Bytes __attribute__((vector_size(16)));
 
 template <class Vector> inline Vector loaded(const float* from) {
   Vector v;
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
+
+// As many levels as the vector has numbers. Compilers would widen them one by one.
+template <class Vector> inline Vector levels(const int8_t* from);
+template <> inline Four levels(const int8_t* from) {
+  Bytes bytes{};
+  __builtin_memcpy(&bytes, from, 4);
+  const Bytes lasts = __builtin_shufflevector(bytes, bytes, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+  return __builtin_convertvector(reinterpret_cast<FourWhole>(lasts) >> 24,
+                                 Four); // of each four bytes the last
+}
+#ifdef __AVX2__
+template <> inline Eight levels(const int8_t* from) {
+  return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+}
+#endif
 
 inline Four addTo(Four sum, Four x) { return sum + x; }
 inline Four addTo(Four sum, Eight x) {
@@ -36,7 +57,7 @@ inline void addTerms(const LookUpJob& job, const BlockTaps& taps, size_t k, Four
   for (size_t channel = 0; channel < 3; ++channel) {
     Vector e{};
     for (uint32_t t = 0; t < taps.count; ++t)
-      e += taps.weights[t] * loaded<Vector>(job.basis + (3 * taps.texels[t] + channel) * job.stride + k);
+      e += taps.weights[t] * levels<Vector>(job.levels + (3 * taps.texels[t] + channel) * job.stride + k);
     sums[channel] = addTo(sums[channel], folded[channel] * e);
   }
 }

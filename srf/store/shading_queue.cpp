@@ -85,7 +85,7 @@ private:
 
   Rgb answerIn(const BlockTerms& block, const ShadingOp& op, const BlockTaps& taps) const {
     float rgb[3];
-    lookUp_({block.basis, block.coefficients, static_cast<size_t>(block.stride), rows_.data() + op.rowBegin,
+    lookUp_({block.levels, block.coefficients, static_cast<size_t>(block.stride), rows_.data() + op.rowBegin,
              op.rowEnd - op.rowBegin},
             taps, rgb);
     return op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
@@ -113,7 +113,7 @@ private:
   [[gnu::always_inline]] void fetchAhead(const BlockTerms& block, const ShadingOp& op,
                                          const BlockTaps& taps) const {
     if (block.rank == 0) return;
-    const size_t texelBytes = 3 * sizeof(float) * static_cast<size_t>(block.stride);
+    const size_t texelBytes = 3 * static_cast<size_t>(block.stride);
     for (uint32_t t = 0; t < taps.count; ++t) {
       const auto* texel = reinterpret_cast<const char*>(block.texel(taps.texels[t]));
       for (size_t at = 0; at < texelBytes; at += kLineBytes) __builtin_prefetch(texel + at);

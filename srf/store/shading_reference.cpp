@@ -12,11 +12,12 @@ std::optional<Eigen::Vector3d> texelRadiance(BlockCache& cache, uint32_t view, u
   const std::optional<uint32_t> number = cache.views()[view].find({x / blockSize, y / blockSize});
   if (!number) return std::nullopt;
   const std::shared_ptr<const Block> block = cache.get(view, *number);
-  const float* e = block->texel(y % blockSize * blockSize + x % blockSize);
+  const int8_t* e = block->texel(y % blockSize * blockSize + x % blockSize);
   const float* a = block->light(light);
   Eigen::Vector3d radiance = Eigen::Vector3d::Zero();
   for (int channel = 0; channel < 3; ++channel)
-    for (int k = 0; k < block->rank; ++k) radiance[channel] += double{a[k]} * e[channel * block->stride + k];
+    for (int k = 0; k < block->stride; ++k)
+      radiance[channel] += double{a[k]} * e[channel * block->stride + k];
   return radiance;
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::array magic = {'s', 'r', 'f', ' ', 'v', 'i', 'e', 'w'};
 constexpr uint32_t formatVersion = 1;
-constexpr uint32_t mixedPrecisionLayout = 2; // 8x8 blocks without apron, records of encodeBlock
+constexpr uint32_t mixedPrecisionLayout = 3; // 8x8 blocks without apron, records of encodeBlock
 constexpr size_t headerBytes = 40;
 constexpr size_t indexEntryBytes = 12;
 constexpr size_t headChecksumBytes = 8;

@@ -8,7 +8,7 @@ void surflect::fuzz(std::string_view input) {
   const Block block = decodeBlock(std::as_bytes(std::span(input.substr(1))), lights);
   float sum = 0; // reaches everything that look-ups reach
   for (int t = 0; t < blockTexels; ++t)
-    for (int k = 0; k < 3 * block.stride; ++k) sum += block.texel(t)[k];
+    for (int k = 0; k < 3 * block.stride; ++k) sum += static_cast<float>(block.texel(t)[k]);
   for (size_t l = 0; l < lights; ++l)
     for (int k = 0; k < block.stride; ++k) sum += block.light(l)[k];
   if (sum != sum) __builtin_trap();

@@ -211,7 +211,8 @@ TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInsi
         for (size_t light = 0; light < photographs.size(); ++light) {
           const float* wanted = &photographs[light].values[3 * source[pixel]];
           float stored = 0; // red
-          for (int k = 0; k < block->stride; ++k) stored += block->light(light)[k] * block->texel(texel)[k];
+          for (int k = 0; k < block->stride; ++k)
+            stored += block->light(light)[k] * static_cast<float>(block->texel(texel)[k]);
           EXPECT_NEAR(stored, wanted[0], 2e-3f * report.white) << v << ": " << x << ", " << y;
           if (inside.inside[pixel]) values.insert(values.end(), wanted, wanted + 3);
         }

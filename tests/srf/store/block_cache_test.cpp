@@ -80,7 +80,7 @@ TEST_F(BlockCacheTest, WhatIsResidentIsFoundUntilItGoes) {
   EXPECT_EQ(resident->rank, block->rank);
   EXPECT_EQ(resident->stride, block->stride);
   EXPECT_EQ(resident->coefficients, block->terms().coefficients);
-  EXPECT_EQ(resident->basis, block->terms().basis);
+  EXPECT_EQ(resident->levels, block->terms().levels);
   EXPECT_FALSE(cache.resident(0, 3));
 
   BlockCache none(views_, 0);

@@ -21,7 +21,7 @@ MatrixXd decoded(const EncodedBlock& encoded, uint64_t present, Eigen::Index lig
     for (int c = 0; c < 3; ++c, ++row)
       for (Eigen::Index l = 0; l < lights; ++l) {
         radiance(row, l) = 0;
-        for (int k = 0; k < block.rank; ++k)
+        for (int k = 0; k < block.stride; ++k)
           radiance(row, l) +=
               double{block.texel(std::countr_zero(rest))[c * block.stride + k]} * block.light(l)[k];
       }
@@ -260,7 +260,9 @@ TEST(Block, DamagedRecordDecodesToModestNumbersOrIsRejected) {
       auto damaged = record;
       damaged[i] = ~damaged[i];
       try {
-        for (const float a : decodeBlock(damaged, x.cols()).values) ASSERT_LT(std::abs(a), 1e33f) << name;
+        const Block block = decodeBlock(damaged, x.cols());
+        for (size_t l = 0; l < block.lights; ++l)
+          for (int k = 0; k < block.stride; ++k) ASSERT_LT(std::abs(block.light(l)[k]), 1e33f) << name;
       } catch (const Error&) {
         ++rejected;
       }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <random>
 
 namespace surflect {
@@ -18,9 +19,11 @@ TEST(LookUpKernel, SameBitsForAnyVectorInstructionsWhateverTheRank) {
   for (size_t stride = 0; stride <= 40; stride += 4)
     for (uint32_t taps = 0; taps <= 4; ++taps) {
       constexpr uint32_t kLights = 30;
-      std::vector<float> basis(blockTexels * 3 * stride), coefficients(kLights * stride);
-      for (auto* values : {&basis, &coefficients})
-        for (float& value : *values) value = number(random);
+      constexpr int kMost = 127;
+      std::vector<int8_t> levels(blockTexels * 3 * stride);
+      std::vector<float> coefficients(kLights * stride);
+      for (int8_t& level : levels) level = static_cast<int8_t>(std::lround(kMost * number(random)));
+      for (float& value : coefficients) value = number(random) / kMost;
       std::vector<LightWeight> row;
       for (uint32_t light = 0; light < kLights; light += 1 + static_cast<uint32_t>(random() % 3))
         row.push_back({light, {number(random), number(random), number(random)}});
@@ -29,7 +32,7 @@ TEST(LookUpKernel, SameBitsForAnyVectorInstructionsWhateverTheRank) {
         where.weights[where.count] = number(random);
         where.texels[where.count] = static_cast<uint8_t>(random() % blockTexels);
       }
-      const LookUpJob job{basis.data(), coefficients.data(), stride, row.data(), row.size()};
+      const LookUpJob job{levels.data(), coefficients.data(), stride, row.data(), row.size()};
       double expected[3] = {};
       for (size_t channel = 0; channel < 3; ++channel)
         for (size_t k = 0; k < stride; ++k) {
@@ -37,7 +40,7 @@ TEST(LookUpKernel, SameBitsForAnyVectorInstructionsWhateverTheRank) {
           for (const auto& [light, w] : row)
             folded += double{coefficients[light * stride + k]} * std::array{w.r, w.g, w.b}[channel];
           for (uint32_t t = 0; t < taps; ++t)
-            texel += double{where.weights[t]} * basis[(3 * where.texels[t] + channel) * stride + k];
+            texel += double{where.weights[t]} * levels[(3 * where.texels[t] + channel) * stride + k];
           expected[channel] += folded * texel;
         }
       std::array<float, 3> plain;

@@ -83,9 +83,9 @@ protected:
         if (!number) continue;
         weights += tap;
         const Block block = view.read(*number);
-        const float* e = block.texel(y % blockSize * blockSize + x % blockSize);
+        const int8_t* e = block.texel(y % blockSize * blockSize + x % blockSize);
         for (const LightWeight& w : std::span(queue.rows).subspan(op.rowBegin, op.rowEnd - op.rowBegin))
-          for (int k = 0; k < block.rank; ++k) {
+          for (int k = 0; k < block.stride; ++k) {
             const double a = tap * std::abs(block.light(w.light)[k]);
             sum[0] += a * std::abs(w.weight.r * e[k]);
             sum[1] += a * std::abs(w.weight.g * e[block.stride + k]);

@@ -59,7 +59,7 @@ TEST(ViewFile, HoldsEveryObjectTexelWithinTheTolerance) {
       for (int l = 0; l < 5; ++l)
         for (int c = 0; c < 3; ++c) {
           double value = 0;
-          for (int k = 0; k < block.rank; ++k)
+          for (int k = 0; k < block.stride; ++k)
             value += double{block.texel(texel)[c * block.stride + k]} * block.light(l)[k];
           squaredError += std::pow(value - stack.lights[l].at(x, y)[c], 2);
         }
