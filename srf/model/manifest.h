@@ -13,7 +13,7 @@
 namespace surflect {
 
 // Of the folder's form and of how its content is made; older models are refused, and packed anew.
-inline constexpr int kModelVersion = 4;
+inline constexpr int kModelVersion = 5;
 
 // Checksums are XXH3-64 as 16 hexadecimal digits.
 struct Manifest {

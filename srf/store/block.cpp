@@ -45,6 +45,13 @@ float asStored(float coefficient, CoefficientType type) {
 
 // The quantiser is symmetric: -levels .. levels. Of 16 bits it has as many as  256 high + low,  both of 8.
 int levelsOf(int bits) { return bits == 16 ? 257 * 127 : (1 << (bits - 1)) - 1; }
+// Coefficients times what a level of their image stands for, as they are in memory; and of one below 16 bits,
+// so much for each of its own levels.
+float perLevelOf16(float coefficient) {
+  return static_cast<float>(coefficient / static_cast<double>(levelsOf(16)));
+}
+double perLevels(float peak, int bits) { return peak / static_cast<double>(levelsOf(bits) * levelsOf(bits)); }
+
 size_t levelBytes(size_t values, int bits) { return (values * bits + 7) / 8; }
 size_t coefficientBytes(size_t lights, int bits, CoefficientType type) {
   return bits == 16 ? lights * bytesOf(type) : sizeof(float) + levelBytes(lights, bits);
@@ -149,8 +156,8 @@ struct Encoding {
   CoefficientType type = CoefficientType::half;
   std::vector<int> bits;           // per stored term, falling
   MatrixXd levels;                 // rows x K
-  MatrixXf basis;                  // levels as decoded
-  MatrixXf coefficients;           // K x lights, as decoded
+  MatrixXf coefficients;           // K x lights; of terms at 16 bits
+  MatrixXf perLevel;               // coefficients as decoded: X' = levels perLevel
   MatrixXd lightLevels;            // lights x K; of terms below 16 bits
   std::vector<float> peaks;        // per stored term: the coefficient of the last level; below 16 bits
   double squaredError = 0;         // of X
@@ -160,6 +167,7 @@ struct Encoding {
 // Puts solved coefficients, K x lights, into the form in which they are stored.
 void store(const MatrixXd& solved, Encoding& encoding) {
   encoding.coefficients.resize(solved.rows(), solved.cols());
+  encoding.perLevel.resize(solved.rows(), solved.cols());
   encoding.lightLevels.setZero(solved.cols(), solved.rows());
   encoding.peaks.assign(static_cast<size_t>(solved.rows()), 0);
   for (Eigen::Index k = 0; k < solved.rows(); ++k) {
@@ -168,13 +176,14 @@ void store(const MatrixXd& solved, Encoding& encoding) {
     if (bits == 16) {
       encoding.coefficients.row(k) =
           row.cast<float>().unaryExpr([&](float a) { return asStored(a, encoding.type); });
+      encoding.perLevel.row(k) =
+          encoding.coefficients.row(k).unaryExpr([](float a) { return perLevelOf16(a); });
       continue;
     }
     const auto peak = static_cast<float>(row.cwiseAbs().maxCoeff());
     encoding.peaks[static_cast<size_t>(k)] = peak;
     if (peak > 0) encoding.lightLevels.col(k) = quantised(row, bits);
-    const auto last = static_cast<float>(levelsOf(bits));
-    encoding.coefficients.row(k) = peak * (encoding.lightLevels.col(k).cast<float>() / last);
+    encoding.perLevel.row(k) = (perLevels(peak, bits) * encoding.lightLevels.col(k)).cast<float>();
   }
 }
 
@@ -188,24 +197,22 @@ Encoding realise(const Target& target, const Factors& factors, std::span<const U
   encoding.type = type;
   const auto rank = std::ranges::count_if(bitsOfTerm, [](int bits) { return bits > 0; });
   encoding.levels.resize(x.rows(), rank);
-  encoding.basis.resize(x.rows(), rank);
+  MatrixXd basis(x.rows(), rank);
   for (const int bits : precisions) {
     for (size_t k = 0; k < bitsOfTerm.size(); ++k) {
       if (bitsOfTerm[k] != bits) continue;
       const auto column = static_cast<Eigen::Index>(encoding.bits.size());
       encoding.levels.col(column) = quantised(factors.images.col(k).cwiseQuotient(target.rows), bits);
-      encoding.basis.col(column) =
-          encoding.levels.col(column).cast<float>() / static_cast<float>(levelsOf(bits));
+      basis.col(column) = encoding.levels.col(column) / levelsOf(bits);
       encoding.bits.push_back(bits);
     }
   }
   // Coefficients are solved for again, now that the eigenimages have moved.
-  const MatrixXd basis = encoding.basis.cast<double>();
   MatrixXd solved(0, x.cols());
   if (rank > 0)
     solved = (target.rows.asDiagonal() * basis).colPivHouseholderQr().solve(target.rows.asDiagonal() * x);
   store(solved, encoding);
-  const MatrixXd error = x - basis * encoding.coefficients.cast<double>();
+  const MatrixXd error = x - encoding.levels * encoding.perLevel.cast<double>();
   encoding.squaredError = error.squaredNorm();
   encoding.squaredWeightedError =
       (target.rows.asDiagonal() * error * target.lights.asDiagonal()).squaredNorm();
@@ -315,15 +322,15 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
 // Of the planes that takeImage makes, times what a level stands for.
 void takeCoefficients(ByteReader& reader, int bits, CoefficientType type, size_t lights, float* a,
                       size_t stride) {
-  const double step = 1.0 / levelsOf(bits);
   if (bits == 16) {
     for (size_t l = 0; l < lights; ++l) {
-      a[l * stride + 1] = static_cast<float>(step * takeCoefficient(reader, type));
-      a[l * stride] = 256 * a[l * stride + 1];
+      const float low = perLevelOf16(takeCoefficient(reader, type));
+      a[l * stride] = 256 * low;
+      a[l * stride + 1] = low;
     }
     return;
   }
-  const double ofLevel = step * step * takeCoefficient(reader, CoefficientType::single);
+  const double ofLevel = perLevels(takeCoefficient(reader, CoefficientType::single), bits);
   takeLevels(reader, bits, lights,
              [&](size_t l, int level) { a[l * stride] = static_cast<float>(ofLevel * level); });
 }
@@ -406,7 +413,7 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
   block.record = recordOf(present, *encoding);
   block.rank = static_cast<int>(encoding->bits.size());
   block.squaredError = encoding->squaredError;
-  const MatrixXd stored = encoding->basis.cast<double>() * encoding->coefficients.cast<double>();
+  const MatrixXd stored = encoding->levels * encoding->perLevel.cast<double>();
   block.clippedSquaredError = clippedSquaredError(x, stored, white);
   return block;
 }

@@ -23,7 +23,7 @@ MatrixXd decoded(const EncodedBlock& encoded, uint64_t present, Eigen::Index lig
         radiance(row, l) = 0;
         for (int k = 0; k < block.stride; ++k)
           radiance(row, l) +=
-              double{block.texel(std::countr_zero(rest))[c * block.stride + k]} * block.light(l)[k];
+              double{block.light(l)[k]} * block.texel(std::countr_zero(rest))[c * block.stride + k];
       }
   return radiance;
 }

@@ -60,7 +60,7 @@ TEST(ViewFile, HoldsEveryObjectTexelWithinTheTolerance) {
         for (int c = 0; c < 3; ++c) {
           double value = 0;
           for (int k = 0; k < block.stride; ++k)
-            value += double{block.texel(texel)[c * block.stride + k]} * block.light(l)[k];
+            value += double{block.light(l)[k]} * block.texel(texel)[c * block.stride + k];
           squaredError += std::pow(value - stack.lights[l].at(x, y)[c], 2);
         }
     }
