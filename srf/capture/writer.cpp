@@ -117,16 +117,11 @@ void writeViewPictures(const std::filesystem::path& path, std::span<const Radian
   const auto inLayer = [](const std::string& layer, const char* channel) {
     return layer.empty() ? channel : layer + "." + channel;
   };
-  std::vector<Image> premultiplied;
-  premultiplied.reserve(layers.size());
   std::vector<ExrLayer> exrLayers;
   for (const auto& [layer, radiance] : layers) {
-    progress.checkpoint();
     assert(radiance->channels == 3);
-    Image& stored = premultiplied.emplace_back(*radiance);
-    for (size_t i = 0; alpha && i < stored.values.size(); ++i) stored.values[i] *= alpha->values[i / 3];
     exrLayers.push_back(
-        {{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")}, &stored, precision});
+        {{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")}, radiance, precision, alpha});
   }
   if (alpha) exrLayers.push_back({{inLayer(alphaLayer, "A")}, alpha, precision});
   writeExr(path, exrLayers, {}, progress);

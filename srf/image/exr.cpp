@@ -255,19 +255,45 @@ half halfOf(float value) {
   return std::isfinite(value) ? half(std::clamp(value, -largest, largest)) : half(value);
 }
 
-std::vector<half> halvesOf(const Image& image) {
-  std::vector<half> halves(image.values.size());
-  std::ranges::transform(image.values, halves.begin(), halfOf);
-  return halves;
-}
+// Some lines of a layer, as they are written.
+class LayerLines {
+public:
+  explicit LayerLines(const ExrLayer& layer) : layer_(layer) {}
 
-// The samples stay in the image; OpenEXR's slices have no const form.
-Imf::Slice sliceOf(const Image& image, const void* samples, Imf::PixelType type, int plane) {
-  const size_t sampleSize = type == Imf::HALF ? sizeof(half) : sizeof(float);
-  const size_t stride = sampleSize * static_cast<size_t>(image.channels);
-  char* base = static_cast<char*>(const_cast<void*>(samples)) + sampleSize * static_cast<size_t>(plane);
-  return {type, base, stride, stride * static_cast<size_t>(image.width)};
-}
+  Imf::PixelType type() const { return layer_.precision == Precision::half ? Imf::HALF : Imf::FLOAT; }
+
+  void take(int first, int count) {
+    const Image& image = *layer_.image;
+    const size_t width = static_cast<size_t>(image.width), channels = static_cast<size_t>(image.channels);
+    first_ = static_cast<size_t>(first);
+    floats_.resize(static_cast<size_t>(count) * width * channels);
+    std::copy_n(image.values.data() + first_ * width * channels, floats_.size(), floats_.data());
+    if (layer_.factor) {
+      const float* factor = layer_.factor->values.data() + first_ * width;
+      for (size_t i = 0; i < floats_.size(); ++i) floats_[i] *= factor[i / channels];
+    }
+    halves_.resize(type() == Imf::HALF ? floats_.size() : 0);
+    std::transform(floats_.begin(), floats_.begin() + static_cast<std::ptrdiff_t>(halves_.size()),
+                   halves_.begin(), halfOf);
+  }
+
+  // As if all lines were there.
+  Imf::Slice slice(int plane) {
+    const bool isHalf = type() == Imf::HALF;
+    const size_t sampleBytes = isHalf ? sizeof(half) : sizeof(float);
+    const size_t pixelBytes = sampleBytes * static_cast<size_t>(layer_.image->channels);
+    const size_t lineBytes = pixelBytes * static_cast<size_t>(layer_.image->width);
+    char* lines = isHalf ? reinterpret_cast<char*>(halves_.data()) : reinterpret_cast<char*>(floats_.data());
+    return {type(), lines + sampleBytes * static_cast<size_t>(plane) - first_ * lineBytes, pixelBytes,
+            lineBytes};
+  }
+
+private:
+  const ExrLayer& layer_;
+  size_t first_ = 0;
+  std::vector<float> floats_;
+  std::vector<half> halves_;
+};
 
 // OpenEXR's own file stream forgets errors of its last writes: a full disk would leave a torn picture and no
 // complaint.
@@ -309,27 +335,29 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
     header.compression() = Imf::ZIP_COMPRESSION;
     for (const auto& [key, value] : attributes) header.insert(key, Imf::StringAttribute(value));
 
-    Imf::FrameBuffer frameBuffer;
-    std::vector<std::vector<half>> halves; // alive until the pixels are written
+    std::vector<LayerLines> lines;
     for (const ExrLayer& layer : layers) {
-      progress.checkpoint();
       const Image& image = *layer.image;
       assert(image.width == width && image.height == height);
       assert(layer.channels.size() == static_cast<size_t>(image.channels));
-      const Imf::PixelType type = layer.precision == Precision::half ? Imf::HALF : Imf::FLOAT;
-      const void* samples = image.values.data();
-      if (type == Imf::HALF) samples = halves.emplace_back(halvesOf(image)).data();
-      for (int plane = 0; plane < image.channels; ++plane) {
-        const std::string& name = layer.channels[static_cast<size_t>(plane)];
-        header.channels().insert(name, Imf::Channel(type));
-        frameBuffer.insert(name, sliceOf(image, samples, type, plane));
-      }
+      assert(!layer.factor ||
+             (layer.factor->channels == 1 && layer.factor->width == width && layer.factor->height == height));
+      lines.emplace_back(layer);
+      for (const std::string& name : layer.channels)
+        header.channels().insert(name, Imf::Channel(lines.back().type()));
     }
     Imf::OutputFile output(stream, header, /*numThreads=*/0);
-    output.setFrameBuffer(frameBuffer);
     for (int y = 0; y < height; y += kLinesAtOnce) {
       progress.checkpoint();
-      output.writePixels(std::min(kLinesAtOnce, height - y));
+      const int count = std::min(kLinesAtOnce, height - y);
+      Imf::FrameBuffer frameBuffer;
+      for (size_t i = 0; i < layers.size(); ++i) {
+        lines[i].take(y, count);
+        for (size_t plane = 0; plane < layers[i].channels.size(); ++plane)
+          frameBuffer.insert(layers[i].channels[plane], lines[i].slice(static_cast<int>(plane)));
+      }
+      output.setFrameBuffer(frameBuffer);
+      output.writePixels(count);
     }
   });
   writeFileAtomically(path, stream.bytes());

@@ -70,10 +70,12 @@ struct ExrLayer {
   ChannelSet channels; // one per channel of the image
   const Image* image = nullptr;
   Precision precision = Precision::half; // half keeps 11 bits; values beyond +-65504 are clamped to that
+  const Image* factor = nullptr;         // of one channel: the image is written times this
 };
 
 // Writes layers of one size, atomically, with metadata. The same input gives the same bytes. Compressed by
-// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Throws Error and Cancelled.
+// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Needs memory for the file
+// and for a few lines of pixels. Throws Error and Cancelled.
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes = {}, const Progress& progress = {});
 // One image of 1 to 4 channels as Y, YA, RGB or RGBA.

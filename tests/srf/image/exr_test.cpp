@@ -256,6 +256,19 @@ TEST_F(Exr, TheSameImageGivesTheSameBytes) {
   EXPECT_EQ(readFile(folder / "a.exr"), readFile(folder / "b.exr"));
 }
 
+TEST_F(Exr, AFactorMultipliesWhatIsWritten) {
+  const Image image = randomImage(23, 37, 3, 0, 10, 3), factor = randomImage(23, 37, 1, 0, 1, 4);
+  Image product = image;
+  for (size_t i = 0; i < product.values.size(); ++i) product.values[i] *= factor.values[i / 3];
+  for (const Precision precision : {Precision::half, Precision::single}) {
+    const ExrLayer multiplied{{"R", "G", "B"}, &image, precision, &factor},
+        plain{{"R", "G", "B"}, &product, precision};
+    writeExr(folder / "a.exr", std::span(&multiplied, 1));
+    writeExr(folder / "b.exr", std::span(&plain, 1));
+    EXPECT_EQ(readFile(folder / "a.exr"), readFile(folder / "b.exr"));
+  }
+}
+
 TEST_F(Exr, MetadataComesBack) {
   const Image image(4, 4, 3);
   const ExrLayer layer{{"R", "G", "B"}, &image};
