@@ -329,6 +329,9 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
   constexpr int kLinesAtOnce = 16; // as ZIP compresses them
   assert(!layers.empty());
   const int width = layers[0].image->width, height = layers[0].image->height;
+  [[maybe_unused]] const auto isOfSize = [&](const Image& image) {
+    return image.width == width && image.height == height;
+  };
   MemoryStream stream;
   translatingErrors(path, "write", [&] {
     Imf::Header header(width, height);
@@ -337,11 +340,9 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
 
     std::vector<LayerLines> lines;
     for (const ExrLayer& layer : layers) {
-      const Image& image = *layer.image;
-      assert(image.width == width && image.height == height);
-      assert(layer.channels.size() == static_cast<size_t>(image.channels));
-      assert(!layer.factor ||
-             (layer.factor->channels == 1 && layer.factor->width == width && layer.factor->height == height));
+      assert(isOfSize(*layer.image) && (!layer.factor || isOfSize(*layer.factor)));
+      assert(layer.channels.size() == static_cast<size_t>(layer.image->channels));
+      assert(!layer.factor || layer.factor->channels == 1);
       lines.emplace_back(layer);
       for (const std::string& name : layer.channels)
         header.channels().insert(name, Imf::Channel(lines.back().type()));

@@ -204,15 +204,14 @@ TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInsi
         const size_t pixel = y * outline.width + x;
         const auto number = model.files[v].find({x / blockSize, y / blockSize});
         const int texel = y % blockSize * blockSize + x % blockSize;
-        const auto block = number ? std::optional(model.files[v].read(*number)) : std::nullopt;
-        ASSERT_EQ(block && block->present >> texel & 1, outline.inside[pixel] == 1)
-            << v << ": " << x << ", " << y;
+        const Block block = number ? model.files[v].read(*number) : Block();
+        ASSERT_EQ(block.present >> texel & 1, outline.inside[pixel]) << v << ": " << x << ", " << y;
         if (!outline.inside[pixel]) continue;
         for (size_t light = 0; light < photographs.size(); ++light) {
           const float* wanted = &photographs[light].values[3 * source[pixel]];
           float stored = 0; // red
-          for (int k = 0; k < block->stride; ++k)
-            stored += block->light(light)[k] * static_cast<float>(block->texel(texel)[k]);
+          for (int k = 0; k < block.stride; ++k)
+            stored += block.light(light)[k] * static_cast<float>(block.texel(texel)[k]);
           EXPECT_NEAR(stored, wanted[0], 2e-3f * report.white) << v << ": " << x << ", " << y;
           if (inside.inside[pixel]) values.insert(values.end(), wanted, wanted + 3);
         }
