@@ -2,6 +2,7 @@
 
 #include "apps/command.h"
 #include "apps/terminal.h"
+#include "srf/image/exr.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -68,6 +69,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kUsage;
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  setExrThreads(threads > 1 ? static_cast<int>(threads) : 0);
   watchSignals();
   return run(work, json);
 }

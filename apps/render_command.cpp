@@ -11,6 +11,7 @@
 #include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include <charconv>
 #include <map>
@@ -161,13 +162,18 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     FrameStats stats;
     const Film film = shot.render(frame, arguments.scale, stats);
     const Stopwatch writeWatch;
-    if (script.output->png) writePreview(preview, film.color, shot.previewExposure());
-    writeFilm(path, film,
-              {{"surflect.version", SURFLECT_VERSION},
-               {"surflect.identity", identity},
-               {"surflect.script", hex(script.hash)},
-               {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
-               {"surflect.frame", std::to_string(frame)}});
+    tbb::parallel_invoke(
+        [&] {
+          if (script.output->png) writePreview(preview, film.color, shot.previewExposure());
+        },
+        [&] {
+          writeFilm(path, film,
+                    {{"surflect.version", SURFLECT_VERSION},
+                     {"surflect.identity", identity},
+                     {"surflect.script", hex(script.hash)},
+                     {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
+                     {"surflect.frame", std::to_string(frame)}});
+        });
     stats.seconds["write"] = writeWatch.seconds();
     Json entry = jsonOf(stats);
     entry["frame"] = frame;

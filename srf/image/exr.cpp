@@ -14,6 +14,7 @@
 #include <ImfOutputFile.h>
 #include <ImfPartType.h>
 #include <ImfStringAttribute.h>
+#include <ImfThreading.h>
 #include <half.h>
 
 #include <algorithm>
@@ -324,9 +325,12 @@ void roundTo(Precision precision, std::span<float> values) {
     for (float& value : values) value = halfOf(value);
 }
 
+void setExrThreads(int threads) { Imf::setGlobalThreadCount(threads); }
+
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes, const Progress& progress) {
-  constexpr int kLinesAtOnce = 16; // as ZIP compresses them
+  constexpr int kLinesOfChunk = 16; // as ZIP compresses them
+  const int linesAtOnce = kLinesOfChunk * std::max(1, 2 * Imf::globalThreadCount());
   assert(!layers.empty());
   const int width = layers[0].image->width, height = layers[0].image->height;
   [[maybe_unused]] const auto isOfSize = [&](const Image& image) {
@@ -347,10 +351,10 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
       for (const std::string& name : layer.channels)
         header.channels().insert(name, Imf::Channel(lines.back().type()));
     }
-    Imf::OutputFile output(stream, header, /*numThreads=*/0);
-    for (int y = 0; y < height; y += kLinesAtOnce) {
+    Imf::OutputFile output(stream, header, Imf::globalThreadCount());
+    for (int y = 0; y < height; y += linesAtOnce) {
       progress.checkpoint();
-      const int count = std::min(kLinesAtOnce, height - y);
+      const int count = std::min(linesAtOnce, height - y);
       Imf::FrameBuffer frameBuffer;
       for (size_t i = 0; i < layers.size(); ++i) {
         lines[i].take(y, count);

@@ -73,6 +73,10 @@ struct ExrLayer {
   const Image* factor = nullptr;         // of one channel: the image is written times this
 };
 
+// Of a pool of OpenEXR's that belongs to the process and compresses what is written; 0, as it begins, leaves
+// that to the thread that writes.
+void setExrThreads(int threads);
+
 // Writes layers of one size, atomically, with metadata. The same input gives the same bytes. Compressed by
 // ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Needs memory for the file
 // and for a few lines of pixels. Throws Error and Cancelled.

@@ -256,6 +256,15 @@ TEST_F(Exr, TheSameImageGivesTheSameBytes) {
   EXPECT_EQ(readFile(folder / "a.exr"), readFile(folder / "b.exr"));
 }
 
+TEST_F(Exr, ThreadsDoNotChangeAByte) {
+  const Image image = randomImage(64, 150, 4, 0, 1, 10);
+  writeExr(folder / "alone.exr", image);
+  setExrThreads(3);
+  writeExr(folder / "together.exr", image);
+  setExrThreads(0);
+  EXPECT_EQ(readFile(folder / "together.exr"), readFile(folder / "alone.exr"));
+}
+
 TEST_F(Exr, AFactorMultipliesWhatIsWritten) {
   const Image image = randomImage(23, 37, 3, 0, 10, 3), factor = randomImage(23, 37, 1, 0, 1, 4);
   Image product = image;
