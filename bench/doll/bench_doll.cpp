@@ -2,6 +2,7 @@
 // against the paper's pipeline on one thread. The model is made on the first run and kept.
 #include "bench/doll/doll_model.h"
 #include "bench/doll/frame_times.h"
+#include "bench/doll/look_up_orders.h"
 #include "bench/doll/machine.h"
 #include "bench/doll/paper_frame.h"
 #include "render/film.h"
@@ -12,6 +13,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -30,7 +32,7 @@ struct Arguments {
   int frames = 7;
   int width = 1024, height = 768;
   size_t lights = 5;
-  bool json = false;
+  bool orders = false, json = false;
 };
 
 void parseSize(const char* option, const std::string& text, int& width, int& height) {
@@ -88,6 +90,21 @@ Json jsonOf(const FrameCounts& counts) {
           {"rank", counts.rank}};
 }
 
+Json jsonOf(const OrderCost& cost) {
+  return {{"order", cost.order},
+          {"images", cost.images},
+          {"operations", cost.operations},
+          {"us", 1e6 * cost.seconds},
+          {"reads", cost.reads}};
+}
+
+Json ordersOf(const Model& model, const Shot& shot) {
+  Json orders = Json::array();
+  for (const OrderCost& cost : costOfOrders(model, shot, std::array<size_t, 3>{1, 3, 16}))
+    orders.push_back(jsonOf(cost));
+  return orders;
+}
+
 Json measure(const Arguments& arguments) {
   const fs::path folder =
       arguments.model.empty() ? fs::path(SURFLECT_BENCH_FOLDER) / nameOf(arguments.size) : arguments.model;
@@ -142,6 +159,7 @@ Json measure(const Arguments& arguments) {
                       {"cpu_over_bound", 1e3 * ofStage.processor / limits.threads / bound}});
   }
   const double frameMs = 1e3 * times.frame.median;
+  const Json orders = arguments.orders ? ordersOf(model, shot) : Json();
   return {{"model", folder.string()},
           {"output", {arguments.width, arguments.height}},
           {"machine", jsonOf(limits)},
@@ -165,6 +183,7 @@ Json measure(const Arguments& arguments) {
           {"naive_stages_ms", naiveStages},
           {"naive_lookups", naive.lookups},
           {"naive_over_frame", naiveMs / frameMs},
+          {"look_up_orders", orders},
           {"naive_cpu_over_frame", naiveLap.processorSeconds * limits.threads / times.frame.processor}};
 }
 
@@ -216,6 +235,12 @@ void print(const Json& report) {
              "{:.1f} by it\n",
              number(report["naive_ms"]), number(report["naive_cpu_ms"]), number(report["naive_over_frame"]),
              number(report["naive_cpu_over_frame"]));
+  if (report["look_up_orders"].is_null()) return;
+  fmt::print(
+      "\n| images in the cache | order of the look-ups | us each | blocks read each |\n|---|---|---|---|\n");
+  for (const Json& cost : report["look_up_orders"])
+    fmt::print("| {} | {} | {:.2f} | {:.3f} |\n", cost["images"].dump(), cost["order"].get<std::string>(),
+               number(cost["us"]), number(cost["reads"]));
 }
 
 } // namespace
@@ -246,6 +271,7 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
   app.add_option("--picture", arguments.picture, "a PNG of the frame");
+  app.add_flag("--orders", arguments.orders, "also look-ups in several orders, from the disk");
   app.add_flag("--json", arguments.json, "one object instead of a table");
   try {
     app.parse(argc, argv);

@@ -25,15 +25,6 @@ size_t contributionsOf(const Shot& shot, const Splats& splats) {
   return count;
 }
 
-// Takes the view files out of the page cache; their next reader waits for the disk.
-void forgetFiles(const Model& model) {
-  for (const ViewFile& file : model.files) {
-    const int descriptor = openForReading(file.path());
-    ::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED);
-    ::close(descriptor);
-  }
-}
-
 // The batch's queries under no light at all: what is left of planning is the choice of views.
 QueryBatch unlit(const QueryBatch& batch) {
   QueryBatch dark;
@@ -115,6 +106,14 @@ Lap lapOf(const std::function<void()>& work) {
   work();
   return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
           processorSeconds() - processorStart};
+}
+
+void forgetFiles(const Model& model) {
+  for (const ViewFile& file : model.files) {
+    const int descriptor = openForReading(file.path());
+    ::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED);
+    ::close(descriptor);
+  }
 }
 
 FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, size_t cacheBytes,

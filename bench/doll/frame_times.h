@@ -38,6 +38,9 @@ Times timesOf(std::span<const Lap> laps);
 // The time that a piece of work takes.
 Lap lapOf(const std::function<void()>& work);
 
+// Takes the view files out of the page cache; their next reader waits for the disk.
+void forgetFiles(const Model& model);
+
 struct FrameTimes {
   FrameCounts counts;
   double coldSeconds = 0;  // of a frame whose blocks come from the disk

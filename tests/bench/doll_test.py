@@ -21,7 +21,7 @@ class Doll(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.model = pathlib.Path(cls.folder.name) / "doll.srf"
-        done = bench("--model", cls.model, *SMALL, "--json")
+        done = bench("--model", cls.model, *SMALL, "--orders", "--json")
         assert done.returncode == 0, done.stderr
         cls.report = json.loads(done.stdout)
 
@@ -51,6 +51,17 @@ class Doll(unittest.TestCase):
         ideal = report["frame_cpu_ms"] / report["machine"]["threads"]
         self.assertAlmostEqual(report["frame_cpu_over_bound"], ideal / report["bound_ms"])
         self.assertAlmostEqual(report["naive_cpu_over_frame"], report["naive_cpu_ms"] / ideal)
+
+    def test_sorted_look_ups_read_each_block_once(self):
+        orders = self.report["look_up_orders"]
+        self.assertEqual([cost["images"] for cost in orders], 4 * [1] + 4 * [3] + 4 * [16])
+        for cost in orders:
+            self.assertGreater(cost["us"], 0)
+        one = {cost["order"]: cost["reads"] for cost in orders[:4]}
+        once = self.report["counts"]["blocks"] / self.report["counts"]["pairs"]
+        self.assertAlmostEqual(one["sorted, all at once"], once)
+        self.assertGreater(one["shuffled, one by one"], one["along the curve, one by one"])
+        self.assertGreater(one["along the curve, one by one"], once)
 
     def test_frame_is_that_asked_for(self):
         self.assertEqual(self.report["output"], [256, 192])

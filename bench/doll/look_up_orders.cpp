@@ -1,0 +1,130 @@
+#include "bench/doll/look_up_orders.h"
+
+#include "srf/store/look_up_kernel.h"
+#include "srf/store/view_taps.h"
+#include "warp/deform.h"
+
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <functional>
+#include <random>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kShuffled = 20'000, kStretches = 10, kOfStretch = 20'000; // operations
+
+// Of a view's blocks in memory, in the mean.
+size_t imageBytes(const Model& model) {
+  constexpr size_t kEvery = 997;
+  size_t blocks = 0, sampled = 0, bytes = 0;
+  for (const ViewFile& view : model.files)
+    for (size_t block = 0; block < view.blockCount(); ++block)
+      if (++blocks % kEvery == 0) {
+        bytes += view.read(static_cast<uint32_t>(block)).memory();
+        ++sampled;
+      }
+  return bytes / std::max<size_t>(1, sampled) * blocks / model.files.size();
+}
+
+Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache& cache,
+              LookUpKernel kernel) {
+  Rgb sum;
+  for (const auto& [block, taps] : tapsAt(cache.views()[op.view], op.x, op.y)) {
+    const auto held = cache.get(op.view, block);
+    const BlockTerms terms = held->terms();
+    float rgb[3];
+    kernel({terms.levels, terms.coefficients, static_cast<size_t>(terms.stride), rows.data() + op.rowBegin,
+            op.rowEnd - op.rowBegin},
+           taps, rgb);
+    sum = sum + op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
+  }
+  return sum;
+}
+
+// Operations of a surfel stay together.
+std::vector<ShadingOp> shuffled(std::span<const ShadingOp> ops, size_t targets) {
+  std::vector<size_t> first(targets + 1);
+  for (const ShadingOp& op : ops) ++first[op.target + 1];
+  for (size_t i = 0; i < targets; ++i) first[i + 1] += first[i];
+  std::vector<size_t> order(targets);
+  for (size_t i = 0; i < targets; ++i) order[i] = i;
+  std::ranges::shuffle(order, std::mt19937(1));
+  std::vector<ShadingOp> result;
+  for (const size_t target : order)
+    if (result.size() < kShuffled)
+      result.insert(result.end(), ops.begin() + static_cast<std::ptrdiff_t>(first[target]),
+                    ops.begin() + static_cast<std::ptrdiff_t>(first[target + 1]));
+  return result;
+}
+
+std::vector<ShadingOp> stretches(std::span<const ShadingOp> ops) {
+  if (ops.size() <= kStretches * kOfStretch) return {ops.begin(), ops.end()};
+  std::vector<ShadingOp> result;
+  for (size_t i = 0; i < kStretches; ++i) {
+    const auto stretch = ops.subspan(i * (ops.size() / kStretches), kOfStretch);
+    result.insert(result.end(), stretch.begin(), stretch.end());
+  }
+  return result;
+}
+
+// The operations of some targets, which count from 0 then.
+void executeFrom(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, uint32_t begin,
+                 uint32_t end, BlockCache& cache, ShadingStats& stats) {
+  const auto part = std::ranges::subrange(std::ranges::lower_bound(ops, begin, {}, &ShadingOp::target),
+                                          std::ranges::lower_bound(ops, end, {}, &ShadingOp::target));
+  std::vector<ShadingOp> own(part.begin(), part.end());
+  for (ShadingOp& op : own) op.target -= begin;
+  execute(own, rows, end - begin, cache, stats);
+}
+
+} // namespace
+
+std::vector<OrderCost> costOfOrders(const Model& model, const Shot& shot, std::span<const size_t> images) {
+  const DeformedCloud deformed = deform(model.cloud, *shot.warp);
+  const Sight sight = look(shot.camera, model.cloud, deformed, shot.options.splats);
+  const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, shot.camera, shot.lights);
+  const ShadingPlan plan = planShading(model, batch, shot.options.shade);
+  const auto targets = static_cast<uint32_t>(batch.size());
+  const LookUpKernel kernel = lookUpKernel(bestSimd());
+
+  const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
+  const size_t image = imageBytes(model);
+  std::vector<OrderCost> costs;
+  const auto measure = [&](const char* order, size_t held, size_t operations,
+                           const std::function<void(BlockCache&)>& work) {
+    BlockCache cache(model.files, held * image);
+    forgetFiles(model);
+    const Lap lap = lapOf([&] { work(cache); });
+    const auto count = static_cast<double>(operations);
+    costs.push_back(
+        {order, held, operations, lap.seconds / count, static_cast<double>(cache.counts().reads) / count});
+  };
+  const auto oneByOne = [&](const char* order, size_t held, std::span<const ShadingOp> ops) {
+    measure(order, held, ops.size(), [&](BlockCache& cache) {
+      float sum = 0;
+      for (const ShadingOp& op : ops) sum += lookUpOne(op, plan.rows, cache, kernel).g;
+      [[maybe_unused]] volatile float kept = sum;
+    });
+  };
+  const std::vector<ShadingOp> anywhere = shuffled(plan.ops, targets), along = stretches(plan.ops);
+  for (const size_t held : images) {
+    oneByOne("shuffled, one by one", held, anywhere);
+    oneByOne("along the curve, one by one", held, along);
+    measure("sorted, as frames are", held, plan.ops.size(), [&](BlockCache& cache) {
+      ShadingStats stats;
+      for (uint32_t begin = 0; begin < targets; begin += kTargetsAtOnce)
+        executeFrom(plan.ops, plan.rows, begin, std::min<uint32_t>(targets, begin + kTargetsAtOnce), cache,
+                    stats);
+    });
+    measure("sorted, all at once", held, plan.ops.size(), [&](BlockCache& cache) {
+      ShadingStats stats;
+      executeFrom(plan.ops, plan.rows, 0, targets, cache, stats);
+    });
+  }
+  return costs;
+}
+
+} // namespace surflect
