@@ -2,6 +2,7 @@
 
 #include "render/stage/random.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -325,70 +326,102 @@ std::pair<int, int> placeInTile(int i) {
   return {everySecondBit(i), everySecondBit(i >> 1)};
 }
 
+// Traces squares of pixels of one view, one after the other; kept by a thread for what it has allocated.
+class TileTracer {
+public:
+  static constexpr int kSide = 8; // see placeInTile
+
+  TileTracer(const StageScene& scene, const Camera<AcquisitionSpace>& camera, uint64_t view,
+             std::span<const Light> lights, const TraceOptions& options, const Progress& progress)
+      : tracer_(scene, lights, options), camera_(camera), worldFromCamera_(camera.cameraFromWorld.inverse()),
+        view_(view), lights_(lights.size()), options_(options), progress_(progress),
+        strata_(static_cast<uint32_t>(options.samples)), sums_(kSide * kSide * lights.size()) {}
+
+  // The square whose first pixel is this one, or what of it is in the picture.
+  void trace(int left, int top, TracedView& traced) {
+    std::ranges::fill(sums_, Vector::Zero());
+    covered_.fill(0);
+    forEachPixel(left, top, [&](int place, int x, int y) { addPaths(place, x, y); });
+    walk();
+    forEachPixel(left, top, [&](int place, int x, int y) { take(place, traced, x, y); });
+  }
+
+private:
+  void forEachPixel(int left, int top, const auto& function) const {
+    for (int place = 0; place < kSide * kSide; ++place) {
+      const auto [column, row] = placeInTile(place);
+      const int x = left + column, y = top + row;
+      if (x < camera_.lens.width && y < camera_.lens.height) function(place, x, y);
+    }
+  }
+
+  void addPaths(int place, int x, int y) {
+    const uint64_t pixel = static_cast<uint64_t>(y) << 32 | static_cast<uint64_t>(x);
+    Random ofPixel{options_.seed, view_, pixel};
+    const auto asking = strata_.shuffled(ofPixel), goingOn = strata_.shuffled(ofPixel);
+    for (uint32_t s = 0; s < static_cast<uint32_t>(options_.samples); ++s) {
+      Random random{options_.seed, view_, pixel, s};
+      const auto [u, v] = strata_.in(s, random);
+      const auto ray = rayThrough(camera_.lens, {x + u, y + v});
+      if (!ray) continue;
+      paths_.push_back({random,
+                        {asking[s], goingOn[s]},
+                        worldFromCamera_(ray->origin),
+                        worldFromCamera_(ray->direction),
+                        &sums_[static_cast<size_t>(place) * lights_]});
+      places_.push_back(static_cast<size_t>(place));
+      if (paths_.size() == kMostRays) walk();
+    }
+  }
+
+  void walk() {
+    progress_.checkpoint();
+    tracer_.walk(paths_);
+    for (size_t i = 0; i < paths_.size(); ++i) covered_[places_[i]] += paths_[i].hasHit;
+    paths_.clear();
+    places_.clear();
+  }
+
+  void take(int place, TracedView& traced, int x, int y) const {
+    const int covered = covered_[static_cast<size_t>(place)];
+    traced.alpha.at(x, y)[0] = static_cast<float>(covered) / static_cast<float>(options_.samples);
+    if (covered == 0) return;
+    for (size_t light = 0; light < lights_; ++light) {
+      const Vector mean = sums_[static_cast<size_t>(place) * lights_ + light] / covered;
+      for (int c = 0; c < 3; ++c)
+        traced.radiance[light].at(x, y)[static_cast<size_t>(c)] = static_cast<float>(mean[c]);
+    }
+  }
+
+  PathTracer tracer_;
+  const Camera<AcquisitionSpace>& camera_;
+  Rigid<AcquisitionSpace, CameraSpace> worldFromCamera_;
+  uint64_t view_;
+  size_t lights_;
+  const TraceOptions& options_;
+  const Progress& progress_;
+  Strata strata_;
+  std::vector<Vector> sums_; // [pixels][lights]
+  std::array<int, kSide * kSide> covered_{};
+  std::vector<Path> paths_;
+  std::vector<size_t> places_; // of each path: its pixel
+};
+
 } // namespace
 
 TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& camera, uint64_t view,
                      std::span<const Light> lights, const TraceOptions& options, const Progress& progress) {
   assert(options.samples > 0);
-  constexpr int kTile = 8; // see placeInTile
+  constexpr int kSide = TileTracer::kSide;
   const int width = camera.lens.width, height = camera.lens.height;
   TracedView traced{std::vector<Image>(lights.size(), Image(width, height, 3)), Image(width, height, 1)};
-  const auto worldFromCamera = camera.cameraFromWorld.inverse();
-  const Strata strata(static_cast<uint32_t>(options.samples));
-  const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
-
-  const auto traceTile = [&](int tile) {
-    PathTracer tracer(scene, lights, options);
-    std::vector<Vector> sums(kTile * kTile * lights.size(), Vector::Zero());
-    std::array<int, kTile * kTile> covered{};
-    std::vector<Path> paths;
-    std::vector<int> places;
-    const auto walk = [&] {
-      progress.checkpoint();
-      tracer.walk(paths);
-      for (size_t i = 0; i < paths.size(); ++i) covered[places[i]] += paths[i].hasHit;
-      paths.clear();
-      places.clear();
-    };
-    const auto forEachPixel = [&](const auto& function) {
-      for (int place = 0; place < kTile * kTile; ++place) {
-        const auto [column, row] = placeInTile(place);
-        const int x = tile % across * kTile + column, y = tile / across * kTile + row;
-        if (x < width && y < height) function(place, x, y);
-      }
-    };
-    forEachPixel([&](int place, int x, int y) {
-      const uint64_t pixel = static_cast<uint64_t>(y) << 32 | static_cast<uint64_t>(x);
-      Random ofPixel{options.seed, view, pixel};
-      const auto asking = strata.shuffled(ofPixel), goingOn = strata.shuffled(ofPixel);
-      for (uint32_t s = 0; s < static_cast<uint32_t>(options.samples); ++s) {
-        Random random{options.seed, view, pixel, s};
-        const auto [u, v] = strata.in(s, random);
-        const auto ray = rayThrough(camera.lens, {x + u, y + v});
-        if (!ray) continue;
-        paths.push_back({random,
-                         {asking[s], goingOn[s]},
-                         worldFromCamera(ray->origin),
-                         worldFromCamera(ray->direction),
-                         &sums[static_cast<size_t>(place) * lights.size()]});
-        places.push_back(place);
-        if (paths.size() == kMostRays) walk();
-      }
-    });
-    walk();
-    forEachPixel([&](int place, int x, int y) {
-      traced.alpha.at(x, y)[0] = static_cast<float>(covered[place]) / static_cast<float>(options.samples);
-      for (size_t i = 0; i < lights.size() && covered[place] > 0; ++i)
-        for (int c = 0; c < 3; ++c)
-          traced.radiance[i].at(x, y)[static_cast<size_t>(c)] =
-              static_cast<float>(sums[static_cast<size_t>(place) * lights.size() + i][c] / covered[place]);
-    });
-  };
-
+  const int across = (width + kSide - 1) / kSide, down = (height + kSide - 1) / kSide;
+  tbb::enumerable_thread_specific<TileTracer> tracers(
+      [&] { return TileTracer(scene, camera, view, lights, options, progress); });
   std::atomic<int> done = 0;
   std::mutex reporting;
   tbb::parallel_for(0, across * down, [&](int tile) {
-    traceTile(tile);
+    tracers.local().trace(tile % across * kSide, tile / across * kSide, traced);
     const int finished = ++done;
     const std::lock_guard lock(reporting);
     progress("tracing", static_cast<double>(finished) / (across * down));
