@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace surflect {
 
@@ -39,6 +40,7 @@ Material tinted(const Material& material, const Rgb& factor) {
 struct StageScene::Rays {
   RTCDevice device = rtcNewDevice(nullptr);
   RTCScene scene = rtcNewScene(device);
+  bool has16 = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
   Vector center;
   double offset = 0;
 
@@ -133,15 +135,18 @@ ShadowRay StageScene::shadowRay(const Point3<AcquisitionSpace, double>& origin,
   return {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, static_cast<float>(distance)};
 }
 
-uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const {
-  assert(rays.size() <= kMostRays);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  if (beam == Beam::narrow) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  // Without AVX-512 Embree takes no notice of `valid`; rays that end before they begin are out for all.
-  RTCRay16 packet{};
+namespace {
+
+// At most as many rays as the packet has.
+template <class Packet>
+uint32_t occludedIn(RTCScene scene, std::span<const ShadowRay> rays, RTCIntersectContext& context,
+                    auto* ask) {
+  constexpr size_t kMost = std::extent_v<decltype(Packet::tfar)>;
+  // Where packets of a size are not native Embree takes no notice of `valid`; rays that end before they begin
+  // are out for all.
+  Packet packet{};
   std::ranges::fill(packet.tnear, 1.f);
-  alignas(64) std::array<int, kMostRays> valid{};
+  alignas(64) std::array<int, kMost> valid{};
   for (size_t i = 0; i < rays.size(); ++i) {
     const auto& [o, d, distance] = rays[i];
     packet.org_x[i] = o[0], packet.org_y[i] = o[1], packet.org_z[i] = o[2];
@@ -151,10 +156,24 @@ uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const 
     packet.mask[i] = ~0u;
     valid[i] = -1;
   }
-  rtcOccluded16(valid.data(), rays_->scene, &context, &packet);
-  uint32_t bits = 0;
+  ask(valid.data(), scene, &context, &packet);
+  uint32_t bits = 0; // Embree's sign of a hit is a negative tfar
   for (size_t i = 0; i < rays.size(); ++i) bits |= static_cast<uint32_t>(packet.tfar[i] < 0) << i;
-  return bits; // Embree's sign of a hit is a negative tfar
+  return bits;
+}
+
+} // namespace
+
+uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const {
+  assert(rays.size() <= kMostRays);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  if (beam == Beam::narrow) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  if (rays_->has16) return occludedIn<RTCRay16>(rays_->scene, rays, context, &rtcOccluded16);
+  const size_t half = std::min(rays.size(), kMostRays / 2);
+  const uint32_t first = occludedIn<RTCRay8>(rays_->scene, rays.first(half), context, &rtcOccluded8);
+  if (rays.size() == half) return first;
+  return first | occludedIn<RTCRay8>(rays_->scene, rays.subspan(half), context, &rtcOccluded8) << half;
 }
 
 Point3<AcquisitionSpace, double>
