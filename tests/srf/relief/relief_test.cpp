@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <random>
 #include <set>
 
@@ -53,18 +55,26 @@ double areaInPicture(const Camera<AcquisitionSpace>& camera, const TriangleMesh&
   return a[1] * b[0] - a[0] * b[1]; // rows go down
 }
 
+// All triangles face the camera, and corners are those of pixels, each coordinate moved by so much at most.
+void expectFaces(const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh, double moved) {
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) EXPECT_GT(areaInPicture(camera, mesh, t), 0);
+  for (const auto& p : mesh.positions) {
+    const auto pixel = camera.project(p.cast<double>());
+    EXPECT_LT(std::abs(pixel->x - std::round(pixel->x)), moved + 1e-4);
+    EXPECT_LT(std::abs(pixel->y - std::round(pixel->y)), moved + 1e-4);
+  }
+}
+
 // Every pixel of the mask is covered once, and nothing else: the pieces of the mesh that lie in a pixel's
 // square, found by their centres, have its area.
 void expectCovers(const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh, const Mask& mask) {
+  expectFaces(camera, mesh, 0);
   double area = 0;
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const double twice = areaInPicture(camera, mesh, t);
-    EXPECT_GT(twice, 0);
-    area += twice / 2;
+    area += areaInPicture(camera, mesh, t) / 2;
     Vec2<double> center = Vec2<double>::Zero();
     for (const uint32_t corner : mesh.triangles[t]) {
       const auto pixel = camera.project(mesh.positions[corner].cast<double>());
-      EXPECT_LT(std::abs(pixel->x - std::round(pixel->x)) + std::abs(pixel->y - std::round(pixel->y)), 1e-4);
       center += Vec2<double>(pixel->x, pixel->y) / 3;
     }
     EXPECT_TRUE(mask.inside[static_cast<size_t>(center[1]) * 30 + static_cast<size_t>(center[0])]);
@@ -72,16 +82,57 @@ void expectCovers(const Camera<AcquisitionSpace>& camera, const TriangleMesh& me
   EXPECT_NEAR(area, static_cast<double>(std::ranges::count(mask.inside, 1)), 1e-2);
 }
 
-TEST(ReliefMesh, CoversTheMaskAndFacesTheCamera) {
+TEST(ReliefMesh, HasAQuadAPixelAndFacesTheCamera) {
   for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
     const auto camera = cameraOf(model);
     for (uint32_t seed = 1; seed < 4; ++seed) {
       const Mask mask = randomMask(seed);
       const TriangleMesh mesh = reliefMesh(camera, wavyDepth(camera, mask));
       EXPECT_EQ(mesh.triangles.size(), 2 * static_cast<size_t>(std::ranges::count(mask.inside, 1)));
-      expectCovers(camera, mesh, mask);
+      expectFaces(camera, mesh, 0.45);
     }
   }
+}
+
+// Edges of one triangle only, seen in the picture.
+std::vector<std::array<Vec2<double>, 2>> outlineOf(const Camera<AcquisitionSpace>& camera,
+                                                   const TriangleMesh& mesh) {
+  std::map<std::pair<uint32_t, uint32_t>, int> uses;
+  for (const auto& corners : mesh.triangles)
+    for (size_t c = 0; c < 3; ++c) ++uses[std::minmax({corners[c], corners[(c + 1) % 3]})];
+  const auto seen = [&](uint32_t corner) -> Vec2<double> {
+    const auto pixel = camera.project(mesh.positions[corner].cast<double>());
+    return {pixel->x, pixel->y};
+  };
+  std::vector<std::array<Vec2<double>, 2>> edges;
+  for (const auto& [ends, count] : uses)
+    if (count == 1) edges.push_back({seen(ends.first), seen(ends.second)});
+  return edges;
+}
+
+TEST(ReliefMesh, TheOutlineOfADiscIsACircle) {
+  auto camera = cameraOf(Lens::Model::orthographic);
+  camera.lens.width = camera.lens.height = 100;
+  const Vec2<double> middle(50.3, 49.6);
+  const double radius = 41;
+  Mask mask(100, 100);
+  for (int y = 0; y < 100; ++y)
+    for (int x = 0; x < 100; ++x)
+      mask.inside[static_cast<size_t>(y * 100 + x)] =
+          (Vec2<double>(x + 0.5, y + 0.5) - middle).norm() < radius;
+  const std::vector<double> depth(mask.inside.size(), 2.0);
+  const std::vector<Vec2<double>> flat(mask.inside.size(), Vec2<double>::Zero());
+  const auto edges = outlineOf(camera, reliefMesh(camera, {mask, depth, flat}));
+  EXPECT_GT(edges.size(), 300);
+  double squares = 0;
+  for (const auto& [a, b] : edges) {
+    const Vec2<double> out = ((a + b) / 2 - middle).normalized();
+    EXPECT_LT(std::abs(out.dot((b - a).normalized())), std::sin(0.35))
+        << a.transpose();                                   // of stairs up to 0.7
+    EXPECT_LT(std::abs((a - middle).norm() - radius), 0.5); // of stairs 0.7
+    squares += std::pow((a - middle).norm() - radius, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(edges.size())), 0.2); // of stairs 0.35
 }
 
 TEST(ReliefMesh, CornersLieOnTheSurface) {
