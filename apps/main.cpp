@@ -21,11 +21,12 @@ bool writeReport(const std::string& text) {
   return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
 }
 
-int run(const surflect::CommandWork& work, bool json) {
+int run(const surflect::CommandWork& work, int exrThreads, bool json) {
   using namespace surflect;
   Json report;
   int status = 0;
   try {
+    setExrThreads(exrThreads);
     report = work(terminalProgress());
   } catch (const std::exception& error) {
     report["error"] = error.what();
@@ -57,7 +58,8 @@ int main(int argc, char** argv) {
   addEvaluateCommand(app, work);
   addInspectCommand(app, work);
   bool json = false;
-  size_t threads = std::max(1u, std::thread::hardware_concurrency());
+  const size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  size_t threads = processors;
   for (CLI::App* command : app.get_subcommands({})) {
     command->add_flag("--json", json, "one machine-readable report on stdout");
     command->add_option("--threads", threads, "how many threads to use")->check(CLI::Range(1, 1024));
@@ -69,7 +71,6 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kUsage;
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  setExrThreads(threads > 1 ? static_cast<int>(threads) : 0);
   watchSignals();
-  return run(work, json);
+  return run(work, threads > 1 ? static_cast<int>(std::min(threads, processors)) : 0, json);
 }

@@ -16,6 +16,7 @@
 #include <charconv>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 
 namespace surflect {
@@ -162,9 +163,12 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     FrameStats stats;
     const Film film = shot.render(frame, arguments.scale, stats);
     const Stopwatch writeWatch;
+    std::filesystem::remove(preview); // which another script may have left, and resuming would keep
+    const std::optional<double> exposure =
+        script.output->png ? std::optional(shot.previewExposure()) : std::nullopt;
     tbb::parallel_invoke(
         [&] {
-          if (script.output->png) writePreview(preview, film.color, shot.previewExposure());
+          if (exposure) writePreview(preview, film.color, *exposure);
         },
         [&] {
           writeFilm(path, film,

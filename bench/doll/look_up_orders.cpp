@@ -7,6 +7,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <cassert>
 #include <functional>
 #include <random>
 
@@ -18,15 +19,16 @@ constexpr size_t kShuffled = 20'000, kStretches = 10, kOfStretch = 20'000; // op
 
 // Of a view's blocks in memory, in the mean.
 size_t imageBytes(const Model& model) {
-  constexpr size_t kEvery = 997;
+  constexpr size_t kEvery = 97;
   size_t blocks = 0, sampled = 0, bytes = 0;
   for (const ViewFile& view : model.files)
     for (size_t block = 0; block < view.blockCount(); ++block)
-      if (++blocks % kEvery == 0) {
+      if (blocks++ % kEvery == 0) {
         bytes += view.read(static_cast<uint32_t>(block)).memory();
         ++sampled;
       }
-  return bytes / std::max<size_t>(1, sampled) * blocks / model.files.size();
+  assert(sampled > 0);
+  return bytes * blocks / sampled / model.files.size();
 }
 
 Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache& cache,
@@ -44,7 +46,7 @@ Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache
   return sum;
 }
 
-// Operations of a surfel stay together.
+// Operations are those of the first target, then of the second, and so on. Those of a surfel stay together.
 std::vector<ShadingOp> shuffled(std::span<const ShadingOp> ops, size_t targets) {
   std::vector<size_t> first(targets + 1);
   for (const ShadingOp& op : ops) ++first[op.target + 1];

@@ -19,9 +19,9 @@ struct OrderCost {
   double reads = 0;      // blocks, each operation
 };
 
-// On one thread, the model's files forgotten by the system before each order. Of orders that answer one
-// operation after the other, only some are measured, which meet as many blocks anew as all would: shuffled
-// surfels any of them, surfels along the cloud's curve some stretches of it.
+// For caches of these sizes, on one thread, the model's files forgotten by the system before each order. Of
+// orders that answer one operation after the other, only some are measured, which meet as many blocks anew as
+// all would: shuffled surfels any of them, surfels along the cloud's curve some stretches of it.
 std::vector<OrderCost> costOfOrders(const Model& model, const Shot& shot, std::span<const size_t> images);
 
 } // namespace surflect

@@ -21,8 +21,8 @@ struct StageReport {
 
 // Writes one EXR of many layers a view, or brackets of PNGs, the geometry at rest and, last, transforms.json.
 // A deformation goes with StageFrames::deformed: for `evaluate` with the same warp. The same command goes on
-// where it was interrupted. Throws Error, also where the folder holds anything else, and Cancelled. Memory:
-// two pictures of every light.
+// where it was interrupted. Throws Error, also where the folder holds anything else, and Cancelled. Memory: a
+// picture of every light, and the file that they become.
 StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const std::filesystem::path& folder, const Progress& progress);
 

@@ -266,32 +266,31 @@ public:
   void take(int first, int count) {
     const Image& image = *layer_.image;
     const size_t width = static_cast<size_t>(image.width), channels = static_cast<size_t>(image.channels);
-    first_ = static_cast<size_t>(first);
-    floats_.resize(static_cast<size_t>(count) * width * channels);
-    std::copy_n(image.values.data() + first_ * width * channels, floats_.size(), floats_.data());
-    if (layer_.factor) {
-      const float* factor = layer_.factor->values.data() + first_ * width;
-      for (size_t i = 0; i < floats_.size(); ++i) floats_[i] *= factor[i / channels];
-    }
-    halves_.resize(type() == Imf::HALF ? floats_.size() : 0);
-    std::transform(floats_.begin(), floats_.begin() + static_cast<std::ptrdiff_t>(halves_.size()),
-                   halves_.begin(), halfOf);
+    const size_t firstPixel = static_cast<size_t>(first) * width, pixels = static_cast<size_t>(count) * width;
+    lines_ = {{0, first}, {image.width - 1, first + count - 1}};
+    floats_.resize(pixels * channels);
+    std::copy_n(image.values.data() + firstPixel * channels, floats_.size(), floats_.data());
+    if (layer_.factor)
+      for (size_t pixel = 0; pixel < pixels; ++pixel)
+        for (size_t c = 0; c < channels; ++c)
+          floats_[pixel * channels + c] *= layer_.factor->values[firstPixel + pixel];
+    if (type() != Imf::HALF) return;
+    halves_.resize(floats_.size());
+    std::ranges::transform(floats_, halves_.begin(), halfOf);
   }
 
-  // As if all lines were there.
   Imf::Slice slice(int plane) {
     const bool isHalf = type() == Imf::HALF;
     const size_t sampleBytes = isHalf ? sizeof(half) : sizeof(float);
     const size_t pixelBytes = sampleBytes * static_cast<size_t>(layer_.image->channels);
-    const size_t lineBytes = pixelBytes * static_cast<size_t>(layer_.image->width);
-    char* lines = isHalf ? reinterpret_cast<char*>(halves_.data()) : reinterpret_cast<char*>(floats_.data());
-    return {type(), lines + sampleBytes * static_cast<size_t>(plane) - first_ * lineBytes, pixelBytes,
-            lineBytes};
+    auto* const samples =
+        isHalf ? reinterpret_cast<char*>(halves_.data()) : reinterpret_cast<char*>(floats_.data());
+    return Imf::Slice::Make(type(), samples + sampleBytes * static_cast<size_t>(plane), lines_, pixelBytes);
   }
 
 private:
   const ExrLayer& layer_;
-  size_t first_ = 0;
+  Imath::Box2i lines_;
   std::vector<float> floats_;
   std::vector<half> halves_;
 };
@@ -330,7 +329,7 @@ void setExrThreads(int threads) { Imf::setGlobalThreadCount(threads); }
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes, const Progress& progress) {
   constexpr int kLinesOfChunk = 16; // as ZIP compresses them
-  const int linesAtOnce = kLinesOfChunk * std::max(1, 2 * Imf::globalThreadCount());
+  const int linesAtOnce = kLinesOfChunk * std::clamp(2 * Imf::globalThreadCount(), 1, 8);
   assert(!layers.empty());
   const int width = layers[0].image->width, height = layers[0].image->height;
   [[maybe_unused]] const auto isOfSize = [&](const Image& image) {
@@ -353,10 +352,10 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
     }
     Imf::OutputFile output(stream, header, Imf::globalThreadCount());
     for (int y = 0; y < height; y += linesAtOnce) {
-      progress.checkpoint();
       const int count = std::min(linesAtOnce, height - y);
       Imf::FrameBuffer frameBuffer;
       for (size_t i = 0; i < layers.size(); ++i) {
+        progress.checkpoint();
         lines[i].take(y, count);
         for (size_t plane = 0; plane < layers[i].channels.size(); ++plane)
           frameBuffer.insert(layers[i].channels[plane], lines[i].slice(static_cast<int>(plane)));

@@ -73,8 +73,9 @@ struct ExrLayer {
   const Image* factor = nullptr;         // of one channel: the image is written times this
 };
 
-// Of a pool of OpenEXR's that belongs to the process and compresses what is written; 0, as it begins, leaves
-// that to the thread that writes.
+// Of a pool of OpenEXR's that belongs to the process, compresses what is written, and reads pass through; 0,
+// as it begins, leaves the work to the caller's thread. Not while pictures are read or written. Throws
+// std::system_error.
 void setExrThreads(int threads);
 
 // Writes layers of one size, atomically, with metadata. The same input gives the same bytes. Compressed by

@@ -45,12 +45,14 @@ float asStored(float coefficient, CoefficientType type) {
 
 // The quantiser is symmetric: -levels .. levels. Of 16 bits it has as many as  256 high + low,  both of 8.
 int levelsOf(int bits) { return bits == 16 ? 257 * 127 : (1 << (bits - 1)) - 1; }
-// Coefficients times what a level of their image stands for, as they are in memory; and of one below 16 bits,
-// so much for each of its own levels.
-float perLevelOf16(float coefficient) {
+// What coefficients are in memory: times the step of their image, 1 / M. Of a term at 16 bits one of its
+// coefficients; of one below, that of a level of its coefficients, whose own step is peak / M.
+float inImageSteps(float coefficient) {
   return static_cast<float>(coefficient / static_cast<double>(levelsOf(16)));
 }
-double perLevels(float peak, int bits) { return peak / static_cast<double>(levelsOf(bits) * levelsOf(bits)); }
+double inImageSteps(float peak, int bits) {
+  return peak / static_cast<double>(levelsOf(bits) * levelsOf(bits));
+}
 
 size_t levelBytes(size_t values, int bits) { return (values * bits + 7) / 8; }
 size_t coefficientBytes(size_t lights, int bits, CoefficientType type) {
@@ -162,11 +164,13 @@ struct Encoding {
   std::vector<float> peaks;        // per stored term: the coefficient of the last level; below 16 bits
   double squaredError = 0;         // of X
   double squaredWeightedError = 0; // of V X W
+
+  MatrixXd decoded() const { return levels * perLevel.cast<double>(); }
 };
 
 // Puts solved coefficients, K x lights, into the form in which they are stored.
 void store(const MatrixXd& solved, Encoding& encoding) {
-  encoding.coefficients.resize(solved.rows(), solved.cols());
+  encoding.coefficients.setZero(solved.rows(), solved.cols());
   encoding.perLevel.resize(solved.rows(), solved.cols());
   encoding.lightLevels.setZero(solved.cols(), solved.rows());
   encoding.peaks.assign(static_cast<size_t>(solved.rows()), 0);
@@ -177,13 +181,13 @@ void store(const MatrixXd& solved, Encoding& encoding) {
       encoding.coefficients.row(k) =
           row.cast<float>().unaryExpr([&](float a) { return asStored(a, encoding.type); });
       encoding.perLevel.row(k) =
-          encoding.coefficients.row(k).unaryExpr([](float a) { return perLevelOf16(a); });
+          encoding.coefficients.row(k).unaryExpr([](float a) { return inImageSteps(a); });
       continue;
     }
     const auto peak = static_cast<float>(row.cwiseAbs().maxCoeff());
     encoding.peaks[static_cast<size_t>(k)] = peak;
     if (peak > 0) encoding.lightLevels.col(k) = quantised(row, bits);
-    encoding.perLevel.row(k) = (perLevels(peak, bits) * encoding.lightLevels.col(k)).cast<float>();
+    encoding.perLevel.row(k) = (inImageSteps(peak, bits) * encoding.lightLevels.col(k)).cast<float>();
   }
 }
 
@@ -212,7 +216,7 @@ Encoding realise(const Target& target, const Factors& factors, std::span<const U
   if (rank > 0)
     solved = (target.rows.asDiagonal() * basis).colPivHouseholderQr().solve(target.rows.asDiagonal() * x);
   store(solved, encoding);
-  const MatrixXd error = x - encoding.levels * encoding.perLevel.cast<double>();
+  const MatrixXd error = x - encoding.decoded();
   encoding.squaredError = error.squaredNorm();
   encoding.squaredWeightedError =
       (target.rows.asDiagonal() * error * target.lights.asDiagonal()).squaredNorm();
@@ -284,7 +288,7 @@ template <class Use> void takeLevels(ByteReader& reader, int bits, size_t count,
       level = levels.take<int8_t>();
     else
       level = ((std::to_integer<int>(raw[i / 2]) >> (i % 2 * 4) & 15) ^ 8) - 8;
-    use(i, std::max(-levelsOf(bits), level));
+    use(i, std::clamp(level, -levelsOf(bits), levelsOf(bits)));
   }
 }
 
@@ -324,13 +328,13 @@ void takeCoefficients(ByteReader& reader, int bits, CoefficientType type, size_t
                       size_t stride) {
   if (bits == 16) {
     for (size_t l = 0; l < lights; ++l) {
-      const float low = perLevelOf16(takeCoefficient(reader, type));
+      const float low = inImageSteps(takeCoefficient(reader, type));
       a[l * stride] = 256 * low;
       a[l * stride + 1] = low;
     }
     return;
   }
-  const double ofLevel = perLevels(takeCoefficient(reader, CoefficientType::single), bits);
+  const double ofLevel = inImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
   takeLevels(reader, bits, lights,
              [&](size_t l, int level) { a[l * stride] = static_cast<float>(ofLevel * level); });
 }
@@ -413,7 +417,7 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
   block.record = recordOf(present, *encoding);
   block.rank = static_cast<int>(encoding->bits.size());
   block.squaredError = encoding->squaredError;
-  const MatrixXd stored = encoding->levels * encoding->perLevel.cast<double>();
+  const MatrixXd stored = encoding->decoded();
   block.clippedSquaredError = clippedSquaredError(x, stored, white);
   return block;
 }

@@ -1,8 +1,11 @@
 #include "srf/store/block_cache.h"
 
 #include <cassert>
+#include <limits>
 
 namespace surflect {
+
+static_assert(2 * 3 * blockTexels <= std::numeric_limits<uint16_t>::max(), "the stride of a resident block");
 
 BlockCache::BlockCache(std::span<const ViewFile> views, size_t budget) : views_(views), budget_(budget) {
   for (const ViewFile& view : views) residents_.emplace_back(view.blockCount());

@@ -50,9 +50,9 @@ struct ShadingStats {
 // Each block is fetched once a call, and once more if targets that see background only are left to it; the
 // result has the same bits for any number of threads, any cache and any vector instructions. Against
 // executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times the sum of
-// |weight| |tap| |w| |a| |e| over the target's terms; measured 2e-7 of it. Nobody else may use the cache
-// meanwhile. Memory: 13 bytes an operation, and up to 150 for each block of those that wait for one. Throws
-// Error as ViewFile::read.
+// |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has them: those at 16 bits are two;
+// measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13 bytes an operation, and up to 150
+// for each block of those that wait for one. Throws Error as ViewFile::read.
 std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
                          BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
                          Simd simd = bestSimd());

@@ -60,6 +60,14 @@ class FullDisk(TestInFolder):
     def test_render(self):
         self.fails_and_recovers(self.render, content(self.folder / "film"))
 
+    def test_no_picture_of_an_older_film_stays_beside_a_newer_one(self):
+        shutil.copytree(self.folder / "film", self.folder / "newer")
+        brighter = self.folder / "brighter.toml"
+        brighter.write_text(SCRIPT.replace("intensity = 30", "intensity = 60"))
+        result = run_within(10, "render", brighter, "-o", self.folder / "newer", "--resume")
+        self.assertEqual(result.returncode, 1)
+        self.assertNotIn("frame.01.png", content(self.folder / "newer"))
+
     def test_capture_and_pack_in_one_pass(self):
         stage = self.folder / "stage.toml"
         stage.write_text(STAGE)

@@ -257,11 +257,19 @@ TEST_F(Exr, TheSameImageGivesTheSameBytes) {
 }
 
 TEST_F(Exr, ThreadsDoNotChangeAByte) {
-  const Image image = randomImage(64, 150, 4, 0, 1, 10);
-  writeExr(folder / "alone.exr", image);
-  setExrThreads(3);
-  writeExr(folder / "together.exr", image);
-  setExrThreads(0);
+  const Image color = randomImage(64, 150, 3, 0, 1, 10), depth = randomImage(64, 150, 1, 0, 9, 11);
+  const std::array layers{ExrLayer{{"R", "G", "B"}, &color, Precision::half, &depth},
+                          ExrLayer{{"depth.Z"}, &depth, Precision::single}};
+  writeExr(folder / "alone.exr", layers);
+  struct Pool {
+    Pool() { setExrThreads(3); }
+    ~Pool() { setExrThreads(0); }
+  };
+  {
+    const Pool pool;
+    writeExr(folder / "together.exr", layers);
+    EXPECT_EQ(ExrFile(folder / "together.exr").read({"depth.Z"}).values, depth.values);
+  }
   EXPECT_EQ(readFile(folder / "together.exr"), readFile(folder / "alone.exr"));
 }
 

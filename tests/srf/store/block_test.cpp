@@ -276,6 +276,22 @@ std::vector<uint8_t> joined(std::vector<uint8_t> front, const std::vector<uint8_
   return front;
 }
 
+// Of 16 bits a record may hold more levels than a writer uses.
+TEST(Block, LevelsBeyondTheLastAreTheLast) {
+  std::vector<std::byte> record;
+  append(record, uint8_t{3}); // coefficients in floats, some texels
+  for (const uint8_t terms : {1, 0, 0}) append(record, terms);
+  append(record, uint64_t{1});
+  append(record, 1.f);
+  for (const int16_t level : {32767, -32768, 32640}) append(record, level);
+  const Block block = decodeBlock(record, 1);
+  ASSERT_EQ(block.stride, 4);
+  for (const auto& [channel, level] : {std::pair{0, 127}, {1, -127}, {2, 127}})
+    for (int plane = 0; plane < 2; ++plane)
+      EXPECT_EQ(block.texel(0)[channel * block.stride + plane], level) << channel << ' ' << plane;
+  EXPECT_NEAR(127 * (block.light(0)[0] + block.light(0)[1]), 1, 1e-6);
+}
+
 TEST(Block, MeaninglessRecordsNameTheirField) {
   const auto fieldOf = [](std::vector<uint8_t> bytes) {
     try {
