@@ -35,9 +35,9 @@ double reflected(double cosine, double albedo, double gloss) {
   return albedo * cosine + gloss * std::pow(cosine, 60);
 }
 
-// What a camera records of a patch whose middle has this normal. The colours of a variant and its texture are
-// those of its seed. [texel and channel][light]
-Eigen::MatrixXf patch(const Vec3<double>& normal, std::span<const Light> lights, uint64_t seed) {
+} // namespace
+
+Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const Light> lights, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> gauss;
   std::uniform_real_distribution<double> uniform;
@@ -66,8 +66,6 @@ Eigen::MatrixXf patch(const Vec3<double>& normal, std::span<const Light> lights,
   }
   return radiance;
 }
-
-} // namespace
 
 std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t lights, uint64_t present) {
   assert(present != 0);
@@ -119,7 +117,7 @@ std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t ligh
 DollBlocks::DollBlocks(std::span<const Light> lights, uint64_t seed)
     : lights_(lights.size()), normals_(spiral(kNormals)), records_(kNormals * kVariants) {
   tbb::parallel_for(size_t{0}, records_.size(), [&](size_t i) {
-    const auto radiance = patch(normals_[i / kVariants], lights, seed * records_.size() + i);
+    const auto radiance = dollPatch(normals_[i / kVariants], lights, seed * records_.size() + i);
     records_[i] = encodeBlock(~uint64_t{0}, radiance, kTolerance, kWhite).record;
   });
 }

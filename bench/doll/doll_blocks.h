@@ -14,6 +14,10 @@
 
 namespace surflect {
 
+// What a camera records of 8x8 texels of printed, glossy cloth whose middle has this normal, under
+// directional lights; colours, weave and noise are those of the seed. [texel and channel][light]
+Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const Light> lights, uint64_t seed);
+
 // The record of the same block with the texels of `present` alone (bits as in encodeBlock, not 0): rows of
 // eigenimages are dropped, and where fewer rows than terms are left the last terms. `record` holds all
 // texels.

@@ -3,6 +3,8 @@
 #include "srf/store/bytes.h"
 #include "tests/srf/store/synthetic.h"
 
+#include <array>
+
 namespace surflect {
 namespace {
 
@@ -280,10 +282,10 @@ std::vector<uint8_t> joined(std::vector<uint8_t> front, const std::vector<uint8_
 TEST(Block, LevelsBeyondTheLastAreTheLast) {
   std::vector<std::byte> record;
   append(record, uint8_t{3}); // coefficients in floats, some texels
-  for (const uint8_t terms : {1, 0, 0}) append(record, terms);
+  for (const uint8_t terms : std::array<uint8_t, 3>{1, 0, 0}) append(record, terms);
   append(record, uint64_t{1});
   append(record, 1.f);
-  for (const int16_t level : {32767, -32768, 32640}) append(record, level);
+  for (const int16_t level : std::array<int16_t, 3>{32767, -32768, 32640}) append(record, level);
   const Block block = decodeBlock(record, 1);
   ASSERT_EQ(block.stride, 4);
   for (const auto& [channel, level] : {std::pair{0, 127}, {1, -127}, {2, 127}})
