@@ -3,7 +3,15 @@
 
 #include "srf/store/look_up_kernel_loops.h"
 
+#include <immintrin.h>
+
 namespace surflect {
+
+namespace {
+template <> inline Eight levels(const int8_t* from) {
+  return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+}
+} // namespace
 
 extern const LookUpKernel avx2LookUp;
 const LookUpKernel avx2LookUp = lookUp<Eight>;

@@ -4,9 +4,7 @@
 
 #include "srf/store/look_up_kernel.h"
 
-#ifdef __AVX2__
-#include <immintrin.h>
-#endif
+#include <cstdint>
 
 namespace surflect {
 namespace {
@@ -22,20 +20,16 @@ template <class Vector> inline Vector loaded(const float* from) {
   return v;
 }
 
-// As many levels as the vector has numbers. Compilers would widen them one by one.
+// As many levels as the vector has numbers; of eight, where they are used. Compilers would widen them one by
+// one.
 template <class Vector> inline Vector levels(const int8_t* from);
 template <> inline Four levels(const int8_t* from) {
   Bytes bytes{};
   __builtin_memcpy(&bytes, from, 4);
   const Bytes lasts = __builtin_shufflevector(bytes, bytes, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
-  return __builtin_convertvector(reinterpret_cast<FourWhole>(lasts) >> 24,
-                                 Four); // of each four bytes the last
+  const FourWhole whole = reinterpret_cast<FourWhole>(lasts) >> 24; // of each four bytes the last
+  return __builtin_convertvector(whole, Four);
 }
-#ifdef __AVX2__
-template <> inline Eight levels(const int8_t* from) {
-  return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
-}
-#endif
 
 inline Four addTo(Four sum, Four x) { return sum + x; }
 inline Four addTo(Four sum, Eight x) {
