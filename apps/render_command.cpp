@@ -163,9 +163,11 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     FrameStats stats;
     const Film film = shot.render(frame, arguments.scale, stats);
     const Stopwatch writeWatch;
-    std::filesystem::remove(preview); // which another script may have left, and resuming would keep
-    const std::optional<double> exposure =
-        script.output->png ? std::optional(shot.previewExposure()) : std::nullopt;
+    std::optional<double> exposure; // of a preview
+    if (script.output->png) {
+      std::filesystem::remove(preview); // which another script may have left, and resuming would keep
+      exposure = shot.previewExposure();
+    }
     tbb::parallel_invoke(
         [&] {
           if (exposure) writePreview(preview, film.color, *exposure);

@@ -45,12 +45,12 @@ float asStored(float coefficient, CoefficientType type) {
 
 // The quantiser is symmetric: -levels .. levels. Of 16 bits it has as many as  256 high + low,  both of 8.
 int levelsOf(int bits) { return bits == 16 ? 257 * 127 : (1 << (bits - 1)) - 1; }
-// What coefficients are in memory: times the step of their image, 1 / M. Of a term at 16 bits one of its
-// coefficients; of one below, that of a level of its coefficients, whose own step is peak / M.
+// Coefficients are in memory times 1 / M, the step of their image. Such is one of a term at 16 bits; and, for
+// those below, what one level of coefficients makes whose last level is the peak.
 float inImageSteps(float coefficient) {
   return static_cast<float>(coefficient / static_cast<double>(levelsOf(16)));
 }
-double inImageSteps(float peak, int bits) {
+double levelInImageSteps(float peak, int bits) {
   return peak / static_cast<double>(levelsOf(bits) * levelsOf(bits));
 }
 
@@ -187,7 +187,7 @@ void store(const MatrixXd& solved, Encoding& encoding) {
     const auto peak = static_cast<float>(row.cwiseAbs().maxCoeff());
     encoding.peaks[static_cast<size_t>(k)] = peak;
     if (peak > 0) encoding.lightLevels.col(k) = quantised(row, bits);
-    encoding.perLevel.row(k) = (inImageSteps(peak, bits) * encoding.lightLevels.col(k)).cast<float>();
+    encoding.perLevel.row(k) = (levelInImageSteps(peak, bits) * encoding.lightLevels.col(k)).cast<float>();
   }
 }
 
@@ -334,7 +334,7 @@ void takeCoefficients(ByteReader& reader, int bits, CoefficientType type, size_t
     }
     return;
   }
-  const double ofLevel = inImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
+  const double ofLevel = levelInImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
   takeLevels(reader, bits, lights,
              [&](size_t l, int level) { a[l * stride] = static_cast<float>(ofLevel * level); });
 }
