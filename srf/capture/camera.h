@@ -67,6 +67,34 @@ template <class World> struct Camera {
   }
 };
 
+// Camera::project for many points: place and lens of a pinhole without distortion are one matrix.
+template <class World> class Projector {
+public:
+  explicit Projector(const Camera<World>& camera) : camera_(camera) {
+    const Lens& lens = camera.lens;
+    if (lens.model != Lens::Model::pinhole || lens.distorts()) return;
+    Mat3<double> pixelFromCamera; // times the depth
+    pixelFromCamera << lens.focalX, 0, -lens.centerX, 0, -lens.focalY, -lens.centerY, 0, 0, -1;
+    matrix_ = pixelFromCamera * camera.cameraFromWorld.rotation();
+    offset_ = pixelFromCamera * camera.cameraFromWorld.translation();
+    isPlain_ = true;
+  }
+
+  std::optional<Pixel> operator()(const Point3<World, double>& p) const {
+    if (!isPlain_) return camera_.project(p);
+    const Vec3<double> q = matrix_ * p.raw() + offset_;
+    if (!(q[2] > 0)) return std::nullopt;
+    const double scale = 1 / q[2];
+    return Pixel{scale * q[0], scale * q[1]};
+  }
+
+private:
+  Camera<World> camera_;
+  Mat3<double> matrix_;
+  Vec3<double> offset_;
+  bool isPlain_ = false;
+};
+
 // Where a camera looks from: a point, or for an orthographic one a direction.
 template <class World> class Viewpoint {
 public:

@@ -80,6 +80,24 @@ TEST_F(CameraTest, NothingBehindAPinholeIsInThePicture) {
 }
 
 // x (1 - 0.3 x^2) has its maximum at x = 1.054 and comes back to 0 at 1.826.
+TEST_F(CameraTest, AProjectorSaysWhatTheCameraDoes) {
+  for (int i = 0; i < 600; ++i) {
+    Camera<AcquisitionSpace> camera{distortedLens(), anyPose()};
+    if (i % 3 > 0) camera.lens.k1 = camera.lens.k2 = camera.lens.p1 = camera.lens.p2 = 0;
+    if (i % 3 > 1) camera.lens.model = Lens::Model::orthographic;
+    const Projector<AcquisitionSpace> project(camera);
+    for (int j = 0; j < 20; ++j) {
+      const Point3<AcquisitionSpace, double> p(uniform(-9, 9), uniform(-9, 9), uniform(-9, 9));
+      const auto expected = camera.project(p), got = project(p);
+      ASSERT_EQ(got.has_value(), expected.has_value());
+      if (!got) continue;
+      const double size = std::max({640., std::abs(expected->x), std::abs(expected->y)});
+      EXPECT_NEAR(got->x, expected->x, 1e-11 * size);
+      EXPECT_NEAR(got->y, expected->y, 1e-11 * size);
+    }
+  }
+}
+
 TEST_F(CameraTest, PointsBeyondTheFoldOfTheDistortionAreNotInThePicture) {
   Lens lens{Lens::Model::pinhole, 640, 480, 500, 500, 320, 240};
   lens.k1 = -0.3;
