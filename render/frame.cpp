@@ -6,6 +6,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <chrono>
@@ -181,7 +182,10 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   const QueryBatch batch =
       queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress, options.splats.simd);
   clock.finish("look-up");
-  const Shaded shaded = shade(model, batch, options.shade, cache, stats.shading, progress,
+  ShadeOptions shading = options.shade;
+  shading.showsBlends = std::ranges::any_of(
+      options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
+  const Shaded shaded = shade(model, batch, shading, cache, stats.shading, progress,
                               [&](std::string_view stage) { clock.finish(std::string(stage)); });
   stats.unseen = shaded.unseen;
 

@@ -37,10 +37,9 @@ Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache
   for (const auto& [block, taps] : tapsAt(cache.views()[op.view], op.x, op.y)) {
     const auto held = cache.get(op.view, block);
     const BlockTerms terms = held->terms();
+    const LookUpJob job{terms.levels, terms.coefficients, static_cast<size_t>(terms.stride), &taps};
     float rgb[3];
-    kernel({terms.levels, terms.coefficients, static_cast<size_t>(terms.stride), rows.data() + op.rowBegin,
-            op.rowEnd - op.rowBegin},
-           taps, rgb);
+    kernel(rows.data() + op.rowBegin, op.rowEnd - op.rowBegin, &job, 1, rgb);
     sum = sum + op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
   }
   return sum;

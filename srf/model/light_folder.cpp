@@ -3,16 +3,22 @@
 #include "srf/query/foreshortening.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace surflect {
+
+namespace {
+constexpr size_t kAnyNumber = std::numeric_limits<size_t>::max();
+}
 
 LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
                          const ShadeOptions& options)
     : model_(model), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       how_(lightBlend(model, options)), lights_(model.rig.lights),
       rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
-      row_(model.rig.lights.size()), environmentBrightness_(environmentBrightness(batch)),
-      share_(model.rig.lights.size()), cosine_(model.rig.lights.size()) {}
+      row_(model.rig.lights.size(), options.showsBlends),
+      environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
+      cosine_(model.rig.lights.size()) {}
 
 void LightFolder::choose(size_t begin, size_t count) {
   begin_ = begin;
@@ -27,12 +33,13 @@ void LightFolder::choose(size_t begin, size_t count) {
   }
 }
 
-Rgb LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
+void LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
   const size_t query = begin_ + lane;
   const uint32_t surfel = batch_.surfels[query];
   lights_.lookFrom(model_.cloud.p0[surfel].cast<double>());
   if (how_.foreshortened) faceLights(surfel);
   const float share = 1 / static_cast<float>(batch_.targets());
+  row_.begin(batch_.environments.empty() ? batch_.lights * how_.lights : kAnyNumber, rows);
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;
     const auto& towards = batch_.towardsLight[entry];
@@ -47,7 +54,7 @@ Rgb LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
       row_.add(light, weight * lights_.ratio({share, now.r, now.g, now.b}, light));
   }
   for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(query, e);
-  return row_.take(rows);
+  row_.end();
 }
 
 // By the lane's ULR weights alone.

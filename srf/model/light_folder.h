@@ -2,7 +2,6 @@
 #pragma once
 
 #include "srf/model/light_row.h"
-#include "srf/model/plan_part.h"
 #include "srf/model/rig_lights.h"
 #include "srf/model/shading_plan.h"
 #include "srf/query/choice_lanes.h"
@@ -25,8 +24,11 @@ public:
   // Chooses for the queries from `begin` on, 1..kChoiceLanes.
   void choose(size_t begin, size_t count);
 
-  // Appends the row of the lane-th query that was chosen for. Returns its blended lights in their colours.
-  Rgb fold(size_t lane, std::vector<LightWeight>& rows);
+  // Appends the row of the lane-th query that was chosen for.
+  void fold(size_t lane, std::vector<LightWeight>& rows);
+
+  // The blended lights of that row in their colours.
+  Rgb blendColor() const { return row_.color(); }
 
 private:
   bool isPlain(Uncovered uncovered) const {

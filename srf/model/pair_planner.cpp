@@ -9,47 +9,52 @@ PairPlanner::PairPlanner(const Model& model, const LightCoverage& coverage, cons
                          const ShadeOptions& options)
     : model_(model), coverage_(coverage), batch_(batch), options_(options),
       views_(model, options.nearest, options.simd), lights_(model.rig.lights),
-      viewColor_(indexColors(model.rig.views.size())), lightColor_(indexColors(model.rig.lights.size())),
-      environmentBrightness_(environmentBrightness(batch)), lightPenalty_(model.rig.lights.size()) {
+      projectors_(projectorsOf(model.rig.views)), viewColor_(indexColors(model.rig.views.size())),
+      lightColor_(indexColors(model.rig.lights.size())), environmentBrightness_(environmentBrightness(batch)),
+      lightPenalty_(model.rig.lights.size()) {
   for (const auto& lights : model.columns) {
     firstPair_.push_back(pairs_);
     pairs_ += lights.size();
   }
 }
 
-void PairPlanner::plan(size_t begin, size_t end, size_t target, PlanPart& part,
-                       std::span<BlendColors> colors) {
-  for (size_t i = 0; i < end - begin; ++i)
-    planQuery(begin + i, target + i * batch_.targets(), part, colors[i]);
+void PairPlanner::plan(size_t begin, ShadingPlan& plan) {
+  for (size_t i = 0; i < plan.queries; ++i) {
+    const BlendColors colors = planQuery(begin + i, i * plan.targetsPerQuery, plan);
+    if (plan.cameraBlend.empty()) continue;
+    plan.cameraBlend[i] = colors.cameras;
+    plan.lightBlend[i] = colors.lights;
+  }
 }
 
-void PairPlanner::planQuery(size_t query, size_t target, PlanPart& part, BlendColors& colors) {
-  colors = {};
+PairPlanner::BlendColors PairPlanner::planQuery(size_t query, size_t target, ShadingPlan& plan) {
+  BlendColors colors;
   place_ = model_.cloud.p0[batch_.surfels[query]].cast<double>();
   lights_.lookFrom(place_);
   lights_.faceAll();
-  if (!views_.rate(batch_.surfels[query], batch_.towardsView[query])) ++part.unseen;
+  if (!views_.rate(batch_.surfels[query], batch_.towardsView[query])) ++plan.unseen;
   const auto targets = static_cast<float>(batch_.targets());
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;
     const float covered = rate(batch_.towardsLight[entry], batch_.uncoveredOf(l));
     for (const auto& [pair, weight] : blend()) {
       const auto [view, column, light] = placeOf(pair);
-      const size_t row = part.rows.size();
-      part.rows.push_back(
+      const size_t row = plan.rows.size();
+      plan.rows.push_back(
           {column, covered * irradianceRatio(batch_.irradiance[entry], lights_.irradiance(light))});
       // Each pair is an operation of its own.
-      part.ask(model_, view, place_, target + l, weight, row, row + 1);
+      ask(projectors_, place_, {target + l, view, weight, row, row + 1}, plan);
       const float share = weight / targets;
       colors.cameras = colors.cameras + share * viewColor_[view];
       colors.lights = colors.lights + covered * share * lightColor_[light];
     }
   }
-  for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, target, part, colors);
+  for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, target, plan, colors);
+  return colors;
 }
 
 // The pairs of all the environment's lights; those of one view are one operation.
-void PairPlanner::planEnvironment(size_t query, size_t e, size_t target, PlanPart& part,
+void PairPlanner::planEnvironment(size_t query, size_t e, size_t target, ShadingPlan& plan,
                                   BlendColors& colors) {
   const QueryEnvironment& environment = batch_.environments[e];
   const auto& acquisitionFromEnvironment = batch_.turnOf(query, e);
@@ -68,16 +73,16 @@ void PairPlanner::planEnvironment(size_t query, size_t e, size_t target, PlanPar
       brightnessOfView += brightness(pairShare_[firstPair_[view] + column]);
     if (!(brightnessOfView > 0)) continue;
     const float weight = brightnessOfView / environmentBrightness_[e];
-    const size_t rowBegin = part.rows.size();
+    const size_t rowBegin = plan.rows.size();
     for (uint32_t column = 0; column < lights.size(); ++column) {
       const Rgb share = pairShare_[firstPair_[view] + column];
       if (share == Rgb{}) continue;
-      part.rows.push_back(
+      plan.rows.push_back(
           {column,
            1 / weight * irradianceRatio(environment.strength * share, lights_.irradiance(lights[column]))});
       colors.lights = colors.lights + colorShare(brightness(share)) * lightColor_[lights[column]];
     }
-    part.ask(model_, view, place_, target + batch_.lights + e, weight, rowBegin, part.rows.size());
+    ask(projectors_, place_, {target + batch_.lights + e, view, weight, rowBegin, plan.rows.size()}, plan);
     colors.cameras = colors.cameras + colorShare(brightnessOfView) * viewColor_[view];
   }
 }

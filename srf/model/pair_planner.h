@@ -1,13 +1,12 @@
 // Plans queries to a capture that is not a full product: cameras and lights are chosen together.
 #pragma once
 
-#include "srf/model/plan_part.h"
+#include "srf/model/planning.h"
 #include "srf/model/rig_lights.h"
 #include "srf/model/shading_plan.h"
 #include "srf/model/view_penalties.h"
 #include "srf/query/light_coverage.h"
 
-#include <span>
 #include <vector>
 
 namespace surflect {
@@ -19,17 +18,20 @@ public:
   PairPlanner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
               const ShadeOptions& options);
 
-  // The queries from `begin` to before `end`, whose targets, one per light and environment each, begin at
-  // `target`; colors: one per query.
-  void plan(size_t begin, size_t end, size_t target, PlanPart& part, std::span<BlendColors> colors);
+  // As many queries as the plan has, from `begin` on; a target for each light and environment of each.
+  void plan(size_t begin, ShadingPlan& plan);
 
 private:
   struct Pair {
     uint32_t view, column, light;
   };
+  // The cameras and lights that were blended for a query, in colours of their own.
+  struct BlendColors {
+    Rgb cameras, lights;
+  };
 
-  void planQuery(size_t query, size_t target, PlanPart& part, BlendColors& colors);
-  void planEnvironment(size_t query, size_t e, size_t target, PlanPart& part, BlendColors& colors);
+  BlendColors planQuery(size_t query, size_t target, ShadingPlan& plan);
+  void planEnvironment(size_t query, size_t e, size_t target, ShadingPlan& plan, BlendColors& colors);
   float rate(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered);
   BlendSet blend() const;
   Pair placeOf(uint32_t pair) const;
@@ -40,6 +42,7 @@ private:
   const ShadeOptions& options_;
   ViewPenalties views_; // of the current query
   RigLights lights_;
+  ViewProjectors projectors_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
   std::vector<float> lightPenalty_; // per light of the rig, of the current direction

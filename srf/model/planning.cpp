@@ -1,4 +1,4 @@
-#include "srf/model/plan_part.h"
+#include "srf/model/planning.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +17,12 @@ Rgb colorOf(uint32_t index) {
 }
 
 } // namespace
+
+ViewProjectors projectorsOf(std::span<const View> views) {
+  ViewProjectors all;
+  for (const View& view : views) all.emplace_back(view.camera);
+  return all;
+}
 
 std::vector<Rgb> indexColors(size_t count) {
   std::vector<Rgb> all;

@@ -1,9 +1,8 @@
-// What planners share: where they write, and the colours by which cameras and lights are told apart.
+// What planners share: how they ask for a look-up, and the colours by which cameras and lights are told
+// apart.
 #pragma once
 
-#include "srf/model/model.h"
-#include "srf/model/query_batch.h"
-#include "srf/store/shading_queue.h"
+#include "srf/model/shading_plan.h"
 
 #include <cstdint>
 #include <span>
@@ -11,33 +10,26 @@
 
 namespace surflect {
 
-// Of some of a plan's queries; rows count from 0.
-struct PlanPart {
-  std::vector<ShadingOp> ops;
-  std::vector<LightWeight> rows;
-  size_t unseen = 0;
+using ViewProjectors = std::vector<Projector<AcquisitionSpace>>;
+ViewProjectors projectorsOf(std::span<const View> views);
 
-  void clear() {
-    ops.clear();
-    rows.clear();
-    unseen = 0;
-  }
-
-  // An operation on the view where it shows the place; none where it does not.
-  void ask(const Model& model, uint32_t view, const Point3<AcquisitionSpace, double>& place, size_t target,
-           float weight, size_t rowBegin, size_t rowEnd) {
-    const auto pixel = model.rig.views[view].camera.project(place);
-    if (!pixel) return;
-    ops.push_back({static_cast<uint32_t>(target), view, static_cast<float>(pixel->x),
-                   static_cast<float>(pixel->y), weight, static_cast<uint32_t>(rowBegin),
-                   static_cast<uint32_t>(rowEnd)});
-  }
+// A look-up for a target.
+struct Question {
+  size_t target;
+  uint32_t view;
+  float weight;
+  size_t rowBegin, rowEnd;
 };
 
-// The cameras and lights that were blended for a query, in colours of their own.
-struct BlendColors {
-  Rgb cameras, lights;
-};
+// Adds an operation on the view where it shows the place; none where it does not.
+inline void ask(const ViewProjectors& projectors, const Point3<AcquisitionSpace, double>& place,
+                const Question& question, ShadingPlan& plan) {
+  const auto pixel = projectors[question.view](place);
+  if (!pixel) return;
+  plan.ops.push_back({static_cast<uint32_t>(question.target), question.view, static_cast<float>(pixel->x),
+                      static_cast<float>(pixel->y), question.weight, static_cast<uint32_t>(question.rowBegin),
+                      static_cast<uint32_t>(question.rowEnd)});
+}
 
 // A saturated colour for each index, which it keeps for ever.
 std::vector<Rgb> indexColors(size_t count);

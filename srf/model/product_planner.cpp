@@ -4,28 +4,25 @@
 
 namespace surflect {
 
-void ProductPlanner::plan(size_t begin, size_t end, size_t target, PlanPart& part,
-                          std::span<BlendColors> colors) {
-  const bool isLit = !model_.rig.lights.empty();
-  for (size_t first = begin; first < end; first += kChoiceLanes) {
-    const size_t count = std::min(kChoiceLanes, end - first);
-    if (isLit) lights_.choose(first, count);
-    views_.choose(first, count);
+void ProductPlanner::plan(size_t begin, ShadingPlan& plan) {
+  const bool isLit = !model_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
+  for (size_t first = 0; first < plan.queries; first += kChoiceLanes) {
+    const size_t count = std::min(kChoiceLanes, plan.queries - first);
+    if (isLit) lights_.choose(begin + first, count);
+    views_.choose(begin + first, count);
     for (size_t lane = 0; lane < count; ++lane) {
-      const size_t query = first + lane;
-      BlendColors& color = colors[query - begin];
-      color = {};
-      const size_t rowBegin = part.rows.size();
+      const size_t target = first + lane, rowBegin = plan.rows.size();
       if (isLit)
-        color.lights = lights_.fold(lane, part.rows);
+        lights_.fold(lane, plan.rows);
       else
-        part.rows.push_back({0, {1, 1, 1}});
-      const auto place = model_.cloud.p0[batch_.surfels[query]].cast<double>();
+        plan.rows.push_back({0, {1, 1, 1}});
+      if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
+      const auto place = model_.cloud.p0[batch_.surfels[begin + target]].cast<double>();
       const bool isSeen = views_.forEach(lane, [&](uint32_t view, float weight) {
-        part.ask(model_, view, place, target + query - begin, weight, rowBegin, part.rows.size());
-        color.cameras = color.cameras + weight * viewColor_[view];
+        ask(projectors_, place, {target, view, weight, rowBegin, plan.rows.size()}, plan);
+        if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
       });
-      if (!isSeen) ++part.unseen;
+      if (!isSeen) ++plan.unseen;
     }
   }
 }

@@ -3,10 +3,9 @@
 #pragma once
 
 #include "srf/model/light_folder.h"
-#include "srf/model/plan_part.h"
+#include "srf/model/planning.h"
 #include "srf/model/view_chooser.h"
 
-#include <span>
 #include <vector>
 
 namespace surflect {
@@ -18,17 +17,17 @@ public:
   ProductPlanner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
                  const ShadeOptions& options)
       : model_(model), batch_(batch), views_(model, batch, options), lights_(model, coverage, batch, options),
-        viewColor_(indexColors(model.rig.views.size())) {}
+        projectors_(projectorsOf(model.rig.views)), viewColor_(indexColors(model.rig.views.size())) {}
 
-  // The queries from `begin` to before `end`, whose targets, one each, begin at `target`; colors: one per
-  // query.
-  void plan(size_t begin, size_t end, size_t target, PlanPart& part, std::span<BlendColors> colors);
+  // As many queries as the plan has, from `begin` on; a target each.
+  void plan(size_t begin, ShadingPlan& plan);
 
 private:
   const Model& model_;
   const QueryBatch& batch_;
   ViewChooser views_;
   LightFolder lights_;
+  ViewProjectors projectors_;
   std::vector<Rgb> viewColor_;
 };
 

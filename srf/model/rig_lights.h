@@ -19,11 +19,11 @@ inline bool isDirectional(const Light& light) { return std::holds_alternative<Di
 // What their directions lead to.
 std::vector<Source> sourcesOf(std::span<const Light> lights);
 
-// Directions and divisors are computed where they are asked for.
+// Directions and irradiances are computed where they are asked for.
 class RigLights {
 public:
   explicit RigLights(std::span<const Light> lights) // which must outlive this
-      : lights_(lights), towards_(lights.size()), divisor_(lights.size()), facedFrom_(lights.size(), 0) {}
+      : lights_(lights), towards_(lights.size()), inverse_(lights.size()), facedFrom_(lights.size(), 0) {}
 
   size_t size() const { return lights_.size(); }
 
@@ -37,8 +37,8 @@ public:
     const Light& captured = lights_[light];
     towards_[light] = towardsLight(captured, place_).cast<float>();
     const Rgb fallen = irradianceAt(captured, place_);
-    const auto divisor = [](float x) { return x > 0 ? x : std::numeric_limits<float>::infinity(); };
-    divisor_[light] = {1, divisor(fallen.r), divisor(fallen.g), divisor(fallen.b)};
+    const auto inverse = [](float x) { return x >= std::numeric_limits<float>::min() ? 1 / x : 0; };
+    inverse_[light] = {1, inverse(fallen.r), inverse(fallen.g), inverse(fallen.b)};
     facedFrom_[light] = isDirectional(captured) ? kEverywhere : current_;
   }
   void faceAll() {
@@ -50,14 +50,14 @@ public:
   std::span<const Direction3<AcquisitionSpace>> towards() const { return towards_; }
   Rgb irradiance(size_t light) const { return irradianceAt(lights_[light], place_); }
   // irradianceRatio of the last three; the first stays as it is.
-  Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now / divisor_[light]; }
+  Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
 
 private:
   static constexpr uint64_t kEverywhere = ~uint64_t{0};
 
   std::span<const Light> lights_;
   std::vector<Direction3<AcquisitionSpace>> towards_; // from the current place
-  std::vector<Eigen::Array4f> divisor_; // 1, and the irradiance there, infinite where nothing falls
+  std::vector<Eigen::Array4f> inverse_; // 1, and one over the irradiance there, 0 where nothing falls
   std::vector<uint64_t> facedFrom_;     // the place that the last two are of
   uint64_t current_ = 0;
   Point3<AcquisitionSpace, double> place_;

@@ -4,14 +4,16 @@
 
 namespace surflect {
 
-std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
+std::vector<Rgb> shade(std::span<const ShadingPlan> plans, BlockCache& cache, ShadingStats& stats,
                        const Progress& progress, Simd simd) {
-  const auto targets =
-      execute(plan.ops, plan.rows, plan.queries * plan.targetsPerQuery, cache, stats, progress, simd);
-  if (plan.targetsPerQuery == 1) return targets;
-  std::vector<Rgb> radiance(plan.queries);
+  std::vector<ShadingPart> parts;
+  for (const ShadingPlan& plan : plans) parts.push_back({plan.ops, plan.rows, plan.targets()});
+  std::vector<Rgb> targets = execute(parts, cache, stats, progress, simd);
+  const size_t perQuery = plans.empty() ? 1 : plans[0].targetsPerQuery;
+  if (perQuery == 1) return targets;
+  std::vector<Rgb> radiance(targets.size() / perQuery);
   for (size_t target = 0; target < targets.size(); ++target)
-    radiance[target / plan.targetsPerQuery] = radiance[target / plan.targetsPerQuery] + targets[target];
+    radiance[target / perQuery] = radiance[target / perQuery] + targets[target];
   return radiance;
 }
 
@@ -22,8 +24,7 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
     if (finished) finished(stage);
   };
   Shaded shaded;
-  for (auto* values : {&shaded.radiance, &shaded.cameraBlend, &shaded.lightBlend})
-    values->reserve(batch.size());
+  shaded.radiance.reserve(batch.size());
   const auto append = [](std::vector<Rgb>& all, const std::vector<Rgb>& part) {
     all.insert(all.end(), part.begin(), part.end());
   };
@@ -31,12 +32,14 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
   const size_t atOnce = std::max(size_t{1}, targetsAtOnce / planner.targetsPerQuery());
   size_t begin = 0;
   do { // once also where there are no queries: that takes time, too
-    const ShadingPlan& plan = planner.plan(begin, std::min(batch.size(), begin + atOnce), progress);
-    append(shaded.cameraBlend, plan.cameraBlend);
-    append(shaded.lightBlend, plan.lightBlend);
-    shaded.unseen += plan.unseen;
+    const auto plans = planner.plan(begin, std::min(batch.size(), begin + atOnce), progress);
+    for (const ShadingPlan& plan : plans) {
+      append(shaded.cameraBlend, plan.cameraBlend);
+      append(shaded.lightBlend, plan.lightBlend);
+      shaded.unseen += plan.unseen;
+    }
     finish("ulr");
-    append(shaded.radiance, shade(plan, cache, stats, progress, options.simd));
+    append(shaded.radiance, shade(plans, cache, stats, progress, options.simd));
     finish("shade");
     begin += atOnce;
   } while (begin < batch.size());

@@ -9,9 +9,13 @@
 
 namespace surflect {
 
-// Radiance per query, from the queue over the block store.
-std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
+// Radiance per query of all plans, from the queue over the block store.
+std::vector<Rgb> shade(std::span<const ShadingPlan> plans, BlockCache& cache, ShadingStats& stats,
                        const Progress& progress = {}, Simd simd = bestSimd());
+inline std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
+                              const Progress& progress = {}, Simd simd = bestSimd()) {
+  return shade(std::span(&plan, 1), cache, stats, progress, simd);
+}
 
 struct Shaded {
   std::vector<Rgb> radiance;                // per query

@@ -9,7 +9,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <limits>
 #include <variant>
@@ -59,12 +58,26 @@ struct ShadingPlanner::Parts {
   const QueryBatch& batch;
   ShadeOptions options;
   LightCoverage coverage;
+  size_t targetsPerQuery = isProduct(model) ? 1 : batch.targets();
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return isProduct(model) ? Planner(std::in_place_type<ProductPlanner>, model, coverage, batch, options)
                             : Planner(std::in_place_type<PairPlanner>, model, coverage, batch, options);
   }};
-  std::vector<PlanPart> parts = {};
-  ShadingPlan plan = {};
+  std::vector<ShadingPlan> plans = {};
+
+  void plan(size_t begin, size_t end, ShadingPlan& plan) {
+    plan.queries = end - begin;
+    plan.targetsPerQuery = targetsPerQuery;
+    plan.ops.clear();
+    plan.rows.clear();
+    plan.unseen = 0;
+    const size_t blends = options.showsBlends ? plan.queries : 0;
+    plan.cameraBlend.assign(blends, {});
+    plan.lightBlend.assign(blends, {});
+    std::visit([&](auto& planner) { planner.plan(begin, plan); }, planners.local());
+    if (std::max(plan.rows.size(), plan.targets()) > std::numeric_limits<uint32_t>::max())
+      throw Error("too many surfels and lights to be planned at once");
+  }
 };
 
 ShadingPlanner::ShadingPlanner(const Model& model, const QueryBatch& batch, const ShadeOptions& options) {
@@ -85,65 +98,34 @@ ShadingPlanner::ShadingPlanner(const Model& model, const QueryBatch& batch, cons
         .at("foreshortening on")
         .in(model.folder);
   parts_ = std::unique_ptr<Parts>(new Parts{model, batch, options, LightCoverage(lightDirections(model))});
-  parts_->plan.targetsPerQuery = isProduct(model) ? 1 : lights;
 }
 
 ShadingPlanner::~ShadingPlanner() = default;
 
-size_t ShadingPlanner::targetsPerQuery() const { return parts_->plan.targetsPerQuery; }
+size_t ShadingPlanner::targetsPerQuery() const { return parts_->targetsPerQuery; }
 
-const ShadingPlan& ShadingPlanner::plan(size_t begin, size_t end, const Progress& progress) {
-  ShadingPlan& plan = parts_->plan;
-  plan.queries = end - begin;
-  plan.cameraBlend.resize(plan.queries);
-  plan.lightBlend.resize(plan.queries);
-  const size_t tasks = (plan.queries + kQueriesPerTask - 1) / kQueriesPerTask;
-  std::vector<PlanPart>& parts = parts_->parts;
-  if (parts.size() < tasks) parts.resize(tasks);
+std::span<const ShadingPlan> ShadingPlanner::plan(size_t begin, size_t end, const Progress& progress) {
+  const size_t tasks = (end - begin + kQueriesPerTask - 1) / kQueriesPerTask;
+  std::vector<ShadingPlan>& plans = parts_->plans;
+  if (plans.size() < tasks) plans.resize(tasks);
   tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
     progress.checkpoint();
-    parts[task].clear();
-    const size_t first = task * kQueriesPerTask, last = std::min(plan.queries, first + kQueriesPerTask);
-    std::array<BlendColors, kQueriesPerTask> colors;
-    std::visit(
-        [&](auto& planner) {
-          planner.plan(begin + first, begin + last, first * plan.targetsPerQuery, parts[task], colors);
-        },
-        parts_->planners.local());
-    for (size_t i = first; i < last; ++i) {
-      plan.cameraBlend[i] = colors[i - first].cameras;
-      plan.lightBlend[i] = colors[i - first].lights;
-    }
+    const size_t first = begin + task * kQueriesPerTask;
+    parts_->plan(first, std::min(end, first + kQueriesPerTask), plans[task]);
   });
+  return {plans.data(), tasks};
+}
 
-  plan.unseen = 0;
-  std::vector<size_t> firstOp{0}, firstRow{0};
-  for (size_t task = 0; task < tasks; ++task) {
-    firstOp.push_back(firstOp.back() + parts[task].ops.size());
-    firstRow.push_back(firstRow.back() + parts[task].rows.size());
-    plan.unseen += parts[task].unseen;
-  }
-  if (firstRow.back() > std::numeric_limits<uint32_t>::max())
-    throw Error("too many surfels and lights to be planned at once");
-  plan.ops.resize(firstOp.back());
-  plan.rows.resize(firstRow.back());
-  tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
-    const auto row = static_cast<uint32_t>(firstRow[task]);
-    auto op = plan.ops.begin() + static_cast<std::ptrdiff_t>(firstOp[task]);
-    for (const ShadingOp& own : parts[task].ops) {
-      *op = own;
-      op->rowBegin += row;
-      op->rowEnd += row;
-      ++op;
-    }
-    std::ranges::copy(parts[task].rows, plan.rows.begin() + static_cast<std::ptrdiff_t>(row));
-  });
+ShadingPlan ShadingPlanner::planAll() {
+  ShadingPlan plan;
+  parts_->plan(0, parts_->batch.size(), plan);
   return plan;
 }
 
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
                         const Progress& progress) {
-  return ShadingPlanner(model, batch, options).plan(0, batch.size(), progress);
+  progress.checkpoint();
+  return ShadingPlanner(model, batch, options).planAll();
 }
 
 } // namespace surflect

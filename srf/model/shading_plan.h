@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace surflect {
@@ -26,13 +27,13 @@ struct ShadeOptions {
   bool nearest = false;
   // avx2 and avx512 give the same bits; scalar differs by roundings of penalties, see choice_lanes.h.
   Simd simd = bestSimd();
+  bool showsBlends = false; // Shaded has colours of cameras and lights
 };
 
 // What the options say, or else the model.
 LightBlend lightBlend(const Model& model, const ShadeOptions& options);
 
-// One operation per query and camera, its lights folded into a row of weights. Which cameras and lights were
-// blended is kept for those who want to see it.
+// For some queries: one operation per query and camera, its lights folded into a row of weights.
 struct ShadingPlan {
   size_t queries = 0;
   // A target per query; where pairs are blended one per query and light or environment, so that an operation
@@ -40,9 +41,12 @@ struct ShadingPlan {
   size_t targetsPerQuery = 1;
   std::vector<ShadingOp> ops;
   std::vector<LightWeight> rows;
-  // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query.
+  // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query,
+  // none where the options do not ask for them.
   std::vector<Rgb> cameraBlend, lightBlend;
   size_t unseen = 0; // queries that no camera sees: others stand in (stand_in.h)
+
+  size_t targets() const { return queries * targetsPerQuery; }
 };
 
 // A light's weight: what falls on the surface now over what fell when the photograph was taken, channel by
@@ -56,7 +60,8 @@ double lightSpacing(const Model& model);
 // than the direction: lights near the object, or a capture that is not a full product.
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
 
-// Plans one part of a batch after the other; holds what it would otherwise allocate anew.
+// Plans many queries at once by all threads, one part of a batch after the other; holds what it would
+// otherwise allocate anew.
 class ShadingPlanner {
 public:
   // Throws Error when lights are asked of a capture with fixed illumination, or none of one without; and when
@@ -67,15 +72,19 @@ public:
 
   size_t targetsPerQuery() const; // of every plan
 
-  // Of the queries from `begin` to before `end`; targets count from 0. Valid until the next call.
-  const ShadingPlan& plan(size_t begin, size_t end, const Progress& progress = {});
+  // Of the queries from `begin` to before `end`, plans of a few queries each, in order. Targets count from 0
+  // in each. Valid until the next call.
+  std::span<const ShadingPlan> plan(size_t begin, size_t end, const Progress& progress = {});
+
+  // Of the whole batch, by this thread alone.
+  ShadingPlan planAll();
 
 private:
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
 
-// All of a batch at once.
+// The same in one call.
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
                         const Progress& progress = {});
 

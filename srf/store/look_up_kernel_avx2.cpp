@@ -11,6 +11,8 @@ namespace {
 template <> inline Eight levels(const int8_t* from) {
   return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
 }
+template <> inline Eight mulAdd(Eight x, Eight y, Eight z) { return _mm256_fmadd_ps(x, y, z); }
+template <> inline Four mulAdd(Four x, Four y, Four z) { return _mm_fmadd_ps(x, y, z); }
 } // namespace
 
 extern const LookUpKernel avx2LookUp;

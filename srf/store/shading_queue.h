@@ -27,6 +27,13 @@ struct ShadingOp {
   uint32_t rowBegin = 0, rowEnd = 0; // the light weights
 };
 
+// Operations with rows and targets of their own.
+struct ShadingPart {
+  std::span<const ShadingOp> ops;
+  std::span<const LightWeight> rows;
+  size_t targets = 0;
+};
+
 // Counts add up over calls.
 struct ShadingStats {
   uint64_t lookups = 0; // operations x their lights
@@ -39,7 +46,8 @@ struct ShadingStats {
   uint64_t bytesRead = 0;
 };
 
-// radiance[target] = sum over its operations of
+// Of all targets of the first part, of the second, and so on:
+//   radiance[target] = sum over its operations of
 //   weight * sum over bilinear taps of tap * sum_k (sum_l w_l a_kl) e_k(texel),   per channel.
 //
 // Background: taps that fall into blocks left out are dropped, and the others renormalised. An operation
@@ -48,14 +56,22 @@ struct ShadingStats {
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
 // Each block is fetched once a call, and once more if targets that see background only are left to it; the
-// result has the same bits for any number of threads, any cache and any vector instructions. Against
-// executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times the sum of
-// |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has them: those at 16 bits are two;
-// measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13 bytes an operation, and up to 150
-// for each block of those that wait for one. Throws Error as ViewFile::read.
-std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, size_t targets,
-                         BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
-                         Simd simd = bestSimd());
+// result has the same bits for any number of threads and any cache, and for all vector instructions but
+// scalar, which rounds each product. Against executeReference it errs by less than (lights + K + tasks of the
+// target + 20) 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has
+// them: those at 16 bits are two; measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13
+// bytes an operation, and up to 200 for each block of those that wait for one. Throws Error as
+// ViewFile::read.
+std::vector<Rgb> execute(std::span<const ShadingPart> parts, BlockCache& cache, ShadingStats& stats,
+                         const Progress& progress = {}, Simd simd = bestSimd());
+
+// Of one part.
+inline std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows,
+                                size_t targets, BlockCache& cache, ShadingStats& stats,
+                                const Progress& progress = {}, Simd simd = bestSimd()) {
+  const ShadingPart part{ops, rows, targets};
+  return execute({&part, 1}, cache, stats, progress, simd);
+}
 
 // The same as the paper states it, in double precision: one look-up for one surfel, camera and light after
 // the other, unsorted. Slow; the yardstick. Entries are r, g, b.

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
@@ -134,7 +133,7 @@ ViewFile::ViewFile(ViewFile&& other) noexcept
     : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)),
       header_(other.header_), checksum_(other.checksum_), positions_(std::move(other.positions_)),
       checksums_(std::move(other.checksums_)), offsets_(std::move(other.offsets_)),
-      stored_(std::move(other.stored_)), storedBefore_(std::move(other.storedBefore_)) {}
+      stored_(std::move(other.stored_)) {}
 
 // `head`: header, index and their checksum.
 void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
@@ -158,15 +157,15 @@ void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
     positions_.push_back(place);
     offsets_.push_back(offsets_.back() + reader.take<uint32_t>());
     checksums_.push_back(reader.take<uint32_t>());
-    stored_[place / 64] |= uint64_t{1} << place % 64;
+    stored_[place / 64].bits |= uint64_t{1} << place % 64;
   }
   if (offsets_.back() != fileSize)
     throw Error::mismatch(std::to_string(offsets_.back()) + " bytes", std::to_string(fileSize)).at("size");
 
   uint32_t before = 0;
-  for (const uint64_t word : stored_) {
-    storedBefore_.push_back(before);
-    before += static_cast<uint32_t>(std::popcount(word));
+  for (Stored& stored : stored_) {
+    stored.before = before;
+    before += bitCount(stored.bits);
   }
 }
 
@@ -187,15 +186,6 @@ BlockPosition ViewFile::position(uint32_t block) const {
   const int across = header_.blocksAcross();
   const auto place = static_cast<int>(positions_[block]);
   return {place % across, place / across};
-}
-
-std::optional<uint32_t> ViewFile::find(BlockPosition position) const {
-  assert(position.x >= 0 && position.x < header_.blocksAcross());
-  assert(position.y >= 0 && position.y < header_.blocksDown());
-  const auto place = static_cast<uint32_t>(position.y * header_.blocksAcross() + position.x);
-  const uint64_t word = stored_[place / 64], bit = uint64_t{1} << place % 64;
-  if ((word & bit) == 0) return std::nullopt;
-  return storedBefore_[place / 64] + static_cast<uint32_t>(std::popcount(word & (bit - 1)));
 }
 
 void ViewFile::announce(std::span<const uint32_t> blocks) const {

@@ -1,9 +1,12 @@
 // The file of one view: the blocks of its reflectance image, each found and checked by itself. Blocks that
 // show no object are left out. Specified to the byte in docs/format.md.
+//
+// [Warren 2012] Hacker's Delight, 2nd ed.
 #pragma once
 
 #include "srf/store/block.h"
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -59,7 +62,15 @@ public:
   BlockPosition position(uint32_t block) const;
 
   // The number of the block at a position inside the image; empty where it was left out. Constant time.
-  std::optional<uint32_t> find(BlockPosition position) const;
+  std::optional<uint32_t> find(BlockPosition position) const {
+    assert(position.x >= 0 && position.x < header_.blocksAcross());
+    assert(position.y >= 0 && position.y < header_.blocksDown());
+    const auto place = static_cast<uint32_t>(position.y * header_.blocksAcross() + position.x);
+    const auto& [bits, before] = stored_[place / 64];
+    const uint64_t bit = uint64_t{1} << place % 64;
+    if ((bits & bit) == 0) return std::nullopt;
+    return before + bitCount(bits & (bit - 1));
+  }
 
   // Says that these blocks, ascending, will be read soon: the disk may have them ready by then.
   void announce(std::span<const uint32_t> blocks) const;
@@ -68,6 +79,22 @@ public:
   Block read(uint32_t block) const;
 
 private:
+  // Side by side: looked for in no order that a processor could guess.
+  struct Stored {
+    uint64_t bits = 0;   // one a position
+    uint32_t before = 0; // how many are set before these
+  };
+
+  // std::popcount, which is a call where the compiler does not know the processor.  [Warren 2012, §5-1]
+  static uint32_t bitCount(uint64_t bits) {
+    constexpr uint64_t kPairs = ~uint64_t{0} / 3, kFours = ~uint64_t{0} / 5, kBytes = ~uint64_t{0} / 17,
+                       kOnes = ~uint64_t{0} / 255;
+    bits -= bits >> 1 & kPairs;
+    bits = (bits & kFours) + (bits >> 2 & kFours);
+    bits = (bits + (bits >> 4)) & kBytes;
+    return static_cast<uint32_t>(bits * kOnes >> 56);
+  }
+
   void parse(std::span<const std::byte> head, uint64_t fileSize);
   std::vector<std::byte> bytesAt(uint64_t offset, size_t count) const;
 
@@ -79,9 +106,7 @@ private:
   std::vector<uint32_t> positions_; // y * blocksAcross + x, rising
   std::vector<uint32_t> checksums_;
   std::vector<uint64_t> offsets_; // in the file; one more, for the end
-  // One bit a position, and how many are set in the words before each.
-  std::vector<uint64_t> stored_;
-  std::vector<uint32_t> storedBefore_;
+  std::vector<Stored> stored_;    // of 64 positions each
 };
 
 } // namespace surflect

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <span>
 
 namespace surflect {
 
@@ -14,20 +15,55 @@ float squared(float x) { return x * x; }
 
 } // namespace
 
-void ViewTaps::add(uint32_t block, int texel, float weight) {
+void ViewTaps::add(uint32_t block, int corner, int texel, float weight) {
   auto* const end = blocks_.data() + count_;
   auto* const found =
       std::find_if(blocks_.data(), end, [&](const auto& other) { return other.block == block; });
-  if (found == end) *end = {block, {}}, ++count_;
+  if (found == end) addBlock({block, {}});
   BlockTaps& taps = found->taps;
-  taps.weights[taps.count] = weight;
-  taps.texels[taps.count++] = static_cast<uint8_t>(texel);
+  taps.weights[corner] = weight;
+  taps.texels[corner] = static_cast<uint8_t>(texel);
 }
 
 void ViewTaps::divideWeights(float sum) {
-  for (PlacedTaps& placed : blocks_)
+  for (PlacedTaps& placed : std::span(blocks_).first(count_))
     for (float& weight : placed.taps.weights) weight /= sum;
 }
+
+namespace {
+
+// Of a position: the texel up and left of it, and how far it is from this to the next.
+struct Place {
+  int x, y;
+  float right, down;
+
+  float weight(int corner) const {
+    return (corner & 1 ? right : 1 - right) * (corner >> 1 ? down : 1 - down);
+  }
+};
+
+// Corners in several blocks.
+ViewTaps tapsAcross(const ViewFile& view, const Place& place) {
+  ViewTaps taps;
+  float kept = 0;
+  bool isWhole = true;
+  for (int corner = 0; corner < 4; ++corner) {
+    const float weight = place.weight(corner);
+    if (weight == 0) continue; // also keeps what follows inside the image
+    const int x = place.x + (corner & 1), y = place.y + (corner >> 1);
+    const auto block = view.find({x / blockSize, y / blockSize});
+    if (!block) {
+      isWhole = false;
+      continue;
+    }
+    taps.add(*block, corner, y % blockSize * blockSize + x % blockSize, weight);
+    kept += weight;
+  }
+  if (!isWhole && !taps.empty()) taps.divideWeights(kept);
+  return taps;
+}
+
+} // namespace
 
 ViewTaps tapsAt(const ViewFile& view, float x, float y) {
   assert(std::isfinite(x) && std::isfinite(y));
@@ -35,28 +71,20 @@ ViewTaps tapsAt(const ViewFile& view, float x, float y) {
   const float u = std::clamp(x - 0.5f, 0.f, static_cast<float>(width - 1));
   const float v = std::clamp(y - 0.5f, 0.f, static_cast<float>(height - 1));
   const int i = static_cast<int>(u), j = static_cast<int>(v);
-  const float fx = u - static_cast<float>(i), fy = v - static_cast<float>(j);
+  const Place place{i, j, u - static_cast<float>(i), v - static_cast<float>(j)};
+  constexpr unsigned kSize = blockSize;
+  const unsigned column = static_cast<unsigned>(i) % kSize, row = static_cast<unsigned>(j) % kSize;
+  if (column == kSize - 1 || row == kSize - 1) return tapsAcross(view, place);
 
+  // Those of no weight are not left out, though they may be outside the image: blocks are whole.
   ViewTaps taps;
-  float kept = 0;
-  bool isWhole = true;
-  BlockPosition position{-1, -1};
-  std::optional<uint32_t> block; // at `position`; mostly the same for all four
-  for (int corner = 0; corner < 4; ++corner) {
-    const int right = corner & 1, down = corner >> 1;
-    const float weight = (right ? fx : 1 - fx) * (down ? fy : 1 - fy);
-    if (weight == 0) continue; // also keeps i + 1 and j + 1 inside the image
-    const int tx = i + right, ty = j + down;
-    const BlockPosition here{tx / blockSize, ty / blockSize};
-    if (here != position) block = view.find(position = here);
-    if (!block) {
-      isWhole = false;
-      continue;
-    }
-    taps.add(*block, ty % blockSize * blockSize + tx % blockSize, weight);
-    kept += weight;
-  }
-  if (!isWhole && !taps.empty()) taps.divideWeights(kept);
+  const auto block = view.find({i / blockSize, j / blockSize});
+  if (!block) return taps;
+  const auto texel = static_cast<uint8_t>(row * kSize + column);
+  const auto texelAt = [&](unsigned step) { return static_cast<uint8_t>(texel + step); };
+  taps.addBlock({*block,
+                 {{place.weight(0), place.weight(1), place.weight(2), place.weight(3)},
+                  {texel, texelAt(1), texelAt(kSize), texelAt(kSize + 1)}}});
   return taps;
 }
 

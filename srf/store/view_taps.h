@@ -13,8 +13,8 @@ namespace surflect {
 
 // The part of a bilinear interpolation that one stored block answers.
 struct PlacedTaps {
-  uint32_t block = 0; // its number in the view's file
-  BlockTaps taps{};
+  uint32_t block; // its number in the view's file
+  BlockTaps taps;
 };
 
 // Of a position, by block, in the order in which its corners (left before right, the upper row first) ask.
@@ -26,11 +26,13 @@ public:
   const PlacedTaps* begin() const { return blocks_.data(); }
   const PlacedTaps* end() const { return blocks_.data() + count_; }
 
-  void add(uint32_t block, int texel, float weight);
+  // The weight of a corner, to the taps in this block, or as the first of another.
+  void add(uint32_t block, int corner, int texel, float weight);
+  void addBlock(const PlacedTaps& taps) { blocks_[count_++] = taps; }
   void divideWeights(float sum);
 
 private:
-  std::array<PlacedTaps, 4> blocks_;
+  std::array<PlacedTaps, 4> blocks_; // not set before they are counted: thousands are made at a time
   size_t count_ = 0;
 };
 

@@ -51,7 +51,7 @@ std::vector<Rgb> cameraBlend(const Model& model, std::span<const double> places)
       batch.irradiance.push_back({1, 1, 1});
     }
   }
-  return planShading(model, batch, {}).cameraBlend;
+  return planShading(model, batch, {.showsBlends = true}).cameraBlend;
 }
 
 // For each surfel the largest change of its blend over a step of the path, and what is left of it after

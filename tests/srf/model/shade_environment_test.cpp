@@ -160,7 +160,8 @@ TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
   QueryBatch batch = darkBatch(model, 100, random);
   addEnvironment(batch, {{}, {1, 1, 1}, Uncovered::fade, nullptr}, random);
   EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
-  for (const Rgb& color : planShading(model, batch, {}).lightBlend) EXPECT_EQ(color, Rgb{});
+  for (const Rgb& color : planShading(model, batch, {.showsBlends = true}).lightBlend)
+    EXPECT_EQ(color, Rgb{});
 }
 
 TEST_P(ShadeEnvironment, IrradianceIsKept) {
@@ -231,7 +232,8 @@ TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
   const auto lights = randomEnvironment(1, random); // several differ in strength, hence in share
   QueryBatch batch = darkBatch(model, 200, random);
   addEnvironment(batch, {lights, {3, 3, 3}, Uncovered::extrapolate, nullptr}, random);
-  const ShadingPlan one = planShading(model, batch, {}), other = planShading(model, unrolled(batch), {});
+  const ShadingPlan one = planShading(model, batch, {.showsBlends = true}),
+                    other = planShading(model, unrolled(batch), {.showsBlends = true});
   EXPECT_LT(largestDifference(one.lightBlend, other.lightBlend), 1e-6);
   EXPECT_LT(largestDifference(one.cameraBlend, other.cameraBlend), 1e-6);
 }
@@ -244,8 +246,8 @@ TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
   for (const LightTable* used : {static_cast<const LightTable*>(nullptr), &*table}) {
     QueryBatch batch = darkBatch(model, 200, random);
     addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, used}, random);
-    const ShadingPlan plain = planShading(model, batch, {.foreshortened = false}),
-                      scaled = planShading(model, batch, {.foreshortened = true});
+    const ShadingPlan plain = planShading(model, batch, {.foreshortened = false, .showsBlends = true}),
+                      scaled = planShading(model, batch, {.foreshortened = true, .showsBlends = true});
     EXPECT_GT(largestDifference(irradianceOf(model, plain), irradianceOf(model, scaled)), 0.1);
     EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
   }

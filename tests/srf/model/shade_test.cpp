@@ -106,7 +106,7 @@ void expectPartsAreTheWhole(const Model& model, const QueryBatch& batch) {
   const auto inPartsOf = [&](size_t targets) {
     BlockCache cache(model.files, everything);
     ShadingStats stats;
-    return shade(model, batch, {}, cache, stats, {}, {}, targets);
+    return shade(model, batch, {.showsBlends = true}, cache, stats, {}, {}, targets);
   };
   const Shaded whole = inPartsOf(std::numeric_limits<size_t>::max());
   ASSERT_EQ(whole.radiance.size(), batch.size());
@@ -152,9 +152,9 @@ TEST_F(Shade, LightAddsUp) {
 
 TEST_F(Shade, ADarkLightIsBlackAndBlendsAsAnyOther) {
   QueryBatch batch = randomBatch(model, 500, 1, random);
-  const auto lit = planShading(model, batch, {}).lightBlend;
+  const auto lit = planShading(model, batch, {.showsBlends = true}).lightBlend;
   std::ranges::fill(batch.irradiance, Rgb{});
-  EXPECT_EQ(planShading(model, batch, {}).lightBlend, lit);
+  EXPECT_EQ(planShading(model, batch, {.showsBlends = true}).lightBlend, lit);
   EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
 }
 

@@ -8,49 +8,91 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <vector>
 
 namespace surflect {
 namespace {
 
-// Blocks of few terms do not fill the widest instructions.
-TEST(LookUpKernel, SameBitsForAnyVectorInstructionsWhateverTheRank) {
+// Jobs of one row, whose blocks have any number of terms.
+struct Jobs {
+  static constexpr uint32_t kLights = 30;
+
+  explicit Jobs(size_t count, std::mt19937& random) {
+    std::uniform_real_distribution<float> number(-1, 1);
+    for (uint32_t light = 0; light < kLights; light += 1 + static_cast<uint32_t>(random() % 3))
+      row.push_back({light, {number(random), number(random), number(random)}});
+    taps.resize(count);
+    for (size_t j = 0; j < count; ++j) {
+      const size_t stride = 4 * (random() % 11);
+      auto& a = coefficients.emplace_back(kLights * stride);
+      auto& e = levels.emplace_back(3 * blockTexels * stride);
+      for (float& value : a) value = number(random) / 127;
+      for (int8_t& level : e) level = static_cast<int8_t>(random() % 256);
+      for (int t = 0; t < 4; ++t) {
+        taps[j].weights[t] = random() % 3 == 0 ? 0 : number(random);
+        taps[j].texels[t] = static_cast<uint8_t>(random() % blockTexels);
+      }
+      jobs.push_back({e.data(), a.data(), stride, &taps[j]});
+    }
+  }
+
+  // Of some of the jobs, red, green and blue each.
+  std::vector<float> answered(Simd simd, size_t first, size_t count) const {
+    std::vector<float> rgb(3 * count, 7);
+    lookUpKernel(simd)(row.data(), row.size(), jobs.data() + first, count, rgb.data());
+    return rgb;
+  }
+
+  std::vector<LightWeight> row;
+  std::vector<std::vector<float>> coefficients;
+  std::vector<std::vector<int8_t>> levels;
+  std::vector<BlockTaps> taps;
+  std::vector<LookUpJob> jobs;
+};
+
+TEST(LookUpKernel, IsTheSumOverLightsTapsAndTerms) {
   std::mt19937 random(6);
-  std::uniform_real_distribution<float> number(-1, 1);
-  for (size_t stride = 0; stride <= 40; stride += 4)
-    for (uint32_t taps = 0; taps <= 4; ++taps) {
-      constexpr uint32_t kLights = 30;
-      constexpr int kMost = 127;
-      std::vector<int8_t> levels(blockTexels * 3 * stride);
-      std::vector<float> coefficients(kLights * stride);
-      for (int8_t& level : levels) level = static_cast<int8_t>(random() % 256);
-      for (float& value : coefficients) value = number(random) / kMost;
-      std::vector<LightWeight> row;
-      for (uint32_t light = 0; light < kLights; light += 1 + static_cast<uint32_t>(random() % 3))
-        row.push_back({light, {number(random), number(random), number(random)}});
-      BlockTaps where{};
-      for (; where.count < taps; ++where.count) {
-        where.weights[where.count] = number(random);
-        where.texels[where.count] = static_cast<uint8_t>(random() % blockTexels);
-      }
-      const LookUpJob job{levels.data(), coefficients.data(), stride, row.data(), row.size()};
-      double expected[3] = {};
-      for (size_t channel = 0; channel < 3; ++channel)
-        for (size_t k = 0; k < stride; ++k) {
-          double folded = 0, texel = 0;
-          for (const auto& [light, w] : row)
-            folded += double{coefficients[light * stride + k]} * std::array{w.r, w.g, w.b}[channel];
-          for (uint32_t t = 0; t < taps; ++t)
-            texel += double{where.weights[t]} * levels[(3 * where.texels[t] + channel) * stride + k];
-          expected[channel] += folded * texel;
+  for (int round = 0; round < 40; ++round) {
+    const Jobs all(9, random);
+    for (const Simd simd : supportedSimd()) {
+      const std::vector<float> got = all.answered(simd, 0, 9);
+      for (size_t j = 0; j < 9; ++j)
+        for (size_t channel = 0; channel < 3; ++channel) {
+          const auto& [levels, coefficients, stride, taps] = all.jobs[j];
+          double expected = 0;
+          for (size_t k = 0; k < stride; ++k) {
+            double folded = 0, texel = 0;
+            for (const auto& [light, w] : all.row)
+              folded += double{coefficients[light * stride + k]} * std::array{w.r, w.g, w.b}[channel];
+            for (size_t t = 0; t < 4; ++t)
+              texel += double{taps->weights[t]} * levels[(3 * taps->texels[t] + channel) * stride + k];
+            expected += folded * texel;
+          }
+          EXPECT_NEAR(got[3 * j + channel], expected, 1e-5) << nameOf(simd) << ", " << stride;
         }
-      std::array<float, 3> plain;
-      lookUpKernel(Simd::scalar)(job, where, plain.data());
-      for (size_t channel = 0; channel < 3; ++channel) EXPECT_NEAR(plain[channel], expected[channel], 2e-5);
-      for (const Simd simd : supportedSimd()) {
-        std::array<float, 3> got;
-        lookUpKernel(simd)(job, where, got.data());
-        EXPECT_EQ(got, plain) << nameOf(simd) << ", " << stride;
-      }
+    }
+  }
+}
+
+TEST(LookUpKernel, SameBitsWhicheverJobsAreAnsweredTogether) {
+  std::mt19937 random(7);
+  for (size_t count = 1; count <= 9; ++count) {
+    const Jobs all(count, random);
+    for (const Simd simd : supportedSimd()) {
+      const std::vector<float> together = all.answered(simd, 0, count);
+      for (size_t j = 0; j < count; ++j)
+        EXPECT_EQ(all.answered(simd, j, 1),
+                  std::vector(together.begin() + 3 * j, together.begin() + 3 * j + 3));
+    }
+  }
+}
+
+TEST(LookUpKernel, SameBitsForAllVectorInstructionsButScalar) {
+  std::mt19937 random(8);
+  const Jobs all(9, random);
+  for (const Simd simd : supportedSimd())
+    if (simd != Simd::scalar) {
+      EXPECT_EQ(all.answered(simd, 0, 9), all.answered(Simd::avx2, 0, 9));
     }
 }
 

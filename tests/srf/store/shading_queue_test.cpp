@@ -140,11 +140,34 @@ TEST_F(ShadingQueueTest, SameBitsForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(ShadingQueueTest, SameBitsForAnyVectorInstructions) {
+TEST_F(ShadingQueueTest, AllVectorInstructionsButScalarGiveTheSameBits) {
   const Queue queue = randomQueue(2000, 5);
-  const auto expected = executed(queue, everything, Simd::scalar);
+  const auto best = executed(queue), scalar = executed(queue, everything, Simd::scalar);
   for (const Simd simd : supportedSimd())
-    EXPECT_EQ(executed(queue, everything, simd), expected) << nameOf(simd);
+    if (simd != Simd::scalar) {
+      EXPECT_EQ(executed(queue, everything, simd), best) << nameOf(simd);
+    }
+  for (size_t t = 0; t < queue.targets; ++t) {
+    EXPECT_NEAR(scalar[t].r, best[t].r, 1e-5) << t;
+    EXPECT_NEAR(scalar[t].g, best[t].g, 1e-5) << t;
+    EXPECT_NEAR(scalar[t].b, best[t].b, 1e-5) << t;
+  }
+}
+
+TEST_F(ShadingQueueTest, PartsHaveTargetsAndRowsOfTheirOwn) {
+  const Queue first = randomQueue(300, 7), second = randomQueue(500, 8);
+  std::vector<Rgb> expected = executed(first);
+  for (const Rgb& radiance : executed(second)) expected.push_back(radiance);
+  const Queue nothing;
+  std::vector<ShadingPart> parts;
+  for (const Queue* queue : {&first, &nothing, &second})
+    parts.push_back({queue->ops, queue->rows, queue->targets});
+  for (const size_t budget : {size_t{0}, everything}) {
+    BlockCache cache(views_, budget);
+    ShadingStats stats;
+    for (int call = 0; call < 2; ++call) EXPECT_EQ(execute(parts, cache, stats), expected);
+    EXPECT_EQ(stats.operations, 2 * (first.ops.size() + second.ops.size()));
+  }
 }
 
 TEST_F(ShadingQueueTest, SameBitsForAnyCache) {

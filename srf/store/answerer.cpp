@@ -1,0 +1,255 @@
+#include "srf/store/answerer.h"
+
+#include "srf/store/view_taps.h"
+#include "surfel/error.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kOpsPerRun = 1024;
+constexpr size_t kLineBytes = 64; // of the processor's caches
+constexpr size_t kOpsAtOnce = 16; // that the processor fetches for while others are answered
+constexpr size_t kMostJobs = 4 * kOpsAtOnce;
+
+// An operation, and where its answer goes.
+struct Asked {
+  const ShadingOp* op;
+  const LightWeight* row;
+  Rgb* radiance;
+
+  size_t lights() const { return op->rowEnd - op->rowBegin; }
+};
+
+// Blocks that were asked for lately, and most likely are near the processor still.
+class LatelyFetched {
+public:
+  bool knows(const void* block) {
+    const auto hash = (reinterpret_cast<uintptr_t>(block) >> 6) * 0x9e3779b97f4a7c15;
+    const void*& last = blocks_[hash >> 59];
+    if (last == block) return true;
+    last = block;
+    return false;
+  }
+
+private:
+  std::array<const void*, 32> blocks_{};
+};
+
+// Asks the processor for what a look-up will read. Not a call: for the compiler it would have no effect, and
+// be left out.
+[[gnu::always_inline]] inline void fetchAhead(const BlockTerms& block, const BlockTaps& taps,
+                                              const Asked& asked, LatelyFetched& lately) {
+  if (block.rank == 0) return;
+  const size_t texelBytes = 3 * static_cast<size_t>(block.stride);
+  for (const uint8_t texelOfTap : taps.texels) {
+    const auto* texel = reinterpret_cast<const char*>(block.texel(texelOfTap));
+    for (size_t at = 0; at < texelBytes; at += kLineBytes) __builtin_prefetch(texel + at);
+    __builtin_prefetch(texel + texelBytes - 1);
+  }
+  if (lately.knows(block.coefficients)) return;
+  for (size_t l = 0; l < asked.lights(); ++l) __builtin_prefetch(block.light(asked.row[l].light));
+}
+
+LookUpJob jobOf(const BlockTerms& block, const BlockTaps& taps) {
+  return {block.levels, block.coefficients, static_cast<size_t>(block.stride), &taps};
+}
+
+void add(const Asked& asked, const float* rgb) {
+  *asked.radiance = *asked.radiance + asked.op->weight * Rgb{rgb[0], rgb[1], rgb[2]};
+}
+
+} // namespace
+
+// Of an operation, in one block; its result goes to results[slot].
+struct Answerer::Task {
+  uint64_t key = 0; // view, block
+  uint32_t slot = 0;
+
+  uint32_t view() const { return static_cast<uint32_t>(key >> 32); }
+  uint32_t block() const { return static_cast<uint32_t>(key); }
+  friend bool operator<(const Task& a, const Task& b) {
+    return a.key != b.key ? a.key < b.key : a.slot < b.slot;
+  }
+};
+
+// Tasks that wait for their block. Those of one operation lie together, in the order of their sum.
+struct Answerer::Waiting {
+  struct Place {
+    Asked asked;
+    BlockTaps taps;
+  };
+  std::vector<Task> tasks;
+  std::vector<Place> places; // of each task
+
+  void add(const Asked& asked, const ViewTaps& all) {
+    for (const auto& [block, taps] : all) {
+      tasks.push_back({uint64_t{asked.op->view} << 32 | block, static_cast<uint32_t>(tasks.size())});
+      places.push_back({asked, taps});
+    }
+  }
+
+  static Waiting joined(std::vector<Run> runs);
+};
+
+// Operations that lie side by side, and what has become of them.
+struct Answerer::Run {
+  const ShadingPart* part;
+  Answers* answers;
+  size_t begin, end;
+  Waiting waiting = {};
+  uint64_t hits = 0, ranks = 0;
+
+  Asked asked(size_t i) const {
+    const ShadingOp& op = part->ops[i];
+    return {&op, part->rows.data() + op.rowBegin, &answers->radiance[i]};
+  }
+};
+
+Answerer::Waiting Answerer::Waiting::joined(std::vector<Run> runs) {
+  size_t tasks = 0;
+  for (const Run& run : runs) tasks += run.waiting.tasks.size();
+  if (tasks > std::numeric_limits<uint32_t>::max()) throw Error("too many look-ups to be queued at once");
+  Waiting all;
+  all.tasks.reserve(tasks);
+  all.places.reserve(tasks);
+  for (Run& run : runs) {
+    const Waiting waiting = std::move(run.waiting); // and gone after it
+    const auto first = static_cast<uint32_t>(all.tasks.size());
+    for (const Task& task : waiting.tasks) all.tasks.push_back({task.key, first + task.slot});
+    all.places.insert(all.places.end(), waiting.places.begin(), waiting.places.end());
+  }
+  return all;
+}
+
+Answered Answerer::answer(std::span<const ShadingPart> parts) const {
+  Answered answered;
+  answered.parts.resize(parts.size());
+  std::vector<Run> runs;
+  for (size_t p = 0; p < parts.size(); ++p) {
+    const size_t ops = parts[p].ops.size();
+    answered.parts[p] = {std::vector<Rgb>(ops), std::vector<uint8_t>(ops)};
+    for (size_t begin = 0; begin < ops; begin += kOpsPerRun)
+      runs.push_back({&parts[p], &answered.parts[p], begin, std::min(ops, begin + kOpsPerRun)});
+  }
+  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
+    progress_.checkpoint();
+    answerResident(runs[r]);
+  });
+  for (const Run& run : runs) {
+    answered.tasks += run.hits + run.waiting.tasks.size();
+    answered.ranks += run.ranks;
+    answered.hits += run.hits;
+  }
+  if (answered.hits < answered.tasks) answered.ranks += sweep(Waiting::joined(std::move(runs)));
+  return answered;
+}
+
+// A few at a time: finds their blocks and asks the processor for them; then answers, those of one row
+// together.
+void Answerer::answerResident(Run& run) const {
+  LatelyFetched lately;
+  struct Ready {
+    Asked asked;
+    ViewTaps taps;
+    size_t firstJob;
+  };
+  std::array<Ready, kOpsAtOnce> ready;
+  std::array<LookUpJob, kMostJobs> jobs;
+  std::array<float, 3 * kMostJobs> rgb;
+  for (size_t begin = run.begin; begin < run.end; begin += kOpsAtOnce) {
+    size_t count = 0, jobCount = 0;
+    for (size_t i = begin; i < std::min(run.end, begin + kOpsAtOnce); ++i) {
+      Ready& next = ready[count];
+      next.asked = run.asked(i);
+      const ShadingOp& op = *next.asked.op;
+      next.taps = tapsAt(cache_.views()[op.view], op.x, op.y);
+      next.firstJob = jobCount;
+      run.answers->isLost[i] = next.taps.empty();
+      bool isReady = true;
+      uint64_t ranks = 0;
+      for (const auto& [number, taps] : next.taps) {
+        const auto block = cache_.resident(op.view, number);
+        if (!block) {
+          isReady = false;
+          break;
+        }
+        fetchAhead(*block, taps, next.asked, lately);
+        jobs[jobCount++] = jobOf(*block, taps);
+        ranks += static_cast<uint64_t>(block->rank);
+      }
+      if (isReady) {
+        run.hits += next.taps.size();
+        run.ranks += ranks;
+        ++count;
+      } else {
+        run.waiting.add(next.asked, next.taps);
+        jobCount = next.firstJob;
+      }
+    }
+    for (size_t first = 0; first < count;) {
+      const Asked& asked = ready[first].asked;
+      size_t last = first + 1;
+      while (last < count && ready[last].asked.row == asked.row &&
+             ready[last].asked.lights() == asked.lights())
+        ++last;
+      const size_t firstJob = ready[first].firstJob, jobsEnd = last < count ? ready[last].firstJob : jobCount;
+      lookUp_(asked.row, asked.lights(), jobs.data() + firstJob, jobsEnd - firstJob, rgb.data());
+      const float* result = rgb.data();
+      for (; first < last; ++first)
+        for (size_t i = 0; i < ready[first].taps.size(); ++i, result += 3) add(ready[first].asked, result);
+    }
+  }
+}
+
+// Tasks by block, and where those of each block begin.
+void Answerer::announce(std::span<const Task> sorted, std::span<const size_t> first) const {
+  std::vector<uint32_t> blocks; // of one view
+  for (size_t b = 0; b + 1 < first.size(); ++b) {
+    const Task& task = sorted[first[b]];
+    if (!cache_.resident(task.view(), task.block())) blocks.push_back(task.block());
+    const size_t next = first[b + 1];
+    if (next < sorted.size() && sorted[next].view() == task.view()) continue;
+    cache_.views()[task.view()].announce(blocks);
+    blocks.clear();
+  }
+}
+
+// Returns the sum of the blocks' ranks over tasks.
+uint64_t Answerer::sweep(const Waiting& waiting) const {
+  std::vector<Task> sorted = waiting.tasks;
+  tbb::parallel_sort(sorted); // no two compare equal: one order only
+  std::vector<size_t> first;  // task in each block; one more, for the end
+  for (size_t t = 0; t < sorted.size(); ++t)
+    if (t == 0 || sorted[t].key != sorted[t - 1].key) first.push_back(t);
+  const size_t blocks = first.size();
+  first.push_back(sorted.size());
+
+  announce(sorted, first);
+  std::vector<std::array<float, 3>> results(sorted.size());
+  std::vector<uint64_t> ranksOf(blocks);
+  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+    progress_.checkpoint();
+    const std::span ofBlock = std::span<const Task>(sorted).subspan(first[b], first[b + 1] - first[b]);
+    const std::shared_ptr<const Block> block = cache_.get(ofBlock[0].view(), ofBlock[0].block());
+    ranksOf[b] = static_cast<uint64_t>(block->rank) * ofBlock.size();
+    for (const Task& task : ofBlock) {
+      const auto& [asked, taps] = waiting.places[task.slot];
+      const LookUpJob job = jobOf(block->terms(), taps);
+      lookUp_(asked.row, asked.lights(), &job, 1, results[task.slot].data());
+    }
+  });
+  for (size_t slot = 0; slot < results.size(); ++slot) add(waiting.places[slot].asked, results[slot].data());
+  uint64_t ranks = 0;
+  for (const uint64_t ofBlock : ranksOf) ranks += ofBlock;
+  return ranks;
+}
+
+} // namespace surflect
