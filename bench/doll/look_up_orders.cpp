@@ -34,7 +34,8 @@ size_t imageBytes(const Model& model) {
 Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache& cache,
               LookUpKernel kernel) {
   Rgb sum;
-  for (const auto& [block, taps] : tapsAt(cache.views()[op.view], op.x, op.y)) {
+  const ViewFile& view = cache.views()[op.view];
+  for (const auto& [block, taps] : tapsAt(view, TexelPlace::at(view.header(), op.x, op.y))) {
     const auto held = cache.get(op.view, block);
     const BlockTerms terms = held->terms();
     const LookUpJob job{terms.levels, terms.coefficients, static_cast<size_t>(terms.stride), &taps};

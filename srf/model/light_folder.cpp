@@ -1,22 +1,20 @@
 #include "srf/model/light_folder.h"
 
+#include "srf/model/planning.h"
 #include "srf/query/foreshortening.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace surflect {
-
-namespace {
-constexpr size_t kAnyNumber = std::numeric_limits<size_t>::max();
-}
 
 LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
                          const ShadeOptions& options)
     : model_(model), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       how_(lightBlend(model, options)), lights_(model.rig.lights),
       rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
-      row_(model.rig.lights.size(), options.showsBlends),
+      row_(model.rig.lights.size()), short_(batch.lights * kMaxBlended),
+      isShort_(batch.environments.empty() && batch.lights * how_.lights <= model.rig.lights.size()),
+      showsColors_(options.showsBlends), lightColor_(indexColors(model.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
       cosine_(model.rig.lights.size()) {}
 
@@ -34,35 +32,47 @@ void LightFolder::choose(size_t begin, size_t count) {
 }
 
 void LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
-  const size_t query = begin_ + lane;
-  const uint32_t surfel = batch_.surfels[query];
-  lights_.lookFrom(model_.cloud.p0[surfel].cast<double>());
-  if (how_.foreshortened) faceLights(surfel);
-  const float share = 1 / static_cast<float>(batch_.targets());
-  row_.begin(batch_.environments.empty() ? batch_.lights * how_.lights : kAnyNumber, rows);
-  for (size_t l = 0; l < batch_.lights; ++l) {
-    const size_t entry = query * batch_.lights + l;
-    const auto& towards = batch_.towardsLight[entry];
-    if (isPlain(batch_.uncoveredOf(l)) && chosen_[l].isSure(lane)) {
-      const Rgb& now = batch_.irradiance[entry];
-      addAll(chosen_[l], lane, {share, now.r, now.g, now.b});
-      continue;
-    }
-    const BlendSet blend = finish(chosen_[l], lane, towards, batch_.uncoveredOf(l));
-    const Rgb now = foreshorteningOf(blend, towards) * batch_.irradiance[entry];
-    for (const auto& [light, weight] : blend)
-      row_.add(light, weight * lights_.ratio({share, now.r, now.g, now.b}, light));
+  lights_.lookFrom(model_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
+  color_ = {};
+  if (isShort_) {
+    LightWeight* end = short_.data();
+    foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) {
+      *end++ = {light, {weight[1], weight[2], weight[3]}};
+    });
+    rows.insert(rows.end(), short_.data(), end);
+    return;
   }
-  for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(query, e);
-  row_.end();
+  foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) { row_.add(light, weight); });
+  for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(begin_ + lane, e);
+  row_.take(rows);
 }
 
-// By the lane's ULR weights alone.
-void LightFolder::addAll(const LaneBlends& blends, size_t lane, const Eigen::Array4f& now) {
-  blends.forEach(lane, [&](uint32_t light, float weight) {
-    lights_.face(light);
-    row_.add(light, weight * lights_.ratio(now, light));
-  });
+// add(light, weight) for each that is blended; a weight is (its share of the lights' colours, red, green,
+// blue).
+template <class Add> void LightFolder::foldLights(size_t lane, const Add& add) {
+  const size_t query = begin_ + lane;
+  if (how_.foreshortened) faceLights(batch_.surfels[query]);
+  const float share = 1 / static_cast<float>(batch_.targets());
+  const auto addRatio = [&](uint32_t light, float weight, const Rgb& now) {
+    const Eigen::Array4f ratio = weight * lights_.ratio({share, now.r, now.g, now.b}, light);
+    add(light, ratio);
+    show(light, ratio[0]);
+  };
+  for (size_t l = 0; l < batch_.lights; ++l) {
+    const size_t entry = query * batch_.lights + l;
+    const Rgb& irradiance = batch_.irradiance[entry];
+    if (isPlain(batch_.uncoveredOf(l)) && chosen_[l].isSure(lane)) {
+      chosen_[l].forEach(lane, [&](uint32_t light, float weight) {
+        lights_.face(light);
+        addRatio(light, weight, irradiance);
+      });
+      continue;
+    }
+    const auto& towards = batch_.towardsLight[entry];
+    const BlendSet blend = finish(chosen_[l], lane, towards, batch_.uncoveredOf(l));
+    const Rgb now = foreshorteningOf(blend, towards) * irradiance;
+    for (const auto& [light, weight] : blend) addRatio(light, weight, now);
+  }
 }
 
 // From the lane's ULR weights, with the blended lights faced.
@@ -103,10 +113,12 @@ void LightFolder::foldEnvironment(size_t query, size_t e) {
   const Eigen::Array4f scale(1 / (environmentBrightness_[e] * static_cast<float>(batch_.targets())),
                              strength.r, strength.g, strength.b);
   for (uint32_t light = 0; light < share_.size(); ++light)
-    if (share_[light][3] != 0) // 0 also where the environment is dark, and nothing a share of it
-      row_.add(light, lights_.ratio(scale * Eigen::Array4f(share_[light][3], share_[light][0],
-                                                           share_[light][1], share_[light][2]),
-                                    light));
+    if (share_[light][3] != 0) { // 0 also where the environment is dark, and nothing a share of it
+      const Eigen::Array4f now(share_[light][3], share_[light][0], share_[light][1], share_[light][2]);
+      const Eigen::Array4f weight = lights_.ratio(scale * now, light);
+      row_.add(light, weight);
+      show(light, weight[0]);
+    }
 }
 
 void LightFolder::shareEnvironment(

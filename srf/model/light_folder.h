@@ -27,15 +27,18 @@ public:
   // Appends the row of the lane-th query that was chosen for.
   void fold(size_t lane, std::vector<LightWeight>& rows);
 
-  // The blended lights of that row in their colours.
-  Rgb blendColor() const { return row_.color(); }
+  // The blended lights of that row in their colours, where these are shown.
+  Rgb blendColor() const { return color_; }
 
 private:
   bool isPlain(Uncovered uncovered) const {
     return how_.fit == LightFit::mean && !how_.foreshortened &&
            (uncovered == Uncovered::extrapolate || nearest_);
   }
-  void addAll(const LaneBlends& blends, size_t lane, const Eigen::Array4f& now);
+  template <class Add> void foldLights(size_t lane, const Add& add);
+  void show(uint32_t light, float share) {
+    if (showsColors_) color_ = color_ + share * lightColor_[light];
+  }
   BlendSet finish(const LaneBlends& blends, size_t lane, const Direction3<AcquisitionSpace>& towards,
                   Uncovered uncovered);
   void faceLights(uint32_t surfel);
@@ -55,6 +58,10 @@ private:
   std::vector<LaneBlends> chosen_; // one per light of a query
   LaneBlends blends_;
   LightRow row_;
+  std::vector<LightWeight> short_; // a row, where no more weights are added than there are lights
+  bool isShort_, showsColors_;
+  std::vector<Rgb> lightColor_;
+  Rgb color_;
   std::vector<float> environmentBrightness_;
   std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, see LightTable
   std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened

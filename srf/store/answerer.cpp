@@ -48,12 +48,14 @@ private:
 [[gnu::always_inline]] inline void fetchAhead(const BlockTerms& block, const BlockTaps& taps,
                                               const Asked& asked, LatelyFetched& lately) {
   if (block.rank == 0) return;
-  const size_t texelBytes = 3 * static_cast<size_t>(block.stride);
-  for (const uint8_t texelOfTap : taps.texels) {
-    const auto* texel = reinterpret_cast<const char*>(block.texel(texelOfTap));
-    for (size_t at = 0; at < texelBytes; at += kLineBytes) __builtin_prefetch(texel + at);
-    __builtin_prefetch(texel + texelBytes - 1);
-  }
+  const auto fetch = [](const void* begin, size_t bytes) {
+    for (size_t at = 0; at < bytes; at += kLineBytes)
+      __builtin_prefetch(static_cast<const char*>(begin) + at);
+    __builtin_prefetch(static_cast<const char*>(begin) + bytes - 1);
+  };
+  const size_t twoTexels = 6 * static_cast<size_t>(block.stride); // that of the left and that of the right
+  fetch(block.texel(taps.texels[0]), twoTexels);
+  fetch(block.texel(taps.texels[2]), twoTexels);
   if (lately.knows(block.coefficients)) return;
   for (size_t l = 0; l < asked.lights(); ++l) __builtin_prefetch(block.light(asked.row[l].light));
 }
@@ -152,60 +154,87 @@ Answered Answerer::answer(std::span<const ShadingPart> parts) const {
   return answered;
 }
 
+// Some operations whose blocks are all in memory.
+struct Answerer::Ready {
+  struct Operation {
+    Asked asked;
+    size_t firstJob;
+  };
+  std::array<Operation, kOpsAtOnce> operations;
+  std::array<LookUpJob, kMostJobs> jobs;
+  std::array<BlockTaps, kMostJobs> taps; // of each job
+  size_t count = 0, jobCount = 0;
+  LatelyFetched lately = {};
+
+  void begin(const Asked& asked) { operations[count] = {asked, jobCount}; }
+  [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& ofBlock) {
+    fetchAhead(block, ofBlock, operations[count].asked, lately);
+    taps[jobCount] = ofBlock;
+    jobs[jobCount] = jobOf(block, taps[jobCount]);
+    ++jobCount;
+  }
+  void drop() { jobCount = operations[count].firstJob; }
+  size_t jobsEnd(size_t i) const { return i + 1 < count ? operations[i + 1].firstJob : jobCount; }
+};
+
 // A few at a time: finds their blocks and asks the processor for them; then answers, those of one row
 // together.
 void Answerer::answerResident(Run& run) const {
-  LatelyFetched lately;
-  struct Ready {
-    Asked asked;
-    ViewTaps taps;
-    size_t firstJob;
-  };
-  std::array<Ready, kOpsAtOnce> ready;
-  std::array<LookUpJob, kMostJobs> jobs;
-  std::array<float, 3 * kMostJobs> rgb;
+  Ready ready;
   for (size_t begin = run.begin; begin < run.end; begin += kOpsAtOnce) {
-    size_t count = 0, jobCount = 0;
-    for (size_t i = begin; i < std::min(run.end, begin + kOpsAtOnce); ++i) {
-      Ready& next = ready[count];
-      next.asked = run.asked(i);
-      const ShadingOp& op = *next.asked.op;
-      next.taps = tapsAt(cache_.views()[op.view], op.x, op.y);
-      next.firstJob = jobCount;
-      run.answers->isLost[i] = next.taps.empty();
-      bool isReady = true;
-      uint64_t ranks = 0;
-      for (const auto& [number, taps] : next.taps) {
-        const auto block = cache_.resident(op.view, number);
-        if (!block) {
-          isReady = false;
-          break;
-        }
-        fetchAhead(*block, taps, next.asked, lately);
-        jobs[jobCount++] = jobOf(*block, taps);
-        ranks += static_cast<uint64_t>(block->rank);
+    ready.count = ready.jobCount = 0;
+    for (size_t i = begin; i < std::min(run.end, begin + kOpsAtOnce); ++i) prepare(run, i, ready);
+    answerReady(ready);
+  }
+}
+
+void Answerer::prepare(Run& run, size_t i, Ready& ready) const {
+  const Asked asked = run.asked(i);
+  const uint32_t view = asked.op->view;
+  const ViewFile& file = cache_.views()[view];
+  const TexelPlace place = TexelPlace::at(file.header(), asked.op->x, asked.op->y);
+  ready.begin(asked);
+  uint64_t ranks = 0;
+  const auto isHere = [&](uint32_t number, const BlockTaps& taps) {
+    const auto block = cache_.resident(view, number);
+    if (!block) return false;
+    ready.add(*block, taps);
+    ranks += static_cast<uint64_t>(block->rank);
+    return true;
+  };
+  if (place.isInOneBlock()) { // most are; tapsAt would say the same
+    const auto number = file.find(place.block());
+    run.answers->isLost[i] = !number;
+    if (number && !isHere(*number, place.taps())) return run.waiting.add(asked, tapsAt(file, place));
+  } else {
+    const ViewTaps all = tapsAt(file, place);
+    run.answers->isLost[i] = all.empty();
+    for (const auto& [number, taps] : all)
+      if (!isHere(number, taps)) {
+        ready.drop();
+        return run.waiting.add(asked, all);
       }
-      if (isReady) {
-        run.hits += next.taps.size();
-        run.ranks += ranks;
-        ++count;
-      } else {
-        run.waiting.add(next.asked, next.taps);
-        jobCount = next.firstJob;
-      }
-    }
-    for (size_t first = 0; first < count;) {
-      const Asked& asked = ready[first].asked;
-      size_t last = first + 1;
-      while (last < count && ready[last].asked.row == asked.row &&
-             ready[last].asked.lights() == asked.lights())
-        ++last;
-      const size_t firstJob = ready[first].firstJob, jobsEnd = last < count ? ready[last].firstJob : jobCount;
-      lookUp_(asked.row, asked.lights(), jobs.data() + firstJob, jobsEnd - firstJob, rgb.data());
-      const float* result = rgb.data();
-      for (; first < last; ++first)
-        for (size_t i = 0; i < ready[first].taps.size(); ++i, result += 3) add(ready[first].asked, result);
-    }
+  }
+  run.hits += ready.jobCount - ready.operations[ready.count].firstJob;
+  run.ranks += ranks;
+  ++ready.count;
+}
+
+void Answerer::answerReady(const Ready& ready) const {
+  std::array<float, 3 * kMostJobs> rgb;
+  for (size_t first = 0; first < ready.count;) {
+    const auto& [asked, firstJob] = ready.operations[first];
+    const auto sharesRow = [&](const Asked& other) {
+      return other.row == asked.row && other.lights() == asked.lights();
+    };
+    size_t last = first;
+    while (last + 1 < ready.count && sharesRow(ready.operations[last + 1].asked)) ++last;
+    lookUp_(asked.row, asked.lights(), ready.jobs.data() + firstJob, ready.jobsEnd(last) - firstJob,
+            rgb.data());
+    const float* result = rgb.data();
+    for (; first <= last; ++first)
+      for (size_t job = ready.operations[first].firstJob; job < ready.jobsEnd(first); ++job, result += 3)
+        add(ready.operations[first].asked, result);
   }
 }
 

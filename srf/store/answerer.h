@@ -35,11 +35,14 @@ public:
   Answered answer(std::span<const ShadingPart> parts) const;
 
 private:
+  struct Ready;
   struct Run;
   struct Task;
   struct Waiting;
 
   void answerResident(Run& run) const;
+  void prepare(Run& run, size_t i, Ready& ready) const;
+  void answerReady(const Ready& ready) const;
   void announce(std::span<const Task> sorted, std::span<const size_t> first) const;
   uint64_t sweep(const Waiting& waiting) const;
 

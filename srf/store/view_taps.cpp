@@ -1,8 +1,6 @@
 #include "srf/store/view_taps.h"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <span>
@@ -30,21 +28,13 @@ void ViewTaps::divideWeights(float sum) {
     for (float& weight : placed.taps.weights) weight /= sum;
 }
 
-namespace {
-
-// Of a position: the texel up and left of it, and how far it is from this to the next.
-struct Place {
-  int x, y;
-  float right, down;
-
-  float weight(int corner) const {
-    return (corner & 1 ? right : 1 - right) * (corner >> 1 ? down : 1 - down);
-  }
-};
-
-// Corners in several blocks.
-ViewTaps tapsAcross(const ViewFile& view, const Place& place) {
+ViewTaps tapsAt(const ViewFile& view, const TexelPlace& place) {
   ViewTaps taps;
+  if (place.isInOneBlock()) {
+    // Those of no weight are not left out, though they may be outside the image: blocks are whole.
+    if (const auto block = view.find(place.block())) taps.addBlock({*block, place.taps()});
+    return taps;
+  }
   float kept = 0;
   bool isWhole = true;
   for (int corner = 0; corner < 4; ++corner) {
@@ -60,31 +50,6 @@ ViewTaps tapsAcross(const ViewFile& view, const Place& place) {
     kept += weight;
   }
   if (!isWhole && !taps.empty()) taps.divideWeights(kept);
-  return taps;
-}
-
-} // namespace
-
-ViewTaps tapsAt(const ViewFile& view, float x, float y) {
-  assert(std::isfinite(x) && std::isfinite(y));
-  const int width = view.header().width, height = view.header().height;
-  const float u = std::clamp(x - 0.5f, 0.f, static_cast<float>(width - 1));
-  const float v = std::clamp(y - 0.5f, 0.f, static_cast<float>(height - 1));
-  const int i = static_cast<int>(u), j = static_cast<int>(v);
-  const Place place{i, j, u - static_cast<float>(i), v - static_cast<float>(j)};
-  constexpr unsigned kSize = blockSize;
-  const unsigned column = static_cast<unsigned>(i) % kSize, row = static_cast<unsigned>(j) % kSize;
-  if (column == kSize - 1 || row == kSize - 1) return tapsAcross(view, place);
-
-  // Those of no weight are not left out, though they may be outside the image: blocks are whole.
-  ViewTaps taps;
-  const auto block = view.find({i / blockSize, j / blockSize});
-  if (!block) return taps;
-  const auto texel = static_cast<uint8_t>(row * kSize + column);
-  const auto texelAt = [&](unsigned step) { return static_cast<uint8_t>(texel + step); };
-  taps.addBlock({*block,
-                 {{place.weight(0), place.weight(1), place.weight(2), place.weight(3)},
-                  {texel, texelAt(1), texelAt(kSize), texelAt(kSize + 1)}}});
   return taps;
 }
 
