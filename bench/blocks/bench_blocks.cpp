@@ -4,6 +4,7 @@
 #include "bench/doll/doll_blocks.h"
 #include "bench/doll/spiral.h"
 #include "srf/store/block.h"
+#include "srf/store/block_encoder.h"
 
 #include <Eigen/SVD>
 #include <fmt/core.h>

@@ -2,6 +2,7 @@
 
 #include "bench/doll/spiral.h"
 #include "srf/store/block.h"
+#include "srf/store/block_encoder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,306 @@
+// Symbols: X radiance, rows (present texel, channel), columns lights; V and W the weights of channels and
+//          lights; sigma_k^2 the energy of term k; K the rank.
+#include "srf/store/block_encoder.h"
+
+#include "srf/store/block_bound.h"
+#include "srf/store/block_fit.h"
+#include "srf/store/block_kernels.h"
+#include "surfel/error.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <optional>
+
+namespace surflect {
+
+namespace {
+
+using Eigen::MatrixXf;
+using Eigen::VectorXd;
+
+// Terms that hold this little of the bound together are not looked at.
+constexpr double kNegligible = 0.25;
+// Of what a block holds: above this bound single precision is enough. The products of a block with itself then
+// have errors of some 1e-7 of what it holds, and a term that matters has a hundredth of the bound.
+constexpr double kSinglePrecision = 2e-5;
+
+// X, and what its errors are measured by.
+struct Block192 {
+  PaddedRows<float> x;
+  double white = 1;
+  BlockWeights weights;
+  double squaredBound = 0, squared = 0; // of V X W
+  const BlockKernels& kernels;
+};
+
+// A step of one term from a precision (at first: none) to a higher one.
+struct Upgrade {
+  size_t term = 0;
+  int bits = 0;
+  double saved = 0; // squared error
+  double savedPerByte = 0;
+};
+
+// All steps worth taking, best first; every beginning of the list is the cheapest choice of rank and
+// precisions for the error that it leaves (a Lagrangian optimum: per term the steps follow the convex hull).
+template <class Real>
+std::vector<Upgrade> upgradesOf(const BlockFactors<Real>& factors, const BlockFit<Real>& fit,
+                                CoefficientType type) {
+  struct Choice {
+    int bits;
+    double bytes, squaredError;
+  };
+  std::vector<Upgrade> upgrades;
+  for (size_t k = 0; k < factors.energies.size(); ++k) {
+    const double energy = factors.energies[k];
+    std::array<Choice, 4> choices = {{{0, 0, energy}}};
+    for (size_t i = 1; const int bits : {4, 8, 16}) {
+      const size_t bytes =
+          levelBytes(factors.images.rows(), bits) + coefficientBytes(factors.lights.rows(), bits, type);
+      const double left = energy * (fit.imageError(k, bits) + fit.lightError(k, bits));
+      choices[i++] = {bits, static_cast<double>(bytes), left};
+    }
+    for (size_t from = 0;;) {
+      Upgrade steepest;
+      size_t to = from;
+      for (size_t i = from + 1; i < choices.size(); ++i) {
+        const double saved = choices[from].squaredError - choices[i].squaredError;
+        const double savedPerByte = saved / (choices[i].bytes - choices[from].bytes);
+        if (savedPerByte <= steepest.savedPerByte) continue;
+        steepest = {k, choices[i].bits, saved, savedPerByte};
+        to = i;
+      }
+      if (to == from) break;
+      upgrades.push_back(steepest);
+      from = to;
+    }
+  }
+  std::ranges::stable_sort(upgrades, std::greater{}, &Upgrade::savedPerByte);
+  return upgrades;
+}
+
+std::vector<ChosenTerm> chosen(std::span<const Upgrade> upgrades) {
+  std::vector<ChosenTerm> terms;
+  for (const Upgrade& upgrade : upgrades) {
+    const auto same = std::ranges::find(terms, upgrade.term, &ChosenTerm::term);
+    if (same == terms.end())
+      terms.push_back({upgrade.term, upgrade.bits});
+    else
+      same->bits = upgrade.bits;
+  }
+  std::ranges::sort(terms, [](const ChosenTerm& a, const ChosenTerm& b) {
+    return a.bits != b.bits ? a.bits > b.bits : a.term < b.term;
+  });
+  return terms;
+}
+
+// Errors of stored numbers, in double precision.
+struct StoredErrors {
+  double squared = 0, clipped = 0, weighted = 0;
+};
+
+BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, double white, double& clipped,
+                       const BlockKernels& kernels) {
+  const size_t rank = stored.terms.size(), lights = x.columns();
+  std::vector<double> levels(x.rows() * rank);
+  PaddedRows<double> perLevel(rank, lights);
+  for (size_t k = 0; k < rank; ++k) {
+    const StoredTerm& term = stored.terms[k];
+    for (size_t i = 0; i < x.rows(); ++i) levels[i * rank + k] = double{term.levels[i]};
+    double* const to = perLevel.row(k);
+    if (term.bits == 16)
+      for (size_t l = 0; l < lights; ++l) to[l] = double{inImageSteps(term.coefficients[l])};
+    else
+      for (size_t l = 0; l < lights; ++l)
+        to[l] = double{static_cast<float>(levelInImageSteps(term.peak, term.bits) * term.lightLevels[l])};
+  }
+  PaddedRows<double> sums(3, lights), clippedSums(1, lights);
+  kernels.errors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white, sums.row(0),
+                  clippedSums.row(0)});
+  BlockSquares squares{Eigen::Matrix3Xd(3, lights), static_cast<Eigen::Index>(x.rows() / 3)};
+  clipped = 0;
+  for (size_t l = 0; l < lights; ++l) {
+    for (size_t c = 0; c < 3; ++c)
+      squares.sums(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(l)) = sums.row(c)[l];
+    clipped += clippedSums.row(0)[l];
+  }
+  return squares;
+}
+
+StoredErrors errorsOf(const Block192& block, const StoredTerms& stored) {
+  StoredErrors errors;
+  const BlockSquares squares = squaresOf(block.x, stored, block.white, errors.clipped, block.kernels);
+  errors.squared = squares.sums.sum();
+  errors.weighted = weightedSquares(squares, block.weights);
+  return errors;
+}
+
+struct Encoding {
+  StoredTerms stored;
+  StoredErrors errors;
+};
+
+// Empty where no choice with coefficients of this type keeps the bound.
+template <class Real>
+std::optional<Encoding> cheapest(const Block192& block, const WeightedBlock<Real>& weighted,
+                                 const BlockFactors<Real>& factors, BlockFit<Real>& fit,
+                                 CoefficientType type) {
+  const std::vector<Upgrade> all = upgradesOf(factors, fit, type);
+  const auto solved = [&](size_t count) { return fit.solved(chosen(std::span(all).first(count)), type); };
+  const auto keepsBound = [&](const typename BlockFit<Real>::Solution& solution) { // NaN does not
+    return solution.squaredError <= static_cast<double>(weighted.squaredBound);
+  };
+
+  size_t count = 0;
+  for (double left = factors.energy; left > static_cast<double>(weighted.squaredBound) && count < all.size();
+       ++count)
+    left -= all[count].saved;
+
+  // From the predicted choice up until the actual error is small enough, then down while it still is.
+  auto solution = solved(count);
+  for (size_t step = 1; !keepsBound(solution); step *= 2) {
+    if (count == all.size()) return std::nullopt;
+    count = std::min(count + step, all.size());
+    solution = solved(count);
+  }
+  for (; count > 0; --count) {
+    auto cheaper = solved(count - 1);
+    if (!keepsBound(cheaper)) break;
+    solution = std::move(cheaper);
+  }
+  // Up again where rounding in the normal equations hid that it is not.
+  for (;; solution = solved(++count)) {
+    fit.addLevels(chosen(std::span(all).first(count)), solution.stored);
+    Encoding encoding{std::move(solution.stored), {}};
+    encoding.errors = errorsOf(block, encoding.stored);
+    if (encoding.errors.weighted <= block.squaredBound) return encoding;
+    if (count == all.size()) return std::nullopt;
+  }
+}
+
+template <class Real> WeightedBlock<Real> weightedOf(const Block192& block) {
+  const PaddedRows<float>& x = block.x;
+  WeightedBlock<Real> weighted{PaddedRows<Real>(x.rows(), x.columns()), {}, {}, 0};
+  const double scale = 1 / std::sqrt(block.squared);
+  for (size_t l = 0; l < x.columns(); ++l)
+    weighted.lights.push_back(static_cast<Real>(block.weights.lights[static_cast<Eigen::Index>(l)] * scale));
+  for (size_t i = 0; i < x.rows(); ++i) {
+    weighted.rows.push_back(static_cast<Real>(block.weights.channels[static_cast<Eigen::Index>(i % 3)]));
+    for (size_t l = 0; l < x.columns(); ++l)
+      weighted.values.row(i)[l] = static_cast<Real>(x.row(i)[l]) * weighted.lights[l] * weighted.rows[i];
+  }
+  weighted.squaredBound = static_cast<Real>(block.squaredBound / block.squared);
+  return weighted;
+}
+
+template <class Real> std::optional<Encoding> encodedWith(const Block192& block, double negligible) {
+  const WeightedBlock<Real> weighted = weightedOf<Real>(block);
+  const BlockFactors<Real> factors =
+      factorised(weighted, static_cast<Real>(negligible) * weighted.squaredBound, block.kernels);
+  BlockFit<Real> fit(weighted, factors, block.kernels);
+  for (const CoefficientType type : {CoefficientType::half, CoefficientType::single})
+    if (auto encoding = cheapest(block, weighted, factors, fit, type)) return encoding;
+  return std::nullopt;
+}
+
+// Whether single precision has room for the numbers of a block, their squares and what one is of another.
+bool fitsSingle(const Block192& block) {
+  const double scale = 1 / std::sqrt(block.squared);
+  return block.squaredBound > kSinglePrecision * block.squared &&
+         block.weights.lights.maxCoeff() * scale < 1e15 && block.weights.lights.minCoeff() * scale > 1e-15;
+}
+
+Encoding encoded(const Block192& block) {
+  if (block.squared <= block.squaredBound) return {{}, errorsOf(block, {})};
+  if (fitsSingle(block))
+    if (auto encoding = encodedWith<float>(block, kNegligible)) return *std::move(encoding);
+  for (const double negligible : {kNegligible, 0.})
+    if (auto encoding = encodedWith<double>(block, negligible)) return *std::move(encoding);
+  throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
+}
+
+// Into memory that has room for them.
+class RecordWriter {
+public:
+  explicit RecordWriter(std::byte* to) : to_(to) {}
+
+  template <class T> void put(T value) {
+    std::memcpy(to_, &value, sizeof value);
+    to_ += sizeof value;
+  }
+  void putLevels(std::span<const float> levels, int bits) {
+    if (bits == 16)
+      for (const float level : levels) put(static_cast<int16_t>(level));
+    else if (bits == 8)
+      for (const float level : levels) put(static_cast<int8_t>(level));
+    else
+      for (size_t i = 0; i < levels.size(); i += 2) {
+        const int low = static_cast<int>(levels[i]);
+        const int high = i + 1 < levels.size() ? static_cast<int>(levels[i + 1]) : 0;
+        put(static_cast<uint8_t>((low & 15) | (high & 15) << 4));
+      }
+  }
+
+private:
+  std::byte* to_;
+};
+
+std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored) {
+  const bool half = stored.type == CoefficientType::half, partial = present != allPresent;
+  size_t bytes = 4 + (partial ? sizeof present : 0);
+  for (const StoredTerm& term : stored.terms)
+    bytes += coefficientBytes(lights, term.bits, stored.type) + levelBytes(term.levels.size(), term.bits);
+
+  std::vector<std::byte> record(bytes);
+  RecordWriter writer(record.data());
+  writer.put(static_cast<uint8_t>((half ? 0 : floatCoefficients) | (partial ? partialBlock : 0)));
+  for (const int bits : precisions)
+    writer.put(static_cast<uint8_t>(std::ranges::count(stored.terms, bits, &StoredTerm::bits)));
+  if (partial) writer.put(present);
+  for (const StoredTerm& term : stored.terms) {
+    if (term.bits < 16) {
+      writer.put(term.peak);
+      writer.putLevels(term.lightLevels, term.bits);
+    }
+    for (const float a : term.coefficients)
+      if (half)
+        writer.put(imath_float_to_half(a));
+      else
+        writer.put(a);
+    writer.putLevels(term.levels, term.bits);
+  }
+  return record;
+}
+
+PaddedRows<float> byRows(const MatrixXf& m) {
+  PaddedRows<float> x(static_cast<size_t>(m.rows()), static_cast<size_t>(m.cols()));
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    for (Eigen::Index j = 0; j < m.cols(); ++j) x.row(static_cast<size_t>(i))[j] = m(i, j);
+  return x;
+}
+
+} // namespace
+
+EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white,
+                         Simd simd) {
+  assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
+  Block192 block{byRows(radiance), white, {}, 0, 0, blockKernels(simd)};
+  double clipped = 0;
+  const BlockSquares squares = squaresOf(block.x, {}, white, clipped, block.kernels);
+  block.weights = blockWeights(squares, white);
+  block.squared = weightedSquares(squares, block.weights);
+  const double bound = blockErrorBound(squares, block.weights, tolerance, white);
+  block.squaredBound = bound * bound;
+
+  const Encoding encoding = encoded(block);
+  return {recordOf(present, block.x.columns(), encoding.stored), static_cast<int>(encoding.stored.terms.size()),
+          encoding.errors.squared, encoding.errors.clipped};
+}
+
+} // namespace surflect
