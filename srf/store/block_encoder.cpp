@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <numeric>
 #include <optional>
 
 namespace surflect {
@@ -105,8 +106,9 @@ struct StoredErrors {
   double squared = 0, clipped = 0, weighted = 0;
 };
 
-BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, double white, double& clipped,
-                       const BlockKernels& kernels) {
+// Of X as it is; X where there are no terms. `clipped`: null, or the error of clipped numbers.
+BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, const BlockKernels& kernels,
+                       double white = 0, double* clipped = nullptr) {
   const size_t rank = stored.terms.size(), lights = x.columns();
   std::vector<double> levels(x.rows() * rank);
   PaddedRows<double> perLevel(rank, lights);
@@ -122,20 +124,18 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, do
   }
   PaddedRows<double> sums(3, lights), clippedSums(1, lights);
   kernels.errors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white, sums.row(0),
-                  clippedSums.row(0)});
-  BlockSquares squares{Eigen::Matrix3Xd(3, lights), static_cast<Eigen::Index>(x.rows() / 3)};
-  clipped = 0;
-  for (size_t l = 0; l < lights; ++l) {
-    for (size_t c = 0; c < 3; ++c)
-      squares.sums(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(l)) = sums.row(c)[l];
-    clipped += clippedSums.row(0)[l];
-  }
+                  clipped ? clippedSums.row(0) : nullptr});
+  const auto columns = static_cast<Eigen::Index>(lights);
+  BlockSquares squares{Eigen::Matrix3Xd(3, columns), static_cast<Eigen::Index>(x.rows() / 3)};
+  for (int c = 0; c < 3; ++c)
+    squares.sums.row(c) = Eigen::Map<const Eigen::RowVectorXd>(sums.row(static_cast<size_t>(c)), columns);
+  if (clipped) *clipped = std::accumulate(clippedSums.row(0), clippedSums.row(0) + lights, 0.);
   return squares;
 }
 
 StoredErrors errorsOf(const Block192& block, const StoredTerms& stored) {
   StoredErrors errors;
-  const BlockSquares squares = squaresOf(block.x, stored, block.white, errors.clipped, block.kernels);
+  const BlockSquares squares = squaresOf(block.x, stored, block.kernels, block.white, &errors.clipped);
   errors.squared = squares.sums.sum();
   errors.weighted = weightedSquares(squares, block.weights);
   return errors;
@@ -150,7 +150,7 @@ struct Encoding {
 template <class Real>
 std::optional<Encoding> cheapest(const Block192& block, const WeightedBlock<Real>& weighted,
                                  const BlockFactors<Real>& factors, BlockFit<Real>& fit,
-                                 CoefficientType type) {
+                                 CoefficientType type, bool wary) {
   const std::vector<Upgrade> all = upgradesOf(factors, fit, type);
   const auto solved = [&](size_t count) { return fit.solved(chosen(std::span(all).first(count)), type); };
   const auto keepsBound = [&](const typename BlockFit<Real>::Solution& solution) { // NaN does not
@@ -161,7 +161,6 @@ std::optional<Encoding> cheapest(const Block192& block, const WeightedBlock<Real
   for (double left = factors.energy; left > static_cast<double>(weighted.squaredBound) && count < all.size();
        ++count)
     left -= all[count].saved;
-
   // From the predicted choice up until the actual error is small enough, then down while it still is.
   auto solution = solved(count);
   for (size_t step = 1; !keepsBound(solution); step *= 2) {
@@ -173,6 +172,11 @@ std::optional<Encoding> cheapest(const Block192& block, const WeightedBlock<Real
     auto cheaper = solved(count - 1);
     if (!keepsBound(cheaper)) break;
     solution = std::move(cheaper);
+  }
+  if (wary && count > 0) {
+    const size_t bytes =
+        levelBytes(factors.images.rows(), 4) + coefficientBytes(factors.lights.rows(), 4, type);
+    if (factors.energies.back() > all[count - 1].savedPerByte * static_cast<double>(bytes)) return std::nullopt;
   }
   // Up again where rounding in the normal equations hid that it is not.
   for (;; solution = solved(++count)) {
@@ -188,25 +192,27 @@ template <class Real> WeightedBlock<Real> weightedOf(const Block192& block) {
   const PaddedRows<float>& x = block.x;
   WeightedBlock<Real> weighted{PaddedRows<Real>(x.rows(), x.columns()), {}, {}, 0};
   const double scale = 1 / std::sqrt(block.squared);
-  for (size_t l = 0; l < x.columns(); ++l)
-    weighted.lights.push_back(static_cast<Real>(block.weights.lights[static_cast<Eigen::Index>(l)] * scale));
-  for (size_t i = 0; i < x.rows(); ++i) {
+  for (const double weight : block.weights.lights) weighted.lights.push_back(static_cast<Real>(weight * scale));
+  for (size_t i = 0; i < x.rows(); ++i)
     weighted.rows.push_back(static_cast<Real>(block.weights.channels[static_cast<Eigen::Index>(i % 3)]));
+  for (size_t i = 0; i < x.rows(); ++i) {
+    const float* const from = x.row(i);
+    const Real* const lights = weighted.lights.data();
+    Real* const to = weighted.values.row(i);
     for (size_t l = 0; l < x.columns(); ++l)
-      weighted.values.row(i)[l] = static_cast<Real>(x.row(i)[l]) * weighted.lights[l] * weighted.rows[i];
+      to[l] = static_cast<Real>(from[l]) * lights[l] * weighted.rows[i];
   }
   weighted.squaredBound = static_cast<Real>(block.squaredBound / block.squared);
   return weighted;
 }
 
-template <class Real> std::optional<Encoding> encodedWith(const Block192& block, double negligible) {
+template <class Real>
+std::optional<Encoding> encodedAs(const Block192& block, CoefficientType type, double negligible) {
   const WeightedBlock<Real> weighted = weightedOf<Real>(block);
   const BlockFactors<Real> factors =
       factorised(weighted, static_cast<Real>(negligible) * weighted.squaredBound, block.kernels);
   BlockFit<Real> fit(weighted, factors, block.kernels);
-  for (const CoefficientType type : {CoefficientType::half, CoefficientType::single})
-    if (auto encoding = cheapest(block, weighted, factors, fit, type)) return encoding;
-  return std::nullopt;
+  return cheapest(block, weighted, factors, fit, type, negligible == 0.5);
 }
 
 // Whether single precision has room for the numbers of a block, their squares and what one is of another.
@@ -218,10 +224,14 @@ bool fitsSingle(const Block192& block) {
 
 Encoding encoded(const Block192& block) {
   if (block.squared <= block.squaredBound) return {{}, errorsOf(block, {})};
-  if (fitsSingle(block))
-    if (auto encoding = encodedWith<float>(block, kNegligible)) return *std::move(encoding);
-  for (const double negligible : {kNegligible, 0.})
-    if (auto encoding = encodedWith<double>(block, negligible)) return *std::move(encoding);
+  const bool single = fitsSingle(block);
+  for (const CoefficientType type : {CoefficientType::half, CoefficientType::single}) {
+    for (const double negligible : {0.5, kNegligible})
+      if (single)
+        if (auto encoding = encodedAs<float>(block, type, negligible)) return *std::move(encoding);
+    for (const double negligible : {kNegligible, 0.})
+      if (auto encoding = encodedAs<double>(block, type, negligible)) return *std::move(encoding);
+  }
   throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
 }
 
@@ -280,8 +290,15 @@ std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTer
 
 PaddedRows<float> byRows(const MatrixXf& m) {
   PaddedRows<float> x(static_cast<size_t>(m.rows()), static_cast<size_t>(m.cols()));
-  for (Eigen::Index i = 0; i < m.rows(); ++i)
-    for (Eigen::Index j = 0; j < m.cols(); ++j) x.row(static_cast<size_t>(i))[j] = m(i, j);
+  constexpr size_t kChunk = 16; // rows: what is written stays in the cache
+  for (size_t first = 0; first < x.rows(); first += kChunk) {
+    const size_t rows = std::min(kChunk, x.rows() - first);
+    for (size_t l = 0; l < x.columns(); ++l) {
+      const float* const from = m.data() + l * x.rows() + first;
+      float* const to = x.row(first) + l;
+      for (size_t i = 0; i < rows; ++i) to[i * x.stride()] = from[i];
+    }
+  }
   return x;
 }
 
@@ -291,8 +308,7 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
                          Simd simd) {
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
   Block192 block{byRows(radiance), white, {}, 0, 0, blockKernels(simd)};
-  double clipped = 0;
-  const BlockSquares squares = squaresOf(block.x, {}, white, clipped, block.kernels);
+  const BlockSquares squares = squaresOf(block.x, {}, block.kernels);
   block.weights = blockWeights(squares, white);
   block.squared = weightedSquares(squares, block.weights);
   const double bound = blockErrorBound(squares, block.weights, tolerance, white);

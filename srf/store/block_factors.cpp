@@ -49,7 +49,7 @@ template <class Real>
 BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const BlockKernels& kernels) {
   const PaddedRows<Real>& x = block.values;
   const bool overLights = x.columns() <= x.rows();
-  const PaddedRows<Real> turned = transposed(x);
+  const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
   const PaddedRows<Real>&narrow = overLights ? x : turned; // columns are the shorter side
   const PaddedRows<Real> gram = gramOf(narrow, kernels);
   Spectrum<Real> spectrum = strongestVectors(gram, left);

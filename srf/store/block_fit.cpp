@@ -15,7 +15,12 @@ namespace surflect {
 namespace {
 
 // At 4 bits values beyond so much of the largest are worth losing for finer levels.
-constexpr std::array kClips = {1.0, 0.85, 0.7, 0.6, 0.5};
+struct Clipping {
+  size_t precision; // of precisions
+  double clip;
+};
+constexpr std::array<Clipping, roundings> kClippings = {
+    {{0, 1}, {1, 1}, {2, 1}, {2, 0.85}, {2, 0.7}, {2, 0.6}, {2, 0.5}}};
 
 float asStored(float coefficient, CoefficientType type) {
   if (type == CoefficientType::single) return coefficient;
@@ -71,26 +76,36 @@ BlockFit<Real>::BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Re
     : block_(block), factors_(factors), kernels_(kernels),
       stored_(precisions.size() * factors.energies.size(), block.values.rows()),
       products_(stored_.rows(), block.values.columns()), gram_(stored_.rows(), stored_.rows()) {
-  for (const int bits : precisions) {
-    images_[at(bits)] = rounded(factors.images, block.rows, bits);
-    lights_[at(bits)] = rounded(factors.lights, block.lights, bits);
-  }
+  images_ = rounded(factors.images, block.rows);
+  lights_ = rounded(factors.lights, block.lights);
   std::ranges::fill(lights_[at(16)].squaredErrors, Real{0});
 }
 
 template <class Real>
-typename BlockFit<Real>::Rounded BlockFit<Real>::rounded(const PaddedRows<Real>& values,
-                                                         const std::vector<Real>& weights, int bits) const {
-  Rounded best{std::vector<Real>(values.stride()), std::vector<Real>(values.stride(), 1)};
-  std::vector<Real> errors(values.stride());
-  for (const double clip : kClips) {
-    if (bits > 4 && clip < 1) break;
-    kernels_.run(Rounding<Real>{values.row(0), values.rows(), values.stride(), weights.data(),
-                                static_cast<Real>(levelsOf(bits)), static_cast<Real>(clip), errors.data()});
-    for (size_t k = 0; k < errors.size(); ++k) {
-      if (clip < 1 && !(errors[k] < best.squaredErrors[k])) continue;
-      best.squaredErrors[k] = errors[k];
-      best.clips[k] = static_cast<Real>(clip);
+typename BlockFit<Real>::AtPrecisions BlockFit<Real>::rounded(const PaddedRows<Real>& values,
+                                                              const std::vector<Real>& weights) const {
+  const size_t terms = values.stride();
+  std::vector<Real> inverse(weights.size()), errors(roundings * terms);
+  for (size_t i = 0; i < weights.size(); ++i) inverse[i] = 1 / weights[i];
+  Rounding<Real> job{values.row(0), values.rows(), terms, weights.data(), inverse.data(), {}, {}, errors.data()};
+  for (size_t r = 0; r < roundings; ++r) {
+    job.last[r] = static_cast<Real>(levelsOf(precisions[kClippings[r].precision]));
+    job.clip[r] = static_cast<Real>(kClippings[r].clip);
+  }
+  kernels_.run(job);
+
+  AtPrecisions best;
+  for (size_t r = 0; r < roundings; ++r) {
+    Rounded& rounded = best[kClippings[r].precision];
+    const Real* const of = errors.data() + r * terms;
+    if (rounded.clips.empty()) {
+      rounded.squaredErrors.assign(of, of + terms);
+      rounded.clips.assign(terms, job.clip[r]);
+    }
+    for (size_t k = 0; k < terms; ++k) {
+      if (!(of[k] < rounded.squaredErrors[k])) continue;
+      rounded.squaredErrors[k] = of[k];
+      rounded.clips[k] = job.clip[r];
     }
   }
   return best;

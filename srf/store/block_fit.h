@@ -55,7 +55,8 @@ private:
     std::vector<Real> squaredErrors, clips; // [terms]
   };
   static size_t at(int bits) { return bits == 16 ? 0 : bits == 8 ? 1 : 2; }
-  Rounded rounded(const PaddedRows<Real>& values, const std::vector<Real>& weights, int bits) const;
+  using AtPrecisions = std::array<Rounded, precisions.size()>;
+  AtPrecisions rounded(const PaddedRows<Real>& values, const std::vector<Real>& weights) const;
   // Places of the images at these precisions, made where there were none.
   std::vector<size_t> placed(const std::vector<ChosenTerm>& terms);
   std::vector<Real> levelsOfImage(const ChosenTerm& term) const;
@@ -63,7 +64,7 @@ private:
   const WeightedBlock<Real>& block_;
   const BlockFactors<Real>& factors_;
   const BlockKernels& kernels_;
-  std::array<Rounded, precisions.size()> images_, lights_;
+  AtPrecisions images_, lights_;
   // Of stored images, weighted, as many as there are places: S, S' S and S' (V X W).
   std::vector<ChosenTerm> places_;
   PaddedRows<Real> stored_, products_;

@@ -85,23 +85,29 @@ template <class Real, size_t bytes> void rounding(const Rounding<Real>& job) {
   for (size_t j = 0; j < job.columns; j += width) {
     V peak{};
     for (size_t i = 0; i < job.rows; ++i) {
-      const V x = loaded<V>(job.values + i * job.columns + j) / job.weights[i];
+      const V x = loaded<V>(job.values + i * job.columns + j) * job.inverseWeights[i];
       peak = larger(peak, larger(x, -x));
     }
-    const V step = peak * job.clip / job.last;
-    const V last = V{} + job.last;
-    V sum{};
-    for (size_t i = 0; i < job.rows; ++i) {
-      const V x = loaded<V>(job.values + i * job.columns + j) / job.weights[i];
-      const V level = larger(smaller(x / step, last), -last);
-      const V error = (x - step * (level + wholeShift<Real> - wholeShift<Real>)) * job.weights[i];
-      sum += error * error;
+    V steps[roundings], scales[roundings], sums[roundings] = {};
+    for (size_t r = 0; r < roundings; ++r) {
+      steps[r] = peak * (job.clip[r] / job.last[r]);
+      scales[r] = 1 / steps[r];
     }
-    stored(job.squaredErrors + j, sum);
+    for (size_t i = 0; i < job.rows; ++i) {
+      const V x = loaded<V>(job.values + i * job.columns + j) * job.inverseWeights[i];
+#pragma GCC unroll 7
+      for (size_t r = 0; r < roundings; ++r) {
+        const V last = V{} + job.last[r];
+        const V level = larger(smaller(x * scales[r], last), -last) + wholeShift<Real> - wholeShift<Real>;
+        const V error = (x - steps[r] * level) * job.weights[i];
+        sums[r] += error * error;
+      }
+    }
+    for (size_t r = 0; r < roundings; ++r) stored(job.squaredErrors + r * job.columns + j, sums[r]);
   }
 }
 
-template <size_t bytes> void errors(const BlockErrors& job) {
+template <size_t bytes, bool seen> inline void errorsOf(const BlockErrors& job) {
   using V = Vector<double, bytes>;
   constexpr size_t width = sizeof(V) / sizeof(double);
   using Floats = Vector<float, bytes / 2>;
@@ -122,13 +128,21 @@ template <size_t bytes> void errors(const BlockErrors& job) {
         const V x = __builtin_convertvector(loaded<Floats>(job.x + (3 * texel + c) * job.lights + j), V);
         const V error = x - sums[c];
         squares[c] += error * error;
-        const V seen = smaller(larger(x, black), white) - smaller(larger(sums[c], black), white);
-        clipped += seen * seen;
+        if (!seen) continue;
+        const V visible = smaller(larger(x, black), white) - smaller(larger(sums[c], black), white);
+        clipped += visible * visible;
       }
     }
     for (size_t c = 0; c < 3; ++c) stored(job.squares + c * job.lights + j, squares[c]);
-    stored(job.clipped + j, clipped);
+    if (seen) stored(job.clipped + j, clipped);
   }
+}
+
+template <size_t bytes> void errors(const BlockErrors& job) {
+  if (job.clipped)
+    errorsOf<bytes, true>(job);
+  else
+    errorsOf<bytes, false>(job);
 }
 
 template <size_t bytes> constexpr BlockKernels kernelsOf() {

@@ -12,6 +12,7 @@ namespace surflect {
 namespace {
 
 constexpr double kMissed = 0.01; // of what is tolerated, by vectors that are not quite eigenvectors
+constexpr Eigen::Index kSpare = 2;
 constexpr size_t kFirst = 12, kMore = 6; // vectors before the first look at them, and from look to look
 
 // Directions that no block has reason to be orthogonal to.
@@ -38,15 +39,20 @@ Ritz ritzOf(const std::vector<double>& alpha, const std::vector<double>& beta) {
 // How many vectors leave at most `tolerated`; none where more are needed than there are, or where some of
 // these miss too much: |G v - theta v| = beta |last of s| for v = Q s, and of theta that squared over theta.
 size_t enough(const Ritz& ritz, double trace, double beta, double tolerated) {
-  double left = trace, missed = 0;
-  for (Eigen::Index k = 0; k < ritz.values.size(); ++k) {
-    const double residual = beta * ritz.vectors(ritz.vectors.rows() - 1, k);
-    left -= ritz.values[k];
-    missed += residual * residual / ritz.values[k];
-    if (!(missed <= kMissed * tolerated)) return 0;
-    if (left <= tolerated) return static_cast<size_t>(k) + 1;
+  const Eigen::Index size = ritz.values.size();
+  Eigen::Index terms = 0;
+  for (double left = trace; left > tolerated; ++terms) {
+    if (terms == size) return 0;
+    left -= ritz.values[terms];
   }
-  return 0;
+  const Eigen::Index all = std::min(terms + terms / 4 + kSpare, size);
+  const double next = all < size ? ritz.values[all] : 0;
+  double missed = 0;
+  for (Eigen::Index k = 0; k < terms; ++k) {
+    const double residual = beta * ritz.vectors(ritz.vectors.rows() - 1, k);
+    missed += residual * residual / (ritz.values[k] - next);
+  }
+  return missed <= kMissed * tolerated ? static_cast<size_t>(all) : 0;
 }
 
 } // namespace
@@ -83,7 +89,8 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
       if (ends || (looks && left <= tolerated)) {
         ritz = ritzOf(alpha, beta);
         terms = enough(ritz, trace, ends || invariant ? 0 : length, tolerated);
-        if (ends && terms == 0) terms = static_cast<size_t>((ritz.values.array() > lost).count());
+        const auto sound = static_cast<size_t>((ritz.values.array() > lost).count());
+        terms = ends && terms == 0 ? sound : std::min(terms, sound);
         if (ends || terms > 0) break;
       }
       beta.push_back(invariant ? 0 : length);
