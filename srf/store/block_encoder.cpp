@@ -7,13 +7,10 @@
 #include "srf/store/block_kernels.h"
 #include "surfel/error.h"
 
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -25,18 +22,18 @@ namespace {
 using Eigen::MatrixXf;
 using Eigen::VectorXd;
 
-// Terms that hold this little of the bound together are not looked at.
-constexpr double kNegligible = 0.25;
-// Of what a block holds: above this bound single precision is enough. The products of a block with itself then
+// Of what a block holds: above this bound single precision is enough. The scalar products of its columns then
 // have errors of some 1e-7 of what it holds, and a term that matters has a hundredth of the bound.
 constexpr double kSinglePrecision = 2e-5;
+// Of the bound: what the terms that are not looked at may hold together, at first.
+constexpr double kLookedAt = 0.5;
 
 // X, and what its errors are measured by.
-struct Block192 {
+struct MeasuredBlock {
   PaddedRows<float> x;
   double white = 1;
   BlockWeights weights;
-  double squaredBound = 0, squared = 0; // of V X W
+  double squared = 0, squaredBound = 0; // of V X W, and of its error
   const BlockKernels& kernels;
 };
 
@@ -123,8 +120,8 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, co
         to[l] = double{static_cast<float>(levelInImageSteps(term.peak, term.bits) * term.lightLevels[l])};
   }
   PaddedRows<double> sums(3, lights), clippedSums(1, lights);
-  kernels.errors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white, sums.row(0),
-                  clipped ? clippedSums.row(0) : nullptr});
+  kernels.errors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white,
+                  sums.row(0), clipped ? clippedSums.row(0) : nullptr});
   const auto columns = static_cast<Eigen::Index>(lights);
   BlockSquares squares{Eigen::Matrix3Xd(3, columns), static_cast<Eigen::Index>(x.rows() / 3)};
   for (int c = 0; c < 3; ++c)
@@ -133,7 +130,7 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, co
   return squares;
 }
 
-StoredErrors errorsOf(const Block192& block, const StoredTerms& stored) {
+StoredErrors errorsOf(const MeasuredBlock& block, const StoredTerms& stored) {
   StoredErrors errors;
   const BlockSquares squares = squaresOf(block.x, stored, block.kernels, block.white, &errors.clipped);
   errors.squared = squares.sums.sum();
@@ -146,21 +143,34 @@ struct Encoding {
   StoredErrors errors;
 };
 
-// Empty where no choice with coefficients of this type keeps the bound.
+// Whether a term weaker than all of these, at 4 bits, might save as much per byte as the last of the
+// upgrades: then it should have been among them.
 template <class Real>
-std::optional<Encoding> cheapest(const Block192& block, const WeightedBlock<Real>& weighted,
-                                 const BlockFactors<Real>& factors, BlockFit<Real>& fit,
-                                 CoefficientType type, bool wary) {
+bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgrades, CoefficientType type) {
+  const size_t most = std::min(factors.images.rows(), factors.lights.rows());
+  if (upgrades.empty() || factors.energies.size() == most) return false;
+  const size_t bytes =
+      levelBytes(factors.images.rows(), 4) + coefficientBytes(factors.lights.rows(), 4, type);
+  return factors.energies.back() > upgrades.back().savedPerByte * static_cast<double>(bytes);
+}
+
+// Empty where no choice of these terms, with coefficients of this type, keeps the bound, or where `wary` and
+// more terms might be better.
+template <class Real>
+std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock<Real>& weighted,
+                                 const BlockFactors<Real>& factors, CoefficientType type, bool wary) {
+  BlockFit<Real> fit(weighted, factors, block.kernels);
   const std::vector<Upgrade> all = upgradesOf(factors, fit, type);
-  const auto solved = [&](size_t count) { return fit.solved(chosen(std::span(all).first(count)), type); };
-  const auto keepsBound = [&](const typename BlockFit<Real>::Solution& solution) { // NaN does not
-    return solution.squaredError <= static_cast<double>(weighted.squaredBound);
-  };
+  const auto first = [&](size_t count) { return std::span(all).first(count); };
+  const auto solved = [&](size_t count) { return fit.solved(chosen(first(count)), type); };
+  const auto bound = static_cast<double>(weighted.squaredBound);
+  const auto keepsBound = [&](const auto& solution) {
+    return solution.squaredError <= bound;
+  }; // NaN does not
 
   size_t count = 0;
-  for (double left = factors.energy; left > static_cast<double>(weighted.squaredBound) && count < all.size();
-       ++count)
-    left -= all[count].saved;
+  for (double left = factors.energy; left > bound && count < all.size(); ++count) left -= all[count].saved;
+
   // From the predicted choice up until the actual error is small enough, then down while it still is.
   auto solution = solved(count);
   for (size_t step = 1; !keepsBound(solution); step *= 2) {
@@ -173,26 +183,22 @@ std::optional<Encoding> cheapest(const Block192& block, const WeightedBlock<Real
     if (!keepsBound(cheaper)) break;
     solution = std::move(cheaper);
   }
-  if (wary && count > 0) {
-    const size_t bytes =
-        levelBytes(factors.images.rows(), 4) + coefficientBytes(factors.lights.rows(), 4, type);
-    if (factors.energies.back() > all[count - 1].savedPerByte * static_cast<double>(bytes)) return std::nullopt;
-  }
+  if (wary && wantsMore(factors, first(count), type)) return std::nullopt;
   // Up again where rounding in the normal equations hid that it is not.
   for (;; solution = solved(++count)) {
-    fit.addLevels(chosen(std::span(all).first(count)), solution.stored);
-    Encoding encoding{std::move(solution.stored), {}};
-    encoding.errors = errorsOf(block, encoding.stored);
-    if (encoding.errors.weighted <= block.squaredBound) return encoding;
+    fit.addLevels(chosen(first(count)), solution.stored);
+    const StoredErrors errors = errorsOf(block, solution.stored);
+    if (errors.weighted <= block.squaredBound) return Encoding{std::move(solution.stored), errors};
     if (count == all.size()) return std::nullopt;
   }
 }
 
-template <class Real> WeightedBlock<Real> weightedOf(const Block192& block) {
+template <class Real> WeightedBlock<Real> weightedOf(const MeasuredBlock& block) {
   const PaddedRows<float>& x = block.x;
   WeightedBlock<Real> weighted{PaddedRows<Real>(x.rows(), x.columns()), {}, {}, 0};
   const double scale = 1 / std::sqrt(block.squared);
-  for (const double weight : block.weights.lights) weighted.lights.push_back(static_cast<Real>(weight * scale));
+  for (const double weight : block.weights.lights)
+    weighted.lights.push_back(static_cast<Real>(weight * scale));
   for (size_t i = 0; i < x.rows(); ++i)
     weighted.rows.push_back(static_cast<Real>(block.weights.channels[static_cast<Eigen::Index>(i % 3)]));
   for (size_t i = 0; i < x.rows(); ++i) {
@@ -207,85 +213,29 @@ template <class Real> WeightedBlock<Real> weightedOf(const Block192& block) {
 }
 
 template <class Real>
-std::optional<Encoding> encodedAs(const Block192& block, CoefficientType type, double negligible) {
+std::optional<Encoding> encodedAs(const MeasuredBlock& block, CoefficientType type, double lookedAt) {
   const WeightedBlock<Real> weighted = weightedOf<Real>(block);
-  const BlockFactors<Real> factors =
-      factorised(weighted, static_cast<Real>(negligible) * weighted.squaredBound, block.kernels);
-  BlockFit<Real> fit(weighted, factors, block.kernels);
-  return cheapest(block, weighted, factors, fit, type, negligible == 0.5);
+  const Real left = static_cast<Real>(lookedAt) * weighted.squaredBound;
+  return cheapest(block, weighted, factorised(weighted, left, block.kernels), type, lookedAt > 0);
 }
 
-// Whether single precision has room for the numbers of a block, their squares and what one is of another.
-bool fitsSingle(const Block192& block) {
+// Whether the bound lets single precision do, and the weights leave room for squares and ratios in it.
+bool fitsSingle(const MeasuredBlock& block) {
   const double scale = 1 / std::sqrt(block.squared);
   return block.squaredBound > kSinglePrecision * block.squared &&
          block.weights.lights.maxCoeff() * scale < 1e15 && block.weights.lights.minCoeff() * scale > 1e-15;
 }
 
-Encoding encoded(const Block192& block) {
+Encoding encoded(const MeasuredBlock& block) {
   if (block.squared <= block.squaredBound) return {{}, errorsOf(block, {})};
   const bool single = fitsSingle(block);
   for (const CoefficientType type : {CoefficientType::half, CoefficientType::single}) {
-    for (const double negligible : {0.5, kNegligible})
-      if (single)
-        if (auto encoding = encodedAs<float>(block, type, negligible)) return *std::move(encoding);
-    for (const double negligible : {kNegligible, 0.})
-      if (auto encoding = encodedAs<double>(block, type, negligible)) return *std::move(encoding);
+    if (single)
+      for (const double lookedAt : {kLookedAt, 0.})
+        if (auto encoding = encodedAs<float>(block, type, lookedAt)) return *std::move(encoding);
+    if (auto encoding = encodedAs<double>(block, type, 0)) return *std::move(encoding);
   }
   throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
-}
-
-// Into memory that has room for them.
-class RecordWriter {
-public:
-  explicit RecordWriter(std::byte* to) : to_(to) {}
-
-  template <class T> void put(T value) {
-    std::memcpy(to_, &value, sizeof value);
-    to_ += sizeof value;
-  }
-  void putLevels(std::span<const float> levels, int bits) {
-    if (bits == 16)
-      for (const float level : levels) put(static_cast<int16_t>(level));
-    else if (bits == 8)
-      for (const float level : levels) put(static_cast<int8_t>(level));
-    else
-      for (size_t i = 0; i < levels.size(); i += 2) {
-        const int low = static_cast<int>(levels[i]);
-        const int high = i + 1 < levels.size() ? static_cast<int>(levels[i + 1]) : 0;
-        put(static_cast<uint8_t>((low & 15) | (high & 15) << 4));
-      }
-  }
-
-private:
-  std::byte* to_;
-};
-
-std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored) {
-  const bool half = stored.type == CoefficientType::half, partial = present != allPresent;
-  size_t bytes = 4 + (partial ? sizeof present : 0);
-  for (const StoredTerm& term : stored.terms)
-    bytes += coefficientBytes(lights, term.bits, stored.type) + levelBytes(term.levels.size(), term.bits);
-
-  std::vector<std::byte> record(bytes);
-  RecordWriter writer(record.data());
-  writer.put(static_cast<uint8_t>((half ? 0 : floatCoefficients) | (partial ? partialBlock : 0)));
-  for (const int bits : precisions)
-    writer.put(static_cast<uint8_t>(std::ranges::count(stored.terms, bits, &StoredTerm::bits)));
-  if (partial) writer.put(present);
-  for (const StoredTerm& term : stored.terms) {
-    if (term.bits < 16) {
-      writer.put(term.peak);
-      writer.putLevels(term.lightLevels, term.bits);
-    }
-    for (const float a : term.coefficients)
-      if (half)
-        writer.put(imath_float_to_half(a));
-      else
-        writer.put(a);
-    writer.putLevels(term.levels, term.bits);
-  }
-  return record;
 }
 
 PaddedRows<float> byRows(const MatrixXf& m) {
@@ -307,7 +257,7 @@ PaddedRows<float> byRows(const MatrixXf& m) {
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white,
                          Simd simd) {
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
-  Block192 block{byRows(radiance), white, {}, 0, 0, blockKernels(simd)};
+  MeasuredBlock block{byRows(radiance), white, {}, 0, 0, blockKernels(simd)};
   const BlockSquares squares = squaresOf(block.x, {}, block.kernels);
   block.weights = blockWeights(squares, white);
   block.squared = weightedSquares(squares, block.weights);
@@ -315,8 +265,8 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
   block.squaredBound = bound * bound;
 
   const Encoding encoding = encoded(block);
-  return {recordOf(present, block.x.columns(), encoding.stored), static_cast<int>(encoding.stored.terms.size()),
-          encoding.errors.squared, encoding.errors.clipped};
+  return {recordOf(present, block.x.columns(), encoding.stored),
+          static_cast<int>(encoding.stored.terms.size()), encoding.errors.squared, encoding.errors.clipped};
 }
 
 } // namespace surflect

@@ -3,6 +3,8 @@
 #include "srf/store/block_kernels.h"
 #include "srf/store/block_spectrum.h"
 
+#include <Eigen/Core>
+
 #include <cmath>
 
 namespace surflect {
@@ -24,6 +26,15 @@ template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m, const B
   for (size_t i = 0; i < gram.rows(); ++i)
     for (size_t j = 0; j < i; ++j) gram.row(i)[j] = gram.row(j)[i];
   return gram;
+}
+
+template <class Real> double squaredNorm(const PaddedRows<Real>& m) {
+  double sum = 0;
+  for (size_t i = 0; i < m.rows(); ++i) {
+    const Eigen::Map<const Eigen::VectorX<Real>> row(m.row(i), static_cast<Eigen::Index>(m.columns()));
+    sum += static_cast<double>(row.squaredNorm());
+  }
+  return sum;
 }
 
 // M v of unit length for each column v, and what the length was, squared.
@@ -50,14 +61,13 @@ BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const
   const PaddedRows<Real>& x = block.values;
   const bool overLights = x.columns() <= x.rows();
   const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
-  const PaddedRows<Real>&narrow = overLights ? x : turned; // columns are the shorter side
+  const PaddedRows<Real>& narrow = overLights ? x : turned; // columns are the shorter side
   const PaddedRows<Real> gram = gramOf(narrow, kernels);
   Spectrum<Real> spectrum = strongestVectors(gram, left);
 
   std::vector<double> energies;
   PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies, kernels);
-  double energy = 0;
-  for (size_t i = 0; i < gram.rows(); ++i) energy += static_cast<double>(gram.row(i)[i]);
+  const double energy = squaredNorm(x);
   if (overLights) return {std::move(along), std::move(spectrum.vectors), std::move(energies), energy};
   return {std::move(spectrum.vectors), std::move(along), std::move(energies), energy};
 }

@@ -76,18 +76,20 @@ BlockFit<Real>::BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Re
     : block_(block), factors_(factors), kernels_(kernels),
       stored_(precisions.size() * factors.energies.size(), block.values.rows()),
       products_(stored_.rows(), block.values.columns()), gram_(stored_.rows(), stored_.rows()) {
-  images_ = rounded(factors.images, block.rows);
-  lights_ = rounded(factors.lights, block.lights);
+  images_ = rounded(factors.images, block.rows, roundings);
+  lights_ = rounded(factors.lights, block.lights, precisions.size());
   std::ranges::fill(lights_[at(16)].squaredErrors, Real{0});
 }
 
 template <class Real>
 typename BlockFit<Real>::AtPrecisions BlockFit<Real>::rounded(const PaddedRows<Real>& values,
-                                                              const std::vector<Real>& weights) const {
+                                                              const std::vector<Real>& weights,
+                                                              size_t clippings) const {
   const size_t terms = values.stride();
   std::vector<Real> inverse(weights.size()), errors(roundings * terms);
   for (size_t i = 0; i < weights.size(); ++i) inverse[i] = 1 / weights[i];
-  Rounding<Real> job{values.row(0), values.rows(), terms, weights.data(), inverse.data(), {}, {}, errors.data()};
+  Rounding<Real> job{values.row(0), values.rows(), terms, weights.data(), inverse.data(), {}, {},
+                     errors.data()};
   for (size_t r = 0; r < roundings; ++r) {
     job.last[r] = static_cast<Real>(levelsOf(precisions[kClippings[r].precision]));
     job.clip[r] = static_cast<Real>(kClippings[r].clip);
@@ -95,7 +97,7 @@ typename BlockFit<Real>::AtPrecisions BlockFit<Real>::rounded(const PaddedRows<R
   kernels_.run(job);
 
   AtPrecisions best;
-  for (size_t r = 0; r < roundings; ++r) {
+  for (size_t r = 0; r < clippings; ++r) {
     Rounded& rounded = best[kClippings[r].precision];
     const Real* const of = errors.data() + r * terms;
     if (rounded.clips.empty()) {
@@ -113,8 +115,7 @@ typename BlockFit<Real>::AtPrecisions BlockFit<Real>::rounded(const PaddedRows<R
 
 template <class Real> std::vector<Real> BlockFit<Real>::levelsOfImage(const ChosenTerm& term) const {
   std::vector<Real> values(block_.values.rows());
-  for (size_t i = 0; i < values.size(); ++i)
-    values[i] = factors_.images.row(i)[term.term] / block_.rows[i];
+  for (size_t i = 0; i < values.size(); ++i) values[i] = factors_.images.row(i)[term.term] / block_.rows[i];
   toLevels(values.data(), values.size(), term.bits, images_[at(term.bits)].clips[term.term], values.data());
   return values;
 }
@@ -176,8 +177,7 @@ typename BlockFit<Real>::Solution BlockFit<Real>::solved(const std::vector<Chose
       }
       continue;
     }
-    const Real clip = lights_[at(stored.bits)].clips[terms[k].term];
-    stored.peak = static_cast<float>(toLevels(row.data(), lights, stored.bits, clip, row.data()));
+    stored.peak = static_cast<float>(toLevels(row.data(), lights, stored.bits, Real{1}, row.data()));
     stored.lightLevels.assign(row.begin(), row.end());
     const Real step = static_cast<Real>(stored.peak) / static_cast<Real>(levelsOf(stored.bits));
     for (size_t l = 0; l < lights; ++l) weighted[l] = row[l] * step * block_.lights[l];

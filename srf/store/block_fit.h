@@ -1,8 +1,8 @@
 // The terms of a block rounded to what a record can hold, and how well they then fit.
 //
 // Coefficients are solved for once more, now that the eigenimages are what will be stored, through the normal
-// equations of the stored images: these, and their products with the block, are kept from choice to choice, so
-// that a choice of K terms costs K^2 multiplications for each light and none for a texel.
+// equations of the stored images: these, and their products with the block, are kept from choice to choice,
+// so that a choice of K terms costs K^2 multiplications for each light and none for a texel.
 #pragma once
 
 #include "srf/store/block_factors.h"
@@ -13,20 +13,6 @@
 #include <array>
 
 namespace surflect {
-
-// A term as a record has it.
-struct StoredTerm {
-  int bits = 0;
-  std::vector<float> levels;       // [texels x channels]
-  std::vector<float> coefficients; // [lights]; at 16 bits
-  std::vector<float> lightLevels;  // [lights]; below 16 bits
-  float peak = 0;                  // the coefficient of the last level; below 16 bits
-};
-
-struct StoredTerms {
-  CoefficientType type = CoefficientType::half;
-  std::vector<StoredTerm> terms; // bits falling
-};
 
 struct ChosenTerm {
   size_t term = 0;
@@ -56,7 +42,8 @@ private:
   };
   static size_t at(int bits) { return bits == 16 ? 0 : bits == 8 ? 1 : 2; }
   using AtPrecisions = std::array<Rounded, precisions.size()>;
-  AtPrecisions rounded(const PaddedRows<Real>& values, const std::vector<Real>& weights) const;
+  AtPrecisions rounded(const PaddedRows<Real>& values, const std::vector<Real>& weights,
+                       size_t clippings) const;
   // Places of the images at these precisions, made where there were none.
   std::vector<size_t> placed(const std::vector<ChosenTerm>& terms);
   std::vector<Real> levelsOfImage(const ChosenTerm& term) const;

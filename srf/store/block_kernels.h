@@ -22,9 +22,9 @@ template <class Real> struct MatrixProduct {
   bool upper;
 };
 
-// What rounding to levels -last .. last leaves of the columns of a matrix, of which row i is stored divided by
-// weights[i]: the squared error of a column whose largest stored value is put on last / clip, and larger levels
-// on last. Of several pairs of last and clip at once.
+// What rounding to levels -last .. last leaves of the columns of a matrix, of which row i is stored divided
+// by weights[i]: the squared error of a column whose largest stored value is put on last / clip, and larger
+// levels on last. Of several pairs of last and clip at once.
 inline constexpr size_t roundings = 7;
 template <class Real> struct Rounding {
   const Real* values;
@@ -35,8 +35,8 @@ template <class Real> struct Rounding {
   Real* squaredErrors; // [roundings][columns]
 };
 
-// |X - levels P|^2 for each channel and light, over texels; and, where it is wanted, for each light over texels
-// and channels that of X and levels P clipped to [0, white].
+// |X - levels P|^2 for each channel and light, over texels; and, where it is wanted, for each light over
+// texels and channels that of X and levels P clipped to [0, white].
 struct BlockErrors {
   const float* x; // [texels][3 channels][lights]
   size_t texels, lights;

@@ -9,21 +9,11 @@ namespace surflect {
 namespace {
 
 template <class Real, size_t bytes> struct VectorOf;
-template <> struct VectorOf<float, 8> {
-  typedef float Type __attribute__((vector_size(8)));
-};
-template <> struct VectorOf<float, 16> {
-  typedef float Type __attribute__((vector_size(16)));
-};
-template <> struct VectorOf<float, 32> {
-  typedef float Type __attribute__((vector_size(32)));
-};
-template <> struct VectorOf<double, 16> {
-  typedef double Type __attribute__((vector_size(16)));
-};
-template <> struct VectorOf<double, 32> {
-  typedef double Type __attribute__((vector_size(32)));
-};
+template <> struct VectorOf<float, 8> { typedef float Type __attribute__((vector_size(8))); };
+template <> struct VectorOf<float, 16> { typedef float Type __attribute__((vector_size(16))); };
+template <> struct VectorOf<float, 32> { typedef float Type __attribute__((vector_size(32))); };
+template <> struct VectorOf<double, 16> { typedef double Type __attribute__((vector_size(16))); };
+template <> struct VectorOf<double, 32> { typedef double Type __attribute__((vector_size(32))); };
 template <class Real, size_t bytes> using Vector = typename VectorOf<Real, bytes>::Type;
 
 template <class V, class Real> inline V loaded(const Real* from) {
@@ -31,18 +21,23 @@ template <class V, class Real> inline V loaded(const Real* from) {
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-template <class V, class Real> inline void stored(Real* to, const V& v) { __builtin_memcpy(to, &v, sizeof v); }
+template <class V, class Real> inline void stored(Real* to, const V& v) {
+  __builtin_memcpy(to, &v, sizeof v);
+}
 template <class V> inline V larger(const V& a, const V& b) { return a > b ? a : b; }
 template <class V> inline V smaller(const V& a, const V& b) { return a < b ? a : b; }
 
-// Rows i .. and vectors of columns from j of C, kept in registers while the inner sum runs.
+constexpr size_t kChunk = 32; // summands; sums of sums lose less in rounding
+
+// Rows i .. and vectors of columns from j of C, kept in registers while a chunk of the inner sum runs.
 template <class V, int rows, int vectors, class Real>
-inline void tile(const MatrixProduct<Real>& p, size_t i, size_t j) {
+inline void tile(const MatrixProduct<Real>& p, size_t i, size_t j, size_t first) {
   constexpr size_t width = sizeof(V) / sizeof(Real);
+  const size_t end = p.inner - first < kChunk ? p.inner : first + kChunk;
   V sums[rows][vectors] = {};
-  const Real* a = p.a + i * p.aRow;
-  const Real* b = p.b + j;
-  for (size_t k = 0; k < p.inner; ++k, a += p.aColumn, b += p.bRow) {
+  const Real* a = p.a + i * p.aRow + first * p.aColumn;
+  const Real* b = p.b + j + first * p.bRow;
+  for (size_t k = first; k < end; ++k, a += p.aColumn, b += p.bRow) {
     V of[vectors];
 #pragma GCC unroll 8
     for (int v = 0; v < vectors; ++v) of[v] = loaded<V>(b + v * width);
@@ -56,16 +51,21 @@ inline void tile(const MatrixProduct<Real>& p, size_t i, size_t j) {
 #pragma GCC unroll 8
   for (int r = 0; r < rows; ++r)
 #pragma GCC unroll 8
-    for (int v = 0; v < vectors; ++v) stored(p.c + (i + r) * p.cRow + j + v * width, sums[r][v]);
+    for (int v = 0; v < vectors; ++v) {
+      Real* const c = p.c + (i + r) * p.cRow + j + v * width;
+      stored(c, first == 0 ? sums[r][v] : loaded<V>(c) + sums[r][v]);
+    }
 }
 
 // All columns of some rows.
 template <class V, int rows, int vectors, class Real>
 inline void tiles(const MatrixProduct<Real>& p, size_t i) {
   constexpr size_t width = sizeof(V) / sizeof(Real);
-  size_t j = p.upper ? i / 8 * 8 : 0;
-  for (; j + vectors * width <= p.columns; j += vectors * width) tile<V, rows, vectors>(p, i, j);
-  for (; j < p.columns; j += width) tile<V, rows, 1>(p, i, j);
+  for (size_t first = 0; first < p.inner; first += kChunk) {
+    size_t j = p.upper ? i / 8 * 8 : 0;
+    for (; j + vectors * width <= p.columns; j += vectors * width) tile<V, rows, vectors>(p, i, j, first);
+    for (; j < p.columns; j += width) tile<V, rows, 1>(p, i, j, first);
+  }
 }
 
 template <class Real, size_t bytes> void product(const MatrixProduct<Real>& p) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace surflect {
 
@@ -31,5 +32,21 @@ constexpr size_t coefficientBytes(size_t lights, int bits, CoefficientType type)
   if (bits == 16) return lights * (type == CoefficientType::half ? 2 : 4);
   return sizeof(float) + levelBytes(lights, bits);
 }
+
+// A term as a record has it.
+struct StoredTerm {
+  int bits = 0;
+  std::vector<float> levels;       // [texels x channels]
+  std::vector<float> coefficients; // [lights]; at 16 bits
+  std::vector<float> lightLevels;  // [lights]; below 16 bits
+  float peak = 0;                  // the coefficient of the last level; below 16 bits
+};
+
+struct StoredTerms {
+  CoefficientType type = CoefficientType::half;
+  std::vector<StoredTerm> terms; // bits falling
+};
+
+std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored);
 
 } // namespace surflect

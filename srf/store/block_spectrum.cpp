@@ -1,4 +1,5 @@
-// Symbols: G the Gram matrix, n x n; Q the Lanczos vectors, orthonormal; T = Q' G Q, tridiagonal: alpha, beta.
+// Symbols: G the Gram matrix, n x n; Q the Lanczos vectors, orthonormal; T = Q' G Q, tridiagonal: alpha,
+// beta.
 #include "srf/store/block_spectrum.h"
 
 #include <Eigen/Eigenvalues>
@@ -11,9 +12,10 @@ namespace surflect {
 
 namespace {
 
-constexpr double kMissed = 0.01; // of what is tolerated, by vectors that are not quite eigenvectors
-constexpr Eigen::Index kSpare = 2;
-constexpr size_t kFirst = 12, kMore = 6; // vectors before the first look at them, and from look to look
+constexpr double kMissed = 0.01;    // of what is tolerated, by vectors that are not quite eigenvectors
+constexpr Eigen::Index kSpare = 2;  // vectors, and a quarter of those needed
+constexpr Eigen::Index kFirst = 12; // Lanczos vectors before the first look at what they make
+constexpr Eigen::Index kMore = 6;   // and from look to look
 
 // Directions that no block has reason to be orthogonal to.
 template <class Real> Eigen::VectorX<Real> anyDirection(Eigen::Index size, uint32_t& state) {
@@ -36,21 +38,21 @@ Ritz ritzOf(const std::vector<double>& alpha, const std::vector<double>& beta) {
   return {solver.eigenvalues().reverse(), solver.eigenvectors().rowwise().reverse()};
 }
 
-// How many vectors leave at most `tolerated`; none where more are needed than there are, or where some of
-// these miss too much: |G v - theta v| = beta |last of s| for v = Q s, and of theta that squared over theta.
+// How many vectors leave at most `tolerated`, and some to spare; none where that takes more than half of what
+// there is, or where vectors miss too much. What a vector v = Q s with value theta misses is at most |G v -
+// theta v|^2 / (theta - the strongest left out), and |G v - theta v| = beta |last of s|.
 size_t enough(const Ritz& ritz, double trace, double beta, double tolerated) {
   const Eigen::Index size = ritz.values.size();
   Eigen::Index terms = 0;
   for (double left = trace; left > tolerated; ++terms) {
-    if (terms == size) return 0;
+    if (terms == size / 2) return 0;
     left -= ritz.values[terms];
   }
-  const Eigen::Index all = std::min(terms + terms / 4 + kSpare, size);
-  const double next = all < size ? ritz.values[all] : 0;
+  const Eigen::Index all = std::min(terms + terms / 4 + kSpare, size - 1);
   double missed = 0;
   for (Eigen::Index k = 0; k < terms; ++k) {
-    const double residual = beta * ritz.vectors(ritz.vectors.rows() - 1, k);
-    missed += residual * residual / (ritz.values[k] - next);
+    const double residual = beta * ritz.vectors(size - 1, k);
+    missed += residual * residual / (ritz.values[k] - ritz.values[all]);
   }
   return missed <= kMissed * tolerated ? static_cast<size_t>(all) : 0;
 }
@@ -66,35 +68,37 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
   const double trace = g.diagonal().template cast<double>().sum();
   const double lost = trace * std::numeric_limits<Real>::epsilon(); // in rounding
 
-  Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> q(n, n);
+  Eigen::MatrixX<Real> q(n, n);
+  const auto orthogonal = [&](Vector v, Eigen::Index size) {
+    const auto before = q.leftCols(size);
+    for (int pass = 0; pass < 2; ++pass)
+      v -= before * (before.transpose() * v); // twice is enough [Parlett 1980]
+    return v;
+  };
   std::vector<double> alpha, beta;
   uint32_t state = 1;
   Vector next = g * anyDirection<Real>(n, state);
   Ritz ritz;
   size_t terms = 0;
-  for (double left = trace;;) {
-    const auto size = static_cast<Eigen::Index>(alpha.size());
-    const auto before = q.leftCols(size);
-    // Twice is enough [Parlett 1980].
-    for (int pass = 0; pass < 2; ++pass) next -= before * (before.transpose() * next);
-    double length = next.norm();
-    const bool invariant = !(length > lost); // what is left is elsewhere
-    if (invariant) {
-      next = anyDirection<Real>(n, state);
-      for (int pass = 0; pass < 2; ++pass) next -= before * (before.transpose() * next);
+  double left = trace;
+  for (Eigen::Index size = 0;; ++size) {
+    next = orthogonal(std::move(next), size);
+    double length = static_cast<double>(next.norm());
+    if (!(length > lost)) { // these are all that the first one leads to
+      length = 0;
+      next = orthogonal(anyDirection<Real>(n, state), size);
     }
-    if (size > 0) {
-      const bool looks = alpha.size() >= kFirst && (alpha.size() - kFirst) % kMore == 0;
-      const bool ends = size == n || left <= lost;
-      if (ends || (looks && left <= tolerated)) {
-        ritz = ritzOf(alpha, beta);
-        terms = enough(ritz, trace, ends || invariant ? 0 : length, tolerated);
-        const auto sound = static_cast<size_t>((ritz.values.array() > lost).count());
-        terms = ends && terms == 0 ? sound : std::min(terms, sound);
-        if (ends || terms > 0) break;
-      }
-      beta.push_back(invariant ? 0 : length);
+    if (size == n || (size > 0 && left <= lost)) {
+      ritz = ritzOf(alpha, beta);
+      terms = static_cast<size_t>((ritz.values.array() > lost).count());
+      break;
     }
+    if (size >= kFirst && (size - kFirst) % kMore == 0 && left <= tolerated) {
+      ritz = ritzOf(alpha, beta);
+      terms = enough(ritz, trace, length, tolerated);
+      if (terms > 0) break;
+    }
+    if (size > 0) beta.push_back(length);
     q.col(size) = next.normalized();
     next = g * q.col(size);
     alpha.push_back(static_cast<double>(q.col(size).dot(next)));

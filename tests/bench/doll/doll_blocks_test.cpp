@@ -94,6 +94,22 @@ TEST(DollBlocks, RanksArePlausible) {
   EXPECT_LT(bytes / (60 * blockTexels), 0.6); // a pixel and light
 }
 
+// What bench_blocks measures: few terms, and an error little above the least that so many can have.
+TEST(DollBlocks, ErrLittleMoreThanTheBestOfTheirRank) {
+  const auto lights = lightsAround(60);
+  double ours = 0, best = 0;
+  const auto normals = spiral(12);
+  for (size_t i = 0; i < normals.size(); ++i) {
+    const Eigen::MatrixXf x = dollPatch(normals[i], lights, i);
+    const EncodedBlock encoded = encodeBlock(~uint64_t{0}, x, DollBlocks::kTolerance, DollBlocks::kWhite);
+    const Eigen::VectorXf values = Eigen::BDCSVD<Eigen::MatrixXf>(x).singularValues();
+    ours += encoded.squaredError;
+    best += values.tail(values.size() - encoded.rank).cast<double>().squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(ours / best), 1.5);
+  EXPECT_GE(ours, best);
+}
+
 TEST(DollBlocks, ShowTheSideThatIsLit) {
   const auto lights = lightsAround(30);
   const DollBlocks blocks(lights, 1);

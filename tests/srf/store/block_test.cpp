@@ -209,6 +209,25 @@ TEST(Block, CoefficientsBecomeFloatsWhereHalvesOverflow) {
   EXPECT_EQ(bytes(1e6f), bytes(1) + 28 * 2);
 }
 
+TEST(Block, EveryKindOfVectorInstructionsGivesTheSameRecord) {
+  for (const auto& [name, present, x] : cases())
+    for (const double tolerance : {0.3, 0.03, 1e-3, 0.})
+      for (const Simd simd : supportedSimd())
+        EXPECT_EQ(encodeBlock(present, x, tolerance, 1, simd).record,
+                  encodeBlock(present, x, tolerance, 1, Simd::scalar).record)
+            << name << ", " << nameOf(simd) << ", tolerance " << tolerance;
+}
+
+// A few large values of an image are worth less than finer steps for all others.
+TEST(Block, FourBitsAreNotSpreadOverOutliers) {
+  std::mt19937 generator(8);
+  MatrixXf image = random(192, 1, generator).cwiseAbs().cwiseMin(1.f).array() + 0.5f;
+  image(20) = 3; // were it on the last level, all others would err by more than a tenth
+  const MatrixXf x = image * random(1, 28, generator).array().sign().matrix();
+  EXPECT_EQ(encodeBlock(full, x, 0.1, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
+  EXPECT_EQ(encodeBlock(full, x, 0.09, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
+}
+
 // The clipped error is the one that a viewer sees: what lies above white or below black is not counted.
 TEST(Block, ClippedErrorIsThatOfClippedValues) {
   std::mt19937 generator(6);
