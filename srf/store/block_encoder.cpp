@@ -20,7 +20,6 @@ namespace surflect {
 namespace {
 
 using Eigen::MatrixXf;
-using Eigen::VectorXd;
 
 // Of what a block holds: above this bound single precision is enough. The scalar products of its columns then
 // have errors of some 1e-7 of what it holds, and a term that matters has a hundredth of the bound.
@@ -163,10 +162,10 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   const std::vector<Upgrade> all = upgradesOf(factors, fit, type);
   const auto first = [&](size_t count) { return std::span(all).first(count); };
   const auto solved = [&](size_t count) { return fit.solved(chosen(first(count)), type); };
-  const auto bound = static_cast<double>(weighted.squaredBound);
-  const auto keepsBound = [&](const auto& solution) {
+  const double bound = weighted.squaredBound;
+  const auto keepsBound = [&](const auto& solution) { // NaN does not
     return solution.squaredError <= bound;
-  }; // NaN does not
+  };
 
   size_t count = 0;
   for (double left = factors.energy; left > bound && count < all.size(); ++count) left -= all[count].saved;
@@ -208,22 +207,25 @@ template <class Real> WeightedBlock<Real> weightedOf(const MeasuredBlock& block)
     for (size_t l = 0; l < x.columns(); ++l)
       to[l] = static_cast<Real>(from[l]) * lights[l] * weighted.rows[i];
   }
-  weighted.squaredBound = static_cast<Real>(block.squaredBound / block.squared);
+  weighted.squaredBound = block.squaredBound / block.squared;
   return weighted;
 }
 
 template <class Real>
 std::optional<Encoding> encodedAs(const MeasuredBlock& block, CoefficientType type, double lookedAt) {
   const WeightedBlock<Real> weighted = weightedOf<Real>(block);
-  const Real left = static_cast<Real>(lookedAt) * weighted.squaredBound;
-  return cheapest(block, weighted, factorised(weighted, left, block.kernels), type, lookedAt > 0);
+  const BlockFactors<Real> factors =
+      factorised(weighted, static_cast<Real>(lookedAt * weighted.squaredBound), block.kernels);
+  return cheapest(block, weighted, factors, type, lookedAt > 0);
 }
 
 // Whether the bound lets single precision do, and the weights leave room for squares and ratios in it.
 bool fitsSingle(const MeasuredBlock& block) {
+  constexpr double kMost = 1e15;
   const double scale = 1 / std::sqrt(block.squared);
-  return block.squaredBound > kSinglePrecision * block.squared &&
-         block.weights.lights.maxCoeff() * scale < 1e15 && block.weights.lights.minCoeff() * scale > 1e-15;
+  return block.squaredBound > kSinglePrecision * block.squared && block.weights.channels.maxCoeff() < kMost &&
+         block.weights.lights.maxCoeff() * scale < kMost &&
+         block.weights.lights.minCoeff() * scale * kMost > 1;
 }
 
 Encoding encoded(const MeasuredBlock& block) {

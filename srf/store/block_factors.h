@@ -13,7 +13,7 @@ struct BlockKernels;
 template <class Real> struct WeightedBlock {
   PaddedRows<Real> values;        // [texels x channels][lights]
   std::vector<Real> rows, lights; // the diagonals of V and W
-  Real squaredBound = 0;          // of the error
+  double squaredBound = 0;        // of the error
 };
 
 // V X W ~ sum_k sigma_k e_k a_k', with e_k and a_k of length 1.

@@ -14,7 +14,8 @@ namespace surflect {
 
 namespace {
 
-// At 4 bits values beyond so much of the largest are worth losing for finer levels.
+// Of images at 4 bits, values beyond so much of the largest are worth losing for finer levels. Coefficients
+// are not clipped, whose largest are the highlights: the first of each precision is for them.
 struct Clipping {
   size_t precision; // of precisions
   double clip;

@@ -12,10 +12,10 @@ namespace surflect {
 
 namespace {
 
-constexpr double kMissed = 0.01;    // of what is tolerated, by vectors that are not quite eigenvectors
-constexpr Eigen::Index kSpare = 2;  // vectors, and a quarter of those needed
-constexpr Eigen::Index kFirst = 12; // Lanczos vectors before the first look at what they make
-constexpr Eigen::Index kMore = 6;   // and from look to look
+constexpr double kMissed = 0.01;   // of what is tolerated, by vectors that are not quite eigenvectors
+constexpr Eigen::Index kSpare = 2; // vectors, and a quarter of those needed
+// Lanczos vectors before the first look at what they make; from look to look half as many more.
+constexpr Eigen::Index kFirst = 12;
 
 // Directions that no block has reason to be orthogonal to.
 template <class Real> Eigen::VectorX<Real> anyDirection(Eigen::Index size, uint32_t& state) {
@@ -25,34 +25,34 @@ template <class Real> Eigen::VectorX<Real> anyDirection(Eigen::Index size, uint3
   });
 }
 
-struct Ritz {
-  Eigen::VectorXd values;  // falling
-  Eigen::MatrixXd vectors; // in the basis Q
+template <class Real> struct Ritz {
+  Eigen::VectorX<Real> values;  // falling
+  Eigen::MatrixX<Real> vectors; // in the basis Q
 };
 
-Ritz ritzOf(const std::vector<double>& alpha, const std::vector<double>& beta) {
+template <class Real> Ritz<Real> ritzOf(const std::vector<Real>& alpha, const std::vector<Real>& beta) {
   const auto size = static_cast<Eigen::Index>(alpha.size());
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(Eigen::Map<const Eigen::VectorXd>(alpha.data(), size),
-                                Eigen::Map<const Eigen::VectorXd>(beta.data(), size - 1));
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixX<Real>> solver;
+  solver.computeFromTridiagonal(Eigen::Map<const Eigen::VectorX<Real>>(alpha.data(), size),
+                                Eigen::Map<const Eigen::VectorX<Real>>(beta.data(), size - 1));
   return {solver.eigenvalues().reverse(), solver.eigenvectors().rowwise().reverse()};
 }
 
 // How many vectors leave at most `tolerated`, and some to spare; none where that takes more than half of what
 // there is, or where vectors miss too much. What a vector v = Q s with value theta misses is at most |G v -
 // theta v|^2 / (theta - the strongest left out), and |G v - theta v| = beta |last of s|.
-size_t enough(const Ritz& ritz, double trace, double beta, double tolerated) {
+template <class Real> size_t enough(const Ritz<Real>& ritz, double trace, Real beta, double tolerated) {
   const Eigen::Index size = ritz.values.size();
   Eigen::Index terms = 0;
   for (double left = trace; left > tolerated; ++terms) {
     if (terms == size / 2) return 0;
-    left -= ritz.values[terms];
+    left -= static_cast<double>(ritz.values[terms]);
   }
   const Eigen::Index all = std::min(terms + terms / 4 + kSpare, size - 1);
   double missed = 0;
   for (Eigen::Index k = 0; k < terms; ++k) {
-    const double residual = beta * ritz.vectors(size - 1, k);
-    missed += residual * residual / (ritz.values[k] - ritz.values[all]);
+    const Real residual = beta * ritz.vectors(size - 1, k);
+    missed += static_cast<double>(residual * residual / (ritz.values[k] - ritz.values[all]));
   }
   return missed <= kMissed * tolerated ? static_cast<size_t>(all) : 0;
 }
@@ -75,25 +75,27 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
       v -= before * (before.transpose() * v); // twice is enough [Parlett 1980]
     return v;
   };
-  std::vector<double> alpha, beta;
+  std::vector<Real> alpha, beta;
   uint32_t state = 1;
   Vector next = g * anyDirection<Real>(n, state);
-  Ritz ritz;
+  Ritz<Real> ritz;
   size_t terms = 0;
   double left = trace;
+  Eigen::Index look = kFirst;
   for (Eigen::Index size = 0;; ++size) {
     next = orthogonal(std::move(next), size);
-    double length = static_cast<double>(next.norm());
-    if (!(length > lost)) { // these are all that the first one leads to
+    Real length = next.norm();
+    if (!(static_cast<double>(length) > lost)) { // these are all that the first one leads to
       length = 0;
       next = orthogonal(anyDirection<Real>(n, state), size);
     }
     if (size == n || (size > 0 && left <= lost)) {
       ritz = ritzOf(alpha, beta);
-      terms = static_cast<size_t>((ritz.values.array() > lost).count());
+      terms = static_cast<size_t>((ritz.values.array() > static_cast<Real>(lost)).count());
       break;
     }
-    if (size >= kFirst && (size - kFirst) % kMore == 0 && left <= tolerated) {
+    if (size >= look && left <= tolerated) {
+      look = size + size / 2;
       ritz = ritzOf(alpha, beta);
       terms = enough(ritz, trace, length, tolerated);
       if (terms > 0) break;
@@ -101,8 +103,8 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
     if (size > 0) beta.push_back(length);
     q.col(size) = next.normalized();
     next = g * q.col(size);
-    alpha.push_back(static_cast<double>(q.col(size).dot(next)));
-    left -= alpha.back();
+    alpha.push_back(q.col(size).dot(next));
+    left -= static_cast<double>(alpha.back());
   }
 
   Spectrum<Real> spectrum{PaddedRows<Real>(gram.rows(), terms)};
@@ -110,7 +112,7 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
   Eigen::Map<RowMajor, 0, Eigen::OuterStride<>>(
       spectrum.vectors.row(0), n, used,
       Eigen::OuterStride<>(static_cast<Eigen::Index>(spectrum.vectors.stride()))) =
-      q.leftCols(ritz.vectors.rows()) * ritz.vectors.leftCols(used).template cast<Real>();
+      q.leftCols(ritz.vectors.rows()) * ritz.vectors.leftCols(used);
   return spectrum;
 }
 
