@@ -4,6 +4,7 @@
 #include "bench/doll/doll_blocks.h"
 #include "bench/doll/spiral.h"
 #include "srf/store/block.h"
+#include "srf/store/block_encoder.h"
 
 #include <Eigen/SVD>
 #include <fmt/core.h>
@@ -28,6 +29,7 @@ double processorMicroseconds() {
 struct Errors {
   double energy = 0, ours = 0, best = 0;
   int rank = 0;
+  size_t bytes = 0;
 };
 
 Errors errorsOf(const Eigen::MatrixXf& x) {
@@ -35,7 +37,7 @@ Errors errorsOf(const Eigen::MatrixXf& x) {
   const Eigen::BDCSVD<Eigen::MatrixXf> svd(x, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const auto left = svd.singularValues().tail(svd.singularValues().size() - encoded.rank);
   return {x.cast<double>().squaredNorm(), encoded.squaredError, left.cast<double>().squaredNorm(),
-          encoded.rank};
+          encoded.rank, encoded.record.size()};
 }
 
 int run() {
@@ -52,6 +54,7 @@ int run() {
   for (const Eigen::MatrixXf& x : blocks) {
     const Errors errors = errorsOf(x);
     sum.energy += errors.energy, sum.ours += errors.ours, sum.best += errors.best, sum.rank += errors.rank;
+    sum.bytes += errors.bytes;
   }
   const double lost = std::sqrt(sum.ours / sum.best);
   if (!(lost < 1.5)) {
@@ -79,9 +82,10 @@ int run() {
   std::ranges::sort(ours);
   std::ranges::sort(svd);
   const double mine = ours[kRounds / 2], theirs = svd[kRounds / 2];
-  fmt::print(
-      "{} blocks of rank {:.1f}; error {:.4f} of what they hold, {:.2f} times the best of their rank\n",
-      kBlocks, static_cast<double>(sum.rank) / kBlocks, std::sqrt(sum.ours / sum.energy), lost);
+  fmt::print("{} blocks of rank {:.1f}, {:.0f} bytes; error {:.4f} of what they hold, {:.2f} times the best "
+             "of their rank\n",
+             kBlocks, static_cast<double>(sum.rank) / kBlocks, static_cast<double>(sum.bytes) / kBlocks,
+             std::sqrt(sum.ours / sum.energy), lost);
   fmt::print(
       "compressed in {:.0f} us each, {:.0f} a second; decomposed by BDCSVD in {:.0f} us, {:.2f} times that\n",
       mine, 1e6 / mine, theirs, theirs / mine);

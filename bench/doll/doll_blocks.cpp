@@ -2,6 +2,7 @@
 
 #include "bench/doll/spiral.h"
 #include "srf/store/block.h"
+#include "srf/store/block_encoder.h"
 #include "srf/store/bytes.h"
 
 #include <tbb/parallel_for.h>

@@ -9,6 +9,8 @@
 #include "surfel/rgb.h"
 #include "surfel/simd.h"
 
+#include <Eigen/Core>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -1,5 +1,7 @@
 #include "srf/store/view_encoder.h"
 
+#include "srf/store/block_encoder.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 #include "srf/image/png.h"
 #include "srf/model/fade_file.h"
 #include "srf/model/manifest.h"
+#include "srf/store/block_encoder.h"
 #include "srf/store/view_encoder.h"
 #include "surfel/file.h"
 #include "surfel/ply.h"

@@ -2,6 +2,7 @@
 
 #include "bench/doll/spiral.h"
 #include "srf/store/block.h"
+#include "srf/store/block_encoder.h"
 
 #include <gtest/gtest.h>
 
@@ -91,6 +92,22 @@ TEST(DollBlocks, RanksArePlausible) {
   EXPECT_GT(ranks, 4);
   EXPECT_LT(ranks, 12);
   EXPECT_LT(bytes / (60 * blockTexels), 0.6); // a pixel and light
+}
+
+// What bench_blocks measures: few terms, and an error little above the least that so many can have.
+TEST(DollBlocks, ErrLittleMoreThanTheBestOfTheirRank) {
+  const auto lights = lightsAround(60);
+  double ours = 0, best = 0;
+  const auto normals = spiral(12);
+  for (size_t i = 0; i < normals.size(); ++i) {
+    const Eigen::MatrixXf x = dollPatch(normals[i], lights, i);
+    const EncodedBlock encoded = encodeBlock(~uint64_t{0}, x, DollBlocks::kTolerance, DollBlocks::kWhite);
+    const Eigen::VectorXf values = Eigen::BDCSVD<Eigen::MatrixXf>(x).singularValues();
+    ours += encoded.squaredError;
+    best += values.tail(values.size() - encoded.rank).cast<double>().squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(ours / best), 1.5);
+  EXPECT_GE(ours, best);
 }
 
 TEST(DollBlocks, ShowTheSideThatIsLit) {

@@ -1,5 +1,7 @@
 #include "srf/store/block.h"
 
+#include "srf/store/block_bound.h"
+#include "srf/store/block_encoder.h"
 #include "srf/store/bytes.h"
 #include "tests/srf/store/synthetic.h"
 
@@ -78,10 +80,11 @@ TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
     for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, 0.})
       for (const double white : {1e-6, 1.0, 1e4}) {
         const MatrixXd x = radiance.cast<double>();
-        const BlockWeights weights = blockWeights(x, white);
+        const BlockSquares squares = blockSquares(x);
+        const BlockWeights weights = blockWeights(squares, white);
         const EncodedBlock encoded = encodeBlock(present, radiance, tolerance, white);
         const MatrixXd error = decoded(encoded, present, x.cols()) - x;
-        const double bound = blockErrorBound(x, weights, tolerance, white);
+        const double bound = blockErrorBound(squares, weights, tolerance, white);
         EXPECT_LE(weighed(error, weights).norm(), bound * (1 + 1e-12))
             << name << ", tolerance " << tolerance << ", white " << white;
         EXPECT_NEAR(error.squaredNorm(), encoded.squaredError, 1e-9 * encoded.squaredError) << name;
@@ -114,7 +117,7 @@ TEST(Block, ADimLightKeepsItsDetailBesideAHighlight) {
         norm += x.col(l).cast<double>().squaredNorm();
       }
     // All of the bound spent on the dim lights, of about one weight.
-    const BlockWeights weights = blockWeights(x.cast<double>(), 1);
+    const BlockWeights weights = blockWeights(blockSquares(x.cast<double>()), 1);
     EXPECT_LE(std::sqrt(dim),
               0.02 * weighed(x.cast<double>(), weights).norm() / weights.lights[(trial + 1) % 12] * 1.1);
     EXPECT_LT(std::sqrt(dim / norm), 0.05); // unweighted, 0.02 would allow 0.6
@@ -140,7 +143,7 @@ TEST(Block, ADimChannelKeepsItsDetailBesideABrightOne) {
 
 TEST(Block, AGrayBlockWeighsItsChannelsAlike) {
   const MatrixXd gray = MatrixXd::Constant(192, 5, 0.3);
-  EXPECT_LT((blockWeights(gray, 1).channels - Eigen::Vector3d::Ones()).norm(), 1e-14);
+  EXPECT_LT((blockWeights(blockSquares(gray), 1).channels - Eigen::Vector3d::Ones()).norm(), 1e-14);
 }
 
 TEST(Block, AToleranceThatCannotBeReachedIsTakenAsOneThatCan) {
@@ -204,6 +207,25 @@ TEST(Block, CoefficientsBecomeFloatsWhereHalvesOverflow) {
   const MatrixXf x = random(192, 1, generator) * random(1, 28, generator);
   const auto bytes = [&](float scale) { return encodeBlock(full, scale * x, 1e-3, 1).record.size(); };
   EXPECT_EQ(bytes(1e6f), bytes(1) + 28 * 2);
+}
+
+TEST(Block, EveryKindOfVectorInstructionsGivesTheSameRecord) {
+  for (const auto& [name, present, x] : cases())
+    for (const double tolerance : {0.3, 0.03, 1e-3, 0.})
+      for (const Simd simd : supportedSimd())
+        EXPECT_EQ(encodeBlock(present, x, tolerance, 1, simd).record,
+                  encodeBlock(present, x, tolerance, 1, Simd::scalar).record)
+            << name << ", " << nameOf(simd) << ", tolerance " << tolerance;
+}
+
+// A few large values of an image are worth less than finer steps for all others.
+TEST(Block, FourBitsAreNotSpreadOverOutliers) {
+  std::mt19937 generator(8);
+  MatrixXf image = random(192, 1, generator).cwiseAbs().cwiseMin(1.f).array() + 0.5f;
+  image(20) = 3; // were it on the last level, all others would err by more than a tenth
+  const MatrixXf x = image * random(1, 28, generator).array().sign().matrix();
+  EXPECT_EQ(encodeBlock(full, x, 0.1, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
+  EXPECT_EQ(encodeBlock(full, x, 0.09, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
 }
 
 // The clipped error is the one that a viewer sees: what lies above white or below black is not counted.

@@ -1,0 +1,78 @@
+#include "srf/store/block_factors.h"
+
+#include "srf/store/block_kernels.h"
+#include "srf/store/block_spectrum.h"
+
+#include <Eigen/Core>
+
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+template <class Real> PaddedRows<Real> transposed(const PaddedRows<Real>& m) {
+  PaddedRows<Real> result(m.columns(), m.rows());
+  for (size_t i = 0; i < m.rows(); ++i)
+    for (size_t j = 0; j < m.columns(); ++j) result.row(j)[i] = m.row(i)[j];
+  return result;
+}
+
+// M' M
+template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m, const BlockKernels& kernels) {
+  PaddedRows<Real> gram(m.columns(), m.columns());
+  kernels.run(MatrixProduct<Real>{m.row(0), 1, m.stride(), m.row(0), m.stride(), gram.row(0), gram.stride(),
+                                  gram.rows(), m.rows(), gram.stride(), true});
+  for (size_t i = 0; i < gram.rows(); ++i)
+    for (size_t j = 0; j < i; ++j) gram.row(i)[j] = gram.row(j)[i];
+  return gram;
+}
+
+template <class Real> double squaredNorm(const PaddedRows<Real>& m) {
+  double sum = 0;
+  for (size_t i = 0; i < m.rows(); ++i) {
+    const Eigen::Map<const Eigen::VectorX<Real>> row(m.row(i), static_cast<Eigen::Index>(m.columns()));
+    sum += static_cast<double>(row.squaredNorm());
+  }
+  return sum;
+}
+
+// M v of unit length for each column v, and what the length was, squared.
+template <class Real>
+PaddedRows<Real> directions(const PaddedRows<Real>& m, const PaddedRows<Real>& vectors,
+                            std::vector<double>& squaredLengths, const BlockKernels& kernels) {
+  PaddedRows<Real> result(m.rows(), vectors.columns());
+  kernels.run(MatrixProduct<Real>{m.row(0), m.stride(), 1, vectors.row(0), vectors.stride(), result.row(0),
+                                  result.stride(), m.rows(), m.columns(), vectors.stride(), false});
+  std::vector<Real> squares(vectors.stride());
+  for (size_t i = 0; i < result.rows(); ++i)
+    for (size_t k = 0; k < result.stride(); ++k) squares[k] += result.row(i)[k] * result.row(i)[k];
+  squaredLengths.assign(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(vectors.columns()));
+  for (Real& square : squares) square = square > 0 ? 1 / std::sqrt(square) : 0;
+  for (size_t i = 0; i < result.rows(); ++i)
+    for (size_t k = 0; k < result.stride(); ++k) result.row(i)[k] *= squares[k];
+  return result;
+}
+
+} // namespace
+
+template <class Real>
+BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const BlockKernels& kernels) {
+  const PaddedRows<Real>& x = block.values;
+  const bool overLights = x.columns() <= x.rows();
+  const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
+  const PaddedRows<Real>& narrow = overLights ? x : turned; // columns are the shorter side
+  const PaddedRows<Real> gram = gramOf(narrow, kernels);
+  Spectrum<Real> spectrum = strongestVectors(gram, left);
+
+  std::vector<double> energies;
+  PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies, kernels);
+  const double energy = squaredNorm(x);
+  if (overLights) return {std::move(along), std::move(spectrum.vectors), std::move(energies), energy};
+  return {std::move(spectrum.vectors), std::move(along), std::move(energies), energy};
+}
+
+template BlockFactors<float> factorised(const WeightedBlock<float>&, float, const BlockKernels&);
+template BlockFactors<double> factorised(const WeightedBlock<double>&, double, const BlockKernels&);
+
+} // namespace surflect

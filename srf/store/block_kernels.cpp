@@ -1,0 +1,19 @@
+#include "srf/store/block_kernels.h"
+
+#include "srf/store/block_kernels_loops.h"
+
+#include "surfel/simd.h"
+
+namespace surflect {
+
+extern const BlockKernels avx2BlockKernels;
+
+const BlockKernels& blockKernels([[maybe_unused]] Simd simd) {
+#ifdef __x86_64__
+  if (simd >= Simd::avx2) return avx2BlockKernels;
+#endif
+  static constexpr BlockKernels plain = kernelsOf<16>();
+  return plain;
+}
+
+} // namespace surflect

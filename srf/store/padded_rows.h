@@ -1,0 +1,32 @@
+// A matrix row by row, as block_kernels.h wants it.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <span>
+
+namespace surflect {
+
+template <class Real> class PaddedRows {
+public:
+  // Values are to be written yet; those that pad are zero.
+  PaddedRows(size_t rows, size_t columns)
+      : rows_(rows), columns_(columns), stride_((columns + 7) / 8 * 8),
+        values_(std::make_unique_for_overwrite<Real[]>(rows * stride_)) {
+    if (columns < stride_)
+      for (size_t i = 0; i < rows; ++i) std::fill(row(i) + columns, row(i) + stride_, Real{0});
+  }
+
+  size_t rows() const { return rows_; }
+  size_t columns() const { return columns_; }
+  size_t stride() const { return stride_; } // from row to row
+  Real* row(size_t i) { return values_.get() + i * stride_; }
+  const Real* row(size_t i) const { return values_.get() + i * stride_; }
+
+private:
+  size_t rows_, columns_, stride_;
+  std::unique_ptr<Real[]> values_;
+};
+
+} // namespace surflect

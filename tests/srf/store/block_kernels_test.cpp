@@ -1,0 +1,121 @@
+#include "srf/store/block_kernels.h"
+
+#include "srf/store/padded_rows.h"
+#include "surfel/simd.h"
+#include "tests/srf/store/synthetic.h"
+
+namespace surflect {
+namespace {
+
+template <class Real> PaddedRows<Real> noise(size_t rows, size_t columns, std::mt19937& generator) {
+  std::normal_distribution<Real> normal;
+  PaddedRows<Real> m(rows, columns);
+  for (size_t i = 0; i < rows; ++i) std::generate_n(m.row(i), columns, [&] { return normal(generator); });
+  return m;
+}
+
+template <class Real> std::vector<Real> valuesOf(const PaddedRows<Real>& m) {
+  return {m.row(0), m.row(0) + m.rows() * m.stride()};
+}
+
+template <class Real>
+PaddedRows<Real> productOf(const PaddedRows<Real>& a, bool turned, const PaddedRows<Real>& b, Simd simd) {
+  PaddedRows<Real> c(turned ? a.columns() : a.rows(), b.columns());
+  blockKernels(simd).run(MatrixProduct<Real>{a.row(0), turned ? 1 : a.stride(), turned ? a.stride() : 1,
+                                             b.row(0), b.stride(), c.row(0), c.stride(), c.rows(), b.rows(),
+                                             b.stride(), false});
+  return c;
+}
+
+template <class Real> void expectProducts() {
+  std::mt19937 generator(1);
+  for (const size_t rows : {1, 3, 4, 61})
+    for (const size_t inner : {1, 31, 32, 33, 192})
+      for (const size_t columns : {1, 8, 20, 60})
+        for (const bool turned : {false, true}) {
+          const auto a = turned ? noise<Real>(inner, rows, generator) : noise<Real>(rows, inner, generator);
+          const auto b = noise<Real>(inner, columns, generator);
+          const auto c = productOf(a, turned, b, Simd::scalar);
+          for (size_t i = 0; i < rows; ++i)
+            for (size_t j = 0; j < c.stride(); ++j) {
+              double expected = 0, size = 0;
+              for (size_t k = 0; k < inner; ++k) {
+                const double part = double{turned ? a.row(k)[i] : a.row(i)[k]} * double{b.row(k)[j]};
+                expected += part;
+                size += std::abs(part);
+              }
+              ASSERT_NEAR(c.row(i)[j], expected, 2 * std::numeric_limits<Real>::epsilon() * size);
+            }
+          for (const Simd simd : supportedSimd())
+            ASSERT_EQ(valuesOf(productOf(a, turned, b, simd)), valuesOf(c)) << nameOf(simd);
+        }
+}
+
+TEST(BlockKernels, ProductsAreThoseOfTheirMatrices) {
+  expectProducts<float>();
+  expectProducts<double>();
+}
+
+TEST(BlockKernels, RoundingLeavesWhatLevelsAreAwayFromTheValues) {
+  std::mt19937 generator(2);
+  const auto values = noise<double>(50, 11, generator);
+  std::vector<double> weights(50), inverse(50);
+  for (size_t i = 0; i < 50; ++i) inverse[i] = 1 / (weights[i] = 0.5 + 0.25 * static_cast<double>(i % 3));
+  const auto errors = [&](Simd simd) {
+    std::vector<double> result(roundings * values.stride());
+    Rounding<double> job{values.row(0),
+                         50,
+                         values.stride(),
+                         weights.data(),
+                         inverse.data(),
+                         {7, 7, 7, 127, 127, 127, 32639},
+                         {1, 0.7, 0.5, 1, 0.9, 0.8, 1},
+                         result.data()};
+    blockKernels(simd).run(job);
+    for (size_t r = 0; r < roundings; ++r)
+      for (size_t k = 0; k < 11; ++k) {
+        double peak = 0, expected = 0;
+        for (size_t i = 0; i < 50; ++i) peak = std::max(peak, std::abs(values.row(i)[k] * inverse[i]));
+        const double step = peak * job.clip[r] / job.last[r];
+        for (size_t i = 0; i < 50; ++i) {
+          const double x = values.row(i)[k] * inverse[i];
+          const double level = std::round(std::clamp(x / step, -job.last[r], job.last[r]));
+          expected += std::pow((x - step * level) * weights[i], 2);
+        }
+        EXPECT_NEAR(result[r * values.stride() + k], expected, 1e-9 * expected) << r << ' ' << k;
+      }
+    return result;
+  };
+  for (const Simd simd : supportedSimd()) errors(simd);
+}
+
+TEST(BlockKernels, ErrorsAreThoseOfEachChannelAndLight) {
+  std::mt19937 generator(3);
+  const auto x = noise<float>(15, 20, generator);
+  const auto perLevel = noise<double>(3, 20, generator);
+  std::vector<double> levels(15 * 3);
+  for (double& level : levels) level = std::round(3 * std::normal_distribution<double>()(generator));
+  std::vector<double> first;
+  for (const Simd simd : supportedSimd()) {
+    std::vector<double> sums(4 * x.stride());
+    blockKernels(simd).errors({x.row(0), 5, x.stride(), levels.data(), perLevel.row(0), 3, 0.8, sums.data(),
+                               sums.data() + 3 * x.stride()});
+    if (first.empty()) first = sums;
+    EXPECT_EQ(sums, first) << nameOf(simd);
+  }
+  for (size_t l = 0; l < 20; ++l) {
+    double squares[3] = {}, clipped = 0;
+    for (size_t i = 0; i < 15; ++i) {
+      const double from = double{x.row(i)[l]};
+      double to = 0;
+      for (size_t k = 0; k < 3; ++k) to += levels[i * 3 + k] * perLevel.row(k)[l];
+      squares[i % 3] += (from - to) * (from - to);
+      clipped += std::pow(std::clamp(from, 0., 0.8) - std::clamp(to, 0., 0.8), 2);
+    }
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(first[c * x.stride() + l], squares[c], 1e-13 * squares[c]);
+    EXPECT_NEAR(first[3 * x.stride() + l], clipped, 1e-13 * (1 + clipped));
+  }
+}
+
+} // namespace
+} // namespace surflect
