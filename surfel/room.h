@@ -13,7 +13,7 @@ template <class T> class Room {
 public:
   // For at least `count` values; where that is more than ever before, those in it are lost.
   T* of(size_t count) {
-    if (count > capacity_) {
+    if (count > capacity_ || !values_) { // none once it has been moved away
       values_.reset();
       values_ = std::make_unique_for_overwrite<T[]>(count);
       capacity_ = count;
