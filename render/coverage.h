@@ -5,43 +5,19 @@
 // are not stored, which would take longer than to draw them again: a pixel keeps how deep it shows splats.
 #pragma once
 
+#include "render/cover_tile.h"
 #include "render/splat.h"
-#include "render/splat_kernels.h"
+#include "render/tile_bins.h"
 #include "srf/image/image.h"
 #include "surfel/progress.h"
 #include "surfel/simd.h"
 
 #include <cassert>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 namespace surflect {
-
-// How many splats were drawn, and why the others were not; see Rejection.
-struct SplatCounts {
-  size_t drawn = 0, dead = 0, notFinite = 0, backFacing = 0, tooNear = 0, outside = 0;
-};
-
-// A pixel that shows more than one layer, and has its row of the matrix.
-struct LayeredPixel {
-  uint32_t pixel; // of the tile, row by row
-  uint32_t begin, count;
-  float order; // of the layer at half of alpha
-};
-struct Contribution {
-  uint32_t splat; // of the tile
-  float weight;
-};
-
-struct CoverageTile {
-  TileLists lists;
-  std::vector<uint32_t> list; // what `lists` points at
-  std::vector<float> limits;  // kLanes for each block
-  std::vector<LayeredPixel> layered;
-  std::vector<Contribution> contributions; // of the layered pixels
-};
 
 struct Coverage {
   int width = 0, height = 0;
@@ -53,8 +29,12 @@ struct Coverage {
 
   Lens lens;
   Simd simd = Simd::scalar;
-  std::vector<CoverageTile> tiles;     // row by row, of kTileSize pixels
-  std::unique_ptr<TileSplat[]> splats; // tile by tile; `splat` counts in `visible`
+  std::vector<CoverageTile> tiles; // row by row, of kTileSize pixels
+
+  // Of covering, kept for the next time.
+  TileBins bins;
+  std::vector<uint8_t> seen; // of the cloud
+  Room<uint32_t> rank;       // likewise, in `visible`
 
   size_t pixel(int x, int y) const {
     assert(x >= 0 && y >= 0 && x < width && y < height);
@@ -65,18 +45,19 @@ struct Coverage {
 // Splats the cloud. Per pixel, fragments that agree in depth form a layer; layers fill the pixel front to
 // back, each taking of it what those in front have left (see layersOf in the source). An interior pixel
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
-// Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes a splat, 64 for each tile it
-// touches and 4 for each block, 16 bytes a pixel, and for each thread up to 300 bytes for each splat over
-// one block.
+// Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes for each splat that is
+// drawn, 64 for each tile it touches and 4 for each block, 5 for each of the cloud, 8 bytes a pixel, and for
+// each thread up to 300 bytes for each splat over one block. `kept`, a coverage that is no longer needed,
+// gives its memory.
 Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
-               const Progress& progress = {});
+               const Progress& progress = {}, Coverage kept = {});
 
 // values: visible splats x channels, those of one splat together. Returns the sums weighted by coverage,
-// hence premultiplied by alpha.
-Image blend(const Coverage& coverage, std::span<const float> values, int channels);
+// hence premultiplied by alpha. `kept`, a picture that is no longer needed, gives its memory.
+Image blend(const Coverage& coverage, std::span<const float> values, int channels, Image kept = {});
 
 // The same, with alpha as one channel more.
-Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels);
+Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels, Image kept = {});
 
 // Per pixel, along the viewing axis, of the layer at half of alpha; infinity where there is nothing.
 Image depthImage(const Coverage& coverage);

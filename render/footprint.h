@@ -25,6 +25,10 @@ constexpr float kFull = 0.7f;
 // the surface has bent away from their planes, must not lead to a second sheet close behind.
 constexpr float kRooted = 0.5f;
 
+// The area that a splat covers is spread over the pixels as (1 - q/Q)^2, Q the square of the cut-off, scaled
+// to the mass of exp(-q/2): 6/Q at its peak; their integrals over the plane are pi Q / 3 and 2 pi.
+constexpr float kAreaPeak = static_cast<float>(6 / (kCutoffSigmas * kCutoffSigmas));
+
 // Pixels [x0, x1) x [y0, y1).
 struct PixelBox {
   int x0, y0, x1, y1;

@@ -91,9 +91,9 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
 }
 
 Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-           const SplatOptions& options, const Progress& progress) {
-  Sight sight;
-  sight.coverage = cover(camera, splatsOf(rest, deformed), options, progress);
+           const SplatOptions& options, const Progress& progress, Sight kept) {
+  Sight sight = std::move(kept);
+  sight.coverage = cover(camera, splatsOf(rest, deformed), options, progress, std::move(sight.coverage));
   sight.surfels = sight.coverage.visible;
   return sight;
 }
@@ -163,19 +163,21 @@ Image develop(const Sight& sight, std::span<const float> values, int channels) {
   return blend(sight.coverage, values, channels);
 }
 
-Image developRadiance(const Sight& sight, std::span<const Rgb> radiance) {
+Image developRadiance(const Sight& sight, std::span<const Rgb> radiance, Image kept) {
   static_assert(sizeof(Rgb) == 3 * sizeof(float));
   const std::span values(reinterpret_cast<const float*>(radiance.data()), 3 * radiance.size());
-  return blendWithAlpha(sight.coverage, values, 3);
+  return blendWithAlpha(sight.coverage, values, 3, std::move(kept));
 }
 
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
-                 FrameStats& stats, const Progress& progress) {
+                 FrameStats& stats, const Progress& progress, FrameMemory* memory) {
   StageClock clock(stats);
-  const DeformedCloud deformed = deform(model.cloud, warp, progress, options.splats.simd);
+  FrameMemory own;
+  auto& [deformed, sight, color] = memory ? *memory : own;
+  deformed = deform(model.cloud, warp, progress, options.splats.simd, std::move(deformed));
   clock.finish("warp");
-  const Sight sight = look(camera, model.cloud, deformed, options.splats, progress);
+  sight = look(camera, model.cloud, deformed, options.splats, progress, std::move(sight));
   stats.splats = sight.coverage.counts;
   stats.visible = sight.surfels.size();
   clock.finish("splat");
@@ -190,7 +192,7 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   stats.unseen = shaded.unseen;
 
   Film film;
-  film.color = developRadiance(sight, shaded.radiance);
+  film.color = developRadiance(sight, shaded.radiance, std::move(color));
   const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
   const std::map<std::string_view, std::function<Image()>> layers{
       {"depth", [&] { return depthImage(sight.coverage); }},

@@ -21,8 +21,9 @@ struct Sight {
   std::vector<uint32_t> surfels; // ascending
 };
 
+// `kept`, a sight that is no longer needed, gives its memory.
 Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-           const SplatOptions& options = {}, const Progress& progress = {});
+           const SplatOptions& options = {}, const Progress& progress = {}, Sight kept = {});
 
 // L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
@@ -39,8 +40,9 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
 // alpha.
 Image develop(const Sight& sight, std::span<const float> values, int channels);
 
-// RGBA, premultiplied, from radiance per entry of sight.surfels.
-Image developRadiance(const Sight& sight, std::span<const Rgb> radiance);
+// RGBA, premultiplied, from radiance per entry of sight.surfels. `kept`, a picture that is no longer needed,
+// gives its memory.
+Image developRadiance(const Sight& sight, std::span<const Rgb> radiance, Image kept = {});
 
 // The frame's layers beside its colour, by name (script.h: aovNames).
 struct Film {
@@ -62,9 +64,16 @@ struct FrameOptions {
   std::vector<std::string> aovs;
 };
 
+// What one frame leaves to the next: memory, which is filled anew. A picture is left by who has done with it.
+struct FrameMemory {
+  DeformedCloud deformed;
+  Sight sight;
+  Image color;
+};
+
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
-                 FrameStats& stats, const Progress& progress = {});
+                 FrameStats& stats, const Progress& progress = {}, FrameMemory* memory = nullptr);
 
 // The ratio of the principal axes of a warped splat, 1 for a circle [Weyrich 2005, Fig. 15].
 double stretchOf(const Vec3<double>& u, const Vec3<double>& v);

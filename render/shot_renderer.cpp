@@ -63,7 +63,7 @@ Film ShotRenderer::render(int frame, double scale, const std::vector<std::string
   FrameOptions options = options_;
   options.aovs = aovs;
   return renderFrame(model_, *warpAt(script_, time), camera(frame, scale),
-                     lightsAt(script_, time, environments_), options, cache_, stats, progress_);
+                     lightsAt(script_, time, environments_), options, cache_, stats, progress_, &memory_);
 }
 
 double ShotRenderer::previewExposure() {

@@ -39,6 +39,7 @@ private:
   std::vector<PreparedEnvironment> environments_;
   const Progress& progress_;
   BlockCache cache_;
+  FrameMemory memory_;
   std::optional<double> exposure_;
 };
 

@@ -9,9 +9,15 @@
 
 namespace surflect {
 
-// One of a cloud's splats that is drawn.
-struct ScreenSplat {
-  Footprint footprint;
+// One of a cloud's splats that is drawn: a Footprint made ready for tiles. At (dx, dy) pixels from its centre
+// its weight is peak exp(-kCutoffSigmas^2 q / 2) where
+//   q = (ax dx + ay dy)^2 + (by dy)^2 <= 1.
+struct alignas(64) ScreenSplat {
+  float x, y;
+  float ax, ay, by;
+  float peak;
+  float order, orderX, orderY, tolerance;
+  PixelBox box; // what it may touch
   uint32_t splat;
 };
 
@@ -35,13 +41,12 @@ constexpr int kBlocksPerRow = kTileSize / kBlockSize;
 constexpr int kBlocks = kBlocksPerRow * kBlocksPerRow;
 constexpr int kLanes = kBlockSize * kBlockSize; // pixels of a block, row by row
 
-// A footprint about a tile's middle, where numbers are small. At (x, y) pixels from there
+// A splat about a tile's middle, where numbers are small. At (x, y) pixels from there
 //   q = (a0 + ax x + ay y)^2 + (b0 + by y)^2,   order0 + orderX x + orderY y
 struct TileSplat {
   float a0, ax, ay, b0, by;
-  float peak, areaPeak;
+  float peak;
   float order0, orderX, orderY, tolerance;
-  uint32_t splat;
   uint8_t blockX0, blockY0, blockX1, blockY1; // blocks it may touch: [X0, X1) x [Y0, Y1)
 };
 
@@ -49,12 +54,12 @@ struct TileSplat {
 struct TileLists {
   const TileSplat* splats;
   uint32_t count;
-  uint32_t* list;
+  uint32_t* list; // room for one more
   uint32_t begin[kBlocks], end[kBlocks];
 };
 
-// What splats do in the pixels of a block: kLanes orders and areas for each entry of its list, infinity and 0
-// where the splat does not reach, a bit for each pixel that it reaches, and the tolerance. Room for kLanes
+// What splats do in the pixels of a block: kLanes orders and areas for each entry of its list, no number and
+// 0 where the splat does not reach, a bit for each pixel that it reaches, and the tolerance. Room for kLanes
 // entries more than the list has.
 struct BlockFragments {
   float *orders, *areas, *tolerances;
@@ -82,9 +87,9 @@ struct SplatKernels {
   size_t (*project)(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
   // Fills list, begin and end.
   void (*listBlocks)(TileLists&);
-  // Fills the fragments. width, height: of the tile; there is nothing in pixels beyond.
-  void (*resolveBlock)(const TileLists&, int block, int width, int height, const BlockFragments&,
-                       BlockLayers&);
+  // Takes from the block's list what is hidden from all its pixels, as far as that is told from their sums,
+  // and fills the fragments of the others. width, height: of the tile; there is nothing in pixels beyond.
+  void (*resolveBlock)(TileLists&, int block, int width, int height, const BlockFragments&, BlockLayers&);
   // The fragments of a pixel; returns how many. count: the length of the block's list.
   uint32_t (*gatherPixel)(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
   // For an unresolved pixel: whether its first layer is all there is to it, and then its entries in `layers`.
@@ -96,9 +101,9 @@ struct SplatKernels {
   // list.
   void (*keepSeen)(TileLists&, int block, const BlockFragments&, const float* limits, uint8_t* seen);
   // Sums of three values per splat of the tile, `values` being four apart, over the fragments below the
-  // limits, weighted to sum to alpha. out: 3 x kLanes.
+  // limits, weighted to sum to alpha. finite: all values are. out: 3 x kLanes.
   void (*blendBlock)(const TileLists&, int block, const float* limits, const float* alpha,
-                     const float* values, float* out);
+                     const float* values, bool finite, float* out);
   // The mean order of these fragments.
   void (*meanOrder)(const TileLists&, int block, const float* limits, float* out);
 };

@@ -33,6 +33,9 @@ inline Lanes operator/(Lanes x, Lanes y) { return {_mm256_div_ps(x.a, y.a), _mm2
 inline Lanes mulAdd(Lanes x, Lanes y, Lanes z) {
   return {_mm256_fmadd_ps(x.a, y.a, z.a), _mm256_fmadd_ps(x.b, y.b, z.b)};
 }
+inline Lanes negMulAdd(Lanes x, Lanes y, Lanes z) {
+  return {_mm256_fnmadd_ps(x.a, y.a, z.a), _mm256_fnmadd_ps(x.b, y.b, z.b)};
+}
 inline Lanes min(Lanes x, Lanes y) { return {_mm256_min_ps(x.a, y.a), _mm256_min_ps(x.b, y.b)}; }
 inline Lanes max(Lanes x, Lanes y) { return {_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)}; }
 inline Lanes sqrt(Lanes x) { return {_mm256_sqrt_ps(x.a), _mm256_sqrt_ps(x.b)}; }
@@ -51,15 +54,34 @@ inline uint32_t bitsOf(Mask m) {
 inline Lanes select(Mask m, Lanes x, Lanes y) {
   return {_mm256_blendv_ps(y.a, x.a, m.a), _mm256_blendv_ps(y.b, x.b, m.b)};
 }
+inline Lanes where(Mask m, Lanes x) { return {_mm256_and_ps(m.a, x.a), _mm256_and_ps(m.b, x.b)}; }
 inline Lanes addWhere(Mask m, Lanes x, Lanes y) {
   return {_mm256_add_ps(x.a, _mm256_and_ps(m.a, y.a)), _mm256_add_ps(x.b, _mm256_and_ps(m.b, y.b))};
 }
 inline Lanes minWhere(Mask m, Lanes x, Lanes y) { return select(m, min(x, y), x); }
 inline Lanes maxWhere(Mask m, Lanes x, Lanes y) { return select(m, max(x, y), x); }
+
+// For each set of eight lanes, which lane goes where: those of the set first.
+struct CompressedOrders {
+  alignas(64) uint8_t lanes[256][8] = {};
+  constexpr CompressedOrders() {
+    for (int set = 0; set < 256; ++set) {
+      int n = 0;
+      for (int lane = 0; lane < 8; ++lane)
+        if (set >> lane & 1) lanes[set][n++] = static_cast<uint8_t>(lane);
+    }
+  }
+};
+constexpr CompressedOrders compressedOrders;
+inline __m256 compressed(__m256 x, uint32_t set) {
+  const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(compressedOrders.lanes[set]));
+  return _mm256_permutevar8x32_ps(x, _mm256_cvtepu8_epi32(bytes));
+}
 inline void storeCompressed(float* to, Mask m, Lanes x) {
-  float all[16];
-  store(all, x);
-  for (uint32_t bits = bitsOf(m); bits != 0; bits &= bits - 1) *to++ = all[__builtin_ctz(bits)];
+  const auto low = static_cast<uint32_t>(_mm256_movemask_ps(m.a)),
+             high = static_cast<uint32_t>(_mm256_movemask_ps(m.b));
+  _mm256_storeu_ps(to, compressed(x.a, low));
+  _mm256_storeu_ps(to + __builtin_popcount(low), compressed(x.b, high));
 }
 
 } // namespace

@@ -29,6 +29,7 @@ inline Lanes operator-(Lanes a, Lanes b) { return {_mm512_sub_ps(a.v, b.v)}; }
 inline Lanes operator*(Lanes a, Lanes b) { return {_mm512_mul_ps(a.v, b.v)}; }
 inline Lanes operator/(Lanes a, Lanes b) { return {_mm512_div_ps(a.v, b.v)}; }
 inline Lanes mulAdd(Lanes a, Lanes b, Lanes c) { return {_mm512_fmadd_ps(a.v, b.v, c.v)}; }
+inline Lanes negMulAdd(Lanes a, Lanes b, Lanes c) { return {_mm512_fnmadd_ps(a.v, b.v, c.v)}; }
 inline Lanes min(Lanes a, Lanes b) { return {_mm512_min_ps(a.v, b.v)}; }
 inline Lanes max(Lanes a, Lanes b) { return {_mm512_max_ps(a.v, b.v)}; }
 inline Lanes sqrt(Lanes a) { return {_mm512_sqrt_ps(a.v)}; }
@@ -39,6 +40,7 @@ inline Mask operator&(Mask a, Mask b) { return {_kand_mask16(a.bits, b.bits)}; }
 inline Mask andNot(Mask a, Mask b) { return {_kandn_mask16(b.bits, a.bits)}; }
 inline uint32_t bitsOf(Mask m) { return m.bits; }
 inline Lanes select(Mask m, Lanes a, Lanes b) { return {_mm512_mask_blend_ps(m.bits, b.v, a.v)}; }
+inline Lanes where(Mask m, Lanes a) { return {_mm512_maskz_mov_ps(m.bits, a.v)}; }
 inline Lanes addWhere(Mask m, Lanes a, Lanes b) { return {_mm512_mask_add_ps(a.v, m.bits, a.v, b.v)}; }
 inline Lanes minWhere(Mask m, Lanes a, Lanes b) { return {_mm512_mask_min_ps(a.v, m.bits, a.v, b.v)}; }
 inline Lanes maxWhere(Mask m, Lanes a, Lanes b) { return {_mm512_mask_max_ps(a.v, m.bits, a.v, b.v)}; }

@@ -55,6 +55,8 @@ inline Lanes operator/(Lanes a, Lanes b) {
 }
 // a b + c; rounded once where there are vector instructions, twice here.
 inline Lanes mulAdd(Lanes a, Lanes b, Lanes c) { return a * b + c; }
+// c - a b, rounded likewise.
+inline Lanes negMulAdd(Lanes a, Lanes b, Lanes c) { return c - a * b; }
 inline Lanes sqrt(Lanes a) {
   return eachLane([&](int i) { return __builtin_sqrtf(at(a, i)); });
 }
@@ -85,6 +87,10 @@ inline Lanes select(Mask m, Lanes a, Lanes b) {
                     other = FourBools(b.quarter[k]) & ~m.quarter[k];
     return FourFloats(kept | other);
   });
+}
+// 0 where the mask is not.
+inline Lanes where(Mask m, Lanes a) {
+  return eachQuarter([&](int k) { return FourFloats(FourBools(a.quarter[k]) & m.quarter[k]); });
 }
 // The second operand where one is not a number.
 inline Lanes min(Lanes a, Lanes b) { return select(a < b, a, b); }

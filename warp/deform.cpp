@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace surflect {
 
@@ -71,12 +72,13 @@ double differenceStep(const SurfelCloud& cloud) {
   return std::cbrt(3 * 0x1p-53 * farthest * feature * feature);
 }
 
-DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress, Simd simd) {
+DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress, Simd simd,
+                     DeformedCloud kept) {
   const size_t count = cloud.size();
   const bool exact = count == 0 || warp.jacobian(cloud.p0[0].raw().cast<double>());
   const double epsilon = exact ? 0 : differenceStep(cloud);
   const WarpKernels& kernels = warpKernels(simd);
-  DeformedCloud deformed;
+  DeformedCloud deformed = std::move(kept);
   const auto resize = [&](size_t size) {
     deformed.p.resize(size);
     deformed.u.resize(size);

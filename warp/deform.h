@@ -12,9 +12,10 @@ namespace surflect {
 // p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored where det J < 0, dead where polarFrame finds
 // no frame for (u, v) or anything is not finite in float; the p, u, v of dead surfels are 0. J is the warp's
 // own or, along u0, v0, n0, by Eq. 6 with the step below. Evaluated in double, in the caller's arena; the
-// same bits for any number of threads, and for avx2 and avx512.
+// same bits for any number of threads, and for avx2 and avx512. `kept`, a cloud that is no longer needed,
+// gives its memory.
 DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {},
-                     Simd simd = bestSimd());
+                     Simd simd = bestSimd(), DeformedCloud kept = {});
 
 // The mesh with its vertices moved. It must be fine enough for the warp to be bent that way.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);

@@ -1,5 +1,6 @@
-// bench_splat [--rounds N] [--slow-rounds N]: splats per second at the size of the paper's doll, fast and
-// plain interleaved, after checking that both draw the same.
+// bench_splat [--rounds N] [--slow-rounds N] [--simd NAME]: splats per second at the size of the paper's
+// doll, fast and plain interleaved, after checking that both draw the same. As in a film, the fast one keeps
+// its memory from one picture to the next. Of vector instructions all kinds, or those of one name.
 
 #include "bench/splat/doll_cloud.h"
 #include "bench/splat/slow_coverage.h"
@@ -59,7 +60,15 @@ struct Times {
   }
 };
 
-int run(int rounds, int slowRounds) {
+// Coverage and picture of the last round.
+struct Kept {
+  Coverage coverage;
+  Image image;
+};
+
+int run(int rounds, int slowRounds, std::string_view only) {
+  std::vector<Simd> kinds = supportedSimd();
+  if (!only.empty()) std::erase_if(kinds, [&](Simd simd) { return nameOf(simd) != only; });
   const auto camera = dollCamera(1024, 768);
   for (const auto order : {SurfelOrder::coherent, SurfelOrder::shuffled}) {
     const DollCloud doll = dollCloud(kDollSurfels, order);
@@ -70,7 +79,7 @@ int run(int rounds, int slowRounds) {
                seen.visible.size());
     const slow::Coverage plain = slow::cover(camera, splats);
     const Image plainImage = slow::blend(plain, doll.colors, 3);
-    for (const Simd simd : supportedSimd()) {
+    for (const Simd simd : kinds) {
       const Coverage fast = cover(camera, splats, {.simd = simd});
       const double db = decibels(blend(fast, ofVisible(fast, doll.colors), 3), plainImage);
       fmt::print("  {} against plain: {:.1f} dB\n", nameOf(simd), db);
@@ -79,28 +88,32 @@ int run(int rounds, int slowRounds) {
     const std::vector<float> colors = ofVisible(seen, doll.colors);
     for (const size_t threads : {size_t{1}, size_t{2}}) {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-      std::vector<Times> times(supportedSimd().size() + 1);
+      std::vector<Times> times(simdNames.size() + 1);
+      Kept kept;
       const auto time = [&](Times& to, const auto& coverOnce, const auto& blendOnce) {
         const double wallBegin = wallMilliseconds(), begin = milliseconds();
-        const auto coverage = coverOnce();
+        const auto& coverage = coverOnce();
         const double middle = milliseconds();
-        const Image image = blendOnce(coverage);
+        blendOnce(coverage);
         to.cover.push_back(middle - begin);
         to.blend.push_back(milliseconds() - middle);
         to.wall.push_back(wallMilliseconds() - wallBegin);
       };
       for (int round = 0; round < rounds; ++round) {
-        for (const Simd simd : supportedSimd())
+        for (const Simd simd : kinds)
           time(
-              times[static_cast<size_t>(simd)], [&] { return cover(camera, splats, {.simd = simd}); },
-              [&](const Coverage& c) { return blend(c, colors, 3); });
+              times[static_cast<size_t>(simd)],
+              [&]() -> const Coverage& {
+                return kept.coverage = cover(camera, splats, {.simd = simd}, {}, std::move(kept.coverage));
+              },
+              [&](const Coverage& c) { kept.image = blend(c, colors, 3, std::move(kept.image)); });
         if (round < slowRounds)
           time(
               times.back(), [&] { return slow::cover(camera, splats); },
               [&](const slow::Coverage& c) { return slow::blend(c, doll.colors, 3); });
       }
       fmt::print(" {} thread{}\n", threads, threads == 1 ? "" : "s");
-      for (const Simd simd : supportedSimd())
+      for (const Simd simd : kinds)
         times[static_cast<size_t>(simd)].print(nameOf(simd).data(), splats.size());
       if (slowRounds > 0) times.back().print("plain", splats.size());
     }
@@ -113,9 +126,11 @@ int run(int rounds, int slowRounds) {
 
 int main(int argc, char** argv) {
   int rounds = 9, slowRounds = 1;
+  std::string_view only;
   for (int i = 1; i + 1 < argc; i += 2) {
+    if (std::string_view(argv[i]) == "--simd") only = argv[i + 1];
     if (std::string_view(argv[i]) == "--rounds") rounds = std::atoi(argv[i + 1]);
     if (std::string_view(argv[i]) == "--slow-rounds") slowRounds = std::atoi(argv[i + 1]);
   }
-  return surflect::run(std::max(rounds, 1), slowRounds);
+  return surflect::run(std::max(rounds, 1), slowRounds, only);
 }

@@ -1,0 +1,72 @@
+// The splats of one tile of a picture, and what its pixels show of them.
+#pragma once
+
+#include "render/pixel_layers.h"
+#include "render/splat_kernels.h"
+#include "surfel/room.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// A pixel that shows more than one layer, and has its row of the matrix.
+struct LayeredPixel {
+  uint32_t pixel; // of the tile, row by row
+  uint32_t begin, count;
+  float order; // of the layer at half of alpha
+};
+struct Contribution {
+  uint32_t splat; // of the tile
+  float weight;
+};
+
+struct CoverageTile {
+  TileLists lists;
+  Room<TileSplat> splats; // what `lists` points at
+  Room<uint32_t> list;    // likewise
+  Room<uint32_t> visible; // of each splat, which of the cloud; then its place in Coverage::visible, if any
+  Room<float> limits;     // kLanes for each block
+  std::vector<LayeredPixel> layered;
+  std::vector<Contribution> contributions; // of the layered pixels
+};
+
+// The pixels of a picture that a tile has.
+struct TileFrame {
+  int x0, y0, width, height;
+};
+
+// Calls visit(lane, x, y, count) for the rows of a block: `count` pixels of the picture from (x, y) on.
+template <class Visit> void forRows(const TileFrame& frame, int block, Visit visit) {
+  const int x = block % kBlocksPerRow * kBlockSize, y0 = block / kBlocksPerRow * kBlockSize;
+  const int count = frame.width - x < kBlockSize ? frame.width - x : kBlockSize;
+  const int rows = frame.height - y0 < kBlockSize ? frame.height - y0 : kBlockSize;
+  for (int row = 0; count > 0 && row < rows; ++row)
+    visit(static_cast<size_t>(row * kBlockSize), frame.x0 + x, frame.y0 + y0 + row,
+          static_cast<size_t>(count));
+}
+
+// Of a whole picture, row by row.
+struct PixelSums {
+  float *alpha, *layerArea;
+  size_t width;
+};
+
+// Reused from tile to tile.
+struct TileScratch {
+  Room<uint8_t> seen;                       // of each splat
+  Room<float> orders, areas, tolerances;    // BlockFragments
+  Room<uint32_t> reached;                   // likewise
+  Room<float> order, tolerance, area, work; // PixelFragments
+  std::vector<Fragment> fragments;          // of a pixel
+  std::vector<Layer> layers;
+};
+
+// Covers a tile with the splats `entries` of `screen`. Sets what the frame has of the pixels and all of the
+// tile, and marks in `seen` which splats of the cloud are visible; other threads may do so too.
+void coverTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
+               const TileFrame& frame, TileScratch& scratch, CoverageTile& tile, const PixelSums& pixels,
+               std::span<uint8_t> seen);
+
+} // namespace surflect

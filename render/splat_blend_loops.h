@@ -1,0 +1,96 @@
+// Sums over the fragments of a block's pixels.
+#pragma once
+
+#include "render/splat_lanes.h"
+
+namespace surflect {
+namespace {
+
+// exp(-(1 - t) kCutoffSigmas^2 / 2) for t from 0 to 1, within 4e-6 of itself: the interpolant of its eighth
+// root at six Chebyshev points, to the eighth power.
+inline Lanes gaussian(Lanes t) {
+  Lanes p = mulAdd(broadcast(0.0015028588045024242f), t, broadcast(0.006077974570907757f));
+  p = mulAdd(p, t, broadcast(0.03509480425083057f));
+  p = mulAdd(p, t, broadcast(0.13622610026689938f));
+  p = mulAdd(p, t, broadcast(0.3560550637326124f));
+  p = mulAdd(p, t, broadcast(0.4650430994935186f));
+  p = p * p;
+  p = p * p;
+  return p * p;
+}
+
+// Where a block's pixels show all that is in its list, or nothing of it, orders need not be looked at.
+inline bool showAllOrNothing(Lanes limit) {
+  const Lanes infinite = broadcast(kInfinity);
+  return bitsOf((broadcast(0) - infinite < limit) & (limit < infinite)) == 0;
+}
+
+// Calls add(splat of the tile, where it is seen, weights, orders) for each splat of a block's list.
+template <bool ordered, class Add>
+inline void eachWeight(const TileLists& tile, int block, Lanes limit, Add add) {
+  const Centers at = centersOf(block);
+  const Lanes zero = broadcast(0);
+  const uint32_t end = tile.end[block];
+  for (uint32_t i = tile.begin[block]; i < end; ++i) {
+    const uint32_t splat = tile.list[i];
+    const TileSplat& s = tile.splats[splat];
+    const Lanes inside = insideOf(s, at), weight = gaussian(inside) * broadcast(s.peak);
+    if constexpr (ordered) {
+      const Lanes order = orderOf(s, at);
+      add(splat, (zero <= inside) & (order < limit), weight, order);
+    } else {
+      add(splat, zero <= inside, weight, zero);
+    }
+  }
+}
+
+template <bool ordered, bool finite>
+inline void blendBlockAs(const TileLists& tile, int block, const float* limits, const float* alpha,
+                         const float* values, float* out) {
+  const Lanes zero = broadcast(0), limit = load(limits);
+  Lanes sum = zero, sum0 = zero, sum1 = zero, sum2 = zero;
+  eachWeight<ordered>(tile, block, limit, [&](uint32_t splat, Mask in, Lanes weight, Lanes) {
+    const float* value = values + 4 * static_cast<size_t>(splat);
+    const Lanes seen = where(in, weight);
+    sum = sum + seen;
+    if constexpr (finite) {
+      sum0 = mulAdd(seen, broadcast(value[0]), sum0);
+      sum1 = mulAdd(seen, broadcast(value[1]), sum1);
+      sum2 = mulAdd(seen, broadcast(value[2]), sum2);
+    } else { // what is infinite stays where it is seen: 0 times it would be no number
+      sum0 = select(in, mulAdd(seen, broadcast(value[0]), sum0), sum0);
+      sum1 = select(in, mulAdd(seen, broadcast(value[1]), sum1), sum1);
+      sum2 = select(in, mulAdd(seen, broadcast(value[2]), sum2), sum2);
+    }
+  });
+  const Mask any = (zero < sum) & (zero - broadcast(kInfinity) < limit);
+  const Lanes scale = load(alpha) / select(any, sum, broadcast(1));
+  store(out, where(any, sum0 * scale));
+  store(out + kLanes, where(any, sum1 * scale));
+  store(out + 2 * kLanes, where(any, sum2 * scale));
+}
+
+inline void blendBlockLoop(const TileLists& tile, int block, const float* limits, const float* alpha,
+                           const float* values, bool finite, float* out) {
+  if (!finite) {
+    blendBlockAs<true, false>(tile, block, limits, alpha, values, out);
+  } else if (showAllOrNothing(load(limits))) {
+    blendBlockAs<false, true>(tile, block, limits, alpha, values, out);
+  } else {
+    blendBlockAs<true, true>(tile, block, limits, alpha, values, out);
+  }
+}
+
+inline void meanOrderLoop(const TileLists& tile, int block, const float* limits, float* out) {
+  const Lanes zero = broadcast(0);
+  Lanes sum = zero, sumOfOrders = zero;
+  eachWeight<true>(tile, block, load(limits), [&](uint32_t, Mask in, Lanes weight, Lanes order) {
+    const Lanes seen = where(in, weight);
+    sum = sum + seen;
+    sumOfOrders = mulAdd(seen, order, sumOfOrders);
+  });
+  store(out, sumOfOrders / select(zero < sum, sum, broadcast(1)));
+}
+
+} // namespace
+} // namespace surflect

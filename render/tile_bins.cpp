@@ -1,0 +1,123 @@
+#include "render/tile_bins.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <variant>
+
+namespace surflect {
+
+namespace {
+
+ProjectJob jobOf(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options) {
+  const auto scalars = [](const auto& triples) { return reinterpret_cast<const float*>(triples.data()); };
+  const Lens& lens = camera.lens;
+  ProjectJob job{};
+  job.p = scalars(splats.p), job.u = scalars(splats.u), job.v = scalars(splats.v);
+  job.handedness = reinterpret_cast<const int8_t*>(splats.handedness.data());
+  job.radius = splats.radius.data(), job.coverage = splats.coverage.data();
+  for (int i = 0; i < 9; ++i) job.rotation[i] = camera.cameraFromWorld.rotation()(i / 3, i % 3);
+  for (int i = 0; i < 3; ++i) job.translation[i] = camera.cameraFromWorld.translation()[i];
+  job.focalX = lens.focalX, job.focalY = lens.focalY, job.centerX = lens.centerX, job.centerY = lens.centerY;
+  job.width = lens.width, job.height = lens.height;
+  job.sigmaPerRadius = kSigmaPerRadius;
+  job.lowPass = static_cast<float>(options.lowPass), job.nearDepth = static_cast<float>(options.nearDepth);
+  return job;
+}
+
+ScreenSplat screenSplatOf(const Footprint& f, uint32_t splat) {
+  constexpr auto cutoff = static_cast<float>(kCutoffSigmas);
+  ScreenSplat s{};
+  s.x = f.x, s.y = f.y;
+  s.ax = std::sqrt(f.xx) / cutoff, s.ay = s.ax * f.skew, s.by = std::sqrt(f.yy) / cutoff;
+  s.peak = f.peak;
+  s.order = f.order, s.orderX = f.orderX, s.orderY = f.orderY, s.tolerance = f.tolerance;
+  s.box = f.box;
+  s.splat = splat;
+  return s;
+}
+
+// Splats [begin, end), by the kernel where the lens is one of its kind.
+size_t projectSome(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+                   size_t begin, size_t end, ScreenSplat* out, size_t* rejected) {
+  if (camera.lens.model == Lens::Model::pinhole && !camera.lens.distorts())
+    return splatKernels(options.simd).project(jobOf(camera, splats, options), begin, end, out, rejected);
+  size_t drawn = 0;
+  for (size_t i = begin; i < end; ++i) {
+    const auto result = footprintOf(camera, splats, i, options);
+    if (const auto* footprint = std::get_if<Footprint>(&result)) {
+      out[drawn++] = screenSplatOf(*footprint, static_cast<uint32_t>(i));
+    } else {
+      ++rejected[static_cast<size_t>(std::get<Rejection>(result))];
+    }
+  }
+  return drawn;
+}
+
+// Calls visit(tile) for the tiles under a box.
+template <class Visit> void forTiles(const PixelBox& box, int tilesX, Visit visit) {
+  const int x0 = box.x0 / kTileSize, x1 = (box.x1 - 1) / kTileSize;
+  const int y1 = (box.y1 - 1) / kTileSize;
+  for (int y = box.y0 / kTileSize; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x) visit(static_cast<size_t>(y * tilesX + x));
+}
+
+} // namespace
+
+// A counting sort by chunks of the cloud.
+void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+               const Progress& progress, TileBins& bins) {
+  const int tilesX = tilesAlong(camera.lens.width);
+  const auto tiles = static_cast<size_t>(tilesX) * static_cast<size_t>(tilesAlong(camera.lens.height));
+  constexpr size_t kMaxCounters = size_t{1} << 22;
+  const size_t chunk = std::max<size_t>(8192, splats.size() / std::max<size_t>(1, kMaxCounters / tiles) + 1);
+  const size_t chunks = (splats.size() + chunk - 1) / chunk;
+
+  // Each chunk has room for all its splats, and for the lanes that a kernel may write beyond.
+  const size_t room = chunk + kLanes;
+  assert(chunks * room <= std::numeric_limits<uint32_t>::max());
+  ScreenSplat* screen = bins.screen.of(chunks * room);
+  std::vector<size_t> drawn(chunks);
+  std::vector<std::array<size_t, 5>> rejected(chunks);
+  bins.counters.assign(chunks * tiles, 0); // of splats; then where the next one goes, within the tile
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    progress.checkpoint();
+    drawn[c] = projectSome(camera, splats, options, c * chunk, std::min((c + 1) * chunk, splats.size()),
+                           screen + c * room, rejected[c].data());
+    uint32_t* counters = &bins.counters[c * tiles];
+    for (size_t i = 0; i < drawn[c]; ++i)
+      forTiles(screen[c * room + i].box, tilesX, [&](size_t tile) { ++counters[tile]; });
+  });
+
+  bins.counts = {};
+  for (size_t c = 0; c < chunks; ++c) {
+    const auto of = [&](Rejection r) { return rejected[c][static_cast<size_t>(r)]; };
+    SplatCounts& counts = bins.counts;
+    counts.drawn += drawn[c];
+    counts.dead += of(Rejection::dead);
+    counts.notFinite += of(Rejection::notFinite);
+    counts.backFacing += of(Rejection::backFacing);
+    counts.tooNear += of(Rejection::tooNear);
+    counts.outside += of(Rejection::outside);
+  }
+  std::vector<uint32_t> counts(tiles);
+  for (size_t c = 0; c < chunks; ++c)
+    for (size_t t = 0; t < tiles; ++t) counts[t] += std::exchange(bins.counters[c * tiles + t], counts[t]);
+  bins.begin.assign(tiles + 1, 0);
+  for (size_t t = 0; t < tiles; ++t) bins.begin[t + 1] = bins.begin[t] + counts[t];
+
+  uint32_t* entries = bins.entries.of(bins.begin[tiles]);
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    uint32_t* counters = &bins.counters[c * tiles];
+    for (size_t i = c * room; i < c * room + drawn[c]; ++i)
+      forTiles(screen[i].box, tilesX,
+               [&](size_t tile) { entries[bins.begin[tile] + counters[tile]++] = static_cast<uint32_t>(i); });
+  });
+}
+
+} // namespace surflect

@@ -1,0 +1,39 @@
+// Which splats are drawn in which tile of a picture.
+#pragma once
+
+#include "render/splat.h"
+#include "render/splat_kernels.h"
+#include "surfel/progress.h"
+#include "surfel/room.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// How many splats were drawn, and why the others were not; see Rejection.
+struct SplatCounts {
+  size_t drawn = 0, dead = 0, notFinite = 0, backFacing = 0, tooNear = 0, outside = 0;
+};
+
+struct TileBins {
+  SplatCounts counts;
+  Room<ScreenSplat> screen; // those drawn, with gaps
+  Room<uint32_t> entries;   // in `screen`, tile by tile, each in the order of the cloud
+  std::vector<size_t> begin;
+  std::vector<uint32_t> counters; // of filling
+
+  std::span<const uint32_t> of(size_t tile) const {
+    return {entries.data() + begin[tile], entries.data() + begin[tile + 1]};
+  }
+};
+
+// Projects the cloud into tiles of kTileSize pixels, row by row. Memory: 64 bytes a splat that is drawn, 4
+// for each tile it touches.
+void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+               const Progress& progress, TileBins& bins);
+
+inline int tilesAlong(int pixels) { return (pixels + kTileSize - 1) / kTileSize; }
+
+} // namespace surflect
