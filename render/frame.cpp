@@ -19,12 +19,18 @@ namespace {
 class StageClock {
 public:
   explicit StageClock(FrameStats& stats) : stats_(stats) {}
-  // Credits the time since the last call to a stage.
-  void finish(const std::string& stage) {
+  // Credits the time since the last call to a stage,
+  void finish(const std::string& stage) { finish(stage, 1, stage); }
+  // or a share of it to one and the rest to another.
+  void finish(const std::string& stage, double share, const std::string& rest) {
     const auto now = std::chrono::steady_clock::now();
     const double processor = processorSeconds();
-    stats_.seconds[stage] += std::chrono::duration<double>(now - last_).count();
-    stats_.processorSeconds[stage] += processor - lastProcessor_;
+    const double passed = std::chrono::duration<double>(now - last_).count();
+    const double used = processor - lastProcessor_;
+    stats_.seconds[stage] += share * passed;
+    stats_.processorSeconds[stage] += share * used;
+    stats_.seconds[rest] += (1 - share) * passed;
+    stats_.processorSeconds[rest] += (1 - share) * used;
     last_ = now;
     lastProcessor_ = processor;
   }
@@ -188,7 +194,7 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
   const Shaded shaded = shade(model, batch, shading, cache, stats.shading, progress,
-                              [&](std::string_view stage) { clock.finish(std::string(stage)); });
+                              [&](double planning) { clock.finish("ulr", planning, "shade"); });
   stats.unseen = shaded.unseen;
 
   Film film;

@@ -7,6 +7,8 @@
 #include "surfel/processor_time.h"
 #include "warp/deform.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <chrono>
@@ -41,7 +43,8 @@ double viewShare(const Model& model, const QueryBatch& batch, const ShadeOptions
   const auto plan = [&](const QueryBatch& queries) {
     ShadingPlanner planner(model, queries, options);
     for (size_t begin = 0; begin < queries.size(); begin += kTargetsAtOnce)
-      planner.plan(begin, std::min(queries.size(), begin + kTargetsAtOnce));
+      tbb::parallel_for(size_t{0}, planner.split(begin, std::min(queries.size(), begin + kTargetsAtOnce)),
+                        [&](size_t i) { planner.plan(i); });
   };
   std::vector<Lap> lit, views;
   for (int i = 0; i < runs; ++i) {

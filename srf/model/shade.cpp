@@ -1,15 +1,18 @@
 #include "srf/model/shade.h"
 
+#include "surfel/stopwatch.h"
+
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <atomic>
 
 namespace surflect {
 
-std::vector<Rgb> shade(std::span<const ShadingPlan> plans, BlockCache& cache, ShadingStats& stats,
-                       const Progress& progress, Simd simd) {
-  std::vector<ShadingPart> parts;
-  for (const ShadingPlan& plan : plans) parts.push_back({plan.ops, plan.rows, plan.targets()});
-  std::vector<Rgb> targets = execute(parts, cache, stats, progress, simd);
-  const size_t perQuery = plans.empty() ? 1 : plans[0].targetsPerQuery;
+namespace {
+
+// From targets, so many a query.
+std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perQuery) {
   if (perQuery == 1) return targets;
   std::vector<Rgb> radiance(targets.size() / perQuery);
   for (size_t target = 0; target < targets.size(); ++target)
@@ -17,30 +20,47 @@ std::vector<Rgb> shade(std::span<const ShadingPlan> plans, BlockCache& cache, Sh
   return radiance;
 }
 
+void append(const std::vector<Rgb>& part, std::vector<Rgb>& all) {
+  all.insert(all.end(), part.begin(), part.end());
+}
+
+} // namespace
+
+std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
+                       const Progress& progress, Simd simd) {
+  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress, simd),
+                plan.targetsPerQuery);
+}
+
 Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
-             ShadingStats& stats, const Progress& progress,
-             const std::function<void(std::string_view)>& finished, size_t targetsAtOnce) {
-  const auto finish = [&](std::string_view stage) {
-    if (finished) finished(stage);
-  };
+             ShadingStats& stats, const Progress& progress, const std::function<void(double)>& lap,
+             size_t targetsAtOnce) {
   Shaded shaded;
   shaded.radiance.reserve(batch.size());
-  const auto append = [](std::vector<Rgb>& all, const std::vector<Rgb>& part) {
-    all.insert(all.end(), part.begin(), part.end());
-  };
   ShadingPlanner planner(model, batch, options);
-  const size_t atOnce = std::max(size_t{1}, targetsAtOnce / planner.targetsPerQuery());
+  ShadingQueue queue(cache, stats, progress, options.simd);
+  const size_t perQuery = planner.targetsPerQuery(), atOnce = std::max(size_t{1}, targetsAtOnce / perQuery);
   size_t begin = 0;
   do { // once also where there are no queries: that takes time, too
-    const auto plans = planner.plan(begin, std::min(batch.size(), begin + atOnce), progress);
-    for (const ShadingPlan& plan : plans) {
-      append(shaded.cameraBlend, plan.cameraBlend);
-      append(shaded.lightBlend, plan.lightBlend);
-      shaded.unseen += plan.unseen;
+    std::vector<const ShadingPlan*> plans(planner.split(begin, std::min(batch.size(), begin + atOnce)));
+    queue.begin(plans.size());
+    std::atomic<double> planning = 0, all = 0; // seconds
+    tbb::parallel_for(size_t{0}, plans.size(), [&](size_t i) {
+      progress.checkpoint();
+      const Stopwatch watch;
+      plans[i] = &planner.plan(i);
+      planning += watch.seconds();
+      queue.ask(i, {plans[i]->ops, plans[i]->rows, plans[i]->targets()});
+      all += watch.seconds();
+    });
+    if (lap) lap(all > 0 ? planning / all : 1);
+    append(summed(queue.finish(), perQuery), shaded.radiance);
+    for (const ShadingPlan* plan : plans) {
+      append(plan->cameraBlend, shaded.cameraBlend);
+      append(plan->lightBlend, shaded.lightBlend);
+      shaded.unseen += plan->unseen;
     }
-    finish("ulr");
-    append(shaded.radiance, shade(plans, cache, stats, progress, options.simd));
-    finish("shade");
+    if (lap) lap(0);
     begin += atOnce;
   } while (begin < batch.size());
   return shaded;

@@ -4,18 +4,13 @@
 #include "srf/model/shading_plan.h"
 
 #include <functional>
-#include <string_view>
 #include <vector>
 
 namespace surflect {
 
-// Radiance per query of all plans, from the queue over the block store.
-std::vector<Rgb> shade(std::span<const ShadingPlan> plans, BlockCache& cache, ShadingStats& stats,
+// Radiance per query of a plan, from the queue over the block store.
+std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
                        const Progress& progress = {}, Simd simd = bestSimd());
-inline std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
-                              const Progress& progress = {}, Simd simd = bestSimd()) {
-  return shade(std::span(&plan, 1), cache, stats, progress, simd);
-}
 
 struct Shaded {
   std::vector<Rgb> radiance;                // per query
@@ -25,13 +20,13 @@ struct Shaded {
 
 inline constexpr size_t kTargetsAtOnce = 1 << 14;
 
-// Both in one. Queries are planned and looked up for so many targets at a time, so that what passes between
-// the two stays in the processor's caches; a block that several parts ask for is read again where the cache
-// does not keep it. The answer does not depend on it. `finished` hears "ulr" after each part's planning and
-// "shade" after its look-ups.
+// Both in one. A few queries are planned and looked up by the same thread, so that what passes between the
+// two stays in its caches; what waits for the disk is fetched for so many targets at a time, and a block that
+// is asked for again later is read again where the cache does not keep it. The answer does not depend on it.
+// `lap` hears how much of the processors' time since it last heard was planning, 0..1; the rest is look-ups.
 Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
              ShadingStats& stats, const Progress& progress = {},
-             const std::function<void(std::string_view)>& finished = {},
+             const std::function<void(double planningShare)>& lap = {},
              size_t targetsAtOnce = kTargetsAtOnce);
 
 } // namespace surflect

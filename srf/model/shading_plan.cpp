@@ -6,7 +6,6 @@
 #include "surfel/error.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cassert>
@@ -17,8 +16,8 @@ namespace surflect {
 
 namespace {
 
-constexpr size_t kQueriesPerTask = 512;
-static_assert(kQueriesPerTask % kChoiceLanes == 0);
+constexpr size_t kQueriesPerPlan = 512;
+static_assert(kQueriesPerPlan % kChoiceLanes == 0);
 
 using Planner = std::variant<ProductPlanner, PairPlanner>;
 
@@ -64,9 +63,10 @@ struct ShadingPlanner::Parts {
                             : Planner(std::in_place_type<PairPlanner>, model, coverage, batch, options);
   }};
   std::vector<ShadingPlan> plans = {};
+  size_t begin = 0, end = 0; // of what is planned
 
-  void plan(size_t begin, size_t end, ShadingPlan& plan) {
-    plan.queries = end - begin;
+  void plan(size_t first, size_t last, ShadingPlan& plan) {
+    plan.queries = last - first;
     plan.targetsPerQuery = targetsPerQuery;
     plan.ops.clear();
     plan.rows.clear();
@@ -74,7 +74,7 @@ struct ShadingPlanner::Parts {
     const size_t blends = options.showsBlends ? plan.queries : 0;
     plan.cameraBlend.assign(blends, {});
     plan.lightBlend.assign(blends, {});
-    std::visit([&](auto& planner) { planner.plan(begin, plan); }, planners.local());
+    std::visit([&](auto& planner) { planner.plan(first, plan); }, planners.local());
     if (std::max(plan.rows.size(), plan.targets()) > std::numeric_limits<uint32_t>::max())
       throw Error("too many surfels and lights to be planned at once");
   }
@@ -104,16 +104,18 @@ ShadingPlanner::~ShadingPlanner() = default;
 
 size_t ShadingPlanner::targetsPerQuery() const { return parts_->targetsPerQuery; }
 
-std::span<const ShadingPlan> ShadingPlanner::plan(size_t begin, size_t end, const Progress& progress) {
-  const size_t tasks = (end - begin + kQueriesPerTask - 1) / kQueriesPerTask;
-  std::vector<ShadingPlan>& plans = parts_->plans;
-  if (plans.size() < tasks) plans.resize(tasks);
-  tbb::parallel_for(size_t{0}, tasks, [&](size_t task) {
-    progress.checkpoint();
-    const size_t first = begin + task * kQueriesPerTask;
-    parts_->plan(first, std::min(end, first + kQueriesPerTask), plans[task]);
-  });
-  return {plans.data(), tasks};
+size_t ShadingPlanner::split(size_t begin, size_t end) {
+  const size_t count = (end - begin + kQueriesPerPlan - 1) / kQueriesPerPlan;
+  if (parts_->plans.size() < count) parts_->plans.resize(count);
+  parts_->begin = begin;
+  parts_->end = end;
+  return count;
+}
+
+const ShadingPlan& ShadingPlanner::plan(size_t i) {
+  const size_t first = parts_->begin + i * kQueriesPerPlan;
+  parts_->plan(first, std::min(parts_->end, first + kQueriesPerPlan), parts_->plans[i]);
+  return parts_->plans[i];
 }
 
 ShadingPlan ShadingPlanner::planAll() {

@@ -60,8 +60,7 @@ double lightSpacing(const Model& model);
 // than the direction: lights near the object, or a capture that is not a full product.
 std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
 
-// Plans many queries at once by all threads, one part of a batch after the other; holds what it would
-// otherwise allocate anew.
+// Plans a few queries at a time, by many threads at once; holds what it would otherwise allocate anew.
 class ShadingPlanner {
 public:
   // Throws Error when lights are asked of a capture with fixed illumination, or none of one without; and when
@@ -72,9 +71,12 @@ public:
 
   size_t targetsPerQuery() const; // of every plan
 
-  // Of the queries from `begin` to before `end`, plans of a few queries each, in order. Targets count from 0
-  // in each. Valid until the next call.
-  std::span<const ShadingPlan> plan(size_t begin, size_t end, const Progress& progress = {});
+  // The queries from `begin` to before `end` make so many plans.
+  size_t split(size_t begin, size_t end);
+
+  // Of these the i-th, in order; targets count from 0 in each. Each is asked for once; by many threads at a
+  // time. Valid until the next split.
+  const ShadingPlan& plan(size_t i);
 
   // Of the whole batch, by this thread alone.
   ShadingPlan planAll();

@@ -1,20 +1,18 @@
 #include "srf/store/answerer.h"
 
 #include "srf/store/view_taps.h"
-#include "surfel/error.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <compare>
 
 namespace surflect {
 
 namespace {
 
-constexpr size_t kOpsPerRun = 1024;
 constexpr size_t kLineBytes = 64; // of the processor's caches
 constexpr size_t kOpsAtOnce = 16; // that the processor fetches for while others are answered
 constexpr size_t kMostJobs = 4 * kOpsAtOnce;
@@ -25,6 +23,9 @@ struct Asked {
   const LightWeight* row;
   Rgb* radiance;
 
+  Asked() = default;
+  Asked(AnsweredPart& part, size_t i)
+      : op(&part.part.ops[i]), row(part.part.rows.data() + op->rowBegin), radiance(&part.radiance[i]) {}
   size_t lights() const { return op->rowEnd - op->rowBegin; }
 };
 
@@ -70,89 +71,15 @@ void add(const Asked& asked, const float* rgb) {
 
 } // namespace
 
-// Of an operation, in one block; its result goes to results[slot].
+// Of what waits, in all parts.
 struct Answerer::Task {
-  uint64_t key = 0; // view, block
-  uint32_t slot = 0;
+  uint64_t key; // view, block
+  uint32_t part, number;
 
   uint32_t view() const { return static_cast<uint32_t>(key >> 32); }
   uint32_t block() const { return static_cast<uint32_t>(key); }
-  friend bool operator<(const Task& a, const Task& b) {
-    return a.key != b.key ? a.key < b.key : a.slot < b.slot;
-  }
+  friend auto operator<=>(const Task&, const Task&) = default;
 };
-
-// Tasks that wait for their block. Those of one operation lie together, in the order of their sum.
-struct Answerer::Waiting {
-  struct Place {
-    Asked asked;
-    BlockTaps taps;
-  };
-  std::vector<Task> tasks;
-  std::vector<Place> places; // of each task
-
-  void add(const Asked& asked, const ViewTaps& all) {
-    for (const auto& [block, taps] : all) {
-      tasks.push_back({uint64_t{asked.op->view} << 32 | block, static_cast<uint32_t>(tasks.size())});
-      places.push_back({asked, taps});
-    }
-  }
-
-  static Waiting joined(std::vector<Run> runs);
-};
-
-// Operations that lie side by side, and what has become of them.
-struct Answerer::Run {
-  const ShadingPart* part;
-  Answers* answers;
-  size_t begin, end;
-  Waiting waiting = {};
-  uint64_t hits = 0, ranks = 0;
-
-  Asked asked(size_t i) const {
-    const ShadingOp& op = part->ops[i];
-    return {&op, part->rows.data() + op.rowBegin, &answers->radiance[i]};
-  }
-};
-
-Answerer::Waiting Answerer::Waiting::joined(std::vector<Run> runs) {
-  size_t tasks = 0;
-  for (const Run& run : runs) tasks += run.waiting.tasks.size();
-  if (tasks > std::numeric_limits<uint32_t>::max()) throw Error("too many look-ups to be queued at once");
-  Waiting all;
-  all.tasks.reserve(tasks);
-  all.places.reserve(tasks);
-  for (Run& run : runs) {
-    const Waiting waiting = std::move(run.waiting); // and gone after it
-    const auto first = static_cast<uint32_t>(all.tasks.size());
-    for (const Task& task : waiting.tasks) all.tasks.push_back({task.key, first + task.slot});
-    all.places.insert(all.places.end(), waiting.places.begin(), waiting.places.end());
-  }
-  return all;
-}
-
-Answered Answerer::answer(std::span<const ShadingPart> parts) const {
-  Answered answered;
-  answered.parts.resize(parts.size());
-  std::vector<Run> runs;
-  for (size_t p = 0; p < parts.size(); ++p) {
-    const size_t ops = parts[p].ops.size();
-    answered.parts[p] = {std::vector<Rgb>(ops), std::vector<uint8_t>(ops)};
-    for (size_t begin = 0; begin < ops; begin += kOpsPerRun)
-      runs.push_back({&parts[p], &answered.parts[p], begin, std::min(ops, begin + kOpsPerRun)});
-  }
-  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
-    progress_.checkpoint();
-    answerResident(runs[r]);
-  });
-  for (const Run& run : runs) {
-    answered.tasks += run.hits + run.waiting.tasks.size();
-    answered.ranks += run.ranks;
-    answered.hits += run.hits;
-  }
-  if (answered.hits < answered.tasks) answered.ranks += sweep(Waiting::joined(std::move(runs)));
-  return answered;
-}
 
 // Some operations whose blocks are all in memory.
 struct Answerer::Ready {
@@ -179,22 +106,28 @@ struct Answerer::Ready {
 
 // A few at a time: finds their blocks and asks the processor for them; then answers, those of one row
 // together.
-void Answerer::answerResident(Run& run) const {
+void Answerer::answerResident(AnsweredPart& part) const {
   Ready ready;
-  for (size_t begin = run.begin; begin < run.end; begin += kOpsAtOnce) {
+  const size_t ops = part.part.ops.size();
+  for (size_t begin = 0; begin < ops; begin += kOpsAtOnce) {
     ready.count = ready.jobCount = 0;
-    for (size_t i = begin; i < std::min(run.end, begin + kOpsAtOnce); ++i) prepare(run, i, ready);
+    for (size_t i = begin; i < std::min(ops, begin + kOpsAtOnce); ++i) prepare(part, i, ready);
     answerReady(ready);
   }
 }
 
-void Answerer::prepare(Run& run, size_t i, Ready& ready) const {
-  const Asked asked = run.asked(i);
+void Answerer::prepare(AnsweredPart& part, size_t i, Ready& ready) const {
+  const Asked asked(part, i);
   const uint32_t view = asked.op->view;
   const ViewFile& file = cache_.views()[view];
   const TexelPlace place = TexelPlace::at(file.header(), asked.op->x, asked.op->y);
   ready.begin(asked);
   uint64_t ranks = 0;
+  const auto wait = [&](const ViewTaps& all) {
+    ready.drop();
+    for (const auto& [number, taps] : all)
+      part.waiting.push_back({view, number, static_cast<uint32_t>(i), taps});
+  };
   const auto isHere = [&](uint32_t number, const BlockTaps& taps) {
     const auto block = cache_.resident(view, number);
     if (!block) return false;
@@ -204,19 +137,16 @@ void Answerer::prepare(Run& run, size_t i, Ready& ready) const {
   };
   if (place.isInOneBlock()) { // most are; tapsAt would say the same
     const auto number = file.find(place.block());
-    run.answers->isLost[i] = !number;
-    if (number && !isHere(*number, place.taps())) return run.waiting.add(asked, tapsAt(file, place));
+    part.isLost[i] = !number;
+    if (number && !isHere(*number, place.taps())) return wait(tapsAt(file, place));
   } else {
     const ViewTaps all = tapsAt(file, place);
-    run.answers->isLost[i] = all.empty();
+    part.isLost[i] = all.empty();
     for (const auto& [number, taps] : all)
-      if (!isHere(number, taps)) {
-        ready.drop();
-        return run.waiting.add(asked, all);
-      }
+      if (!isHere(number, taps)) return wait(all);
   }
-  run.hits += ready.jobCount - ready.operations[ready.count].firstJob;
-  run.ranks += ranks;
+  part.hits += ready.jobCount - ready.operations[ready.count].firstJob;
+  part.ranks += ranks;
   ++ready.count;
 }
 
@@ -251,9 +181,13 @@ void Answerer::announce(std::span<const Task> sorted, std::span<const size_t> fi
   }
 }
 
-// Returns the sum of the blocks' ranks over tasks.
-uint64_t Answerer::sweep(const Waiting& waiting) const {
-  std::vector<Task> sorted = waiting.tasks;
+uint64_t Answerer::sweep(std::span<AnsweredPart> parts) const {
+  std::vector<Task> sorted;
+  for (uint32_t p = 0; p < parts.size(); ++p)
+    for (uint32_t i = 0; i < parts[p].waiting.size(); ++i) {
+      const WaitingTask& task = parts[p].waiting[i];
+      sorted.push_back({uint64_t{task.view} << 32 | task.block, p, i});
+    }
   tbb::parallel_sort(sorted); // no two compare equal: one order only
   std::vector<size_t> first;  // task in each block; one more, for the end
   for (size_t t = 0; t < sorted.size(); ++t)
@@ -262,7 +196,9 @@ uint64_t Answerer::sweep(const Waiting& waiting) const {
   first.push_back(sorted.size());
 
   announce(sorted, first);
-  std::vector<std::array<float, 3>> results(sorted.size());
+  using Result = std::array<float, 3>;
+  std::vector<std::vector<Result>> results; // of each part's tasks
+  for (const AnsweredPart& part : parts) results.emplace_back(part.waiting.size());
   std::vector<uint64_t> ranksOf(blocks);
   tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
     progress_.checkpoint();
@@ -270,12 +206,16 @@ uint64_t Answerer::sweep(const Waiting& waiting) const {
     const std::shared_ptr<const Block> block = cache_.get(ofBlock[0].view(), ofBlock[0].block());
     ranksOf[b] = static_cast<uint64_t>(block->rank) * ofBlock.size();
     for (const Task& task : ofBlock) {
-      const auto& [asked, taps] = waiting.places[task.slot];
-      const LookUpJob job = jobOf(block->terms(), taps);
-      lookUp_(asked.row, asked.lights(), &job, 1, results[task.slot].data());
+      AnsweredPart& part = parts[task.part];
+      const WaitingTask& waiting = part.waiting[task.number];
+      const Asked asked(part, waiting.op);
+      const LookUpJob job = jobOf(block->terms(), waiting.taps);
+      lookUp_(asked.row, asked.lights(), &job, 1, results[task.part][task.number].data());
     }
   });
-  for (size_t slot = 0; slot < results.size(); ++slot) add(waiting.places[slot].asked, results[slot].data());
+  for (size_t p = 0; p < parts.size(); ++p)
+    for (size_t i = 0; i < results[p].size(); ++i)
+      add(Asked(parts[p], parts[p].waiting[i].op), results[p][i].data());
   uint64_t ranks = 0;
   for (const uint64_t ofBlock : ranksOf) ranks += ofBlock;
   return ranks;

@@ -1,12 +1,13 @@
 #include "srf/store/shading_queue.h"
 
-#include "srf/store/answerer.h"
 #include "srf/store/view_taps.h"
+#include "surfel/error.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 namespace surflect {
 
@@ -34,30 +35,6 @@ std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const u
   return moved;
 }
 
-// Answers once more the operations of targets that see nothing but background.
-void answerBlind(const Answerer& answerer, std::span<const ShadingPart> parts,
-                 std::span<const ViewFile> views, const Progress& progress, Answered& answered) {
-  std::vector<std::vector<uint32_t>> blind(parts.size()); // numbers of operations
-  std::vector<std::vector<ShadingOp>> moved(parts.size());
-  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
-    progress.checkpoint();
-    blind[p] = blindOps(parts[p], answered.parts[p].isLost);
-    moved[p] = sighted(parts[p].ops, blind[p], views);
-  });
-  if (std::ranges::all_of(blind, [](const auto& ops) { return ops.empty(); })) return;
-  std::vector<ShadingPart> again;
-  for (size_t p = 0; p < parts.size(); ++p) again.push_back({moved[p], parts[p].rows, parts[p].targets});
-  const Answered nearest = answerer.answer(again);
-  for (size_t p = 0; p < parts.size(); ++p)
-    for (size_t i = 0; i < blind[p].size(); ++i) {
-      answered.parts[p].radiance[blind[p][i]] = nearest.parts[p].radiance[i];
-      answered.parts[p].isLost[blind[p][i]] = nearest.parts[p].isLost[i];
-    }
-  answered.tasks += nearest.tasks;
-  answered.ranks += nearest.ranks;
-  answered.hits += nearest.hits;
-}
-
 // What remains of a target when some of its operations are lost.
 struct Coverage {
   double all = 0, kept = 0; // sums of weights
@@ -66,55 +43,108 @@ struct Coverage {
 };
 
 // Adds up a part's answers by target.
-void sum(const ShadingPart& part, const Answers& answers, std::span<Rgb> radiance) {
-  std::vector<Coverage> coverage(part.targets);
-  for (size_t i = 0; i < part.ops.size(); ++i) {
-    const ShadingOp& op = part.ops[i];
+void sum(const AnsweredPart& answered, std::span<Rgb> radiance) {
+  const auto& [ops, rows, targets] = answered.part;
+  std::vector<Coverage> coverage(targets);
+  for (size_t i = 0; i < ops.size(); ++i) {
+    const ShadingOp& op = ops[i];
     coverage[op.target].all += op.weight;
-    if (answers.isLost[i]) continue;
+    if (answered.isLost[i]) continue;
     coverage[op.target].kept += op.weight;
-    radiance[op.target] = radiance[op.target] + answers.radiance[i];
+    radiance[op.target] = radiance[op.target] + answered.radiance[i];
   }
-  for (size_t target = 0; target < part.targets; ++target)
+  for (size_t target = 0; target < targets; ++target)
     radiance[target] = coverage[target].scale() * radiance[target];
 }
 
 } // namespace
 
-std::vector<Rgb> execute(std::span<const ShadingPart> parts, BlockCache& cache, ShadingStats& stats,
-                         const Progress& progress, Simd simd) {
-  const std::span<const ViewFile> views = cache.views();
-  assert(std::ranges::all_of(parts, [&](const ShadingPart& part) {
-    return std::ranges::all_of(part.ops, [&](const ShadingOp& op) {
-      return op.view < views.size() && op.target < part.targets && op.rowBegin <= op.rowEnd &&
-             op.rowEnd <= part.rows.size();
-    });
+ShadingQueue::ShadingQueue(BlockCache& cache, ShadingStats& stats, const Progress& progress, Simd simd)
+    : cache_(cache), stats_(stats), progress_(progress), answerer_(cache, simd, progress) {}
+
+void ShadingQueue::begin(size_t parts) {
+  count_ = parts;
+  if (parts_.size() < parts) parts_.resize(parts);
+  before_ = cache_.counts();
+}
+
+void ShadingQueue::ask(size_t number, const ShadingPart& part) {
+  assert(number < count_);
+  assert(std::ranges::all_of(part.ops, [&](const ShadingOp& op) {
+    return op.view < cache_.views().size() && op.target < part.targets && op.rowBegin <= op.rowEnd &&
+           op.rowEnd <= part.rows.size();
   }));
-  const CacheCounts before = cache.counts();
-  const Answerer answerer(cache, simd, progress);
-  Answered answered = answerer.answer(parts);
-  for (const Answers& answers : answered.parts)
-    stats.lost += static_cast<uint64_t>(std::ranges::count(answers.isLost, true));
-  answerBlind(answerer, parts, views, progress, answered);
+  if (part.ops.size() > std::numeric_limits<uint32_t>::max())
+    throw Error("too many look-ups to be queued at once");
+  progress_.checkpoint();
+  parts_[number].begin(part);
+  answerer_.answerResident(parts_[number]);
+}
+
+std::vector<Rgb> ShadingQueue::finish() {
+  const std::span parts(parts_.data(), count_);
+  for (const AnsweredPart& answered : parts) {
+    stats_.operations += answered.part.ops.size();
+    for (const ShadingOp& op : answered.part.ops) stats_.lookups += op.rowEnd - op.rowBegin;
+    stats_.lost += static_cast<uint64_t>(std::ranges::count(answered.isLost, true));
+  }
+  answerWaiting(parts);
+  answerBlind();
 
   std::vector<size_t> first{0}; // target of each part; one more, for the end
-  for (const ShadingPart& part : parts) first.push_back(first.back() + part.targets);
+  for (const AnsweredPart& answered : parts) first.push_back(first.back() + answered.part.targets);
   std::vector<Rgb> radiance(first.back());
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
-    sum(parts[p], answered.parts[p], std::span(radiance).subspan(first[p], parts[p].targets));
+    sum(parts[p], std::span(radiance).subspan(first[p], parts[p].part.targets));
   });
-
-  for (const ShadingPart& part : parts) {
-    stats.operations += part.ops.size();
-    for (const ShadingOp& op : part.ops) stats.lookups += op.rowEnd - op.rowBegin;
-  }
-  const CacheCounts after = cache.counts();
-  stats.tasks += answered.tasks;
-  stats.taskRanks += answered.ranks;
-  stats.blocksRead += after.reads - before.reads;
-  stats.bytesRead += after.bytesRead - before.bytesRead;
-  stats.cacheHits += answered.hits;
+  const CacheCounts after = cache_.counts();
+  stats_.blocksRead += after.reads - before_.reads;
+  stats_.bytesRead += after.bytesRead - before_.bytesRead;
   return radiance;
+}
+
+// What was not in memory.
+void ShadingQueue::answerWaiting(std::span<AnsweredPart> parts) {
+  size_t waiting = 0;
+  for (const AnsweredPart& answered : parts) {
+    waiting += answered.waiting.size();
+    stats_.tasks += answered.hits + answered.waiting.size();
+    stats_.cacheHits += answered.hits;
+    stats_.taskRanks += answered.ranks;
+  }
+  if (waiting > 0) stats_.taskRanks += answerer_.sweep(parts);
+}
+
+// Answers once more the operations of targets that see nothing but background.
+void ShadingQueue::answerBlind() {
+  const std::span parts(parts_.data(), count_);
+  std::vector<std::vector<uint32_t>> blind(count_); // numbers of operations
+  std::vector<std::vector<ShadingOp>> moved(count_);
+  tbb::parallel_for(size_t{0}, count_, [&](size_t p) {
+    progress_.checkpoint();
+    blind[p] = blindOps(parts[p].part, parts[p].isLost);
+    moved[p] = sighted(parts[p].part.ops, blind[p], cache_.views());
+  });
+  if (std::ranges::all_of(blind, [](const auto& ops) { return ops.empty(); })) return;
+  std::vector<AnsweredPart> again(count_);
+  tbb::parallel_for(size_t{0}, count_, [&](size_t p) {
+    again[p].begin({moved[p], parts[p].part.rows, parts[p].part.targets});
+    answerer_.answerResident(again[p]);
+  });
+  answerWaiting(again);
+  for (size_t p = 0; p < count_; ++p)
+    for (size_t i = 0; i < blind[p].size(); ++i) {
+      parts[p].radiance[blind[p][i]] = again[p].radiance[i];
+      parts[p].isLost[blind[p][i]] = again[p].isLost[i];
+    }
+}
+
+std::vector<Rgb> execute(std::span<const ShadingPart> parts, BlockCache& cache, ShadingStats& stats,
+                         const Progress& progress, Simd simd) {
+  ShadingQueue queue(cache, stats, progress, simd);
+  queue.begin(parts.size());
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) { queue.ask(p, parts[p]); });
+  return queue.finish();
 }
 
 } // namespace surflect

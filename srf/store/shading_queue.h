@@ -3,8 +3,9 @@
 // in which neighbours share lights and blocks.
 #pragma once
 
+#include "srf/store/answerer.h"
 #include "srf/store/block_cache.h"
-#include "srf/store/light_weight.h"
+#include "srf/store/shading_part.h"
 #include "surfel/progress.h"
 #include "surfel/rgb.h"
 #include "surfel/simd.h"
@@ -18,24 +19,6 @@
 
 namespace surflect {
 
-// After [Weyrich 2005, Table 2], whose operation is one look-up for one surfel, camera and light. Here all
-// lights of a surfel and camera are one operation: they share the position, hence blocks and texels, and by
-// X ~ E A their weights fold into A before any texel is touched.
-struct ShadingOp {
-  uint32_t target = 0; // the surfel that is shaded
-  uint32_t view = 0;   // the camera
-  float x = 0, y = 0;  // where the camera sees it, in pixels, centres at +0.5; clamped to the image
-  float weight = 0;    // of the camera
-  uint32_t rowBegin = 0, rowEnd = 0; // the light weights
-};
-
-// Operations with rows and targets of their own.
-struct ShadingPart {
-  std::span<const ShadingOp> ops;
-  std::span<const LightWeight> rows;
-  size_t targets = 0;
-};
-
 // Counts add up over calls.
 struct ShadingStats {
   uint64_t lookups = 0; // operations x their lights
@@ -48,22 +31,50 @@ struct ShadingStats {
   uint64_t bytesRead = 0;
 };
 
-// Of all targets of the first part, of the second, and so on:
+// Answers parts as they come, and in the end what has to wait for the disk.
+//
 //   radiance[target] = sum over its operations of
-//   weight * sum over bilinear taps of tap * sum_k (sum_l w_l a_kl) e_k(texel),   per channel.
+//     weight * sum over bilinear taps of tap * sum_k (sum_l w_l a_kl) e_k(texel),   per channel.
 //
 // Background: taps that fall into blocks left out are dropped, and the others renormalised. An operation
 // without taps is lost; the target's other operations are scaled by (sum of all weights) / (sum of weights
 // not lost). Where all of a target's are lost, each looks up what its view stores nearest: a surface whose
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
-// Each block is fetched once a call, and once more if targets that see background only are left to it; the
-// result has the same bits for any number of threads and any cache, and for all vector instructions but
-// scalar, which rounds each product. Against executeReference it errs by less than (lights + K + tasks of the
-// target + 20) 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has
-// them: those at 16 bits are two; measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13
-// bytes an operation, and up to 200 for each block of those that wait for one. Throws Error as
-// ViewFile::read.
+// Between begin and finish each block is fetched once, and once more if targets that see background only are
+// left to it; the result has the same bits for any number of threads and any cache, and for all vector
+// instructions but scalar, which rounds each product. Against executeReference it errs by less than
+// (lights + K + tasks of the target + 20) 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's
+// terms, as BlockTerms has them: those at 16 bits are two; measured 2e-7 of it. Nobody else may use the cache
+// meanwhile. Memory: 13 bytes an operation, and up to 250 for each block of those that wait for one.
+class ShadingQueue {
+public:
+  // All must outlive the queue.
+  ShadingQueue(BlockCache& cache, ShadingStats& stats, const Progress& progress, Simd simd);
+
+  // So many parts will be asked.
+  void begin(size_t parts);
+
+  // Each of them once; by many threads at a time. What the part points at must last until finish.
+  void ask(size_t number, const ShadingPart& part);
+
+  // The radiance of all targets of the first part, of the second, and so on. Throws Error as ViewFile::read.
+  std::vector<Rgb> finish();
+
+private:
+  void answerWaiting(std::span<AnsweredPart> parts);
+  void answerBlind();
+
+  BlockCache& cache_;
+  ShadingStats& stats_;
+  const Progress& progress_;
+  Answerer answerer_;
+  std::vector<AnsweredPart> parts_; // those begun, and memory of more
+  size_t count_ = 0;
+  CacheCounts before_;
+};
+
+// The same for parts that are there already.
 std::vector<Rgb> execute(std::span<const ShadingPart> parts, BlockCache& cache, ShadingStats& stats,
                          const Progress& progress = {}, Simd simd = bestSimd());
 

@@ -8,7 +8,9 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <random>
+#include <utility>
 
 namespace surflect {
 namespace {
@@ -156,6 +158,39 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAndAnyCache) {
         for (const auto& [name, image] : expected.aovs)
           EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
       });
+}
+
+// Of a larger picture, of another warp, of a frame that nothing is seen in, and of one that was interrupted.
+TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
+  BlockCache cache(model().files, size_t{1} << 28);
+  FrameMemory memory;
+  const auto render = [&](const Warp& warp, int size, FrameMemory* kept, const Progress& progress = {}) {
+    FrameStats stats;
+    const auto picture = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, size);
+    return renderFrame(model(), warp, picture, lights, {}, cache, stats, progress, kept).color;
+  };
+  const Expression x("x", warpVariables), nan("sqrt(-1 - x^2)", warpVariables);
+  const auto still = noWarp(), flat = scaleWarp({1, 1, 0.3}, Vec3<double>::Zero()),
+             nowhere = expressionWarp(nan, x, x, {});
+  const Image expected = render(*noWarp(), pictureSize, nullptr);
+  for (const auto& [warp, size] :
+       {std::pair{still.get(), pictureSize}, {flat.get(), 3 * pictureSize}, {nowhere.get(), 20}}) {
+    const Image fresh = render(*warp, size, nullptr);
+    const Image kept = render(*warp, size, &memory);
+    EXPECT_EQ(kept.values, fresh.values);
+    memory.color = kept;
+    EXPECT_EQ(render(*noWarp(), pictureSize, &memory).values, expected.values);
+  }
+  for (int calls = 0; calls < 200; calls += 7) {
+    std::atomic<int> left = calls;
+    Progress progress;
+    progress.cancelled = [&] { return left-- <= 0; };
+    try {
+      render(*flat, 2 * pictureSize, &memory, progress);
+    } catch (const Cancelled&) {
+    }
+    EXPECT_EQ(render(*noWarp(), pictureSize, &memory).values, expected.values) << calls;
+  }
 }
 
 TEST_F(FrameOfSphere, NormalAndDepthAreThoseOfTheSphere) {

@@ -123,14 +123,22 @@ TEST_F(Shade, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(mode
 
 TEST_F(ShadePairs, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 300, 3, random)); }
 
-TEST_F(Shade, OfNothingIsNothingAndBothStagesAreHeard) {
+TEST_F(Shade, LapsAreSharedByPlanningAndLookUps) {
   BlockCache cache(model.files, everything);
   ShadingStats stats;
-  std::vector<std::string> heard;
-  const Shaded nothing = shade(model, randomBatch(model, 0, 1, random), {}, cache, stats, {},
-                               [&](std::string_view stage) { heard.emplace_back(stage); });
-  EXPECT_TRUE(nothing.radiance.empty());
-  EXPECT_EQ(heard, (std::vector<std::string>{"ulr", "shade"}));
+  const auto sharesOf = [&](size_t queries) {
+    std::vector<double> shares;
+    const Shaded all = shade(
+        model, randomBatch(model, queries, 1, random), {}, cache, stats, {},
+        [&](double planning) { shares.push_back(planning); }, 700);
+    EXPECT_EQ(all.radiance.size(), queries);
+    return shares;
+  };
+  const std::vector<double> shares = sharesOf(1000);
+  ASSERT_EQ(shares.size(), 4u); // twice: what is in memory, then the rest
+  for (const size_t lap : {0, 2}) EXPECT_TRUE(shares[lap] > 0 && shares[lap] < 1) << shares[lap];
+  for (const size_t lap : {1, 3}) EXPECT_EQ(shares[lap], 0);
+  EXPECT_EQ(sharesOf(0), (std::vector<double>{1, 0}));
 }
 
 TEST_F(Shade, LightAddsUp) {
