@@ -161,7 +161,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     }
     const Stopwatch watch;
     FrameStats stats;
-    const Film film = shot.render(frame, arguments.scale, stats);
+    Film film = shot.render(frame, arguments.scale, stats);
     const Stopwatch writeWatch;
     std::optional<double> exposure; // of a preview
     if (script.output->png) {
@@ -181,6 +181,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
                      {"surflect.frame", std::to_string(frame)}});
         });
     stats.seconds["write"] = writeWatch.seconds();
+    shot.reuse(std::move(film.color));
     Json entry = jsonOf(stats);
     entry["frame"] = frame;
     entry["file"] = path.string();

@@ -10,6 +10,7 @@
 #include "render/tile_bins.h"
 #include "srf/image/image.h"
 #include "surfel/progress.h"
+#include "surfel/room.h"
 #include "surfel/simd.h"
 
 #include <cassert>
@@ -43,12 +44,12 @@ struct Coverage {
 };
 
 // Splats the cloud. Per pixel, fragments that agree in depth form a layer; layers fill the pixel front to
-// back, each taking of it what those in front have left (see layersOf in the source). An interior pixel
+// back, each taking of it what those in front have left (see layersOf in pixel_layers.h). An interior pixel
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
 // Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes for each splat that is
-// drawn, 64 for each tile it touches and 4 for each block, 5 for each of the cloud, 8 bytes a pixel, and for
-// each thread up to 300 bytes for each splat over one block. `kept`, a coverage that is no longer needed,
-// gives its memory.
+// drawn, 64 for each tile it touches and 4 for each block, 5 for each of the cloud, 12 bytes a pixel, 8 for
+// each splat in a pixel of several layers, and for each thread up to 300 bytes for each splat over one block.
+// `kept`, a coverage that is no longer needed, gives its memory: up to four times what is needed stays.
 Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
                const Progress& progress = {}, Coverage kept = {});
 

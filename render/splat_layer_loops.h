@@ -40,7 +40,9 @@ inline void listBlocksLoop(TileLists& tile) {
       list[at] = i;
       ends[to] = at + (there ? 1 : 0);
     };
-    const bool some = x0 < x1 && y0<y1, wide = x1 - x0> 1, high = y1 - y0 > 1;
+    const bool some = x0 < x1 && y0 < y1;
+    const bool wide = x1 > x0 + 1;
+    const bool high = y1 > y0 + 1;
     const int corner = y0 * kBlocksPerRow + x0;
     put(corner, some);
     put(corner + 1, some & wide);
@@ -202,7 +204,7 @@ inline void rankPixelLoop(uint32_t n, const PixelFragments& pixel) {
   }
 }
 
-// layersOf in coverage.cpp for the first layer, each fragment compared with each.
+// layersOf in pixel_layers.h for the first layer, each fragment compared with each.
 inline bool firstLayerLoop(uint32_t n, const PixelFragments& pixel, int lane, BlockLayers& out) {
   const Lanes infinite = broadcast(kInfinity), zero = broadcast(0);
   const float *order = pixel.order, *tolerance = pixel.tolerance, *area = pixel.area;

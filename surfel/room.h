@@ -4,16 +4,18 @@
 
 #include <cstddef>
 #include <memory>
-#include <utility>
 
 namespace surflect {
 
 // Room for values without their first ones. Not copied.
 template <class T> class Room {
 public:
-  // For at least `count` values; where that is more than ever before, those in it are lost.
+  // For at least `count` values. Where there is not enough, or more than four times as much, it is had anew,
+  // and those in it are lost.
   T* of(size_t count) {
-    if (count > capacity_ || !values_) { // none once it has been moved away
+    constexpr size_t kLittle = 1024; // bytes that may stay
+    const bool isWaste = capacity_ / 4 > count && capacity_ * sizeof(T) > kLittle;
+    if (count > capacity_ || isWaste || !values_) { // none once it has been moved away
       values_.reset();
       values_ = std::make_unique_for_overwrite<T[]>(count);
       capacity_ = count;

@@ -89,7 +89,7 @@ ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, Shading
 Renderer withLightHull(const SplatView& view) {
   return adjusted(view, nullptr, [=](const QueryBatch& batch) {
     ShadingStats stats;
-    ShadingPlan plan = planShading(view.model, batch, view.options.shade, view.progress);
+    ShadingPlan plan = planShading(view.model, batch, view.options.shade);
     return shade(blendedOverHull(view.model, batch, std::move(plan)), view.cache, stats, view.progress);
   });
 }

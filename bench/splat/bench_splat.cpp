@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 
@@ -69,6 +70,10 @@ struct Kept {
 int run(int rounds, int slowRounds, std::string_view only) {
   std::vector<Simd> kinds = supportedSimd();
   if (!only.empty()) std::erase_if(kinds, [&](Simd simd) { return nameOf(simd) != only; });
+  if (kinds.empty()) {
+    std::fprintf(stderr, "bench_splat: --simd: not of this processor\n");
+    return 2;
+  }
   const auto camera = dollCamera(1024, 768);
   for (const auto order : {SurfelOrder::coherent, SurfelOrder::shuffled}) {
     const DollCloud doll = dollCloud(kDollSurfels, order);

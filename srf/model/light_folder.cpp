@@ -13,7 +13,7 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
       how_(lightBlend(model, options)), lights_(model.rig.lights),
       rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
       row_(model.rig.lights.size()), short_(batch.lights * kMaxBlended),
-      isShort_(batch.environments.empty() && batch.lights * how_.lights <= model.rig.lights.size()),
+      isShort_(batch.environments.empty() && 2 * batch.lights * how_.lights <= model.rig.lights.size()),
       showsColors_(options.showsBlends), lightColor_(indexColors(model.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
       cosine_(model.rig.lights.size()) {}
@@ -55,7 +55,7 @@ template <class Add> void LightFolder::foldLights(size_t lane, const Add& add) {
   const float share = 1 / static_cast<float>(batch_.targets());
   const auto addRatio = [&](uint32_t light, float weight, const Rgb& now) {
     const Eigen::Array4f ratio = weight * lights_.ratio({share, now.r, now.g, now.b}, light);
-    add(light, ratio);
+    if (now != Rgb{}) add(light, ratio);
     show(light, ratio[0]);
   };
   for (size_t l = 0; l < batch_.lights; ++l) {

@@ -58,7 +58,7 @@ private:
   std::vector<LaneBlends> chosen_; // one per light of a query
   LaneBlends blends_;
   LightRow row_;
-  std::vector<LightWeight> short_; // a row, where no more weights are added than there are lights
+  std::vector<LightWeight> short_; // a row, where so few weights are added that hardly any light has two
   bool isShort_, showsColors_;
   std::vector<Rgb> lightColor_;
   Rgb color_;

@@ -21,13 +21,14 @@ public:
     weights_[light] += weight;
   }
 
-  // Appends what was added, in order, and begins anew.
+  // Appends what was added and is not 0, in order, and begins anew.
   void take(std::vector<LightWeight>& rows) {
     for (uint32_t word = 0; word < inRow_.size(); ++word) {
       for (uint64_t bits = inRow_[word]; bits != 0; bits &= bits - 1) {
         const auto light = 64 * word + static_cast<uint32_t>(std::countr_zero(bits));
         Eigen::Array4f& weight = weights_[light];
-        rows.push_back({light, {weight[1], weight[2], weight[3]}});
+        const Rgb rgb{weight[1], weight[2], weight[3]};
+        if (rgb != Rgb{}) rows.push_back({light, rgb});
         weight.setZero();
       }
       inRow_[word] = 0;

@@ -49,7 +49,8 @@ public:
   const Direction3<AcquisitionSpace>& towards(size_t light) const { return towards_[light]; }
   std::span<const Direction3<AcquisitionSpace>> towards() const { return towards_; }
   Rgb irradiance(size_t light) const { return irradianceAt(lights_[light], place_); }
-  // irradianceRatio of the last three; the first stays as it is.
+  // irradianceRatio of the last three but for a rounding, where an irradiance below the normal numbers is
+  // none; the first stays as it is.
   Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
 
 private:

@@ -16,8 +16,7 @@ namespace surflect {
 
 namespace {
 
-constexpr size_t kQueriesPerPlan = 512;
-static_assert(kQueriesPerPlan % kChoiceLanes == 0);
+constexpr size_t kTargetsPerPlan = 512;
 
 using Planner = std::variant<ProductPlanner, PairPlanner>;
 
@@ -57,11 +56,13 @@ struct ShadingPlanner::Parts {
   const QueryBatch& batch;
   ShadeOptions options;
   LightCoverage coverage;
-  size_t targetsPerQuery = isProduct(model) ? 1 : batch.targets();
+  size_t targetsPerQuery = isProduct(model) ? 1 : std::max(size_t{1}, batch.targets());
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return isProduct(model) ? Planner(std::in_place_type<ProductPlanner>, model, coverage, batch, options)
                             : Planner(std::in_place_type<PairPlanner>, model, coverage, batch, options);
   }};
+  size_t queriesPerPlan =
+      std::max(size_t{1}, kTargetsPerPlan / targetsPerQuery / kChoiceLanes) * kChoiceLanes;
   std::vector<ShadingPlan> plans = {};
   size_t begin = 0, end = 0; // of what is planned
 
@@ -105,7 +106,7 @@ ShadingPlanner::~ShadingPlanner() = default;
 size_t ShadingPlanner::targetsPerQuery() const { return parts_->targetsPerQuery; }
 
 size_t ShadingPlanner::split(size_t begin, size_t end) {
-  const size_t count = (end - begin + kQueriesPerPlan - 1) / kQueriesPerPlan;
+  const size_t count = (end - begin + parts_->queriesPerPlan - 1) / parts_->queriesPerPlan;
   if (parts_->plans.size() < count) parts_->plans.resize(count);
   parts_->begin = begin;
   parts_->end = end;
@@ -113,8 +114,8 @@ size_t ShadingPlanner::split(size_t begin, size_t end) {
 }
 
 const ShadingPlan& ShadingPlanner::plan(size_t i) {
-  const size_t first = parts_->begin + i * kQueriesPerPlan;
-  parts_->plan(first, std::min(parts_->end, first + kQueriesPerPlan), parts_->plans[i]);
+  const size_t first = parts_->begin + i * parts_->queriesPerPlan;
+  parts_->plan(first, std::min(parts_->end, first + parts_->queriesPerPlan), parts_->plans[i]);
   return parts_->plans[i];
 }
 
@@ -124,9 +125,7 @@ ShadingPlan ShadingPlanner::planAll() {
   return plan;
 }
 
-ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-                        const Progress& progress) {
-  progress.checkpoint();
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options) {
   return ShadingPlanner(model, batch, options).planAll();
 }
 

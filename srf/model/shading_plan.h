@@ -25,7 +25,7 @@ struct ShadeOptions {
   // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
   // without any fading.
   bool nearest = false;
-  // avx2 and avx512 give the same bits; scalar differs by roundings of penalties, see choice_lanes.h.
+  // avx2 and avx512 give the same bits; scalar differs by roundings, see choice_lanes.h, look_up_kernel.h.
   Simd simd = bestSimd();
   bool showsBlends = false; // Shaded has colours of cameras and lights
 };
@@ -87,7 +87,6 @@ private:
 };
 
 // The same in one call.
-ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-                        const Progress& progress = {});
+ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options);
 
 } // namespace surflect

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <compare>
+#include <cstdint>
+#include <memory>
 
 namespace surflect {
 

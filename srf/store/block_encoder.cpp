@@ -8,12 +8,14 @@
 #include "surfel/error.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 #include <cmath>
 #include <functional>
 #include <numeric>
 #include <optional>
+#include <span>
 
 namespace surflect {
 

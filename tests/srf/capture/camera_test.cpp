@@ -79,7 +79,6 @@ TEST_F(CameraTest, NothingBehindAPinholeIsInThePicture) {
   EXPECT_TRUE(project(lens, {0.1, 0.1, -1}));
 }
 
-// x (1 - 0.3 x^2) has its maximum at x = 1.054 and comes back to 0 at 1.826.
 TEST_F(CameraTest, AProjectorSaysWhatTheCameraDoes) {
   for (int i = 0; i < 600; ++i) {
     Camera<AcquisitionSpace> camera{distortedLens(), anyPose()};
@@ -98,6 +97,7 @@ TEST_F(CameraTest, AProjectorSaysWhatTheCameraDoes) {
   }
 }
 
+// x (1 - 0.3 x^2) has its maximum at x = 1.054 and comes back to 0 at 1.826.
 TEST_F(CameraTest, PointsBeyondTheFoldOfTheDistortionAreNotInThePicture) {
   Lens lens{Lens::Model::pinhole, 640, 480, 500, 500, 320, 240};
   lens.k1 = -0.3;

@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 namespace surflect {
@@ -138,6 +139,25 @@ TEST_F(ShadingQueueTest, SameBitsForAnyNumberOfThreads) {
     tbb::task_arena arena(threads);
     arena.execute([&] { EXPECT_EQ(executed(queue), expected) << threads; });
   }
+}
+
+// From the disk, then from memory.
+TEST_F(ShadingQueueTest, PartsHaveTheSameBitsForAnyNumberOfThreads) {
+  std::vector<Queue> queues;
+  for (unsigned i = 0; i < 20; ++i) queues.push_back(randomQueue(150, i));
+  std::vector<ShadingPart> parts;
+  std::vector<Rgb> expected;
+  for (const Queue& queue : queues) {
+    parts.push_back({queue.ops, queue.rows, queue.targets});
+    std::ranges::copy(executed(queue), std::back_inserter(expected));
+  }
+  for (const int threads : {1, 2, 4})
+    tbb::task_arena(threads).execute([&] {
+      BlockCache cache(views_, everything);
+      ShadingStats stats;
+      for (int call = 0; call < 2; ++call) EXPECT_EQ(execute(parts, cache, stats), expected) << threads;
+      EXPECT_GE(stats.cacheHits, stats.tasks / 2);
+    });
 }
 
 TEST_F(ShadingQueueTest, AllVectorInstructionsButScalarGiveTheSameBits) {
