@@ -82,7 +82,7 @@ TEST(BlockKernels, RoundingLeavesWhatLevelsAreAwayFromTheValues) {
           const double level = std::round(std::clamp(x / step, -job.last[r], job.last[r]));
           expected += std::pow((x - step * level) * weights[i], 2);
         }
-        EXPECT_NEAR(result[r * values.stride() + k], expected, 1e-9 * expected) << r << ' ' << k;
+        EXPECT_NEAR(result[r * values.stride() + k], expected, 5e-12 * expected) << r << ' ' << k;
       }
     return result;
   };
