@@ -30,14 +30,13 @@ float asStored(float coefficient, CoefficientType type) {
 
 // The levels nearest to values of which clip times the largest is put on the last one. Returns that value.
 template <class Real> Real toLevels(const Real* values, size_t count, int bits, Real clip, Real* levels) {
-  constexpr Real wholeShift = sizeof(Real) == 4 ? Real(12582912) : Real(6755399441055744);
   Real peak = 0;
   for (size_t i = 0; i < count; ++i) peak = std::max(peak, std::abs(values[i]));
   peak *= clip;
   const auto last = static_cast<Real>(levelsOf(bits));
   const Real scale = peak > 0 ? last / peak : 0;
   for (size_t i = 0; i < count; ++i)
-    levels[i] = std::max(std::min(values[i] * scale, last), -last) + wholeShift - wholeShift;
+    levels[i] = std::max(std::min(values[i] * scale, last), -last) + wholeShift<Real> - wholeShift<Real>;
   return peak;
 }
 

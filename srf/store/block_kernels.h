@@ -9,6 +9,11 @@
 
 namespace surflect {
 
+// x + it - it is x to the nearest whole number.
+template <class Real> constexpr Real wholeShift = Real(0);
+template <> constexpr float wholeShift<float> = 12582912;
+template <> constexpr double wholeShift<double> = 6755399441055744;
+
 // C = A B. A(i, k) = a[i aRow + k aColumn]. `upper`: of a symmetric C only what is right of the diagonal
 // need be right.
 template <class Real> struct MatrixProduct {

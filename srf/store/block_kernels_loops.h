@@ -75,10 +75,6 @@ template <class Real, size_t bytes> void product(const MatrixProduct<Real>& p) {
   for (; i < p.rows; ++i) tiles<V, 1, 8>(p, i);
 }
 
-template <class Real> constexpr Real wholeShift = Real(0); // x + it - it is x to the nearest whole number
-template <> constexpr float wholeShift<float> = 12582912;
-template <> constexpr double wholeShift<double> = 6755399441055744;
-
 template <class Real, size_t bytes> void rounding(const Rounding<Real>& job) {
   using V = Vector<Real, bytes>;
   constexpr size_t width = sizeof(V) / sizeof(Real);
