@@ -4,6 +4,7 @@
 #include "render/stage/stage_capture.h"
 #include "render/stage/stage_source.h"
 #include "surfel/hash.h"
+#include "surfel/memory_use.h"
 #include "surfel/stopwatch.h"
 
 #include <fmt/format.h>

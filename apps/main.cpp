@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <new>
 #include <thread>
 
 namespace {
@@ -28,6 +29,9 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
   try {
     setExrThreads(exrThreads);
     report = work(terminalProgress());
+  } catch (const std::bad_alloc&) {
+    report["error"] = "out of memory: a smaller --cache-mb or fewer --threads may do";
+    status = kFailed;
   } catch (const std::exception& error) {
     report["error"] = error.what();
     status = kFailed;

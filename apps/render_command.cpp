@@ -8,6 +8,7 @@
 #include "surfel/file.h"
 #include "surfel/folder.h"
 #include "surfel/hash.h"
+#include "surfel/memory_use.h"
 #include "surfel/stopwatch.h"
 
 #include <fmt/format.h>

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -57,17 +56,6 @@ Progress terminalProgress() {
 void say(std::string_view line) {
   const std::string text = fmt::format("{}{}\n", onTerminal() ? "\r\033[K" : "", line);
   std::fputs(text.c_str(), stderr); // unlike fmt::print, which throws where nobody can listen
-}
-
-MemoryUse memoryUse() {
-  MemoryUse use;
-  std::ifstream status("/proc/self/status");
-  for (std::string key; status >> key;) {
-    double kilobytes = 0;
-    if (key == "VmHWM:" && status >> kilobytes) use.peakBytes = 1024 * kilobytes;
-    if (key == "RssAnon:" && status >> kilobytes) use.anonymousBytes = 1024 * kilobytes;
-  }
-  return use;
 }
 
 } // namespace surflect

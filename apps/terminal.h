@@ -17,10 +17,4 @@ Progress terminalProgress();
 // A lasting line for people; nothing when `quiet`.
 void say(std::string_view line);
 
-// Largest resident memory of this process, in bytes; the anonymous part now resident (RssAnon).
-struct MemoryUse {
-  double peakBytes = 0, anonymousBytes = 0;
-};
-MemoryUse memoryUse();
-
 } // namespace surflect

@@ -4,14 +4,11 @@
 #include "bench/splat/slow_coverage.h"
 #include "surfel/bounds.h"
 #include "surfel/file.h"
-#include "surfel/processor_time.h"
 #include "warp/deform.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cassert>
-#include <chrono>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -89,26 +86,6 @@ Shot dollShot(const Model& model, int width, int height, size_t lights) {
   shot.options.shade.lightFit = LightFit::mean;
   shot.options.shade.foreshortened = false;
   return shot;
-}
-
-Times timesOf(std::span<const Lap> laps) {
-  assert(!laps.empty());
-  const auto sorted = [&](double Lap::*time) {
-    std::vector<double> times;
-    for (const Lap& lap : laps) times.push_back(lap.*time);
-    std::ranges::sort(times);
-    return times;
-  };
-  const auto seconds = sorted(&Lap::seconds), processor = sorted(&Lap::processorSeconds);
-  return {seconds.front(), seconds[laps.size() / 2], processor[laps.size() / 2]};
-}
-
-Lap lapOf(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  const double processorStart = processorSeconds();
-  work();
-  return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
-          processorSeconds() - processorStart};
 }
 
 void forgetFiles(const Model& model) {

@@ -2,11 +2,10 @@
 #pragma once
 
 #include "bench/doll/stage_bounds.h"
+#include "bench/timing/laps.h"
 #include "render/frame.h"
 
-#include <functional>
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -24,19 +23,6 @@ struct Shot {
 // above on a picture of this size, under point lights from all around; 4 views and 4 captured lights blended,
 // their mean.
 Shot dollShot(const Model& model, int width, int height, size_t lights);
-
-struct Times {
-  double best = 0, median = 0; // seconds
-  double processor = 0;        // seconds of all threads together, median: whatever else the machine does
-};
-struct Lap {
-  double seconds = 0, processorSeconds = 0;
-};
-// Of at least one measurement.
-Times timesOf(std::span<const Lap> laps);
-
-// The time that a piece of work takes.
-Lap lapOf(const std::function<void()>& work);
 
 // Takes the view files out of the page cache; their next reader waits for the disk.
 void forgetFiles(const Model& model);

@@ -40,13 +40,29 @@ DeformedCloud deformed(const SurfelCloud& cloud, const Warp& warp) {
   return result;
 }
 
+// Adds the time since the last call to a stage's.
+class StageClock {
+public:
+  void finish(std::string_view stage) {
+    const auto now = std::chrono::steady_clock::now();
+    seconds[std::string(stage)] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+  std::map<std::string, double, std::less<>> seconds;
+
+private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
 // Radiance of one surfel after the other.
 class PaperShader {
 public:
   PaperShader(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
-              ResidentBlocks& blocks)
+              ResidentBlocks& blocks, StageClock& clock)
       : model_(model), batch_(batch), options_(options), blend_(lightBlend(model, options)),
-        coverage_(directionsFromMiddle(model)), blocks_(blocks), penalties_(model.rig.views.size()) {
+        coverage_(directionsFromMiddle(model)), blocks_(blocks), clock_(clock),
+        penalties_(model.rig.views.size()) {
     for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
   }
 
@@ -54,7 +70,9 @@ public:
     const uint32_t surfel = batch_.surfels[query];
     const auto p0 = model_.cloud.p0[surfel].cast<double>();
     const BlendSet views = blendViews(surfel, p0, batch_.towardsView[query]);
+    clock_.finish("camera ulr");
     const std::vector<LightWeight> weights = weigh(query, p0);
+    clock_.finish("light ulr");
     Vec3<double> sum = Vec3<double>::Zero();
     double all = 0, kept = 0;
     for (const auto& [view, share] : views) {
@@ -72,6 +90,7 @@ public:
     }
     if (kept == 0) sum = stored(views, weights, p0);
     if (kept != 0) sum *= all / kept;
+    clock_.finish("look-up");
     return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
   }
 
@@ -179,6 +198,7 @@ private:
   LightBlend blend_;
   LightCoverage coverage_;
   ResidentBlocks& blocks_;
+  StageClock& clock_;
   std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
   std::vector<float> penalties_; // per view, of the current surfel
   size_t lookups_ = 0;
@@ -204,27 +224,23 @@ PaperFrame paperFrame(const Model& model, const Warp& warp, const Camera<ObjectS
   if (!model.isFullProduct || lightBlend(model, options.shade).foreshortened)
     throw Error("needs a full product of cameras and lights, and no foreshortening").in(model.folder);
   PaperFrame frame;
-  auto last = std::chrono::steady_clock::now();
-  const auto finish = [&](const char* stage) {
-    const auto now = std::chrono::steady_clock::now();
-    frame.seconds[stage] += std::chrono::duration<double>(now - last).count();
-    last = now;
-  };
+  StageClock clock;
   tbb::task_arena(1).execute([&] {
     const DeformedCloud cloud = deformed(model.cloud, warp);
-    finish("warp");
+    clock.finish("warp");
     const Sight sight = look(camera, model.cloud, cloud, options.splats);
     frame.visible = sight.surfels.size();
-    finish("splat");
+    clock.finish("splat");
     const QueryBatch batch = queriesAt(model.cloud, cloud, sight.surfels, camera, lights);
-    PaperShader shader(model, batch, options.shade, blocks);
+    clock.finish("queries");
+    PaperShader shader(model, batch, options.shade, blocks, clock);
     std::vector<Rgb> radiance;
     for (size_t query = 0; query < batch.size(); ++query) radiance.push_back(shader.radiance(query));
     frame.lookups = shader.lookups();
-    finish("shade");
     frame.color = developRadiance(sight, radiance);
-    finish("develop");
+    clock.finish("develop");
   });
+  frame.seconds = std::move(clock.seconds);
   return frame;
 }
 

@@ -5,6 +5,7 @@
 
 #include "render/frame.h"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -30,7 +31,7 @@ private:
 struct PaperFrame {
   Image color; // as Film::color
   size_t visible = 0, lookups = 0;
-  std::map<std::string, double> seconds; // warp, splat, shade (L, ULR and look-ups), develop
+  std::map<std::string, double, std::less<>> seconds; // for each of kStages
 };
 
 // Tangents by four evaluations of the warp [Eq. 6]; penalties of all views and all lights for each surfel.

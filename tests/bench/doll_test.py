@@ -21,7 +21,7 @@ class Doll(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.model = pathlib.Path(cls.folder.name) / "doll.srf"
-        done = bench("--model", cls.model, *SMALL, "--orders", "--json")
+        done = bench("--model", cls.model, *SMALL, "--json")
         assert done.returncode == 0, done.stderr
         cls.report = json.loads(done.stdout)
 
@@ -52,6 +52,44 @@ class Doll(unittest.TestCase):
         self.assertAlmostEqual(report["frame_cpu_over_bound"], ideal / report["bound_ms"])
         self.assertAlmostEqual(report["naive_cpu_over_frame"], report["naive_cpu_ms"] / ideal)
 
+    def test_naive_stages_make_the_naive_frame(self):
+        self.assertAlmostEqual(self.report["naive_ms"], sum(stage["naive_ms"] for stage in self.report["stages"]))
+
+    def test_frames_keep_to_their_memory(self):
+        bounded = self.report["bounded"]
+        self.assertEqual(bounded["cache_bytes"], 64 << 20)
+        self.assertEqual(bounded["film_bytes"], 256 * 192 * 16)
+        self.assertEqual(bounded["surfel_bytes"], self.report["counts"]["surfels"] * (12 + 12 + 4 + 4 + 12))
+        allowed = bounded["surfel_bytes"] + bounded["film_bytes"] + (64 << 20) + (256 << 20)
+        self.assertAlmostEqual(bounded["allowed_bytes"], allowed)
+        self.assertLess(bounded["anonymous_bytes"], bounded["peak_bytes"])
+        self.assertLess(bounded["peak_bytes"], bounded["allowed_bytes"])
+
+    def test_blocks_are_nearly_as_good_as_the_best_of_their_rank(self):
+        packing = self.report["packing"]
+        self.assertGreater(packing["error_over_best"], 1)
+        self.assertLess(packing["error_over_best"], 1.25)
+        self.assertAlmostEqual(packing["blocks_per_second"], 1e6 / packing["us"])
+
+    def test_splats_and_warps_are_timed_in_all_ways(self):
+        splats, warps = self.report["splats"], self.report["warps"]
+        ways = {splat["way"] for splat in splats}
+        self.assertLessEqual({"scalar", "plain"}, ways)
+        self.assertEqual(len(splats), 2 * 2 * len(ways))
+        self.assertEqual({warp["way"] for warp in warps}, (ways - {"plain"}) | {"differences", "exact"})
+        for splat in splats:
+            self.assertGreater(splat["db"], 85)
+        for warp in warps:
+            self.assertGreater(warp["ns"], 0)
+
+    def test_marks_say_whether_they_are_reached(self):
+        marks = {mark["what"]: mark for mark in self.report["marks"]}
+        self.assertAlmostEqual(marks["frame over bound"]["value"], self.report["frame_over_bound"])
+        self.assertAlmostEqual(marks["the paper's frame over ours"]["value"], self.report["naive_over_frame"])
+        for mark in marks.values():
+            reached = mark["value"] <= mark["at_most"] if "at_most" in mark else mark["value"] >= mark["at_least"]
+            self.assertEqual(mark["reached"], reached, mark["what"])
+
     def test_sorted_look_ups_read_each_block_once(self):
         orders = self.report["look_up_orders"]
         self.assertEqual([cost["images"] for cost in orders], 4 * [1] + 4 * [3] + 4 * [16])
@@ -72,9 +110,11 @@ class Doll(unittest.TestCase):
 
     def test_a_model_that_is_there_is_kept(self):
         before = (self.model / "manifest.json").stat()
-        done = bench("--model", self.model, "--frames", "1", "--output", "64x48", "--shot-lights", "1")
+        done = bench("--model", self.model, "--frames", "1", "--output", "64x48", "--shot-lights", "1",
+                     "--surfels", "2000")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("| frame |", done.stdout)
+        self.assertIn("| frame over bound |", done.stdout)
         after = (self.model / "manifest.json").stat()
         self.assertEqual((before.st_ino, before.st_mtime_ns), (after.st_ino, after.st_mtime_ns))
 

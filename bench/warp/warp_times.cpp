@@ -1,28 +1,21 @@
-// bench_warp [ROUNDS]: nanoseconds a surfel to warp the doll of bench/splat on one thread: by finite
-// differences, point by point with exact Jacobians, and in lanes, in turns, after checking that all agree.
+#include "bench/warp/warp_times.h"
 
 #include "bench/splat/doll_cloud.h"
 #include "surfel/bounds.h"
+#include "surfel/error.h"
 #include "warp/deform.h"
 #include "warp/lattice.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <ctime>
+#include <cmath>
 #include <functional>
 
 namespace surflect {
-namespace {
 
-// Of the processor: what counts where others share the machine.
-double nanoseconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return 1e9 * static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec);
-}
+namespace {
 
 // A warp as the paper uses it: five evaluations of Psi a surfel, one for p and two each for u and v
 // [Weyrich 2005, Eq. 6]. They do not say whether it mirrors.
@@ -70,38 +63,25 @@ double distance(const DeformedCloud& a, const DeformedCloud& b) {
 struct Way {
   std::string name;
   std::function<DeformedCloud()> deform;
-  std::vector<double> times;
+  std::vector<Lap> laps = {};
 };
 
-bool measure(const char* name, const SurfelCloud& cloud, const Warp& warp, int rounds) {
+std::vector<WarpTimes> timesOfWarp(const char* name, const SurfelCloud& cloud, const Warp& warp, int rounds) {
+  constexpr double kFarthest = 3e-7; // coordinates are of a doll about one unit high
   const PointByPoint plain(warp);
-  std::vector<Way> ways{{"differences", [&] { return deformByDifferences(cloud, warp); }, {}},
-                        {"exact", [&] { return deform(cloud, plain); }, {}}};
+  std::vector<Way> ways{{"differences", [&] { return deformByDifferences(cloud, warp); }},
+                        {"exact", [&] { return deform(cloud, plain); }}};
   for (const Simd simd : supportedSimd())
-    ways.push_back({std::string(nameOf(simd)), [&, simd] { return deform(cloud, warp, {}, simd); }, {}});
+    ways.push_back({std::string(nameOf(simd)), [&, simd] { return deform(cloud, warp, {}, simd); }});
   const DeformedCloud expected = ways[1].deform();
-  for (Way& way : ways) {
-    const double off = distance(way.deform(), expected);
-    if (!(off < 3e-7)) {
-      fmt::print("{} by {}: {} from the exact\n", name, way.name, off);
-      return false;
-    }
-  }
+  for (const Way& way : ways)
+    if (const double off = distance(way.deform(), expected); !(off < kFarthest))
+      throw Error(fmt::format("{} by {}: {} from the exact", name, way.name, off));
   for (int round = 0; round < rounds; ++round)
-    for (Way& way : ways) {
-      const double begin = nanoseconds();
-      way.deform();
-      way.times.push_back(nanoseconds() - begin);
-    }
-  std::vector<double> each;
-  for (Way& way : ways) {
-    std::ranges::sort(way.times);
-    each.push_back(way.times[way.times.size() / 2] / static_cast<double>(cloud.size()));
-    fmt::print("{:8} {:12} {:7.2f} ns a surfel, least {:7.2f}; {:6.1f} times as fast as differences\n", name,
-               way.name, each.back(), way.times.front() / static_cast<double>(cloud.size()),
-               each.front() / each.back());
-  }
-  return true;
+    for (Way& way : ways) way.laps.push_back(lapOf([&] { way.deform(); }));
+  std::vector<WarpTimes> times;
+  for (const Way& way : ways) times.push_back({name, way.name, cloud.size(), timesOf(way.laps)});
+  return times;
 }
 
 // Four control points along each axis, each moved by up to 5 % of the box.
@@ -114,19 +94,17 @@ WarpPointer latticeAround(const Eigen::AlignedBox3d& box) {
   return latticeWarp(std::move(lattice));
 }
 
-int run(int rounds) {
+} // namespace
+
+std::vector<WarpTimes> timeWarps(size_t surfels, int rounds) {
   const tbb::global_control oneThread(tbb::global_control::max_allowed_parallelism, 1);
-  const SurfelCloud cloud = dollCloud(kDollSurfels, SurfelOrder::coherent).rest;
+  const SurfelCloud cloud = dollCloud(surfels, SurfelOrder::coherent).rest;
   const Eigen::AlignedBox3d box = boundsOf(cloud.p0);
   const WarpPointer twist =
       twistWarp(Vec3<double>::UnitZ(), Angle::fromDegrees(40 / box.sizes()[2]), box.center());
-  fmt::print("{} surfels, one thread\n", cloud.size());
-  return measure("twist", cloud, *twist, rounds) && measure("lattice", cloud, *latticeAround(box), rounds)
-             ? 0
-             : 1;
+  std::vector<WarpTimes> times = timesOfWarp("twist", cloud, *twist, rounds);
+  std::ranges::move(timesOfWarp("lattice", cloud, *latticeAround(box), rounds), std::back_inserter(times));
+  return times;
 }
 
-} // namespace
 } // namespace surflect
-
-int main(int argc, char** argv) { return surflect::run(argc > 1 ? std::max(1, std::atoi(argv[1])) : 9); }

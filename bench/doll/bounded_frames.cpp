@@ -1,0 +1,40 @@
+#include "bench/doll/bounded_frames.h"
+
+#include "surfel/memory_use.h"
+
+namespace surflect {
+
+namespace {
+
+double surfelBytes(const Model& model) {
+  const SurfelCloud& cloud = model.cloud;
+  const double each =
+      sizeof cloud.p0[0] + sizeof cloud.r0[0] + sizeof cloud.radius[0] + sizeof cloud.coverage[0];
+  return static_cast<double>(cloud.size()) * (each + static_cast<double>(model.rig.views.size()));
+}
+
+} // namespace
+
+BoundedFrames boundedFrames(const Model& model, const Shot& shot, size_t cacheBytes) {
+  BoundedFrames result{cacheBytes, surfelBytes(model)};
+  forgetFiles(model);
+  forgetPeakMemory();
+  {
+    BlockCache cache(model.files, cacheBytes);
+    FrameMemory memory;
+    const auto render = [&] {
+      FrameStats stats;
+      memory.color =
+          renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats, {}, &memory)
+              .color;
+    };
+    result.coldSeconds = lapOf(render).seconds;
+    result.warmSeconds = lapOf(render).seconds;
+    result.filmBytes = static_cast<double>(memory.color.values.size() * sizeof memory.color.values[0]);
+    result.anonymousBytes = memoryUse().anonymousBytes;
+  }
+  result.peakBytes = memoryUse().peakBytes;
+  return result;
+}
+
+} // namespace surflect

@@ -1,0 +1,132 @@
+#include "bench/splat/splat_times.h"
+
+#include "bench/splat/slow_coverage.h"
+#include "render/measure.h"
+#include "surfel/error.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <memory>
+
+namespace surflect {
+
+namespace {
+
+constexpr double kLeastDb = 50, kMostFlipped = 1e-4;
+constexpr int kRoundsToOnePlain = 3;
+
+std::vector<float> ofVisible(const Coverage& coverage, const std::vector<float>& colors) {
+  std::vector<float> values;
+  values.reserve(3 * coverage.visible.size());
+  for (const uint32_t i : coverage.visible)
+    values.insert(values.end(), colors.begin() + 3 * i, colors.begin() + 3 * i + 3);
+  return values;
+}
+
+double decibels(const Image& a, const Image& b) {
+  double squared = 0;
+  for (size_t i = 0; i < a.values.size(); ++i) squared += std::pow(a.values[i] - b.values[i], 2);
+  return std::min(999.0, psnr(squared / static_cast<double>(a.values.size())));
+}
+
+double flippedShare(const Image& a, const Image& b) {
+  constexpr float kFlipped = 1e-3f;
+  size_t flipped = 0;
+  for (size_t i = 0; i < a.values.size(); i += 3)
+    flipped += std::ranges::any_of(std::array{i, i + 1, i + 2}, [&](size_t k) {
+      return !(std::abs(a.values[k] - b.values[k]) < kFlipped);
+    });
+  return static_cast<double>(3 * flipped) / static_cast<double>(a.values.size());
+}
+
+struct Way {
+  std::string name;
+  double db, flipped;
+  std::function<void()> cover, blend;
+  bool isPlain = false;
+};
+
+// The picture is made, and held against the plain one.
+Way fastWay(Simd simd, const Camera<ObjectSpace>& camera, const Splats& splats, std::span<const float> colors,
+            const Image& plain) {
+  struct Kept {
+    Coverage coverage;
+    std::vector<float> values;
+    Image image;
+  };
+  const auto kept = std::make_shared<Kept>();
+  const auto covers = [=, &camera, &splats] {
+    kept->coverage = cover(camera, splats, {.simd = simd}, {}, std::move(kept->coverage));
+  };
+  const auto blends = [=] { kept->image = blend(kept->coverage, kept->values, 3, std::move(kept->image)); };
+  covers();
+  kept->values = ofVisible(kept->coverage, {colors.begin(), colors.end()});
+  blends();
+  const double db = decibels(kept->image, plain), flipped = flippedShare(kept->image, plain);
+  if (!(db >= kLeastDb && flipped <= kMostFlipped))
+    throw Error(fmt::format("splats by {}: {:.1f} dB from plain ones, {:.2g} of the pixels flipped",
+                            nameOf(simd), db, flipped));
+  return {std::string(nameOf(simd)), db, flipped, covers, blends};
+}
+
+std::vector<SplatTimes> timesOfWays(std::span<const Way> ways, int rounds) {
+  struct Laps {
+    std::vector<Lap> cover, blend, both;
+  };
+  std::vector<Laps> laps(ways.size());
+  for (int round = 0; round < rounds; ++round)
+    for (size_t i = 0; i < ways.size(); ++i) {
+      if (ways[i].isPlain && round % kRoundsToOnePlain != 0) continue;
+      const Lap cover = lapOf(ways[i].cover), blend = lapOf(ways[i].blend);
+      laps[i].cover.push_back(cover);
+      laps[i].blend.push_back(blend);
+      laps[i].both.push_back(
+          {cover.seconds + blend.seconds, cover.processorSeconds + blend.processorSeconds});
+    }
+  std::vector<SplatTimes> times(ways.size());
+  for (size_t i = 0; i < ways.size(); ++i) {
+    times[i].way = ways[i].name;
+    times[i].db = ways[i].db;
+    times[i].flipped = ways[i].flipped;
+    times[i].cover = timesOf(laps[i].cover);
+    times[i].blend = timesOf(laps[i].blend);
+    times[i].both = timesOf(laps[i].both);
+  }
+  return times;
+}
+
+} // namespace
+
+std::vector<SplatTimes> timeSplats(size_t surfels, int rounds) {
+  std::vector<SplatTimes> result;
+  const auto camera = dollCamera(1024, 768);
+  for (const auto order : {SurfelOrder::coherent, SurfelOrder::shuffled}) {
+    const DollCloud doll = dollCloud(surfels, order);
+    const Splats splats = splatsOf(doll.rest, doll.deformed);
+    slow::Coverage plain = slow::cover(camera, splats);
+    const Image image = slow::blend(plain, doll.colors, 3);
+    std::vector<Way> ways;
+    for (const Simd simd : supportedSimd()) ways.push_back(fastWay(simd, camera, splats, doll.colors, image));
+    ways.push_back({"plain", 999, 0, [&] { plain = slow::cover(camera, splats); },
+                    [&] { slow::blend(plain, doll.colors, 3); }, true});
+    const size_t visible = cover(camera, splats).visible.size();
+    for (const int threads : {1, 2}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                      static_cast<size_t>(threads));
+      for (SplatTimes& times : timesOfWays(ways, rounds)) {
+        times.order = order;
+        times.splats = splats.size();
+        times.visible = visible;
+        times.threads = threads;
+        result.push_back(std::move(times));
+      }
+    }
+  }
+  return result;
+}
+
+} // namespace surflect
