@@ -1,4 +1,5 @@
-// Answers operations of the shading queue: what is in memory at once, what is not in the order of the disk.
+// Answers operations of the shading queue: at once where their blocks are in memory, the others when many
+// blocks have been fetched together.
 #pragma once
 
 #include "srf/store/block_cache.h"
@@ -14,20 +15,14 @@
 
 namespace surflect {
 
-// A look-up in a block that is not in memory.
-struct WaitingTask {
-  uint32_t view, block;
-  uint32_t op; // of the part
-  BlockTaps taps;
-};
-
 // A part, and what its operations add to their targets.
 struct AnsweredPart {
   ShadingPart part;
   std::vector<Rgb> radiance; // per operation, weighted
   std::vector<uint8_t> isLost;
-  std::vector<WaitingTask> waiting; // those of an operation lie together, in the order of their sum
-  uint64_t hits = 0, ranks = 0;     // of tasks answered at once, as ShadingStats has them
+  std::vector<uint32_t> waiting;     // operations some of whose blocks are not in memory
+  std::vector<BlockKey> needed;      // all blocks of these, some of them more than once
+  uint64_t tasks = 0, taskRanks = 0; // of what is answered, as ShadingStats has them
 
   // Of one more part, in the same memory.
   void begin(const ShadingPart& next) {
@@ -35,7 +30,8 @@ struct AnsweredPart {
     radiance.assign(part.ops.size(), {});
     isLost.assign(part.ops.size(), false);
     waiting.clear();
-    hits = ranks = 0;
+    needed.clear();
+    tasks = taskRanks = 0;
   }
 };
 
@@ -45,20 +41,20 @@ public:
   Answerer(BlockCache& cache, Simd simd, const Progress& progress)
       : cache_(cache), lookUp_(lookUpKernel(simd)), progress_(progress) {}
 
-  // What is in memory, in the order of the operations, of which neighbours share rows and blocks.
+  // What is in memory, in the order of the operations, of which neighbours share rows and blocks. Of many
+  // parts at once by many threads.
   void answerResident(AnsweredPart& part) const;
 
-  // What waits, in the order in which it lies on disk, each block fetched once. Returns the sum of the
-  // blocks' ranks over tasks. Throws Error as ViewFile::read.
-  uint64_t sweep(std::span<AnsweredPart> parts) const;
+  // What waits, some parts after the other: their blocks are fetched, each once, in the order in which they
+  // lie on disk. Throws Error as ViewFile::read.
+  void answerWaiting(std::span<AnsweredPart> parts) const;
 
 private:
   struct Ready;
-  struct Task;
 
-  void prepare(AnsweredPart& part, size_t i, Ready& ready) const;
+  void answerAll(AnsweredPart& part, size_t count, const auto& numberOf) const;
+  void prepare(AnsweredPart& part, uint32_t i, Ready& ready) const;
   void answerReady(const Ready& ready) const;
-  void announce(std::span<const Task> sorted, std::span<const size_t> first) const;
 
   BlockCache& cache_;
   LookUpKernel lookUp_;

@@ -10,6 +10,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 namespace surflect {
 
@@ -17,20 +18,26 @@ namespace {
 
 constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
 
+// Of two's complement.
+constexpr int signedNibble(int nibble) { return (nibble ^ 8) - 8; }
+
 // use(i, level), for each.
 template <class Use> void takeLevels(ByteReader& reader, int bits, size_t count, const Use& use) {
-  const std::span<const std::byte> raw = reader.take(levelBytes(count, bits));
-  ByteReader levels(raw);
-  for (size_t i = 0; i < count; ++i) {
-    int level = 0;
-    if (bits == 16)
-      level = levels.take<int16_t>();
-    else if (bits == 8)
-      level = levels.take<int8_t>();
-    else
-      level = ((std::to_integer<int>(raw[i / 2]) >> (i % 2 * 4) & 15) ^ 8) - 8;
-    use(i, std::clamp(level, -levelsOf(bits), levelsOf(bits)));
-  }
+  const std::byte* const raw = reader.take(levelBytes(count, bits)).data();
+  const int last = levelsOf(bits);
+  const auto each = [&](const auto& levelAt) {
+    for (size_t i = 0; i < count; ++i) use(i, std::clamp<int>(levelAt(i), -last, last));
+  };
+  if (bits == 16)
+    each([raw](size_t i) {
+      int16_t level;
+      std::memcpy(&level, raw + 2 * i, sizeof level);
+      return level;
+    });
+  else if (bits == 8)
+    each([raw](size_t i) { return static_cast<int8_t>(raw[i]); });
+  else
+    each([raw](size_t i) { return signedNibble(std::to_integer<int>(raw[i / 2]) >> (i % 2 * 4) & 15); });
 }
 
 // Of 8 bits, as levels are in memory.
@@ -38,15 +45,14 @@ int planesOf(int bits) { return bits == 16 ? 2 : 1; }
 
 // Written to e[0], e[stride], ...; of 16 bits, high ones to e[0], low ones to e[1].
 void takeImage(ByteReader& reader, int bits, size_t count, int8_t* e, size_t stride) {
-  takeLevels(reader, bits, count, [&](size_t i, int level) {
-    const auto low = static_cast<int8_t>(level);
-    if (bits == 16) {
+  if (bits == 16)
+    takeLevels(reader, bits, count, [=](size_t i, int level) {
+      const auto low = static_cast<int8_t>(level);
       e[i * stride] = static_cast<int8_t>((level - low) / 256);
       e[i * stride + 1] = low;
-    } else {
-      e[i * stride] = low;
-    }
-  });
+    });
+  else
+    takeLevels(reader, bits, count, [=](size_t i, int level) { e[i * stride] = static_cast<int8_t>(level); });
 }
 
 float takeCoefficient(ByteReader& reader, CoefficientType type) {
@@ -70,7 +76,7 @@ void takeCoefficients(ByteReader& reader, int bits, CoefficientType type, size_t
   }
   const double ofLevel = levelInImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
   takeLevels(reader, bits, lights,
-             [&](size_t l, int level) { a[l * stride] = static_cast<float>(ofLevel * level); });
+             [=](size_t l, int level) { a[l * stride] = static_cast<float>(ofLevel * level); });
 }
 
 // The present texel nearest to an absent one, the first of those equally near.
@@ -116,19 +122,21 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   const size_t texelLevels = 3 * static_cast<size_t>(block.stride);
   block.values.resize(valuesBytes(block.stride, lights));
   auto* const coefficients = reinterpret_cast<float*>(block.values.data());
-  std::vector<int8_t> packed(rows * block.stride); // [present texels x channels][stride]
+  auto* const levels = reinterpret_cast<int8_t*>(block.values.data() + levelsOffset(block.stride, lights));
+  std::vector<int8_t> ofPresent; // texels as they are stored, where some are absent
+  if (block.present != allPresent) ofPresent.resize(rows * block.stride);
+  int8_t* const stored = ofPresent.empty() ? levels : ofPresent.data();
   int k = 0;
   for (size_t p = 0; p < precisions.size(); ++p)
     for (int i = 0; i < terms[p]; ++i, k += planesOf(precisions[p])) {
       takeCoefficients(reader, precisions[p], type, lights, coefficients + k, block.stride);
-      takeImage(reader, precisions[p], rows, packed.data() + k, block.stride);
+      takeImage(reader, precisions[p], rows, stored + k, block.stride);
     }
-
-  auto* const levels = reinterpret_cast<int8_t*>(block.values.data() + levelsOffset(block.stride, lights));
+  if (ofPresent.empty()) return block;
   for (int t = 0; t < blockTexels; ++t) {
     const int source = block.present >> t & 1 ? t : nearestPresent(block.present, t);
-    const int packedTexel = std::popcount(block.present & ((uint64_t{1} << source) - 1));
-    std::copy_n(packed.data() + packedTexel * texelLevels, texelLevels, levels + t * texelLevels);
+    const int place = std::popcount(block.present & ((uint64_t{1} << source) - 1));
+    std::copy_n(stored + place * texelLevels, texelLevels, levels + t * texelLevels);
   }
   return block;
 }

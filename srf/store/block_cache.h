@@ -2,8 +2,10 @@
 #pragma once
 
 #include "srf/store/view_file.h"
+#include "surfel/progress.h"
 
 #include <atomic>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <list>
@@ -22,11 +24,16 @@ struct CacheCounts {
   uint64_t hits = 0;
 };
 
+struct BlockKey {
+  uint32_t view = 0, block = 0;
+  friend auto operator<=>(const BlockKey&, const BlockKey&) = default;
+};
+
 class BlockCache {
 public:
-  // `views` must outlive the cache. Blocks that callers still hold do not count against the budget (bytes of
-  // decoded blocks): with one block in use a thread, memory exceeds it by at most one block a thread,
-  // and by 16 bytes for every block of the views, in memory or not.
+  // `views` must outlive the cache. Memory exceeds the budget (bytes of decoded blocks) by what callers still
+  // hold, by what fetch has brought until trim is called, and by 16 bytes for every block of the views, in
+  // memory or not.
   BlockCache(std::span<const ViewFile> views, size_t budget);
 
   std::span<const ViewFile> views() const { return views_; }
@@ -35,9 +42,15 @@ public:
   // at the same time both read it.
   std::shared_ptr<const Block> get(uint32_t view, uint32_t block);
 
+  // Has these in memory until trim or get is called, whatever the budget. Ascending, each once; in this order
+  // they are read, by all threads. Throws Error as ViewFile::read, and Cancelled. Not from many threads.
+  void fetch(std::span<const BlockKey> blocks, const Progress& progress);
+  // Keeps to the budget again.
+  void trim();
+
   // Empty where the block is not in memory. Safe from many threads at once, but not while any of them calls
-  // get, which may end what is pointed to. Blocks found so stay longer than those that were not, but keep
-  // their order.
+  // another method, which may end what is pointed to. Blocks found so stay longer than those that were not,
+  // but keep their order.
   std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
     const Resident& found = residents_[view][block];
     if (!found.isHere) return std::nullopt;
@@ -51,7 +64,7 @@ public:
 
 private:
   struct Entry {
-    uint64_t key; // view, block
+    BlockKey key;
     std::shared_ptr<const Block> block;
   };
   // All that resident reads, in one place: it is asked for in no order that a processor could guess.
@@ -61,7 +74,12 @@ private:
     bool isHere = false;
     mutable std::atomic<bool> isWanted = false; // by resident, since makeRoom last passed over it
   };
-  Resident& residentOf(uint64_t key) { return residents_[key >> 32][static_cast<uint32_t>(key)]; }
+  struct Hash {
+    size_t operator()(BlockKey key) const { return uint64_t{key.view} << 32 | key.block; }
+  };
+  Resident& residentOf(BlockKey key) { return residents_[key.view][key.block]; }
+  void announce(std::span<const BlockKey> blocks) const;
+  void insert(BlockKey key, std::shared_ptr<const Block> block); // which is not in memory
   void makeRoom();
 
   std::span<const ViewFile> views_;
@@ -69,7 +87,7 @@ private:
   std::vector<std::vector<Resident>> residents_; // of each view's blocks; written under the mutex
   mutable std::mutex mutex_;                     // guards all that follows
   std::list<Entry> entries_;                     // most recently used first
-  std::unordered_map<uint64_t, std::list<Entry>::iterator> entryOf_;
+  std::unordered_map<BlockKey, std::list<Entry>::iterator, Hash> entryOf_;
   size_t memory_ = 0; // of all entries, bytes
   CacheCounts counts_;
 };

@@ -12,7 +12,8 @@ namespace surflect {
 
 // x + it - it is x to the nearest whole number: one and a half times the power of two from which on a Real
 // has no fraction.
-template <class Real> inline constexpr Real wholeShift = Real(3ull << (std::numeric_limits<Real>::digits - 2));
+template <class Real>
+inline constexpr Real wholeShift = Real(3ull << (std::numeric_limits<Real>::digits - 2));
 
 // C = A B. A(i, k) = a[i aRow + k aColumn]. `upper`: of a symmetric C only what is right of the diagonal
 // need be right.

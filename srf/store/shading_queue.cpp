@@ -105,14 +105,12 @@ std::vector<Rgb> ShadingQueue::finish() {
 
 // What was not in memory.
 void ShadingQueue::answerWaiting(std::span<AnsweredPart> parts) {
-  size_t waiting = 0;
+  for (const AnsweredPart& answered : parts) stats_.cacheHits += answered.tasks;
+  answerer_.answerWaiting(parts);
   for (const AnsweredPart& answered : parts) {
-    waiting += answered.waiting.size();
-    stats_.tasks += answered.hits + answered.waiting.size();
-    stats_.cacheHits += answered.hits;
-    stats_.taskRanks += answered.ranks;
+    stats_.tasks += answered.tasks;
+    stats_.taskRanks += answered.taskRanks;
   }
-  if (waiting > 0) stats_.taskRanks += answerer_.sweep(parts);
 }
 
 // Answers once more the operations of targets that see nothing but background.

@@ -1,6 +1,6 @@
-// Deferred shading: many look-ups into reflectance images. Those that wait for blocks are answered in the
-// order in which these lie on disk [Weyrich 2005, §5.3]; those whose blocks are in memory in their own order,
-// in which neighbours share lights and blocks.
+// Deferred shading: many look-ups into reflectance images. Blocks that they wait for are read in the order in
+// which they lie on disk [Weyrich 2005, §5.3]; look-ups are answered in their own order, in which neighbours
+// share lights and blocks, first those whose blocks are in memory.
 #pragma once
 
 #include "srf/store/answerer.h"
@@ -41,12 +41,14 @@ struct ShadingStats {
 // not lost). Where all of a target's are lost, each looks up what its view stores nearest: a surface whose
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
-// Between begin and finish each block is fetched once, and once more if targets that see background only are
-// left to it; the result has the same bits for any number of threads and any cache, and for all vector
-// instructions but scalar, which rounds each product. Against executeReference it errs by less than
-// (lights + K + tasks of the target + 20) 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's
-// terms, as BlockTerms has them: those at 16 bits are two; measured 2e-7 of it. Nobody else may use the cache
-// meanwhile. Memory: 13 bytes an operation, and up to 250 for each block of those that wait for one.
+// Between begin and finish each block is fetched once, where 8192 blocks or more wait perhaps once for each
+// 8192, and once more if targets that see background only are left to it. The result has the same bits for
+// any number of threads and any cache, and for all vector instructions but scalar, which rounds each product.
+// Against executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times the sum
+// of |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has them: those at 16 bits are two;
+// measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13 bytes an operation, 4 more and 8
+// for each block of those that wait for one, and 8192 blocks, or those of one part, beyond what the cache may
+// hold.
 class ShadingQueue {
 public:
   // All must outlive the queue.

@@ -2,6 +2,7 @@
 
 #include "tests/srf/store/synthetic.h"
 
+#include <fstream>
 #include <thread>
 
 namespace surflect {
@@ -23,6 +24,18 @@ protected:
   void sweep(BlockCache& cache) const {
     for (uint32_t view = 0; view < 2; ++view)
       for (uint32_t block = 0; block < blockCount(); ++block) cache.get(view, block);
+  }
+
+  // Turns the last bit of a block over.
+  void corrupt(uint32_t view, uint32_t block) const {
+    auto end = static_cast<std::streamoff>(std::filesystem::file_size(views_[view].path()));
+    for (uint32_t b = blockCount() - 1; b > block; --b)
+      end -= static_cast<std::streamoff>(views_[view].storedBytes(b));
+    std::fstream file(views_[view].path(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(end - 1);
+    const int byte = file.get();
+    file.seekp(end - 1);
+    file.put(static_cast<char>(byte ^ 1));
   }
 
   TemporaryFolder folder_;
@@ -103,6 +116,34 @@ TEST_F(BlockCacheTest, WhatWasFoundStaysLongerThanWhatWasNot) {
   wanted.get(0, 3); // one of them goes all the same
   EXPECT_FALSE(wanted.resident(0, 1));
   EXPECT_TRUE(wanted.resident(0, 3));
+}
+
+TEST_F(BlockCacheTest, WhatIsFetchedIsThereUntilRoomIsMade) {
+  const std::vector<BlockKey> some{{0, 1}, {0, 2}, {1, 2}, {1, 5}};
+  BlockCache cache(views_, views_[0].read(1).memory());
+  cache.get(0, 2);
+  cache.fetch(some, {});
+  EXPECT_EQ(cache.counts().reads, 4u); // one was there
+  for (const auto& [view, block] : some) {
+    const auto resident = cache.resident(view, block);
+    ASSERT_TRUE(resident);
+    const Block read = views_[view].read(block);
+    EXPECT_EQ(resident->rank, read.rank);
+    EXPECT_TRUE(std::equal(read.values.begin(), read.values.begin() + levelsOffset(read.stride, read.lights),
+                           reinterpret_cast<const std::byte*>(resident->coefficients)));
+  }
+  cache.trim();
+  EXPECT_LE(std::ranges::count_if(some, [&](BlockKey key) { return !!cache.resident(key.view, key.block); }),
+            1);
+}
+
+TEST_F(BlockCacheTest, WhatCannotBeReadIsNotFetched) {
+  BlockCache cache(views_, 1 << 30);
+  corrupt(1, 4);
+  const std::vector<BlockKey> some{{0, 1}, {1, 4}};
+  EXPECT_THROW(cache.fetch(some, {}), Error);
+  EXPECT_FALSE(cache.resident(1, 4));
+  EXPECT_GT(cache.get(0, 1)->rank, 0);
 }
 
 TEST_F(BlockCacheTest, BlocksInUseSurviveTheirEviction) {

@@ -266,6 +266,34 @@ TEST_F(ShadingQueueTest, ReadsEachBlockOnceACallHoweverSmallTheCache) {
   }
 }
 
+TEST_F(ShadingQueueTest, MoreBlocksThanAreFetchedAtOnceGiveTheSameBits) {
+  constexpr int kSide = 960, kParts = 5;
+  writeFileAtomically(folder_ / "large.view", encodeView(glossySphere(kSide, 2), {.tolerance = 0.1}).file);
+  std::vector<ViewFile> large;
+  large.emplace_back(folder_ / "large.view");
+  ASSERT_GT(large[0].blockCount(), 9000u);
+  std::vector<std::vector<ShadingOp>> ops(kParts);
+  for (uint32_t block = 0; block < large[0].blockCount(); ++block) {
+    const auto [x, y] = large[0].position(block);
+    auto& ofPart = ops[block % kParts];
+    ofPart.push_back({static_cast<uint32_t>(ofPart.size()), 0, 8.f * static_cast<float>(x) + 4,
+                      8.f * static_cast<float>(y) + 4, 1, 0, 1});
+  }
+  const std::vector<LightWeight> rows{{1, {1, 0.5f, 0.25f}}};
+  std::vector<ShadingPart> parts;
+  for (const auto& ofPart : ops) parts.push_back({ofPart, rows, ofPart.size()});
+  const auto shaded = [&](BlockCache& cache, ShadingStats& stats) { return execute(parts, cache, stats); };
+  BlockCache none(large, 0), all(large, everything);
+  ShadingStats cold, warm;
+  const std::vector<Rgb> expected = shaded(all, warm);
+  EXPECT_EQ(shaded(none, cold), expected);
+  EXPECT_EQ(cold.blocksRead, large[0].blockCount());
+  EXPECT_EQ(shaded(all, warm), expected);
+  EXPECT_EQ(warm.blocksRead, large[0].blockCount());
+  EXPECT_EQ(warm.tasks, 2 * cold.tasks);
+  EXPECT_EQ(warm.taskRanks, 2 * cold.taskRanks);
+}
+
 TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
   const std::vector<LightWeight> rows(4, {0, {1, 1, 1}});
   const std::vector<ShadingOp> ops = {
