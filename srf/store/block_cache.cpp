@@ -7,24 +7,25 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 namespace surflect {
 
 static_assert(2 * 3 * blockTexels <= std::numeric_limits<uint16_t>::max(), "the stride of a resident block");
 
 BlockCache::BlockCache(std::span<const ViewFile> views, size_t budget) : views_(views), budget_(budget) {
-  for (const ViewFile& view : views) residents_.emplace_back(view.blockCount());
+  for (const ViewFile& view : views) places_.emplace_back(view.blockCount(), kNowhere);
 }
 
 std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   assert(view < views_.size() && block < views_[view].blockCount());
-  const BlockKey key{view, block};
+  const uint32_t& place = places_[view][block];
   {
     const std::lock_guard lock(mutex_);
-    if (const auto found = entryOf_.find(key); found != entryOf_.end()) {
-      entries_.splice(entries_.begin(), entries_, found->second);
+    if (place != kNowhere) {
+      want(residents_[place]);
       ++counts_.hits;
-      return found->second->block;
+      return owners_[place].block;
     }
   }
 
@@ -33,9 +34,7 @@ std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   const std::lock_guard lock(mutex_);
   ++counts_.reads;
   counts_.bytesRead += views_[view].storedBytes(block);
-  if (entryOf_.contains(key)) return read; // another thread was faster
-  insert(key, read);
-  makeRoom();
+  if (place == kNowhere) makeRoom(insert({view, block}, read)); // or another thread was faster
   return read;
 }
 
@@ -43,7 +42,7 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
   assert(std::ranges::adjacent_find(blocks, std::greater_equal()) == blocks.end());
   std::vector<BlockKey> missing;
   std::ranges::copy_if(blocks, std::back_inserter(missing),
-                       [&](BlockKey key) { return !residentOf(key).isHere; });
+                       [&](BlockKey key) { return places_[key.view][key.block] == kNowhere; });
   announce(missing);
   std::vector<std::shared_ptr<const Block>> read(missing.size());
   tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) {
@@ -60,7 +59,7 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
 
 void BlockCache::trim() {
   const std::lock_guard lock(mutex_);
-  makeRoom();
+  makeRoom(kNowhere);
 }
 
 // Ascending.
@@ -74,29 +73,39 @@ void BlockCache::announce(std::span<const BlockKey> blocks) const {
   }
 }
 
-void BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
-  Resident& resident = residentOf(key);
-  resident.values = block->values.data();
-  resident.rank = static_cast<uint16_t>(block->rank);
-  resident.stride = static_cast<uint16_t>(block->stride);
-  resident.isHere = true;
+uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
+  auto place = static_cast<uint32_t>(owners_.size());
+  if (free_.empty()) {
+    residents_.emplace_back();
+    owners_.emplace_back();
+  } else {
+    place = free_.back();
+    free_.pop_back();
+  }
+  residents_[place] = {block->values.data(), static_cast<uint16_t>(block->rank),
+                       static_cast<uint16_t>(block->stride)};
+  places_[key.view][key.block] = place;
   memory_ += block->memory();
-  entries_.push_front({key, std::move(block)});
-  entryOf_[key] = entries_.begin();
+  owners_[place] = {key, std::move(block)};
+  return place;
 }
 
-void BlockCache::makeRoom() {
+void BlockCache::remove(uint32_t place) {
+  auto& [key, block] = owners_[place];
+  places_[key.view][key.block] = kNowhere;
+  memory_ -= block->memory();
+  block = nullptr;
+  free_.push_back(place);
+}
+
+// `newest` is the last to go.
+void BlockCache::makeRoom(uint32_t newest) {
   while (memory_ > budget_) {
-    const auto last = std::prev(entries_.end());
-    Resident& resident = residentOf(last->key);
-    if (resident.isWanted.exchange(false)) {
-      entries_.splice(std::next(entries_.begin()), entries_, last); // what was read just now stays first
-      continue;
-    }
-    resident.isHere = false;
-    memory_ -= last->block->memory();
-    entryOf_.erase(last->key);
-    entries_.pop_back();
+    const auto place = static_cast<uint32_t>(hand_);
+    hand_ = (hand_ + 1) % owners_.size();
+    if (!owners_[place].block) continue;
+    const bool isLast = free_.size() + 1 == owners_.size();
+    if (isLast || (place != newest && !std::exchange(residents_[place].isWanted, false))) remove(place);
   }
 }
 

@@ -1,4 +1,7 @@
-// The most recently used blocks of a set of views, decoded.  [Weyrich 2005, §5.3]
+// Blocks of a set of views that were used lately, decoded.  [Weyrich 2005, §5.3]
+//
+// [Corbato 1968] A paging experiment with the Multics system, MIT Project MAC. The clock: what is to go is
+// looked for round and round; what was asked for since the last time stays for another round.
 #pragma once
 
 #include "srf/store/view_file.h"
@@ -8,12 +11,10 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 namespace surflect {
@@ -32,7 +33,7 @@ struct BlockKey {
 class BlockCache {
 public:
   // `views` must outlive the cache. Memory exceeds the budget (bytes of decoded blocks) by what callers still
-  // hold, by what fetch has brought until trim is called, and by 16 bytes for every block of the views, in
+  // hold, by what fetch has brought until trim is called, and by 4 bytes for every block of the views, in
   // memory or not.
   BlockCache(std::span<const ViewFile> views, size_t budget);
 
@@ -52,10 +53,10 @@ public:
   // another method, which may end what is pointed to. Blocks found so stay longer than those that were not,
   // but keep their order.
   std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
-    const Resident& found = residents_[view][block];
-    if (!found.isHere) return std::nullopt;
-    if (!found.isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
-      found.isWanted.store(true, std::memory_order_relaxed);
+    const uint32_t place = places_[view][block];
+    if (place == kNowhere) return std::nullopt;
+    const Resident& found = residents_[place];
+    want(found);
     const auto lights = static_cast<size_t>(views_[view].header().lights);
     return blockTerms(found.rank, found.stride, lights, found.values);
   }
@@ -63,32 +64,38 @@ public:
   CacheCounts counts() const;
 
 private:
-  struct Entry {
-    BlockKey key;
-    std::shared_ptr<const Block> block;
-  };
   // All that resident reads, in one place: it is asked for in no order that a processor could guess.
   struct Resident {
     const std::byte* values = nullptr; // as Block has them; null also for those of rank 0
     uint16_t rank = 0, stride = 0;
-    bool isHere = false;
-    mutable std::atomic<bool> isWanted = false; // by resident, since makeRoom last passed over it
+    mutable bool isWanted = false; // since makeRoom last came by; through atomic_ref
   };
-  struct Hash {
-    size_t operator()(BlockKey key) const { return uint64_t{key.view} << 32 | key.block; }
+  struct Owner {
+    BlockKey key;
+    std::shared_ptr<const Block> block; // null where the place is free
   };
-  Resident& residentOf(BlockKey key) { return residents_[key.view][key.block]; }
+  static constexpr uint32_t kNowhere = ~uint32_t{0};
+
+  static void want(const Resident& resident) {
+    const std::atomic_ref isWanted(resident.isWanted);
+    if (!isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
+      isWanted.store(true, std::memory_order_relaxed);
+  }
   void announce(std::span<const BlockKey> blocks) const;
-  void insert(BlockKey key, std::shared_ptr<const Block> block); // which is not in memory
-  void makeRoom();
+  uint32_t insert(BlockKey key, std::shared_ptr<const Block> block); // which is not in memory; its place
+  void remove(uint32_t place);
+  void makeRoom(uint32_t newest);
 
   std::span<const ViewFile> views_;
   size_t budget_;
-  std::vector<std::vector<Resident>> residents_; // of each view's blocks; written under the mutex
-  mutable std::mutex mutex_;                     // guards all that follows
-  std::list<Entry> entries_;                     // most recently used first
-  std::unordered_map<BlockKey, std::list<Entry>::iterator, Hash> entryOf_;
-  size_t memory_ = 0; // of all entries, bytes
+  std::vector<std::vector<uint32_t>>
+      places_; // of each view's blocks; written under the mutex, like residents_
+  std::vector<Resident> residents_;
+  mutable std::mutex mutex_;   // guards all that follows
+  std::vector<Owner> owners_;  // of each place
+  std::vector<uint32_t> free_; // places
+  size_t hand_ = 0;            // the place that makeRoom looks at next
+  size_t memory_ = 0;          // of all blocks, bytes
   CacheCounts counts_;
 };
 

@@ -148,6 +148,9 @@ void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
 
   const auto positions = static_cast<uint32_t>(header_.blocksAcross() * header_.blocksDown());
   stored_.resize((positions + 63) / 64);
+  positions_.reserve(fixed.blocks);
+  checksums_.reserve(fixed.blocks);
+  offsets_.reserve(fixed.blocks + size_t{1});
   offsets_.push_back(head.size());
   for (uint32_t b = 0; b < fixed.blocks; ++b) {
     const auto place = reader.take<uint32_t>();

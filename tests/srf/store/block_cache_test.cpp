@@ -69,7 +69,7 @@ TEST_F(BlockCacheTest, WithoutRoomEveryRequestReads) {
   EXPECT_EQ(cache.counts().hits, 0u);
 }
 
-TEST_F(BlockCacheTest, TheLeastRecentlyUsedBlockGoesFirst) {
+TEST_F(BlockCacheTest, WhatWasAskedForLatelyStays) {
   const auto memory = [&](uint32_t block) { return views_[0].read(block).memory(); };
   BlockCache cache(views_, memory(1) + std::max(memory(2), memory(3)));
   cache.get(0, 1);
