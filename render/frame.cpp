@@ -113,8 +113,11 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights, const Progress& progress, Simd simd) {
-  QueryBatch batch;
+                     std::span<const ShotLight> lights, const Progress& progress, Simd simd,
+                     QueryBatch kept) {
+  QueryBatch batch = std::move(kept);
+  batch.environments.clear();
+  batch.uncovered.clear();
   std::vector<QuerySource> sources{sourceOf(camera)}; // then lights with one direction at a surfel
   std::vector<const ShotEnvironment*> environments;
   for (const ShotLight& light : lights) {
@@ -187,13 +190,16 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   stats.splats = sight.coverage.counts;
   stats.visible = sight.surfels.size();
   clock.finish("splat");
-  const QueryBatch batch =
-      queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress, options.splats.simd);
-  clock.finish("look-up");
   ShadeOptions shading = options.shade;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
-  const Shaded shaded = shade(model, batch, shading, cache, stats.shading, progress,
+  const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& batch) {
+    const std::span surfels = std::span<const uint32_t>(sight.surfels).subspan(begin, end - begin);
+    batch = queriesAt(model.cloud, deformed, surfels, camera, lights, progress, options.splats.simd,
+                      std::move(batch));
+    clock.finish("look-up");
+  };
+  const Shaded shaded = shade(model, sight.surfels.size(), fill, shading, cache, stats.shading, progress,
                               [&](double planning) { clock.finish("ulr", planning, "shade"); });
   stats.unseen = shaded.unseen;
 

@@ -30,11 +30,12 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 
 // Directions to viewer and lights, and the lights' irradiance at the deformed surfels, brought back to
 // acquisition space by L; environments are turned by it. One query per entry of `surfels`, none of which may
-// be dead. In double precision; the same bits for any number of threads, and for avx2 and avx512.
+// be dead. In double precision; the same bits for any number of threads, and for avx2 and avx512. `kept`, a
+// batch that is no longer needed, gives its memory.
 QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights, const Progress& progress = {},
-                     Simd simd = bestSimd());
+                     std::span<const ShotLight> lights, const Progress& progress = {}, Simd simd = bestSimd(),
+                     QueryBatch kept = {});
 
 // Values of the surfels of a sight, `channels` per entry of sight.surfels, as a picture premultiplied by
 // alpha.

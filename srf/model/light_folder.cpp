@@ -12,7 +12,7 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
     : model_(model), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       how_(lightBlend(model, options)), lights_(model.rig.lights),
       rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
-      row_(model.rig.lights.size()), short_(batch.lights * kMaxBlended),
+      row_(model.rig.lights.size()),
       isShort_(batch.environments.empty() && 2 * batch.lights * how_.lights <= model.rig.lights.size()),
       showsColors_(options.showsBlends), lightColor_(indexColors(model.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
@@ -35,11 +35,9 @@ void LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
   lights_.lookFrom(model_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
   color_ = {};
   if (isShort_) {
-    LightWeight* end = short_.data();
     foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) {
-      *end++ = {light, {weight[1], weight[2], weight[3]}};
+      rows.push_back({light, {weight[1], weight[2], weight[3]}});
     });
-    rows.insert(rows.end(), short_.data(), end);
     return;
   }
   foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) { row_.add(light, weight); });
@@ -53,25 +51,32 @@ template <class Add> void LightFolder::foldLights(size_t lane, const Add& add) {
   const size_t query = begin_ + lane;
   if (how_.foreshortened) faceLights(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.targets());
-  const auto addRatio = [&](uint32_t light, float weight, const Rgb& now) {
-    const Eigen::Array4f ratio = weight * lights_.ratio({share, now.r, now.g, now.b}, light);
-    if (now != Rgb{}) add(light, ratio);
-    show(light, ratio[0]);
+  const auto addBlend = [&](const Rgb& now, const auto& forEachOfBlend) {
+    const Eigen::Array4f shareAndNow(share, now.r, now.g, now.b);
+    const bool isLit = now != Rgb{};
+    forEachOfBlend([&](uint32_t light, float weight) {
+      const Eigen::Array4f ratio = weight * lights_.ratio(shareAndNow, light);
+      if (isLit) add(light, ratio);
+      show(light, ratio[0]);
+    });
   };
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;
     const Rgb& irradiance = batch_.irradiance[entry];
     if (isPlain(batch_.uncoveredOf(l)) && chosen_[l].isSure(lane)) {
-      chosen_[l].forEach(lane, [&](uint32_t light, float weight) {
-        lights_.face(light);
-        addRatio(light, weight, irradiance);
+      addBlend(irradiance, [&](const auto& use) {
+        chosen_[l].forEach(lane, [&](uint32_t light, float weight) {
+          lights_.face(light);
+          use(light, weight);
+        });
       });
       continue;
     }
     const auto& towards = batch_.towardsLight[entry];
     const BlendSet blend = finish(chosen_[l], lane, towards, batch_.uncoveredOf(l));
-    const Rgb now = foreshorteningOf(blend, towards) * irradiance;
-    for (const auto& [light, weight] : blend) addRatio(light, weight, now);
+    addBlend(foreshorteningOf(blend, towards) * irradiance, [&](const auto& use) {
+      for (const auto& [light, weight] : blend) use(light, weight);
+    });
   }
 }
 

@@ -58,8 +58,8 @@ private:
   std::vector<LaneBlends> chosen_; // one per light of a query
   LaneBlends blends_;
   LightRow row_;
-  std::vector<LightWeight> short_; // a row, where so few weights are added that hardly any light has two
-  bool isShort_, showsColors_;
+  bool isShort_; // rows have so few weights that hardly any light has two
+  bool showsColors_;
   std::vector<Rgb> lightColor_;
   Rgb color_;
   std::vector<float> environmentBrightness_;

@@ -24,6 +24,48 @@ void append(const std::vector<Rgb>& part, std::vector<Rgb>& all) {
   all.insert(all.end(), part.begin(), part.end());
 }
 
+// Answers the queries of a batch, some after the others.
+class Shading {
+public:
+  // All must outlive this.
+  Shading(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
+          ShadingStats& stats, const Progress& progress, const std::function<void(double)>& lap)
+      : planner_(model, batch, options), queue_(cache, stats, progress, options.simd), progress_(progress),
+        lap_(lap) {}
+
+  size_t queriesFor(size_t targets) const {
+    return std::max(size_t{1}, targets / planner_.targetsPerQuery());
+  }
+
+  void add(size_t begin, size_t end, Shaded& shaded) {
+    std::vector<const ShadingPlan*> plans(planner_.split(begin, end));
+    queue_.begin(plans.size());
+    std::atomic<double> planning = 0, all = 0; // seconds
+    tbb::parallel_for(size_t{0}, plans.size(), [&](size_t i) {
+      progress_.checkpoint();
+      const Stopwatch watch;
+      plans[i] = &planner_.plan(i);
+      planning += watch.seconds();
+      queue_.ask(i, {plans[i]->ops, plans[i]->rows, plans[i]->targets()});
+      all += watch.seconds();
+    });
+    if (lap_) lap_(all > 0 ? planning / all : 1);
+    append(summed(queue_.finish(), planner_.targetsPerQuery()), shaded.radiance);
+    for (const ShadingPlan* plan : plans) {
+      append(plan->cameraBlend, shaded.cameraBlend);
+      append(plan->lightBlend, shaded.lightBlend);
+      shaded.unseen += plan->unseen;
+    }
+    if (lap_) lap_(0);
+  }
+
+private:
+  ShadingPlanner planner_;
+  ShadingQueue queue_;
+  const Progress& progress_;
+  const std::function<void(double)>& lap_;
+};
+
 } // namespace
 
 std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
@@ -37,32 +79,31 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
              size_t targetsAtOnce) {
   Shaded shaded;
   shaded.radiance.reserve(batch.size());
-  ShadingPlanner planner(model, batch, options);
-  ShadingQueue queue(cache, stats, progress, options.simd);
-  const size_t perQuery = planner.targetsPerQuery(), atOnce = std::max(size_t{1}, targetsAtOnce / perQuery);
+  Shading shading(model, batch, options, cache, stats, progress, lap);
+  const size_t atOnce = shading.queriesFor(targetsAtOnce);
   size_t begin = 0;
   do { // once also where there are no queries: that takes time, too
-    std::vector<const ShadingPlan*> plans(planner.split(begin, std::min(batch.size(), begin + atOnce)));
-    queue.begin(plans.size());
-    std::atomic<double> planning = 0, all = 0; // seconds
-    tbb::parallel_for(size_t{0}, plans.size(), [&](size_t i) {
-      progress.checkpoint();
-      const Stopwatch watch;
-      plans[i] = &planner.plan(i);
-      planning += watch.seconds();
-      queue.ask(i, {plans[i]->ops, plans[i]->rows, plans[i]->targets()});
-      all += watch.seconds();
-    });
-    if (lap) lap(all > 0 ? planning / all : 1);
-    append(summed(queue.finish(), perQuery), shaded.radiance);
-    for (const ShadingPlan* plan : plans) {
-      append(plan->cameraBlend, shaded.cameraBlend);
-      append(plan->lightBlend, shaded.lightBlend);
-      shaded.unseen += plan->unseen;
-    }
-    if (lap) lap(0);
+    shading.add(begin, std::min(batch.size(), begin + atOnce), shaded);
     begin += atOnce;
   } while (begin < batch.size());
+  return shaded;
+}
+
+Shaded shade(const Model& model, size_t queries, const FillBatch& fill, const ShadeOptions& options,
+             BlockCache& cache, ShadingStats& stats, const Progress& progress,
+             const std::function<void(double)>& lap, size_t targetsAtOnce) {
+  Shaded shaded;
+  shaded.radiance.reserve(queries);
+  QueryBatch batch;
+  fill(0, 0, batch); // for its lights
+  Shading shading(model, batch, options, cache, stats, progress, lap);
+  const size_t atOnce = shading.queriesFor(targetsAtOnce);
+  size_t begin = 0;
+  do {
+    fill(begin, std::min(queries, begin + atOnce), batch);
+    shading.add(0, batch.size(), shaded);
+    begin += atOnce;
+  } while (begin < queries);
   return shaded;
 }
 

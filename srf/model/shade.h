@@ -29,4 +29,15 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
              const std::function<void(double planningShare)>& lap = {},
              size_t targetsAtOnce = kTargetsAtOnce);
 
+// Makes a batch of the queries from `begin` to before `end`, in its memory. Lights and environments are the
+// same for all.
+using FillBatch = std::function<void(size_t begin, size_t end, QueryBatch& batch)>;
+
+// The same of queries that are made when they are due: no more of them are in memory than are answered at
+// once.
+Shaded shade(const Model& model, size_t queries, const FillBatch& fill, const ShadeOptions& options,
+             BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
+             const std::function<void(double planningShare)>& lap = {},
+             size_t targetsAtOnce = kTargetsAtOnce);
+
 } // namespace surflect

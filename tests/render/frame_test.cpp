@@ -160,7 +160,8 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAndAnyCache) {
       });
 }
 
-// Of a larger picture, of another warp, of a frame that nothing is seen in, and of one that was interrupted.
+// Of a larger picture, of another warp, of a frame that nothing is seen in, of more lights, and of one that
+// was interrupted.
 TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
   BlockCache cache(model().files, size_t{1} << 28);
   FrameMemory memory;
@@ -179,6 +180,13 @@ TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
     const Image kept = render(*warp, size, &memory);
     EXPECT_EQ(kept.values, fresh.values);
     memory.color = kept;
+    EXPECT_EQ(render(*noWarp(), pictureSize, &memory).values, expected.values);
+  }
+  {
+    std::vector<ShotLight> more = lights;
+    more.insert(more.end(), 3, lights.front());
+    FrameStats stats;
+    renderFrame(model(), *flat, camera, more, {}, cache, stats, {}, &memory);
     EXPECT_EQ(render(*noWarp(), pictureSize, &memory).values, expected.values);
   }
   for (int calls = 0; calls < 200; calls += 7) {

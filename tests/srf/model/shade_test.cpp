@@ -101,22 +101,37 @@ TEST_F(Shade, ShufflingTheQueriesShufflesTheAnswers) {
   for (size_t q = 0; q < order.size(); ++q) EXPECT_EQ(shuffled[q], direct[order[q]]);
 }
 
-// In parts of any size the answer is that of the whole.
+// In parts of any size the answer is that of the whole, also where these are made one after the other.
 void expectPartsAreTheWhole(const Model& model, const QueryBatch& batch) {
   const auto inPartsOf = [&](size_t targets) {
     BlockCache cache(model.files, everything);
     ShadingStats stats;
     return shade(model, batch, {.showsBlends = true}, cache, stats, {}, {}, targets);
   };
+  const auto filledFor = [&](size_t targets) {
+    BlockCache cache(model.files, everything);
+    ShadingStats stats;
+    size_t most = 0;
+    const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& part) {
+      most = std::max(most, end - begin);
+      std::vector<size_t> queries(end - begin);
+      std::iota(queries.begin(), queries.end(), begin);
+      part = permuted(batch, queries);
+    };
+    const Shaded filled =
+        shade(model, batch.size(), fill, {.showsBlends = true}, cache, stats, {}, {}, targets);
+    EXPECT_LE(most, std::max(size_t{1}, targets));
+    return filled;
+  };
   const Shaded whole = inPartsOf(std::numeric_limits<size_t>::max());
   ASSERT_EQ(whole.radiance.size(), batch.size());
-  for (const size_t targets : {1, 7, 600}) {
-    const Shaded parts = inPartsOf(targets);
-    EXPECT_EQ(parts.radiance, whole.radiance) << targets;
-    EXPECT_EQ(parts.cameraBlend, whole.cameraBlend) << targets;
-    EXPECT_EQ(parts.lightBlend, whole.lightBlend) << targets;
-    EXPECT_EQ(parts.unseen, whole.unseen) << targets;
-  }
+  for (const size_t targets : {1, 7, 600})
+    for (const Shaded& parts : {inPartsOf(targets), filledFor(targets)}) {
+      EXPECT_EQ(parts.radiance, whole.radiance) << targets;
+      EXPECT_EQ(parts.cameraBlend, whole.cameraBlend) << targets;
+      EXPECT_EQ(parts.lightBlend, whole.lightBlend) << targets;
+      EXPECT_EQ(parts.unseen, whole.unseen) << targets;
+    }
 }
 
 TEST_F(Shade, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 2000, 3, random)); }
