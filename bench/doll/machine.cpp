@@ -151,9 +151,10 @@ double streamBytesPerSecond(int threads, Kernel kernel, int arraysTouched) {
   });
 }
 
-// Chains of multiply-adds, as many as hide the latency of one; kRounds of each a call.
-// Written out for each instruction set: what is inlined into a function for one must be for that one too.
-constexpr int kChains = 16, kRounds = 2048;
+// Chains of multiply-adds, as many as hide the latency of one and stay in 16 registers; kRounds of each a
+// call. Written out for each instruction set: what is inlined into a function for one must be for that one
+// too.
+constexpr int kChains = 12, kRounds = 2048;
 
 double sseChains() {
   __m128 sums[kChains];
@@ -161,7 +162,7 @@ double sseChains() {
   __m128 factor = _mm_set1_ps(0.999f);
   use(factor);
   for (int round = 0; round < kRounds; ++round)
-#pragma GCC unroll 16
+#pragma GCC unroll 12
     for (int chain = 0; chain < kChains; ++chain)
       sums[chain] = _mm_add_ps(_mm_mul_ps(sums[chain], factor), factor);
   use(sums);
@@ -174,7 +175,7 @@ __attribute__((target("avx2,fma"))) double avx2Chains() {
   __m256 factor = _mm256_set1_ps(0.999f);
   use(factor);
   for (int round = 0; round < kRounds; ++round)
-#pragma GCC unroll 16
+#pragma GCC unroll 12
     for (int chain = 0; chain < kChains; ++chain) sums[chain] = _mm256_fmadd_ps(sums[chain], factor, factor);
   use(sums);
   return 2.0 * 8 * kChains * kRounds;
@@ -186,7 +187,7 @@ __attribute__((target("avx512f"))) double avx512Chains() {
   __m512 factor = _mm512_set1_ps(0.999f);
   use(factor);
   for (int round = 0; round < kRounds; ++round)
-#pragma GCC unroll 16
+#pragma GCC unroll 12
     for (int chain = 0; chain < kChains; ++chain) sums[chain] = _mm512_fmadd_ps(sums[chain], factor, factor);
   use(sums);
   return 2.0 * 16 * kChains * kRounds;
@@ -198,7 +199,7 @@ __attribute__((target("avx512f,avx512bf16"))) double bf16Chains() {
   __m512bh factor = _mm512_cvtne2ps_pbh(_mm512_set1_ps(1e-3f), _mm512_set1_ps(1e-3f));
   use(factor);
   for (int round = 0; round < kRounds; ++round)
-#pragma GCC unroll 16
+#pragma GCC unroll 12
     for (int chain = 0; chain < kChains; ++chain) sums[chain] = _mm512_dpbf16_ps(sums[chain], factor, factor);
   use(sums);
   return 2.0 * 2 * 16 * kChains * kRounds;

@@ -94,7 +94,7 @@ TEST(DollBlocks, RanksArePlausible) {
   EXPECT_LT(bytes / (60 * blockTexels), 0.6); // a pixel and light
 }
 
-// What bench_blocks measures: few terms, and an error little above the least that so many can have.
+// What bench_doll measures of packing: few terms, and an error little above the least that so many can have.
 TEST(DollBlocks, ErrLittleMoreThanTheBestOfTheirRank) {
   const auto lights = lightsAround(60);
   double ours = 0, best = 0;
