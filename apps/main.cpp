@@ -30,7 +30,7 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
     setExrThreads(exrThreads);
     report = work(terminalProgress());
   } catch (const std::bad_alloc&) {
-    report["error"] = "out of memory: a smaller --cache-mb or fewer --threads may do";
+    report["error"] = "out of memory";
     status = kFailed;
   } catch (const std::exception& error) {
     report["error"] = error.what();

@@ -9,7 +9,7 @@ struct MemoryUse {
 };
 MemoryUse memoryUse();
 
-// The peak is counted from now on, where the system lets it be.
+// The peak is counted from now on.
 void forgetPeakMemory();
 
 } // namespace surflect

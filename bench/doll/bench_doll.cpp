@@ -83,8 +83,8 @@ DollMeasurements measure(const Arguments& arguments) {
   measured.machine = measureMachine(measured.model);
   measured.orders = costOfOrders(model, shot, std::array<size_t, 3>{1, 3, 16});
   measured.packing = timePacking(arguments.frames);
-  measured.splats = timeSplats(arguments.size.surfels, arguments.frames);
-  measured.warps = timeWarps(arguments.size.surfels, arguments.frames);
+  measured.splats = timeSplats(arguments.frames);
+  measured.warps = timeWarps(arguments.frames);
   return measured;
 }
 

@@ -1,9 +1,8 @@
 #include "bench/doll/paper_frame.h"
 
-#include "surfel/bounds.h"
-
 #include "srf/query/stand_in.h"
 #include "srf/query/ulr.h"
+#include "surfel/bounds.h"
 #include "surfel/error.h"
 #include "warp/deform.h"
 
@@ -12,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <string_view>
 
 namespace surflect {
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <memory>
 
@@ -16,7 +17,7 @@ namespace surflect {
 
 namespace {
 
-constexpr double kLeastDb = 50, kMostFlipped = 1e-4;
+constexpr double kLeastDb = 100, kMostFlipped = 2e-5;
 constexpr int kRoundsToOnePlain = 3;
 
 std::vector<float> ofVisible(const Coverage& coverage, const std::vector<float>& colors) {
@@ -101,11 +102,11 @@ std::vector<SplatTimes> timesOfWays(std::span<const Way> ways, int rounds) {
 
 } // namespace
 
-std::vector<SplatTimes> timeSplats(size_t surfels, int rounds) {
+std::vector<SplatTimes> timeSplats(int rounds) {
   std::vector<SplatTimes> result;
   const auto camera = dollCamera(1024, 768);
   for (const auto order : {SurfelOrder::coherent, SurfelOrder::shuffled}) {
-    const DollCloud doll = dollCloud(surfels, order);
+    const DollCloud doll = dollCloud(kDollSurfels, order);
     const Splats splats = splatsOf(doll.rest, doll.deformed);
     slow::Coverage plain = slow::cover(camera, splats);
     const Image image = slow::blend(plain, doll.colors, 3);

@@ -22,8 +22,8 @@ struct SplatTimes {
 };
 
 // Both orders on one thread and on two, the processor's vector instructions in turns with the plain way, of
-// which there are fewer rounds. Throws Error below 50 dB or
-// where more than one pixel in 10,000 has flipped.
-std::vector<SplatTimes> timeSplats(size_t surfels, int rounds);
+// which there are fewer rounds. Throws Error below 100 dB, or where more than 2 pixels in 100,000 have
+// flipped.
+std::vector<SplatTimes> timeSplats(int rounds);
 
 } // namespace surflect

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 
 namespace surflect {
 
@@ -96,9 +97,9 @@ WarpPointer latticeAround(const Eigen::AlignedBox3d& box) {
 
 } // namespace
 
-std::vector<WarpTimes> timeWarps(size_t surfels, int rounds) {
+std::vector<WarpTimes> timeWarps(int rounds) {
   const tbb::global_control oneThread(tbb::global_control::max_allowed_parallelism, 1);
-  const SurfelCloud cloud = dollCloud(surfels, SurfelOrder::coherent).rest;
+  const SurfelCloud cloud = dollCloud(kDollSurfels, SurfelOrder::coherent).rest;
   const Eigen::AlignedBox3d box = boundsOf(cloud.p0);
   const WarpPointer twist =
       twistWarp(Vec3<double>::UnitZ(), Angle::fromDegrees(40 / box.sizes()[2]), box.center());

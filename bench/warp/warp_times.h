@@ -19,6 +19,6 @@ struct WarpTimes {
 
 // A twist and a lattice, all ways of each in turns, differences first. Throws Error where two ways do not
 // agree.
-std::vector<WarpTimes> timeWarps(size_t surfels, int rounds);
+std::vector<WarpTimes> timeWarps(int rounds);
 
 } // namespace surflect

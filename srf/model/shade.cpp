@@ -75,12 +75,11 @@ std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats&
 }
 
 Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
-             ShadingStats& stats, const Progress& progress, const std::function<void(double)>& lap,
-             size_t targetsAtOnce) {
+             ShadingStats& stats, const Progress& progress, const std::function<void(double)>& lap) {
   Shaded shaded;
   shaded.radiance.reserve(batch.size());
   Shading shading(model, batch, options, cache, stats, progress, lap);
-  const size_t atOnce = shading.queriesFor(targetsAtOnce);
+  const size_t atOnce = shading.queriesFor(options.targetsAtOnce);
   size_t begin = 0;
   do { // once also where there are no queries: that takes time, too
     shading.add(begin, std::min(batch.size(), begin + atOnce), shaded);
@@ -91,13 +90,14 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
 
 Shaded shade(const Model& model, size_t queries, const FillBatch& fill, const ShadeOptions& options,
              BlockCache& cache, ShadingStats& stats, const Progress& progress,
-             const std::function<void(double)>& lap, size_t targetsAtOnce) {
+             const std::function<void(double)>& lap) {
   Shaded shaded;
   shaded.radiance.reserve(queries);
   QueryBatch batch;
   fill(0, 0, batch); // for its lights
   Shading shading(model, batch, options, cache, stats, progress, lap);
-  const size_t atOnce = shading.queriesFor(targetsAtOnce);
+  if (lap) lap(1);
+  const size_t atOnce = shading.queriesFor(options.targetsAtOnce);
   size_t begin = 0;
   do {
     fill(begin, std::min(queries, begin + atOnce), batch);

@@ -15,6 +15,8 @@
 
 namespace surflect {
 
+inline constexpr size_t kTargetsAtOnce = 1 << 14;
+
 struct ShadeOptions {
   size_t cameras = 3; // blended per query, 1..kMaxBlended
   size_t pairs = 4;   // (camera, light) pairs blended instead, where the capture is not a full product
@@ -27,7 +29,8 @@ struct ShadeOptions {
   bool nearest = false;
   // avx2 and avx512 give the same bits; scalar differs by roundings, see choice_lanes.h, look_up_kernel.h.
   Simd simd = bestSimd();
-  bool showsBlends = false; // Shaded has colours of cameras and lights
+  bool showsBlends = false;              // Shaded has colours of cameras and lights
+  size_t targetsAtOnce = kTargetsAtOnce; // that shade answers together; the answer does not depend on it
 };
 
 // What the options say, or else the model.

@@ -8,6 +8,7 @@
 #include <array>
 #include <cassert>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 
 namespace surflect {
@@ -17,7 +18,7 @@ namespace {
 constexpr size_t kLineBytes = 64; // of the processor's caches
 constexpr size_t kOpsAtOnce = 16; // that the processor fetches for while others are answered
 constexpr size_t kMostJobs = 4 * kOpsAtOnce;
-constexpr size_t kBlocksAtOnce = 8192; // that are fetched, or those of one part
+constexpr size_t kBlocksAtOnce = 4096; // that are fetched, or those of one part
 
 // An operation, and where its answer goes.
 struct Asked {
@@ -164,26 +165,36 @@ void Answerer::answerReady(const Ready& ready) const {
 }
 
 void Answerer::answerWaiting(std::span<AnsweredPart> parts) const {
-  const auto sortUnique = [](std::vector<BlockKey>& keys) {
-    std::ranges::sort(keys);
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  };
-  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) { sortUnique(parts[p].needed); });
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
+    std::ranges::sort(parts[p].needed);
+    const auto twice = std::ranges::unique(parts[p].needed);
+    parts[p].needed.erase(twice.begin(), twice.end());
+  });
+  std::vector<BlockKey> blocks, more;
   for (size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
-    std::vector<BlockKey> needed;
-    do needed.insert(needed.end(), parts[end].needed.begin(), parts[end].needed.end());
-    while (++end < parts.size() && needed.size() + parts[end].needed.size() <= kBlocksAtOnce);
-    if (needed.empty()) continue;
-    sortUnique(needed);
-    cache_.fetch(needed, progress_);
-    tbb::parallel_for(begin, end, [&](size_t p) {
-      progress_.checkpoint();
-      const std::vector<uint32_t> waiting = std::exchange(parts[p].waiting, {});
-      answerAll(parts[p], waiting.size(), [&](size_t i) { return waiting[i]; });
-      assert(parts[p].waiting.empty());
-    });
-    cache_.trim();
+    blocks = parts[end++].needed;
+    for (; end < parts.size(); ++end) {
+      more.clear();
+      std::ranges::set_union(blocks, parts[end].needed, std::back_inserter(more));
+      if (more.size() > kBlocksAtOnce) break;
+      blocks.swap(more);
+    }
+    if (!blocks.empty()) answerFetched(parts.subspan(begin, end - begin), blocks);
   }
+}
+
+void Answerer::answerFetched(std::span<AnsweredPart> parts, std::span<const BlockKey> blocks) const {
+  struct Trim {
+    BlockCache& cache;
+    ~Trim() { cache.trim(); }
+  } const trim{cache_};
+  cache_.fetch(blocks, progress_);
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
+    progress_.checkpoint();
+    const std::vector<uint32_t> waiting = std::exchange(parts[p].waiting, {});
+    answerAll(parts[p], waiting.size(), [&](size_t i) { return waiting[i]; });
+    assert(parts[p].waiting.empty());
+  });
 }
 
 } // namespace surflect

@@ -45,13 +45,14 @@ public:
   // parts at once by many threads.
   void answerResident(AnsweredPart& part) const;
 
-  // What waits, some parts after the other: their blocks are fetched, each once, in the order in which they
-  // lie on disk. Throws Error as ViewFile::read.
+  // What waits, some parts after the others: their blocks are fetched together, in the order in which they
+  // lie on disk. A part's are sorted and each there once afterwards. Throws Error as ViewFile::read.
   void answerWaiting(std::span<AnsweredPart> parts) const;
 
 private:
   struct Ready;
 
+  void answerFetched(std::span<AnsweredPart> parts, std::span<const BlockKey> blocks) const;
   void answerAll(AnsweredPart& part, size_t count, const auto& numberOf) const;
   void prepare(AnsweredPart& part, uint32_t i, Ready& ready) const;
   void answerReady(const Ready& ready) const;

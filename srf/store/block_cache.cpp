@@ -45,16 +45,25 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
                        [&](BlockKey key) { return places_[key.view][key.block] == kNowhere; });
   announce(missing);
   std::vector<std::shared_ptr<const Block>> read(missing.size());
-  tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) {
-    progress.checkpoint();
-    read[i] = std::make_shared<const Block>(views_[missing[i].view].read(missing[i].block));
-  });
-  const std::lock_guard lock(mutex_);
-  for (size_t i = 0; i < missing.size(); ++i) {
-    ++counts_.reads;
-    counts_.bytesRead += views_[missing[i].view].storedBytes(missing[i].block);
-    insert(missing[i], std::move(read[i]));
+  const auto keep = [&] {
+    const std::lock_guard lock(mutex_);
+    for (size_t i = 0; i < missing.size(); ++i) {
+      if (!read[i]) continue;
+      ++counts_.reads;
+      counts_.bytesRead += views_[missing[i].view].storedBytes(missing[i].block);
+      insert(missing[i], std::move(read[i]));
+    }
+  };
+  try {
+    tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) {
+      progress.checkpoint();
+      read[i] = std::make_shared<const Block>(views_[missing[i].view].read(missing[i].block));
+    });
+  } catch (...) {
+    keep();
+    throw;
   }
+  keep();
 }
 
 void BlockCache::trim() {
@@ -76,6 +85,7 @@ void BlockCache::announce(std::span<const BlockKey> blocks) const {
 uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
   auto place = static_cast<uint32_t>(owners_.size());
   if (free_.empty()) {
+    free_.reserve(owners_.size() + 1); // so that remove cannot fail
     residents_.emplace_back();
     owners_.emplace_back();
   } else {

@@ -22,7 +22,7 @@ namespace surflect {
 struct CacheCounts {
   uint64_t reads = 0;     // blocks taken from disk
   uint64_t bytesRead = 0; // as stored
-  uint64_t hits = 0;
+  uint64_t hits = 0;      // blocks that get found in memory
 };
 
 struct BlockKey {
@@ -33,8 +33,8 @@ struct BlockKey {
 class BlockCache {
 public:
   // `views` must outlive the cache. Memory exceeds the budget (bytes of decoded blocks) by what callers still
-  // hold, by what fetch has brought until trim is called, and by 4 bytes for every block of the views, in
-  // memory or not.
+  // hold, by what fetch has brought until trim is called, by 4 bytes for every block of the views, in
+  // memory or not, and 44 for the most that ever were.
   BlockCache(std::span<const ViewFile> views, size_t budget);
 
   std::span<const ViewFile> views() const { return views_; }
@@ -43,15 +43,15 @@ public:
   // at the same time both read it.
   std::shared_ptr<const Block> get(uint32_t view, uint32_t block);
 
-  // Has these in memory until trim or get is called, whatever the budget. Ascending, each once; in this order
-  // they are read, by all threads. Throws Error as ViewFile::read, and Cancelled. Not from many threads.
+  // Has these in memory until trim or get is called, whatever the budget. Ascending, each once; all
+  // threads read, each a stretch. What was read before something failed is kept, too. Throws Error as
+  // ViewFile::read, and Cancelled. Not from many threads.
   void fetch(std::span<const BlockKey> blocks, const Progress& progress);
   // Keeps to the budget again.
   void trim();
 
   // Empty where the block is not in memory. Safe from many threads at once, but not while any of them calls
-  // another method, which may end what is pointed to. Blocks found so stay longer than those that were not,
-  // but keep their order.
+  // another method, which may end what is pointed to. Blocks found so stay longer than those that were not.
   std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
     const uint32_t place = places_[view][block];
     if (place == kNowhere) return std::nullopt;

@@ -105,8 +105,10 @@ std::vector<Rgb> ShadingQueue::finish() {
 
 // What was not in memory.
 void ShadingQueue::answerWaiting(std::span<AnsweredPart> parts) {
-  for (const AnsweredPart& answered : parts) stats_.cacheHits += answered.tasks;
+  uint64_t hits = 0;
+  for (const AnsweredPart& answered : parts) hits += answered.tasks;
   answerer_.answerWaiting(parts);
+  stats_.cacheHits += hits;
   for (const AnsweredPart& answered : parts) {
     stats_.tasks += answered.tasks;
     stats_.taskRanks += answered.taskRanks;

@@ -41,13 +41,13 @@ struct ShadingStats {
 // not lost). Where all of a target's are lost, each looks up what its view stores nearest: a surface whose
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
-// Between begin and finish each block is fetched once, where 8192 blocks or more wait perhaps once for each
-// 8192, and once more if targets that see background only are left to it. The result has the same bits for
-// any number of threads and any cache, and for all vector instructions but scalar, which rounds each product.
+// Between begin and finish each block is fetched once, where more than 4096 wait perhaps once for each 4096,
+// and once more if targets that see background only are left to it. The result has the same bits for any
+// number of threads and any cache, and for all vector instructions but scalar, which rounds each product.
 // Against executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times the sum
 // of |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has them: those at 16 bits are two;
 // measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13 bytes an operation, 4 more and 8
-// for each block of those that wait for one, and 8192 blocks, or those of one part, beyond what the cache may
+// for each block of those that wait for one, and 4096 blocks, or those of one part, beyond what the cache may
 // hold.
 class ShadingQueue {
 public:

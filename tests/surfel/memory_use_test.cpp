@@ -1,22 +1,36 @@
 #include "surfel/memory_use.h"
 
-#include <vector>
+#include <cstring>
+#include <sys/mman.h>
 
 namespace surflect {
 namespace {
 
+constexpr size_t kBytes = size_t{64} << 20;
+
+// Pages that nobody keeps when they are no longer used.
+class Pages {
+public:
+  Pages() : begin_(::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)) {
+    EXPECT_NE(begin_, MAP_FAILED);
+    std::memset(begin_, 1, kBytes);
+  }
+  ~Pages() { ::munmap(begin_, kBytes); }
+
+private:
+  void* begin_;
+};
+
 TEST(MemoryUse, CountsWhatIsWritten) {
-  constexpr size_t kBytes = size_t{64} << 20;
   const MemoryUse before = memoryUse();
-  std::vector<char> bytes(kBytes, 1);
+  const Pages pages;
   const MemoryUse during = memoryUse();
   EXPECT_GE(during.anonymousBytes, before.anonymousBytes + 0.9 * kBytes);
   EXPECT_GE(during.peakBytes, during.anonymousBytes);
 }
 
 TEST(MemoryUse, PeakStaysUntilItIsForgotten) {
-  constexpr size_t kBytes = size_t{64} << 20;
-  { const std::vector<char> bytes(kBytes, 1); }
+  { const Pages pages; }
   const double peak = memoryUse().peakBytes;
   EXPECT_GE(peak, memoryUse().anonymousBytes + 0.9 * kBytes);
   forgetPeakMemory();

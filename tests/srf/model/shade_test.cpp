@@ -106,7 +106,7 @@ void expectPartsAreTheWhole(const Model& model, const QueryBatch& batch) {
   const auto inPartsOf = [&](size_t targets) {
     BlockCache cache(model.files, everything);
     ShadingStats stats;
-    return shade(model, batch, {.showsBlends = true}, cache, stats, {}, {}, targets);
+    return shade(model, batch, {.showsBlends = true, .targetsAtOnce = targets}, cache, stats);
   };
   const auto filledFor = [&](size_t targets) {
     BlockCache cache(model.files, everything);
@@ -118,9 +118,10 @@ void expectPartsAreTheWhole(const Model& model, const QueryBatch& batch) {
       std::iota(queries.begin(), queries.end(), begin);
       part = permuted(batch, queries);
     };
-    const Shaded filled =
-        shade(model, batch.size(), fill, {.showsBlends = true}, cache, stats, {}, {}, targets);
-    EXPECT_LE(most, std::max(size_t{1}, targets));
+    const ShadeOptions options{.showsBlends = true, .targetsAtOnce = targets};
+    const Shaded filled = shade(model, batch.size(), fill, options, cache, stats);
+    const size_t perQuery = model.isFullProduct ? 1 : batch.targets();
+    EXPECT_EQ(most, std::min(batch.size(), std::max(size_t{1}, targets / perQuery)));
     return filled;
   };
   const Shaded whole = inPartsOf(std::numeric_limits<size_t>::max());
@@ -143,9 +144,8 @@ TEST_F(Shade, LapsAreSharedByPlanningAndLookUps) {
   ShadingStats stats;
   const auto sharesOf = [&](size_t queries) {
     std::vector<double> shares;
-    const Shaded all = shade(
-        model, randomBatch(model, queries, 1, random), {}, cache, stats, {},
-        [&](double planning) { shares.push_back(planning); }, 700);
+    const Shaded all = shade(model, randomBatch(model, queries, 1, random), {.targetsAtOnce = 700}, cache,
+                             stats, {}, [&](double planning) { shares.push_back(planning); });
     EXPECT_EQ(all.radiance.size(), queries);
     return shares;
   };
