@@ -3,6 +3,7 @@
 #include "srf/image/image_file.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/json_depth.h"
 #include "surfel/nearest_name.h"
 #include "surfel/nearest_rotation.h"
 
@@ -15,6 +16,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -410,11 +412,17 @@ private:
     return path;
   }
 
-  // Is it a regular file? One inside the folder, also after all links have been followed.
-  bool isThere(const fs::path& path) const {
+  // Is it a regular file? One inside the folder, also after all links have been followed. Many frames share
+  // one: the file system is asked once.
+  bool isThere(const fs::path& path) {
+    if (paths_ == PathRule::unmade || found_.contains(path)) return true;
+    const bool isFile = isFileThere(path);
+    if (isFile) found_.insert(path);
+    return isFile;
+  }
+  bool isFileThere(const fs::path& path) const {
     std::error_code failure; // what cannot be looked at is not there
     const fs::path full = capture_.folder() / path;
-    if (paths_ == PathRule::unmade) return true;
     if (!fs::is_regular_file(full, failure)) return false;
     if (outsideAllowed()) return true;
     const fs::path folder = capture_.folder().empty() ? fs::path(".") : capture_.folder();
@@ -428,14 +436,14 @@ private:
   bool outsideAllowed() const { return paths_ == PathRule::anywhere; }
   static std::string hint(bool leaves) { return leaves ? " (--allow-outside lifts this)" : ""; }
 
-  fs::path fileAt(const Json& value) const {
+  fs::path fileAt(const Json& value) {
     const fs::path path = pathOf(value);
     if (!isThere(path)) throw Error::mismatch("a file", "none at " + path.string());
     return path;
   }
 
   // Blender's exporters leave the extension out.
-  fs::path pictureAt(const Json& value) const {
+  fs::path pictureAt(const Json& value) {
     const fs::path path = pathOf(value);
     for (const char* extension : {"", ".png", ".jpg", ".exr"})
       if (const fs::path tried = path.string() + extension; isThere(tried)) return tried;
@@ -523,18 +531,16 @@ private:
   PathRule paths_;
   Capture capture_;
   std::vector<bool> named_; // per view
+  std::set<fs::path> found_;
   std::map<fs::path, PictureSize> sizes_;
   std::map<std::tuple<size_t, std::optional<size_t>, Split>, size_t> brackets_; // to the last such frame
 };
 
 Json parse(std::string_view content) {
-  constexpr int kDeepest = 64; // the library copies and prints by recursion
-  const auto shallow = [](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepest) throw Error("malformed JSON: nested too deeply");
-    return true;
-  };
+  if (constexpr int kDeepest = 64; jsonDepth(content) > kDeepest)
+    throw Error("malformed JSON: nested too deeply");
   try {
-    return Json::parse(content, shallow);
+    return Json::parse(content);
   } catch (const Json::parse_error& e) {
     const size_t end = std::min(e.byte, content.size());
     const auto line =

@@ -3,6 +3,7 @@
 #include "srf/import/text.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/json_depth.h"
 
 #include <nlohmann/json.hpp>
 
@@ -82,11 +83,8 @@ Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
 
 Json parseShallow(const std::string& content) {
   constexpr int deepest = 64; // else writing it out again could overflow the stack
-  const auto shallow = [](int depth, Json::parse_event_t, Json&) {
-    if (depth > deepest) throw Error("nested more than " + std::to_string(deepest) + " deep");
-    return true;
-  };
-  return Json::parse(content, shallow, false);
+  if (jsonDepth(content) > deepest) throw Error("nested more than " + std::to_string(deepest) + " deep");
+  return Json::parse(content, nullptr, false);
 }
 
 // Leaves validation out, or makes it the test; leaves out what takes no part.

@@ -13,6 +13,7 @@ namespace surflect {
 namespace {
 
 constexpr size_t kPortion = 1 << 18; // bytes between two questions whether to go on
+constexpr size_t kViewsAtOnce = 16;  // that are turned into rows: to write one byte a row misses all caches
 
 struct Deflate : z_stream {
   Deflate() : z_stream{} {
@@ -78,8 +79,16 @@ ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t 
 
   ViewFades fades{views, std::vector<uint8_t>(surfels * views)};
   Inflate stream;
-  std::vector<Bytef> out(kPortion);
-  size_t read = 0, filled = 0; // bytes given to the stream, and had of it
+  std::vector<Bytef> columns(surfels * std::min(views, kViewsAtOnce) + 1); // one for a byte too many
+  size_t read = 0, view = 0, filled = 0; // bytes given to the stream; the first of the columns, and their bytes
+  const auto turnColumns = [&] {
+    const size_t count = filled / std::max(surfels, size_t{1});
+    for (size_t i = 0; i < surfels; ++i)
+      for (size_t k = 0; k < count; ++k) fades.values[i * views + view + k] = columns[k * surfels + i];
+    view += count;
+    filled -= count * surfels;
+    std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
+  };
   for (int status = Z_OK; status != Z_STREAM_END;) {
     progress.checkpoint();
     if (stream.avail_in == 0) {
@@ -88,15 +97,18 @@ ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t 
       stream.avail_in = static_cast<uInt>(count);
       read += count;
     }
-    stream.next_out = out.data();
-    stream.avail_out = static_cast<uInt>(out.size());
+    const size_t room = std::min(kPortion, columns.size() - filled);
+    stream.next_out = columns.data() + filled;
+    stream.avail_out = static_cast<uInt>(room);
     status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR where the bytes end too early
-    const size_t count = out.size() - stream.avail_out;
-    if ((status != Z_OK && status != Z_STREAM_END) || count > fades.values.size() - filled) throw mismatch();
-    for (size_t k = 0; k < count; ++k, ++filled)
-      fades.values[filled % surfels * views + filled / surfels] = out[k];
+    filled += room - stream.avail_out;
+    if ((status != Z_OK && status != Z_STREAM_END) || filled > fades.values.size() - view * surfels)
+      throw mismatch();
+    if (filled + 1 >= columns.size()) turnColumns();
   }
-  if (filled != fades.values.size() || read != packed.size() || stream.avail_in != 0) throw mismatch();
+  turnColumns();
+  if (view * surfels + filled != fades.values.size() || read != packed.size() || stream.avail_in != 0)
+    throw mismatch();
   return fades;
 }
 

@@ -2,6 +2,7 @@
 
 #include "surfel/error.h"
 #include "surfel/hash.h"
+#include "surfel/json_depth.h"
 
 #include <nlohmann/json.hpp>
 
@@ -85,11 +86,8 @@ LightBlend lightBlendOf(const Json& json) {
 }
 
 Json parse(std::string_view text) {
-  const auto shallow = [](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepest) throw Error("nested too deeply");
-    return true;
-  };
-  Json json = Json::parse(text, shallow, /*allow_exceptions=*/false);
+  if (jsonDepth(text) > kDeepest) throw Error("nested too deeply");
+  Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) throw Error::mismatch("a JSON object", "something else");
   return json;
 }

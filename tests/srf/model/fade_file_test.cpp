@@ -15,7 +15,7 @@ ViewFades randomFades(size_t surfels, size_t views, unsigned seed) {
 
 TEST(FadeFile, WhatIsPackedIsUnpackedEqual) {
   for (const auto& [surfels, views] :
-       {std::pair<size_t, size_t>{0, 0}, {0, 5}, {1, 1}, {1000, 7}, {3, 400}}) {
+       {std::pair<size_t, size_t>{0, 0}, {0, 5}, {1, 1}, {1000, 7}, {3, 400}, {20001, 16}, {20001, 33}}) {
     const ViewFades fades = randomFades(surfels, views, 1);
     const ViewFades unpacked = unpackFades(packFades(fades), surfels, views);
     EXPECT_EQ(unpacked.views, views);
@@ -32,6 +32,8 @@ TEST(FadeFile, OtherCountsAndEveryTruncationAreRefused) {
   auto longer = packed;
   longer.push_back(std::byte{0});
   EXPECT_THROW(unpackFades(longer, 50, 4), Error);
+  const auto wide = packFades(randomFades(50, 33, 2));
+  for (const size_t views : {16, 32, 34}) EXPECT_THROW(unpackFades(wide, 50, views), Error);
 }
 
 TEST(FadeFile, CountsThatTheBytesCannotHoldTakeNoMemory) {
