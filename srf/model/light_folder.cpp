@@ -14,6 +14,7 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
       rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
       row_(model.rig.lights.size()),
       isShort_(batch.environments.empty() && 2 * batch.lights * how_.lights <= model.rig.lights.size()),
+      short_(isShort_ ? batch.lights * kMaxBlended : 0),
       showsColors_(options.showsBlends), lightColor_(indexColors(model.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
       cosine_(model.rig.lights.size()) {}
@@ -35,9 +36,11 @@ void LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
   lights_.lookFrom(model_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
   color_ = {};
   if (isShort_) {
+    LightWeight* next = short_.data();
     foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) {
-      rows.push_back({light, {weight[1], weight[2], weight[3]}});
+      *next++ = {light, {weight[1], weight[2], weight[3]}};
     });
+    rows.insert(rows.end(), short_.data(), next);
     return;
   }
   foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) { row_.add(light, weight); });
@@ -51,13 +54,15 @@ template <class Add> void LightFolder::foldLights(size_t lane, const Add& add) {
   const size_t query = begin_ + lane;
   if (how_.foreshortened) faceLights(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.targets());
+  const bool showsColors = showsColors_;
   const auto addBlend = [&](const Rgb& now, const auto& forEachOfBlend) {
     const Eigen::Array4f shareAndNow(share, now.r, now.g, now.b);
     const bool isLit = now != Rgb{};
+    if (!isLit && !showsColors) return;
     forEachOfBlend([&](uint32_t light, float weight) {
       const Eigen::Array4f ratio = weight * lights_.ratio(shareAndNow, light);
       if (isLit) add(light, ratio);
-      show(light, ratio[0]);
+      if (showsColors) show(light, ratio[0]);
     });
   };
   for (size_t l = 0; l < batch_.lights; ++l) {
@@ -122,7 +127,7 @@ void LightFolder::foldEnvironment(size_t query, size_t e) {
       const Eigen::Array4f now(share_[light][3], share_[light][0], share_[light][1], share_[light][2]);
       const Eigen::Array4f weight = lights_.ratio(scale * now, light);
       row_.add(light, weight);
-      show(light, weight[0]);
+      if (showsColors_) show(light, weight[0]);
     }
 }
 

@@ -36,9 +36,7 @@ private:
            (uncovered == Uncovered::extrapolate || nearest_);
   }
   template <class Add> void foldLights(size_t lane, const Add& add);
-  void show(uint32_t light, float share) {
-    if (showsColors_) color_ = color_ + share * lightColor_[light];
-  }
+  void show(uint32_t light, float share) { color_ = color_ + share * lightColor_[light]; }
   BlendSet finish(const LaneBlends& blends, size_t lane, const Direction3<AcquisitionSpace>& towards,
                   Uncovered uncovered);
   void faceLights(uint32_t surfel);
@@ -59,6 +57,7 @@ private:
   LaneBlends blends_;
   LightRow row_;
   bool isShort_; // rows have so few weights that hardly any light has two
+  std::vector<LightWeight> short_;
   bool showsColors_;
   std::vector<Rgb> lightColor_;
   Rgb color_;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -23,7 +24,11 @@ std::vector<Source> sourcesOf(std::span<const Light> lights);
 class RigLights {
 public:
   explicit RigLights(std::span<const Light> lights) // which must outlive this
-      : lights_(lights), towards_(lights.size()), inverse_(lights.size()), facedFrom_(lights.size(), 0) {}
+      : lights_(lights), towards_(lights.size()), inverse_(lights.size()), facedFrom_(lights.size(), 0) {
+    if (!std::ranges::all_of(lights, isDirectional)) return;
+    faceAll();
+    isFaced_ = true;
+  }
 
   size_t size() const { return lights_.size(); }
 
@@ -33,13 +38,13 @@ public:
   }
   // Makes what follows known of a light.
   void face(uint32_t light) {
-    if (facedFrom_[light] == current_ || facedFrom_[light] == kEverywhere) return;
+    if (isFaced_ || facedFrom_[light] == current_) return;
     const Light& captured = lights_[light];
     towards_[light] = towardsLight(captured, place_).cast<float>();
     const Rgb fallen = irradianceAt(captured, place_);
     const auto inverse = [](float x) { return x >= std::numeric_limits<float>::min() ? 1 / x : 0; };
     inverse_[light] = {1, inverse(fallen.r), inverse(fallen.g), inverse(fallen.b)};
-    facedFrom_[light] = isDirectional(captured) ? kEverywhere : current_;
+    facedFrom_[light] = current_;
   }
   void faceAll() {
     for (uint32_t light = 0; light < lights_.size(); ++light) face(light);
@@ -54,13 +59,12 @@ public:
   Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
 
 private:
-  static constexpr uint64_t kEverywhere = ~uint64_t{0};
-
   std::span<const Light> lights_;
   std::vector<Direction3<AcquisitionSpace>> towards_; // from the current place
   std::vector<Eigen::Array4f> inverse_; // 1, and one over the irradiance there, 0 where nothing falls
   std::vector<uint64_t> facedFrom_;     // the place that the last two are of
-  uint64_t current_ = 0;
+  uint64_t current_ = 1;
+  bool isFaced_ = false; // from everywhere
   Point3<AcquisitionSpace, double> place_;
 };
 
