@@ -43,7 +43,21 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
   std::vector<BlockKey> missing;
   std::ranges::copy_if(blocks, std::back_inserter(missing),
                        [&](BlockKey key) { return places_[key.view][key.block] == kNowhere; });
-  announce(missing);
+  std::vector<uint32_t> numbers;
+  for (const BlockKey& key : missing) numbers.push_back(key.block);
+  struct Stretch {
+    const ViewFile& file;
+    size_t begin;
+    std::span<const uint32_t> blocks;
+  };
+  std::vector<Stretch> stretches;
+  for (size_t begin = 0, viewEnd = 0; begin < missing.size(); begin += stretches.back().blocks.size()) {
+    const uint32_t view = missing[begin].view;
+    while (viewEnd < missing.size() && missing[viewEnd].view == view) ++viewEnd;
+    const std::span ofView = std::span(numbers).subspan(begin, viewEnd - begin);
+    stretches.push_back({views_[view], begin, ofView.first(views_[view].stretch(ofView))});
+    views_[view].announce(stretches.back().blocks);
+  }
   std::vector<std::shared_ptr<const Block>> read(missing.size());
   const auto keep = [&] {
     const std::lock_guard lock(mutex_);
@@ -55,9 +69,12 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
     }
   };
   try {
-    tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) {
+    tbb::parallel_for(size_t{0}, stretches.size(), [&](size_t s) {
       progress.checkpoint();
-      read[i] = std::make_shared<const Block>(views_[missing[i].view].read(missing[i].block));
+      const auto& [file, begin, ofStretch] = stretches[s];
+      file.read(ofStretch, [&, first = begin](size_t i, Block block) {
+        read[first + i] = std::make_shared<const Block>(std::move(block));
+      });
     });
   } catch (...) {
     keep();
@@ -69,17 +86,6 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
 void BlockCache::trim() {
   const std::lock_guard lock(mutex_);
   makeRoom(kNowhere);
-}
-
-// Ascending.
-void BlockCache::announce(std::span<const BlockKey> blocks) const {
-  std::vector<uint32_t> ofView;
-  for (size_t i = 0; i < blocks.size(); ++i) {
-    ofView.push_back(blocks[i].block);
-    if (i + 1 < blocks.size() && blocks[i + 1].view == blocks[i].view) continue;
-    views_[blocks[i].view].announce(ofView);
-    ofView.clear();
-  }
 }
 
 uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {

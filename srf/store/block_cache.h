@@ -81,7 +81,6 @@ private:
     if (!isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
       isWanted.store(true, std::memory_order_relaxed);
   }
-  void announce(std::span<const BlockKey> blocks) const;
   uint32_t insert(BlockKey key, std::shared_ptr<const Block> block); // which is not in memory; its place
   void remove(uint32_t place);
   void makeRoom(uint32_t newest);

@@ -191,31 +191,50 @@ BlockPosition ViewFile::position(uint32_t block) const {
   return {place % across, place / across};
 }
 
-void ViewFile::announce(std::span<const uint32_t> blocks) const {
+size_t ViewFile::stretch(std::span<const uint32_t> blocks) const {
   // Bytes: of a gap that is rather read than left out, and of what the system takes advice for at once.
   constexpr uint64_t kGap = 1 << 14, kMost = 1 << 17;
-  for (size_t i = 0; i < blocks.size();) {
-    const uint64_t begin = offsets_[blocks[i]];
-    uint64_t end = begin;
-    for (; i < blocks.size() && offsets_[blocks[i]] <= end + kGap && end < begin + kMost; ++i)
-      end = offsets_[blocks[i] + 1];
-    // Only advice: whether it is taken changes nothing but the time.
-    ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),
-                    POSIX_FADV_WILLNEED);
+  const uint64_t begin = offsets_[blocks[0]];
+  uint64_t end = begin;
+  size_t count = 0;
+  for (; count < blocks.size() && offsets_[blocks[count]] <= end + kGap && end < begin + kMost; ++count)
+    end = offsets_[blocks[count] + 1];
+  return count;
+}
+
+void ViewFile::announce(std::span<const uint32_t> stretch) const {
+  const uint64_t begin = offsets_[stretch.front()], end = offsets_[stretch.back() + 1];
+  // Only advice: whether it is taken changes nothing but the time.
+  ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),
+                  POSIX_FADV_WILLNEED);
+}
+
+void ViewFile::read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const {
+  const uint64_t begin = offsets_[stretch.front()];
+  std::vector<std::byte> bytes;
+  try {
+    bytes = bytesAt(begin, offsets_[stretch.back() + 1] - begin);
+  } catch (Error& error) {
+    throw std::move(error).in(path_);
   }
+  for (size_t i = 0; i < stretch.size(); ++i)
+    use(i,
+        decode(stretch[i], std::span(bytes).subspan(offsets_[stretch[i]] - begin, storedBytes(stretch[i]))));
 }
 
 Block ViewFile::read(uint32_t block) const {
-  assert(block < blockCount());
-  try {
-    const auto record = bytesAt(offsets_[block], storedBytes(block));
-    if (const uint32_t found = recordChecksum(record); found != checksums_[block])
-      throw Error::mismatch(std::to_string(checksums_[block]), std::to_string(found)).at("checksum");
-    return decodeBlock(record, static_cast<size_t>(header_.lights));
-  } catch (Error& error) {
-    const BlockPosition at = position(block);
-    throw std::move(error).at("block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")").in(path_);
-  }
+  Block only;
+  read({&block, 1}, [&](size_t, Block found) { only = std::move(found); });
+  return only;
+}
+
+Block ViewFile::decode(uint32_t block, std::span<const std::byte> record) const try {
+  if (const uint32_t found = recordChecksum(record); found != checksums_[block])
+    throw Error::mismatch(std::to_string(checksums_[block]), std::to_string(found)).at("checksum");
+  return decodeBlock(record, static_cast<size_t>(header_.lights));
+} catch (Error& error) {
+  const BlockPosition at = position(block);
+  throw std::move(error).at("block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")").in(path_);
 }
 
 } // namespace surflect

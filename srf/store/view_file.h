@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -72,10 +73,14 @@ public:
     return before + bitCount(bits & (bit - 1));
   }
 
-  // Says that these blocks, ascending, will be read soon: the disk may have them ready by then.
-  void announce(std::span<const uint32_t> blocks) const;
-
-  // Throws Error with the field "block (x, y)" where the block does not match its checksum.
+  // How many of these blocks, ascending and at least one, are best read in one piece: the first of them, up
+  // to one that is far away.
+  size_t stretch(std::span<const uint32_t> blocks) const;
+  // Says that a stretch will be read soon: the disk may have it ready by then.
+  void announce(std::span<const uint32_t> stretch) const;
+  // Reads it: use(i, block), one after the other. Throws Error with the field "block (x, y)" where a block
+  // does not match its checksum.
+  void read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const;
   Block read(uint32_t block) const;
 
 private:
@@ -97,6 +102,7 @@ private:
 
   void parse(std::span<const std::byte> head, uint64_t fileSize);
   std::vector<std::byte> bytesAt(uint64_t offset, size_t count) const;
+  Block decode(uint32_t block, std::span<const std::byte> record) const;
 
   std::filesystem::path path_;
   int descriptor_ = -1;

@@ -121,6 +121,34 @@ TEST(ViewFile, OverheadIsAtMostSixteenBytesAFullBlock) {
   EXPECT_EQ(encodeView(stack, {}).file.size(), fixed + 100 * 16);
 }
 
+// Sixteen blocks of 20,000 bytes each.
+TEST(ViewFile, AStretchEndsAtAGapOrWhenItIsLong) {
+  const TemporaryFolder folder;
+  std::vector<PlacedRecord> blocks;
+  for (int x = 0; x < 16; ++x) blocks.push_back({{x, 0}, std::vector<std::byte>(20000)});
+  writeFileAtomically(folder / "long.srfb", viewFileBytes({16 * blockSize, blockSize, 5}, blocks));
+  const ViewFile view(folder / "long.srfb");
+  const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.stretch(wanted); };
+  EXPECT_EQ(lengthOf({3}), 1u);
+  EXPECT_EQ(lengthOf({3, 4, 5, 7, 8}), 3u);
+  EXPECT_EQ(lengthOf({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}), 7u); // 2^17 bytes end in the seventh
+}
+
+TEST(ViewFile, AStretchHoldsWhatItsBlocksHold) {
+  const TemporaryFolder folder;
+  writeFileAtomically(folder / "some.srfb", encodeView(smallStack(), {}).file);
+  const ViewFile view(folder / "some.srfb");
+  const std::vector<uint32_t> some{0, 1, 3, 7, 8};
+  ASSERT_EQ(view.stretch(some), some.size());
+  size_t next = 0;
+  view.read(some, [&](size_t i, const Block& block) {
+    ASSERT_EQ(i, next++);
+    EXPECT_EQ(block.present, view.read(some[i]).present);
+    EXPECT_EQ(block.values, view.read(some[i]).values);
+  });
+  EXPECT_EQ(next, some.size());
+}
+
 TEST(ViewFile, EveryTruncationIsRejected) {
   const TemporaryFolder folder;
   const auto file = encodeView(smallStack(), {.tolerance = 0.2}).file;
