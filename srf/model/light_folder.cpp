@@ -14,10 +14,12 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
       rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
       row_(model.rig.lights.size()),
       isShort_(batch.environments.empty() && 2 * batch.lights * how_.lights <= model.rig.lights.size()),
-      short_(isShort_ ? batch.lights * kMaxBlended : 0),
-      showsColors_(options.showsBlends), lightColor_(indexColors(model.rig.lights.size())),
-      environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
-      cosine_(model.rig.lights.size()) {}
+      short_(isShort_ ? batch.lights * kMaxBlended : 0), showsColors_(options.showsBlends),
+      lightColor_(indexColors(model.rig.lights.size())), environmentBrightness_(environmentBrightness(batch)),
+      share_(model.rig.lights.size()), cosine_(model.rig.lights.size()) {
+  for (const QueryEnvironment& environment : batch.environments)
+    environments_.emplace_back(environment.lights, options.simd);
+}
 
 void LightFolder::choose(size_t begin, size_t count) {
   begin_ = begin;
@@ -118,7 +120,7 @@ void LightFolder::foldEnvironment(size_t query, size_t e) {
   if (environment.lights.empty()) return;
   std::ranges::fill(share_, Eigen::Array4f::Zero());
   lights_.faceAll();
-  shareEnvironment(environment, batch_.turnOf(query, e));
+  shareEnvironment(e, batch_.turnOf(query, e));
   const Rgb& strength = environment.strength;
   const Eigen::Array4f scale(1 / (environmentBrightness_[e] * static_cast<float>(batch_.targets())),
                              strength.r, strength.g, strength.b);
@@ -132,11 +134,11 @@ void LightFolder::foldEnvironment(size_t query, size_t e) {
 }
 
 void LightFolder::shareEnvironment(
-    const QueryEnvironment& environment,
-    const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment) {
+    size_t e, const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment) {
+  const QueryEnvironment& environment = batch_.environments[e];
   const Foreshortened surface{normal_, cosine_};
   if (environment.table) {
-    environment.table->spread(environment.lights, acquisitionFromEnvironment, share_,
+    environment.table->spread(environments_[e], acquisitionFromEnvironment, share_,
                               how_.foreshortened ? &surface : nullptr);
     return;
   }

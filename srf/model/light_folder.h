@@ -42,7 +42,7 @@ private:
   void faceLights(uint32_t surfel);
   float foreshorteningOf(const BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const;
   void foldEnvironment(size_t query, size_t e);
-  void shareEnvironment(const QueryEnvironment& environment,
+  void shareEnvironment(size_t e,
                         const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment);
 
   const Model& model_;
@@ -61,6 +61,7 @@ private:
   bool showsColors_;
   std::vector<Rgb> lightColor_;
   Rgb color_;
+  std::vector<EnvironmentLanes> environments_;
   std::vector<float> environmentBrightness_;
   std::vector<Eigen::Array4f> share_; // per light: what it takes over of an environment, see LightTable
   std::vector<float> cosine_;         // per light, to normal_; where light is foreshortened

@@ -194,7 +194,33 @@ inline void weigh(const NearestLanes& nearest, size_t count, float* weights) {
   for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum);
 }
 
-constexpr ChoiceKernels kernelsOfTheseLanes{face, farthest, nearest, within, look, weigh};
+inline Lanes absolute(Lanes x) { return max(x, broadcast(0) - x); }
+inline Lanes floor(Lanes x) { return broadcast(0) - ceil(broadcast(0) - x); }
+inline Lanes withSignOf(Lanes sign, Lanes x) { return select(sign < broadcast(0), broadcast(0) - x, x); }
+
+inline void unfold(const float* directions, size_t groups, const float* turn, size_t cells, float* cell,
+                   float* right, float* down) {
+  const auto side = static_cast<float>(cells);
+  const Lanes zero = broadcast(0), one = broadcast(1), half = broadcast(side / 2), across = broadcast(side),
+              last = broadcast(side - 1);
+  for (size_t g = 0; g < groups; ++g, directions += 48, cell += 16, right += 16, down += 16) {
+    const Lanes dx = load(directions), dy = load(directions + 16), dz = load(directions + 32);
+    const auto row = [&](int r) {
+      return mulAdd(broadcast(turn[r]), dx, mulAdd(broadcast(turn[r + 3]), dy, broadcast(turn[r + 6]) * dz));
+    };
+    const Lanes x = row(0), y = row(1), z = row(2);
+    const Lanes scale = one / (absolute(x) + absolute(y) + absolute(z)), a = scale * x, b = scale * y;
+    const Mask isBelow = z < zero;
+    const Lanes u = mulAdd(select(isBelow, withSignOf(a, one - absolute(b)), a), half, half),
+                v = mulAdd(select(isBelow, withSignOf(b, one - absolute(a)), b), half, half);
+    const Lanes column = min(max(floor(u), zero), last), line = min(max(floor(v), zero), last);
+    store(cell, mulAdd(line, across, column));
+    store(right, u - column);
+    store(down, v - line);
+  }
+}
+
+constexpr ChoiceKernels kernelsOfTheseLanes{face, farthest, nearest, within, look, weigh, unfold};
 
 } // namespace
 } // namespace surflect

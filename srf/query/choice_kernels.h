@@ -1,6 +1,6 @@
-// The loops of choice_lanes.h, compiled for each kind of vector instructions. Raw pointers only: see
-// surfel/simd.h. A lane is a query; arrays of lanes have kChoiceLanes floats, vectors in lanes three such
-// arrays after another.
+// The loops of choice_lanes.h and light_table.h, compiled for each kind of vector instructions. Raw pointers
+// only: see surfel/simd.h. A lane is a query, or a direction; arrays of lanes have kChoiceLanes floats,
+// vectors in lanes three such arrays after another.
 #pragma once
 
 #include <cstddef>
@@ -58,6 +58,11 @@ struct ChoiceKernels {
                size_t groups, const float* query, float* penalties, float* cosines);
   // The weights of the `count` nearest [ulrWeights], 16 each; 0 where there is none.
   void (*weigh)(const NearestLanes& nearest, size_t count, float* weights);
+  // Where unit directions, in `groups` of x, y and z of 16, turned by a 3 x 3 matrix, column by column, lie
+  // on the unfolded octahedron (light_table.cpp) of cells x cells: the number of the cell, row by row and
+  // below 2^24, and how far right and down in it, 0..1.
+  void (*unfold)(const float* directions, size_t groups, const float* turn, size_t cells, float* cell,
+                 float* right, float* down);
 };
 
 enum class Simd;

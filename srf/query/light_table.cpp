@@ -15,12 +15,6 @@ namespace {
 struct OnSquare {
   float a, b;
 };
-OnSquare unfolded(const Vec3<float>& d) {
-  const float scale = 1 / (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
-  const float a = d[0] * scale, b = d[1] * scale;
-  if (d[2] >= 0) return {a, b};
-  return {std::copysign(1 - std::abs(b), a), std::copysign(1 - std::abs(a), b)};
-}
 Vec3<float> folded(OnSquare p) {
   const float z = 1 - std::abs(p.a) - std::abs(p.b);
   if (z >= 0) return Vec3<float>(p.a, p.b, z).normalized();
@@ -29,8 +23,8 @@ Vec3<float> folded(OnSquare p) {
 }
 
 // About 48 cells from light to light, where n of them cover the sphere; fewer than 114 lights.
-int cellsFor(size_t lights) {
-  return std::clamp(static_cast<int>(48 * std::sqrt(static_cast<double>(lights))), 64, 512);
+size_t cellsFor(size_t lights) {
+  return static_cast<size_t>(std::clamp(48 * std::sqrt(static_cast<double>(lights)), 64., 512.));
 }
 
 } // namespace
@@ -42,10 +36,10 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
   std::vector<Direction3<AcquisitionSpace>> towards;
   for (const auto& light : lights) towards.push_back(light.cast<float>());
 
-  const int side = cells_ + 1;
+  const int cells = static_cast<int>(cells_), side = cells + 1;
   std::vector<BlendSet> vertices(static_cast<size_t>(side) * static_cast<size_t>(side));
   tbb::parallel_for(0, side, [&](int y) {
-    const auto place = [&](int i) { return static_cast<float>(2 * i - cells_) / static_cast<float>(cells_); };
+    const auto place = [&](int i) { return static_cast<float>(2 * i - cells) / static_cast<float>(cells); };
     for (int x = 0; x < side; ++x) {
       const auto direction = assume<Direction3<AcquisitionSpace>>(folded({place(x), place(y)}));
       vertices[static_cast<size_t>(y * side + x)] =
@@ -53,11 +47,11 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
     }
   });
 
-  for (int cell = 0; cell < cells_ * cells_; ++cell) {
+  for (int cell = 0; cell < cells * cells; ++cell) {
     const size_t begin = shares_.size();
     first_.push_back(static_cast<uint32_t>(begin));
     for (int corner = 0; corner < 4; ++corner) {
-      const int x = cell % cells_ + corner % 2, y = cell / cells_ + corner / 2;
+      const int x = cell % cells + corner % 2, y = cell / cells + corner / 2;
       for (const auto& [light, weight] : vertices[static_cast<size_t>(y * side + x)]) {
         if (weight == 0) continue;
         auto share = std::find_if(shares_.begin() + static_cast<std::ptrdiff_t>(begin), shares_.end(),
@@ -70,38 +64,54 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
   first_.push_back(static_cast<uint32_t>(shares_.size()));
 }
 
-void LightTable::spread(std::span<const EnvironmentLight> environment,
+EnvironmentLanes::EnvironmentLanes(std::span<const EnvironmentLight> lights, Simd simd)
+    : lights_(lights), kernels_(choiceKernels(simd)),
+      towards_((lights.size() + kChoiceLanes - 1) / kChoiceLanes * 3 * kChoiceLanes, 1.f) {
+  for (size_t i = 0; i < lights.size(); ++i) {
+    float* const x = towards_.data() + i / kChoiceLanes * 3 * kChoiceLanes + i % kChoiceLanes;
+    x[0] = lights[i].towards.x();
+    x[kChoiceLanes] = lights[i].towards.y();
+    x[2 * kChoiceLanes] = lights[i].towards.z();
+  }
+}
+
+void LightTable::spread(const EnvironmentLanes& environment,
                         const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
                         std::span<Eigen::Array4f> row, const Foreshortened* surface) const {
-  const auto cells = static_cast<float>(cells_);
-  for (const auto& [towards, irradiance] : environment) {
-    const auto direction = acquisitionFromEnvironment(towards);
-    const OnSquare place = unfolded(direction.raw());
-    const float a = (place.a + 1) / 2 * cells, b = (place.b + 1) / 2 * cells;
-    const int x = std::clamp(static_cast<int>(a), 0, cells_ - 1);
-    const int y = std::clamp(static_cast<int>(b), 0, cells_ - 1);
-    const float fx = a - static_cast<float>(x), fy = b - static_cast<float>(y);
-    const std::array taps{(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-    Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b,
-                         irradiance.r + irradiance.g + irradiance.b);
-    const auto cell = static_cast<size_t>(y * cells_ + x);
-    const auto forEachWeight = [&](const auto& use) {
-      for (uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
-        const auto& [captured, atCorner] = shares_[i];
-        use(captured, (taps[0] * atCorner[0] + taps[1] * atCorner[1]) +
-                          (taps[2] * atCorner[2] + taps[3] * atCorner[3]));
+  constexpr size_t kGroupsAtOnce = 4, kAtOnce = kGroupsAtOnce * kChoiceLanes;
+  const Mat3<float> turn = acquisitionFromEnvironment.matrix();
+  std::array<float, kAtOnce> cells, right, down;
+  for (size_t begin = 0; begin < environment.lights_.size(); begin += kAtOnce) {
+    const auto lights =
+        environment.lights_.subspan(begin, std::min(kAtOnce, environment.lights_.size() - begin));
+    environment.kernels_.unfold(environment.towards_.data() + 3 * begin,
+                                (lights.size() + kChoiceLanes - 1) / kChoiceLanes, turn.data(), cells_,
+                                cells.data(), right.data(), down.data());
+    for (size_t i = 0; i < lights.size(); ++i)
+      __builtin_prefetch(shares_.data() + first_[static_cast<size_t>(cells[i])]);
+    for (size_t i = 0; i < lights.size(); ++i) {
+      const auto& [towards, irradiance] = lights[i];
+      const float x = right[i], y = down[i];
+      const Eigen::Array4f taps((1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y);
+      Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b,
+                           irradiance.r + irradiance.g + irradiance.b);
+      const auto cell = static_cast<size_t>(cells[i]);
+      const auto forEachWeight = [&](const auto& use) {
+        for (uint32_t s = first_[cell]; s < first_[cell + 1]; ++s)
+          use(shares_[s].light, (taps * Eigen::Map<const Eigen::Array4f>(shares_[s].atCorner.data())).sum());
+      };
+      if (surface) {
+        float sum = 0, weights = 0;
+        forEachWeight([&](uint32_t captured, float weight) {
+          sum += weight * surface->cosines[captured];
+          weights += weight;
+        });
+        light.head<3>() *=
+            foreshortening(foreshortenedCosine(surface->normal, acquisitionFromEnvironment(towards)),
+                           weights > 0 ? sum / weights : 0);
       }
-    };
-    if (surface) {
-      float sum = 0, weights = 0;
-      forEachWeight([&](uint32_t captured, float weight) {
-        sum += weight * surface->cosines[captured];
-        weights += weight;
-      });
-      light.head<3>() *=
-          foreshortening(foreshortenedCosine(surface->normal, direction), weights > 0 ? sum / weights : 0);
+      forEachWeight([&](uint32_t captured, float weight) { row[captured] += weight * light; });
     }
-    forEachWeight([&](uint32_t captured, float weight) { row[captured] += weight * light; });
   }
 }
 

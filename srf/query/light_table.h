@@ -3,6 +3,7 @@
 // directions per surfel.
 #pragma once
 
+#include "srf/query/choice_kernels.h"
 #include "srf/query/environment.h"
 #include "srf/query/foreshortening.h"
 #include "srf/query/light_blend.h"
@@ -22,6 +23,18 @@ struct Foreshortened {
   std::span<const float> cosines;
 };
 
+// The lights of an environment, with their directions in lanes.
+class EnvironmentLanes {
+public:
+  EnvironmentLanes(std::span<const EnvironmentLight> lights, Simd simd); // which must outlive this
+
+private:
+  friend class LightTable;
+  std::span<const EnvironmentLight> lights_;
+  const ChoiceKernels& kernels_;
+  std::vector<float> towards_; // x, y and z of 16 after another
+};
+
 class LightTable {
 public:
   // blendOfLights of these (unit directions). A grid about 48 times finer than the lights are dense, of at
@@ -33,7 +46,7 @@ public:
   // entry per captured light. The weights behind it are continuous in the turn and sum to 1, or to the
   // coverage where it fades; where they are foreshortened, to that times the ratio of foreshortening.h. The
   // fourth number is r + g + b as it is before that.
-  void spread(std::span<const EnvironmentLight> environment,
+  void spread(const EnvironmentLanes& environment,
               const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
               std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;
 
@@ -42,7 +55,7 @@ private:
     uint32_t light = 0;
     std::array<float, 4> atCorner{};
   };
-  int cells_ = 0;               // along a side of the octahedral square
+  size_t cells_ = 0;            // along a side of the octahedral square
   std::vector<uint32_t> first_; // of each cell's shares, row by row; one more, for the end
   std::vector<Share> shares_;
 };

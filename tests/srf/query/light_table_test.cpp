@@ -1,5 +1,6 @@
 #include "srf/query/light_table.h"
 
+#include "surfel/simd.h"
 #include "tests/srf/query/lights.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +27,7 @@ LightTable tableOf(std::span<const Direction> lights, const LightBlend& how, Unc
 std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d) {
   std::vector<Eigen::Array4f> row(lights, Eigen::Array4f::Zero());
   const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 2, 3}};
-  table.spread({&light, 1}, ToAcquisition(), row);
+  table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(), row);
   std::vector<float> weights;
   for (const auto& sum : row) {
     EXPECT_EQ(sum[1], 2 * sum[0]);
@@ -137,7 +138,7 @@ TEST(LightTable, ForeshortensWhatItHasTabulated) {
     std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero());
     const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 1, 1}};
     const Foreshortened surface{normal, cosines};
-    table.spread({&light, 1}, ToAcquisition(), row, &surface);
+    table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(), row, &surface);
     for (size_t l = 0; l < lights.size(); ++l) {
       EXPECT_NEAR(row[l][0], factor * plain[l], 1e-6f);
       EXPECT_NEAR(row[l][3], 3 * plain[l], 1e-6f); // of three channels, and plain
@@ -155,10 +156,42 @@ TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
     std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Constant(5));
     const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(matrix.transpose() * d.raw()),
                                  {1, 1, 1}};
-    table.spread({&light, 1}, ToAcquisition(matrix), row);
+    table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(matrix), row);
     const auto direct = tabulated(table, lights.size(), d);
     for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(row[l][0], 5 + direct[l], 2e-5);
   }
+}
+
+// Three groups of lanes at a time and some lights more; what fills the last lanes must not shine.
+TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> strength(0.1f, 1);
+  const auto lights = spiral(20);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
+  std::vector<EnvironmentLight> environment;
+  Rgb total;
+  for (int i = 0; i < 150; ++i) {
+    const float r = strength(random), g = strength(random), b = strength(random);
+    environment.push_back({assume<Direction3<EnvironmentSpace>>(randomDirection(random).raw()), {r, g, b}});
+    total = total + environment.back().irradiance;
+  }
+  const ToAcquisition turn(Eigen::Quaternionf(0.3f, -0.6f, 0.2f, 0.7f).normalized().toRotationMatrix());
+  for (const Simd simd : supportedSimd())
+    for (const size_t count : {size_t{0}, size_t{1}, size_t{16}, size_t{65}, environment.size()}) {
+      std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero()), wanted = row;
+      table.spread({std::span(environment).first(count), simd}, turn, row);
+      for (size_t i = 0; i < count; ++i)
+        table.spread({std::span(environment).subspan(i, 1), Simd::scalar}, turn, wanted);
+      Eigen::Array4f sum = Eigen::Array4f::Zero();
+      for (size_t l = 0; l < lights.size(); ++l) {
+        EXPECT_LT((row[l] - wanted[l]).abs().maxCoeff(), 2e-4f) << nameOf(simd) << ' ' << count << ' ' << l;
+        sum += row[l];
+      }
+      if (count < environment.size()) continue;
+      EXPECT_NEAR(sum[0], total.r, 1e-4);
+      EXPECT_NEAR(sum[1], total.g, 1e-4);
+      EXPECT_NEAR(sum[2], total.b, 1e-4);
+    }
 }
 
 } // namespace
