@@ -1,7 +1,7 @@
 #include "bench/doll/frame_times.h"
 
 #include "bench/doll/spiral.h"
-#include "bench/splat/slow_coverage.h"
+#include "bench/plain_splats/slow_coverage.h"
 #include "surfel/bounds.h"
 #include "surfel/file.h"
 #include "warp/deform.h"

@@ -1,6 +1,6 @@
 #include "bench/splat/splat_times.h"
 
-#include "bench/splat/slow_coverage.h"
+#include "bench/plain_splats/slow_coverage.h"
 #include "render/measure.h"
 #include "surfel/error.h"
 

@@ -2,7 +2,7 @@
 // program keeps its memory from one picture to the next.
 #pragma once
 
-#include "bench/splat/doll_cloud.h"
+#include "bench/plain_splats/doll_cloud.h"
 #include "bench/timing/laps.h"
 
 #include <string>

@@ -1,6 +1,6 @@
 #include "bench/warp/warp_times.h"
 
-#include "bench/splat/doll_cloud.h"
+#include "bench/plain_splats/doll_cloud.h"
 #include "surfel/bounds.h"
 #include "surfel/error.h"
 #include "warp/deform.h"

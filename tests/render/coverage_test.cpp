@@ -1,7 +1,7 @@
 #include "render/coverage.h"
 
-#include "bench/splat/doll_cloud.h"
-#include "bench/splat/slow_coverage.h"
+#include "bench/plain_splats/doll_cloud.h"
+#include "bench/plain_splats/slow_coverage.h"
 #include "render/measure.h"
 #include "tests/render/clouds.h"
 

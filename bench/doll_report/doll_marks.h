@@ -1,7 +1,7 @@
 // The aims that the program's speed is measured by; docs/performance.md says why each is missed that is.
 #pragma once
 
-#include "bench/doll/doll_report.h"
+#include "bench/doll_report/doll_report.h"
 
 #include <string>
 #include <vector>

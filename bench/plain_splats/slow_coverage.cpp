@@ -1,4 +1,4 @@
-#include "bench/splat/slow_coverage.h"
+#include "bench/plain_splats/slow_coverage.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>

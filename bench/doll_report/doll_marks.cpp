@@ -1,4 +1,4 @@
-#include "bench/doll/doll_marks.h"
+#include "bench/doll_report/doll_marks.h"
 
 #include "surfel/simd.h"
 

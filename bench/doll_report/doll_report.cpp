@@ -1,6 +1,6 @@
-#include "bench/doll/doll_report.h"
+#include "bench/doll_report/doll_report.h"
 
-#include "bench/doll/doll_marks.h"
+#include "bench/doll_report/doll_marks.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 // the paper's pipeline on one thread, and beside it what frames and models are made by: splats, warps, the
 // packing of blocks, look-ups in several orders. The model is made on the first run and kept.
 #include "bench/doll/doll_model.h"
-#include "bench/doll/doll_report.h"
+#include "bench/doll_report/doll_report.h"
 #include "render/film.h"
 #include "render/measure.h"
 #include "surfel/error.h"

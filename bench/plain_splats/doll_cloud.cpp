@@ -1,4 +1,4 @@
-#include "bench/splat/doll_cloud.h"
+#include "bench/plain_splats/doll_cloud.h"
 
 #include "surfel/sampling.h"
 
