@@ -1,4 +1,4 @@
-// How fast the doll of bench/splat is warped on one thread.
+// How fast the doll of bench/plain_splats is warped on one thread.
 #pragma once
 
 #include "bench/timing/laps.h"

@@ -1,9 +1,9 @@
 #include "srf/capture/capture.h"
 
+#include "srf/capture/shallow_json.h"
 #include "srf/image/image_file.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
-#include "surfel/json_depth.h"
 #include "surfel/nearest_name.h"
 #include "surfel/nearest_rotation.h"
 
@@ -412,8 +412,8 @@ private:
     return path;
   }
 
-  // Is it a regular file? One inside the folder, also after all links have been followed. Many frames share
-  // one: the file system is asked once.
+  // Is it a regular file? One inside the folder, also after all links have been followed. What was found,
+  // which many frames may share, is not looked for again.
   bool isThere(const fs::path& path) {
     if (paths_ == PathRule::unmade || found_.contains(path)) return true;
     const bool isFile = isFileThere(path);
@@ -537,11 +537,12 @@ private:
 };
 
 Json parse(std::string_view content) {
-  if (constexpr int kDeepest = 64; jsonDepth(content) > kDeepest)
-    throw Error("malformed JSON: nested too deeply");
+  const std::string_view shallow = shallowPart(content, kDeepestJson);
   try {
-    return Json::parse(content);
+    return Json::parse(shallow);
   } catch (const Json::parse_error& e) {
+    if (shallow.size() < content.size() && e.byte > shallow.size())
+      throw Error("malformed JSON: nested too deeply");
     const size_t end = std::min(e.byte, content.size());
     const auto line =
         1 + std::count(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(end), '\n');

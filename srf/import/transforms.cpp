@@ -1,9 +1,9 @@
 #include "srf/import/transforms.h"
 
+#include "srf/capture/shallow_json.h"
 #include "srf/import/text.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
-#include "surfel/json_depth.h"
 
 #include <nlohmann/json.hpp>
 
@@ -81,12 +81,6 @@ Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
 
 // ---------------------------------------------------------------------------------------------------------
 
-Json parseShallow(const std::string& content) {
-  constexpr int deepest = 64; // else writing it out again could overflow the stack
-  if (jsonDepth(content) > deepest) throw Error("nested more than " + std::to_string(deepest) + " deep");
-  return Json::parse(content, nullptr, false);
-}
-
 // Leaves validation out, or makes it the test; leaves out what takes no part.
 void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vector<std::string>& notes) {
   std::vector<Part> parts;
@@ -110,12 +104,7 @@ void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vecto
 Capture describe(const fs::path& file, Part ofFile, bool allowOutside, std::vector<std::string>& notes) {
   const PathRule paths = allowOutside ? PathRule::anywhere : PathRule::inside;
   const std::string content = readFile(file);
-  Json root;
-  try {
-    root = parseShallow(content);
-  } catch (Error& e) {
-    throw std::move(e).in(file);
-  }
+  Json root = Json::parse(shallowPart(content, kDeepestJson), nullptr, false);
   if (!root.is_object() || !root.contains("frames") || !root["frames"].is_array())
     return parseCapture(content, file, paths); // which says what is wrong
 

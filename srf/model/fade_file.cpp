@@ -13,7 +13,8 @@ namespace surflect {
 namespace {
 
 constexpr size_t kPortion = 1 << 18; // bytes between two questions whether to go on
-constexpr size_t kViewsAtOnce = 16;  // that are turned into rows: to write one byte a row misses all caches
+// Bytes of a few views that are turned into rows together: to write one byte a row misses all caches.
+constexpr size_t kTurned = 8 << 20, kMostViews = 16;
 
 struct Deflate : z_stream {
   Deflate() : z_stream{} {
@@ -79,15 +80,19 @@ ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t 
 
   ViewFades fades{views, std::vector<uint8_t>(surfels * views)};
   Inflate stream;
-  std::vector<Bytef> columns(surfels * std::min(views, kViewsAtOnce) + 1); // one for a byte too many
-  size_t read = 0, view = 0, filled = 0; // bytes given to the stream; the first of the columns, and their bytes
+  const size_t atOnce =
+      std::min(views, std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews));
+  std::vector<Bytef> columns(surfels * atOnce + 1); // one for a byte too many
+  size_t read = 0, view = 0,
+         filled = 0; // bytes given to the stream; the first of the columns, and their bytes
   const auto turnColumns = [&] {
     const size_t count = filled / std::max(surfels, size_t{1});
     for (size_t i = 0; i < surfels; ++i)
       for (size_t k = 0; k < count; ++k) fades.values[i * views + view + k] = columns[k * surfels + i];
     view += count;
     filled -= count * surfels;
-    std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
+    if (count > 0)
+      std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
   };
   for (int status = Z_OK; status != Z_STREAM_END;) {
     progress.checkpoint();

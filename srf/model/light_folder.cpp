@@ -4,6 +4,7 @@
 #include "srf/query/foreshortening.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace surflect {
 
@@ -18,7 +19,8 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
       lightColor_(indexColors(model.rig.lights.size())), environmentBrightness_(environmentBrightness(batch)),
       share_(model.rig.lights.size()), cosine_(model.rig.lights.size()) {
   for (const QueryEnvironment& environment : batch.environments)
-    environments_.emplace_back(environment.lights, options.simd);
+    environments_.emplace_back(environment.table ? environment.lights : std::span<const EnvironmentLight>(),
+                               options.simd);
 }
 
 void LightFolder::choose(size_t begin, size_t count) {
@@ -42,6 +44,7 @@ void LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
     foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) {
       *next++ = {light, {weight[1], weight[2], weight[3]}};
     });
+    assert(next <= short_.data() + short_.size());
     rows.insert(rows.end(), short_.data(), next);
     return;
   }
@@ -56,15 +59,14 @@ template <class Add> void LightFolder::foldLights(size_t lane, const Add& add) {
   const size_t query = begin_ + lane;
   if (how_.foreshortened) faceLights(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.targets());
-  const bool showsColors = showsColors_;
   const auto addBlend = [&](const Rgb& now, const auto& forEachOfBlend) {
     const Eigen::Array4f shareAndNow(share, now.r, now.g, now.b);
     const bool isLit = now != Rgb{};
-    if (!isLit && !showsColors) return;
+    if (!isLit && !showsColors_) return;
     forEachOfBlend([&](uint32_t light, float weight) {
       const Eigen::Array4f ratio = weight * lights_.ratio(shareAndNow, light);
       if (isLit) add(light, ratio);
-      if (showsColors) show(light, ratio[0]);
+      show(light, ratio[0]);
     });
   };
   for (size_t l = 0; l < batch_.lights; ++l) {
@@ -129,7 +131,7 @@ void LightFolder::foldEnvironment(size_t query, size_t e) {
       const Eigen::Array4f now(share_[light][3], share_[light][0], share_[light][1], share_[light][2]);
       const Eigen::Array4f weight = lights_.ratio(scale * now, light);
       row_.add(light, weight);
-      if (showsColors_) show(light, weight[0]);
+      show(light, weight[0]);
     }
 }
 

@@ -36,7 +36,9 @@ private:
            (uncovered == Uncovered::extrapolate || nearest_);
   }
   template <class Add> void foldLights(size_t lane, const Add& add);
-  void show(uint32_t light, float share) { color_ = color_ + share * lightColor_[light]; }
+  void show(uint32_t light, float share) {
+    if (showsColors_) color_ = color_ + share * lightColor_[light];
+  }
   BlendSet finish(const LaneBlends& blends, size_t lane, const Direction3<AcquisitionSpace>& towards,
                   Uncovered uncovered);
   void faceLights(uint32_t surfel);
@@ -56,8 +58,8 @@ private:
   std::vector<LaneBlends> chosen_; // one per light of a query
   LaneBlends blends_;
   LightRow row_;
-  bool isShort_; // rows have so few weights that hardly any light has two
-  std::vector<LightWeight> short_;
+  bool isShort_;                   // rows have so few weights that hardly any light has two
+  std::vector<LightWeight> short_; // one of these, with room for what all lights may blend
   bool showsColors_;
   std::vector<Rgb> lightColor_;
   Rgb color_;

@@ -1,8 +1,8 @@
 #include "srf/model/manifest.h"
 
+#include "srf/capture/shallow_json.h"
 #include "surfel/error.h"
 #include "surfel/hash.h"
-#include "surfel/json_depth.h"
 
 #include <nlohmann/json.hpp>
 
@@ -86,8 +86,9 @@ LightBlend lightBlendOf(const Json& json) {
 }
 
 Json parse(std::string_view text) {
-  if (jsonDepth(text) > kDeepest) throw Error("nested too deeply");
-  Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  const std::string_view shallow = shallowPart(text, kDeepest);
+  Json json = Json::parse(shallow, nullptr, /*allow_exceptions=*/false);
+  if (json.is_discarded() && shallow.size() < text.size()) throw Error("nested too deeply");
   if (!json.is_object()) throw Error::mismatch("a JSON object", "something else");
   return json;
 }

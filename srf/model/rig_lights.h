@@ -20,7 +20,7 @@ inline bool isDirectional(const Light& light) { return std::holds_alternative<Di
 // What their directions lead to.
 std::vector<Source> sourcesOf(std::span<const Light> lights);
 
-// Directions and irradiances are computed where they are asked for.
+// Directions and irradiances are computed where they are asked for; those of directional rigs once.
 class RigLights {
 public:
   explicit RigLights(std::span<const Light> lights) // which must outlive this

@@ -198,6 +198,7 @@ inline Lanes absolute(Lanes x) { return max(x, broadcast(0) - x); }
 inline Lanes floor(Lanes x) { return broadcast(0) - ceil(broadcast(0) - x); }
 inline Lanes withSignOf(Lanes sign, Lanes x) { return select(sign < broadcast(0), broadcast(0) - x, x); }
 
+// d / (|x| + |y| + |z|); below z = 0 a becomes (1 - |b|) sign a, and b likewise.  [Praun, Hoppe 2003]
 inline void unfold(const float* directions, size_t groups, const float* turn, size_t cells, float* cell,
                    float* right, float* down) {
   const auto side = static_cast<float>(cells);

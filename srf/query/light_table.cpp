@@ -9,9 +9,10 @@ namespace surflect {
 
 namespace {
 
-// The sphere unfolded onto the square [-1, 1]^2: the octahedron |x| + |y| + |z| = 1 seen along z, its lower
-// half folded out over the edges. Edges meet as in the octahedron, so that a function that is interpolated
-// over the cells of a grid is continuous on the sphere.  [Praun, Hoppe 2003, Spherical Parametrization]
+// A place on the square [-1, 1]^2 onto which the sphere is unfolded: the octahedron |x| + |y| + |z| = 1 seen
+// along z, its lower half folded out over the edges. Edges meet as in the octahedron, so that a function that
+// is interpolated over the cells of a grid is continuous on the sphere.  [Praun, Hoppe 2003, Spherical
+// Parametrization]; the way there is `unfold` of choice_kernel_loops.h.
 struct OnSquare {
   float a, b;
 };
@@ -87,7 +88,7 @@ void LightTable::spread(const EnvironmentLanes& environment,
     environment.kernels_.unfold(environment.towards_.data() + 3 * begin,
                                 (lights.size() + kChoiceLanes - 1) / kChoiceLanes, turn.data(), cells_,
                                 cells.data(), right.data(), down.data());
-    for (size_t i = 0; i < lights.size(); ++i)
+    for (size_t i = 0; i < lights.size(); ++i) // asked for ahead: the first shares of each
       __builtin_prefetch(shares_.data() + first_[static_cast<size_t>(cells[i])]);
     for (size_t i = 0; i < lights.size(); ++i) {
       const auto& [towards, irradiance] = lights[i];

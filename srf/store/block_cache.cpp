@@ -55,7 +55,7 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
     const uint32_t view = missing[begin].view;
     while (viewEnd < missing.size() && missing[viewEnd].view == view) ++viewEnd;
     const std::span ofView = std::span(numbers).subspan(begin, viewEnd - begin);
-    stretches.push_back({views_[view], begin, ofView.first(views_[view].stretch(ofView))});
+    stretches.push_back({views_[view], begin, ofView.first(views_[view].stretchLength(ofView))});
     views_[view].announce(stretches.back().blocks);
   }
   std::vector<std::shared_ptr<const Block>> read(missing.size());

@@ -21,7 +21,7 @@ namespace surflect {
 
 struct CacheCounts {
   uint64_t reads = 0;     // blocks taken from disk
-  uint64_t bytesRead = 0; // as stored
+  uint64_t bytesRead = 0; // as stored, without what lies between them
   uint64_t hits = 0;      // blocks that get found in memory
 };
 

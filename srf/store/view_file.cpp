@@ -191,13 +191,17 @@ BlockPosition ViewFile::position(uint32_t block) const {
   return {place % across, place / across};
 }
 
-size_t ViewFile::stretch(std::span<const uint32_t> blocks) const {
-  // Bytes: of a gap that is rather read than left out, and of what the system takes advice for at once.
+size_t ViewFile::stretchLength(std::span<const uint32_t> blocks) const {
+  assert(!blocks.empty() && blocks.back() < blockCount());
+  // Bytes of a gap that is rather read than left out, and of what the system takes advice for at once. Blocks
+  // that one thread reads while others, perhaps, have nothing to do.
   constexpr uint64_t kGap = 1 << 14, kMost = 1 << 17;
+  constexpr size_t kMostBlocks = 64;
   const uint64_t begin = offsets_[blocks[0]];
   uint64_t end = begin;
   size_t count = 0;
-  for (; count < blocks.size() && offsets_[blocks[count]] <= end + kGap && end < begin + kMost; ++count)
+  for (const size_t most = std::min(kMostBlocks, blocks.size());
+       count < most && offsets_[blocks[count]] <= end + kGap && end < begin + kMost; ++count)
     end = offsets_[blocks[count] + 1];
   return count;
 }
@@ -210,12 +214,13 @@ void ViewFile::announce(std::span<const uint32_t> stretch) const {
 }
 
 void ViewFile::read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const {
+  assert(!stretch.empty() && stretch.back() < blockCount() && std::ranges::is_sorted(stretch));
   const uint64_t begin = offsets_[stretch.front()];
   std::vector<std::byte> bytes;
   try {
     bytes = bytesAt(begin, offsets_[stretch.back() + 1] - begin);
   } catch (Error& error) {
-    throw std::move(error).in(path_);
+    throw std::move(error).at(nameOf(stretch.front())).in(path_);
   }
   for (size_t i = 0; i < stretch.size(); ++i)
     use(i,
@@ -233,8 +238,12 @@ Block ViewFile::decode(uint32_t block, std::span<const std::byte> record) const 
     throw Error::mismatch(std::to_string(checksums_[block]), std::to_string(found)).at("checksum");
   return decodeBlock(record, static_cast<size_t>(header_.lights));
 } catch (Error& error) {
+  throw std::move(error).at(nameOf(block)).in(path_);
+}
+
+std::string ViewFile::nameOf(uint32_t block) const {
   const BlockPosition at = position(block);
-  throw std::move(error).at("block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")").in(path_);
+  return "block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")";
 }
 
 } // namespace surflect

@@ -73,13 +73,13 @@ public:
     return before + bitCount(bits & (bit - 1));
   }
 
-  // How many of these blocks, ascending and at least one, are best read in one piece: the first of them, up
-  // to one that is far away.
-  size_t stretch(std::span<const uint32_t> blocks) const;
+  // How many of these blocks, ascending and at least one, are best read in one piece, with what lies between
+  // them: the first of them, up to one that is far away.
+  size_t stretchLength(std::span<const uint32_t> blocks) const;
   // Says that a stretch will be read soon: the disk may have it ready by then.
   void announce(std::span<const uint32_t> stretch) const;
-  // Reads it: use(i, block), one after the other. Throws Error with the field "block (x, y)" where a block
-  // does not match its checksum.
+  // Reads it: use(i, block), one after the other. Throws Error with the field "block (x, y)": of the first
+  // that does not match its checksum, or that begins what cannot be read.
   void read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const;
   Block read(uint32_t block) const;
 
@@ -103,6 +103,7 @@ private:
   void parse(std::span<const std::byte> head, uint64_t fileSize);
   std::vector<std::byte> bytesAt(uint64_t offset, size_t count) const;
   Block decode(uint32_t block, std::span<const std::byte> record) const;
+  std::string nameOf(uint32_t block) const;
 
   std::filesystem::path path_;
   int descriptor_ = -1;

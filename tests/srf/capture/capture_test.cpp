@@ -362,6 +362,13 @@ TEST_F(CaptureFile, DeepNestingIsRefusedNotFollowed) {
   }
 }
 
+// Where every closing bracket is missing, the first mistake counts, not how deep the text seems.
+TEST_F(CaptureFile, AMistakeBeforeTheDepthIsToldFirst) {
+  std::string text = "{\"frames\": [\n";
+  for (int i = 0; i < 200; ++i) text += "{\"file_path\": \"a.png\",\n";
+  EXPECT_NE(errorOf([&] { readText(text); }).find("malformed JSON in line 3"), std::string::npos);
+}
+
 TEST_F(CaptureFile, NamesWithLineFeedsStillMakeErrorsOfOneLine) {
   Json json = full();
   json["frames"][0]["file_path"] = "a\nb";

@@ -24,10 +24,11 @@ LightTable tableOf(std::span<const Direction> lights, const LightBlend& how, Unc
 }
 
 // What the table gives to each light, of 1 from this direction.
-std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d) {
+std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d,
+                             Simd simd = Simd::scalar) {
   std::vector<Eigen::Array4f> row(lights, Eigen::Array4f::Zero());
   const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 2, 3}};
-  table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(), row);
+  table.spread({{&light, 1}, simd}, ToAcquisition(), row);
   std::vector<float> weights;
   for (const auto& sum : row) {
     EXPECT_EQ(sum[1], 2 * sum[0]);
@@ -115,10 +116,56 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
     d.normalize();
     const float x = normal(random), y = normal(random), z = normal(random);
     const Vec3<float> moved = (d + 1e-5f * Vec3<float>(x, y, z)).normalized();
-    const auto a = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(d));
-    const auto b = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(moved));
-    for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(a[l], b[l], steepest * (moved - d).norm());
+    for (const Simd simd : supportedSimd()) {
+      const auto a = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(d), simd);
+      const auto b = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(moved), simd);
+      for (size_t l = 0; l < lights.size(); ++l)
+        EXPECT_NEAR(a[l], b[l], steepest * (moved - d).norm()) << nameOf(simd);
+    }
   }
+}
+
+// [Praun, Hoppe 2003], written down plainly: onto the square [-1, 1]^2.
+std::array<double, 2> unfolded(const Vec3<double>& d) {
+  const double sum = std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]), a = d[0] / sum, b = d[1] / sum;
+  if (d[2] >= 0) return {a, b};
+  return {std::copysign(1 - std::abs(b), a), std::copysign(1 - std::abs(a), b)};
+}
+
+TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
+  std::mt19937 random(7);
+  constexpr size_t groups = 40, cells = 371;
+  std::vector<float> directions, cell(groups * kChoiceLanes), right(cell.size()), down(cell.size());
+  std::vector<Vec3<double>> all;
+  for (const double x : {-1., -0., 0., 1.}) // corners, edges and the middle, of either zero
+    for (const double y : {-1., -0., 0., 1.})
+      for (const double z : {-1., -0., 0., 1.})
+        if (x != 0 || y != 0 || z != 0) all.push_back(Vec3<double>(x, y, z).normalized());
+  while (all.size() < cell.size()) all.push_back(randomDirection(random).raw().cast<double>());
+  for (size_t g = 0; g < groups; ++g)
+    for (int axis = 0; axis < 3; ++axis)
+      for (size_t lane = 0; lane < kChoiceLanes; ++lane)
+        directions.push_back(static_cast<float>(all[g * kChoiceLanes + lane][axis]));
+  const Mat3<double> random3 = Eigen::Quaterniond(0.2, -0.4, 0.8, 0.3).normalized().toRotationMatrix();
+  for (const Mat3<double>& turn : {Mat3<double>(Mat3<double>::Identity()), random3})
+    for (const Simd simd : supportedSimd()) {
+      const Mat3<float> single = turn.cast<float>();
+      choiceKernels(simd).unfold(directions.data(), groups, single.data(), cells, cell.data(), right.data(),
+                                 down.data());
+      for (size_t i = 0; i < all.size(); ++i) {
+        ASSERT_TRUE(cell[i] >= 0 && cell[i] < cells * cells && cell[i] == std::floor(cell[i]));
+        EXPECT_TRUE(right[i] >= 0 && right[i] <= 1 && down[i] >= 0 && down[i] <= 1)
+            << right[i] << ' ' << down[i];
+        const auto place = [&](double inCells) { return 2 * inCells / cells - 1; };
+        const double a = place(std::fmod(cell[i], cells) + right[i]),
+                     b = place(std::floor(cell[i] / cells) + down[i]);
+        const auto [wantedA, wantedB] = unfolded(turn * all[i]);
+        // Where the octahedron is cut open a direction has two places.
+        const bool isCut = std::max(std::abs(wantedA), std::abs(wantedB)) > 1 - 1e-6;
+        EXPECT_NEAR(isCut ? std::abs(a) : a, isCut ? std::abs(wantedA) : wantedA, 1e-6) << nameOf(simd) << i;
+        EXPECT_NEAR(isCut ? std::abs(b) : b, isCut ? std::abs(wantedB) : wantedB, 1e-6) << nameOf(simd) << i;
+      }
+    }
 }
 
 TEST(LightTable, ForeshortensWhatItHasTabulated) {
@@ -162,7 +209,7 @@ TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
   }
 }
 
-// Three groups of lanes at a time and some lights more; what fills the last lanes must not shine.
+// Two rounds of four groups of lanes and some lights more.
 TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
   std::mt19937 random(6);
   std::uniform_real_distribution<float> strength(0.1f, 1);
@@ -177,7 +224,8 @@ TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
   }
   const ToAcquisition turn(Eigen::Quaternionf(0.3f, -0.6f, 0.2f, 0.7f).normalized().toRotationMatrix());
   for (const Simd simd : supportedSimd())
-    for (const size_t count : {size_t{0}, size_t{1}, size_t{16}, size_t{65}, environment.size()}) {
+    for (const size_t count :
+         {size_t{0}, size_t{1}, size_t{16}, size_t{64}, size_t{65}, environment.size()}) {
       std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero()), wanted = row;
       table.spread({std::span(environment).first(count), simd}, turn, row);
       for (size_t i = 0; i < count; ++i)

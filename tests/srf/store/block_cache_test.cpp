@@ -149,6 +149,48 @@ TEST_F(BlockCacheTest, WhatCannotBeReadIsNotFetched) {
   EXPECT_EQ(cache.counts().reads, 2u);
 }
 
+TEST_F(BlockCacheTest, WhatIsReadBeforeADamagedNeighbourIsKept) {
+  BlockCache cache(views_, 1 << 30);
+  corrupt(0, 7);
+  const std::vector<BlockKey> neighbours{{0, 6}, {0, 7}, {0, 8}};
+  try {
+    cache.fetch(neighbours, {});
+    FAIL();
+  } catch (const Error& error) {
+    const auto [x, y] = views_[0].position(7);
+    EXPECT_EQ(error.field(), "block (" + std::to_string(x) + ", " + std::to_string(y) + ").checksum");
+  }
+  EXPECT_TRUE(cache.resident(0, 6));
+  EXPECT_FALSE(cache.resident(0, 7));
+  EXPECT_FALSE(cache.resident(0, 8));
+  EXPECT_EQ(cache.counts().reads, 1u);
+}
+
+// More than are read in one piece, some of which are there.
+TEST_F(BlockCacheTest, ManyBlocksOfSeveralViewsAreFetched) {
+  std::vector<ViewFile> views;
+  for (const char* name : {"c.view", "d.view"}) {
+    writeFileAtomically(folder_ / name, encodeView(glossySphere(120, 2), {}).file);
+    views.emplace_back(folder_ / name);
+  }
+  ASSERT_GT(views[0].blockCount(), 2 * 64u);
+  BlockCache cache(views, 1 << 30);
+  std::vector<BlockKey> all;
+  for (uint32_t view = 0; view < 2; ++view)
+    for (uint32_t block = 0; block < views[view].blockCount(); ++block) all.push_back({view, block});
+  for (size_t i = 0; i < all.size(); i += 37) cache.get(all[i].view, all[i].block);
+  cache.fetch(all, {});
+  EXPECT_EQ(cache.counts().reads, all.size());
+  for (const auto& [view, block] : all) {
+    const auto resident = cache.resident(view, block);
+    ASSERT_TRUE(resident);
+    const Block read = views[view].read(block);
+    ASSERT_EQ(resident->rank, read.rank);
+    ASSERT_TRUE(std::equal(read.values.begin(), read.values.end(),
+                           reinterpret_cast<const std::byte*>(resident->coefficients)));
+  }
+}
+
 TEST_F(BlockCacheTest, BlocksInUseSurviveTheirEviction) {
   BlockCache cache(views_, 0);
   const auto held = cache.get(0, 3);

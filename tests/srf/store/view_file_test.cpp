@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <cstring>
+#include <numeric>
 
 namespace surflect {
 namespace {
@@ -121,17 +122,46 @@ TEST(ViewFile, OverheadIsAtMostSixteenBytesAFullBlock) {
   EXPECT_EQ(encodeView(stack, {}).file.size(), fixed + 100 * 16);
 }
 
-// Sixteen blocks of 20,000 bytes each.
+// A row of blocks whose records have so many bytes.
+ViewFile rowOfBlocks(const std::filesystem::path& path, int count, size_t bytes) {
+  std::vector<PlacedRecord> blocks;
+  for (int x = 0; x < count; ++x) blocks.push_back({{x, 0}, std::vector<std::byte>(bytes)});
+  writeFileAtomically(path, viewFileBytes({count * blockSize, blockSize, 5}, blocks));
+  return ViewFile(path);
+}
+
 TEST(ViewFile, AStretchEndsAtAGapOrWhenItIsLong) {
   const TemporaryFolder folder;
-  std::vector<PlacedRecord> blocks;
-  for (int x = 0; x < 16; ++x) blocks.push_back({{x, 0}, std::vector<std::byte>(20000)});
-  writeFileAtomically(folder / "long.srfb", viewFileBytes({16 * blockSize, blockSize, 5}, blocks));
-  const ViewFile view(folder / "long.srfb");
-  const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.stretch(wanted); };
+  const ViewFile view = rowOfBlocks(folder / "long.srfb", 16, 20000);
+  const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.stretchLength(wanted); };
   EXPECT_EQ(lengthOf({3}), 1u);
   EXPECT_EQ(lengthOf({3, 4, 5, 7, 8}), 3u);
   EXPECT_EQ(lengthOf({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}), 7u); // 2^17 bytes end in the seventh
+
+  const ViewFile small = rowOfBlocks(folder / "small.srfb", 100, 4);
+  std::vector<uint32_t> all(100);
+  std::iota(all.begin(), all.end(), 0u);
+  EXPECT_EQ(small.stretchLength(all), 64u);
+}
+
+TEST(ViewFile, WhatCannotBeReadNamesItsBlock) {
+  const TemporaryFolder folder;
+  const ViewFile view = rowOfBlocks(folder / "cut.srfb", 3, 1000);
+  std::filesystem::resize_file(view.path(), std::filesystem::file_size(view.path()) - 1500);
+  const auto fieldOf = [&](const auto& read) {
+    try {
+      read();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.file(), view.path().string());
+      return error.field();
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(fieldOf([&] { view.read(2); }), "block (2, 0)");
+  EXPECT_EQ(fieldOf([&] {
+              view.read(std::vector<uint32_t>{1, 2}, [](size_t, const Block&) {});
+            }),
+            "block (1, 0)");
 }
 
 TEST(ViewFile, AStretchHoldsWhatItsBlocksHold) {
@@ -139,7 +169,7 @@ TEST(ViewFile, AStretchHoldsWhatItsBlocksHold) {
   writeFileAtomically(folder / "some.srfb", encodeView(smallStack(), {}).file);
   const ViewFile view(folder / "some.srfb");
   const std::vector<uint32_t> some{0, 1, 3, 7, 8};
-  ASSERT_EQ(view.stretch(some), some.size());
+  ASSERT_EQ(view.stretchLength(some), some.size());
   size_t next = 0;
   view.read(some, [&](size_t i, const Block& block) {
     ASSERT_EQ(i, next++);
