@@ -87,12 +87,12 @@ ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t 
          filled = 0; // bytes given to the stream; the first of the columns, and their bytes
   const auto turnColumns = [&] {
     const size_t count = filled / std::max(surfels, size_t{1});
+    if (count == 0) return;
     for (size_t i = 0; i < surfels; ++i)
       for (size_t k = 0; k < count; ++k) fades.values[i * views + view + k] = columns[k * surfels + i];
     view += count;
     filled -= count * surfels;
-    if (count > 0)
-      std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
+    std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
   };
   for (int status = Z_OK; status != Z_STREAM_END;) {
     progress.checkpoint();
