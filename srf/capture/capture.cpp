@@ -1,7 +1,8 @@
 #include "srf/capture/capture.h"
 
+#include "srf/capture/capture_files.h"
+#include "srf/capture/lens_fields.h"
 #include "srf/capture/shallow_json.h"
-#include "srf/image/image_file.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/nearest_name.h"
@@ -15,8 +16,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
-#include <set>
 #include <tuple>
 #include <utility>
 
@@ -226,14 +225,6 @@ std::optional<size_t> frameLight(std::vector<Light>& lights, const Json& frame, 
 // ---------------------------------------------------------------------------------------------------------
 // Lenses.
 
-// What a frame, or the capture for all frames, says about the lens.
-struct LensFields {
-  std::optional<Lens::Model> model;
-  std::optional<int> width, height;
-  std::optional<double> focalX, focalY, angleX, orthoHeight;
-  std::optional<double> centerX, centerY, k1, k2, p1, p2;
-};
-
 double fieldOfView(const Json& value) {
   const double angle = positive(value);
   if (!(angle < std::numbers::pi)) throw Error::mismatch("radians below pi", shown(value));
@@ -269,52 +260,6 @@ LensFields readLensFields(const Json& object) {
           .k2 = optional(object, "k2", number),
           .p1 = optional(object, "p1", number),
           .p2 = optional(object, "p2", number)};
-}
-
-// What the frame says, and where it is silent what the capture says. An angle in the frame is not silent
-// about the focal length.
-LensFields inherit(LensFields frame, const LensFields& capture) {
-  if (!frame.focalX && !frame.angleX) {
-    frame.focalX = capture.focalX;
-    frame.angleX = capture.angleX;
-    if (!frame.focalY) frame.focalY = capture.focalY;
-  }
-  const auto take = [](auto& own, const auto& outer) {
-    if (!own) own = outer;
-  };
-  take(frame.model, capture.model);
-  take(frame.width, capture.width);
-  take(frame.height, capture.height);
-  take(frame.orthoHeight, capture.orthoHeight);
-  take(frame.centerX, capture.centerX);
-  take(frame.centerY, capture.centerY);
-  take(frame.k1, capture.k1);
-  take(frame.k2, capture.k2);
-  take(frame.p1, capture.p1);
-  take(frame.p2, capture.p2);
-  return frame;
-}
-
-// Width and height are known by now.
-Lens lensOf(const LensFields& fields) {
-  Lens lens{
-      .model = fields.model.value_or(Lens::Model::pinhole), .width = *fields.width, .height = *fields.height};
-  if (lens.model == Lens::Model::orthographic) {
-    if (!fields.orthoHeight) throw Error::mismatch("a number above 0", "nothing").at("ortho_height");
-    lens.focalX = lens.focalY = lens.height / *fields.orthoHeight;
-  } else {
-    if (!fields.focalX && !fields.angleX)
-      throw Error::mismatch("a number above 0, or camera_angle_x", "nothing").at("fl_x");
-    lens.focalX = fields.focalX ? *fields.focalX : lens.width / 2. / std::tan(*fields.angleX / 2);
-    lens.focalY = fields.focalY.value_or(lens.focalX);
-  }
-  lens.centerX = fields.centerX.value_or(lens.width / 2.);
-  lens.centerY = fields.centerY.value_or(lens.height / 2.);
-  lens.k1 = fields.k1.value_or(0);
-  lens.k2 = fields.k2.value_or(0);
-  lens.p1 = fields.p1.value_or(0);
-  lens.p2 = fields.p2.value_or(0);
-  return lens;
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -363,7 +308,9 @@ bool samePose(const Pose& a, const Pose& b) {
 
 class CaptureReader {
 public:
-  CaptureReader(const fs::path& file, PathRule paths) : paths_(paths) { capture_.file = file; }
+  CaptureReader(const fs::path& file, PathRule paths) : files_(file.parent_path(), paths) {
+    capture_.file = file;
+  }
 
   Capture read(const Json& root) && {
     objectOf(root);
@@ -406,39 +353,15 @@ private:
   fs::path pathOf(const Json& value) const {
     const std::string written = text(value);
     const fs::path path = fs::path(written).lexically_normal();
-    const bool leaves = path.is_absolute() || *path.begin() == "..";
-    if (written.empty() || written.find('\0') != std::string::npos || (leaves && !outsideAllowed()))
-      throw Error::mismatch("a path inside the capture's folder" + hint(leaves), shown(value));
-    return path;
+    const bool isPath = !written.empty() && written.find('\0') == std::string::npos;
+    if (isPath && files_.mayName(path)) return path;
+    throw Error::mismatch(
+        std::string("a path inside the capture's folder") + (isPath ? CaptureFiles::hint : ""), shown(value));
   }
-
-  // Is it a regular file? One inside the folder, also after all links have been followed. What was found,
-  // which many frames may share, is not looked for again.
-  bool isThere(const fs::path& path) {
-    if (paths_ == PathRule::unmade || found_.contains(path)) return true;
-    const bool isFile = isFileThere(path);
-    if (isFile) found_.insert(path);
-    return isFile;
-  }
-  bool isFileThere(const fs::path& path) const {
-    std::error_code failure; // what cannot be looked at is not there
-    const fs::path full = capture_.folder() / path;
-    if (!fs::is_regular_file(full, failure)) return false;
-    if (outsideAllowed()) return true;
-    const fs::path folder = capture_.folder().empty() ? fs::path(".") : capture_.folder();
-    const fs::path place = fs::canonical(full, failure).lexically_relative(fs::canonical(folder, failure));
-    if (failure || place.empty() || *place.begin() == "..")
-      throw Error::mismatch("a path inside the capture's folder" + hint(true),
-                            "a link that leads out of it: " + path.string());
-    return true;
-  }
-
-  bool outsideAllowed() const { return paths_ == PathRule::anywhere; }
-  static std::string hint(bool leaves) { return leaves ? " (--allow-outside lifts this)" : ""; }
 
   fs::path fileAt(const Json& value) {
     const fs::path path = pathOf(value);
-    if (!isThere(path)) throw Error::mismatch("a file", "none at " + path.string());
+    if (!files_.isThere(path)) throw Error::mismatch("a file", "none at " + path.string());
     return path;
   }
 
@@ -446,14 +369,8 @@ private:
   fs::path pictureAt(const Json& value) {
     const fs::path path = pathOf(value);
     for (const char* extension : {"", ".png", ".jpg", ".exr"})
-      if (const fs::path tried = path.string() + extension; isThere(tried)) return tried;
+      if (const fs::path tried = path.string() + extension; files_.isThere(tried)) return tried;
     throw Error::mismatch("a picture (also tried .png, .jpg, .exr)", "none at " + path.string());
-  }
-
-  PictureSize sizeOf(const fs::path& picture) {
-    const auto [known, isNew] = sizes_.try_emplace(picture);
-    if (isNew) known->second = readPictureSize(capture_.folder() / picture);
-    return known->second;
   }
 
   void addFrame(const Json& json, size_t index, const LensFields& shared) {
@@ -471,7 +388,7 @@ private:
 
     LensFields lens = inherit(readLensFields(json), shared);
     if (!lens.width || !lens.height) {
-      const PictureSize size = sizeOf(frame.picture);
+      const PictureSize size = files_.sizeOf(frame.picture);
       lens.width = size.width;
       lens.height = size.height;
     }
@@ -528,11 +445,9 @@ private:
           .at("light");
   }
 
-  PathRule paths_;
+  CaptureFiles files_;
   Capture capture_;
-  std::vector<bool> named_; // per view
-  std::set<fs::path> found_;
-  std::map<fs::path, PictureSize> sizes_;
+  std::vector<bool> named_;                                                     // per view
   std::map<std::tuple<size_t, std::optional<size_t>, Split>, size_t> brackets_; // to the last such frame
 };
 
