@@ -83,8 +83,9 @@ ViewFades unpackFades(std::span<const std::byte> packed, size_t surfels, size_t 
   const size_t atOnce =
       std::min(views, std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews));
   std::vector<Bytef> columns(surfels * atOnce + 1); // one for a byte too many
-  size_t read = 0, view = 0,
-         filled = 0; // bytes given to the stream; the first of the columns, and their bytes
+  size_t read = 0;                                  // bytes given to the stream
+  size_t view = 0;                                  // of the first column
+  size_t filled = 0;                                // bytes of the columns
   const auto turnColumns = [&] {
     const size_t count = filled / std::max(surfels, size_t{1});
     if (count == 0) return;

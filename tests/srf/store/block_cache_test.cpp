@@ -26,6 +26,16 @@ protected:
       for (uint32_t block = 0; block < blockCount(); ++block) cache.get(view, block);
   }
 
+  // The cache holds the block as its file does.
+  static void expectResident(BlockCache& cache, const std::vector<ViewFile>& views, BlockKey key) {
+    const auto resident = cache.resident(key.view, key.block);
+    ASSERT_TRUE(resident);
+    const Block read = views[key.view].read(key.block);
+    EXPECT_EQ(resident->rank, read.rank);
+    EXPECT_TRUE(std::equal(read.values.begin(), read.values.end(),
+                           reinterpret_cast<const std::byte*>(resident->coefficients)));
+  }
+
   // Turns the last bit of a block over.
   void corrupt(uint32_t view, uint32_t block) const {
     auto end = static_cast<std::streamoff>(std::filesystem::file_size(views_[view].path()));
@@ -124,14 +134,7 @@ TEST_F(BlockCacheTest, WhatIsFetchedIsThereUntilRoomIsMade) {
   cache.get(0, 2);
   cache.fetch(some, {});
   EXPECT_EQ(cache.counts().reads, 4u); // one was there
-  for (const auto& [view, block] : some) {
-    const auto resident = cache.resident(view, block);
-    ASSERT_TRUE(resident);
-    const Block read = views_[view].read(block);
-    EXPECT_EQ(resident->rank, read.rank);
-    EXPECT_TRUE(std::equal(read.values.begin(), read.values.end(),
-                           reinterpret_cast<const std::byte*>(resident->coefficients)));
-  }
+  for (const BlockKey& key : some) expectResident(cache, views_, key);
   cache.trim();
   EXPECT_LE(std::ranges::count_if(some, [&](BlockKey key) { return !!cache.resident(key.view, key.block); }),
             1);
@@ -181,14 +184,7 @@ TEST_F(BlockCacheTest, ManyBlocksOfSeveralViewsAreFetched) {
   for (size_t i = 0; i < all.size(); i += 37) cache.get(all[i].view, all[i].block);
   cache.fetch(all, {});
   EXPECT_EQ(cache.counts().reads, all.size());
-  for (const auto& [view, block] : all) {
-    const auto resident = cache.resident(view, block);
-    ASSERT_TRUE(resident);
-    const Block read = views[view].read(block);
-    ASSERT_EQ(resident->rank, read.rank);
-    ASSERT_TRUE(std::equal(read.values.begin(), read.values.end(),
-                           reinterpret_cast<const std::byte*>(resident->coefficients)));
-  }
+  for (const BlockKey& key : all) expectResident(cache, views, key);
 }
 
 TEST_F(BlockCacheTest, BlocksInUseSurviveTheirEviction) {
