@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <memory>
@@ -86,8 +87,13 @@ void announceSize(const PackEstimate& estimate) {
 }
 
 Json runCapture(const Arguments& arguments, const Progress& progress) {
+  progress("shapes", 0);
   const Stage stage = readStage(arguments.stage, arguments.scale);
+  const auto isClear = [](const StageObject& object) { return isSpecular(object.material); };
+  if (stage.trace.lightRadius.radians() == 0 && std::ranges::any_of(stage.objects, isClear))
+    say("mirrors and clear glass show nothing of lights without extent: lights.radius_deg gives them one");
   if (arguments.model.empty()) return capturePictures(stage, arguments, withTimeLeft(progress));
+  if (!arguments.output.empty()) requireCapturable(stage, nullptr, StageFrames::test, arguments.output);
   const PackReport report =
       packStage(stage, arguments.model, arguments.pack, withTimeLeft(progress), announceSize);
   announce(report, arguments.model);

@@ -24,9 +24,11 @@ void interrupt(int) {
 
 bool onTerminal() { return isatty(STDERR_FILENO) != 0; }
 
+using Clock = std::chrono::steady_clock;
+
 struct Line {
   std::mutex mutex;
-  std::chrono::steady_clock::time_point last{};
+  Clock::time_point last;
 };
 
 } // namespace
@@ -40,16 +42,25 @@ void watchSignals() {
 Progress terminalProgress() {
   Progress progress;
   progress.cancelled = [] { return interrupted != 0; };
-  if (!onTerminal()) return progress;
   auto line = std::make_shared<Line>();
-  progress.report = [line](std::string_view stage, double fraction) {
-    const std::lock_guard lock(line->mutex);
-    const auto now = std::chrono::steady_clock::now();
-    if (fraction < 1 && now - line->last < std::chrono::milliseconds(100)) return;
-    line->last = now;
-    fmt::print(stderr, "\r\033[K{} {:3.0f} %{}", stage, 100 * fraction, fraction < 1 ? "" : "\r\033[K");
-    std::fflush(stderr);
-  };
+  if (onTerminal()) {
+    progress.report = [line](std::string_view stage, double fraction) {
+      const std::lock_guard lock(line->mutex);
+      const auto now = Clock::now();
+      if (fraction < 1 && now - line->last < std::chrono::milliseconds(100)) return;
+      line->last = now;
+      fmt::print(stderr, "\r\033[K{} {:3.0f} %{}", stage, 100 * fraction, fraction < 1 ? "" : "\r\033[K");
+      std::fflush(stderr);
+    };
+  } else {
+    line->last = Clock::now();
+    progress.report = [line](std::string_view stage, double fraction) {
+      const std::lock_guard lock(line->mutex);
+      if (Clock::now() - line->last < std::chrono::minutes(5)) return;
+      line->last = Clock::now();
+      say(fmt::format("{} {:.0f} %", stage, 100 * fraction));
+    };
+  }
   return progress;
 }
 

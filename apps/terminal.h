@@ -11,7 +11,8 @@ namespace surflect {
 // process. A file that grows beyond the user's limit is an error of its writer, not the end.
 void watchSignals();
 
-// A line that follows the work, when stderr is a terminal; always asks whether the user has interrupted.
+// A line that follows the work, when stderr is a terminal; elsewhere one every five minutes, for logs. Always
+// asks whether the user has interrupted.
 Progress terminalProgress();
 
 // A lasting line for people; nothing when `quiet`.

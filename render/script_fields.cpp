@@ -93,16 +93,18 @@ Entry ScriptDocument::root() const { return {&parsed_->table, "", &parsed_->fold
 
 void ScriptDocument::prefer(std::string_view group, std::string_view name) {
   toml::table* const groups = parsed_->table[group].as_table();
-  toml::table* const named = groups ? (*groups)[name].as_table() : nullptr;
+  toml::node* const named = groups ? groups->get(name) : nullptr;
+  const std::string field = std::string(group) + "." + shown(name);
   if (!named) {
     Keys known;
     if (groups)
       for (auto&& [key, node] : *groups) known.push_back(key.str());
     throw Error(known.empty() ? "missing"
                               : "missing; the nearest one there is " + std::string(nearestName(name, known)))
-        .at(std::string(group) + "." + shown(name));
+        .at(field);
   }
-  toml::table chosen = std::move(*named); // what is put in may itself be called [group.name]
+  if (!named->is_table()) throw Error::mismatch("a table", shown(*named)).at(field);
+  toml::table chosen = std::move(*named->as_table()); // what is put in may itself be called [group.name]
   mergeInto(parsed_->table, chosen);
 }
 
@@ -136,7 +138,7 @@ Error mismatch(const Entry& entry, std::string_view expected) {
 
 std::string asText(const Entry& entry) {
   const auto* text = nodeOf(entry).as_string();
-  if (!text || text->get().empty()) throw mismatch(entry, "a string");
+  if (!text || text->get().empty()) throw mismatch(entry, "a string that is not empty");
   return text->get();
 }
 

@@ -75,6 +75,15 @@ template <class Make> auto at(const Entry& entry, Make make) {
   }
 }
 
+// Runs `make`, which reads a file that the entry names: what is wrong with it is said after the entry.
+template <class Make> auto atFile(const Entry& entry, Make make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    throw Error(error.what()).at(entry.field);
+  }
+}
+
 template <class Names> std::string listed(const Names& names) {
   std::string list;
   for (const std::string_view name : names) list += (list.empty() ? "" : ", ") + std::string(name);

@@ -57,7 +57,8 @@ TriangleMesh readPlyMesh(const std::filesystem::path& path, const Progress& prog
       mesh.positions.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]),
                                   static_cast<float>(z[i]));
       if (!mesh.positions.back().raw().allFinite())
-        throw Error::mismatch("finite coordinates", "a value that is not")
+        throw Error::mismatch("finite coordinates",
+                              std::to_string(x[i]) + ' ' + std::to_string(y[i]) + ' ' + std::to_string(z[i]))
             .at("vertex[" + std::to_string(i) + "]");
     }
     for (const auto& [element, add] : {std::pair{"face", &addFaces}, std::pair{"tristrips", &addStrips}})
@@ -88,7 +89,9 @@ TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress&
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](char c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; });
-  return extension == ".obj" ? readObj(path, progress) : readPlyMesh(path, progress);
+  if (extension == ".obj") return readObj(path, progress);
+  if (extension == ".ply" || extension.empty()) return readPlyMesh(path, progress);
+  throw Error::mismatch("a mesh as .ply or .obj", extension).in(path);
 }
 
 TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress) {

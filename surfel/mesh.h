@@ -20,7 +20,7 @@ using TriangleMesh = Mesh<AcquisitionSpace>;
 // Twice the area vector of a triangle: its normal, not normalised.
 Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
 
-// Reads OBJ or PLY, by the extension (anything but .obj is PLY): faces (fan-triangulated) and triangle
+// Reads OBJ or PLY, by the extension (a file without one is PLY): faces (fan-triangulated) and triangle
 // strips. An index beyond the vertices or a position that is not finite is an Error. Throws Cancelled, too.
 TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress& progress = {});
 

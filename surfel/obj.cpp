@@ -73,12 +73,20 @@ template <class T> T asNumber(std::string_view word, std::string_view expected) 
   return value;
 }
 
+// The words after the first, as they stand in a message.
+std::string joined(const std::vector<std::string_view>& words) {
+  std::string line;
+  for (size_t i = 1; i < words.size() && line.size() < 60; ++i)
+    line += ' ' + std::string(words[i].substr(0, 40));
+  return line.substr(1);
+}
+
 Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words) {
   if (words.size() < 4) throw Error::mismatch("three coordinates", std::to_string(words.size() - 1)).at("v");
   float xyz[3];
   for (size_t i = 0; i < 3; ++i) xyz[i] = static_cast<float>(asNumber<double>(words[i + 1], "a number"));
   const Point3<AcquisitionSpace> position(xyz[0], xyz[1], xyz[2]);
-  if (!position.raw().allFinite()) throw Error::mismatch("finite coordinates", "a value that is not").at("v");
+  if (!position.raw().allFinite()) throw Error::mismatch("finite coordinates", joined(words)).at("v");
   return position;
 }
 
@@ -99,7 +107,7 @@ Vec2<double> asTextureCoordinates(const std::vector<std::string_view>& words) {
   Vec2<double> st(0, 0);
   for (size_t i = 1; i < std::min<size_t>(words.size(), 3); ++i)
     st[static_cast<Eigen::Index>(i) - 1] = asNumber<double>(words[i], "a number");
-  if (!st.allFinite()) throw Error::mismatch("finite coordinates", "a value that is not").at("vt");
+  if (!st.allFinite()) throw Error::mismatch("finite coordinates", joined(words)).at("vt");
   return st;
 }
 
@@ -108,7 +116,7 @@ Vec3<double> asNormal(const std::vector<std::string_view>& words) {
   Vec3<double> normal;
   for (size_t i = 0; i < 3; ++i)
     normal[static_cast<Eigen::Index>(i)] = asNumber<double>(words[i + 1], "a number");
-  if (!normal.allFinite()) throw Error::mismatch("finite coordinates", "a value that is not").at("vn");
+  if (!normal.allFinite()) throw Error::mismatch("finite coordinates", joined(words)).at("vn");
   return normal;
 }
 

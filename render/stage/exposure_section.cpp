@@ -65,7 +65,7 @@ ExposureSection asExposure(const Entry& entry) {
     camera.response = responseOf([](size_t code) { return std::pow(static_cast<float>(code) / 255, 2.2f); });
   } else {
     section.files.push_back(asPath(*response));
-    camera.response = at(*response, [&] { return readResponse(section.files.back()); });
+    camera.response = atFile(*response, [&] { return readResponse(section.files.back()); });
   }
   if (const auto fullWell = s.find("full_well")) camera.fullWell = numberIn(*fullWell, 1, 1e9);
   if (const auto readNoise = s.find("read_noise")) {

@@ -5,7 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <optional>
+#include <utility>
 
 namespace surflect {
 
@@ -45,13 +48,14 @@ public:
   void read(const Entry& entry) {
     const Keys types = {"lambert", "rough_diffuse", "conductor", "dielectric",
                         "ward",    "measured",      "clear_coat"};
-    const std::vector<Keys> keys = {{"albedo", "texture", "repeat"},
-                                    {"albedo", "roughness", "texture", "repeat"},
-                                    {"color", "grazing_tint", "alpha"},
-                                    {"eta", "alpha", "absorption", "absorption_outside"},
-                                    {"diffuse", "specular", "alpha", "texture", "repeat"},
-                                    {"file"},
-                                    {"eta", "alpha", "base"}};
+    const std::vector<Keys> keys = {
+        {"albedo", "texture", "repeat"},
+        {"albedo", "roughness", "texture", "roughness_texture", "repeat"},
+        {"color", "grazing_tint", "alpha", "texture", "roughness_texture", "repeat"},
+        {"eta", "alpha", "absorption", "absorption_outside", "roughness_texture", "repeat"},
+        {"diffuse", "specular", "alpha", "texture", "roughness_texture", "repeat"},
+        {"file"},
+        {"eta", "alpha", "base"}};
     const size_t type = typeOf(entry, types);
     Keys known = keys[type];
     known.insert(known.end(), {"name", "type"});
@@ -66,7 +70,7 @@ public:
     const Material material = (this->*readers[type])(section, entry);
     const auto base = section.find("base");
     list_.materials.emplace(name,
-                            NamedMaterial{material, base ? list_.named(*base).texture : texture(section)});
+                            NamedMaterial{material, base ? list_.named(*base).textures : textures(section)});
   }
 
   MaterialList finish() && {
@@ -117,7 +121,7 @@ private:
     const std::filesystem::path file = asPath(s.require("file"));
     auto& table = tables_->measured[file];
     if (!table) {
-      table = std::make_unique<const MerlTable>(file);
+      table = atFile(s.require("file"), [&] { return std::make_unique<const MerlTable>(file); });
       list_.files.push_back(file);
     }
     return Measured{table.get()};
@@ -144,9 +148,9 @@ private:
     return coat;
   }
 
-  std::shared_ptr<const Texture> texture(const Section& s) {
-    const auto picture = s.find("texture"), repeat = s.find("repeat");
-    if (!picture) return repeat ? throw mismatch(*repeat, "a texture beside it") : nullptr;
+  Textures textures(const Section& s) {
+    const auto color = s.find("texture"), roughness = s.find("roughness_texture"), repeat = s.find("repeat");
+    if (repeat && !color && !roughness) throw mismatch(*repeat, "a texture beside it");
     constexpr int most = 10000;
     std::array<int, 2> times{1, 1};
     if (repeat) {
@@ -154,17 +158,26 @@ private:
       if (parts.size() != 2) throw mismatch(*repeat, "[across, up]");
       times = {asInteger(parts[0], 1, most), asInteger(parts[1], 1, most)};
     }
-    const std::filesystem::path file = asPath(*picture);
-    auto& texels = texels_[file];
+    const auto read = [&](const std::optional<Entry>& picture, Texels what) {
+      return picture ? std::make_shared<const Texture>(texelsOf(*picture, what), times[0], times[1])
+                     : nullptr;
+    };
+    return {read(color, Texels::colors), read(roughness, Texels::factors)};
+  }
+
+  // Of a picture that several materials show, once.
+  std::shared_ptr<const Image> texelsOf(const Entry& picture, Texels what) {
+    const std::filesystem::path file = asPath(picture);
+    auto& texels = texels_[{file, what}];
     if (!texels) {
-      texels = std::make_shared<const Image>(readTexels(file));
-      list_.files.push_back(file);
+      texels = atFile(picture, [&] { return std::make_shared<const Image>(readTexels(file, what)); });
+      if (!std::ranges::count(list_.files, file)) list_.files.push_back(file);
     }
-    return std::make_shared<const Texture>(texels, times[0], times[1]);
+    return texels;
   }
 
   MaterialList list_;
-  std::map<std::filesystem::path, std::shared_ptr<const Image>> texels_;
+  std::map<std::pair<std::filesystem::path, Texels>, std::shared_ptr<const Image>> texels_;
   std::shared_ptr<MaterialTables> tables_ = std::make_shared<MaterialTables>();
 };
 
@@ -175,8 +188,9 @@ const NamedMaterial& MaterialList::named(const Entry& entry) const {
   if (const auto found = materials.find(name); found != materials.end()) return found->second;
   Keys known;
   for (const auto& [other, material] : materials) known.push_back(other);
-  if (known.empty()) throw mismatch(entry, "a material, but the file has none before this");
-  throw mismatch(entry, "a material; the nearest known one is " + std::string(nearestName(name, known)));
+  if (known.empty()) throw mismatch(entry, "a material of a table before this, and there is none");
+  throw mismatch(entry, "a material of a table before this; the nearest is " +
+                            std::string(nearestName(name, known)));
 }
 
 MaterialList asMaterials(const Entry& entry) {

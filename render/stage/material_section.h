@@ -17,7 +17,7 @@ struct MaterialTables; // what materials refer to
 
 struct NamedMaterial {
   Material material;
-  std::shared_ptr<const Texture> texture; // may be none
+  Textures textures;
 };
 
 struct MaterialList {

@@ -19,7 +19,6 @@ namespace {
 
 constexpr int kMostBoxSegments = 512, kMostCopies = 100'000;
 constexpr size_t kMostPoints = 10'000;
-constexpr float kFarthest = 1e9f; // of each coordinate, as in asVector
 
 // What shapes are read with.
 struct Making {
@@ -167,7 +166,9 @@ const std::vector<ShapeKind>& shapeKinds() {
          return at(hairs, [&] { return fur(skin, shape); });
        }},
       {"mesh", {"file", "smooth"}, [](const Section& s, const Making& making) {
-         SurfaceFile file = readSurface(asPath(s.require("file")), booleanOr(s, "smooth", true));
+         const Entry path = s.require("file");
+         const bool smooth = booleanOr(s, "smooth", true);
+         SurfaceFile file = atFile(path, [&] { return readSurface(asPath(path), smooth); });
          making.hashes.push_back(file.hash);
          return std::move(file.surface);
        }}};
@@ -269,32 +270,19 @@ Surface made(const Section& section, const ShapeKind& kind, const Making& making
   return copied(section, placed(section, changed(section, kind.read(section, making))));
 }
 
-// Single precision may have flattened every triangle, or put a vertex beyond all numbers.
-void requireVisible(const Entry& entry, const Surface& surface) {
-  const TriangleMesh& mesh = surface.mesh;
-  for (const auto& p : mesh.positions)
-    if (!(p.raw().array().abs() <= kFarthest).all())
-      throw Error::mismatch("a surface within 1e9 of 0",
-                            fmt::format("a vertex at [{:.6g}, {:.6g}, {:.6g}]", p.x(), p.y(), p.z()))
-          .at(entry.field);
-  for (size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (areaVector(mesh, i).norm() > 0) return;
-  throw Error::mismatch("a surface", "no triangle that has an area").at(entry.field);
-}
-
 Surface asShape(const Entry& entry, const Making& making) {
   Surface surface = made(shapeSection(entry, {}), kindOf(entry), making);
-  requireVisible(entry, surface);
+  at(entry, [&] { requireVisible(surface); });
   return surface;
 }
 
 StageObject asObject(const Entry& entry, const MaterialList& materials, const Making& making) {
   const Section section = shapeSection(entry, {"material"});
   const Entry name = section.require("material");
-  const auto& [material, texture] = materials.named(name);
-  StageObject object{made(section, kindOf(entry), making), material, texture};
-  requireVisible(entry, object.surface);
-  if (texture && object.surface.textureCoordinates.empty())
+  const auto& [material, textures] = materials.named(name);
+  StageObject object{made(section, kindOf(entry), making), material, textures};
+  at(entry, [&] { requireVisible(object.surface); });
+  if (textures.any() && object.surface.textureCoordinates.empty())
     throw mismatch(name, "a material without texture: the mesh of this file has no texture coordinates");
   return object;
 }

@@ -170,7 +170,7 @@ Capture captureAt(const Entry& entry, StageRig& rig) {
   std::filesystem::path path = asPath(entry);
   if (std::filesystem::is_directory(path)) path /= "transforms.json";
   if (std::ranges::find(rig.files, path) == rig.files.end()) rig.files.push_back(path);
-  return at(entry, [&] { return readCapture(path, PathRule::unmade); });
+  return atFile(entry, [&] { return readCapture(path, PathRule::unmade); });
 }
 
 // May be the name of a file and of a layer.

@@ -16,24 +16,28 @@ namespace {
 
 void tint(Lambert& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
 void tint(RoughDiffuse& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
+void tint(Conductor& material, const Rgb& factor) { material.color = material.color * factor; }
 void tint(Ward& material, const Rgb& factor) { material.diffuse = material.diffuse * factor; }
-void tint(ClearCoat& material, const Rgb& factor) {
-  std::visit(
-      [&]<class Base>(Base& base) {
-        if constexpr (requires { tint(base, factor); }) tint(base, factor);
-      },
-      material.base);
+
+Roughness scaled(const Roughness& alpha, double factor) { return {factor * alpha.x, factor * alpha.y}; }
+void smooth(RoughDiffuse& material, double factor) { material.roughness *= factor; }
+void smooth(Conductor& material, double factor) { material.alpha = scaled(material.alpha, factor); }
+void smooth(Dielectric& material, double factor) { material.alpha *= factor; }
+void smooth(Ward& material, double factor) { material.alpha = scaled(material.alpha, factor); }
+
+template <class Kind> void vary(Kind& kind, const Rgb& colorFactor, double roughnessFactor) {
+  if constexpr (requires { tint(kind, colorFactor); }) tint(kind, colorFactor);
+  if constexpr (requires { smooth(kind, roughnessFactor); }) smooth(kind, roughnessFactor);
+}
+void vary(ClearCoat& coated, const Rgb& colorFactor, double roughnessFactor) {
+  std::visit([&](auto& base) { vary(base, colorFactor, roughnessFactor); }, coated.base);
 }
 
 } // namespace
 
-Material tinted(const Material& material, const Rgb& factor) {
+Material varied(const Material& material, const Rgb& colorFactor, double roughnessFactor) {
   Material result = material;
-  std::visit(
-      [&]<class Kind>(Kind& kind) {
-        if constexpr (requires { tint(kind, factor); }) tint(kind, factor);
-      },
-      result);
+  std::visit([&](auto& kind) { vary(kind, colorFactor, roughnessFactor); }, result);
   return result;
 }
 
@@ -114,10 +118,12 @@ std::optional<SurfaceHit> StageScene::firstHit(const Point3<AcquisitionSpace, do
            w * values[corners[2]].raw().template cast<double>();
   };
   const auto material = [&] {
-    if (!object.texture) return object.material;
+    if (!object.textures.any()) return object.material;
     const auto& st = surface.textureCoordinates;
-    return tinted(object.material,
-                  object.texture->at((1 - v - w) * st[corners[0]] + v * st[corners[1]] + w * st[corners[2]]));
+    const Vec2<double> place = (1 - v - w) * st[corners[0]] + v * st[corners[1]] + w * st[corners[2]];
+    const auto& [color, roughness] = object.textures;
+    return varied(object.material, color ? color->at(place) : Rgb{1, 1, 1},
+                  roughness ? roughness->at(place).r : 1);
   };
   using Direction = Direction3<AcquisitionSpace, double>;
   return SurfaceHit{assume<Point3<AcquisitionSpace, double>>(interpolated(surface.mesh.positions)),

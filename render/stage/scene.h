@@ -17,7 +17,7 @@ namespace surflect {
 struct StageObject {
   Surface surface;
   Material material;
-  std::shared_ptr<const Texture> texture = nullptr; // of the diffuse part; the surface has coordinates then
+  Textures textures = {}; // the surface has coordinates where there are any
 };
 
 // Where a ray meets a surface.
@@ -26,7 +26,7 @@ struct SurfaceHit {
   double distance;
   Direction3<AcquisitionSpace, double> facet;           // unit normal of the triangle
   Direction3<AcquisitionSpace, double> normal, tangent; // interpolated, of any length, may be 0
-  Material material;                                    // as the texture makes it
+  Material material;                                    // as the textures make it
 };
 
 // Something nearer than `distance` is in its way. As Embree takes it: about the middle of the scene.
@@ -39,8 +39,9 @@ inline constexpr size_t kMostRays = 16;
 // What rays have in common, which is only a matter of speed: directions and surroundings, or one at most.
 enum class Beam { narrow, wide };
 
-// The material with its diffuse colour multiplied; others have none and stay as they are.
-Material tinted(const Material& material, const Rgb& factor);
+// The material with its colour multiplied (diffuse, or a metal's), and its roughness by 0..1; of a coated one
+// those below the coat. What others do not have stays as it is.
+Material varied(const Material& material, const Rgb& colorFactor, double roughnessFactor);
 
 class StageScene {
 public:

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include <cassert>
+#include <iterator>
+#include <memory>
 
 namespace surflect {
 
@@ -18,52 +20,71 @@ namespace {
 
 std::string objOf(const TriangleMesh& mesh) {
   std::string text;
-  for (const auto& p : mesh.positions) text += fmt::format("v {:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
-  for (const auto& [a, b, c] : mesh.triangles) text += fmt::format("f {} {} {}\n", 1 + a, 1 + b, 1 + c);
+  const auto end = std::back_inserter(text);
+  for (const auto& p : mesh.positions) fmt::format_to(end, "v {:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
+  for (const auto& [a, b, c] : mesh.triangles) fmt::format_to(end, "f {} {} {}\n", 1 + a, 1 + b, 1 + c);
   return text;
 }
 
+fs::path identityPath(const fs::path& folder) { return folder / "stage.identity"; }
+
 // A folder is begun by its identity; what has another one, or none, is somebody else's.
-void claim(const fs::path& folder, const std::string& identity) {
-  const fs::path path = folder / "stage.identity";
+void requireOurs(const fs::path& folder, const std::string& identity) {
+  const fs::path path = identityPath(folder);
   if (fs::exists(path)) {
     if (readFile(path, 1 << 16) != identity)
       throw Error("is of another stage file, script or frame: give the output a folder of its own")
           .in(folder);
-  } else {
-    removeAbandoned(folder, [&](const std::string& name) { return name == path.filename(); });
-    if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
-      throw Error::mismatch("a new folder, or an empty one", "something there already").in(folder);
-    createFolder(folder);
-    writeFileAtomically(path, identity);
+    return;
   }
-  createFolder(folder / "images");
+  removeAbandoned(folder, [&](const std::string& name) { return name == path.filename(); });
+  if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
+    throw Error::mismatch("a new folder, or an empty one", "something there already").in(folder);
 }
 
-StageScene sceneOf(const Stage& stage, const StageDeformation* deformation) {
+void claim(const fs::path& folder, const std::string& identity) {
+  createFolder(folder);
+  if (!fs::exists(identityPath(folder))) writeFileAtomically(identityPath(folder), identity);
+  createFolder(folder / "images");
+  removeAbandoned(folder, [](const std::string&) { return true; });
+  removeAbandoned(folder / "images", [](const std::string&) { return true; });
+}
+
+std::unique_ptr<const StageScene> sceneOf(const Stage& stage, const StageDeformation* deformation) {
   std::vector<StageObject> objects = stage.objects;
   for (size_t i = 0; deformation && i < objects.size(); ++i) {
     try {
       objects[i].surface = deformed(objects[i].surface, deformation->warp);
-    } catch (Error& error) {
-      throw std::move(error).at(fmt::format("object[{}]", i)).in(stage.file);
+      requireVisible(objects[i].surface);
+    } catch (const Error& error) {
+      throw Error(fmt::format("bent by the script: {}", error.what()))
+          .at(fmt::format("object[{}]", i))
+          .in(stage.file);
     }
   }
-  return StageScene(std::move(objects));
+  return std::make_unique<const StageScene>(std::move(objects));
+}
+
+std::string identityOf(const Stage& stage, const StageDeformation* deformation, StageFrames which) {
+  assert((deformation != nullptr) == (which == StageFrames::deformed));
+  return fmt::format("stage {} {} {:016x} {:016x}\n", kPictureFormat, static_cast<int>(which), stage.hash,
+                     deformation ? deformation->hash : 0);
 }
 
 } // namespace
 
+void requireCapturable(const Stage& stage, const StageDeformation* deformation, StageFrames which,
+                       const fs::path& folder) {
+  planOf(stage, which);
+  requireOurs(folder, identityOf(stage, deformation, which));
+}
+
 StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const fs::path& folder, const Progress& progress) {
-  assert((deformation != nullptr) == (which == StageFrames::deformed));
   const StagePlan plan = planOf(stage, which);
   const Capture& capture = plan.capture;
-  claim(folder, fmt::format("stage {} {} {:016x} {:016x}\n", kPictureFormat, static_cast<int>(which),
-                            stage.hash, deformation ? deformation->hash : 0));
-  removeAbandoned(folder, [](const std::string&) { return true; });
-  removeAbandoned(folder / "images", [](const std::string&) { return true; });
-
+  const std::string identity = identityOf(stage, deformation, which);
+  requireOurs(folder, identity);
   StageReport report{capture.views.size(), capture.lights.size()};
   for (const Frame& frame : capture.frames)
     ++(frame.split == Split::train ? report.trainingFrames : report.testFrames);
@@ -72,12 +93,17 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
     if (!isFinished(plan, view, folder)) missing.push_back(view);
   report.resumedViews = capture.views.size() - missing.size();
 
-  const StageScene scene = sceneOf(stage, deformation);
+  progress("scene", 0);
+  std::unique_ptr<const StageScene>
+      scene; // before the folder is begun: the script may leave nothing to be seen
+  if (!missing.empty()) scene = sceneOf(stage, deformation);
+  claim(folder, identity);
   for (size_t i = 0; i < missing.size(); ++i) {
     const Progress ofView = stepOf(progress, "tracing", i, missing.size());
-    write(trace(scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder, ofView);
+    write(trace(*scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder, ofView);
   }
-  writeFileAtomically(folder / capture.geometry, objOf(meshOf(stage.objects)));
+  if (!fs::exists(folder / capture.geometry))
+    writeFileAtomically(folder / capture.geometry, objOf(meshOf(stage.objects)));
   writeCapture(capture, folder);
   progress("tracing", 1);
   return report;

@@ -3,6 +3,7 @@
 #include "surfel/error.h"
 #include "warp/deform.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -44,6 +45,17 @@ void requireFewTriangles(size_t count) {
   if (count > kMostTriangles)
     throw Error::mismatch("at most " + std::to_string(kMostTriangles) + " triangles in all",
                           std::to_string(count) + " or more");
+}
+
+void requireVisible(const Surface& surface) {
+  const TriangleMesh& mesh = surface.mesh;
+  for (const auto& p : mesh.positions)
+    if (!(p.raw().array().abs() <= kFarthest).all())
+      throw Error::mismatch("a surface within 1e9 of 0",
+                            fmt::format("a vertex at [{:.6g}, {:.6g}, {:.6g}]", p.x(), p.y(), p.z()));
+  for (size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (areaVector(mesh, i).norm() > 0) return;
+  throw Error::mismatch("a surface", "no triangle that has an area");
 }
 
 void append(Surface& surface, const Surface& other) {

@@ -16,6 +16,9 @@ constexpr size_t kMostTriangles = size_t{1} << 25;
 // Throws Error.
 void requireFewTriangles(size_t count);
 
+// Of each coordinate, as in a stage file.
+constexpr float kFarthest = 1e9f;
+
 struct Surface {
   TriangleMesh mesh; // counter-clockwise seen from outside
   // One a vertex, of any length; 0 where there is none. Tangents run along the fibre of what has one.
@@ -23,6 +26,9 @@ struct Surface {
   // Where on a texture each vertex is, (0, 0) to (1, 1). Empty where nobody has said.
   std::vector<Vec2<double>> textureCoordinates;
 };
+
+// Single precision may have flattened every triangle, or put a vertex beyond all numbers. Throws Error.
+void requireVisible(const Surface& surface);
 
 // Adds the other surface's triangles. Both have texture coordinates, or neither, or `surface` is empty.
 void append(Surface& surface, const Surface& other);

@@ -17,7 +17,7 @@ int wrapped(int i, int n) { return ((i % n) + n) % n; }
 
 } // namespace
 
-Image readTexels(const std::filesystem::path& path) {
+Image readTexels(const std::filesystem::path& path, Texels what) {
   const Picture picture = readPicture(path);
   const Image& image = picture.image;
   if (picture.hasAlpha() && picture.alphaPremultiplied)
@@ -27,7 +27,8 @@ Image readTexels(const std::filesystem::path& path) {
     for (int x = 0; x < image.width; ++x)
       for (size_t c = 0; c < 3; ++c) {
         const float stored = image.at(x, y)[image.channels < 3 ? 0 : c];
-        const float value = picture.isFloat() ? stored : linearFromSrgb(stored);
+        const bool isLinear = picture.isFloat() || what == Texels::factors;
+        const float value = isLinear ? stored : linearFromSrgb(stored);
         if (!(value >= 0 && value <= 1))
           throw Error::mismatch("0 to 1", std::to_string(value))
               .at("pixel[" + std::to_string(x) + ", " + std::to_string(y) + "]")

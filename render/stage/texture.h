@@ -1,4 +1,4 @@
-// Pictures on surfaces: factors of a material's diffuse colour.
+// Pictures on surfaces: factors of a material's colour, and of its roughness.
 #pragma once
 
 #include "srf/image/image.h"
@@ -10,9 +10,11 @@
 
 namespace surflect {
 
-// Linear RGB. Pictures of 8 or 16 bits are sRGB, of which alpha plays no part. Throws Error naming the file,
-// also where a float is not in 0..1.
-Image readTexels(const std::filesystem::path& picture);
+enum class Texels { colors, factors };
+
+// 3 channels. Colours in 8 or 16 bits are sRGB, and come out linear; factors are as stored. Alpha plays no
+// part. Throws Error naming the file, also where a float is not in 0..1.
+Image readTexels(const std::filesystem::path& picture, Texels what);
 
 class Texture {
 public:
@@ -25,6 +27,14 @@ public:
 private:
   std::shared_ptr<const Image> texels_;
   double columns_, rows_;
+};
+
+// What a material's parameters are multiplied by; null where they are the same all over.
+struct Textures {
+  std::shared_ptr<const Texture> color = nullptr;
+  std::shared_ptr<const Texture> roughness = nullptr; // by red
+
+  bool any() const { return color || roughness; }
 };
 
 } // namespace surflect

@@ -19,6 +19,14 @@ angle_deg = [[1, 0], [2, 60]]
 
 
 class CaptureCommand(TestInFolder):
+    def assert_refused(self, said, *arguments):
+        """One line with these words, which is returned."""
+        result = run(*arguments)
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"^surflect: [^\n]+\n$")
+        self.assertIn(said, result.stderr)
+        return result.stderr
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -78,6 +86,39 @@ class CaptureCommand(TestInFolder):
         scores = succeed("evaluate", model, test, "--baseline", "nearest")
         self.assertGreater(scores["psnr_linear_db"], scores["baseline"]["psnr_linear_db"] + 1)
 
+    def test_what_keeps_the_test_from_being_written_is_said_before_anything_is_packed(self):
+        model = self.folder / "never.srf"
+        occupied = self.folder / "occupied"
+        occupied.mkdir()
+        (occupied / "mine.txt").write_text("mine")
+        self.assert_refused("occupied", "capture", self.stage, "--pack", model, "-o", occupied)
+        self.assertFalse(model.exists())
+        nothing = self.folder / "nothing.toml"
+        nothing.write_text(STAGE.replace("test = 2\n", ""))
+        self.assert_refused("nothing.toml", "capture", nothing, "--pack", model, "-o", self.folder / "no_test")
+        self.assertFalse(model.exists())
+        self.assertFalse((self.folder / "no_test").exists())
+
+    def test_what_a_script_leaves_nothing_of_is_no_truth(self):
+        for factor, said in (("[0, 0, 0]", "no triangle"), ("[1e12, 1, 1]", "within 1e9")):
+            collapse = self.folder / "collapse.toml"
+            collapse.write_text(f'[[warp]]\ntype = "scale"\nfactor = {factor}\n')
+            line = self.assert_refused(said, "capture", self.stage, "-o", self.folder / "gone", "--script", collapse)
+            self.assertIn("object[0]: bent by the script", line)
+
+    def test_tiny_stages_are_nearer_than_the_nearest_photograph_bent_too(self):
+        for name in ("doll", "mug"):
+            with self.subTest(stage=name):
+                stage = ROOT / "examples" / "stages" / f"{name}.toml"
+                capture, truth, model = (self.folder / f"tiny-{name}{end}" for end in ("", "-bent", ".srf"))
+                succeed("capture", stage, "--scale", "tiny", "-o", capture)
+                succeed("capture", stage, "--scale", "tiny", "-o", truth, "--script", self.warp, "--frame", "2")
+                succeed("pack", capture, "-o", model)
+                for scores in (succeed("evaluate", model, capture, "--baseline", "nearest"),
+                               succeed("evaluate", model, truth, "--script", self.warp, "--frame", "2",
+                                       "--baseline", "nearest")):
+                    self.assertGreater(scores["psnr_linear_db"], scores["baseline"]["psnr_linear_db"])
+
     def test_another_stage_does_not_go_on_there(self):
         other = self.folder / "other.toml"
         other.write_text(STAGE.replace("samples = 16", "samples = 17"))
@@ -120,14 +161,12 @@ class CaptureCommand(TestInFolder):
                                    ("[[material]]", "[exposure]\ntimes = [1, 1]\n[[material]]", "exposure.times[1]"),
                                    (STAGE[STAGE.index('type = "bumpy_sphere"'):],
                                     'type = "mesh"\nmaterial = "clay"\nfile = "nan.obj"\n', "nan.obj: line 2"),
-                                   ('"bumpy_sphere"', '"mesh"', "object[0]")):
+                                   ('"bumpy_sphere"', '"mesh"', "object[0]"),
+                                   (STAGE[STAGE.index("[lights]"):STAGE.index("[[material]]")], "", "lights: missing")):
             with self.subTest(said=said):
                 stage = self.folder / "wrong.toml"
                 stage.write_text(STAGE.replace(wrong, right))
-                result = run("capture", stage, "-o", self.folder / "wrong")
-                self.assertEqual(result.returncode, 1)
-                self.assertRegex(result.stderr, r"^surflect: [^\n]+\n$")
-                self.assertIn(said, result.stderr)
+                self.assert_refused(said, "capture", stage, "-o", self.folder / "wrong")
                 self.assertFalse((self.folder / "wrong").exists())
 
 

@@ -96,7 +96,7 @@ TEST(Obj, ComplaintsNameTheLine) {
   EXPECT_EQ(complaintAbout(four + "\n\nf 1 \\\n2 x"), "line 7: found 'x', expected a vertex number");
   EXPECT_EQ(complaintAbout(four + "f 1 2"), "line 5.f: found 2, expected at least three corners");
   EXPECT_EQ(complaintAbout("v 1 2"), "line 1.v: found 2, expected three coordinates");
-  EXPECT_EQ(complaintAbout("v 1 2 1e99"), "line 1.v: found a value that is not, expected finite coordinates");
+  EXPECT_EQ(complaintAbout("v 1 2 1e99"), "line 1.v: found 1 2 1e99, expected finite coordinates");
   EXPECT_EQ(complaintAbout("v 1 2 3x"), "line 1: found '3x', expected a number");
 }
 
@@ -182,10 +182,10 @@ TEST(Obj, WrongTextureCoordinatesAreRefusedWhereTheyAreAskedFor) {
   EXPECT_EQ(complaint("vt 0 0\nf 1/1 2/2 3/1\n"), "line 6: found 2, expected a texture coordinate of 1..1");
   EXPECT_EQ(complaint("vt 0 0\nf 1/1 2/-2 3/1\n"),
             "line 6: found -2, expected a texture coordinate of 1..1 or -1..-1");
-  EXPECT_EQ(complaint("vt nan 0\n"), "line 5.vt: found a value that is not, expected finite coordinates");
+  EXPECT_EQ(complaint("vt nan 0\n"), "line 5.vt: found nan 0, expected finite coordinates");
   EXPECT_EQ(complaint("vt\n"), "line 5.vt: found none, expected a coordinate");
   EXPECT_EQ(complaint("vn 0 0 1\nf 1//1 2//2 3//1\n"), "line 6: found 2, expected a normal of 1..1");
-  EXPECT_EQ(complaint("vn 0 inf 0\n"), "line 5.vn: found a value that is not, expected finite coordinates");
+  EXPECT_EQ(complaint("vn 0 inf 0\n"), "line 5.vn: found 0 inf 0, expected finite coordinates");
   EXPECT_EQ(complaint("vn 0 1\n"), "line 5.vn: found 2, expected three coordinates");
 }
 

@@ -65,11 +65,14 @@ TEST(MaterialSection, TexturesAreFoundAndCounted) {
     return with("roughness = 0.5",
                 "roughness = 0.5\ntexture = \"" + (folder / "cloth.png").string() + "\"\n" + more);
   };
-  EXPECT_NE(errorOf([&] { parse(textured("")); }).find("cloth.png"), std::string::npos);
+  expectError(textured(""), {"material[0].texture: ", "cloth.png"});
   writePng(folder / "cloth.png", Image(4, 4, 3));
   const Stage stage = parse(textured("repeat = [3, 2]"));
-  EXPECT_TRUE(stage.objects[0].texture);
-  EXPECT_FALSE(stage.objects[1].texture);
+  EXPECT_TRUE(stage.objects[0].textures.color);
+  EXPECT_FALSE(stage.objects[1].textures.any());
+  const Stage rough = parse(textured("roughness_texture = \"" + (folder / "cloth.png").string() + "\""));
+  EXPECT_TRUE(rough.objects[0].textures.roughness);
+  EXPECT_NE(rough.objects[0].textures.roughness, rough.objects[0].textures.color);
   expectError(textured("repeat = [3, 0]"), {"material[0].repeat[1]"});
   expectError(with("roughness = 0.5", "roughness = 0.5\nrepeat = [3, 1]"), {"material[0].repeat"});
   writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
@@ -101,7 +104,8 @@ TEST(MaterialSection, WhatMaterialsShareIsReadOnce) {
   };
   EXPECT_TRUE(table("a"));
   EXPECT_EQ(table("a"), table("b"));
-  EXPECT_NE(list.materials.find("cloth a")->second.texture, list.materials.find("cloth b")->second.texture);
+  EXPECT_NE(list.materials.find("cloth a")->second.textures.color,
+            list.materials.find("cloth b")->second.textures.color);
 }
 
 TEST(MaterialSection, RoughMaterialsHaveTheirTables) {

@@ -1,6 +1,7 @@
 #include "render/stage/texture.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
+#include "srf/image/image_file.h"
 #include "srf/image/png.h"
 #include "tests/render/stage/stages.h"
 #include "tests/srf/image/files.h"
@@ -14,7 +15,7 @@ TEST(Texture, ShowsTexelsWhereTheyAre) {
   const TemporaryFolder folder;
   const Image image = randomImage(5, 4, 3, 0, 1, 1);
   writePng(folder / "t.png", image, 16);
-  const Texture texture(std::make_shared<const Image>(readTexels(folder / "t.png")), 3, 2);
+  const Texture texture(std::make_shared<const Image>(readTexels(folder / "t.png", Texels::colors)), 3, 2);
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 5; ++x)
       for (const auto& [column, row] : {std::pair{0, 0}, {2, 1}}) {
@@ -29,7 +30,7 @@ TEST(Texture, IsLinearBetweenTexelsAndGoesRound) {
   Image ramp(4, 1, 1);
   ramp.values = {0, 0.25f, 0.5f, 1};
   writeExr(folder / "t.exr", ramp, Precision::single);
-  const Texture texture(std::make_shared<const Image>(readTexels(folder / "t.exr")), 1, 1);
+  const Texture texture(std::make_shared<const Image>(readTexels(folder / "t.exr", Texels::colors)), 1, 1);
   EXPECT_NEAR(texture.at({0.25, 0.3}).g, 0.125, 1e-6);
   EXPECT_NEAR(texture.at({0.75, 0.9}).g, 0.75, 1e-6);
   EXPECT_NEAR(texture.at({0, 0}).g, 0.5, 1e-6); // between the last and the first
@@ -38,13 +39,16 @@ TEST(Texture, IsLinearBetweenTexelsAndGoesRound) {
 
 TEST(Texture, RefusesWhatIsNoReflectance) {
   const TemporaryFolder folder;
-  EXPECT_NE(errorOf([&] { readTexels(folder / "missing.png"); }).find("missing.png"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readTexels(folder / "missing.png", Texels::colors); }).find("missing.png"),
+            std::string::npos);
   Image bright(2, 2, 3);
   bright.values[7] = 1.5f;
   writeExr(folder / "bright.exr", bright, Precision::single);
-  EXPECT_NE(errorOf([&] { readTexels(folder / "bright.exr"); }).find("pixel[0, 1]"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readTexels(folder / "bright.exr", Texels::colors); }).find("pixel[0, 1]"),
+            std::string::npos);
   writeExr(folder / "alpha.exr", Image(2, 2, 4));
-  EXPECT_NE(errorOf([&] { readTexels(folder / "alpha.exr"); }).find("alpha"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readTexels(folder / "alpha.exr", Texels::colors); }).find("alpha"),
+            std::string::npos);
 }
 
 // A box whose side shows half of a texture black: seen straight on, left and right differ as the texture
@@ -53,7 +57,7 @@ TEST(Texture, LiesOnTheSurfaceAndBendsWithIt) {
   Image halves(64, 1, 3);
   for (int x = 32; x < 64; ++x) std::ranges::fill(halves.at(x, 0), 1.f);
   std::vector<StageObject> objects = oneObject(box({0, 0, 0}, {2, 2, 2}, 8), Lambert{{0.5f, 0.5f, 0.5f}});
-  objects[0].texture = std::make_shared<const Texture>(std::make_shared<const Image>(halves), 1, 1);
+  objects[0].textures.color = std::make_shared<const Texture>(std::make_shared<const Image>(halves), 1, 1);
   TraceOptions options;
   options.samples = 16;
   const Camera camera = lookFrom(unit(1, 0, 0), 5, 8, 4, Lens::Model::orthographic); // +y is to the right
@@ -70,15 +74,57 @@ TEST(Texture, LiesOnTheSurfaceAndBendsWithIt) {
   EXPECT_EQ(leftAndRight().second, 0);
 }
 
-TEST(Texture, TintsTheDiffusePartOnly) {
+TEST(Texture, OfFactorsIsAsStored) {
+  const TemporaryFolder folder;
+  Image gray(1, 1, 3);
+  std::ranges::fill(gray.values, 0.5f);
+  writePng(folder / "t.png", gray);
+  const float stored = readPicture(folder / "t.png").image.values[0];
+  EXPECT_EQ(readTexels(folder / "t.png", Texels::factors).values[0], stored);
+  EXPECT_LT(readTexels(folder / "t.png", Texels::colors).values[0], stored);
+}
+
+TEST(Texture, VariesColourAndRoughness) {
   const Rgb half{0.5f, 0.5f, 0.5f};
-  const Ward ward{{0.4f, 0.4f, 0.4f}, {0.2f, 0.2f, 0.2f}, {0.1, 0.1}};
-  const auto tintedWard = std::get<Ward>(tinted(ward, half));
-  EXPECT_EQ(tintedWard.diffuse, (Rgb{0.2f, 0.2f, 0.2f}));
-  EXPECT_EQ(tintedWard.specular, ward.specular);
-  const auto coat = std::get<ClearCoat>(tinted(ClearCoat{1.5, 0, ward}, half));
+  const Ward ward{{0.4f, 0.4f, 0.4f}, {0.2f, 0.2f, 0.2f}, {0.1, 0.2}};
+  const auto variedWard = std::get<Ward>(varied(ward, half, 0.25));
+  EXPECT_EQ(variedWard.diffuse, (Rgb{0.2f, 0.2f, 0.2f}));
+  EXPECT_EQ(variedWard.specular, ward.specular);
+  EXPECT_EQ(variedWard.alpha.x, 0.025);
+  EXPECT_EQ(variedWard.alpha.y, 0.05);
+  const auto coat = std::get<ClearCoat>(varied(ClearCoat{1.5, 0.3, ward}, half, 0.25));
   EXPECT_EQ(std::get<Ward>(coat.base).diffuse, (Rgb{0.2f, 0.2f, 0.2f}));
-  EXPECT_EQ(std::get<Conductor>(tinted(Conductor{}, half)).color, (Rgb{1, 1, 1}));
+  EXPECT_EQ(std::get<Ward>(coat.base).alpha.y, 0.05);
+  EXPECT_EQ(coat.alpha, 0.3);
+  const Conductor metal{{0.8f, 0.6f, 0.4f}, half, {0.4, 0.4}};
+  const auto variedMetal = std::get<Conductor>(varied(metal, half, 0.5));
+  EXPECT_EQ(variedMetal.color, (Rgb{0.4f, 0.3f, 0.2f}));
+  EXPECT_EQ(variedMetal.grazingTint, half);
+  EXPECT_EQ(variedMetal.alpha.x, 0.2);
+  EXPECT_EQ(std::get<RoughDiffuse>(varied(RoughDiffuse{half, 0.8}, half, 0.5)).roughness, 0.4);
+  Dielectric glass{1.5};
+  glass.alpha = 0.4;
+  EXPECT_EQ(std::get<Dielectric>(varied(glass, half, 0.5)).alpha, 0.2);
+}
+
+// Seen straight on under a lamp behind the camera: where the texture makes the metal a mirror it shows
+// nothing of a lamp without extent, elsewhere what the material gives.
+TEST(Texture, OfRoughnessPolishes) {
+  Image halves(64, 1, 3);
+  for (int x = 32; x < 64; ++x) std::ranges::fill(halves.at(x, 0), 1.f);
+  const LossTable losses = mirrorLossTable();
+  const Conductor metal{{0.9f, 0.9f, 0.9f}, {1, 1, 1}, {0.3, 0.3}, &losses};
+  std::vector<StageObject> objects = oneObject(box({0, 0, 0}, {2, 2, 2}, 8), metal);
+  objects[0].textures.roughness =
+      std::make_shared<const Texture>(std::make_shared<const Image>(halves), 1, 1);
+  TraceOptions options;
+  options.samples = 16;
+  const Camera camera = lookFrom(unit(1, 0, 0), 5, 8, 4, Lens::Model::orthographic); // +y is to the right
+  const Image seen =
+      traceView(StageScene(objects), camera, 0, std::vector{sun({1, 0, 0})}, options, {}).radiance[0];
+  EXPECT_EQ(seen.at(1, 4)[0], 0);
+  const ShadingDirection up(0, 0, 1);
+  EXPECT_NEAR(seen.at(6, 4)[0], 3 * evaluate(Material(metal), up, up).r, 1e-5);
 }
 
 } // namespace
