@@ -50,14 +50,13 @@ struct Arguments {
   size_t maxFrames = 24;
 };
 
-Json check(const Capture& capture, const TriangleMesh& mesh, const Progress& progress) {
-  Json findings = Json::array();
-  for (const Finding& finding : checkCapture(capture, mesh, progress)) {
+// Says and lists them.
+void tell(const std::vector<Finding>& findings, Json& list) {
+  for (const Finding& finding : findings) {
     const char* severity = finding.severity == Finding::Severity::error ? "error" : "warning";
     say(fmt::format("{}: {}", severity, finding.text));
-    findings.push_back({{"severity", severity}, {"text", finding.text}});
+    list.push_back({{"severity", severity}, {"text", finding.text}});
   }
-  return findings;
 }
 
 Json drawOverlay(const Capture& capture, const Impostor& impostor, const Arguments& arguments,
@@ -91,12 +90,14 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
 
   const Capture capture = arguments.input.read();
   Json report = told(describe(capture));
+  report["findings"] = Json::array();
+  tell(checkPoses(capture), report["findings"]);
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;
   const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
   const Impostor impostor = impostorOf(training, arguments.impostor, progress);
-  report["findings"] = check(capture, impostor.mesh, progress);
+  tell(checkCapture(capture, impostor.mesh, progress), report["findings"]);
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;
 }

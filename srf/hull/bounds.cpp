@@ -63,13 +63,15 @@ std::vector<Cube> possibleCubes(std::span<const Sight> sights, size_t quorum, co
 
 Box startingBox(std::span<const Sight> sights) {
   const auto center = pointInView(sights);
-  double half = 0;
+  std::vector<double> reach;
   for (const Sight& sight : sights) {
     const Lens& lens = sight.camera.lens;
-    half = std::max(half, lens.model == Lens::Model::orthographic
-                              ? std::hypot(lens.width / lens.focalX, lens.height / lens.focalY)
-                              : length(sight.camera.center() - center));
+    reach.push_back(lens.model == Lens::Model::orthographic
+                        ? std::hypot(lens.width / lens.focalX, lens.height / lens.focalY)
+                        : length(sight.camera.center() - center));
   }
+  std::ranges::sort(reach);
+  const double half = std::min(reach.back(), 2 * reach[reach.size() / 2]);
   return Box(center.raw().array() - half, center.raw().array() + half);
 }
 

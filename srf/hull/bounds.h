@@ -32,7 +32,8 @@ struct Cube {
 std::vector<Cube> possibleCubes(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
                                 int across, bool dissent, const Progress& progress);
 
-// A cube about pointInView that reaches to the farthest camera: hulls are cut off there.
+// A cube about pointInView that reaches to the farthest camera, or twice as far as the one in the middle,
+// where some stand elsewhere altogether: hulls are cut off there.
 Eigen::AlignedBox3d startingBox(std::span<const Sight> sights);
 
 // A box that holds all such points. By carving the starting box again and again, 48 cubes across. Empty where

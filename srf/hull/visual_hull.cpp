@@ -124,7 +124,8 @@ VisualHull visualHull(std::span<const Sight> all, const HullOptions& options, co
     const auto against = dissenters(sights, possible.isEmpty() ? startingBox(sights) : possible);
     return Error("the silhouettes of the " + std::to_string(sights.size()) +
                  " views have no point in common; where most of them agree, these do not: " +
-                 namesOf(sights, against));
+                 namesOf(sights, against) +
+                 " (poses are camera to world, by OpenGL's axes: surflect inspect tells more)");
   };
   if (box.isEmpty()) throw empty();
 

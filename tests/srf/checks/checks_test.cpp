@@ -47,6 +47,33 @@ TEST_F(Checks, FindNothingInACaptureThatIsRight) {
   for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
 }
 
+TEST_F(Checks, FindPosesWithoutAMesh) {
+  EXPECT_TRUE(checkPoses(capture).empty());
+  const Capture right = capture;
+  const Mat3<double> visionAxes = Vec3<double>(1, -1, -1).asDiagonal();
+  for (View& view : capture.views) {
+    auto& pose = view.camera.cameraFromWorld;
+    pose = {visionAxes * pose.rotation(), visionAxes * pose.translation()};
+  }
+  const auto turned = checkPoses(capture);
+  ASSERT_EQ(turned.size(), 1u);
+  EXPECT_EQ(turned[0].severity, Severity::error);
+  EXPECT_TRUE(contains(turned[0].text, "10 of 10 cameras look away"));
+  EXPECT_TRUE(contains(turned[0].text, "OpenGL's axes"));
+
+  capture = right;
+  auto& pose = capture.views[3].camera.cameraFromWorld;
+  pose = {pose.rotation(), 1000 * pose.translation()};
+  const auto far = checkPoses(capture);
+  ASSERT_EQ(far.size(), 1u);
+  EXPECT_EQ(far[0].severity, Severity::warning);
+  EXPECT_TRUE(contains(far[0].text, "1 of 10 cameras"));
+  EXPECT_TRUE(contains(far[0].text, capture.views[3].identity));
+
+  capture.views.resize(2); // two axes may meet behind anybody
+  EXPECT_TRUE(checkPoses(capture).empty());
+}
+
 TEST_F(Checks, FindNothingUnderFixedLight) {
   capture = studio::photograph({.lights = 0}, folder / "fixed");
   for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
