@@ -1,0 +1,59 @@
+#include "bench/ablation/truth_noise.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/image/percentile.h"
+#include "surfel/error.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace surflect {
+
+namespace {
+
+Image premultiplied(const Photograph& photograph) {
+  Image image(photograph.alpha.width, photograph.alpha.height, 4);
+  for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
+    const float alpha = photograph.alpha.values[i];
+    for (size_t c = 0; c < 3; ++c) image.values[4 * i + c] = alpha * photograph.radiance.values[3 * i + c];
+    image.values[4 * i + 3] = alpha;
+  }
+  return image;
+}
+
+// View by view, all frames of one.
+std::vector<Image> picturesOf(const Capture& capture, const Progress& progress) {
+  std::vector<Image> pictures;
+  for (size_t view = 0; view < capture.views.size(); ++view) {
+    std::vector<size_t> frames;
+    for (size_t i = 0; i < capture.frames.size(); ++i)
+      if (capture.frames[i].view == view) frames.push_back(i);
+    for (const Photograph& photograph : readPhotographs(capture, frames, progress))
+      pictures.push_back(premultiplied(photograph));
+  }
+  return pictures;
+}
+
+double exposureOf(const std::vector<Image>& pictures) {
+  PercentileCounter values;
+  for (const Image& picture : pictures)
+    for (size_t i = 0; i < picture.values.size(); i += 4)
+      if (picture.values[i + 3] > 0.5f)
+        std::for_each_n(&picture.values[i], 3, [&](float value) { values.add(value); });
+  const double white = values.percentile(0.995);
+  return white > 0 ? 1 / white : 1;
+}
+
+} // namespace
+
+Difference differenceOf(const Capture& truth, const Capture& again, const Progress& progress) {
+  if (truth.frames != again.frames)
+    throw Error("has other frames than " + truth.file.string()).in(again.file);
+  const std::vector<Image> first = picturesOf(truth, progress), second = picturesOf(again, progress);
+  const double exposure = exposureOf(first);
+  Difference all;
+  for (size_t i = 0; i < first.size(); ++i) all += compare(first[i], second[i], exposure);
+  return all;
+}
+
+} // namespace surflect
