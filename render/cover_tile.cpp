@@ -3,14 +3,12 @@
 #include "surfel/error.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <string>
-#include <utility>
 
 namespace surflect {
 
@@ -148,12 +146,12 @@ void coverTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span
 
   constexpr size_t kAhead = 24;
   TileSplat* splats = tile.splats.of(entries.size());
-  uint32_t* visible = tile.visible.of(entries.size());
+  uint32_t* column = tile.column.of(entries.size());
   size_t pairs = 0;
   for (size_t i = 0; i < entries.size(); ++i) {
     __builtin_prefetch(&screen[entries[std::min(i + kAhead, entries.size() - 1)]]);
     splats[i] = aboutMiddle(screen[entries[i]], frame.x0, frame.y0);
-    visible[i] = screen[entries[i]].splat;
+    column[i] = screen[entries[i]].splat;
     pairs += static_cast<size_t>(splats[i].blockX1 - splats[i].blockX0) *
              static_cast<size_t>(splats[i].blockY1 - splats[i].blockY0);
   }
@@ -191,7 +189,7 @@ void coverTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span
     });
   }
   for (size_t i = 0; i < entries.size(); ++i) {
-    const std::atomic_ref mark(seenOfCloud[visible[i]]);
+    const std::atomic_ref mark(seenOfCloud[column[i]]);
     if (seen[i] && !mark.load(std::memory_order_relaxed)) mark.store(1, std::memory_order_relaxed);
   }
 }

@@ -26,8 +26,9 @@ struct CoverageTile {
   TileLists lists;
   Room<TileSplat> splats; // what `lists` points at
   Room<uint32_t> list;    // likewise
-  Room<uint32_t> visible; // of each splat, which of the cloud; then its place in Coverage::visible, if any
-  Room<float> limits;     // kLanes for each block
+  Room<uint32_t>
+      column;         // of each splat its number in the cloud while covering; in Coverage::visible afterwards
+  Room<float> limits; // kLanes for each block
   std::vector<LayeredPixel> layered;
   std::vector<Contribution> contributions; // of the layered pixels
 };

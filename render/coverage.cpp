@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -49,8 +48,8 @@ void collectVisible(Coverage& coverage) {
   });
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t t) {
     CoverageTile& tile = coverage.tiles[t];
-    for (uint32_t& splat : std::span(tile.visible.data(), tile.lists.count))
-      splat = seen[splat] ? rank[splat] : 0; // which is not in the lists
+    for (uint32_t& splat : std::span(tile.column.data(), tile.lists.count))
+      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no list: this is never read
   });
 }
 
@@ -62,12 +61,12 @@ bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_
   const uint32_t count = tile.lists.count;
   to.resize(std::max(to.size(), 4 * size_t{count}));
   const float* from = values.data() + first;
-  const uint32_t* visible = tile.visible.data();
+  const uint32_t* column = tile.column.data();
   float none = 0; // 0 times what is infinite is no number
   for (uint32_t i = 0; i < count; ++i) {
-    __builtin_prefetch(from + visible[std::min(i + kAhead, count - 1)] * channels);
+    __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
     __builtin_prefetch(&tile.lists.splats[i]); // for the kernel, which goes through them block by block
-    const float* value = from + visible[i] * channels;
+    const float* value = from + column[i] * channels;
     float* out = &to[4 * size_t{i}];
     if (some == 3) {
       out[0] = value[0], out[1] = value[1], out[2] = value[2];

@@ -148,7 +148,7 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
     progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto truth = truths.read(frames[view], progress);
     const auto camera = inObjectSpace(capture.views[view].camera);
-    const Sight sight = look(camera, model.cloud, deformed, options.frame.splats, progress);
+    const Coverage coverage = look(camera, model.cloud, deformed, options.frame.splats, progress);
     std::vector<Renderer> others;
     for (const auto& renderer : options.others) others.push_back(renderer(camera));
     std::optional<LambertView> lambert;
@@ -170,10 +170,10 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       }
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
-      const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, camera, lights, progress,
+      const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, camera, lights, progress,
                                          options.frame.splats.simd);
       const auto rendered = [&](const ShadeOptions& shadeOptions) {
-        return developRadiance(sight, shade(model, batch, shadeOptions, cache, stats, progress).radiance);
+        return developRadiance(coverage, shade(model, batch, shadeOptions, cache, stats, progress).radiance);
       };
       const auto baseline = [&](Baseline kind) {
         if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);

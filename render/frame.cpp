@@ -10,6 +10,7 @@
 #include <array>
 #include <cassert>
 #include <chrono>
+#include <cmath>
 #include <functional>
 
 namespace surflect {
@@ -80,11 +81,11 @@ QueryEnvironment queryOf(const ShotEnvironment& light) {
           environment.table ? &*environment.table : nullptr};
 }
 
-template <class ValueOf> Image developEach(const Sight& sight, int channels, const ValueOf& valueOf) {
+template <class ValueOf> Image developEach(const Coverage& coverage, int channels, const ValueOf& valueOf) {
   std::vector<float> values;
-  for (size_t i = 0; i < sight.surfels.size(); ++i)
+  for (size_t i = 0; i < coverage.visible.size(); ++i)
     for (const double value : valueOf(i)) values.push_back(static_cast<float>(value));
-  return develop(sight, values, channels);
+  return blend(coverage, values, channels);
 }
 
 } // namespace
@@ -96,12 +97,9 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
   return std::sqrt((mean + spread) / smaller);
 }
 
-Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-           const SplatOptions& options, const Progress& progress, Sight kept) {
-  Sight sight = std::move(kept);
-  sight.coverage = cover(camera, splatsOf(rest, deformed), options, progress, std::move(sight.coverage));
-  sight.surfels = sight.coverage.visible;
-  return sight;
+Coverage look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+              const SplatOptions& options, const Progress& progress, Coverage kept) {
+  return cover(camera, splatsOf(rest, deformed), options, progress, std::move(kept));
 }
 
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel) {
@@ -168,14 +166,10 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
   return batch;
 }
 
-Image develop(const Sight& sight, std::span<const float> values, int channels) {
-  return blend(sight.coverage, values, channels);
-}
-
-Image developRadiance(const Sight& sight, std::span<const Rgb> radiance, Image kept) {
+Image developRadiance(const Coverage& coverage, std::span<const Rgb> radiance, Image kept) {
   static_assert(sizeof(Rgb) == 3 * sizeof(float));
   const std::span values(reinterpret_cast<const float*>(radiance.data()), 3 * radiance.size());
-  return blendWithAlpha(sight.coverage, values, 3, std::move(kept));
+  return blendWithAlpha(coverage, values, 3, std::move(kept));
 }
 
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
@@ -183,44 +177,44 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
                  FrameStats& stats, const Progress& progress, FrameMemory* memory) {
   StageClock clock(stats);
   FrameMemory own;
-  auto& [deformed, sight, color] = memory ? *memory : own;
+  auto& [deformed, coverage, color] = memory ? *memory : own;
   deformed = deform(model.cloud, warp, progress, options.splats.simd, std::move(deformed));
   clock.finish("warp");
-  sight = look(camera, model.cloud, deformed, options.splats, progress, std::move(sight));
-  stats.splats = sight.coverage.counts;
-  stats.visible = sight.surfels.size();
+  coverage = look(camera, model.cloud, deformed, options.splats, progress, std::move(coverage));
+  stats.splats = coverage.counts;
+  stats.visible = coverage.visible.size();
   clock.finish("splat");
   ShadeOptions shading = options.shade;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
   const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& batch) {
-    const std::span surfels = std::span<const uint32_t>(sight.surfels).subspan(begin, end - begin);
+    const std::span surfels = std::span<const uint32_t>(coverage.visible).subspan(begin, end - begin);
     batch = queriesAt(model.cloud, deformed, surfels, camera, lights, progress, options.splats.simd,
                       std::move(batch));
     clock.finish("look-up");
   };
-  const Shaded shaded = shade(model, sight.surfels.size(), fill, shading, cache, stats.shading, progress,
+  const Shaded shaded = shade(model, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
                               [&](double planning) { clock.finish("ulr", planning, "shade"); });
   stats.unseen = shaded.unseen;
 
   Film film;
-  film.color = developRadiance(sight, shaded.radiance, std::move(color));
+  film.color = developRadiance(coverage, shaded.radiance, std::move(color));
   const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
   const std::map<std::string_view, std::function<Image()>> layers{
-      {"depth", [&] { return depthImage(sight.coverage); }},
+      {"depth", [&] { return depthImage(coverage); }},
       {"normal",
        [&] {
-         return developEach(sight, 3, [&](size_t i) {
-           return lookUpAt(model.cloud, deformed, sight.surfels[i]).outwardNormal().raw();
+         return developEach(coverage, 3, [&](size_t i) {
+           return lookUpAt(model.cloud, deformed, coverage.visible[i]).outwardNormal().raw();
          });
        }},
       {"camera_blend",
-       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(shaded.cameraBlend[i]); }); }},
+       [&] { return developEach(coverage, 3, [&](size_t i) { return rgbOf(shaded.cameraBlend[i]); }); }},
       {"light_blend",
-       [&] { return developEach(sight, 3, [&](size_t i) { return rgbOf(shaded.lightBlend[i]); }); }},
+       [&] { return developEach(coverage, 3, [&](size_t i) { return rgbOf(shaded.lightBlend[i]); }); }},
       {"stretch", [&] {
-         return developEach(sight, 1, [&](size_t i) {
-           const size_t surfel = sight.surfels[i];
+         return developEach(coverage, 1, [&](size_t i) {
+           const size_t surfel = coverage.visible[i];
            return std::array{
                stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>())};
          });

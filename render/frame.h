@@ -15,15 +15,9 @@
 
 namespace surflect {
 
-// What a camera sees of a cloud: the weights of all pixels, and the surfels that have one.
-struct Sight {
-  Coverage coverage;
-  std::vector<uint32_t> surfels; // ascending
-};
-
-// `kept`, a sight that is no longer needed, gives its memory.
-Sight look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-           const SplatOptions& options = {}, const Progress& progress = {}, Sight kept = {});
+// What a camera sees of a cloud. `kept`, a coverage that is no longer needed, gives its memory.
+Coverage look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+              const SplatOptions& options = {}, const Progress& progress = {}, Coverage kept = {});
 
 // L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
@@ -37,13 +31,9 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const ShotLight> lights, const Progress& progress = {}, Simd simd = bestSimd(),
                      QueryBatch kept = {});
 
-// Values of the surfels of a sight, `channels` per entry of sight.surfels, as a picture premultiplied by
-// alpha.
-Image develop(const Sight& sight, std::span<const float> values, int channels);
-
-// RGBA, premultiplied, from radiance per entry of sight.surfels. `kept`, a picture that is no longer needed,
-// gives its memory.
-Image developRadiance(const Sight& sight, std::span<const Rgb> radiance, Image kept = {});
+// RGBA, premultiplied, from radiance per entry of coverage.visible. `kept`, a picture that is no longer
+// needed, gives its memory.
+Image developRadiance(const Coverage& coverage, std::span<const Rgb> radiance, Image kept = {});
 
 // The frame's layers beside its colour, by name (script.h: aovNames).
 struct Film {
@@ -65,10 +55,11 @@ struct FrameOptions {
   std::vector<std::string> aovs;
 };
 
-// What one frame leaves to the next: memory, which is filled anew. A picture is left by who has done with it.
+// What one frame leaves to the next: memory, which is filled anew. Whoever is done with a picture gives it
+// back in `color`.
 struct FrameMemory {
   DeformedCloud deformed;
-  Sight sight;
+  Coverage coverage;
   Image color;
 };
 

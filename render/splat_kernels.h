@@ -82,8 +82,8 @@ struct BlockLayers {
 };
 
 struct SplatKernels {
-  // Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for 16
-  // more than that. rejected: counts by Rejection, added to.
+  // Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for all.
+  // rejected: counts by Rejection, added to.
   size_t (*project)(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
   // Fills list, begin and end.
   void (*listBlocks)(TileLists&);

@@ -78,20 +78,18 @@ void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   const size_t chunk = std::max<size_t>(8192, splats.size() / std::max<size_t>(1, kMaxCounters / tiles) + 1);
   const size_t chunks = (splats.size() + chunk - 1) / chunk;
 
-  // Each chunk has room for all its splats, and for the lanes that a kernel may write beyond.
-  const size_t room = chunk + kLanes;
-  assert(chunks * room <= std::numeric_limits<uint32_t>::max());
-  ScreenSplat* screen = bins.screen.of(chunks * room);
+  assert(chunks * chunk <= std::numeric_limits<uint32_t>::max());
+  ScreenSplat* screen = bins.screen.of(chunks * chunk); // each chunk has room for all its splats
   std::vector<size_t> drawn(chunks);
   std::vector<std::array<size_t, 5>> rejected(chunks);
   bins.counters.assign(chunks * tiles, 0); // of splats; then where the next one goes, within the tile
   tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
     progress.checkpoint();
     drawn[c] = projectSome(camera, splats, options, c * chunk, std::min((c + 1) * chunk, splats.size()),
-                           screen + c * room, rejected[c].data());
+                           screen + c * chunk, rejected[c].data());
     uint32_t* counters = &bins.counters[c * tiles];
     for (size_t i = 0; i < drawn[c]; ++i)
-      forTiles(screen[c * room + i].box, tilesX, [&](size_t tile) { ++counters[tile]; });
+      forTiles(screen[c * chunk + i].box, tilesX, [&](size_t tile) { ++counters[tile]; });
   });
 
   bins.counts = {};
@@ -114,7 +112,7 @@ void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   uint32_t* entries = bins.entries.of(bins.begin[tiles]);
   tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
     uint32_t* counters = &bins.counters[c * tiles];
-    for (size_t i = c * room; i < c * room + drawn[c]; ++i)
+    for (size_t i = c * chunk; i < c * chunk + drawn[c]; ++i)
       forTiles(screen[i].box, tilesX,
                [&](size_t tile) { entries[bins.begin[tile] + counters[tile]++] = static_cast<uint32_t>(i); });
   });

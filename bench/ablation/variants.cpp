@@ -14,13 +14,13 @@ using Turned = std::function<void(const DeformedCloud& deformed, QueryBatch& bat
 // deform -> look once; then, by frame, queriesAt -> adjust -> shade -> develop.
 Renderer adjusted(const SplatView& view, const Turned& adjust, const Queries& shaded) {
   const auto deformed = std::make_shared<const DeformedCloud>(deform(view.model.cloud, view.warp));
-  const auto sight = std::make_shared<const Sight>(
+  const auto coverage = std::make_shared<const Coverage>(
       look(view.camera, view.model.cloud, *deformed, view.options.splats, view.progress));
   return [=](std::span<const ShotLight> lights) {
     QueryBatch batch =
-        queriesAt(view.model.cloud, *deformed, sight->surfels, view.camera, lights, view.progress);
+        queriesAt(view.model.cloud, *deformed, coverage->visible, view.camera, lights, view.progress);
     if (adjust) adjust(*deformed, batch);
-    return developRadiance(*sight, shaded(batch));
+    return developRadiance(*coverage, shaded(batch));
   };
 }
 

@@ -107,11 +107,11 @@ Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const {
   const auto camera = cameraAbove<ObjectSpace>(Angle(), kPixels, kWindow);
   const SurfelCloud& rest = model_.cloud;
   const DeformedCloud bent = deform(rest, *shearWarp(shear));
-  const Sight sight = look(camera, rest, bent);
+  const Coverage coverage = look(camera, rest, bent);
   QueryBatch batch;
   batch.lights = 1;
-  batch.surfels = sight.surfels;
-  for (const uint32_t surfel : sight.surfels) {
+  batch.surfels = coverage.visible;
+  for (const uint32_t surfel : coverage.visible) {
     const auto frame = frameOf(bent.u[surfel].raw().cast<double>(), bent.v[surfel].raw().cast<double>());
     const LookUp<double> lookUp(rotationOf<double>(rest.r0[surfel]), *frame, 1);
     const auto toLamp = assume<Direction3<ObjectSpace, double>>(
@@ -125,7 +125,7 @@ Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const {
   ShadeOptions options;
   options.lights = 3;
   options.lightFit = LightFit::mean;
-  return greenOf(developRadiance(sight, shade(model_, batch, options, cache, stats).radiance));
+  return greenOf(developRadiance(coverage, shade(model_, batch, options, cache, stats).radiance));
 }
 
 Angle azimuthOf(const Image& picture) {

@@ -134,9 +134,9 @@ FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, s
   double ofViews = 0;
   {
     const DeformedCloud deformed = deform(model.cloud, *shot.warp);
-    const Sight sight = look(shot.camera, model.cloud, deformed, shot.options.splats);
+    const Coverage coverage = look(shot.camera, model.cloud, deformed, shot.options.splats);
     counts.contributions = contributionsOf(shot, splatsOf(model.cloud, deformed));
-    const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, shot.camera, shot.lights);
+    const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, shot.camera, shot.lights);
     ofViews = viewShare(model, batch, shot.options.shade, frames);
   }
 

@@ -86,8 +86,8 @@ void executeFrom(std::span<const ShadingOp> ops, std::span<const LightWeight> ro
 
 std::vector<OrderCost> costOfOrders(const Model& model, const Shot& shot, std::span<const size_t> images) {
   const DeformedCloud deformed = deform(model.cloud, *shot.warp);
-  const Sight sight = look(shot.camera, model.cloud, deformed, shot.options.splats);
-  const QueryBatch batch = queriesAt(model.cloud, deformed, sight.surfels, shot.camera, shot.lights);
+  const Coverage coverage = look(shot.camera, model.cloud, deformed, shot.options.splats);
+  const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, shot.camera, shot.lights);
   const ShadingPlan plan = planShading(model, batch, shot.options.shade);
   const auto targets = static_cast<uint32_t>(batch.size());
   const LookUpKernel kernel = lookUpKernel(bestSimd());

@@ -228,16 +228,16 @@ PaperFrame paperFrame(const Model& model, const Warp& warp, const Camera<ObjectS
   tbb::task_arena(1).execute([&] {
     const DeformedCloud cloud = deformed(model.cloud, warp);
     clock.finish("warp");
-    const Sight sight = look(camera, model.cloud, cloud, options.splats);
-    frame.visible = sight.surfels.size();
+    const Coverage coverage = look(camera, model.cloud, cloud, options.splats);
+    frame.visible = coverage.visible.size();
     clock.finish("splat");
-    const QueryBatch batch = queriesAt(model.cloud, cloud, sight.surfels, camera, lights);
+    const QueryBatch batch = queriesAt(model.cloud, cloud, coverage.visible, camera, lights);
     clock.finish("queries");
     PaperShader shader(model, batch, options.shade, blocks, clock);
     std::vector<Rgb> radiance;
     for (size_t query = 0; query < batch.size(); ++query) radiance.push_back(shader.radiance(query));
     frame.lookups = shader.lookups();
-    frame.color = developRadiance(sight, radiance);
+    frame.color = developRadiance(coverage, radiance);
     clock.finish("develop");
   });
   frame.seconds = std::move(clock.seconds);

@@ -65,10 +65,10 @@ void drawSplats(const std::filesystem::path& folder) {
   camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -10)};
 
   const auto draw = [&](const char* name, const SurfelCloud& cloud, const DeformedCloud& deformed) {
-    const Sight sight = look(camera, cloud, deformed);
+    const Coverage coverage = look(camera, cloud, deformed);
     std::vector<Rgb> colors;
-    for (const uint32_t surfel : sight.surfels) colors.push_back(colorAt(cloud.p0[surfel]));
-    writeFilm(folder / name, {developRadiance(sight, colors), {}}, {});
+    for (const uint32_t surfel : coverage.visible) colors.push_back(colorAt(cloud.p0[surfel]));
+    writeFilm(folder / name, {developRadiance(coverage, colors), {}}, {});
   };
   const DeformedCloud circles = circular(ellipses);
   draw("circular-reduced.exr", alone(rest, 0.3f, 2), circles);

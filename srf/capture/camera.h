@@ -109,6 +109,9 @@ public:
   double distance(const Point3<World, double>& p) const {
     return isDistant_ ? std::numeric_limits<double>::infinity() : length(center_ - p);
   }
+  // Where it is; of one that is infinitely far the direction towards it.
+  bool isDistant() const { return isDistant_; }
+  Vec3<double> place() const { return isDistant_ ? backwards_.raw() : center_.raw(); }
 
 private:
   bool isDistant_;

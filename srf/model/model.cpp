@@ -8,6 +8,7 @@
 #include "surfel/hash.h"
 #include "surfel/ply.h"
 
+#include <cmath>
 #include <numeric>
 
 namespace surflect {
@@ -116,6 +117,11 @@ void checkView(const ViewFile& file, const Model& model, size_t view) {
   if (found != expected) throw Error::mismatch(expected, found).at("size").in(file.path());
 }
 
+void requireCount(const char* field, size_t expected, size_t stated, const std::filesystem::path& manifest) {
+  if (stated != expected)
+    throw Error::mismatch(std::to_string(expected), std::to_string(stated)).at(field).in(manifest);
+}
+
 } // namespace
 
 std::filesystem::path viewFilePath(size_t view) {
@@ -149,6 +155,9 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   model.fades = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size(), progress);
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
+  requireCount("surfels", model.cloud.size(), manifest.surfels, manifestPath);
+  requireCount("views", model.rig.views.size(), manifest.views, manifestPath);
+  requireCount("lights", model.rig.lights.size(), manifest.lights, manifestPath);
   for (size_t view = 0; view < model.rig.views.size(); ++view) {
     progress.checkpoint();
     const ViewFile& file = model.files.emplace_back(folder / viewFilePath(view));

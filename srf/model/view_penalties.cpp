@@ -8,10 +8,9 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 std::vector<Source> sourcesOf(std::span<const View> views) {
   std::vector<Source> sources;
-  for (const auto& [identity, camera] : views) {
-    const bool isDistant = camera.lens.model == Lens::Model::orthographic;
-    const Vec3<double> backwards = Viewpoint(camera).towards(camera.center()).raw();
-    sources.push_back({isDistant ? backwards : camera.center().raw(), isDistant});
+  for (const View& view : views) {
+    const Viewpoint viewpoint(view.camera);
+    sources.push_back({viewpoint.place(), viewpoint.isDistant()});
   }
   return sources;
 }
@@ -104,8 +103,7 @@ ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<Acqu
   const auto fades = model_.fades.of(surfel);
   for (uint32_t view = 0; view < penalty_.size(); ++view) {
     float penalty = penalty_[view];
-    const float least =
-        leastStandInPenalty(angles[view], cosines[view], fades[view] > 0, SourceLook::kRounding);
+    const float least = leastStandInPenalty(angles[view], cosines[view], fades[view] > 0, SourceLook::kError);
     if (!(least >= nearest.worst())) { // else it would not be kept
       standIns.look(view, towardsView);
       penalty = std::min(penalty, standInPenalty(standIns.angle(), standIns.scale()));

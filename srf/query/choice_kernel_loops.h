@@ -125,8 +125,8 @@ inline size_t within(const float* x, const float* y, const float* z, const float
               limit = broadcast(bounds.limit);
   const Lanes least = broadcast(1e-29f), most = broadcast(1e29f), zero = broadcast(0), one = broadcast(1),
               two = broadcast(2);
-  constexpr float kRounding = 1 - 4e-6f;
-  const Lanes half = broadcast(kRounding / 2);
+  constexpr float kShrink = 1 - 4e-6f; // for what is rounded here
+  const Lanes half = broadcast(kShrink / 2);
   size_t count = 0;
   for (size_t i = 0; i < groups * kChoiceLanes; i += kChoiceLanes) {
     const Lanes near = load(isNear + i);

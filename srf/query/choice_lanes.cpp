@@ -9,11 +9,11 @@
 //   at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
 //   for lie within s of their own middle. By the triangle inequality no chord is shorter than that of the
 //   middles less both, and as no fade is above 1 the penalty over fade is at least half the square of this.
-//   kRounding gives way to what is rounded on the way, and to the 10 u.
-//   A limit that no member's last needed penalty exceeds is that of a few views that were rated first: those
-//   of the queries before, all different. Where these do not do a guess is tried, which was enough for who
-//   has found a last needed penalty within, or all views that see it. All views whose bound is within are
-//   rated, in ascending order.
+//   kChordSlack gives way to what is rounded on the way, and to the 10 u.
+//   The limit is the largest of the members' last needed penalties among the views chosen for the queries
+//   before, which are rated first. Where these are too few, kGuess is tried: it was enough for a member whose
+//   last needed penalty is below it, or who has been given all views that see it. Then all views whose bound
+//   is within the limit are rated, in ascending order.
 //
 // [Dunkl, Williams 1964] Dunkl, Williams: A Simple Norm Inequality, Amer. Math. Monthly 71.
 #include "srf/query/choice_lanes.h"
@@ -28,7 +28,8 @@ namespace surflect {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kRounding = 1e-5f; // of chords
+constexpr float kChordSlack = 1e-5f;
+static_assert(kMostSlots == kMaxBlended + 1); // the nearest, and the one after
 using LaneVectors = std::array<float, 3 * kChoiceLanes>;
 constexpr std::array<float, kChoiceLanes> unlimited = [] {
   std::array<float, kChoiceLanes> limits{};
@@ -83,7 +84,7 @@ Around around(const LaneVectors& lanes) {
                 z = lanes[2 * kChoiceLanes + lane] - all.middle[2];
     squared = std::max(squared, x * x + y * y + z * z);
   }
-  all.reach = (1 + kRounding) * std::sqrt(squared);
+  all.reach = (1 + kChordSlack) * std::sqrt(squared);
   return all;
 }
 
@@ -210,7 +211,7 @@ const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
     const ChoiceBounds bounds{{placed.middle[0], placed.middle[1], placed.middle[2]},
                               radius,
                               {turned.middle[0], turned.middle[1], turned.middle[2]},
-                              turned.reach + kRounding,
+                              turned.reach + kChordSlack,
                               limit};
     size_t found = kernels_.within(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
                                    lanes_.groups, bounds, found_.data());

@@ -88,7 +88,7 @@ public:
       : kernels_(choiceKernels(simd)), sources_(sources), penalties_(sources_.x.size()),
         cosines_(sources_.x.size()) {}
 
-  static constexpr float kRounding = 2e-6f; // of both
+  static constexpr float kError = 2e-6f; // of both
 
   void look(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
             const Normal3<AcquisitionSpace>& normal);

@@ -23,7 +23,8 @@ Vec3<float> folded(OnSquare p) {
       .normalized();
 }
 
-// About 48 cells from light to light, where n of them cover the sphere; fewer than 114 lights.
+// 48 cells from light to light, where so many cover the sphere evenly; fewer from 114 lights on, where 512
+// are the most.
 size_t cellsFor(size_t lights) {
   return static_cast<size_t>(std::clamp(48 * std::sqrt(static_cast<double>(lights)), 64., 512.));
 }

@@ -11,6 +11,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 namespace surflect {
@@ -23,7 +24,7 @@ template <class Space, class T> T anglePenalty(const Direction3<Space, T>& a, co
 
 struct Candidate {
   uint32_t index = 0;
-  float penalty = 0; // > 0 or 0; infinite and NaN ones are never chosen
+  float penalty = 0; // not negative; infinite and NaN ones are never chosen
 };
 
 struct Blended {

@@ -37,6 +37,7 @@ std::vector<Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const Camera<Acq
 } // namespace
 
 double smoothStep(double from, double to, double x) {
+  assert(from < to);
   const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
   return s * s * (3 - 2 * s);
 }

@@ -10,6 +10,7 @@
 #include "surfel/progress.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,8 @@ namespace surflect {
 // 0 for x <= from, 1 for x >= to, continuously differentiable between.
 double smoothStep(double from, double to, double x);
 
-// 1 - smooth fall towards grazing angles; cosine of the angle between normal and direction to the camera.
+// Of the cosine between normal and direction to the camera: 0 from 90 degrees on, 1 from a cosine of 0.3 on,
+// smooth between.
 double grazingFade(double cosine);
 
 // Smooth fall over the last pixels before the border of the image; 0 outside.

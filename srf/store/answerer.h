@@ -45,8 +45,8 @@ public:
   // parts at once by many threads.
   void answerResident(AnsweredPart& part) const;
 
-  // What waits, some parts after the others: their blocks are fetched together, in the order in which they
-  // lie on disk. A part's are sorted and each there once afterwards. Throws Error as ViewFile::read.
+  // What waits: blocks of several parts are fetched together, in the order of the disk. Afterwards the blocks
+  // that each part needed are sorted and without repeats. Throws Error as ViewFile::read.
   void answerWaiting(std::span<AnsweredPart> parts) const;
 
 private:

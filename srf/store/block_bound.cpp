@@ -20,13 +20,6 @@ double errorWeight(double rms, double white) {
   return 1 / std::sqrt(r * r + r + kDark);
 }
 
-BlockSquares blockSquares(const Eigen::MatrixXd& x) {
-  BlockSquares squares{Eigen::Matrix3Xd(3, x.cols()), x.rows() / 3};
-  for (Eigen::Index l = 0; l < x.cols(); ++l)
-    squares.sums.col(l) = x.col(l).reshaped(3, squares.texels).rowwise().squaredNorm();
-  return squares;
-}
-
 BlockWeights blockWeights(const BlockSquares& squares, double white) {
   const Eigen::Index lights = squares.sums.cols();
   BlockWeights weights{Eigen::Vector3d::Zero(), Eigen::VectorXd(lights)};

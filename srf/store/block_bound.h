@@ -25,9 +25,6 @@ struct BlockSquares {
   Eigen::Index texels = 0;
 };
 
-// Rows and columns as encodeBlock has them.
-BlockSquares blockSquares(const Eigen::MatrixXd& radiance);
-
 BlockWeights blockWeights(const BlockSquares& squares, double white);
 
 // |V X W|_F^2, with V and W the weights of channels and lights.

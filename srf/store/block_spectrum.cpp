@@ -4,7 +4,8 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <cmath>
+#include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <vector>
 

@@ -41,7 +41,7 @@ struct ShadingStats {
 // not lost). Where all of a target's are lost, each looks up what its view stores nearest: a surface whose
 // silhouette and mesh disagree is continued, not black. A target is 0 only if its views store nothing.
 //
-// Between begin and finish each block is fetched once, where more than 4096 wait perhaps once for each 4096,
+// Between begin and finish each block is fetched once, or once for each 4096 where more than so many wait,
 // and once more if targets that see background only are left to it. The result has the same bits for any
 // number of threads and any cache, and for all vector instructions but scalar, which rounds each product.
 // Against executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times the sum

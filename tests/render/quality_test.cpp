@@ -204,7 +204,7 @@ TEST(Quality, AStretchedSurfaceStaysClosed) {
       const double distance = 3 * box.diagonal().norm() / 2;
       camera.cameraFromWorld = {camera.cameraFromWorld.rotation(),
                                 -(camera.cameraFromWorld.rotation() * box.center()) - V3(0, 0, distance)};
-      const Coverage coverage = look(camera, cloud, deformed).coverage;
+      const Coverage coverage = look(camera, cloud, deformed);
       const Mask truth = objectMask(silhouette(camera, caster));
       const Mask interior = eroded(truth, 2);
       Image alpha(coverage.width, coverage.height, 1);

@@ -418,8 +418,8 @@ TEST_P(ChoiceLanes, ALookAtAllSourcesIsThatOfDoublePrecision) {
         EXPECT_EQ(look.cosines()[i], 0);
         continue;
       }
-      EXPECT_NEAR(look.penalties()[i], penaltyOf(sources[i], query, nullptr, i), SourceLook::kRounding);
-      EXPECT_NEAR(look.cosines()[i], dot(normal, towards(sources[i], query.place)), SourceLook::kRounding);
+      EXPECT_NEAR(look.penalties()[i], penaltyOf(sources[i], query, nullptr, i), SourceLook::kError);
+      EXPECT_NEAR(look.cosines()[i], dot(normal, towards(sources[i], query.place)), SourceLook::kError);
     }
   }
 }

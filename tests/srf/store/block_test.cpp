@@ -75,6 +75,14 @@ MatrixXd weighed(const MatrixXd& x, const BlockWeights& weights) {
   return weights.channels.replicate(x.rows() / 3, 1).asDiagonal() * x * weights.lights.asDiagonal();
 }
 
+// Rows and columns as encodeBlock has them.
+BlockSquares blockSquares(const Eigen::MatrixXd& x) {
+  BlockSquares squares{Eigen::Matrix3Xd(3, x.cols()), x.rows() / 3};
+  for (Eigen::Index l = 0; l < x.cols(); ++l)
+    squares.sums.col(l) = x.col(l).reshaped(3, squares.texels).rowwise().squaredNorm();
+  return squares;
+}
+
 TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
   for (const auto& [name, present, radiance] : cases())
     for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, 0.})
