@@ -5,6 +5,7 @@
 #include "srf/image/png.h"
 #include "srf/model/impostor.h"
 #include "srf/model/model.h"
+#include "srf/model/pack_folder.h"
 #include "surfel/error.h"
 
 #include <fmt/format.h>
@@ -83,7 +84,7 @@ Json told(Json report) {
 }
 
 Json runInspect(const Arguments& arguments, const Progress& progress) {
-  const bool packed = std::filesystem::exists(std::filesystem::path(arguments.input.path) / "manifest.json");
+  const bool packed = isFinished(arguments.input.path) || isUnfinished(arguments.input.path);
   if (packed && !arguments.overlay.empty())
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
   if (packed) return told(describe(openModel(arguments.input.path, progress)));

@@ -13,7 +13,9 @@ inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, PackOptions&
               ->capture_default_str()
               ->check(CLI::Range(0.0, 1.0)),
           command.add_option("--surfels", options.surfels, "how many, about; default: two across a pixel")
-              ->check(CLI::Range(size_t{1}, size_t{100000000}))};
+              ->check(CLI::Range(size_t{1}, size_t{100000000})),
+          command.add_flag("--overwrite", options.overwrite,
+                           "replace a finished model of another capture, geometry or tolerance")};
 }
 
 void announceEstimate(const PackEstimate& estimate);

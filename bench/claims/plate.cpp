@@ -37,6 +37,7 @@ Model packPlate(const fs::path& folder, const Camera<AcquisitionSpace>& camera, 
   PackOptions options;
   options.tolerance = 0;
   options.surfels = surfels;
+  options.overwrite = true; // that of an earlier run, of photographs written anew
   pack(capture, folder / "model.srf", options, {}, nullptr);
   return openModel(folder / "model.srf");
 }

@@ -3,6 +3,7 @@
 #include "srf/capture/writer.h"
 #include "srf/model/fade_file.h"
 #include "srf/model/manifest.h"
+#include "srf/model/pack_folder.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/hash.h"
@@ -131,6 +132,7 @@ std::filesystem::path viewFilePath(size_t view) {
 }
 
 Model openModel(const std::filesystem::path& folder, const Progress& progress) {
+  if (isUnfinished(folder)) throw Error("unfinished model: run the same pack again").in(folder);
   const auto manifestPath = folder / kManifestFile;
   const Manifest manifest = readManifest(manifestPath);
   progress("opening", 0);

@@ -130,6 +130,8 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     return options.surfels ? spacingFor(surface, *options.surfels)
                            : std::max(footprint / 2, spacingFor(surface, kMostSurfels));
   };
+  const std::string identity = packIdentity(source, options.tolerance, mesh);
+  if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
   if (announce) announce(estimate(capture, frames, mesh, impostor, spacingOn(mesh), progress));
   const TriangleMesh surface =
@@ -147,7 +149,6 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.fadeSeconds = fadeWatch.seconds();
 
   const Stopwatch storeWatch;
-  const std::string identity = packIdentity(source, options.tolerance, mesh);
   const auto identityPath = folder / packIdentityPath();
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
   std::optional<Survey> surveyed;

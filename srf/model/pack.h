@@ -19,7 +19,8 @@ struct PackOptions {
   ImpostorOptions impostor;
   double tolerance = 0.02; // of every block, see blockErrorBound
   std::optional<size_t>
-      surfels; // about so many; none: two across a pixel of the photographs, a million at most
+      surfels;            // about so many; none: two across a pixel of the photographs, a million at most
+  bool overwrite = false; // a finished model of other photographs, geometry or tolerance
 };
 
 struct PackEstimate {
@@ -41,9 +42,10 @@ struct PackReport {
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;
 };
 
-// Writes the model folder. Views are asked for, encoded and written one after the other, so memory is bounded
-// by one view's photographs; a view file that an interrupted run has finished is kept. `announce` is called
-// once, before the work. Throws Error and Cancelled.
+// Writes the model folder; over a finished model of another identity only if `overwrite`. Views are asked
+// for, encoded and written one after the other, so memory is bounded by one view's photographs; a view file
+// that an interrupted run has finished is kept. `announce` is called once, before the work. Throws Error and
+// Cancelled.
 PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
 // Of the training frames of a capture on disk.

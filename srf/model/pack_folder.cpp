@@ -61,6 +61,18 @@ void removeLitter(const fs::path& folder) {
 fs::path packIdentityPath() { return fs::path("views") / "identity"; }
 fs::path surveyPath() { return fs::path("views") / "survey"; }
 
+bool isFinished(const fs::path& folder) { return fs::exists(folder / "manifest.json"); }
+bool isUnfinished(const fs::path& folder) {
+  return !isFinished(folder) && fs::exists(folder / packIdentityPath());
+}
+
+void protectFinished(const fs::path& folder, const std::string& identity) {
+  const fs::path identityPath = folder / packIdentityPath();
+  if (isFinished(folder) && fs::exists(identityPath) && readFile(identityPath) != identity)
+    throw Error("a finished model of another capture, geometry or tolerance: --overwrite replaces it")
+        .in(folder);
+}
+
 void claimPackFolder(const fs::path& folder) {
   const fs::path identityPath = folder / packIdentityPath();
   if (fs::exists(folder) && !fs::exists(identityPath) && !isVacant(folder))

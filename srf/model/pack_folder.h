@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 namespace surflect {
 
@@ -13,6 +14,14 @@ namespace surflect {
 std::filesystem::path packIdentityPath();
 // views/survey: see surveyText().
 std::filesystem::path surveyPath();
+
+// A manifest is written last and makes a model finished.
+bool isFinished(const std::filesystem::path& folder);
+// pack has begun to write there and has not come to the manifest.
+bool isUnfinished(const std::filesystem::path& folder);
+
+// Throws Error where there is a finished model of another identity: it is not replaced by mistake.
+void protectFinished(const std::filesystem::path& folder, const std::string& identity);
 
 // Only a new folder, or one that pack has begun or made, may be written into: a capture has files of the same
 // names. Throws Error. What a run left that was killed while it wrote is removed.

@@ -83,6 +83,14 @@ class CaptureCommand(TestInFolder):
         again = succeed("capture", self.stage, "--pack", model, "-o", test, "--surfels", "4000")
         self.assertEqual((again["model"]["resumed_views"], again["test"]["resumed_views"]), (16, 10))
         self.assertEqual(again["model"]["store"], report["model"]["store"])
+        coarser = ["capture", self.stage, "--pack", model, "--surfels", "4000", "--tolerance", "0.1"]
+        self.assert_refused("--overwrite replaces it", *coarser)
+        self.assert_same_files(content(model), {**one, "views/identity": content(model)["views/identity"]})
+        overwritten = self.folder / "overwritten.srf"
+        shutil.copytree(model, overwritten)
+        coarser[3] = overwritten
+        self.assertLess(succeed(*coarser, "--overwrite")["model"]["store"]["bytes"],
+                        report["model"]["store"]["bytes"])
         scores = succeed("evaluate", model, test, "--baseline", "nearest")
         self.assertGreater(scores["psnr_linear_db"], scores["baseline"]["psnr_linear_db"] + 1)
 

@@ -62,7 +62,8 @@ class Kill(TestInFolder):
         write_small_capture(self.folder / "other", cameras=5, lights=2)
         succeed(*self.pack("other.srf", "other"))
         succeed(*self.pack("whole.srf"))
-        self.killed_at_any_moment(self.pack, content(self.folder / "whole.srf"), self.folder / "other.srf")
+        self.killed_at_any_moment(lambda name: [*self.pack(name), "--overwrite"],
+                                  content(self.folder / "whole.srf"), self.folder / "other.srf")
 
     def test_capture_and_pack_in_one_pass(self):
         stage = self.folder / "stage.toml"

@@ -6,7 +6,7 @@ import subprocess
 import time
 import unittest
 
-from support import SURFLECT, TestInFolder, content, succeed, write_small_capture
+from support import SURFLECT, TestInFolder, content, run, succeed, write_small_capture
 
 
 class Pack(TestInFolder):
@@ -23,8 +23,8 @@ class Pack(TestInFolder):
         return ["pack", cls.capture, "-o", cls.folder / name, "--surfels", "3000"]
 
     @classmethod
-    def pack(cls, name):
-        return succeed(*cls.arguments(name))
+    def pack(cls, name, *options):
+        return succeed(*cls.arguments(name), *options)
 
     def interrupt(self, name, moment, signal_number):
         """Starts to pack and sends the signal once the file `moment` is in the model's folder."""
@@ -55,6 +55,31 @@ class Pack(TestInFolder):
         self.pack("twice.srf")
         self.assertEqual(self.pack("twice.srf")["resumed_views"], 5)
         self.assertEqual(content(self.folder / "twice.srf"), self.whole)
+
+    def test_a_finished_model_of_other_options_is_replaced_only_by_overwrite(self):
+        self.pack("precious.srf")
+        precious = self.folder / "precious.srf"
+        result = run(*self.arguments("precious.srf"), "--tolerance", "0.05")
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(result.stderr, f"surflect: {precious}: a finished model of another capture, geometry or "
+                                        "tolerance: --overwrite replaces it\n")
+        self.assert_same_files(content(precious), self.whole)
+        self.pack("precious.srf", "--tolerance", "0.05", "--overwrite")
+        self.assertNotEqual(content(precious)["views/identity"], self.whole["views/identity"])
+        self.pack("precious.srf", "--overwrite")
+        self.assertEqual(self.pack("precious.srf", "--overwrite")["resumed_views"], 5)
+        self.assert_same_files(content(precious), self.whole)
+
+    def test_of_an_unfinished_model_the_reader_is_told_how_it_goes_on(self):
+        self.pack("unfinished.srf")
+        unfinished = self.folder / "unfinished.srf"
+        (unfinished / "manifest.json").unlink()
+        for command in (["inspect", unfinished], ["evaluate", unfinished, self.capture]):
+            with self.subTest(command=command[0]):
+                result = run(*command)
+                self.assertEqual(result.returncode, 1)
+                self.assertEqual(result.stderr,
+                                 f"surflect: {unfinished}: unfinished model: run the same pack again\n")
 
     def test_an_interrupted_run_goes_on_to_the_same_bytes(self):
         for signal_number in (signal.SIGINT, signal.SIGKILL):

@@ -28,6 +28,7 @@ PackOptions options() {
   PackOptions chosen;
   chosen.surfels = 500;
   chosen.tolerance = 0.01;
+  chosen.overwrite = true;
   return chosen;
 }
 

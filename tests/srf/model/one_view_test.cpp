@@ -21,6 +21,7 @@ protected:
   PackReport packed(const Capture& capture, bool relief) {
     PackOptions options = packOptions(1500);
     options.impostor.relief = relief;
+    options.overwrite = true;
     return pack(capture, folder / "model", options, {}, nullptr);
   }
 

@@ -71,6 +71,8 @@ TEST_F(Pack, AnInterruptedRunIsTakenUpWhereItStopped) {
   untilTheThirdView.cancelled = [&] { return stop; };
   EXPECT_THROW(pack(capture, folder / "model", packOptions(150), untilTheThirdView, nullptr), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "model/manifest.json"));
+  EXPECT_EQ(errorOf([&] { openModel(folder / "model"); }),
+            (folder / "model").string() + ": unfinished model: run the same pack again");
   EXPECT_EQ(packed(capture).resumedViews, 2u);
   EXPECT_EQ(content(), content("whole"));
 }
@@ -90,11 +92,13 @@ TEST_F(Pack, AnotherToleranceMeshOrPhotographIsEncodedAnew) {
   const Capture capture = photographed();
   packed(capture);
   const auto first = content();
-  EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
+  PackOptions finer = packOptions(150, 0.01);
+  finer.overwrite = true;
+  EXPECT_EQ(packed(capture, "model", finer).resumedViews, 0u);
   EXPECT_NE(content(), first);
 
   studio::writeSphereMesh(folder / "capture/mesh.ply", 80);
-  EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
+  EXPECT_EQ(packed(capture, "model", finer).resumedViews, 0u);
 
   // Darker in one picture that does not set the white level.
   const auto path = folder / "capture/C4.exr";
@@ -108,6 +112,20 @@ TEST_F(Pack, AnotherToleranceMeshOrPhotographIsEncodedAnew) {
     layers.push_back({colorChannels(file, studio::numbered("L", l)), &images[l], Precision::half});
   layers.push_back({{"matte.A"}, &images[3], Precision::half});
   writeExr(path, layers);
+  EXPECT_EQ(packed(capture, "model", finer).resumedViews, 0u);
+}
+
+TEST_F(Pack, AFinishedModelIsReplacedOnlyWhereThatIsAskedFor) {
+  const Capture capture = photographed();
+  packed(capture);
+  const auto first = content();
+  const auto complaint = errorOf([&] { packed(capture, "model", packOptions(150, 0.01)); });
+  EXPECT_EQ(complaint, (folder / "model").string() +
+                           ": a finished model of another capture, geometry or tolerance: --overwrite "
+                           "replaces it");
+  EXPECT_EQ(content(), first);
+
+  std::filesystem::remove(folder / "model/manifest.json"); // nothing is lost with what nobody could open
   EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
 }
 
@@ -150,7 +168,9 @@ TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
   EXPECT_EQ(packed(capture).resumedViews, 5u);
   std::filesystem::last_write_time(folder / "capture/full7.png",
                                    std::filesystem::file_time_type::clock::now());
-  EXPECT_EQ(packed(capture).resumedViews, 0u); // also the second picture of a bracket counts
+  PackOptions anew = packOptions(150);
+  anew.overwrite = true;
+  EXPECT_EQ(packed(capture, "model", anew).resumedViews, 0u); // also the second picture of a bracket counts
 }
 
 TEST_F(Pack, TestFramesPlayNoPart) {
