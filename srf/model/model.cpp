@@ -76,8 +76,7 @@ void checkHash(const std::filesystem::path& path, const std::string& expected, c
 }
 
 Manifest readManifest(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path))
-    throw Error("no manifest: not a packed model, or packing was not finished").in(path);
+  if (!std::filesystem::exists(path)) throw Error("no manifest: not a packed model").in(path);
   return parseManifest(readFile(path, kLargestText), path);
 }
 
@@ -132,8 +131,8 @@ std::filesystem::path viewFilePath(size_t view) {
 }
 
 Model openModel(const std::filesystem::path& folder, const Progress& progress) {
-  if (isUnfinished(folder)) throw Error("unfinished model: run the same pack again").in(folder);
   const auto manifestPath = folder / kManifestFile;
+  if (isUnfinished(folder)) throw Error("unfinished model: run the same pack again").in(manifestPath);
   const Manifest manifest = readManifest(manifestPath);
   progress("opening", 0);
   checkHash(folder / kRigFile, manifest.rig, progress);

@@ -79,7 +79,7 @@ class Pack(TestInFolder):
                 result = run(*command)
                 self.assertEqual(result.returncode, 1)
                 self.assertEqual(result.stderr,
-                                 f"surflect: {unfinished}: unfinished model: run the same pack again\n")
+                                 f"surflect: {unfinished}/manifest.json: unfinished model: run the same pack again\n")
 
     def test_an_interrupted_run_goes_on_to_the_same_bytes(self):
         for signal_number in (signal.SIGINT, signal.SIGKILL):

@@ -117,7 +117,7 @@ TEST(Model, AnUnfinishedFolderSaysSo) {
   const PackedStudio packed(smallStudio, fewSurfels);
   std::filesystem::remove(packed.model.folder / "manifest.json");
   const std::string line = errorOf([&] { openModel(packed.model.folder); });
-  EXPECT_NE(line.find("packing was not finished"), std::string::npos) << line;
+  EXPECT_NE(line.find("manifest.json: unfinished model: run the same pack again"), std::string::npos) << line;
 }
 
 TEST(Model, AViewFileOfAnotherModelIsRefused) {

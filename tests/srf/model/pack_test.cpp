@@ -72,7 +72,7 @@ TEST_F(Pack, AnInterruptedRunIsTakenUpWhereItStopped) {
   EXPECT_THROW(pack(capture, folder / "model", packOptions(150), untilTheThirdView, nullptr), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "model/manifest.json"));
   EXPECT_EQ(errorOf([&] { openModel(folder / "model"); }),
-            (folder / "model").string() + ": unfinished model: run the same pack again");
+            (folder / "model/manifest.json").string() + ": unfinished model: run the same pack again");
   EXPECT_EQ(packed(capture).resumedViews, 2u);
   EXPECT_EQ(content(), content("whole"));
 }
