@@ -8,12 +8,13 @@
 namespace surflect {
 
 PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
-                                       const Model& model, const ShadeOptions& options) {
+                                       const Model& model, const ShadeOptions& options,
+                                       const Progress& progress) {
   PreparedEnvironment prepared;
   prepared.texels = map.texels.size();
   prepared.replaced = map.replaced;
   const double spacing = std::min(1.0, lightSpacing(model));
-  prepared.lights = gathered(map.texels, 0.9 * error * spacing * spacing);
+  prepared.lights = gathered(map.texels, 0.9 * error * spacing * spacing, progress);
   prepared.uncovered = uncovered;
   prepared.table = lightTable(model, options, uncovered);
   static_assert(sizeof(EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
@@ -29,9 +30,9 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
     if (!light) continue;
     progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
     const Stopwatch watch;
-    const EnvironmentMap map = readEnvironment(light->image, light->mapping);
-    auto& prepared =
-        environments.emplace_back(prepareEnvironment(map, light->error, light->uncovered, model, options));
+    const EnvironmentMap map = readEnvironment(light->image, light->mapping, progress);
+    auto& prepared = environments.emplace_back(
+        prepareEnvironment(map, light->error, light->uncovered, model, options, progress));
     prepared.image = light->image;
     prepared.seconds = watch.seconds();
   }

@@ -20,7 +20,7 @@ struct PreparedEnvironment {
   double seconds = 0;              // it took
 };
 
-// One per environment of the script, in order. Throws Error as readEnvironment does.
+// One per environment of the script, in order. Throws Error and Cancelled as readEnvironment does.
 std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const Model& model,
                                                      const ShadeOptions& options, const Progress& progress);
 
@@ -29,6 +29,7 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
 // most 1. Measured over rigs of 28, 60 and 200 lights, a constant and a lively map and errors of 0.01 to 0.1,
 // the absolute errors of weights sum to 0.4 to 1 of `error`. kMostGathered bounds how small it can be.
 PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
-                                       const Model& model, const ShadeOptions& options);
+                                       const Model& model, const ShadeOptions& options,
+                                       const Progress& progress = {});
 
 } // namespace surflect

@@ -85,20 +85,23 @@ std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, d
   return Direction3<EnvironmentSpace, double>{across * right, across * up, -std::cos(theta)};
 }
 
-EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping) {
+EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping, const Progress& progress) {
   const auto solidAngleSum = [&] { // of an angular map before it is scaled to 4 pi
     double sum = 0;
-    for (int y = 0; y < radiance.height; ++y)
+    for (int y = 0; y < radiance.height; ++y) {
+      progress.checkpoint();
       for (int x = 0; x < radiance.width; ++x) {
         const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
         if (angularDirection(u, v)) sum += angularDensity(u, v);
       }
+    }
     return sum;
   };
   const double scale = mapping == EnvironmentMapping::angular ? 4 * kPi / solidAngleSum() : 1;
 
   EnvironmentMap map;
-  for (int y = 0; y < radiance.height; ++y)
+  for (int y = 0; y < radiance.height; ++y) {
+    progress.checkpoint();
     for (int x = 0; x < radiance.width; ++x) {
       const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
       const auto towards =
@@ -119,10 +122,12 @@ EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping) 
       map.replaced += replaced;
       if (light != Rgb{}) map.texels.push_back({towards->cast<float>(), light});
     }
+  }
   return map;
 }
 
-EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<EnvironmentMapping> mapping) {
+EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<EnvironmentMapping> mapping,
+                               const Progress& progress) {
   constexpr int64_t mostPixels = int64_t{1} << 25;
   const PictureSize size = readPictureSize(path);
   const std::string found = std::to_string(size.width) + " x " + std::to_string(size.height);
@@ -138,14 +143,15 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
     throw Error::mismatch("radiance in floating point (EXR, HDR)",
                           std::to_string(picture.bits) + "-bit samples")
         .in(path);
-  EnvironmentMap map = environmentOf(picture.image, *mapping);
+  EnvironmentMap map = environmentOf(picture.image, *mapping, progress);
   const Rgb total = totalIrradiance(map.texels);
   if (!(std::isfinite(total.r) && std::isfinite(total.g) && std::isfinite(total.b)))
     throw Error::mismatch("light whose sum is within float", "more").in(path);
   return map;
 }
 
-std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread) {
+std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread,
+                                       const Progress& progress) {
   if (lights.empty()) return lights;
   std::vector<Cell> whole; // cells that need no further cut
   std::priority_queue<Cell> cells;
@@ -153,6 +159,7 @@ std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, dou
   double energy = 0, spreads = cells.top().spread;
   for (const EnvironmentLight& light : lights) energy += brightness(light.irradiance);
   while (!cells.empty() && spreads > spread * energy && cells.size() + whole.size() < kMostGathered) {
+    progress.checkpoint();
     const Cell cell = cells.top();
     cells.pop();
     const auto begin = lights.begin() + static_cast<std::ptrdiff_t>(cell.begin);
@@ -172,7 +179,10 @@ std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, dou
   for (; !cells.empty(); cells.pop()) whole.push_back(cells.top());
   std::ranges::sort(whole, {}, &Cell::begin);
   std::vector<EnvironmentLight> result;
-  for (const Cell& cell : whole) result.push_back(lightOf(lights, cell));
+  for (const Cell& cell : whole) {
+    progress.checkpoint();
+    result.push_back(lightOf(lights, cell));
+  }
   return result;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/image/image.h"
+#include "surfel/progress.h"
 #include "surfel/rgb.h"
 #include "surfel/space.h"
 
@@ -42,12 +43,14 @@ struct EnvironmentMap {
 };
 
 // Gray or RGB radiance; alpha is ignored.
-EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping);
+EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping,
+                             const Progress& progress = {});
 
 // Without a mapping the picture's shape tells: 2:1 is a lat-long, 1:1 an angular map. Throws Error, also
-// where samples are not floating point, and beyond 2^25 pixels.
+// where samples are not floating point, and beyond 2^25 pixels; and Cancelled, as all three here.
 EnvironmentMap readEnvironment(const std::filesystem::path& path,
-                               std::optional<EnvironmentMapping> mapping = std::nullopt);
+                               std::optional<EnvironmentMapping> mapping = std::nullopt,
+                               const Progress& progress = {});
 
 // Few lights of the same total irradiance, each at the mean direction of what it stands for. The directions
 // are cut where they spread most, weighted by energy, so that small bright sources become lights of their
@@ -56,7 +59,8 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path,
 // smooth function f errs by about half of the spread times f''. Never more than kMostGathered lights.
 //   [after Debevec 2005, A Median Cut Algorithm for Light Probe Sampling]
 inline constexpr size_t kMostGathered = 4096;
-std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread);
+std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread,
+                                       const Progress& progress = {});
 
 // The sum of irradiances: of a constant map 4 pi times its radiance.
 Rgb totalIrradiance(std::span<const EnvironmentLight> lights);

@@ -160,6 +160,27 @@ class Interrupt(TestInFolder):
         self.stops_at_any_moment(time.monotonic() - begin, arguments,
                                  "with --resume, the same command goes on from here")
 
+    def test_render_under_a_large_environment(self):
+        noise = bytearray(random.Random(1).randbytes(4 * 5000 * 2500))
+        noise[3::4] = b"\x80" * (5000 * 2500)  # exponents
+        (self.folder / "noise.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2500 +X 5000\n" + noise)
+        script = self.folder / "outside.toml"
+        script.write_text(SCRIPT.replace("last = 3", "last = 1") +
+                          '[[light]]\ntype = "environment"\nimage = "noise.hdr"\n')
+        begin = time.monotonic()
+        succeed("render", script, "-o", self.folder / "lit")
+        self.stops_at_any_moment(time.monotonic() - begin,
+                                 lambda name: ["render", script, "-o", self.folder / f"lit-{name}"],
+                                 "with --resume, the same command goes on from here")
+
+    def test_inspect_with_an_overlay(self):
+        def arguments(name):
+            return ["inspect", self.capture, "--overlay", self.folder / f"{name}.png"]
+
+        begin = time.monotonic()
+        succeed(*arguments("sheet"))
+        self.stops_at_any_moment(time.monotonic() - begin, arguments, "nothing was kept")
+
     def test_evaluate(self):
         arguments = ["evaluate", self.model, self.capture, "--baseline", "nearest"]
         begin = time.monotonic()

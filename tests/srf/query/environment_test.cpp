@@ -242,6 +242,19 @@ TEST_F(ReadEnvironment, TheShapeTellsTheMapping) {
   }
 }
 
+TEST_F(ReadEnvironment, StopsWithinARowOrACut) {
+  const Image image = pictureOf(EnvironmentMapping::latLong, 64, lively);
+  const auto texels = environmentOf(image, EnvironmentMapping::latLong).texels;
+  int asked = 0;
+  Progress later;
+  later.cancelled = [&] { return ++asked == 20; };
+  EXPECT_THROW(environmentOf(image, EnvironmentMapping::latLong, later), Cancelled);
+  asked = 0;
+  EXPECT_THROW(environmentOf(image, EnvironmentMapping::angular, later), Cancelled);
+  asked = 0;
+  EXPECT_THROW(gathered(texels, 1e-3, later), Cancelled);
+}
+
 TEST_F(ReadEnvironment, RadianceFilesAreRead) {
   std::string file = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n";
   for (int i = 0; i < 8; ++i) file += i == 6 ? std::string("\x80\x40\x20\x82", 4) : std::string(4, '\0');
