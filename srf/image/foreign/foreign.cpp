@@ -1,9 +1,13 @@
 #include "srf/image/foreign/foreign.h"
 
+#include "srf/image/foreign/radiance_header.h"
+
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <string_view>
 
 namespace surflect {
 
@@ -41,6 +45,8 @@ void limitReaders(int64_t granted) {
   OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::min<int64_t>(granted >> 20, 1 << 15)));
 }
 
+// How EXIF would have a picture turned to be shown is not heeded: lens and poses of a calibrated camera are
+// in pixels of its sensor. The order of a Radiance picture's scanlines is the format's, and is.
 bool read(const char* path, ForeignExtent extent, Picture& picture, std::string& problem) {
   const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
   limitReaders(grantedBytes(fileBytes));
@@ -65,7 +71,12 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   picture.image.channels = static_cast<int>(channels.size());
   picture.bits = spec.format.is_floating_point() ? 0 : static_cast<int>(8 * spec.format.size());
   picture.alphaPremultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
-  if (extent == ForeignExtent::header) return true;
+  std::optional<RadianceHeader> radiance;
+  if (std::string_view(input->format_name()) == "hdr") radiance = readRadianceHeader(path);
+  if (extent == ForeignExtent::header) {
+    if (radiance && radiance->columns) std::swap(picture.image.width, picture.image.height);
+    return true;
+  }
 
   const int64_t claimed = int64_t{spec.width} * spec.height * spec.nchannels * int64_t{sizeof(float)};
   if (claimed > grantedBytes(fileBytes)) {
@@ -84,6 +95,7 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   for (size_t i = 0; i < pixels; ++i)
     for (size_t c = 0; c < channels.size(); ++c)
       picture.image.values[i * channels.size() + c] = all[i * stride + static_cast<size_t>(channels[c])];
+  if (radiance) picture.image = asPhotographed(picture.image, *radiance);
   return true;
 }
 

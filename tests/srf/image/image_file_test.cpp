@@ -50,6 +50,69 @@ TEST_F(ImageFile, RadianceFilesKeepTheirRange) {
   EXPECT_EQ(readPictureSize(folder / "a.hdr"), (PictureSize{2, 1}));
 }
 
+// Pixels that are numbered as they are looked at, written in every order of scanlines.
+TEST_F(ImageFile, RadianceFilesAreUprightHoweverTheirScanlinesFollow) {
+  constexpr int width = 3, height = 2;
+  for (const bool columns : {false, true})
+    for (const bool upwards : {false, true})
+      for (const bool leftwards : {false, true}) {
+        const std::string y = upwards ? "+Y 2" : "-Y 2", x = leftwards ? "-X 3" : "+X 3";
+        std::string file = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
+        file += (columns ? x + " " + y : y + " " + x) + "\n";
+        for (int i = 0; i < width * height; ++i) {
+          const int along = columns ? i / height : i % width, down = columns ? i % height : i / width;
+          const int shownX = leftwards ? width - 1 - along : along,
+                    shownY = upwards ? height - 1 - down : down;
+          const char number = static_cast<char>(1 + shownY * width + shownX);
+          file += {number, 0, 0, static_cast<char>(136)}; // an exponent of 8: the mantissa itself
+        }
+        writeBytes(folder / "a.hdr", file);
+        EXPECT_EQ(readPictureSize(folder / "a.hdr"), (PictureSize{width, height})) << y << x << columns;
+        const Picture picture = readPicture(folder / "a.hdr");
+        ASSERT_EQ(picture.image.width, width);
+        for (int i = 0; i < width * height; ++i)
+          EXPECT_EQ(picture.image.at(i % width, i / width)[0], static_cast<float>(i + 1))
+              << y << x << columns;
+      }
+}
+
+TEST_F(ImageFile, RadianceFilesAreDividedByTheirExposures) {
+  const auto file = [](const std::string& lines) {
+    return "#?RADIANCE\n" + lines + "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\x20\x81";
+  };
+  writeBytes(folder / "a.hdr", file("EXPOSURE=2\nEXPOSURE= 4.0\n"));
+  EXPECT_EQ(readPicture(folder / "a.hdr").image.values, (std::vector{0.125f, 0.0625f, 0.03125f}));
+  for (const char* exposure : {"0", "-1", "inf", "bright"}) {
+    writeBytes(folder / "a.hdr", file(std::string("EXPOSURE=") + exposure + "\n"));
+    EXPECT_NE(errorOf([&] {
+                readPicture(folder / "a.hdr");
+              }).find(std::string("a.hdr: cannot read (EXPOSURE: found '") + exposure + "', expected"),
+              std::string::npos);
+  }
+}
+
+// A calibrated camera's lens is in pixels of its sensor, whichever side up it was held.
+TEST_F(ImageFile, PhotographsAreNotTurnedAsExifWouldHaveThem) {
+  const auto segment = [](char marker, const std::string& content) {
+    const auto length = static_cast<char>(content.size() + 2); // all are short
+    return std::string("\xff") + marker + '\0' + length + content;
+  };
+  using namespace std::string_literals;
+  const std::string turned = "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;
+  // 16 x 8 pixels of gray, two blocks: 128 and 192.
+  std::string file = "\xff\xd8"s + segment('\xe1', turned) + segment('\xdb', '\0' + std::string(64, '\x08'));
+  file += segment('\xc0', "\x08\0\x08\0\x10\x01\x01\x11\0"s);
+  file += segment('\xc4', "\0\0\x02"s + std::string(14, '\0') + "\0\x07"s); // 00: no difference; 01: 7 bits
+  file += segment('\xc4', "\x10\x01"s + std::string(15, '\0') + "\0"s);     // 0: the end of a block
+  file += segment('\xda', "\x01\x01\0\0\x3f\0"s) + "\x0c\x07\xff\xd9"s;
+  writeBytes(folder / "a.jpg", file);
+  const Picture picture = readPicture(folder / "a.jpg");
+  EXPECT_EQ(readPictureSize(folder / "a.jpg"), (PictureSize{16, 8}));
+  ASSERT_EQ(picture.image.width, 16);
+  EXPECT_FLOAT_EQ(picture.image.at(2, 4)[0], 128.f / 255);
+  EXPECT_FLOAT_EQ(picture.image.at(13, 4)[0], 192.f / 255);
+}
+
 TEST_F(ImageFile, ForeignIntegersAreEncodedValues) {
   writeBytes(folder / "a.ppm",
              std::string("P6\n2 1\n255\n") + '\xff' + '\x33' + '\x00' + '\x66' + '\x99' + '\xcc');
