@@ -7,6 +7,7 @@
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
 #include "surfel/error.h"
+#include "surfel/replaceable.h"
 
 #include <fmt/format.h>
 
@@ -89,6 +90,7 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
   if (packed) return told(describe(openModel(arguments.input.path, progress)));
 
+  if (!arguments.overlay.empty()) requireReplaceable(arguments.overlay);
   const Capture capture = arguments.input.read();
   Json report = told(describe(capture));
   report["findings"] = Json::array();

@@ -9,6 +9,7 @@
 #include "surfel/folder.h"
 #include "surfel/hash.h"
 #include "surfel/memory_use.h"
+#include "surfel/replaceable.h"
 #include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
@@ -156,10 +157,12 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     const auto path = framePath(*script.output, arguments.output, frame);
     const auto preview = std::filesystem::path(path).replace_extension(".png");
     if (arguments.resume && isRendered(path, identity) &&
-        (!script.output->png || std::filesystem::exists(preview))) {
+        (!script.output->png || std::filesystem::is_regular_file(preview))) {
       ++kept;
       continue;
     }
+    requireReplaceable(path);
+    if (script.output->png) requireReplaceable(preview);
     const Stopwatch watch;
     FrameStats stats;
     Film film = shot.render(frame, arguments.scale, stats);

@@ -1,6 +1,7 @@
 #include "surfel/file.h"
 
 #include "surfel/error.h"
+#include "surfel/replaceable.h"
 
 #include <algorithm>
 #include <cctype>
@@ -131,6 +132,7 @@ void copyFile(const std::filesystem::path& source, const std::filesystem::path& 
 
 // While a temporary lives, its process holds a lock on it, which goes with the process: see removeAbandoned.
 AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {
+  requireReplaceable(target_);
   for (;;) {
     std::string name = target_.string() + ".XXXXXX" + std::string(kTemporaryEnd);
     descriptor_ = ::mkostemps(name.data(), static_cast<int>(kTemporaryEnd.size()), O_CLOEXEC);

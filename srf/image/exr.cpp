@@ -21,6 +21,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <unistd.h>
 
 namespace surflect {
 
@@ -94,7 +95,7 @@ struct ExrFile::Parts {
 };
 
 ExrFile::ExrFile(std::filesystem::path path) : path_(std::move(path)) {
-  if (!std::filesystem::is_regular_file(path_)) throw Error("cannot open (no such file)").in(path_);
+  ::close(openForReading(path_)); // which says why it cannot be opened
   boundHeaders();
   translatingErrors(path_, "read", [this] {
     requireHonestAttributes(path_);

@@ -4,12 +4,14 @@
 #include "srf/image/foreign/foreign.h"
 #include "srf/image/png.h"
 #include "surfel/error.h"
+#include "surfel/file.h"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <dlfcn.h>
 #include <string>
+#include <unistd.h>
 
 namespace surflect {
 
@@ -51,7 +53,7 @@ Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent exte
     throw Error::mismatch("a picture of type .exr, .png, .jpg, .tif, .hdr, .bmp, .tga, .ppm or .webp",
                           "'" + path.extension().string() + "'")
         .in(path);
-  if (!std::filesystem::is_regular_file(path)) throw Error("cannot open (no such file)").in(path);
+  ::close(openForReading(path)); // which says why it cannot be opened
   static ReadForeign* const readForeign = loadForeignReader();
   Picture picture;
   std::string problem;

@@ -1,6 +1,7 @@
 """`surflect inspect --overlay`: the sheet that it draws, and what it refuses."""
 
 import json
+import os
 import struct
 import unittest
 
@@ -38,6 +39,14 @@ class Overlay(TestInFolder):
 
     def test_max_frames_bounds_the_tiles(self):
         self.assertEqual(len(self.overlay("--max-frames", "3")["frames"]), 3)
+
+    def test_a_pipe_is_not_replaced_by_the_overlay(self):
+        pipe = self.folder / "pipe.png"
+        os.mkfifo(pipe)
+        result = run("inspect", self.capture, "--overlay", pipe)
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"^surflect: \S*/pipe.png: cannot write \(something else[^\n]*\n$")
+        self.assertTrue(pipe.is_fifo())
 
     def test_another_mesh_is_drawn_instead(self):
         sliver = self.folder / "sliver.ply"

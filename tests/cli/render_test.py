@@ -65,6 +65,20 @@ class Render(TestInFolder):
         self.render("part", "--frames", "2-3")
         self.assertEqual(content(self.folder / "part"), {name: self.film[name] for name in FRAMES[2:]})
 
+    def test_what_is_no_file_is_not_replaced_by_a_frame(self):
+        for kind in ("exr", "png"):
+            for is_full in (False, True):
+                with self.subTest(kind=kind, is_full=is_full):
+                    frames = self.folder / f"folder-{kind}-{is_full}"
+                    (frames / f"frame.01.{kind}").mkdir(parents=True)
+                    if is_full:
+                        (frames / f"frame.01.{kind}" / "mine").write_text("mine")
+                    result = run("render", self.script, "-o", frames, "--frames", "1")
+                    self.assertEqual(result.returncode, 1)
+                    self.assertEqual(result.stderr,
+                                     f"surflect: {frames}/frame.01.{kind}: cannot write (a folder is there)\n")
+                    self.assertTrue((frames / f"frame.01.{kind}").is_dir())
+
     def test_resume_renders_only_what_is_missing_or_damaged(self):
         frames = self.folder / "resumed"
         self.render("resumed", "--frames", "1-2")

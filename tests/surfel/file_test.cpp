@@ -1,6 +1,7 @@
 #include "surfel/file.h"
 
 #include "surfel/error.h"
+#include "tests/srf/image/files.h"
 #include "tests/support/patience.h"
 
 #include <gtest/gtest.h>
@@ -169,6 +170,20 @@ TEST_F(File, WhatIsNoRegularFileIsRefusedAtOnce) {
     EXPECT_THROW(readFile(path), Error) << path;
     EXPECT_THROW(readFileStart(path, 10), Error) << path;
   }
+}
+
+TEST_F(File, OnlyRegularFilesAreReplaced) {
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  fs::create_directory(folder / "empty");
+  for (const fs::path& path : {fs::path("/dev/null"), folder / "pipe", folder / "empty"})
+    EXPECT_NE(errorOf([&] { writeFileAtomically(path, "x"); }).find(path.string() + ": cannot write ("),
+              std::string::npos);
+  EXPECT_TRUE(fs::is_directory(folder / "empty"));
+  EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
+  fs::create_symlink("file", folder / "link");
+  for (int i = 0; i < 2; ++i) writeFileAtomically(folder / "file", "x");
+  EXPECT_NO_THROW(writeFileAtomically(folder / "link", "y"));
+  EXPECT_NO_THROW(writeFileAtomically(folder / "new", "z"));
 }
 
 TEST_F(File, AFileAboveTheLimitIsRefusedUnread) {

@@ -4,6 +4,8 @@
 #include "srf/image/png.h"
 #include "tests/srf/image/files.h"
 
+#include <sys/stat.h>
+
 namespace surflect {
 namespace {
 
@@ -161,6 +163,22 @@ TEST_F(ImageFile, WhatIsNoPictureIsRejectedInOneLine) {
   writeBytes(folder / "a.txt", "no picture");
   for (const char* name : {"a.hdr", "a.jpg", "a.txt", "missing.jpg", "missing.exr", "missing.png"})
     EXPECT_NE(errorOf([&] { readPicture(folder / name); }).find(name), std::string::npos);
+}
+
+TEST_F(ImageFile, WhatIsThereButNoFileIsCalledWhatItIs) {
+  for (const char* extension : {".hdr", ".exr", ".png"}) {
+    const auto complaint = [&](const std::string& name) {
+      return errorOf([&] { readPicture(folder / (name + extension)); });
+    };
+    const auto line = [&](const std::string& name, const std::string& problem) {
+      return (folder / (name + extension)).string() + ": " + problem;
+    };
+    std::filesystem::create_directory(folder / (std::string("folder") + extension));
+    ASSERT_EQ(::mkfifo((folder / (std::string("pipe") + extension)).c_str(), 0600), 0);
+    EXPECT_EQ(complaint("folder"), line("folder", "cannot read (a folder)"));
+    EXPECT_EQ(complaint("pipe"), line("pipe", "cannot read (not a regular file)"));
+    EXPECT_EQ(complaint("missing"), line("missing", "cannot open (No such file or directory)"));
+  }
 }
 
 } // namespace
