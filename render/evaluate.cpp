@@ -191,6 +191,12 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       evaluation.frames.push_back(std::move(result));
     }
   }
+  if (std::ranges::none_of(evaluation.frames, [](const FrameScore& frame) {
+        return frame.score.difference.squaredErrorLinear.count > 0;
+      }))
+    throw Error("no pixel of an object, neither in the photographs nor rendered: nothing to measure")
+        .at("frames")
+        .in(capture.file);
   progress("evaluate", 1);
   return evaluation;
 }

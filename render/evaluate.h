@@ -58,8 +58,9 @@ struct Evaluation {
 };
 
 // Renders every frame of the capture's split with its own camera and light, the cloud bent by `warp`. Known
-// cameras and lights are those of the model's rig. Throws Error where the split is empty, and where the
-// Lambert baseline is asked for but a camera has no photographs that tell normals.
+// cameras and lights are those of the model's rig. Throws Error where the split is empty, where no frame has
+// a pixel of an object, and where the Lambert baseline is asked for but a camera has no photographs that tell
+// normals.
 Evaluation evaluate(const Model& model, const Capture& capture, const Warp& warp,
                     const EvaluateOptions& options, BlockCache& cache, const Progress& progress);
 

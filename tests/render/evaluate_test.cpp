@@ -253,5 +253,15 @@ TEST(Evaluate, AnEmptySplitIsSaid) {
   EXPECT_NE(line.find("frames: found none, expected test frames"), std::string::npos) << line;
 }
 
+TEST(Evaluate, FramesWithoutAnObjectHaveNoScore) {
+  Studio studio = testStudio();
+  studio.matte = false;
+  PackedStudio packed(studio, 300);
+  for (View& view : packed.capture.views) // the object is far aside
+    view.camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(1e4, 0, -10)};
+  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture, ofTraining()); });
+  EXPECT_NE(line.find("frames: no pixel of an object"), std::string::npos) << line;
+}
+
 } // namespace
 } // namespace surflect
