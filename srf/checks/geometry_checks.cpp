@@ -110,7 +110,7 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
   } else if (!shares.empty() && median(shares) > 1 / kSpeck) {
     findings.push_back(
         {Severity::error,
-         fmt::format("the mesh, {:.3g} across, is {:.0f} times as large as a picture: is it in "
+         fmt::format("the mesh, {:.3g} across, is {:.3g} times as large as a picture: is it in "
                      "other units?",
                      size, median(shares))});
   }

@@ -155,6 +155,14 @@ TEST_F(Checks, FindPointLightsThatAreTooNearOrTooFar) {
       contains(checkUnits(capture, mesh).at(0).text, "1 of 24 point lights are more than 1000 times"));
 }
 
+TEST_F(Checks, SayHugeNumbersShortly) {
+  for (View& view : capture.views) view.camera.lens.focalX = view.camera.lens.focalY = 1e200;
+  const auto found = checkUnits(capture, mesh);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "e+19")) << found[0].text;
+  EXPECT_LT(found[0].text.size(), 150u);
+}
+
 TEST_F(Checks, FindMasksThatAreShifted) {
   const Image mask = [] {
     Image image(64, 64, 1);
