@@ -6,13 +6,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
+#include <vector>
 
 namespace surflect {
 
 namespace {
 
-// How well a hull fits the mattes: the median view, and the worst three.
+// "C00 0.994, C01 0.991, ..", as many views on a line as it has room for.
+void announceEach(std::span<const Impostor::Fit> fits) {
+  constexpr size_t kWidth = 100;
+  std::string line;
+  for (const auto& fit : fits) {
+    const std::string entry = fmt::format("{} {:.3f}", fit.view, fit.intersectionOverUnion);
+    if (!line.empty() && line.size() + 2 + entry.size() > kWidth) {
+      say(line + ",");
+      line.clear();
+    }
+    line += (line.empty() ? "  " : ", ") + entry;
+  }
+  say(line);
+}
+
+// How well a hull fits the mattes: the median view and the worst three, then all.
 void announceFits(std::vector<Impostor::Fit> fits) {
+  const std::vector<Impostor::Fit> inOrder = fits;
   std::ranges::stable_sort(fits, {}, &Impostor::Fit::intersectionOverUnion);
   std::string worst, leftOut;
   for (size_t i = 0; i < fits.size(); ++i) {
@@ -21,6 +39,7 @@ void announceFits(std::vector<Impostor::Fit> fits) {
   }
   say(fmt::format("geometry: visual hull of {} mattes; silhouettes agree to {:.3f} IoU (median), worst:{}",
                   fits.size(), fits[fits.size() / 2].intersectionOverUnion, worst));
+  announceEach(inOrder);
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }
 

@@ -1,5 +1,6 @@
 """`surflect pack`: what it reports, and that an interrupted run leaves no trace in the result."""
 
+import itertools
 import json
 import signal
 import subprocess
@@ -118,6 +119,12 @@ class Pack(TestInFolder):
         for fit in report["silhouettes"]:
             self.assertGreater(fit["iou"], 0.95)
             self.assertFalse(fit["left_out"])
+        said = run("pack", capture, "-o", self.folder / "hull.srf", "--surfels", "3000").stderr.splitlines()
+        summary = next(i for i, line in enumerate(said) if line.startswith("geometry: visual hull of 6 mattes"))
+        lines = list(itertools.takewhile(lambda line: line.startswith("  "), said[summary + 1:]))
+        fits = ", ".join(line.strip().rstrip(",") for line in lines)
+        self.assertEqual(fits, ", ".join(f"{fit['view']} {fit['iou']:.3f}" for fit in report["silhouettes"]))
+        self.assertLess(max(map(len, lines)), 105)
 
 
 if __name__ == "__main__":
