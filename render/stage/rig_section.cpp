@@ -3,6 +3,7 @@
 #include "render/stage/material/shading.h"
 #include "render/stage/rig.h"
 #include "render/stage/stage_fields.h"
+#include "srf/capture/limits.h"
 
 #include <fmt/format.h>
 
@@ -275,7 +276,11 @@ void addLights(const Entry& entry, const Point& center, StageRig& rig) {
     light.name = light.identity = lightName(rig.lights.size());
     if (distance || place.distance) {
       const double d = distanceOf(place, distance, s);
-      light.kind = PointLight{center + d * place.towards, scaled(d * d, irradiance)};
+      const Rgb intensity = scaled(d * d, irradiance);
+      for (const float strength : {intensity.r, intensity.g, intensity.b})
+        if (!(strength >= kLeastStrength && strength <= kMostStrength))
+          throw mismatch(s.require("irradiance"), "what times the squared distance is in 1e-12..1e12");
+      light.kind = PointLight{center + d * place.towards, intensity};
     } else {
       light.kind = DirectionalLight{place.towards, irradiance};
     }

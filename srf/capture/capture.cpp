@@ -2,6 +2,7 @@
 
 #include "srf/capture/capture_files.h"
 #include "srf/capture/lens_fields.h"
+#include "srf/capture/limits.h"
 #include "srf/capture/shallow_json.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
@@ -87,6 +88,13 @@ double positive(const Json& value) {
   return x;
 }
 
+// Of places and principal points.
+double coordinate(const Json& value) {
+  const double x = number(value);
+  if (!(std::abs(x) <= kFarthest)) throw Error::mismatch("a number from -1e12 to 1e12", shown(value));
+  return x;
+}
+
 int pixelCount(const Json& value) {
   constexpr int most = 1 << 16;
   const double x = value.is_number() ? value.get<double>() : 0; // some exporters write 800.0
@@ -108,10 +116,18 @@ Vec3<double> triple(const Json& value) {
   return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
 }
 
-Rgb positiveRgb(const Json& value) {
+Point3<AcquisitionSpace, double> place(const Json& value) {
+  const Vec3<double> p = triple(value);
+  if (!(p.cwiseAbs().maxCoeff() <= kFarthest))
+    throw Error::mismatch("three numbers from -1e12 to 1e12", value.dump().substr(0, 60));
+  return assume<Point3<AcquisitionSpace, double>>(p);
+}
+
+// Compared as floats, which is what the writer has.
+Rgb strengths(const Json& value) {
   const Vec3<float> rgb = triple(value).cast<float>();
-  if (!(rgb.minCoeff() > 0) || !rgb.allFinite())
-    throw Error::mismatch("three numbers above 0", value.dump().substr(0, 60));
+  if (!(rgb.minCoeff() >= kLeastStrength && rgb.maxCoeff() <= kMostStrength))
+    throw Error::mismatch("three numbers above 0 (1e-12 to 1e12)", value.dump().substr(0, 60));
   return {rgb[0], rgb[1], rgb[2]};
 }
 
@@ -175,12 +191,11 @@ DirectionalLight readDirectional(const Json& light) {
       throw Error::mismatch("a unit vector", "length " + std::to_string(found));
     return Vec3<double>(std::abs(found - 1) > 1e-14 ? direction / found : direction);
   });
-  return {assume<Direction3<AcquisitionSpace, double>>(towards), required(light, "irradiance", positiveRgb)};
+  return {assume<Direction3<AcquisitionSpace, double>>(towards), required(light, "irradiance", strengths)};
 }
 
 PointLight readPoint(const Json& light) {
-  return {assume<Point3<AcquisitionSpace, double>>(required(light, "position", triple)),
-          required(light, "intensity", positiveRgb)};
+  return {required(light, "position", place), required(light, "intensity", strengths)};
 }
 
 Light readLight(const Json& value) {
@@ -207,13 +222,12 @@ void addLight(std::vector<Light>& lights, Light light) {
 
 // The light that relighting data sets write into every frame; equal ones are one light.
 std::optional<size_t> frameLight(std::vector<Light>& lights, const Json& frame, size_t frameIndex) {
-  const auto position = optional(frame, "pl_pos", triple);
+  const auto position = optional(frame, "pl_pos", place);
   if (!position) return std::nullopt;
   const auto intensity = optional(frame, "pl_intensity", [](const Json& value) {
-    return value.is_number() ? static_cast<float>(positive(value)) * Rgb{1, 1, 1} : positiveRgb(value);
+    return value.is_number() ? static_cast<float>(positive(value)) * Rgb{1, 1, 1} : strengths(value);
   });
-  const PointLight point{assume<Point3<AcquisitionSpace, double>>(*position),
-                         intensity.value_or(Rgb{1, 1, 1})};
+  const PointLight point{*position, intensity.value_or(Rgb{1, 1, 1})};
   const auto same = [&](const Light& light) { return light.kind == decltype(light.kind)(point); };
   const auto known = std::find_if(lights.begin(), lights.end(), same);
   if (known != lights.end()) return static_cast<size_t>(known - lights.begin());
@@ -254,8 +268,8 @@ LensFields readLensFields(const Json& object) {
           .focalY = optional(object, "fl_y", positive),
           .angleX = optional(object, "camera_angle_x", fieldOfView),
           .orthoHeight = optional(object, "ortho_height", positive),
-          .centerX = optional(object, "cx", number),
-          .centerY = optional(object, "cy", number),
+          .centerX = optional(object, "cx", coordinate),
+          .centerY = optional(object, "cy", coordinate),
           .k1 = optional(object, "k1", number),
           .k2 = optional(object, "k2", number),
           .p1 = optional(object, "p1", number),
@@ -280,7 +294,7 @@ Pose readPose(const Json& value) {
       const Json& columns = fourOf(rows[row], "four numbers");
       for (size_t c = 0; c < 4; ++c)
         m(static_cast<int>(row), static_cast<int>(c)) =
-            within(element("", c), [&] { return number(columns[c]); });
+            within(element("", c), [&] { return coordinate(columns[c]); });
     });
   }
   if (!(m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).isZero(1e-6))

@@ -241,7 +241,7 @@ Lens colmapLens(std::string_view model, int width, int height, std::span<const d
   lens.focalX = checkedFocalLength(parameters[0]);
   lens.focalY = checkedFocalLength(parameters[oneFocal ? 0 : 1]);
   const auto rest = parameters.subspan(oneFocal ? 1 : 2);
-  lens.centerX = rest[0], lens.centerY = rest[1];
+  lens.centerX = checkedCenter(rest[0]), lens.centerY = checkedCenter(rest[1]);
   if (model == "SIMPLE_PINHOLE" || model == "PINHOLE") return lens;
   lens.k1 = rest[2];
   if (model == "SIMPLE_RADIAL") return lens;

@@ -278,8 +278,9 @@ void addLights(Source& source, const std::vector<LightEntry>& entries, const std
                const std::vector<Rgb>& strengths, bool positions) {
   for (size_t l = 0; l < entries.size(); ++l) try {
       const Vec3<double>& v = entries[l].vector;
-      if (!(v.norm() >= 1e-6 && v.norm() <= 1e9))
-        throw Error::mismatch(positions ? "a position off the origin" : "a direction",
+      // A lamp has the square of its distance for strength.
+      if (!(v.norm() >= 1e-6 && v.norm() <= (positions ? 1e6 : 1e9)))
+        throw Error::mismatch(positions ? "a position off the origin, within 1e6 of it" : "a direction",
                               "length " + std::to_string(v.norm()));
       Light light{names[l], names[l], {}};
       if (positions)

@@ -33,8 +33,8 @@ Lens lensOf(Mat3<double> k, PictureSize size) {
           .height = size.height,
           .focalX = focal,
           .focalY = checkedFocalLength(k(1, 1)),
-          .centerX = k(0, 2) + 0.5,
-          .centerY = k(1, 2) + 0.5};
+          .centerX = checkedCenter(k(0, 2) + 0.5),
+          .centerY = checkedCenter(k(1, 2) + 0.5)};
 }
 
 void addPicture(Source& source, const TextLine& line) {

@@ -1,5 +1,6 @@
 #include "srf/import/source.h"
 
+#include "srf/capture/limits.h"
 #include "srf/import/text.h"
 #include "surfel/error.h"
 #include "surfel/nearest_rotation.h"
@@ -54,8 +55,9 @@ void SourceFiles::check(const fs::path& file) const {
 
 Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
                                                         const Vec3<double>& translation) {
-  if (!rotation.allFinite() || !translation.allFinite() || !(translation.cwiseAbs().maxCoeff() <= 1e12))
-    throw Error("the pose is not finite");
+  if (!rotation.allFinite() || !translation.allFinite()) throw Error("the pose is not finite");
+  if (!(translation.norm() <= kFarthest)) // then the camera's place is as near
+    throw Error::mismatch("a translation within 1e12", "a longer one");
   const double error = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
   if (!(error <= 1e-4))
     throw Error::mismatch("a rotation", "a matrix that is not orthonormal by " + std::to_string(error));
@@ -80,6 +82,12 @@ std::vector<std::string> namesOfPictures(const std::vector<fs::path>& pictures) 
 double checkedFocalLength(double pixels) {
   if (!(pixels >= 1e-12 && pixels <= 1e12))
     throw Error::mismatch("a focal length above 0 (1e-12 to 1e12)", std::to_string(pixels));
+  return pixels;
+}
+
+double checkedCenter(double pixels) {
+  if (!(std::abs(pixels) <= kFarthest))
+    throw Error::mismatch("a principal point within 1e12", "one farther out");
   return pixels;
 }
 

@@ -42,6 +42,7 @@ std::vector<std::string> namesOfPictures(const std::vector<std::filesystem::path
 
 // Values of a lens that come from a file; throw Error.
 double checkedFocalLength(double pixels);
+double checkedCenter(double pixels);
 int checkedPixelCount(double pixels);
 
 } // namespace surflect

@@ -23,9 +23,15 @@ template <class Space> struct RayCaster<Space>::Scene {
     rtcReleaseDevice(device);
   }
 
-  RTCRay ray(const Point3<Space, double>& origin, const Direction3<Space, double>& direction) const {
-    const Vec3<float> o = (origin.raw() - center).template cast<float>(),
-                      d = direction.raw().template cast<float>();
+  // Empty where float arithmetic, which squares what it gets, cannot follow; such a ray meets nothing.
+  std::optional<RTCRay> ray(const Point3<Space, double>& origin,
+                            const Direction3<Space, double>& direction) const {
+    constexpr double farthest = 1e18;
+    const Vec3<double> fromCenter = origin.raw() - center;
+    if (!fromCenter.allFinite() || fromCenter.cwiseAbs().maxCoeff() > farthest ||
+        !direction.raw().allFinite())
+      return std::nullopt;
+    const Vec3<float> o = fromCenter.template cast<float>(), d = direction.raw().template cast<float>();
     RTCRay ray{};
     ray.org_x = o[0], ray.org_y = o[1], ray.org_z = o[2];
     ray.dir_x = d[0], ray.dir_y = d[1], ray.dir_z = d[2];
@@ -104,7 +110,9 @@ auto RayCaster<Space>::firstHit(const Point3<Space, double>& origin,
                                 const Direction3<Space, double>& direction) const -> std::optional<Hit> {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRayHit query{scene_->ray(origin, direction), {}};
+  const std::optional<RTCRay> ray = scene_->ray(origin, direction);
+  if (!ray) return std::nullopt;
+  RTCRayHit query{*ray, {}};
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_->scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
@@ -117,11 +125,12 @@ bool RayCaster<Space>::occluded(const Point3<Space, double>& origin,
                                 double distance) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRay ray = scene_->ray(origin, direction);
-  ray.tnear = static_cast<float>(offset);
-  ray.tfar = static_cast<float>(distance);
-  rtcOccluded1(scene_->scene, &context, &ray);
-  return ray.tfar < 0; // Embree's sign of a hit
+  std::optional<RTCRay> ray = scene_->ray(origin, direction);
+  if (!ray) return false;
+  ray->tnear = static_cast<float>(offset);
+  ray->tfar = static_cast<float>(distance);
+  rtcOccluded1(scene_->scene, &context, &*ray);
+  return ray->tfar < 0; // Embree's sign of a hit
 }
 
 template <class Space>
@@ -130,8 +139,9 @@ int RayCaster<Space>::winding(const Point3<Space, double>& origin,
   WindingContext context;
   rtcInitIntersectContext(&context.embree);
   context.embree.filter = countCrossing;
-  RTCRay ray = scene_->ray(origin, direction);
-  rtcOccluded1(scene_->scene, &context.embree, &ray);
+  std::optional<RTCRay> ray = scene_->ray(origin, direction);
+  if (!ray) return 0;
+  rtcOccluded1(scene_->scene, &context.embree, &*ray);
   return context.winding;
 }
 

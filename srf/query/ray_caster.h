@@ -1,4 +1,4 @@
-// Rays against triangles, by Embree in robust mode.
+// Rays against triangles, by Embree in robust mode. One not finite, or from over 1e18 away, meets nothing.
 #pragma once
 
 #include "srf/capture/camera.h"

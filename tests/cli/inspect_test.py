@@ -79,6 +79,38 @@ class Overlay(TestInFolder):
                 self.assertEqual(run("inspect", self.capture, *arguments).returncode, 2)
 
 
+class Extremes(TestInFolder):
+    """Of every field as much as the reader lets through."""
+
+    def test_no_value_that_is_read_ends_the_program(self):
+        capture = self.folder / "capture"
+        write_small_capture(capture, cameras=3, lights=2)
+        description = json.loads((capture / "transforms.json").read_text())
+        description["frames"] = [frame for frame in description["frames"] if frame["split"] == "train"]
+        far = {"transform_matrix": [[1, 0, 0, 1e12], [0, 1, 0, -1e12], [0, 0, 1, 1e12], [0, 0, 0, 1]]}
+        orthographic = {"camera_model": "orthographic", "ortho_height": 1e12}
+        lamp = {"type": "point", "position": [1e12, 1e12, -1e12], "intensity": [1e12, 1e-12, 1]}
+        beam = {"type": "directional", "direction": [0, 0, 1], "irradiance": [1e-12, 1, 1e12]}
+        for name, lens, first, light in (
+                ("far cameras", {}, far, {}), ("principal point", {"cx": 1e12, "cy": -1e12}, {}, {}),
+                ("orthographic", {**orthographic, "cx": 1e12}, {}, {}),
+                ("all lamps far", {}, {}, lamp), ("strengths", {}, {}, beam),
+                ("all", {**orthographic, "cx": -1e12}, far, lamp)):
+            changed = json.loads(json.dumps({**description, **lens}))
+            changed["frames"][0].update(first)
+            for one in changed["lights"]:
+                one.update(light)
+            path = capture / "changed.json"
+            path.write_text(json.dumps(changed))
+            for arguments in (["inspect", path], ["inspect", path, "--overlay", self.folder / "sheet.png"],
+                              ["pack", path, "-o", self.folder / f"{name}.srf", "--surfels", "200"]):
+                with self.subTest(name=name, command=arguments[0], overlay="--overlay" in arguments):
+                    result = run(*arguments)
+                    self.assertIn(result.returncode, (0, 1), result.stderr)
+                    if result.returncode == 1:
+                        self.assertRegex(result.stderr.splitlines()[-1], r"^surflect: [^\n]+$")
+
+
 class Findings(TestInFolder):
     @classmethod
     def setUpClass(cls):

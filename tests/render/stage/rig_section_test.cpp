@@ -46,6 +46,7 @@ TEST(RigSection, ARigNeedsViewsAndLights) {
   expectError(with("[lights]\ncount = 8\ntest = 2\nirradiance = [3, 2, 1]", ""), {"lights", "missing"});
   expectError(with("count = 8", "count = 0"), {"lights.count", "0"});
   expectError(with("irradiance = [3, 2, 1]", "irradiance = [3, 0, 1]"), {"lights.irradiance[1]"});
+  expectError(with("irradiance", "distance = 1e8\nirradiance"), {"lights.irradiance", "1e-12..1e12"});
   expectError(with("irradiance", "distance = 3\nradius_deg = 2\nirradiance"), {"lights.radius_deg"});
   expectError(with("elevations_deg = [-20, 40]", "elevations_deg = []"), {"views.elevations_deg"});
   expectError(with("elevations_deg = [-20, 40]", "elevations_deg = [-20, 95]"), {"views.elevations_deg[1]"});

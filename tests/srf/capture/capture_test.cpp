@@ -463,12 +463,36 @@ TEST_F(CaptureFile, ValuesOutOfRangeAreNamed) {
                                                  {"/lights/0/irradiance", {1, 1, 0}},
                                                  {"/lights/1/intensity", {1, -1, 1}},
                                                  {"/lights/0/irradiance", {1, 1, 1e300}},
+                                                 {"/lights/0/irradiance", {1, 1e-44, 1}},
+                                                 {"/lights/0/irradiance", {3e38, 1, 1}},
+                                                 {"/lights/1/intensity", {1, 1, 1.1e12}},
+                                                 {"/lights/1/position", {1e200, 0, 0}},
+                                                 {"/lights/1/position", {0, 0, -1.1e12}},
+                                                 {"/cx", 1e30},
+                                                 {"/cy", -1.1e12},
+                                                 {"/frames/0/transform_matrix/1/3", 1e19},
+                                                 {"/frames/0/transform_matrix/2/3", -1.1e12},
                                                  {"/lights/0/type", "area"}};
   for (const auto& [pointer, value] : wrongs) {
     Json json = full();
     json[Json::json_pointer(pointer)] = value;
     EXPECT_TRUE(error(json).starts_with(fieldOf(pointer) + ": ")) << error(json);
   }
+}
+
+TEST_F(CaptureFile, PlacesAndStrengthsGoAsFarAsTheirBounds) {
+  Json json = full();
+  json["cx"] = -1e12;
+  json["lights"][0]["irradiance"] = {1e-12, 1, 1e12};
+  json["lights"][1]["position"] = {1e12, -1e12, 0};
+  json["lights"][1]["intensity"] = {1e12, 1e-12, 1};
+  json["frames"][0]["transform_matrix"][0][3] = 1e12;
+  const Capture capture = read(json);
+  EXPECT_EQ(capture.views[0].camera.lens.centerX, -1e12);
+  EXPECT_EQ(capture.views[0].camera.center().x(), 1e12);
+  EXPECT_EQ(std::get<DirectionalLight>(capture.lights[0].kind).irradiance, (Rgb{1e-12f, 1, 1e12f}));
+  EXPECT_EQ(std::get<PointLight>(capture.lights[1].kind).position,
+            (Point3<AcquisitionSpace, double>(1e12, -1e12, 0)));
 }
 
 TEST_F(CaptureFile, EveryTruncationIsMalformed) {

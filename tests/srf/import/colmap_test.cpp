@@ -143,6 +143,9 @@ TEST_F(Colmap, OtherModelsAreNamed) {
   EXPECT_NE(errorOf([&] { colmapLens("BEST", 16, 12, twelve); }).find("found \"BEST\""), std::string::npos);
   EXPECT_NE(errorOf([&] { colmapLens("PINHOLE", 16, 12, twelve); }).find("expected 4 of PINHOLE"),
             std::string::npos);
+  const std::array aside{20., 20., 1e30, 6.};
+  EXPECT_NE(errorOf([&] { colmapLens("PINHOLE", 16, 12, aside); }).find("a principal point within 1e12"),
+            std::string::npos);
 }
 
 TEST_F(Colmap, WrongTextIsNamedWithItsLine) {

@@ -1,5 +1,6 @@
 #include "srf/import/lit_view.h"
 
+#include "srf/capture/limits.h"
 #include "srf/import/import.h"
 #include "tests/srf/import/vision_camera.h"
 
@@ -112,6 +113,16 @@ TEST_F(LitView, PositionsGiveUnitIrradianceOnAverage) {
   EXPECT_EQ(std::get<PointLight>(source.capture.lights[1].kind).position,
             (Point3<AcquisitionSpace, double>(3, 0, 4)));
   EXPECT_TRUE(source.strengthsUnknown);
+}
+
+TEST_F(LitView, LampsStandNoFartherThanTheirStrengthsCanBeWritten) {
+  writePictures(1);
+  const LitViewOptions options{.positions = true, .fieldOfView = {}, .height = 1};
+  EXPECT_EQ(
+      std::get<PointLight>(read("a.lp", "1\nlit.1.png 0 0 1e6\n", options).capture.lights[0].kind).intensity,
+      (Rgb{kMostStrength, kMostStrength, kMostStrength}));
+  EXPECT_NE(errorOf([&] { read("a.lp", "1\nlit.1.png 0 0 1.1e6\n", options); }).find("within 1e6"),
+            std::string::npos);
 }
 
 TEST_F(LitView, StrengthsBesideTheLightFileAreTaken) {

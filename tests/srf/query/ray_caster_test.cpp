@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -38,6 +39,23 @@ TEST(RayCaster, HitsWhereTheRayMeetsTheSquareAndNowhereElse) {
     ASSERT_EQ(hit.has_value(), std::abs(from.x()) < 1 && std::abs(from.y()) < 1);
     EXPECT_NEAR(hit ? hit->distance : 1.5, 1.5, 1e-6);
     EXPECT_FALSE(caster.firstHit(from, Direction(0, 0, 1)));
+  }
+}
+
+TEST(RayCaster, RaysThatAreNotFiniteOrStartTooFarAwayMeetNothing) {
+  const RayCaster<AcquisitionSpace> caster(square(2));
+  const Direction down(0, 0, -1);
+  const auto meetsNothing = [&](const Position& from, const Direction& direction) {
+    return !caster.firstHit(from, direction) && !caster.occluded(from, direction, 0, 1e30) &&
+           caster.winding(from, direction) == 0;
+  };
+  ASSERT_TRUE(caster.firstHit(Position(0.1, 0.2, 1e12), down));
+  for (const double far : {1e19, 1e22, 1e38, 1e39, 1e200, std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_TRUE(meetsNothing(Position(0.1, 0.2, far), down)) << far;
+    EXPECT_TRUE(meetsNothing(Position(-far, 0.2, 1), down)) << far;
+    if (std::isfinite(far)) continue;
+    EXPECT_TRUE(meetsNothing(Position(0.1, 0.2, 1), Direction(0, 0, -far))) << far;
   }
 }
 
