@@ -67,6 +67,20 @@ std::vector<double> numbersOf(std::span<const std::string_view> words) {
   return numbers;
 }
 
+// Against what COLMAP's comments say, "# Number of cameras: 3", where they do: the file may have been cut.
+void checkCount(const std::string& content, std::string_view things, size_t found) {
+  const std::string label = "Number of " + std::string(things) + ":";
+  for (const TextLine& line : linesOf(content)) {
+    const size_t at = line.text.starts_with("#") ? line.text.find(label) : std::string_view::npos;
+    if (at == std::string_view::npos) continue;
+    const std::vector<std::string_view> words = wordsOf(line.text.substr(at + label.size()), ",");
+    if (words.empty() || words[0].find_first_not_of("0123456789") != std::string_view::npos) continue;
+    if (countOf(words[0]) != found)
+      throw Error::mismatch(std::string(words[0]) + ", as " + fieldOf(line) + " says",
+                            std::to_string(found) + " " + std::string(things));
+  }
+}
+
 Cameras readCamerasText(const std::string& content) {
   Cameras cameras;
   for (const TextLine& line : sayingLinesOf(content)) try {
@@ -80,6 +94,7 @@ Cameras readCamerasText(const std::string& content) {
     } catch (Error& e) {
       throw std::move(e).at(fieldOf(line));
     }
+  checkCount(content, "cameras", cameras.size());
   return cameras;
 }
 
@@ -96,6 +111,13 @@ Registered registeredIn(std::string_view text) {
   return image;
 }
 
+// The points are not used, but a line that holds something else is no line of points.
+void checkPoints(std::string_view text) {
+  const std::vector<std::string_view> words = wordsOf(text);
+  if (words.size() % 3 != 0 || !areNumbers(words))
+    throw Error::mismatch("the picture's points, (X, Y, POINT3D_ID) each, or an empty line", shownText(text));
+}
+
 std::vector<Registered> readImagesText(const std::string& content) {
   const std::vector<TextLine> lines = linesOf(content);
   std::vector<Registered> images;
@@ -106,8 +128,14 @@ std::vector<Registered> readImagesText(const std::string& content) {
     } catch (Error& e) {
       throw std::move(e).at(fieldOf(lines[i]));
     }
-    ++i; // the line of its points, which may be empty
+    if (++i == lines.size()) break; // the last one's empty line of points, which editors take away
+    try {
+      checkPoints(lines[i].text);
+    } catch (Error& e) {
+      throw std::move(e).at(fieldOf(lines[i]));
+    }
   }
+  checkCount(content, "images", images.size());
   return images;
 }
 

@@ -73,16 +73,6 @@ std::vector<LightEntry> columnsOf(const std::array<std::vector<std::string_view>
   return entries;
 }
 
-bool areNumbers(const std::vector<std::string_view>& words) {
-  return std::all_of(words.begin(), words.end(), [](std::string_view word) {
-    try {
-      return numberOf(word), true;
-    } catch (const Error&) {
-      return false;
-    }
-  });
-}
-
 } // namespace
 
 std::vector<LightEntry> parseLights(std::string_view content) {

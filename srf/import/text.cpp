@@ -2,6 +2,7 @@
 
 #include "surfel/error.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -56,6 +57,16 @@ double numberOf(std::string_view word) {
   if (problem != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
     throw Error::mismatch("a number", word.empty() ? "nothing" : shownText(word));
   return value;
+}
+
+bool areNumbers(std::span<const std::string_view> words) {
+  return std::all_of(words.begin(), words.end(), [](std::string_view word) {
+    try {
+      return numberOf(word), true;
+    } catch (const Error&) {
+      return false;
+    }
+  });
 }
 
 size_t countOf(std::string_view word) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,8 @@ std::vector<std::string_view> wordsOf(std::string_view text, std::string_view se
 
 // The whole word as a finite number, read alike in every locale; throws Error.
 double numberOf(std::string_view word);
+// Whether numberOf() reads them all.
+bool areNumbers(std::span<const std::string_view> words);
 // A whole number from 0 to 2^32 - 1; throws Error.
 size_t countOf(std::string_view word);
 

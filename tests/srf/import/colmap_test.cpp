@@ -172,6 +172,49 @@ TEST_F(Colmap, WrongTextIsNamedWithItsLine) {
   EXPECT_NE(errorWith("images.txt", "5\n", "5", "# none").find("no picture"), std::string::npos);
 }
 
+TEST_F(Colmap, EveryPictureHasItsLineOfPoints) {
+  for (const char* name : {"a.png", "b b c.png", "c.png", "d.png"}) add(name, "PINHOLE");
+  writeText();
+  const std::string whole = imagesText();
+  std::string stripped; // as scripts that drop empty lines leave it
+  for (size_t at = 0, end; at < whole.size(); at = end + 1) {
+    end = whole.find('\n', at);
+    if (end > at) stripped += whole.substr(at, end + 1 - at);
+  }
+  writeBytes(folder / "sparse/0/images.txt", stripped);
+  const std::string line = errorOf([&] { read(); });
+  EXPECT_NE(line.find("images.txt: line 5: found \""), std::string::npos) << line;
+  EXPECT_NE(line.find("expected the picture's points"), std::string::npos) << line;
+  for (const char* wrong : {"1.5 2.5", "1.5 2.5 -1 3.5", "1.5 x -1", "0.5 1.5 nan"}) {
+    std::string text = whole;
+    text.replace(text.find("1.5 2.5 -1 3.5 4.5 17"), 21, wrong);
+    writeBytes(folder / "sparse/0/images.txt", text);
+    EXPECT_NE(errorOf([&] { read(); }).find("images.txt: line 3: found \"" + std::string(wrong) + "\""),
+              std::string::npos)
+        << wrong;
+  }
+  writeBytes(folder / "sparse/0/images.txt", whole.substr(0, whole.size() - 1)); // by an editor
+  EXPECT_EQ(read().capture.frames.size(), 4u);
+}
+
+TEST_F(Colmap, ListsThatWereCutDifferFromTheirCount) {
+  for (const char* name : {"a.png", "b.png"}) add(name, "PINHOLE");
+  writeText();
+  const auto counted = [&](const std::string& count) {
+    writeBytes(folder / "sparse/0/images.txt",
+               "# Number of images: " + count + ", mean observations per image: 0.5\n" + imagesText());
+  };
+  counted("2");
+  EXPECT_EQ(read().capture.frames.size(), 2u);
+  counted("3");
+  std::string line = errorOf([&] { read(); });
+  EXPECT_NE(line.find("images.txt: found 2 images, expected 3, as line 1 says"), std::string::npos) << line;
+  writeText();
+  writeBytes(folder / "sparse/0/cameras.txt", camerasText() + "# Number of cameras: 1\n");
+  line = errorOf([&] { read(); });
+  EXPECT_NE(line.find("cameras.txt: found 2 cameras, expected 1, as line 4 says"), std::string::npos) << line;
+}
+
 TEST_F(Colmap, PathsOutOfThePicturesFolderNeedPermission) {
   add("../outside.png", "PINHOLE");
   writeText();
