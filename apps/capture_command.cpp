@@ -1,3 +1,4 @@
+#include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
 #include "render/shot.h"
@@ -122,7 +123,10 @@ void addCaptureCommand(CLI::App& app, CommandWork& work) {
                             ->add_option("--script", arguments->script,
                                          "warps to bend the objects by: the truth for evaluate --script")
                             ->excludes(model);
-  command->add_option("--frame", arguments->frame, "of the script")->capture_default_str()->needs(script);
+  command->add_option("--frame", arguments->frame, "of the script")
+      ->capture_default_str()
+      ->check(frameNumber())
+      ->needs(script);
   for (CLI::Option* option : addStoreOptions(*command, arguments->pack)) option->needs(model);
   command->add_option("--mesh", arguments->pack.impostor.mesh, "impostor geometry instead of the stage's own")
       ->needs(model);

@@ -1,5 +1,6 @@
 #include "apps/capture_argument.h"
 #include "apps/model_options.h"
+#include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluate.h"
 
@@ -127,7 +128,9 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"nearest", "lambert"}));
   command->add_option("--script", arguments->script, "warps that the photographed object went through");
-  command->add_option("--frame", arguments->frame, "of the script")->capture_default_str();
+  command->add_option("--frame", arguments->frame, "of the script")
+      ->capture_default_str()
+      ->check(frameNumber());
   addModelOptions(*command, arguments->options);
   setWork(*command, work, "nothing was kept",
           [arguments](const Progress& progress) { return runEvaluate(*arguments, progress); });

@@ -1,4 +1,5 @@
 #include "apps/command.h"
+#include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "srf/import/import.h"
 
@@ -74,22 +75,24 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
           ->add_option(
               "--fov", arguments->fieldOfViewDegrees,
               "vertical field of view in degrees of the one view of a light file; default: orthographic")
-          ->check(CLI::Range(0.01, 179.0));
+          ->check(finiteIn(0.01, 179));
   command
       ->add_option("--height", options.litView.height,
                    "what the picture of a light file shows at the object, scene units")
       ->capture_default_str()
-      ->check(CLI::Range(1e-6, 1e6));
+      ->check(finiteIn(1e-6, 1e6));
   command->add_option("--test", options.test, "cameras or lights to hold out: NAME,NAME..")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command->add_option("--test-every", options.testEvery,
-                      "hold out each Nth camera, or light where there is one view");
+  command
+      ->add_option("--test-every", options.testEvery,
+                   "hold out each Nth camera, or light where there is one view")
+      ->check(wholeIn(1, 1000000000));
   CLI::Option* threshold =
       command
           ->add_option("--mask-threshold", arguments->maskThreshold,
                        "make masks: brighter than this share of the view's 99.5th percentile, linear")
-          ->check(CLI::Range(0.0, 1.0));
+          ->check(finiteIn(0, 1));
   CLI::Option* colorSpace =
       command->add_option("--color-space", arguments->colorSpace, "of the pictures; default: 8 bits are sRGB")
           ->transform(CLI::Transformer(kColorSpaces))

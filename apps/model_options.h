@@ -2,6 +2,7 @@
 #pragma once
 
 #include "apps/command.h"
+#include "apps/option_values.h"
 #include "render/frame.h"
 #include "srf/query/ulr.h"
 #include "surfel/simd.h"
@@ -47,7 +48,7 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
   command
       .add_option("--low-pass", options.frame.splats.lowPass, "least standard deviation of a splat, pixels")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(finiteIn(0, 10));
   command.add_option("--cache-mb", options.cacheMegabytes, "memory for decoded blocks")
       ->capture_default_str()
       ->check(CLI::Range(size_t{0}, size_t{1} << 24));

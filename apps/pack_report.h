@@ -2,6 +2,7 @@
 #pragma once
 
 #include "apps/command.h"
+#include "apps/option_values.h"
 #include "srf/model/pack.h"
 
 #include <string>
@@ -11,7 +12,7 @@ namespace surflect {
 inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, PackOptions& options) {
   return {command.add_option("--tolerance", options.tolerance, "relative error of every block")
               ->capture_default_str()
-              ->check(CLI::Range(0.0, 1.0)),
+              ->check(finiteIn(0, 1)),
           command.add_option("--surfels", options.surfels, "how many, about; default: two across a pixel")
               ->check(CLI::Range(size_t{1}, size_t{100000000})),
           command.add_flag("--overwrite", options.overwrite,

@@ -1,5 +1,6 @@
 #include "apps/command.h"
 #include "apps/model_options.h"
+#include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/film.h"
 #include "render/shot_renderer.h"
@@ -216,7 +217,7 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
       ->check(CLI::Range(1, 1000000));
   command->add_option("--scale", arguments->scale, "of width and height")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 8.0));
+      ->check(finiteIn(0.01, 8));
   command->add_flag("--resume", arguments->resume,
                     "keep frames that this script and model have rendered before");
   addModelOptions(*command, arguments->model);

@@ -36,6 +36,23 @@ class Usage(unittest.TestCase):
                 self.assertEqual(result.stdout, "")
                 self.assertNotEqual(result.stderr, "")
 
+    def test_numbers_out_of_range_are_wrong_arguments(self):
+        imported, packed = ["import", "source", "-o", "out"], ["pack", "capture", "-o", "model.srf"]
+        rendered, captured = ["render", "film.toml", "-o", "frames"], ["capture", "stage.toml", "-o", "out"]
+        evaluated = ["evaluate", "model.srf", "capture"]
+        for command, option in ((imported, "--height"), (imported, "--fov"), (imported, "--mask-threshold"),
+                                (packed, "--tolerance"), (rendered, "--scale"), (rendered, "--low-pass"),
+                                (evaluated, "--low-pass"), (evaluated, "--frame"),
+                                ([*captured, "--script", "film.toml"], "--frame")):
+            for value in ("nan", "-nan", "inf", "-1e30", "1e30", "1e999", "one", ""):
+                with self.subTest(command=command[0], option=option, value=value):
+                    result = run(*command, f"{option}={value}")
+                    self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+                    self.assertIn(option, result.stderr)
+        for value in ("-1", "0", "1.5", "nan", "99999999999999999999999", "18446744073709551617"):
+            with self.subTest(option="--test-every", value=value):
+                self.assertEqual(run(*imported, f"--test-every={value}").returncode, 2)
+
     def test_help_succeeds_and_shows_an_example(self):
         for arguments in ([], *([command] for command in COMMANDS)):
             with self.subTest(command=arguments):

@@ -1,0 +1,28 @@
+// What the values of options can be; else the usage is wrong.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <string>
+
+namespace surflect {
+
+// CLI::Range, which lets NaN pass, for numbers.
+inline CLI::Validator finiteIn(double least, double most) {
+  const auto problem = [=](const std::string& text) -> std::string {
+    double x = 0;
+    if (CLI::detail::lexical_cast(text, x) && x >= least && x <= most) return "";
+    return fmt::format("Value {} not in range {} to {}", text, least, most);
+  };
+  return {problem, fmt::format("FLOAT in [{:g} - {:g}]", least, most), ""};
+}
+
+// Signed, so that what is below 0 does not come round as something large.
+inline CLI::Validator wholeIn(int64_t least, int64_t most) { return CLI::Range(least, most); }
+
+// Frames of a script, which can be between two.
+inline CLI::Validator frameNumber() { return finiteIn(-1e9, 1e9); }
+
+} // namespace surflect
