@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <functional>
 
 namespace surflect {
@@ -73,10 +74,31 @@ Json frameJson(const Capture& capture, const Frame& frame, const Exposure& shot,
   return json;
 }
 
+// JSON has no word for what is not: it would be written as null.
+void requireFinite(const Json& value) {
+  if (value.is_number_float() && !std::isfinite(value.get<double>()))
+    throw Error::mismatch("a finite number", std::to_string(value.get<double>()));
+  if (!value.is_structured()) return;
+  for (const auto& [key, inner] : value.items()) try {
+      requireFinite(inner);
+    } catch (Error& e) {
+      throw std::move(e).at(value.is_array() ? "[" + key + "]" : key);
+    }
+}
+
+std::string textOf(const std::string& field, const Json& value) try {
+  requireFinite(value);
+  return value.dump();
+} catch (Error& e) {
+  throw std::move(e).at(field);
+}
+
 // A list with one element a line.
-template <class Items, class ToJson> std::string lines(const Items& items, ToJson toJson) {
+template <class Items, class ToJson>
+std::string lines(const std::string& field, const Items& items, ToJson toJson) {
   std::string text = "[";
-  for (const auto& item : items) text += (text.size() > 1 ? ",\n  " : "\n  ") + toJson(item).dump();
+  for (size_t i = 0; i < items.size(); ++i)
+    text += (i > 0 ? ",\n  " : "\n  ") + textOf(field + "[" + std::to_string(i) + "]", toJson(items[i]));
   return text + "\n]";
 }
 
@@ -97,12 +119,14 @@ std::string captureText(const Capture& capture, const std::filesystem::path& fol
   if (!capture.calibration.empty()) head["calibration"] = capture.calibration;
 
   std::string text = "{\n";
-  for (const auto& [key, value] : head.items()) text += Json(key).dump() + ": " + value.dump() + ",\n";
-  if (!capture.lights.empty()) text += "\"lights\": " + lines(capture.lights, lightJson) + ",\n";
+  for (const auto& [key, value] : head.items()) text += Json(key).dump() + ": " + textOf(key, value) + ",\n";
+  if (!capture.lights.empty()) text += "\"lights\": " + lines("lights", capture.lights, lightJson) + ",\n";
   std::vector<Json> shots;
   for (const Frame& frame : capture.frames)
     for (const Exposure& shot : bracketOf(frame)) shots.push_back(frameJson(capture, frame, shot, !oneLens));
-  return text + "\"frames\": " + lines(shots, std::identity()) + "\n}\n";
+  return text + "\"frames\": " + lines("frames", shots, std::identity()) + "\n}\n";
+} catch (Error& e) {
+  throw std::move(e).in(folder / "transforms.json");
 } catch (const Json::type_error&) { // of dump()
   throw Error("a name or path is not UTF-8").in(folder / "transforms.json");
 }

@@ -4,6 +4,8 @@
 #include "surfel/file.h"
 #include "tests/srf/image/files.h"
 
+#include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace surflect {
@@ -106,6 +108,31 @@ TEST_F(Writer, NamesThatAreNotUtf8AreRefused) {
   capture.frames[3].picture = "caf\xe9.png";
   EXPECT_NE(errorOf([&] { writeCapture(capture, folder.path()); }).find("is not UTF-8"), std::string::npos);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_F(Writer, WhatIsNotFiniteIsRefusedByItsField) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), far = std::numeric_limits<double>::infinity();
+  const auto refusal = [&](auto spoil) {
+    Capture capture = anyCapture(true);
+    spoil(capture);
+    const std::string line = errorOf([&] { writeCapture(capture, folder.path()); }),
+                      file = (folder / "transforms.json").string() + ": ";
+    EXPECT_TRUE(line.starts_with(file)) << line;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+    return line.substr(std::min(file.size(), line.size()));
+  };
+  EXPECT_EQ(refusal([&](Capture& c) {
+              for (View& view : c.views) view.camera.lens.centerX = far;
+            }),
+            "cx: found inf, expected a finite number");
+  EXPECT_EQ(
+      refusal([&](Capture& c) { std::get<DirectionalLight>(c.lights[1].kind).irradiance.g = HUGE_VALF; }),
+      "lights[1].irradiance[1]: found inf, expected a finite number");
+  EXPECT_EQ(refusal([&](Capture& c) { c.frames[2].exposure = -far; }),
+            "frames[2].exposure: found -inf, expected a finite number");
+  EXPECT_TRUE(refusal([&](Capture& c) {
+                c.views[0].camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, nan)};
+              }).starts_with("frames[0].transform_matrix["));
 }
 
 TEST_F(Writer, EveryPictureHasItsOwnLine) {
