@@ -81,6 +81,34 @@ Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
 
 // ---------------------------------------------------------------------------------------------------------
 
+// What a user should know of how the files were understood.
+struct Findings {
+  std::vector<std::string> notes;
+  size_t lamps = 0, lampsWithoutStrength = 0; // photographs with pl_pos; those of them without pl_intensity
+};
+
+// The reader takes 1 for a strength that is not there.
+void countLamps(const Json& frames, Findings& findings) {
+  const auto says = [](const Json& frame, const char* key) {
+    return frame.contains(key) && !frame[key].is_null();
+  };
+  for (const Json& frame : frames) {
+    if (!frame.is_object() || says(frame, "light") || !says(frame, "pl_pos")) continue;
+    ++findings.lamps;
+    findings.lampsWithoutStrength += !says(frame, "pl_intensity");
+  }
+}
+
+void sayLamps(const Findings& findings, Source& source) {
+  const auto& [notes, all, unknown] = findings;
+  if (unknown == 0) return;
+  const std::string which = unknown < all ? std::to_string(unknown) + " of " + std::to_string(all) : "all";
+  source.capture.calibration["light_strengths"] =
+      unknown < all ? "unknown for " + which + " photographs, taken as 1" : "unknown, taken as equal";
+  source.notes.push_back("light strengths are unknown (no pl_intensity) for " + which +
+                         " photographs; intensity 1 is written");
+}
+
 // Leaves validation out, or makes it the test; leaves out what takes no part.
 void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vector<std::string>& notes) {
   std::vector<Part> parts;
@@ -101,7 +129,7 @@ void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vecto
   frames = std::move(kept);
 }
 
-Capture describe(const fs::path& file, Part ofFile, bool allowOutside, std::vector<std::string>& notes) {
+Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings& findings) {
   const PathRule paths = allowOutside ? PathRule::anywhere : PathRule::inside;
   const std::string content = readFile(file);
   Json root = Json::parse(shallowPart(content, kDeepestJson), nullptr, false);
@@ -109,9 +137,10 @@ Capture describe(const fs::path& file, Part ofFile, bool allowOutside, std::vect
     return parseCapture(content, file, paths); // which says what is wrong
 
   if (root.contains("applied_transform") || root.contains("applied_scale"))
-    notes.push_back("nerfstudio's applied_transform is kept in: poses are as " + file.filename().string() +
-                    " says, not as COLMAP did");
-  settleSplits(root["frames"], SplitLists(root), ofFile, notes);
+    findings.notes.push_back("nerfstudio's applied_transform is kept in: poses are as " +
+                             file.filename().string() + " says, not as COLMAP did");
+  settleSplits(root["frames"], SplitLists(root), ofFile, findings.notes);
+  countLamps(root["frames"], findings);
   spellOutIntrinsics(root);
   for (Json& frame : root["frames"]) {
     if (!frame.is_object()) continue;
@@ -194,20 +223,22 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
   Source source;
   source.files = {folder, allowOutside};
 
-  Capture all = describe(file, Part::train, allowOutside, source.notes);
+  Findings findings;
+  Capture all = describe(file, Part::train, allowOutside, findings);
   if (isFolder && file.filename() == "transforms_train.json") {
     const auto test = firstFile(folder, {"transforms_test.json"}),
                validation = firstFile(folder, {"transforms_val.json", "transforms_valid.json"});
     for (const auto& [other, part] : {std::pair(test, Part::test), std::pair(validation, Part::validation)})
       if (other && (part == Part::test || !test)) try {
-          append(all, describe(*other, part, allowOutside, source.notes), *other);
+          append(all, describe(*other, part, allowOutside, findings), *other);
         } catch (Error& e) {
           throw std::move(e).in(*other);
         }
     if (test && validation)
-      source.notes.push_back("validation photographs of " + validation->filename().string() +
-                             " are left out");
+      findings.notes.push_back("validation photographs of " + validation->filename().string() +
+                               " are left out");
   }
+  source.notes = findings.notes;
   all.file.clear();
   const auto toPlace = [&](fs::path& path) {
     if (path.empty()) return;
@@ -221,6 +252,7 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
     for (Exposure& exposure : frame.further) toPlace(exposure.picture);
   }
   source.capture = std::move(all);
+  sayLamps(findings, source);
   return source;
 }
 

@@ -54,6 +54,21 @@ class Import(TestInFolder):
         self.assertIn("light_strengths", capture["calibration"])
         self.assertEqual([frame["light"] for frame in capture["frames"] if frame["split"] == "test"], ["2", "5"])
 
+    def test_lamps_without_strength_are_said(self):
+        source = self.folder / "lamps"
+        source.mkdir()
+        frames = []
+        for index in range(3):
+            write_png(source / f"{index}.png", [[100] * 8] * 8)
+            frames.append({"file_path": f"{index}.png", "pl_pos": [1, index, 2],
+                           "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]]})
+        (source / "transforms.json").write_text(json.dumps({"camera_angle_x": 0.5, "frames": frames}))
+        result = run("import", source, "-o", self.folder / "lamps-out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("light strengths are unknown", result.stderr)
+        written = json.loads((self.folder / "lamps-out/transforms.json").read_text())
+        self.assertEqual(written["calibration"]["light_strengths"], "unknown, taken as equal")
+
     def test_a_folder_that_holds_something_is_left_alone(self):
         out = self.folder / "mine"
         out.mkdir()

@@ -118,6 +118,33 @@ TEST_F(Transforms, PointLightsOfRelightingSetsAreKnownAgainInTheTest) {
             3u);
 }
 
+TEST_F(Transforms, LampsWithoutStrengthAreSaidToBeTakenAsEqual) {
+  writeSplits({{"train", 3}, {"test", 1}});
+  const auto changeEach = [&](auto change) {
+    for (const char* file : {"transforms_train.json", "transforms_test.json"}) {
+      Json json = Json::parse(std::ifstream(folder / file));
+      for (Json& frame : json["frames"]) change(frame);
+      write(file, json);
+    }
+  };
+  const auto lastNote = [&] { return read().notes.back(); };
+  changeEach([](Json& frame) { frame["pl_pos"] = {1, 2, 3}; });
+  EXPECT_EQ(imported().calibration.at("light_strengths"), "unknown, taken as equal");
+  EXPECT_EQ(lastNote(),
+            "light strengths are unknown (no pl_intensity) for all photographs; intensity 1 is written");
+
+  Json json = Json::parse(std::ifstream(folder / "transforms_train.json"));
+  json["frames"][1]["pl_intensity"] = 2;
+  write("transforms_train.json", json);
+  EXPECT_EQ(imported().calibration.at("light_strengths"), "unknown for 3 of 4 photographs, taken as 1");
+  EXPECT_EQ(lastNote(),
+            "light strengths are unknown (no pl_intensity) for 3 of 4 photographs; intensity 1 is written");
+
+  changeEach([](Json& frame) { frame["pl_intensity"] = {4, 5, 6}; });
+  EXPECT_FALSE(imported().calibration.contains("light_strengths"));
+  EXPECT_TRUE(read().notes.empty());
+}
+
 TEST_F(Transforms, SpellingsOfRelightingSetsAreUnderstood) {
   VisionCamera camera = rig.camera(false);
   Json json{{"camera_intrinsics", {camera.cx, camera.cy, camera.fx, camera.fy}}, {"frames", Json::array()}};
