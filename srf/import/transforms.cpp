@@ -70,13 +70,16 @@ struct SplitLists {
   }
 };
 
+// Throws Error for a split that nobody has.
 Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
   const auto path = frame.find("file_path"), split = frame.find("split");
   if (lists.given() && path != frame.end() && path->is_string())
     return lists.of(fs::path(path->get<std::string>()).lexically_normal());
   if (split == frame.end() || !split->is_string()) return ofFile;
   if (*split == "val" || *split == "valid" || *split == "validation") return Part::validation;
-  return *split == "test" ? Part::test : Part::train;
+  if (*split == "test") return Part::test;
+  if (*split == "train") return Part::train;
+  throw Error::mismatch("train, val or test", shownText(split->get<std::string>())).at("split");
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -112,7 +115,11 @@ void sayLamps(const Findings& findings, Source& source) {
 // Leaves validation out, or makes it the test; leaves out what takes no part.
 void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vector<std::string>& notes) {
   std::vector<Part> parts;
-  for (const Json& frame : frames) parts.push_back(partOf(frame, lists, ofFile));
+  for (size_t f = 0; f < frames.size(); ++f) try {
+      parts.push_back(partOf(frames[f], lists, ofFile));
+    } catch (Error& e) {
+      throw std::move(e).at("frames[" + std::to_string(f) + "]");
+    }
   const auto count = [&](Part part) { return std::ranges::count(parts, part); };
   const auto tests = count(Part::test), validations = count(Part::validation), idle = count(Part::none);
   if (validations > 0)
@@ -129,7 +136,7 @@ void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vecto
   frames = std::move(kept);
 }
 
-Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings& findings) {
+Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings& findings) try {
   const PathRule paths = allowOutside ? PathRule::anywhere : PathRule::inside;
   const std::string content = readFile(file);
   Json root = Json::parse(shallowPart(content, kDeepestJson), nullptr, false);
@@ -148,6 +155,8 @@ Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings&
     spellOutPath(frame);
   }
   return parseCapture(root.dump(), file, paths);
+} catch (Error& e) {
+  throw std::move(e).in(file);
 }
 
 // ---------------------------------------------------------------------------------------------------------

@@ -145,6 +145,23 @@ TEST_F(Transforms, LampsWithoutStrengthAreSaidToBeTakenAsEqual) {
   EXPECT_TRUE(read().notes.empty());
 }
 
+TEST_F(Transforms, ASplitThatNobodyHasIsRefused) {
+  Json json{{"camera_angle_x", 0.7}, {"frames", Json::array()}};
+  for (const char* name : {"a", "b"}) json["frames"].push_back(frame(name, blenderCamera()));
+  for (const char* wrong : {"banana", "Train", ""}) {
+    json["frames"][1]["split"] = wrong;
+    write("transforms.json", json);
+    EXPECT_EQ(errorOf([&] { read(); }), (folder / "transforms.json").string() +
+                                            ": frames[1].split: found \"" + wrong +
+                                            "\", expected train, val or test");
+  }
+  for (const char* known : {"test", "val", "valid", "validation"}) {
+    json["frames"][1]["split"] = known;
+    write("transforms.json", json);
+    EXPECT_EQ(read().capture.frames[1].split, Split::test);
+  }
+}
+
 TEST_F(Transforms, SpellingsOfRelightingSetsAreUnderstood) {
   VisionCamera camera = rig.camera(false);
   Json json{{"camera_intrinsics", {camera.cx, camera.cy, camera.fx, camera.fy}}, {"frames", Json::array()}};
