@@ -169,16 +169,49 @@ Response readResponse(const Json& value) {
 // ---------------------------------------------------------------------------------------------------------
 // Names.
 
-size_t lightNamed(const std::vector<Light>& lights, const Json& value) {
-  const std::string name = text(value);
-  for (size_t l = 0; l < lights.size(); ++l)
-    if (lights[l].name == name) return l;
-  if (lights.empty()) throw Error::mismatch("no light, as the capture lists none", shown(value));
-  std::vector<std::string_view> known;
-  for (const Light& light : lights) known.push_back(light.name);
-  throw Error::mismatch("a light of the list (nearest: " + std::string(nearestName(name, known)) + ")",
-                        shown(value));
-}
+// The lights of a capture, found by their names and by what they are.
+class LightList {
+public:
+  // Throws Error for a name that is there.
+  size_t add(Light light) {
+    const size_t index = lights_.size();
+    if (!byName_.try_emplace(light.name, index).second)
+      throw Error("a second light is called " + light.name).at("name");
+    if (const auto* point = std::get_if<PointLight>(&light.kind)) byPoint_.try_emplace(keyOf(*point), index);
+    lights_.push_back(std::move(light));
+    return index;
+  }
+
+  size_t named(const Json& value) const {
+    const std::string name = text(value);
+    if (const auto known = byName_.find(name); known != byName_.end()) return known->second;
+    if (lights_.empty()) throw Error::mismatch("no light, as the capture lists none", shown(value));
+    std::vector<std::string_view> known;
+    for (const Light& light : lights_) known.push_back(light.name);
+    throw Error::mismatch("a light of the list (nearest: " + std::string(nearestName(name, known)) + ")",
+                          shown(value));
+  }
+
+  // The first that is this point light.
+  std::optional<size_t> find(const PointLight& light) const {
+    const auto known = byPoint_.find(keyOf(light));
+    return known == byPoint_.end() ? std::nullopt : std::optional(known->second);
+  }
+
+  std::vector<Light> take() && { return std::move(lights_); }
+
+private:
+  using PointKey = std::array<double, 6>; // position and intensity
+
+  static PointKey keyOf(const PointLight& light) {
+    const auto& [r, g, b] = light.intensity;
+    return {light.position.x(), light.position.y(), light.position.z(), r, g, b};
+  }
+
+  std::vector<Light> lights_;
+  std::map<std::string, size_t> byName_;
+  std::map<PointKey, size_t> byPoint_;
+};
 
 // ---------------------------------------------------------------------------------------------------------
 // Lights.
@@ -213,27 +246,17 @@ Light readLight(const Json& value) {
   return light;
 }
 
-void addLight(std::vector<Light>& lights, Light light) {
-  const auto same = [&](const Light& other) { return other.name == light.name; };
-  if (std::any_of(lights.begin(), lights.end(), same))
-    throw Error("a second light is called " + light.name).at("name");
-  lights.push_back(std::move(light));
-}
-
 // The light that relighting data sets write into every frame; equal ones are one light.
-std::optional<size_t> frameLight(std::vector<Light>& lights, const Json& frame, size_t frameIndex) {
+std::optional<size_t> frameLight(LightList& lights, const Json& frame, size_t frameIndex) {
   const auto position = optional(frame, "pl_pos", place);
   if (!position) return std::nullopt;
   const auto intensity = optional(frame, "pl_intensity", [](const Json& value) {
     return value.is_number() ? static_cast<float>(positive(value)) * Rgb{1, 1, 1} : strengths(value);
   });
   const PointLight point{*position, intensity.value_or(Rgb{1, 1, 1})};
-  const auto same = [&](const Light& light) { return light.kind == decltype(light.kind)(point); };
-  const auto known = std::find_if(lights.begin(), lights.end(), same);
-  if (known != lights.end()) return static_cast<size_t>(known - lights.begin());
+  if (const auto known = lights.find(point)) return known;
   const std::string name = element("pl_pos", frameIndex);
-  addLight(lights, {name, name, point});
-  return lights.size() - 1;
+  return lights.add({name, name, point});
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -313,8 +336,15 @@ Pose readPose(const Json& value) {
   return Rigid<AcquisitionSpace, CameraSpace>(nearest, m.topRightCorner<3, 1>()).inverse();
 }
 
-bool samePose(const Pose& a, const Pose& b) {
-  return a.rotation() == b.rotation() && a.translation() == b.translation();
+// The name of a camera if it has one, then numbers that are equal where lens and pose are.
+using ViewKey = std::pair<std::optional<std::string>, std::array<double, 23>>;
+
+ViewKey keyOf(const std::optional<std::string>& name, const Lens& lens, const Pose& pose) {
+  ViewKey key{name, {}};
+  Eigen::Map<Eigen::Matrix<double, 23, 1>>(key.second.data()) << static_cast<double>(lens.model), lens.width,
+      lens.height, lens.focalX, lens.focalY, lens.centerX, lens.centerY, lens.k1, lens.k2, lens.p1, lens.p2,
+      pose.rotation().reshaped(), pose.translation();
+  return key;
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -338,13 +368,13 @@ public:
     readCalibration(root);
     if (const auto lights = root.find("lights"); lights != root.end())
       within("lights", [&] { listOf(*lights); });
-    readEach(root, "lights",
-             [this](const Json& light, size_t) { addLight(capture_.lights, readLight(light)); });
+    readEach(root, "lights", [this](const Json& light, size_t) { lights_.add(readLight(light)); });
 
     const LensFields shared = readLensFields(root);
     if (required(root, "frames", listOf).empty()) throw Error("the list is empty").at("frames");
     readEach(root, "frames",
              [&](const Json& frame, size_t index) { addFrame(objectOf(frame), index, shared); });
+    capture_.lights = std::move(lights_).take();
     return std::move(capture_);
   }
 
@@ -397,8 +427,8 @@ private:
     frame.split = optional(json, "split", [](const Json& v) {
                     return oneOf<Split>(v, {{"train", Split::train}, {"test", Split::test}});
                   }).value_or(Split::train);
-    frame.light = optional(json, "light", [this](const Json& v) { return lightNamed(capture_.lights, v); });
-    if (!frame.light) frame.light = frameLight(capture_.lights, json, index);
+    frame.light = optional(json, "light", [this](const Json& v) { return lights_.named(v); });
+    if (!frame.light) frame.light = frameLight(lights_, json, index);
 
     LensFields lens = inherit(readLensFields(json), shared);
     if (!lens.width || !lens.height) {
@@ -442,14 +472,9 @@ private:
   // Frames without a camera's name share a view where pose and lens agree.
   size_t viewOf(const std::optional<std::string>& name, const Lens& lens, const Pose& pose,
                 fs::path picture) {
-    for (size_t v = 0; v < capture_.views.size(); ++v) {
-      const View& view = capture_.views[v];
-      const bool sameName = name ? named_[v] && view.identity == *name : !named_[v];
-      if (sameName && view.camera.lens == lens && samePose(view.camera.cameraFromWorld, pose)) return v;
-    }
-    capture_.views.push_back({name ? *name : picture.replace_extension().string(), {lens, pose}});
-    named_.push_back(name.has_value());
-    return capture_.views.size() - 1;
+    const auto [known, isNew] = views_.try_emplace(keyOf(name, lens, pose), capture_.views.size());
+    if (isNew) capture_.views.push_back({name ? *name : picture.replace_extension().string(), {lens, pose}});
+    return known->second;
   }
 
   void checkAgainstOthers(const Frame& frame) const {
@@ -461,7 +486,8 @@ private:
 
   CaptureFiles files_;
   Capture capture_;
-  std::vector<bool> named_;                                                     // per view
+  LightList lights_;
+  std::map<ViewKey, size_t> views_;
   std::map<std::tuple<size_t, std::optional<size_t>, Split>, size_t> brackets_; // to the last such frame
 };
 

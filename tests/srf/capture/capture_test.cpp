@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chrono>
 #include <numbers>
 #include <sstream>
 
@@ -183,6 +184,38 @@ TEST_F(CaptureFile, LightsWrittenIntoFramesAreSharedWhereEqual) {
   EXPECT_EQ(std::get<PointLight>(capture.lights[0].kind), (PointLight{{1, 2, 3}, {4, 5, 6}}));
   EXPECT_EQ(capture.frames[1].light, 1u);
   EXPECT_EQ(capture.frames[2].light, 0u);
+}
+
+TEST_F(CaptureFile, NamedAndUnnamedViewsOfOnePlaceAreTwo) {
+  Json json = small();
+  for (int i = 0; i < 3; ++i) json["frames"].push_back(json["frames"][0]);
+  json["frames"][1]["camera"] = "images/a"; // as the unnamed one is called
+  json["frames"][2]["transform_matrix"][0][1] = -0.0;
+  json["frames"][2]["split"] = json["frames"][3]["split"] = "test";
+  const Capture capture = read(json);
+  ASSERT_EQ(capture.views.size(), 2u);
+  EXPECT_EQ(capture.frames[1].view, 1u);
+  EXPECT_EQ(capture.frames[2].view, 0u);
+}
+
+// Were each compared with all before it, this would take half a minute.
+TEST_F(CaptureFile, SixtyThousandFramesOfTheirOwnPlaceAndLampAreReadInSeconds) {
+  Json json = small();
+  json.update({{"w", 6}, {"h", 4}});
+  Json frame = json["frames"][0];
+  frame["file_path"] = "images/a.png";
+  json["frames"] = Json::array();
+  constexpr int count = 60000;
+  for (int i = 0; i < count; ++i) {
+    frame["transform_matrix"][0][3] = i;
+    frame["pl_pos"] = {i, 1, 2};
+    json["frames"].push_back(frame);
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const Capture capture = read(json);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(15));
+  EXPECT_EQ(capture.views.size(), size_t{count});
+  EXPECT_EQ(capture.lights.size(), size_t{count});
 }
 
 TEST_F(CaptureFile, RoundingOfAPoseIsTakenOut) {
