@@ -287,15 +287,15 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
 void holdOut(Capture& capture, const std::vector<std::string>& names, size_t every) {
   // In the order of their first frames; lights of one cluster are one.
   std::vector<std::string> cameras, lights;
-  const auto add = [](std::vector<std::string>& list, const std::string& name) {
-    if (std::ranges::find(list, name) == list.end()) list.push_back(name);
-  };
-  for (const View& view : capture.views) add(cameras, view.identity);
-  for (const Light& light : capture.lights) add(lights, light.identity);
+  std::set<std::string> knownCameras, knownLights;
+  for (const View& view : capture.views)
+    if (knownCameras.insert(view.identity).second) cameras.push_back(view.identity);
+  for (const Light& light : capture.lights)
+    if (knownLights.insert(light.identity).second) lights.push_back(light.identity);
 
   std::set<std::string> outCameras, outLights;
   for (const std::string& name : names) {
-    const bool isCamera = std::ranges::find(cameras, name) != cameras.end();
+    const bool isCamera = knownCameras.contains(name);
     const auto light = std::ranges::find_if(
         capture.lights, [&](const Light& l) { return l.name == name || l.identity == name; });
     if (isCamera) outCameras.insert(name);
@@ -331,7 +331,11 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
     capture.colorSpace = options.colorSpace;
     capture.response.reset();
   }
-  holdOut(capture, options.test, options.testEvery);
+  try {
+    holdOut(capture, options.test, options.testEvery);
+  } catch (Error& e) {
+    throw std::move(e).in(sourcePath);
+  }
   fitLenses(source, progress);
   if (options.recoverResponse) {
     capture.response = recoverResponse(capture, progress);

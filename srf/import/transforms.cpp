@@ -68,6 +68,18 @@ struct SplitLists {
     if (test.contains(name)) return Part::test;
     return validation.contains(name) ? Part::validation : Part::none;
   }
+  // Throws Error where the names are others than those of the frames, which are not empty.
+  void check(const Json& frames, bool noneNamed, bool noneTrains) const {
+    if (!noneNamed && (train.empty() || !noneTrains)) return;
+    const char* key = !train.empty() ? "train_filenames" : !test.empty() ? "test_filenames" : "val_filenames";
+    const std::set<std::string>& names = !train.empty() ? train : !test.empty() ? test : validation;
+    throw Error::mismatch("the file_path of a frame, such as " + shownText(frames[0].value("file_path", "")),
+                          shownText(*names.begin()) +
+                              (names.size() > 1
+                                   ? " and " + std::to_string(names.size() - 1) + " more, of no frame"
+                                   : ", of no frame"))
+        .at(key);
+  }
 };
 
 // Throws Error for a split that nobody has.
@@ -126,6 +138,7 @@ void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vecto
     notes.push_back(std::to_string(validations) + " validation photographs " +
                     (tests > 0 ? "are left out" : "are the test"));
   if (idle > 0) notes.push_back(std::to_string(idle) + " photographs that no split names are left out");
+  if (!frames.empty()) lists.check(frames, std::ssize(frames) == idle, count(Part::train) == 0);
   Json kept = Json::array();
   for (size_t f = 0; f < frames.size(); ++f) {
     if (parts[f] == Part::none || (parts[f] == Part::validation && tests > 0)) continue;

@@ -92,6 +92,29 @@ TEST_F(Transforms, ListsOfNerfstudioAreSplits) {
   EXPECT_EQ(source.notes.size(), 3u); // the transform, validation, what no list names
 }
 
+TEST_F(Transforms, ListsThatNameNoFrameAreRefused) {
+  Json json{{"fl_x", 20}, {"frames", Json::array()}};
+  for (const char* name : {"a", "b"}) json["frames"].push_back(frame(name, rig.camera(false)));
+  const auto problem = [&](const Json& lists) {
+    Json listed = json;
+    listed.update(lists);
+    write("transforms.json", listed);
+    return errorOf([&] { importCapture(folder.path(), folder / "out", {}); });
+  };
+  const std::string file = (folder / "transforms.json").string();
+  EXPECT_EQ(problem({{"train_filenames", {"images/a.png"}}}),
+            file +
+                ": train_filenames: found \"images/a.png\", of no frame, expected the file_path of a frame, "
+                "such as \"./a\"");
+  EXPECT_NE(problem({{"train_filenames", {"x.png", "y.png"}}, {"test_filenames", {"b"}}})
+                .find("found \"x.png\" and 1 more, of no frame"),
+            std::string::npos);
+  EXPECT_NE(problem({{"test_filenames", {"x.png"}}}).find(file + ": test_filenames: found \"x.png\", of no"),
+            std::string::npos);
+  EXPECT_EQ(problem({{"test_filenames", {"a", "b"}}}),
+            folder.path().string() + ": no photograph is left to train with");
+}
+
 TEST_F(Transforms, PointLightsOfRelightingSetsAreKnownAgainInTheTest) {
   writeSplits({{"train", 2}, {"test", 2}});
   const Json positions{{1, 2, 3}, {2, 2, 2}};
