@@ -524,7 +524,9 @@ Capture parseCapture(std::string_view json, const fs::path& file, PathRule paths
 }
 
 Capture readCapture(const fs::path& folderOrJson, PathRule paths) {
-  const fs::path file = fs::is_directory(folderOrJson) ? folderOrJson / "transforms.json" : folderOrJson;
+  std::error_code ignored; // opening the file says what is wrong
+  const fs::path file =
+      fs::is_directory(folderOrJson, ignored) ? folderOrJson / "transforms.json" : folderOrJson;
   return parseCapture(readFile(file, kLargestText), file, paths);
 }
 

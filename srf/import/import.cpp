@@ -265,8 +265,9 @@ void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies,
 
 ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options) {
   if (options.format) return *options.format;
-  if (std::error_code ignored; !fs::exists(source, ignored))
-    throw Error("cannot open (no such file)").in(source);
+  std::error_code problem;
+  if (!fs::exists(source, problem))
+    throw Error("cannot open (" + (problem ? problem.message() : "no such file") + ")").in(source);
   if (!isFolder(source)) {
     if (source.extension() == ".json") return ImportFormat::transforms;
     if (source.filename().string().ends_with("_par.txt")) return ImportFormat::middlebury;
@@ -277,6 +278,8 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
     if (findColmapModel(source)) return ImportFormat::colmap;
     if (findParameters(source)) return ImportFormat::middlebury;
     if (findLights(source)) return ImportFormat::lights;
+    if (fs::directory_iterator(source, problem); problem)
+      throw Error("cannot open (" + problem.message() + ")").in(source);
   }
   throw Error(
       "no format known: expected transforms.json (or transforms_train.json), cameras.bin or cameras.txt "

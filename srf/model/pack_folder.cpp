@@ -61,9 +61,13 @@ void removeLitter(const fs::path& folder) {
 fs::path packIdentityPath() { return fs::path("views") / "identity"; }
 fs::path surveyPath() { return fs::path("views") / "survey"; }
 
-bool isFinished(const fs::path& folder) { return fs::exists(folder / "manifest.json"); }
+bool isFinished(const fs::path& folder) {
+  std::error_code ignored; // what cannot be looked at is not there, as far as one can tell
+  return fs::exists(folder / "manifest.json", ignored);
+}
 bool isUnfinished(const fs::path& folder) {
-  return !isFinished(folder) && fs::exists(folder / packIdentityPath());
+  std::error_code ignored;
+  return !isFinished(folder) && fs::exists(folder / packIdentityPath(), ignored);
 }
 
 void protectFinished(const fs::path& folder, const std::string& identity) {

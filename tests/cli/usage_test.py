@@ -2,9 +2,11 @@
 
 import itertools
 import json
+import os
+import subprocess
 import unittest
 
-from support import COMMANDS, ROOT, SCRIPT, TestInFolder, run
+from support import COMMANDS, ROOT, SCRIPT, SURFLECT, TestInFolder, run
 
 
 def first_example(page):
@@ -86,6 +88,28 @@ class Failures(TestInFolder):
                           ["evaluate", missing, missing]):
             with self.subTest(arguments=arguments):
                 self.assert_fails_in_one_line(str(missing), *arguments)
+
+    def test_a_folder_that_cannot_be_looked_into_is_named_in_one_line(self):
+        loop, long = self.folder / "loop", self.folder / ("x" * 300)
+        loop.symlink_to(loop)
+        for folder, problem in ((loop, "symbolic links"), (long, "too long")):
+            for arguments in (["inspect", folder], ["pack", folder, "-o", self.folder / "model.srf"],
+                              ["import", folder, "-o", self.folder / "imported"]):
+                with self.subTest(arguments=arguments):
+                    self.assert_fails_in_one_line(f"{folder}: cannot open", *arguments)
+                    self.assert_fails_in_one_line(problem, *arguments)
+
+    def test_a_folder_without_permission_is_named_in_one_line(self):
+        folder = self.folder / "locked"
+        folder.mkdir(mode=0)
+        humble = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
+        for arguments in (["inspect", folder], ["import", folder, "-o", self.folder / "imported"],
+                          ["pack", folder, "-o", self.folder / "model.srf"]):
+            with self.subTest(arguments=arguments):
+                result = subprocess.run([*humble, SURFLECT, *map(str, arguments)], capture_output=True, text=True)
+                self.assertEqual(result.returncode, 1)
+                self.assertRegex(result.stderr, r"^surflect: [^\n]+: cannot open \(Permission denied\)\n$")
+                self.assertIn(str(folder), result.stderr)
 
     def test_an_unfinished_model_is_not_opened(self):
         unfinished = self.folder / "unfinished.srf"
