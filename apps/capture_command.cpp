@@ -113,10 +113,14 @@ void addCaptureCommand(CLI::App& app, CommandWork& work) {
                   "         surflect capture examples/stages/sphere.toml --pack sphere.srf -o test");
   command->add_option("stage", arguments->stage, "TOML file: objects, cameras and lights")->required();
   CLI::Option_group* results = command->add_option_group("Results", "one of them, or both");
-  results->add_option("-o,--output", arguments->output,
-                      "the capture's folder; with --pack it has what is kept for the test");
-  CLI::Option* model = results->add_option("--pack", arguments->model,
-                                           "the folder of a model, packed view by view as they are traced");
+  results
+      ->add_option("-o,--output", arguments->output,
+                   "the capture's folder; with --pack it has what is kept for the test")
+      ->check(notEmpty());
+  CLI::Option* model = results
+                           ->add_option("--pack", arguments->model,
+                                        "the folder of a model, packed view by view as they are traced")
+                           ->check(notEmpty());
   results->require_option(1, 2);
   command->add_option("--scale", arguments->scale, "a [scale.NAME] of the stage file, such as tiny");
   CLI::Option* script = command

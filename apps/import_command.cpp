@@ -61,7 +61,9 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
       ->add_option("source", arguments->source,
                    "COLMAP, NeRF JSON, Middlebury, RTI (.lp) or photometric stereo: a folder or file")
       ->required();
-  command->add_option("-o,--output", arguments->output, "the capture's folder; new, or empty")->required();
+  command->add_option("-o,--output", arguments->output, "the capture's folder; new, or empty")
+      ->required()
+      ->check(notEmpty());
   CLI::Option* format = command->add_option("--format", arguments->format, "instead of a guess")
                             ->transform(CLI::Transformer(kFormats))
                             ->option_text("colmap, json, middlebury or lights");

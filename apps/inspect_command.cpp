@@ -1,4 +1,5 @@
 #include "apps/capture_argument.h"
+#include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/contact_sheet.h"
 #include "srf/checks/checks.h"
@@ -115,9 +116,11 @@ void addInspectCommand(CLI::App& app, CommandWork& work) {
                   "         surflect inspect examples/vase --overlay sheet.png");
   command->add_option("path", arguments->input.path, "a capture or a packed model")->required();
   addAllowOutside(*command, arguments->input.outside);
-  CLI::Option* overlay = command->add_option(
-      "--overlay", arguments->overlay,
-      "of a capture: draw the geometry over photographs, and lit as they say, into this PNG");
+  CLI::Option* overlay =
+      command
+          ->add_option("--overlay", arguments->overlay,
+                       "of a capture: draw the geometry over photographs, and lit as they say, into this PNG")
+          ->check(notEmpty());
   CLI::Option* mesh = command->add_option("--mesh", arguments->impostor.mesh,
                                           "geometry (PLY or OBJ) instead of the capture's");
   command->add_flag("--relief", arguments->impostor.relief, "the geometry that pack --relief makes")

@@ -25,4 +25,9 @@ inline CLI::Validator wholeIn(int64_t least, int64_t most) { return CLI::Range(l
 // Frames of a script, which can be between two.
 inline CLI::Validator frameNumber() { return finiteIn(-1e9, 1e9); }
 
+// Names of what is written: an empty one, such as a variable of the shell that is not set, names nothing.
+inline CLI::Validator notEmpty() {
+  return {[](const std::string& text) -> std::string { return text.empty() ? "An empty name" : ""; }, "", ""};
+}
+
 } // namespace surflect

@@ -1,4 +1,5 @@
 #include "apps/capture_argument.h"
+#include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "srf/model/pack.h"
 
@@ -28,7 +29,7 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand("pack", "make a model from a capture; run again to resume");
   command->footer("Example: surflect pack examples/vase -o vase.srf --tolerance 0.05");
   addCaptureArgument(*command, arguments->capture);
-  command->add_option("-o,--output", arguments->output, "the model's folder")->required();
+  command->add_option("-o,--output", arguments->output, "the model's folder")->required()->check(notEmpty());
   CLI::Option* mesh = command->add_option("--mesh", arguments->options.impostor.mesh,
                                           "impostor geometry (PLY or OBJ) instead of the capture's");
   command

@@ -210,7 +210,9 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
   command->footer("Example: surflect render examples/film.toml -o frames/ --frames 1-12 --scale 0.5");
   command->add_option("script", arguments->script, "TOML: model, camera, lights and warps over time")
       ->required();
-  command->add_option("-o,--output", arguments->output, "folder for the frames")->required();
+  command->add_option("-o,--output", arguments->output, "folder for the frames")
+      ->required()
+      ->check(notEmpty());
   command->add_option("--frames", arguments->frames, "A or A-B; default: all");
   command->add_option("--every", arguments->every, "only each N-th of them")
       ->capture_default_str()

@@ -55,6 +55,13 @@ class Usage(unittest.TestCase):
             with self.subTest(option="--test-every", value=value):
                 self.assertEqual(run(*imported, f"--test-every={value}").returncode, 2)
 
+    def test_empty_names_of_what_is_written_are_wrong_arguments(self):
+        for arguments in (["pack", "capture", "-o"], ["import", "source", "-o"], ["render", "film.toml", "-o"],
+                          ["capture", "stage.toml", "-o"], ["capture", "stage.toml", "--pack"],
+                          ["inspect", "capture", "--overlay"]):
+            with self.subTest(arguments=arguments):
+                self.assertEqual(run(*arguments, "").returncode, 2)
+
     def test_help_succeeds_and_shows_an_example(self):
         for arguments in ([], *([command] for command in COMMANDS)):
             with self.subTest(command=arguments):
