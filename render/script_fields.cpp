@@ -1,5 +1,6 @@
 #include "render/script_fields.h"
 
+#include "render/shallow_toml.h"
 #include "surfel/nearest_name.h"
 
 #include <toml++/toml.h>
@@ -78,6 +79,9 @@ struct ScriptDocument::Parsed {
 };
 
 ScriptDocument::ScriptDocument(std::string_view text, const std::filesystem::path& path) {
+  if (const auto line = tooDeepLine(text, kDeepestToml))
+    throw Error::mismatch("at most " + std::to_string(kDeepestToml), "more tables in one another")
+        .at("line " + std::to_string(*line));
   try {
     parsed_ = std::make_unique<Parsed>(Parsed{toml::parse(text), path.parent_path()});
   } catch (const toml::parse_error& error) {

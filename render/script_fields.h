@@ -22,7 +22,7 @@ struct Entry {
 
 class ScriptDocument {
 public:
-  // Throws Error where the text is not TOML. `path` is the script's.
+  // Throws Error where the text is not TOML, or deeper than kDeepestToml. `path` is the script's.
   ScriptDocument(std::string_view text, const std::filesystem::path& path);
   ~ScriptDocument();
   Entry root() const;

@@ -128,6 +128,14 @@ class Failures(TestInFolder):
         script.write_text(SCRIPT.replace("fov_deg", "fov_dge"))
         self.assert_fails_in_one_line("fov_deg", "render", script, "-o", self.folder / "frames")
 
+    def test_tables_that_hold_one_another_too_deep_are_refused(self):
+        deep = self.folder / "deep.toml"
+        for text in (".".join("a" * 50000) + " = 1", "[" + ".".join("a" * 50000) + "]"):
+            deep.write_text(text)
+            for command in ("render", "capture"):
+                with self.subTest(command=command, text=text[:3]):
+                    self.assert_fails_in_one_line("line 1", command, deep, "-o", self.folder / "none")
+
     def test_the_examples_of_the_documentation_want_nothing_but_their_files(self):
         for page, name, command, wanted in (
                 ("script.md", "film.toml", ["render", "-o", self.folder / "frames"], "doll.srf"),

@@ -118,6 +118,16 @@ TEST(Script, AnyValueOfAnyTypeInAnyPlaceGivesAScriptOrAnError) {
   }
 }
 
+// Freed by recursion, tables so deep would end the process.
+TEST(Script, TablesAreNotReadThatHoldOneAnotherTooDeep) {
+  std::string path = "a";
+  for (int i = 0; i < 50000; ++i) path += ".a";
+  const std::string wanted = ": found more tables in one another, expected at most 64";
+  EXPECT_EQ(complaint("\n" + path + " = 1"), "shots/shot.toml: line 2" + wanted);
+  EXPECT_EQ(complaint("[" + path + "]"), "shots/shot.toml: line 1" + wanted);
+  EXPECT_EQ(complaint("x = { " + path + " = 1 }"), "shots/shot.toml: line 1" + wanted);
+}
+
 TEST(Script, AMisspeltKeyIsToldWithItsLineAndTheNearestKnownOne) {
   EXPECT_EQ(complaint(replaced(example, "look_at", "lookat")),
             "shots/shot.toml: camera.lookat: unknown key on line 14; the nearest known one is look_at");
