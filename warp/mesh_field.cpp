@@ -17,16 +17,21 @@ namespace {
 // and 0.5 degrees); at 1.5 the single vertices show in the field's gradient (0.030, 0.023), at 2.5 the motion
 // is blurred (0.040, 0.020).
 constexpr double kernelReach = 2;
-// Where the kernels sum to less than this, vertices near enough are few, and the tails of all join, each
-// times its scale: see Blend. Both are chosen so that the gradient changes slowly on the way: around a torus
-// of 12 x 6 vertices, jittered, at most by 12 a unit (and by 1,900 with 0.1 and 1).
-constexpr double thin = 0.3, tailScale = 0.02;
+// Where the kernels of a level sum to less than `thin`, vertices or groups near enough are few, and those of
+// the next level join, each times `joinScale`: see Blend. Both are chosen so that the gradient changes slowly
+// on the way: around tori of 12 x 6 vertices, jittered, at most by 14 a unit (with 0.3 and 0.02 by 37, with
+// 0.15 and 0.3 by 130).
+constexpr double thin = 0.5, joinScale = 0.1;
 
 // A weight and its gradient at a point.
 struct Weight {
   double value;
   Vec3<double> gradient;
 };
+
+Weight product(const Weight& a, const Weight& b) {
+  return {a.value * b.value, a.value * b.gradient + b.value * a.gradient};
+}
 
 // (1 - d/r)^4 (4 d/r + 1) within r   [Wendland 1995]
 Weight kernel(const Vec3<double>& offset, double radius) {
@@ -35,12 +40,6 @@ Weight kernel(const Vec3<double>& offset, double radius) {
   const double q = std::sqrt(squared), p = 1 - q;
   const double p3 = p * p * p;
   return {p3 * p * (4 * q + 1), -20 * p3 / (radius * radius) * offset};
-}
-
-// tailScale (1 + d^2 / r^2)^-3
-Weight tail(const Vec3<double>& offset, double radius) {
-  const double s = 1 / (1 + offset.squaredNorm() / (radius * radius)), s3 = tailScale * s * s * s;
-  return {s3, -6 * s3 * s / (radius * radius) * offset};
 }
 
 struct Triangle {
@@ -65,13 +64,76 @@ Mat3<double> gradientOf(const Triangle& triangle, std::span<const Vec3<double>> 
 
 } // namespace
 
+namespace {
+
+// Kernels in space: those of the vertices, or of groups of the level before.
+struct Level {
+  std::vector<Vec3<double>> center;
+  std::vector<double> radius, mass; // the area around
+  BallTree tree;
+  std::vector<uint32_t> groupOf; // of each, in the next level; none of the last
+
+  size_t size() const { return center.size(); }
+};
+
+// The groups of those of a level that share a cell of a grid from `least` on.
+Level grouped(Level& fine, const Vec3<double>& least, double side) {
+  std::vector<std::pair<std::array<double, 3>, uint32_t>> order; // by cell
+  for (uint32_t i = 0; i < fine.size(); ++i) {
+    const Vec3<double> cell = ((fine.center[i] - least) / side).array().floor();
+    order.emplace_back(std::array{cell[0], cell[1], cell[2]}, i);
+  }
+  std::ranges::sort(order);
+  Level coarse;
+  fine.groupOf.resize(fine.size());
+  for (size_t k = 0; k < order.size(); ++k) {
+    if (k == 0 || order[k].first != order[k - 1].first) {
+      coarse.center.emplace_back(Vec3<double>::Zero());
+      coarse.radius.push_back(kernelReach * side);
+      coarse.mass.push_back(0);
+    }
+    const uint32_t i = order[k].second;
+    fine.groupOf[i] = static_cast<uint32_t>(coarse.size() - 1);
+    coarse.mass.back() += fine.mass[i];
+    coarse.center.back() += fine.mass[i] * fine.center[i];
+    coarse.radius.back() = std::max(coarse.radius.back(), fine.radius[i]);
+  }
+  for (size_t g = 0; g < coarse.size(); ++g) coarse.center[g] /= coarse.mass[g];
+  return coarse;
+}
+
+// Of the nodes and of ever larger groups of them: each level has at most half of the one before, the last one
+// group. The smallest cells are as wide as the kernel of the median node.
+std::vector<Level> levelsOf(Level nodes) {
+  Vec3<double> least = nodes.center.front();
+  for (const Vec3<double>& c : nodes.center) least = least.cwiseMin(c);
+  std::vector<double> radii = nodes.radius;
+  const auto median = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::ranges::nth_element(radii, median);
+  double side = *median;
+
+  std::vector<Level> levels;
+  levels.push_back(std::move(nodes));
+  while (levels.back().size() > 1) {
+    Level& fine = levels.back();
+    Level coarse;
+    do {
+      coarse = grouped(fine, least, side);
+      side *= 2;
+    } while (coarse.size() > fine.size() / 2);
+    levels.push_back(std::move(coarse));
+  }
+  for (Level& level : levels) level.tree = BallTree(level.center, level.radius);
+  return levels;
+}
+
+} // namespace
+
 // The vertices of the rest mesh, those at one place taken together, that are corners of a triangle.
 struct MeshField::Binding {
   std::vector<uint32_t> nodeOf; // of every vertex as given; none
-  std::vector<Vec3<double>> rest;
-  std::vector<double> radius; // of the kernel
   std::vector<Triangle> triangles;
-  BallTree tree;
+  std::vector<Level> levels; // the first is of the nodes
 
   static constexpr uint32_t none = UINT32_MAX;
 };
@@ -88,6 +150,21 @@ struct NodeMap {
   Vec3<double> operator()(const Vec3<double>& x) const { return position + gradient * (x - rest); }
 };
 
+// The mean map of each group.
+std::vector<NodeMap> meansOf(const std::vector<NodeMap>& maps, const Level& fine, const Level& coarse) {
+  std::vector<NodeMap> means;
+  for (size_t g = 0; g < coarse.size(); ++g)
+    means.push_back(
+        {coarse.center[g], coarse.radius[g], Vec3<double>::Zero(), Mat3<double>(Mat3<double>::Zero())});
+  for (size_t i = 0; i < maps.size(); ++i) {
+    const uint32_t g = fine.groupOf[i];
+    const double share = fine.mass[i] / coarse.mass[g];
+    means[g].position += share * maps[i](coarse.center[g]);
+    means[g].gradient += share * maps[i].gradient;
+  }
+  return means;
+}
+
 // Sums over the nodes, of weights w and maps T.
 struct Sums {
   double weight = 0; // sum of w
@@ -96,14 +173,22 @@ struct Sums {
   Mat3<double> mappedGradient = Mat3<double>::Zero(); // of the sum of w T(x)
 };
 
+// What the next level's kernels are times, given the sum m of this one's:
+//   e(m) = joinScale (1 - m / thin)^2 below `thin`
+Weight joining(const Weight& sum) {
+  const double lack = std::max(0., 1 - sum.value / thin);
+  return {joinScale * lack * lack, -2 * joinScale * lack / thin * sum.gradient};
+}
+
 //   Psi = S / W with S = sum of w_i T_i(x), W = sum of w_i
 //   J   = (dS - Psi dW^T) / W
-// The weights are the kernels phi. Where their sum m is below `thin`, a share of the tails tau joins:
-//   w_i = phi_i + e(m) tau_i,  e(m) = (1 - m / thin)^2
+// over the nodes of all levels. With phi the kernels and m their sum on a level, those of level l have
+//   w_i = phi_i e(m_0) e(m_1) ... e(m_(l-1))
+// and past the last level the mean of all has that product, so that W is nowhere 0.
 class Blend final : public Warp {
 public:
-  Blend(std::shared_ptr<const BallTree> tree, std::vector<NodeMap> maps)
-      : tree_(std::move(tree)), maps_(std::move(maps)) {}
+  Blend(std::shared_ptr<const std::vector<Level>> levels, std::vector<std::vector<NodeMap>> maps)
+      : levels_(std::move(levels)), maps_(std::move(maps)) {}
 
   Vec3<double> position(const Vec3<double>& x) const override {
     const Sums sums = sumsAt<false>(x);
@@ -129,23 +214,25 @@ private:
 
   template <bool gradients> Sums sumsAt(const Vec3<double>& x) const {
     Sums sums;
-    tree_->forEachNear(x, [&](uint32_t i) {
-      const Weight weight = kernel(x - maps_[i].rest, maps_[i].radius);
-      if (weight.value > 0) add<gradients>(maps_[i], x, weight, sums);
-    });
-    if (sums.weight >= thin) return sums;
-
-    const double lack = 1 - sums.weight / thin, share = lack * lack;
-    const Vec3<double> shareGradient = -2 * lack / thin * sums.weightGradient;
-    for (const NodeMap& map : maps_) {
-      const Weight t = tail(x - map.rest, map.radius);
-      add<gradients>(map, x, {share * t.value, share * t.gradient + t.value * shareGradient}, sums);
+    Weight share{1, Vec3<double>::Zero()};
+    for (size_t l = 0; l < maps_.size(); ++l) {
+      Weight sum{0, Vec3<double>::Zero()};
+      (*levels_)[l].tree.forEachNear(x, [&](uint32_t i) {
+        const NodeMap& map = maps_[l][i];
+        const Weight phi = kernel(x - map.rest, map.radius);
+        if (!(phi.value > 0)) return;
+        sum = {sum.value + phi.value, sum.gradient + phi.gradient};
+        add<gradients>(map, x, product(share, phi), sums);
+      });
+      if (sum.value >= thin) return sums;
+      share = product(share, joining(sum));
     }
+    add<gradients>(maps_.back().front(), x, share, sums);
     return sums;
   }
 
-  std::shared_ptr<const BallTree> tree_;
-  std::vector<NodeMap> maps_;
+  std::shared_ptr<const std::vector<Level>> levels_;
+  std::vector<std::vector<NodeMap>> maps_; // of each level
 };
 
 // For each vertex the first one at the same place.
@@ -169,6 +256,7 @@ MeshField::MeshField(std::span<const Vec3<double>> positions,
   auto binding = std::make_shared<Binding>();
   const std::vector<uint32_t> first = firstAtSamePlace(positions);
 
+  Level nodes;
   std::vector<uint32_t> nodeOfFirst(positions.size(), Binding::none);
   for (const auto& corners : triangles) {
     const Vec3<double>&a = positions[corners[0]], &b = positions[corners[1]], &c = positions[corners[2]];
@@ -184,9 +272,11 @@ MeshField::MeshField(std::span<const Vec3<double>> positions,
     for (size_t i = 0; i < 3; ++i) {
       uint32_t& node = nodeOfFirst[first[corners[i]]];
       if (node == Binding::none) {
-        node = static_cast<uint32_t>(binding->rest.size());
-        binding->rest.push_back(positions[corners[i]]);
+        node = static_cast<uint32_t>(nodes.size());
+        nodes.center.push_back(positions[corners[i]]);
+        nodes.mass.push_back(0);
       }
+      nodes.mass[node] += triangle.area;
       triangle.nodes[i] = node;
     }
     binding->triangles.push_back(triangle);
@@ -194,50 +284,70 @@ MeshField::MeshField(std::span<const Vec3<double>> positions,
   if (binding->triangles.empty()) throw Error::mismatch("triangles", "none that has an area");
   for (const uint32_t vertex : first) binding->nodeOf.push_back(nodeOfFirst[vertex]);
 
-  std::vector<double> lengths(binding->rest.size()), counts(binding->rest.size());
+  std::vector<double> lengths(nodes.size()), counts(nodes.size());
   for (const Triangle& triangle : binding->triangles)
     for (size_t i = 0; i < 3; ++i) {
       const uint32_t a = triangle.nodes[i], b = triangle.nodes[(i + 1) % 3];
       for (const uint32_t node : {a, b}) {
-        lengths[node] += (binding->rest[a] - binding->rest[b]).norm();
+        lengths[node] += (nodes.center[a] - nodes.center[b]).norm();
         counts[node] += 1;
       }
     }
-  for (size_t i = 0; i < lengths.size(); ++i) binding->radius.push_back(kernelReach * lengths[i] / counts[i]);
-  binding->tree = BallTree(binding->rest, binding->radius);
+  for (size_t i = 0; i < lengths.size(); ++i) nodes.radius.push_back(kernelReach * lengths[i] / counts[i]);
+  binding->levels = levelsOf(std::move(nodes));
   binding_ = std::move(binding);
 }
 
 size_t MeshField::vertexCount() const { return binding_->nodeOf.size(); }
 
+bool MeshField::reaches(const Vec3<double>& x) const {
+  const Level& nodes = binding_->levels.front();
+  bool reached = false;
+  nodes.tree.forEachNear(
+      x, [&](uint32_t i) { reached = reached || kernel(x - nodes.center[i], nodes.radius[i]).value > 0; });
+  return reached;
+}
+
+size_t MeshField::kernelsAt(const Vec3<double>& x) const {
+  size_t kernels = 0;
+  for (const Level& level : binding_->levels) {
+    double sum = 0;
+    level.tree.forEachNear(x, [&](uint32_t i) {
+      ++kernels;
+      sum += kernel(x - level.center[i], level.radius[i]).value;
+    });
+    if (sum >= thin) break;
+  }
+  return kernels;
+}
+
 WarpPointer MeshField::follow(std::span<const Vec3<double>> positions) const {
   const Binding& b = *binding_;
   assert(positions.size() == b.nodeOf.size());
-  const size_t nodes = b.rest.size();
+  const Level& nodes = b.levels.front();
 
   // A node is where its vertices are on average.
-  std::vector<Vec3<double>> moved(nodes, Vec3<double>::Zero());
-  std::vector<double> members(nodes);
+  std::vector<Vec3<double>> moved(nodes.size(), Vec3<double>::Zero());
+  std::vector<double> members(nodes.size());
   for (size_t i = 0; i < positions.size(); ++i)
     if (b.nodeOf[i] != Binding::none) {
       moved[b.nodeOf[i]] += positions[i];
       members[b.nodeOf[i]] += 1;
     }
-  for (size_t i = 0; i < nodes; ++i) moved[i] /= members[i];
+  for (size_t i = 0; i < nodes.size(); ++i) moved[i] /= members[i];
 
-  std::vector<Mat3<double>> gradients(nodes, Mat3<double>::Zero());
-  std::vector<double> areas(nodes);
+  std::vector<Mat3<double>> gradients(nodes.size(), Mat3<double>::Zero());
   for (const Triangle& triangle : b.triangles) {
     const Mat3<double> gradient = gradientOf(triangle, moved);
-    for (const uint32_t node : triangle.nodes) {
-      gradients[node] += triangle.area * gradient;
-      areas[node] += triangle.area;
-    }
+    for (const uint32_t node : triangle.nodes) gradients[node] += triangle.area / nodes.mass[node] * gradient;
   }
-  std::vector<NodeMap> maps;
-  for (size_t i = 0; i < nodes; ++i)
-    maps.push_back({b.rest[i], b.radius[i], moved[i], gradients[i] / areas[i]});
-  return std::make_unique<Blend>(std::shared_ptr<const BallTree>(binding_, &b.tree), std::move(maps));
+  std::vector<std::vector<NodeMap>> maps(1);
+  for (size_t i = 0; i < nodes.size(); ++i)
+    maps[0].push_back({nodes.center[i], nodes.radius[i], moved[i], gradients[i]});
+  for (size_t l = 1; l < b.levels.size(); ++l)
+    maps.push_back(meansOf(maps.back(), b.levels[l - 1], b.levels[l]));
+  return std::make_unique<Blend>(std::shared_ptr<const std::vector<Level>>(binding_, &b.levels),
+                                 std::move(maps));
 }
 
 } // namespace surflect

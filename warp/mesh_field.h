@@ -23,8 +23,9 @@ namespace surflect {
 //   Psi(x) = sum of w_i(x) (q_i + G_i (x - v_i)) / sum of w_i(x)
 // like Embedded Deformation, but with kernels that are fixed in space and twice continuously differentiable
 // (it takes the nearest nodes, whose set jumps). The mesh may be open, closed, coarse, in parts, and need
-// only be near what it drives: within about the length of its edges. Further away, the maps of all
-// vertices fade in by the sixth power of distance.
+// only be near what it drives: within about the length of its edges. Further away the vertices fade into
+// groups, each with the mean map of its members, and these into groups of groups, the larger the further;
+// where even the largest do not reach, space follows the mean of all.
 //
 // A mesh at rest moves nothing; rigid motion and even scaling of the mesh move all space so. A vertex itself
 // comes within second order of the length of the edges to where it has gone: the field is smoother than the
@@ -36,8 +37,13 @@ public:
   MeshField(std::span<const Vec3<double>> rest, std::span<const std::array<uint32_t, 3>> triangles);
 
   size_t vertexCount() const; // of the mesh as given
-  // The warp that has moved each vertex of the rest mesh to the position given. Costs a look-up of the
-  // vertices around the point; far from the mesh, a pass over all.
+  // Whether the point is within the kernel of a vertex, not just of groups of them: within about twice the
+  // length of the edges around it. What a mesh is made to drive is.
+  bool reaches(const Vec3<double>& x) const;
+  // How many kernels are evaluated to move the point: a few tens near the mesh and as many for each size of
+  // groups between, whatever the count of vertices.
+  size_t kernelsAt(const Vec3<double>& x) const;
+  // The warp that has moved each vertex of the rest mesh to the position given. Costs kernelsAt the point.
   WarpPointer follow(std::span<const Vec3<double>> positions) const;
 
 private:

@@ -22,7 +22,8 @@ public:
   // key the mesh stays. Reads one or two files; throws Error with the file whose topology is another.
   WarpPointer at(double frame) const;
 
-  uint64_t contentHash() const { return hash_; } // of all files
+  bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does
+  uint64_t contentHash() const { return hash_; }                          // of all files
 
 private:
   std::vector<Vec3<double>> positionsAt(int key) const;

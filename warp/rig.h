@@ -20,6 +20,7 @@ public:
   // Space as the joints move it that many seconds into the animation; before and after, it stays.
   WarpPointer at(double seconds) const;
 
+  bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does
   uint64_t contentHash() const { return file_.contentHash; }
 
 private:
