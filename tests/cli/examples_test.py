@@ -1,5 +1,6 @@
 """Every script in examples/ renders, of small models of the captures beside it."""
 
+import re
 import shutil
 import struct
 import subprocess
@@ -60,8 +61,13 @@ class Examples(TestInFolder):
     def frames_of(cls, script):
         return cls.folder / "frames" / script.with_suffix("")
 
-    def test_there_are_scripts(self):
-        self.assertGreater(len(SCRIPTS), 7)
+    def test_there_is_a_script_for_each_warp_of_the_documentation(self):
+        scripts = "".join((EXAMPLES / script).read_text() for script in SCRIPTS)
+        section = (ROOT / "docs" / "script.md").read_text().partition("\n## [[warp]]\n")[2].partition("\n### ")[0]
+        table = re.search(r"^\| type \|.*\n\|[-|]+\|\n((?:\|.*\n)+)", section, re.MULTILINE)[1]
+        warps = re.findall(r'^\| `"(\w+)"`', table, re.MULTILINE)
+        self.assertEqual(len(warps), 11)
+        self.assertEqual([warp for warp in warps if f'type = "{warp}"' not in scripts], [])
 
     def test_frames_are_lit_and_opaque(self):
         for script in SCRIPTS:
