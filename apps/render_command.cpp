@@ -3,6 +3,7 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/film.h"
+#include "render/misfit.h"
 #include "render/shot_renderer.h"
 #include "srf/image/exr.h"
 #include "surfel/error.h"
@@ -145,6 +146,8 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   createFolder(arguments.output);
   removeLitter(script, arguments);
 
+  if (const auto misfit = unreached(script, shotTime(script, range.first), model.cloud)) say(*misfit);
+
   const std::string identity = filmIdentity(script, model, shot, arguments);
   Json report = {{"model", model.folder.string()},
                  {"surfels", model.cloud.size()},
@@ -153,6 +156,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   for (const PreparedEnvironment& environment : shot.environments())
     report["environments"].push_back(jsonOf(environment));
   size_t kept = 0;
+  bool saidEmpty = false;
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
     progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
     const auto path = framePath(*script.output, arguments.output, frame);
@@ -167,6 +171,10 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     const Stopwatch watch;
     FrameStats stats;
     Film film = shot.render(frame, arguments.scale, stats);
+    if (const auto misfit = emptied(stats, model.cloud.size()); misfit && !saidEmpty) {
+      say(fmt::format("{}: frame {}: {}", arguments.script, frame, *misfit));
+      saidEmpty = true;
+    }
     const Stopwatch writeWatch;
     std::optional<double> exposure; // of a preview
     if (script.output->png) {

@@ -138,6 +138,32 @@ class Render(TestInFolder):
             self.assertEqual(result.returncode, 1)
             self.assertIn(image, result.stderr)
 
+    def lines_about(self, *warps, look_at="[0, 0, 0]"):
+        """What `render` says on stderr about the film under these warps, before the line that ends it."""
+        script = self.folder / "misfit.toml"
+        text = SCRIPT.partition("[[warp]]")[0].replace("look_at = [0, 0, 0]", f"look_at = {look_at}")
+        script.write_text(text + "".join(f"[[warp]]\n{warp}\n" for warp in warps))
+        result = run("render", script, "-o", self.folder / "misfit", "--scale", "0.2")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stderr.splitlines()[:-1]
+
+    def test_a_film_that_is_all_but_empty_is_told_once(self):
+        self.assertEqual(self.lines_about('type = "scale"\nfactor = [1, 1, 1]'), [])
+        for warp in ('type = "expression"\nx = "x + sqrt(1.5 - frame)"\ny = "y"\nz = "z"',
+                     'type = "scale"\nfactor = [[[1, 1], [2, 1e200]], 1, 1]'):
+            with self.subTest(warp=warp):
+                (line,) = self.lines_about(warp)
+                self.assertIn("misfit.toml: frame 2: ", line)
+                self.assertIn("surfels have no place or no area", line)
+        (line,) = self.lines_about(look_at="[9, 0, 0]")
+        self.assertIn("misfit.toml: frame 1: nothing is visible", line)
+
+    def test_a_mesh_in_other_units_than_the_model_is_told(self):
+        for name in ("rest.obj", "rest.1.obj"):
+            (self.folder / name).write_text("v 900 0 0\nv 901 0 0\nv 900 1 0\nf 1 2 3\n")
+        (line,) = self.lines_about('type = "mesh"\nrest = "rest.obj"\nframes = "rest.#.obj"')
+        self.assertIn("misfit.toml: warp[0]: 100 % of the surfels", line)
+
     def film_check(self, script, frames):
         return subprocess.run([FILM_CHECK, script, frames, VASE / "vase.ply"], capture_output=True, text=True)
 
