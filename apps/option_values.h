@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
 #include <cstdint>
 #include <string>
@@ -10,14 +9,7 @@
 namespace surflect {
 
 // CLI::Range, which lets NaN pass, for numbers.
-inline CLI::Validator finiteIn(double least, double most) {
-  const auto problem = [=](const std::string& text) -> std::string {
-    double x = 0;
-    if (CLI::detail::lexical_cast(text, x) && x >= least && x <= most) return "";
-    return fmt::format("Value {} not in range {} to {}", text, least, most);
-  };
-  return {problem, fmt::format("FLOAT in [{:g} - {:g}]", least, most), ""};
-}
+CLI::Validator finiteIn(double least, double most);
 
 // Signed, so that what is below 0 does not come round as something large.
 inline CLI::Validator wholeIn(int64_t least, int64_t most) { return CLI::Range(least, most); }

@@ -1,5 +1,5 @@
-// How far two captures of the same photographs are apart, by the protocol of render/measure.h: of two seeds of a
-// light stage, what the noise of its pictures lets any rendering reach.
+// How far two captures of the same photographs are apart, by the protocol of render/measure.h: of two seeds
+// of a light stage, what the noise of its pictures lets any rendering reach.
 #pragma once
 
 #include "render/measure.h"
@@ -8,8 +8,8 @@
 
 namespace surflect {
 
-// Of all frames, the same in both but for their pixels; these have mattes. The exposure is the truth's. Throws
-// Error where frames differ.
+// Of all frames, the same in both but for their pixels; these have mattes. The exposure is the truth's.
+// Throws Error where frames differ.
 Difference differenceOf(const Capture& truth, const Capture& again, const Progress& progress);
 
 } // namespace surflect
