@@ -62,10 +62,6 @@ Mat3<double> gradientOf(const Triangle& triangle, std::span<const Vec3<double>> 
   return edges * triangle.fromEdges;
 }
 
-} // namespace
-
-namespace {
-
 // Kernels in space: those of the vertices, or of groups of the level before.
 struct Level {
   std::vector<Vec3<double>> center;

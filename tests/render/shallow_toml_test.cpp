@@ -56,7 +56,7 @@ TEST(ShallowToml, EveryBeginningOfATextIsTakenAndNoDeeper) {
     EXPECT_EQ(tooDeepLine(text.substr(0, length), 5), std::nullopt);
 }
 
-TEST(ShallowToml, TakesTimeInProportionToTheText) {
+TEST(ShallowToml, LongTextsAreReadThrough) {
   const std::string many = "x = " + std::string(1000000, '[');
   EXPECT_EQ(tooDeepLine(many, 64), 1);
   EXPECT_EQ(tooDeepLine("x = " + std::string(1000000, '"'), 64), std::nullopt);
