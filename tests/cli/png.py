@@ -1,0 +1,31 @@
+"""Reads the pictures that `surflect render` writes, with Python's own library."""
+
+import struct
+import zlib
+
+
+def read_png(path):
+    """Pixels, (r, g, b, a) each, of an 8-bit RGBA picture."""
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        chunk = data[at + 8:at + 8 + length]
+        if kind == b"IHDR":
+            width, height, depth, color = struct.unpack(">IIBB", chunk[:10])
+        elif kind == b"IDAT":
+            packed += chunk
+        at += 12 + length
+    if (depth, color) != (8, 6):
+        raise AssertionError(f"{path} is not 8-bit RGBA")
+    rows, stride = zlib.decompress(packed), 4 * width
+    above, pixels = bytearray(stride), []
+    for y in range(height):
+        start = y * (stride + 1)
+        row, kind = bytearray(rows[start + 1:start + 1 + stride]), rows[start]
+        for i in range(stride):
+            a, b, c = row[i - 4] if i >= 4 else 0, above[i], above[i - 4] if i >= 4 else 0
+            paeth = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
+            row[i] = (row[i] + (0, a, b, (a + b) // 2, paeth)[kind]) & 255
+        pixels += zip(row[0::4], row[1::4], row[2::4], row[3::4])
+        above = row
+    return pixels
