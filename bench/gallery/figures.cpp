@@ -1,5 +1,6 @@
 //   figures panels < LAYOUT.json
 //   figures reflectance-image CAPTURE CAMERA ENVIRONMENT FOLDER
+//   figures beside-truth CAPTURE CAMERA LIGHT RENDERING FOLDER
 //   figures splats FOLDER
 #include "bench/gallery/figures.h"
 
@@ -18,10 +19,14 @@ int main(int argc, char** argv) {
       composePanels(std::cin);
     else if (arguments.size() == 5 && arguments[0] == "reflectance-image")
       relightReflectanceImage(arguments[1], arguments[2], arguments[3], arguments[4]);
+    else if (arguments.size() == 6 && arguments[0] == "beside-truth")
+      setBesideTruth(arguments[1], arguments[2], arguments[3], arguments[4], arguments[5]);
     else if (arguments.size() == 2 && arguments[0] == "splats")
       drawSplats(arguments[1]);
     else
-      throw Error("panels < LAYOUT, reflectance-image CAPTURE CAMERA ENVIRONMENT FOLDER, or splats FOLDER");
+      throw Error(
+          "panels < LAYOUT, reflectance-image CAPTURE CAMERA ENVIRONMENT FOLDER, beside-truth CAPTURE CAMERA "
+          "LIGHT RENDERING FOLDER, or splats FOLDER");
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "figures: %s\n", error.what());

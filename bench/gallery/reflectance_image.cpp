@@ -1,8 +1,8 @@
 #include "bench/gallery/figures.h"
 
+#include "bench/gallery/film_of_photograph.h"
 #include "render/film.h"
 #include "srf/capture/capture.h"
-#include "srf/capture/photograph.h"
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
 #include "srf/image/png.h"
@@ -37,19 +37,6 @@ void writeForTheEye(const std::filesystem::path& path, Image image) {
   const float white = sorted[sorted.size() * 97 / 100];
   for (float& value : image.values) value = srgbFromLinear(std::clamp(value / white, 0.f, 1.f));
   writePng(path, image);
-}
-
-// A photograph as a film: each channel times its weight, premultiplied by alpha.
-Image weighted(const Photograph& photograph, const Rgb& weight) {
-  Image film(photograph.alpha.width, photograph.alpha.height, 4);
-  const std::array weights{weight.r, weight.g, weight.b};
-  for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
-    const float alpha = photograph.alpha.values[i];
-    for (size_t c = 0; c < 3; ++c)
-      film.values[4 * i + c] = alpha * weights[c] * photograph.radiance.values[3 * i + c];
-    film.values[4 * i + 3] = alpha;
-  }
-  return film;
 }
 
 Rgb dividedBy(const Rgb& a, const Rgb& b) { return {a.r / b.r, a.g / b.g, a.b / b.b}; }
@@ -104,7 +91,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   const std::vector<Photograph> photographs = readPhotographs(capture, frames);
   std::vector<Image> films;
   for (const size_t f : frames)
-    films.push_back(weighted(photographs[f], dividedBy(gatheredIrradiance[f], irradiance[f])));
+    films.push_back(filmOf(photographs[f], dividedBy(gatheredIrradiance[f], irradiance[f])));
 
   // Those that the sum owes most to.
   std::vector<float> light;
@@ -112,8 +99,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   std::vector<size_t> heaviest = frames;
   std::ranges::stable_sort(heaviest, std::greater(), [&](size_t f) { return light[f]; });
   for (size_t k = 0; k < std::min<size_t>(5, heaviest.size()); ++k) {
-    writeFilm(folder / fmt::format("captured-{}.exr", k), {weighted(photographs[heaviest[k]], {1, 1, 1}), {}},
-              {});
+    writeFilm(folder / fmt::format("captured-{}.exr", k), {filmOf(photographs[heaviest[k]]), {}}, {});
     writeFilm(folder / fmt::format("weighted-{}.exr", k), {films[heaviest[k]], {}}, {});
   }
   Image sum = films[0];

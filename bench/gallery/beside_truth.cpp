@@ -1,0 +1,39 @@
+#include "bench/gallery/figures.h"
+
+#include "bench/gallery/film_of_photograph.h"
+#include "render/film.h"
+#include "srf/capture/capture.h"
+#include "srf/image/exr.h"
+#include "surfel/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect {
+
+void setBesideTruth(const std::filesystem::path& captureFolder, const std::string& camera,
+                    const std::string& light, const std::filesystem::path& rendering,
+                    const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  const Capture capture = readCapture(captureFolder);
+  const auto frame = std::ranges::find_if(capture.frames, [&](const Frame& candidate) {
+    return capture.views[candidate.view].identity == camera && candidate.light &&
+           capture.lights[*candidate.light].name == light;
+  });
+  if (frame == capture.frames.end())
+    throw Error("has no photograph by " + camera + " under " + light).in(captureFolder);
+  const auto index = static_cast<size_t>(frame - capture.frames.begin());
+  const Image truth = filmOf(readPhotographs(capture, std::array{index}).front());
+  const Image rendered = ExrFile(rendering).read({"R", "G", "B", "A"});
+  if (rendered.width != truth.width || rendered.height != truth.height)
+    throw Error("is not as large as the photograph").in(rendering);
+
+  Image difference = truth;
+  for (size_t i = 0; i < truth.values.size(); ++i)
+    difference.values[i] = i % 4 == 3 ? std::max(truth.values[i], rendered.values[i])
+                                      : std::abs(truth.values[i] - rendered.values[i]);
+  writeFilm(folder / "truth.exr", {truth, {}}, {});
+  writeFilm(folder / "difference.exr", {difference, {}}, {});
+}
+
+} // namespace surflect
