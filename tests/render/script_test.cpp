@@ -282,7 +282,8 @@ TEST(Script, MeshesAndSkeletonsAreReadFromBesideTheScriptAndAreInItsHash) {
 }
 
 TEST(Script, ReadingKeepsThePathAndTheHashOfTheText) {
-  const auto path = std::filesystem::temp_directory_path() / "surflect_script_test.toml";
+  const TemporaryFolder folder;
+  const auto path = folder / "shot.toml";
   writeFileAtomically(path, std::string_view(example));
   const Script script = readScript(path);
   std::filesystem::remove(path);

@@ -39,7 +39,6 @@ TEST(StageFile, TransportsHaveTheirNames) {
   EXPECT_EQ(parse(with("\"local\"", "\"full\"")).trace.transport, Transport::full);
 }
 
-// The example with another first object; lines of its table.
 TEST(StageFile, AScaleReplacesWhatItNames) {
   const std::string text =
       with("samples = 12", "samples = 12\nsegments = 8", with("segments = 16", "", example)) + R"toml(
@@ -77,7 +76,7 @@ lights = { count = 5 }
             3);
 }
 
-// [Weyrich 2005, §3] and larger.
+// Else the error is one line.
 bool isStage(const std::string& text) {
   try {
     parse(text);

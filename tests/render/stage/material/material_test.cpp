@@ -83,7 +83,6 @@ TEST(Materials, SampleWeightsAreEvaluateOverPdf) {
       }
 }
 
-// By the tenths of steradians, not by what the sampler takes to be likely.
 // Along the horizon, along the normal, straight through; and with the length of a float's rounding.
 TEST(Materials, StayFiniteAtTheExtremes) {
   std::vector<ShadingDirection> extremes;
