@@ -11,9 +11,9 @@
 
 namespace surflect {
 
-void setBesideTruth(const std::filesystem::path& captureFolder, const std::string& camera,
-                    const std::string& light, const std::filesystem::path& rendering,
-                    const std::filesystem::path& folder) {
+void writeTruthAndDifference(const std::filesystem::path& captureFolder, const std::string& camera,
+                             const std::string& light, const std::filesystem::path& rendering,
+                             const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const Capture capture = readCapture(captureFolder);
   const auto frame = std::ranges::find_if(capture.frames, [&](const Frame& candidate) {

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
     else if (arguments.size() == 5 && arguments[0] == "reflectance-image")
       relightReflectanceImage(arguments[1], arguments[2], arguments[3], arguments[4]);
     else if (arguments.size() == 6 && arguments[0] == "beside-truth")
-      setBesideTruth(arguments[1], arguments[2], arguments[3], arguments[4], arguments[5]);
+      writeTruthAndDifference(arguments[1], arguments[2], arguments[3], arguments[4], arguments[5]);
     else if (arguments.size() == 2 && arguments[0] == "splats")
       drawSplats(arguments[1]);
     else

@@ -29,8 +29,9 @@ void relightReflectanceImage(const std::filesystem::path& capture, const std::st
 // The photograph by a camera under a light, and how far a rendering by that camera, of the same size and
 // under that light, is from it, channel by channel. Writes truth.exr and difference.exr into the folder.
 // Throws Error.
-void setBesideTruth(const std::filesystem::path& capture, const std::string& camera, const std::string& light,
-                    const std::filesystem::path& rendering, const std::filesystem::path& folder);
+void writeTruthAndDifference(const std::filesystem::path& capture, const std::string& camera,
+                             const std::string& light, const std::filesystem::path& rendering,
+                             const std::filesystem::path& folder);
 
 // A square grid of surfels, stretched one to five [Weyrich 2005, Fig. 8]. Writes circular-reduced.exr,
 // elliptical-reduced.exr, circular.exr and elliptical.exr into the folder.

@@ -29,3 +29,12 @@ def read_png(path):
         pixels += zip(row[0::4], row[1::4], row[2::4], row[3::4])
         above = row
     return pixels
+
+
+def shares(path):
+    """How much of a picture is covered, of that opaque, and of that lit."""
+    pixels = read_png(path)
+    covered = [pixel for pixel in pixels if pixel[3] > 0]
+    opaque = [pixel for pixel in covered if pixel[3] == 255]
+    lit = [pixel for pixel in opaque if max(pixel[:3]) > 16]
+    return len(covered) / len(pixels), len(opaque) / len(covered), len(lit) / len(opaque)

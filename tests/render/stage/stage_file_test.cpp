@@ -76,7 +76,7 @@ lights = { count = 5 }
             3);
 }
 
-// Else the error is one line.
+// Whether the text is a stage; if not, its error is one line.
 bool isStage(const std::string& text) {
   try {
     parse(text);
