@@ -15,7 +15,7 @@ struct SurfelCloud {
   std::vector<Point3<AcquisitionSpace>> p0;
   std::vector<Rodrigues> r0;   // tangent frame (u0, v0, n0)
   std::vector<float> radius;   // of the splat, scene units; discs of this radius leave no hole
-  std::vector<float> coverage; // peak of its Gaussian, so that the Gaussians of the cloud sum to about 1
+  std::vector<float> coverage; // peak of its Gaussian: those of the cloud sum to about 1, less at borders
 
   size_t size() const { return p0.size(); }
 };
