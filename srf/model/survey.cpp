@@ -18,6 +18,9 @@ namespace surflect {
 
 namespace {
 
+// Of a run that is gone on with: what made the choice. Blends of older ones were others.
+constexpr const char* kSurvey = "survey-2";
+
 void countRadiance(const MattedView& view, PercentileCounter& values, const Progress& progress) {
   for (const auto& light : view.stack.lights) {
     progress.checkpoint();
@@ -97,7 +100,7 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
 
 std::string surveyText(const Survey& survey) {
   const auto& [blend, leftOutDb] = survey.lights;
-  return fmt::format("{:.17g} {} {} {} {}\n", survey.white, blend.lights, nameOf(blend.fit),
+  return fmt::format("{} {:.17g} {} {} {} {}\n", kSurvey, survey.white, blend.lights, nameOf(blend.fit),
                      blend.foreshortened ? "foreshortened" : "plain",
                      leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown");
 }
@@ -108,7 +111,8 @@ std::optional<Survey> parseSurvey(const std::string& text) {
   Survey survey;
   LightBlend& blend = survey.lights.blend;
   std::string fit, shortening, leftOutDb;
-  if (!(words >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb)) return std::nullopt;
+  std::string kind;
+  if (!(words >> kind >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb)) return std::nullopt;
   if (fit == nameOf(LightFit::plane)) blend.fit = LightFit::plane;
   blend.foreshortened = shortening == "foreshortened";
   if (leftOutDb != "unknown") {

@@ -23,10 +23,10 @@ Vec3<float> folded(OnSquare p) {
       .normalized();
 }
 
-// 48 cells from light to light, where so many cover the sphere evenly; fewer from 114 lights on, where 512
-// are the most.
+// 54 cells from light to light, where so many cover the sphere evenly; fewer from 90 lights on, where 512 are
+// the most.
 size_t cellsFor(size_t lights) {
-  return static_cast<size_t>(std::clamp(48 * std::sqrt(static_cast<double>(lights)), 64., 512.));
+  return static_cast<size_t>(std::clamp(54 * std::sqrt(static_cast<double>(lights)), 64., 512.));
 }
 
 } // namespace

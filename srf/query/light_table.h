@@ -37,15 +37,15 @@ private:
 
 class LightTable {
 public:
-  // blendOfLights of these (unit directions). A grid about 48 times finer than the lights are dense, of at
+  // blendOfLights of these (unit directions). A grid about 54 times finer than the lights are dense, of at
   // most 512 x 512 cells of 20 bytes for each light that has weight at a corner.
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
              Uncovered uncovered);
 
   // row[l] += the irradiance (r, g, b) that captured light l takes over from an environment; a row has one
-  // entry per captured light. The weights behind it are continuous in the turn and sum to 1, or to the
-  // coverage where it fades; where they are foreshortened, to that times the ratio of foreshortening.h. The
-  // fourth number is r + g + b as it is before that.
+  // entry per captured light. The weights behind it are continuous in the turn and those of
+  // blendOfLights; where they are foreshortened, times the ratio of foreshortening.h. The fourth number is
+  // r + g + b as it is before that.
   void spread(const EnvironmentLanes& environment,
               const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
               std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;

@@ -68,10 +68,9 @@ TEST(LightChoice, AMatteSurfaceOfWrongNormalsIsBlendedByAPlane) {
   const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside);
   EXPECT_FALSE(blend.foreshortened);
   EXPECT_EQ(blend.fit, LightFit::plane);
-  EXPECT_LE(blend.lights, 5u);
   // Radiance is linear in the direction. Of a distance s / 2 to the mean, at a spacing s = 0.45 radians of
-  // lights left out, the ridge leaves 0.1 / (1/2 + 0.1), and the sphere bulges by s^2 / 8 over the lights.
-  EXPECT_GT(*leftOutDb, -20 * std::log10(0.45 / 2 / 6 + 0.45 * 0.45 / 8));
+  // lights left out, the ridge leaves 0.1 / (1/2 + 0.1).
+  EXPECT_GT(*leftOutDb, -20 * std::log10(0.45 / 2 / 6));
 }
 
 TEST(LightChoice, HighlightsAreBlendedByAFewLightsMean) {

@@ -164,15 +164,16 @@ TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
     EXPECT_EQ(color, Rgb{});
 }
 
-TEST_P(ShadeEnvironment, IrradianceIsKept) {
+TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
   const auto lights = randomEnvironment(40, random);
   const Rgb total = totalIrradiance(lights);
-  const auto table = lightTable(model, {}, Uncovered::extrapolate);
+  const ShadeOptions mean{.lightFit = LightFit::mean, .foreshortened = false};
+  const auto table = lightTable(model, mean, Uncovered::extrapolate);
   EXPECT_EQ(table.has_value(), GetParam());
   for (const LightTable* used : {static_cast<const LightTable*>(nullptr), table ? &*table : nullptr}) {
     QueryBatch batch = darkBatch(model, 300, random);
     addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::extrapolate, used}, random);
-    const ShadingPlan plan = planShading(model, batch, {.foreshortened = false});
+    const ShadingPlan plan = planShading(model, batch, mean);
     for (const Rgb& sum : irradianceOf(model, plan)) {
       EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
       EXPECT_NEAR(sum.g / total.g, 1, 3e-6);
@@ -242,12 +243,13 @@ TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
 TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
   if (!GetParam()) return; // pairs are not
   const auto lights = randomEnvironment(20, random);
-  const auto table = lightTable(model, {}, Uncovered::fade);
+  ShadeOptions off{.lightFit = LightFit::mean, .foreshortened = false, .showsBlends = true}, on = off;
+  on.foreshortened = true;
+  const auto table = lightTable(model, off, Uncovered::fade); // a mean's is the same for both
   for (const LightTable* used : {static_cast<const LightTable*>(nullptr), &*table}) {
     QueryBatch batch = darkBatch(model, 200, random);
     addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, used}, random);
-    const ShadingPlan plain = planShading(model, batch, {.foreshortened = false, .showsBlends = true}),
-                      scaled = planShading(model, batch, {.foreshortened = true, .showsBlends = true});
+    const ShadingPlan plain = planShading(model, batch, off), scaled = planShading(model, batch, on);
     EXPECT_GT(largestDifference(irradianceOf(model, plain), irradianceOf(model, scaled)), 0.1);
     EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
   }
@@ -282,7 +284,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
     batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
     batch.irradiance.push_back({1, 1, 1});
   }
-  const ShadeOptions plain{.foreshortened = false};
+  const ShadeOptions plain{.lightFit = LightFit::mean, .foreshortened = false};
   const auto extrapolated = irradianceOf(dome.model, planShading(dome.model, batch, plain));
   batch.uncovered = {Uncovered::fade};
   const auto faded = irradianceOf(dome.model, planShading(dome.model, batch, plain));
@@ -304,7 +306,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
 
   // An environment of the same lamp fades as the lamp does.
   for (const bool tabulated : {false, true}) {
-    const auto table = lightTable(dome.model, {}, Uncovered::fade);
+    const auto table = lightTable(dome.model, plain, Uncovered::fade);
     if (tabulated && !table) continue;
     QueryBatch maps = batch;
     maps.lights = 0;

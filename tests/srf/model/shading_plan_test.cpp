@@ -15,7 +15,8 @@ class ShadingPlannedPairs : public PairQueries {};
 TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
   for (const size_t lights : {1, 3}) {
     const QueryBatch batch = randomBatch(model, 2000, lights, random);
-    const ShadingPlan plan = planShading(model, batch, {.foreshortened = false});
+    const ShadingPlan plan =
+        planShading(model, batch, {.lightFit = LightFit::mean, .foreshortened = false});
     EXPECT_EQ(plan.unseen, 0u);
     std::vector<double> sums(batch.size());
     for (const ShadingOp& op : plan.ops) {

@@ -40,10 +40,11 @@ std::vector<float> tabulated(const LightTable& table, size_t lights, const Direc
 
 constexpr LightBlend meanOfThree{3, LightFit::mean}, planeOfFour{4, LightFit::plane};
 
-TEST(LightTable, WeightsSumToOne) {
+TEST(LightTable, WeightsOfAMeanAndThoseToBeForeshortenedSumToOne) {
   std::mt19937 random(1);
   for (const int count : {1, 2, 6, 30, 200})
-    for (const LightBlend& how : {LightBlend{1}, LightBlend{3}, LightBlend{8}, planeOfFour}) {
+    for (const LightBlend& how :
+         {LightBlend{1}, LightBlend{3}, LightBlend{8}, LightBlend{4, LightFit::plane, true}}) {
       const LightTable table = tableOf(spiral(count), how, Uncovered::extrapolate);
       for (int i = 0; i < 300; ++i) {
         const auto weights = tabulated(table, count, randomDirection(random));
