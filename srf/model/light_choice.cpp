@@ -2,6 +2,7 @@
 
 #include "srf/image/color.h"
 #include "srf/query/foreshortening.h"
+#include "srf/relief/photometric.h"
 
 #include <tbb/parallel_for.h>
 
@@ -18,13 +19,15 @@ namespace {
 // light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
 // Blends are foreshortened where lights are no farther apart than 60 degrees: a surface that faces one
 // squarely is then seen under the next by half of it or more, which is what foreshortening() can make good.
-std::vector<LightBlend> candidatesFor(size_t lights, bool mayForeshorten) {
+// Normals that photographs tell are as rough as a relief made of them: by those a mean would err by tens of
+// percent, while a plane leaves them a few percent to say.
+std::vector<LightBlend> candidatesFor(size_t lights, bool mayForeshorten, NormalsFrom normals) {
   std::vector<LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8})
     for (const LightFit fit : {LightFit::mean, LightFit::plane})
       for (const bool foreshortened : {false, true})
-        if (blended + 2 <= lights && (mayForeshorten || !foreshortened) &&
-            (fit == LightFit::mean || blended > 3))
+        if (blended + 2 <= lights && (fit == LightFit::mean || blended > 3) &&
+            (!foreshortened || (mayForeshorten && (normals == NormalsFrom::shape || fit == LightFit::plane))))
           candidates.push_back({blended, fit, foreshortened});
   return candidates;
 }
@@ -48,8 +51,32 @@ void LightSamples::add(std::span<const Rgb> radiance, const Normal3<AcquisitionS
   }
 }
 
+// What photographs under the other lights tell of each texel; zero where they tell nothing.
+std::vector<Normal3<AcquisitionSpace>> LightSamples::normalsWithout(size_t light,
+                                                                    const Progress& progress) const {
+  std::vector<size_t> others;
+  std::vector<Vec3<double>> towards;
+  for (size_t other = 0; other < towards_.size(); ++other) {
+    if (other == light) continue;
+    others.push_back(other);
+    towards.push_back(towards_[other].raw().cast<double>());
+  }
+  std::vector<Normal3<AcquisitionSpace>> normals;
+  std::vector<Rgb> shares(others.size());
+  for (size_t texel = 0; texel < normals_.size(); ++texel) {
+    progress.checkNowAndThen(texel);
+    for (size_t i = 0; i < others.size(); ++i) {
+      const auto& [r, g, b] = reflectance_[others[i]];
+      shares[i] = std::numbers::pi_v<float> * Rgb{r[texel], g[texel], b[texel]};
+    }
+    normals.push_back(assume<Normal3<AcquisitionSpace>>(fitLambert(towards, shares).normal.cast<float>()));
+  }
+  return normals;
+}
+
 // The summed squared error of each candidate.
 std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const LightBlend> candidates,
+                                                std::span<const Normal3<AcquisitionSpace>> normals,
                                                 float white, const Progress& progress) const {
   std::vector<size_t> indices;
   std::vector<Direction3<AcquisitionSpace>> others;
@@ -67,11 +94,11 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
 
   // How a texel's blends are foreshortened, candidate by candidate.
   std::vector<float> factors;
-  for (size_t texel = 0; texel < normals_.size(); ++texel) {
+  for (size_t texel = 0; texel < normals.size(); ++texel) {
     progress.checkNowAndThen(texel);
     std::vector<float> cosines;
-    for (const auto& other : others) cosines.push_back(foreshortenedCosine(normals_[texel], other));
-    const float asked = foreshortenedCosine(normals_[texel], towards_[light]);
+    for (const auto& other : others) cosines.push_back(foreshortenedCosine(normals[texel], other));
+    const float asked = foreshortenedCosine(normals[texel], towards_[light]);
     for (size_t c = 0; c < candidates.size(); ++c)
       factors.push_back(candidates[c].foreshortened ? foreshortening(asked, blendedCosine(blends[c], cosines))
                                                     : 1);
@@ -106,12 +133,15 @@ LightChoice LightSamples::choose(double white, NormalsFrom normals, const Progre
   std::vector<Direction3<AcquisitionSpace, double>> covering;
   for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
   const bool mayForeshorten =
-      normals == NormalsFrom::elsewhere && LightCoverage(covering).spacing() <= std::numbers::pi / 3;
-  const auto candidates = candidatesFor(lights, mayForeshorten);
+      normals != NormalsFrom::nothing && LightCoverage(covering).spacing() <= std::numbers::pi / 3;
+  const auto candidates = candidatesFor(lights, mayForeshorten, normals);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);
   tbb::parallel_for(size_t{0}, lights, [&](size_t light) {
-    ofLight[light] = leftOutErrors(light, candidates, static_cast<float>(white), progress);
+    const bool areToldAgain = mayForeshorten && normals == NormalsFrom::photographs;
+    ofLight[light] =
+        leftOutErrors(light, candidates, areToldAgain ? normalsWithout(light, progress) : normals_,
+                      static_cast<float>(white), progress);
   });
   std::vector<double> errors(candidates.size());
   for (const auto& part : ofLight)

@@ -18,7 +18,8 @@ struct LightChoice {
   std::optional<double> leftOutDb;
 };
 
-enum class NormalsFrom { elsewhere, thesePhotographs };
+// What tells the normals of a geometry.
+enum class NormalsFrom { shape, photographs, nothing };
 
 // What the same texels show under every light.
 class LightSamples {
@@ -33,12 +34,15 @@ public:
   // to 8 bits: few lights before many, their mean before a plane, as they are before foreshortened. Errors
   // are of values clipped at white, after the sRGB curve. Leaving out doubles the distance to the nearest
   // light, so that they are larger than those of new lights between captured ones, and in favour of what
-  // smooths; hence the margin. None is foreshortened where only these photographs tell the normals, which
-  // then know of the light that is left out; nor where lights are far apart. Throws Cancelled.
+  // smooths; hence the margin. Photographs that tell the normals have told those given with the light that is
+  // left out; the others' alone are asked again, texel by texel (photometric.h). None is foreshortened where
+  // nothing tells normals, nor where lights are far apart. Throws Cancelled.
   LightChoice choose(double white, NormalsFrom normals, const Progress& progress = {}) const;
 
 private:
-  std::vector<double> leftOutErrors(size_t light, std::span<const LightBlend> candidates, float white,
+  std::vector<Normal3<AcquisitionSpace>> normalsWithout(size_t light, const Progress& progress) const;
+  std::vector<double> leftOutErrors(size_t light, std::span<const LightBlend> candidates,
+                                    std::span<const Normal3<AcquisitionSpace>> normals, float white,
                                     const Progress& progress) const;
 
   std::vector<Direction3<AcquisitionSpace>> towards_;

@@ -109,6 +109,11 @@ PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t
           kSecondsPerFade * fades + kSecondsPerValue * values};
 }
 
+NormalsFrom normalsOf(Impostor::Origin origin) {
+  if (origin == Impostor::Origin::plane) return NormalsFrom::nothing;
+  return origin == Impostor::Origin::relief ? NormalsFrom::photographs : NormalsFrom::shape;
+}
+
 } // namespace
 
 PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
@@ -155,9 +160,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   if (resumes && std::filesystem::exists(folder / surveyPath()))
     surveyed = parseSurvey(readFile(folder / surveyPath()));
   if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
-  const auto normals =
-      geometry.origin == Impostor::Origin::relief ? NormalsFrom::thesePhotographs : NormalsFrom::elsewhere;
-  if (!surveyed) surveyed = survey(source, frames, mesh, normals, impostor, progress);
+  if (!surveyed) surveyed = survey(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
   StoreOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
