@@ -17,7 +17,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 float weightAt(const TileSplat& s, float x, float y) {
-  constexpr auto exponent = static_cast<float>(-0.5 * kCutoffSigmas * kCutoffSigmas);
+  constexpr auto exponent = static_cast<float>(-kCutoffSigmas * kCutoffSigmas);
   const float a = s.a0 + s.ax * x + s.ay * y, b = s.b0 + s.by * y;
   return s.peak * std::exp(exponent * (a * a + b * b));
 }
@@ -93,15 +93,18 @@ void resolvePixel(const TileLists& lists, int block, int lane, TileScratch& scra
   if (visibleLayers == 1 && first.alpha > 0) return;
 
   layers.limit[lane] = -kInfinity;
-  const int blockX = block % kBlocksPerRow * kBlockSize, blockY = block / kBlocksPerRow * kBlockSize;
-  const int x = blockX + lane % kBlockSize, y = blockY + lane / kBlockSize;
-  LayeredPixel pixel{static_cast<uint32_t>(y * kTileSize + x),
-                     static_cast<uint32_t>(tile.contributions.size()), 0, 0};
-  const auto fromMiddle = [](int i) { return static_cast<float>(i - kTileSize / 2) + 0.5f; };
+  const auto x = static_cast<uint32_t>(block % kBlocksPerRow * kBlockSize + lane % kBlockSize),
+             y = static_cast<uint32_t>(block / kBlocksPerRow * kBlockSize + lane / kBlockSize);
+  const auto fromMiddle = [](uint32_t i) { return static_cast<float>(i) - kTileSize / 2 + 0.5f; };
   float alpha = 0;
   bool halfway = false;
   for (const Layer& layer : scratch.layers) {
-    const size_t begin = tile.contributions.size();
+    if (!(layer.alpha > 0)) continue;
+    alpha += layer.alpha;
+    const bool isMiddle = !halfway && alpha >= layers.alpha[lane] / 2;
+    halfway |= isMiddle;
+    if (isMiddle) layers.area[lane] = layer.area;
+    const auto begin = static_cast<uint32_t>(tile.contributions.size());
     float weight = 0, weightedOrder = 0;
     for (size_t i = layer.begin; i < layer.end; ++i) {
       const Fragment& f = fragments[i];
@@ -109,23 +112,11 @@ void resolvePixel(const TileLists& lists, int block, int lane, TileScratch& scra
       tile.contributions.push_back({f.splat, w});
       weight += w;
       weightedOrder += w * f.order;
+      seen[f.splat] = 1;
     }
-    alpha += layer.alpha;
-    if (!halfway && alpha >= layers.alpha[lane] / 2) {
-      halfway = true;
-      pixel.order = weightedOrder / weight;
-      layers.area[lane] = layer.area;
-    }
-    if (layer.alpha > 0) {
-      for (size_t i = begin; i < tile.contributions.size(); ++i)
-        tile.contributions[i].weight *= layer.alpha / weight;
-    } else {
-      tile.contributions.resize(begin);
-    }
+    tile.layers.push_back({y * kTileSize + x, begin, static_cast<uint32_t>(layer.end - layer.begin),
+                           layer.alpha, weightedOrder / weight, isMiddle});
   }
-  pixel.count = static_cast<uint32_t>(tile.contributions.size()) - pixel.begin;
-  for (size_t i = pixel.begin; i < tile.contributions.size(); ++i) seen[tile.contributions[i].splat] = 1;
-  tile.layered.push_back(pixel);
 }
 
 } // namespace
@@ -134,7 +125,7 @@ void coverTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span
                const TileFrame& frame, TileScratch& scratch, CoverageTile& tile, const PixelSums& pixels,
                std::span<uint8_t> seenOfCloud) {
   tile.lists.count = 0;
-  tile.layered.clear();
+  tile.layers.clear();
   tile.contributions.clear();
   const auto pixelAt = [&](int x, int y) {
     return static_cast<size_t>(y) * pixels.width + static_cast<size_t>(x);

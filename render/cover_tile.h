@@ -11,11 +11,13 @@
 
 namespace surflect {
 
-// A pixel that shows more than one layer, and has its row of the matrix.
-struct LayeredPixel {
-  uint32_t pixel; // of the tile, row by row
-  uint32_t begin, count;
-  float order; // of the layer at half of alpha
+// One of several layers that a pixel shows, which has its row of the matrix.
+struct PixelLayer {
+  uint32_t pixel;        // of the tile, row by row
+  uint32_t begin, count; // of the contributions
+  float alpha;
+  float order;   // mean
+  bool isMiddle; // the pixel's layer at half of its alpha
 };
 struct Contribution {
   uint32_t splat; // of the tile
@@ -29,8 +31,8 @@ struct CoverageTile {
   Room<uint32_t>
       column;         // of each splat its number in the cloud while covering; in Coverage::visible afterwards
   Room<float> limits; // kLanes for each block
-  std::vector<LayeredPixel> layered;
-  std::vector<Contribution> contributions; // of the layered pixels
+  std::vector<PixelLayer> layers; // of pixels that show several
+  std::vector<Contribution> contributions;
 };
 
 // The pixels of a picture that a tile has.

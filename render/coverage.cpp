@@ -17,7 +17,7 @@ TileFrame frameOf(const Coverage& coverage, size_t tile) {
   return {x, y, std::min(kTileSize, coverage.width - x), std::min(kTileSize, coverage.height - y)};
 }
 
-size_t pixelOf(const Coverage& coverage, const TileFrame& frame, const LayeredPixel& layered) {
+size_t pixelOf(const Coverage& coverage, const TileFrame& frame, const PixelLayer& layered) {
   return coverage.pixel(frame.x0 + static_cast<int>(layered.pixel % kTileSize),
                         frame.y0 + static_cast<int>(layered.pixel / kTileSize));
 }
@@ -53,9 +53,10 @@ void collectVisible(Coverage& coverage) {
   });
 }
 
-// Three values of each of a tile's splats, from `first` on, four apart; returns whether all are finite.
+// Three values of each of a tile's splats, from `first` on, and its confidence; returns whether all are
+// finite.
 bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_t channels, size_t first,
-                  std::vector<float>& to) {
+                  std::span<const float> confidence, std::vector<float>& to) {
   constexpr uint32_t kAhead = 16;
   const size_t some = std::min<size_t>(3, channels - first);
   const uint32_t count = tile.lists.count;
@@ -68,6 +69,7 @@ bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_
     __builtin_prefetch(&tile.lists.splats[i]); // for the kernel, which goes through them block by block
     const float* value = from + column[i] * channels;
     float* out = &to[4 * size_t{i}];
+    out[3] = confidence.empty() ? 1 : confidence[column[i]];
     if (some == 3) {
       out[0] = value[0], out[1] = value[1], out[2] = value[2];
       none += 0 * value[0] + 0 * value[1] + 0 * value[2];
@@ -81,8 +83,10 @@ bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_
 // Multiplies the matrix with values, three channels at a time, into every `stride`-th float of the image;
 // what remains there is alpha.
 Image multiplied(const Coverage& coverage, std::span<const float> values, int channels, int stride,
-                 Image kept) {
+                 std::span<const float> confidence, Image kept) {
   assert(channels > 0 && values.size() == coverage.visible.size() * static_cast<size_t>(channels));
+  assert(confidence.empty() || confidence.size() == coverage.visible.size());
+  assert(std::ranges::all_of(confidence, [](float c) { return c > 0; }));
   const SplatKernels& kernels = splatKernels(coverage.simd);
   Image image = std::move(kept);
   image.width = coverage.width, image.height = coverage.height, image.channels = stride;
@@ -98,8 +102,8 @@ Image multiplied(const Coverage& coverage, std::span<const float> values, int ch
     std::vector<float>& ofTile = scratches.local();
     for (int first = 0; first < channels; first += 3) {
       const int some = std::min(3, channels - first);
-      const bool finite =
-          gatherValues(tile, values, static_cast<size_t>(channels), static_cast<size_t>(first), ofTile);
+      const bool finite = gatherValues(tile, values, static_cast<size_t>(channels),
+                                       static_cast<size_t>(first), confidence, ofTile);
       for (int block = 0; block < kBlocks; ++block) {
         if (tile.lists.begin[block] == tile.lists.end[block]) continue;
         float alpha[kLanes] = {}, sums[3 * kLanes];
@@ -114,11 +118,16 @@ Image multiplied(const Coverage& coverage, std::span<const float> values, int ch
             for (int k = 0; k < some; ++k) out[k] = sums[static_cast<size_t>(k) * kLanes + i];
         });
       }
-      for (const LayeredPixel& layered : tile.layered) {
-        float* out = to(pixelOf(coverage, frame, layered)) + first;
-        for (const Contribution& c : std::span(tile.contributions).subspan(layered.begin, layered.count))
-          for (int k = 0; k < some; ++k)
-            out[k] += c.weight * ofTile[4 * size_t{c.splat} + static_cast<size_t>(k)];
+      for (const PixelLayer& layer : tile.layers) {
+        float* out = to(pixelOf(coverage, frame, layer)) + first;
+        float sums[3] = {}, sum = 0;
+        for (const Contribution& c : std::span(tile.contributions).subspan(layer.begin, layer.count)) {
+          const float* value = &ofTile[4 * size_t{c.splat}];
+          const float weight = c.weight * value[3];
+          for (int k = 0; k < some; ++k) sums[k] += weight * value[k];
+          sum += weight;
+        }
+        for (int k = 0; k < some; ++k) out[k] += layer.alpha / sum * sums[k];
       }
     }
     for (int y = frame.y0; stride > channels && y < frame.y0 + frame.height; ++y) {
@@ -163,12 +172,14 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   return coverage;
 }
 
-Image blend(const Coverage& coverage, std::span<const float> values, int channels, Image kept) {
-  return multiplied(coverage, values, channels, channels, std::move(kept));
+Image blend(const Coverage& coverage, std::span<const float> values, int channels,
+            std::span<const float> confidence, Image kept) {
+  return multiplied(coverage, values, channels, channels, confidence, std::move(kept));
 }
 
-Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels, Image kept) {
-  return multiplied(coverage, values, channels, channels + 1, std::move(kept));
+Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels,
+                     std::span<const float> confidence, Image kept) {
+  return multiplied(coverage, values, channels, channels + 1, confidence, std::move(kept));
 }
 
 Image depthImage(const Coverage& coverage) {
@@ -192,7 +203,8 @@ Image depthImage(const Coverage& coverage) {
           if (coverage.alpha[pixel + i] > 0) put(pixel + i, orders[lane + i]);
       });
     }
-    for (const LayeredPixel& layered : tile.layered) put(pixelOf(coverage, frame, layered), layered.order);
+    for (const PixelLayer& layer : tile.layers)
+      if (layer.isMiddle) put(pixelOf(coverage, frame, layer), layer.order);
   });
   return image;
 }

@@ -47,18 +47,23 @@ struct Coverage {
 // back, each taking of it what those in front have left (see layersOf in pixel_layers.h). An interior pixel
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
 // Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes for each splat that is
-// drawn, 64 for each tile it touches and 4 for each block, 5 for each of the cloud, 12 bytes a pixel, 8 for
-// each splat in a pixel of several layers, and for each thread up to 300 bytes for each splat over one block.
-// `kept`, a coverage that is no longer needed, gives its memory: up to four times what is needed stays.
+// drawn, 64 for each tile it touches and 4 for each block, 5 for each of the cloud, 12 bytes a pixel, 24 for
+// each of several layers of a pixel and 8 for each splat in it, and for each thread up to 300 bytes for each
+// splat over one block. `kept`, a coverage that is no longer needed, gives its memory: up to four times what
+// is needed stays.
 Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
                const Progress& progress = {}, Coverage kept = {});
 
 // values: visible splats x channels, those of one splat together. Returns the sums weighted by coverage,
-// hence premultiplied by alpha. `kept`, a picture that is no longer needed, gives its memory.
-Image blend(const Coverage& coverage, std::span<const float> values, int channels, Image kept = {});
+// hence premultiplied by alpha. confidence: per visible splat, above 0; within a layer of a pixel its weights
+// are multiplied by it, and all that the layer fills is shared anew. Empty: the same for all. `kept`, a
+// picture that is no longer needed, gives its memory.
+Image blend(const Coverage& coverage, std::span<const float> values, int channels,
+            std::span<const float> confidence = {}, Image kept = {});
 
 // The same, with alpha as one channel more.
-Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels, Image kept = {});
+Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels,
+                     std::span<const float> confidence = {}, Image kept = {});
 
 // Per pixel, along the viewing axis, of the layer at half of alpha; infinity where there is nothing.
 Image depthImage(const Coverage& coverage);

@@ -173,7 +173,7 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
       const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, camera, lights, progress,
                                          options.frame.splats.simd);
       const auto rendered = [&](const ShadeOptions& shadeOptions) {
-        return developRadiance(coverage, shade(model, batch, shadeOptions, cache, stats, progress).radiance);
+        return developRadiance(coverage, shade(model, batch, shadeOptions, cache, stats, progress));
       };
       const auto baseline = [&](Baseline kind) {
         if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);

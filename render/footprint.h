@@ -37,7 +37,7 @@ struct PixelBox {
 
 // A splat as it is drawn, low-pass included. At (dx, dy) pixels from its centre, where
 //   q = xx (dx + skew dy)^2 + yy dy^2 <= kCutoffSigmas^2,
-// its weight is peak exp(-q/2) and it lies at order + orderX dx + orderY dy, give or take the tolerance.
+// its Gaussian is peak exp(-q/2), and it lies at order + orderX dx + orderY dy, give or take the tolerance.
 struct Footprint {
   float x, y;         // centre, pixels
   float xx, skew, yy; // xx and yy in 1/pixels^2

@@ -81,11 +81,13 @@ QueryEnvironment queryOf(const ShotEnvironment& light) {
           environment.table ? &*environment.table : nullptr};
 }
 
-template <class ValueOf> Image developEach(const Coverage& coverage, int channels, const ValueOf& valueOf) {
+template <class ValueOf>
+Image developEach(const Coverage& coverage, int channels, const ValueOf& valueOf,
+                  std::span<const float> confidence = {}) {
   std::vector<float> values;
   for (size_t i = 0; i < coverage.visible.size(); ++i)
     for (const double value : valueOf(i)) values.push_back(static_cast<float>(value));
-  return blend(coverage, values, channels);
+  return blend(coverage, values, channels, confidence);
 }
 
 } // namespace
@@ -166,10 +168,10 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
   return batch;
 }
 
-Image developRadiance(const Coverage& coverage, std::span<const Rgb> radiance, Image kept) {
+Image developRadiance(const Coverage& coverage, const Shaded& shaded, Image kept) {
   static_assert(sizeof(Rgb) == 3 * sizeof(float));
-  const std::span values(reinterpret_cast<const float*>(radiance.data()), 3 * radiance.size());
-  return blendWithAlpha(coverage, values, 3, std::move(kept));
+  const std::span values(reinterpret_cast<const float*>(shaded.radiance.data()), 3 * shaded.radiance.size());
+  return blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(kept));
 }
 
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
@@ -198,7 +200,7 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
   stats.unseen = shaded.unseen;
 
   Film film;
-  film.color = developRadiance(coverage, shaded.radiance, std::move(color));
+  film.color = developRadiance(coverage, shaded, std::move(color));
   const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
   const std::map<std::string_view, std::function<Image()>> layers{
       {"depth", [&] { return depthImage(coverage); }},
@@ -209,9 +211,15 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
          });
        }},
       {"camera_blend",
-       [&] { return developEach(coverage, 3, [&](size_t i) { return rgbOf(shaded.cameraBlend[i]); }); }},
+       [&] {
+         return developEach(
+             coverage, 3, [&](size_t i) { return rgbOf(shaded.cameraBlend[i]); }, shaded.confidence);
+       }},
       {"light_blend",
-       [&] { return developEach(coverage, 3, [&](size_t i) { return rgbOf(shaded.lightBlend[i]); }); }},
+       [&] {
+         return developEach(
+             coverage, 3, [&](size_t i) { return rgbOf(shaded.lightBlend[i]); }, shaded.confidence);
+       }},
       {"stretch", [&] {
          return developEach(coverage, 1, [&](size_t i) {
            const size_t surfel = coverage.visible[i];

@@ -31,9 +31,9 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      std::span<const ShotLight> lights, const Progress& progress = {}, Simd simd = bestSimd(),
                      QueryBatch kept = {});
 
-// RGBA, premultiplied, from radiance per entry of coverage.visible. `kept`, a picture that is no longer
-// needed, gives its memory.
-Image developRadiance(const Coverage& coverage, std::span<const Rgb> radiance, Image kept = {});
+// RGBA, premultiplied, from radiance per entry of coverage.visible, and its confidence if it has one. `kept`,
+// a picture that is no longer needed, gives its memory.
+Image developRadiance(const Coverage& coverage, const Shaded& shaded, Image kept = {});
 
 // The frame's layers beside its colour, by name (script.h: aovNames).
 struct Film {

@@ -2,8 +2,8 @@
 //
 // A surfel spreads coverage * exp(-(a^2 + b^2) / (2 s^2)) over its surface p + a u + b v, where s is
 // kSigmaPerRadius * radius. Warps and lenses are locally affine in (a, b), so Gaussians that summed to 1 on
-// the surface at rest still do after any of them: the sum over splats is the coverage of a pixel, whatever
-// the stretch and the zoom.
+// the surface at rest, and to 1/2 at its borders, still do after any of them: the sum over splats is the
+// coverage of a pixel, whatever the stretch and the zoom.
 //
 // [Botsch 2005]  Botsch, Hornung, Zwicker, Kobbelt: High-Quality Surface Splatting on Today's GPUs (the wider
 //                of reconstruction kernel and low-pass, instead of their convolution).
@@ -41,8 +41,8 @@ struct Splats {
 Splats splatsOf(const SurfelCloud& rest, const DeformedCloud& deformed);
 
 struct SplatOptions {
-  // Least standard deviation of a splat on the screen, pixels. At 0.44 what a tiny splat covers depends least
-  // on where in a pixel it falls: by 2 %, at 0.4 by 8 %.
+  // Least standard deviation of a splat on the screen, pixels; of its colour's weights a root of two less. At
+  // 0.44 what a tiny splat covers depends least on where in a pixel it falls: by 2 %, at 0.4 by 8 %.
   double lowPass = 0.44;
   double nearDepth = 0.0; // scene units; a pinhole draws no splat that reaches nearer
   Simd simd = bestSimd();

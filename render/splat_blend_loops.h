@@ -6,14 +6,15 @@
 namespace surflect {
 namespace {
 
-// exp(-(1 - t) kCutoffSigmas^2 / 2) for t from 0 to 1, within 4e-6 of itself: the interpolant of its eighth
-// root at six Chebyshev points, to the eighth power.
-inline Lanes gaussian(Lanes t) {
+// The colour weight exp(-q) for q = (1 - t) kCutoffSigmas^2, t from 0 to 1, within 8e-6 of itself: the
+// interpolant of its sixteenth root at six Chebyshev points, to the sixteenth power.
+inline Lanes colorWeight(Lanes t) {
   Lanes p = mulAdd(broadcast(0.0015028588045024242f), t, broadcast(0.006077974570907757f));
   p = mulAdd(p, t, broadcast(0.03509480425083057f));
   p = mulAdd(p, t, broadcast(0.13622610026689938f));
   p = mulAdd(p, t, broadcast(0.3560550637326124f));
   p = mulAdd(p, t, broadcast(0.4650430994935186f));
+  p = p * p;
   p = p * p;
   p = p * p;
   return p * p;
@@ -34,7 +35,7 @@ inline void eachWeight(const TileLists& tile, int block, Lanes limit, Add add) {
   for (uint32_t i = tile.begin[block]; i < end; ++i) {
     const uint32_t splat = tile.list[i];
     const TileSplat& s = tile.splats[splat];
-    const Lanes inside = insideOf(s, at), weight = gaussian(inside) * broadcast(s.peak);
+    const Lanes inside = insideOf(s, at), weight = colorWeight(inside) * broadcast(s.peak);
     if constexpr (ordered) {
       const Lanes order = orderOf(s, at);
       add(splat, (zero <= inside) & (order < limit), weight, order);
@@ -51,7 +52,7 @@ inline void blendBlockAs(const TileLists& tile, int block, const float* limits, 
   Lanes sum = zero, sum0 = zero, sum1 = zero, sum2 = zero;
   eachWeight<ordered>(tile, block, limit, [&](uint32_t splat, Mask in, Lanes weight, Lanes) {
     const float* value = values + 4 * static_cast<size_t>(splat);
-    const Lanes seen = where(in, weight);
+    const Lanes seen = where(in, weight * broadcast(value[3]));
     sum = sum + seen;
     if constexpr (finite) {
       sum0 = mulAdd(seen, broadcast(value[0]), sum0);

@@ -10,7 +10,7 @@
 namespace surflect {
 
 // One of a cloud's splats that is drawn: a Footprint made ready for tiles. At (dx, dy) pixels from its centre
-// its weight is peak exp(-kCutoffSigmas^2 q / 2) where
+// its Gaussian is peak exp(-kCutoffSigmas^2 q / 2) where
 //   q = (ax dx + ay dy)^2 + (by dy)^2 <= 1.
 struct alignas(64) ScreenSplat {
   float x, y;
@@ -100,8 +100,8 @@ struct SplatKernels {
   // Marks seen[splat of the tile] of those with an order below a limit; drops the others from the block's
   // list.
   void (*keepSeen)(TileLists&, int block, const BlockFragments&, const float* limits, uint8_t* seen);
-  // Sums of three values per splat of the tile, `values` being four apart, over the fragments below the
-  // limits, weighted to sum to alpha. finite: all values are. out: 3 x kLanes.
+  // Sums of three values per splat of the tile over the fragments below the limits, weighted to sum to alpha.
+  // values: three and the confidence of each splat. finite: all values are. out: 3 x kLanes.
   void (*blendBlock)(const TileLists&, int block, const float* limits, const float* alpha,
                      const float* values, bool finite, float* out);
   // The mean order of these fragments.

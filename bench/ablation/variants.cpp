@@ -8,7 +8,7 @@ namespace surflect {
 
 namespace {
 
-using Queries = std::function<std::vector<Rgb>(const QueryBatch& batch)>;
+using Queries = std::function<Shaded(const QueryBatch& batch)>;
 using Turned = std::function<void(const DeformedCloud& deformed, QueryBatch& batch)>;
 
 // deform -> look once; then, by frame, queriesAt -> adjust -> shade -> develop.
@@ -55,7 +55,7 @@ Renderer withDirections(const SplatView& view, DirectionsBack back) {
   };
   return adjusted(view, adjust, [=](const QueryBatch& batch) {
     ShadingStats stats;
-    return shade(view.model, batch, view.options.shade, view.cache, stats, view.progress).radiance;
+    return shade(view.model, batch, view.options.shade, view.cache, stats, view.progress);
   });
 }
 
@@ -89,8 +89,9 @@ ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, Shading
 Renderer withLightHull(const SplatView& view) {
   return adjusted(view, nullptr, [=](const QueryBatch& batch) {
     ShadingStats stats;
-    ShadingPlan plan = planShading(view.model, batch, view.options.shade);
-    return shade(blendedOverHull(view.model, batch, std::move(plan)), view.cache, stats, view.progress);
+    const ShadingPlan plan =
+        blendedOverHull(view.model, batch, planShading(view.model, batch, view.options.shade));
+    return Shaded{shade(plan, view.cache, stats, view.progress), plan.confidence, {}, {}};
   });
 }
 

@@ -125,7 +125,7 @@ Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const {
   ShadeOptions options;
   options.lights = 3;
   options.lightFit = LightFit::mean;
-  return greenOf(developRadiance(coverage, shade(model_, batch, options, cache, stats).radiance));
+  return greenOf(developRadiance(coverage, shade(model_, batch, options, cache, stats)));
 }
 
 Angle azimuthOf(const Image& picture) {

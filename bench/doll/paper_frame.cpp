@@ -8,6 +8,7 @@
 
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -95,6 +96,8 @@ public:
   }
 
   size_t lookups() const { return lookups_; }
+  // Of the query that radiance was asked for last.
+  float leastPenalty() const { return *std::ranges::min_element(penalties_); }
 
 private:
   static std::vector<Acquired> directionsFromMiddle(const Model& model) {
@@ -234,10 +237,13 @@ PaperFrame paperFrame(const Model& model, const Warp& warp, const Camera<ObjectS
     const QueryBatch batch = queriesAt(model.cloud, cloud, coverage.visible, camera, lights);
     clock.finish("queries");
     PaperShader shader(model, batch, options.shade, blocks, clock);
-    std::vector<Rgb> radiance;
-    for (size_t query = 0; query < batch.size(); ++query) radiance.push_back(shader.radiance(query));
+    Shaded shaded;
+    for (size_t query = 0; query < batch.size(); ++query) {
+      shaded.radiance.push_back(shader.radiance(query));
+      shaded.confidence.push_back(confidenceOf(shader.leastPenalty()));
+    }
     frame.lookups = shader.lookups();
-    frame.color = developRadiance(coverage, radiance);
+    frame.color = developRadiance(coverage, shaded);
     clock.finish("develop");
   });
   frame.seconds = std::move(clock.seconds);

@@ -35,10 +35,10 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
       // channel each.
       {"look-up", real(counts.blockBytes) + pairs * 16 + visible * 12,
        lookups * rank * 6 + pairs * rank * 30},
-      // Footprint and radiance in, and what pixels have; RGBA out. Ellipse, Gaussian and depth of a
-      // contribution
-      // again 30: to store and read it would take as long as 100. A multiply-add a channel.
-      {"develop", visible * (36 + 12) + pixels * (8 + 16), contributions * (30 + 6)},
+      // Footprint, radiance and confidence in, and what pixels have; RGBA out. Ellipse, Gaussian and depth of
+      // a contribution again 30: to store and read it would take as long as 100. Its confidence, and a
+      // multiply-add a channel.
+      {"develop", visible * (36 + 16) + pixels * (8 + 16), contributions * (30 + 7)},
   };
 }
 

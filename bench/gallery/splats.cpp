@@ -66,9 +66,9 @@ void drawSplats(const std::filesystem::path& folder) {
 
   const auto draw = [&](const char* name, const SurfelCloud& cloud, const DeformedCloud& deformed) {
     const Coverage coverage = look(camera, cloud, deformed);
-    std::vector<Rgb> colors;
-    for (const uint32_t surfel : coverage.visible) colors.push_back(colorAt(cloud.p0[surfel]));
-    writeFilm(folder / name, {developRadiance(coverage, colors), {}}, {});
+    Shaded shaded;
+    for (const uint32_t surfel : coverage.visible) shaded.radiance.push_back(colorAt(cloud.p0[surfel]));
+    writeFilm(folder / name, {developRadiance(coverage, shaded), {}}, {});
   };
   const DeformedCloud circles = circular(ellipses);
   draw("circular-reduced.exr", alone(rest, 0.3f, 2), circles);

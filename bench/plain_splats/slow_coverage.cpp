@@ -12,9 +12,7 @@ namespace surflect::slow {
 
 namespace {
 
-// A splat at a pixel. Its colour is weighted by the Gaussian, but the area it covers is spread by a wider
-// kernel of the same mass: sums of that hardly ripple, even where the cloud has lost a surfel, and its area
-// is right wherever in a pixel a tiny splat falls.
+// A splat at a pixel, see pixel_layers.h.
 struct Fragment {
   float order, tolerance, weight, area;
   uint32_t splat;
@@ -66,7 +64,7 @@ template <class Draw> void rasterise(const Footprint& f, uint32_t splat, const P
       const float dx = static_cast<float>(x) + 0.5f - f.x;
       const float q = f.xx * across * across + rowQ;
       const float order = f.order + f.orderX * dx + f.orderY * dy;
-      draw(x, y, Fragment{order, f.tolerance, f.peak * std::exp(-0.5f * q), f.peak * areaKernel(q), splat});
+      draw(x, y, Fragment{order, f.tolerance, f.peak * std::exp(-q), f.peak * areaKernel(q), splat});
     }
   }
 }
@@ -116,7 +114,8 @@ ResolvedPixel resolvePixel(std::span<Fragment> fragments, std::vector<Contributi
     }
     if (!(pixel.alpha > alphaBefore)) continue;
     const float scale = (pixel.alpha - alphaBefore) / weight;
-    for (size_t i = begin; i < end; ++i) out.push_back({fragments[i].splat, fragments[i].weight * scale});
+    for (size_t i = begin; i < end; ++i)
+      out.push_back({fragments[i].splat, fragments[i].weight * scale, i + 1 == end});
   }
   return pixel;
 }
@@ -278,15 +277,25 @@ std::vector<uint32_t> visibleSplats(const Coverage& coverage) {
   return visible;
 }
 
-Image blend(const Coverage& coverage, std::span<const float> attributes, int channels) {
+Image blend(const Coverage& coverage, std::span<const float> attributes, int channels,
+            std::span<const float> confidence) {
   assert(channels > 0 && attributes.size() == coverage.splatCount * static_cast<size_t>(channels));
   Image image(coverage.width, coverage.height, channels);
   tbb::parallel_for(0, coverage.height, [&](int y) {
     for (int x = 0; x < coverage.width; ++x) {
       const auto pixel = image.at(x, y);
+      std::vector<double> sums(pixel.size()); // of a layer
+      double alpha = 0, trusted = 0;
       for (const Contribution& c : coverage.at(x, y)) {
         const auto attribute = attributes.subspan(c.splat * pixel.size(), pixel.size());
-        for (size_t k = 0; k < pixel.size(); ++k) pixel[k] += c.weight * attribute[k];
+        const double weight = c.weight * (confidence.empty() ? 1.0 : confidence[c.splat]);
+        for (size_t k = 0; k < pixel.size(); ++k) sums[k] += weight * attribute[k];
+        alpha += c.weight;
+        trusted += weight;
+        if (!c.endsLayer) continue;
+        for (size_t k = 0; k < pixel.size(); ++k)
+          pixel[k] += static_cast<float>(alpha / trusted * std::exchange(sums[k], 0));
+        alpha = trusted = 0;
       }
     }
   });

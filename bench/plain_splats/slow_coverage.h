@@ -9,6 +9,7 @@ namespace surflect::slow {
 struct Contribution {
   uint32_t splat; // of the cloud
   float weight;
+  bool endsLayer; // it is the last of its layer
 };
 
 struct Coverage {
@@ -48,7 +49,9 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
 std::vector<uint32_t> visibleSplats(const Coverage& coverage);
 
 // attributes: splats x channels, those of one splat together; only those of visible splats are read.
-// Returns the sums weighted by coverage, hence premultiplied by alpha.
-Image blend(const Coverage& coverage, std::span<const float> attributes, int channels);
+// Returns the sums weighted by coverage, hence premultiplied by alpha. confidence: per splat, see
+// render/coverage.h.
+Image blend(const Coverage& coverage, std::span<const float> attributes, int channels,
+            std::span<const float> confidence = {});
 
 } // namespace surflect::slow

@@ -63,7 +63,9 @@ Way fastWay(Simd simd, const Camera<ObjectSpace>& camera, const Splats& splats, 
   const auto covers = [=, &camera, &splats] {
     kept->coverage = cover(camera, splats, {.simd = simd}, {}, std::move(kept->coverage));
   };
-  const auto blends = [=] { kept->image = blend(kept->coverage, kept->values, 3, std::move(kept->image)); };
+  const auto blends = [=] {
+    kept->image = blend(kept->coverage, kept->values, 3, {}, std::move(kept->image));
+  };
   covers();
   kept->values = ofVisible(kept->coverage, {colors.begin(), colors.end()});
   blends();

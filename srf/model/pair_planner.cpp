@@ -33,6 +33,10 @@ PairPlanner::BlendColors PairPlanner::planQuery(size_t query, size_t target, Sha
   lights_.lookFrom(place_);
   lights_.faceAll();
   if (!views_.rate(batch_.surfels[query], batch_.towardsView[query])) ++plan.unseen;
+  float penalty = std::numeric_limits<float>::infinity();
+  for (size_t view = 0; view < model_.columns.size(); ++view)
+    penalty = std::min(penalty, views_.with(view, 0));
+  plan.confidence[target / plan.targetsPerQuery] = confidenceOf(penalty);
   const auto targets = static_cast<float>(batch_.targets());
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;

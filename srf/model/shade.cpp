@@ -20,7 +20,7 @@ std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perQuery) {
   return radiance;
 }
 
-void append(const std::vector<Rgb>& part, std::vector<Rgb>& all) {
+template <class T> void append(const std::vector<T>& part, std::vector<T>& all) {
   all.insert(all.end(), part.begin(), part.end());
 }
 
@@ -52,6 +52,7 @@ public:
     if (lap_) lap_(all > 0 ? planning / all : 1);
     append(summed(queue_.finish(), planner_.targetsPerQuery()), shaded.radiance);
     for (const ShadingPlan* plan : plans) {
+      append(plan->confidence, shaded.confidence);
       append(plan->cameraBlend, shaded.cameraBlend);
       append(plan->lightBlend, shaded.lightBlend);
       shaded.unseen += plan->unseen;

@@ -13,8 +13,9 @@ std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats&
                        const Progress& progress = {}, Simd simd = bestSimd());
 
 struct Shaded {
-  std::vector<Rgb> radiance;                // per query
-  std::vector<Rgb> cameraBlend, lightBlend; // and unseen: as ShadingPlan has them
+  std::vector<Rgb> radiance;     // per query
+  std::vector<float> confidence; // this and what follows: as ShadingPlan has it
+  std::vector<Rgb> cameraBlend, lightBlend;
   size_t unseen = 0;
 };
 

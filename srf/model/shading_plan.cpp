@@ -72,6 +72,7 @@ struct ShadingPlanner::Parts {
     plan.ops.clear();
     plan.rows.clear();
     plan.unseen = 0;
+    plan.confidence.resize(plan.queries);
     const size_t blends = options.showsBlends ? plan.queries : 0;
     plan.cameraBlend.assign(blends, {});
     plan.lightBlend.assign(blends, {});

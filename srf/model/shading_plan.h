@@ -43,6 +43,9 @@ struct ShadingPlan {
   size_t targetsPerQuery = 1;
   std::vector<ShadingOp> ops;
   std::vector<LightWeight> rows;
+  // Per query, by its best view alone (ulr.h): whether that turns out to show background there, and how far
+  // the light is, are not looked at.
+  std::vector<float> confidence;
   // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query,
   // none where the options do not ask for them.
   std::vector<Rgb> cameraBlend, lightBlend;

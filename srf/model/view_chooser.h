@@ -16,17 +16,21 @@ public:
   // Chooses for the queries from `begin` on, 1..kChoiceLanes.
   void choose(size_t begin, size_t count);
 
-  // use(view, weight) of each that is blended for the lane-th of them. Returns false where none sees it.
-  template <class Use> bool forEach(size_t lane, const Use& use) {
+  struct Rating {
+    float penalty; // of the best view
+    bool isSeen;   // by any
+  };
+  // use(view, weight) of each that is blended for the lane-th of them.
+  template <class Use> Rating forEach(size_t lane, const Use& use) {
     if (!options_.nearest && blends_->isSure(lane) && blends_->penalty(lane) <= kStandInFrom) {
       blends_->forEach(lane, use);
-      return true;
+      return {blends_->penalty(lane), true};
     }
     const size_t query = begin_ + lane;
-    const auto [blend, isSeen] =
+    const auto [blend, penalty, isSeen] =
         all_.blend(batch_.surfels[query], batch_.towardsView[query], options_.nearest ? 1 : options_.cameras);
     for (const auto& [view, weight] : blend) use(view, weight);
-    return isSeen;
+    return {penalty, isSeen};
   }
 
 private:

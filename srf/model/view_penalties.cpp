@@ -95,7 +95,7 @@ ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<Acqu
   NearestCandidates nearest(count);
   if (!asksStandIns(best)) {
     for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
-    return {ulrWeights(nearest), true};
+    return {ulrWeights(nearest), best, true};
   }
   StandIns standIns(*this, surfel);
   look_.look(model_.cloud.p0[surfel], towardsView, standIns.normal());
@@ -110,7 +110,8 @@ ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<Acqu
     }
     nearest.offer({view, penalty});
   }
-  return {ulrWeights(nearest), best < kInfinity};
+  return {ulrWeights(nearest), nearest.sorted().empty() ? kInfinity : nearest.sorted()[0].penalty,
+          best < kInfinity};
 }
 
 } // namespace surflect

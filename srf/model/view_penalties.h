@@ -29,6 +29,7 @@ public:
   // The weights of the `count` best, of all views that rate would rate. Also says what rate returns.
   struct Rated {
     BlendSet blend;
+    float penalty = 0; // the least
     bool isSeen = false;
   };
   Rated blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView, size_t count);

@@ -126,9 +126,11 @@ void expectPartsAreTheWhole(const Model& model, const QueryBatch& batch) {
   };
   const Shaded whole = inPartsOf(std::numeric_limits<size_t>::max());
   ASSERT_EQ(whole.radiance.size(), batch.size());
+  ASSERT_EQ(whole.confidence.size(), batch.size());
   for (const size_t targets : {1, 7, 600})
     for (const Shaded& parts : {inPartsOf(targets), filledFor(targets)}) {
       EXPECT_EQ(parts.radiance, whole.radiance) << targets;
+      EXPECT_EQ(parts.confidence, whole.confidence) << targets;
       EXPECT_EQ(parts.cameraBlend, whole.cameraBlend) << targets;
       EXPECT_EQ(parts.lightBlend, whole.lightBlend) << targets;
       EXPECT_EQ(parts.unseen, whole.unseen) << targets;

@@ -1,8 +1,11 @@
 #include "srf/model/shading_plan.h"
 
 #include "srf/query/foreshortening.h"
+#include "srf/query/stand_in.h"
 #include "srf/query/ulr.h"
 #include "tests/srf/model/queries.h"
+
+#include <limits>
 
 namespace surflect {
 namespace {
@@ -15,8 +18,7 @@ class ShadingPlannedPairs : public PairQueries {};
 TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
   for (const size_t lights : {1, 3}) {
     const QueryBatch batch = randomBatch(model, 2000, lights, random);
-    const ShadingPlan plan =
-        planShading(model, batch, {.lightFit = LightFit::mean, .foreshortened = false});
+    const ShadingPlan plan = planShading(model, batch, {.lightFit = LightFit::mean, .foreshortened = false});
     EXPECT_EQ(plan.unseen, 0u);
     std::vector<double> sums(batch.size());
     for (const ShadingOp& op : plan.ops) {
@@ -30,6 +32,33 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
     }
     for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
   }
+}
+
+// The least penalty of angle over fade; stand-ins in view_penalties_test.cpp.
+void expectConfidenceIsThatOfTheBestView(const Model& model, const QueryBatch& batch) {
+  const ShadingPlan plan = planShading(model, batch, {});
+  ASSERT_EQ(plan.confidence.size(), batch.size());
+  for (size_t query = 0; query < batch.size(); ++query) {
+    const auto fades = model.fades.of(batch.surfels[query]);
+    const auto place = model.cloud.p0[batch.surfels[query]].cast<double>();
+    float best = std::numeric_limits<float>::infinity();
+    for (size_t view = 0; view < fades.size(); ++view) {
+      const auto towards = Viewpoint(model.rig.views[view].camera).towards(place).cast<float>();
+      if (fades[view] > 0)
+        best =
+            std::min(best, anglePenalty(towards, batch.towardsView[query]) / ViewFades::decode(fades[view]));
+    }
+    ASSERT_LE(best, kStandInFrom);
+    EXPECT_NEAR(plan.confidence[query], confidenceOf(best), 2e-5);
+  }
+}
+
+TEST_F(ShadingPlanned, ConfidenceIsThatOfTheBestView) {
+  expectConfidenceIsThatOfTheBestView(model, randomBatch(model, 2000, 1, random));
+}
+
+TEST_F(ShadingPlannedPairs, ConfidenceIsThatOfTheBestView) {
+  expectConfidenceIsThatOfTheBestView(model, randomBatch(model, 300, 2, random));
 }
 
 TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 
@@ -174,6 +175,17 @@ TEST(Ulr, ACameraThatFadesOutLeavesWithoutAJump) {
       EXPECT_LE(largestJump(path, 2 * kSteps, 4), 0.55 * largestJump(path, kSteps, 4) + 1e-5)
           << cameras << " cameras";
     }
+}
+
+TEST(Ulr, ConfidenceFallsWithThePenaltyAndIsNeverNothing) {
+  EXPECT_EQ(confidenceOf(0), 1);
+  EXPECT_EQ(confidenceOf(1), 1 / 16.f);
+  float before = 1;
+  for (float penalty = 0.01f; penalty < 30; penalty *= 1.3f) {
+    EXPECT_LT(confidenceOf(penalty), before);
+    before = confidenceOf(penalty);
+  }
+  EXPECT_GT(confidenceOf(std::numeric_limits<float>::infinity()), 1e-6f);
 }
 
 } // namespace
