@@ -17,7 +17,10 @@ namespace surflect {
 
 namespace {
 
-constexpr double kLeastDb = 100, kMostFlipped = 2e-5;
+// A fragment at the end of a layer may fall on either side of it, by rounding: its pixel is flipped. Without
+// such pixels a picture is as near to the plain one as sums of floats are.
+constexpr double kLeastDb = 115, kMostFlipped = 2e-5;
+constexpr float kFlipped = 1e-3f;
 constexpr int kRoundsToOnePlain = 3;
 
 std::vector<float> ofVisible(const Coverage& coverage, const std::vector<float>& colors) {
@@ -28,20 +31,28 @@ std::vector<float> ofVisible(const Coverage& coverage, const std::vector<float>&
   return values;
 }
 
-double decibels(const Image& a, const Image& b) {
-  double squared = 0;
-  for (size_t i = 0; i < a.values.size(); ++i) squared += std::pow(a.values[i] - b.values[i], 2);
-  return std::min(999.0, psnr(squared / static_cast<double>(a.values.size())));
-}
-
-double flippedShare(const Image& a, const Image& b) {
-  constexpr float kFlipped = 1e-3f;
+struct Nearness {
+  double db = 0, unflippedDb = 0;
+  double flipped = 0; // share of the pixels
+};
+Nearness nearness(const Image& a, const Image& b) {
+  double squared = 0, unflipped = 0;
   size_t flipped = 0;
-  for (size_t i = 0; i < a.values.size(); i += 3)
-    flipped += std::ranges::any_of(std::array{i, i + 1, i + 2}, [&](size_t k) {
-      return !(std::abs(a.values[k] - b.values[k]) < kFlipped);
-    });
-  return static_cast<double>(3 * flipped) / static_cast<double>(a.values.size());
+  for (size_t i = 0; i < a.values.size(); i += 3) {
+    double ofPixel = 0;
+    bool isFlipped = false;
+    for (const size_t k : {i, i + 1, i + 2}) {
+      const float difference = a.values[k] - b.values[k];
+      ofPixel += difference * difference;
+      isFlipped |= !(std::abs(difference) < kFlipped);
+    }
+    squared += ofPixel;
+    unflipped += isFlipped ? 0 : ofPixel;
+    flipped += isFlipped;
+  }
+  const auto values = static_cast<double>(a.values.size());
+  const auto decibels = [&](double sum) { return std::min(999.0, psnr(sum / values)); };
+  return {decibels(squared), decibels(unflipped), static_cast<double>(3 * flipped) / values};
 }
 
 struct Way {
@@ -69,10 +80,10 @@ Way fastWay(Simd simd, const Camera<ObjectSpace>& camera, const Splats& splats, 
   covers();
   kept->values = ofVisible(kept->coverage, {colors.begin(), colors.end()});
   blends();
-  const double db = decibels(kept->image, plain), flipped = flippedShare(kept->image, plain);
-  if (!(db >= kLeastDb && flipped <= kMostFlipped))
+  const auto [db, unflippedDb, flipped] = nearness(kept->image, plain);
+  if (!(unflippedDb >= kLeastDb && flipped <= kMostFlipped))
     throw Error(fmt::format("splats by {}: {:.1f} dB from plain ones, {:.2g} of the pixels flipped",
-                            nameOf(simd), db, flipped));
+                            nameOf(simd), unflippedDb, flipped));
   return {std::string(nameOf(simd)), db, flipped, covers, blends};
 }
 
