@@ -35,8 +35,11 @@ Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache
               LookUpKernel kernel) {
   Rgb sum;
   const ViewFile& view = cache.views()[op.view];
-  for (const auto& [block, taps] : tapsAt(view, TexelPlace::at(view.header(), op.x, op.y))) {
-    const auto held = cache.get(op.view, block);
+  const auto find = [&](BlockPosition position) { return view.find(position); };
+  ViewTaps<std::optional<uint32_t>> all;
+  findTaps(TexelPlace::at(view.header(), op.x, op.y), find, all);
+  for (const auto& [block, taps] : all) {
+    const auto held = cache.get(op.view, *block);
     const BlockTerms terms = held->terms();
     const LookUpJob job{terms.levels, terms.coefficients, static_cast<size_t>(terms.stride), &taps};
     float rgb[3];

@@ -1,5 +1,6 @@
 #include "srf/store/answerer.h"
 
+#include "srf/store/recent_blocks.h"
 #include "srf/store/view_taps.h"
 
 #include <tbb/parallel_for.h>
@@ -15,8 +16,7 @@ namespace surflect {
 
 namespace {
 
-constexpr size_t kLineBytes = 64; // of the processor's caches
-constexpr size_t kOpsAtOnce = 16; // that the processor fetches for while others are answered
+constexpr size_t kOpsAtOnce = 32; // that the processor fetches for while others are answered
 constexpr size_t kMostJobs = 4 * kOpsAtOnce;
 constexpr size_t kBlocksAtOnce = 4096; // that are fetched, or those of one part
 
@@ -32,38 +32,15 @@ struct Asked {
   size_t lights() const { return op->rowEnd - op->rowBegin; }
 };
 
-// Which numbers, above 0, were asked for lately.
-class Lately {
-public:
-  bool knows(uint64_t number) {
-    uint64_t& last = numbers_[number * 0x9e3779b97f4a7c15 >> 59];
-    return std::exchange(last, number) == number;
-  }
-
-private:
-  std::array<uint64_t, 32> numbers_{};
-};
-
-// Asks the processor for what a look-up will read. Not a call: for the compiler it would have no effect, and
-// be left out.
-[[gnu::always_inline]] inline void fetchAhead(const BlockTerms& block, const BlockTaps& taps,
-                                              const Asked& asked, Lately& fetched) {
+// Asks the processor for texels that a look-up will read. Not a call: for the compiler it would have no
+// effect, and be left out.
+[[gnu::always_inline]] inline void fetchTexels(const BlockTerms& block, const BlockTaps& taps) {
   if (block.rank == 0) return;
-  const auto fetch = [](const void* begin, size_t bytes) {
-    for (size_t at = 0; at < bytes; at += kLineBytes)
-      __builtin_prefetch(static_cast<const char*>(begin) + at);
-    __builtin_prefetch(static_cast<const char*>(begin) + bytes - 1);
-  };
-  const size_t twoTexels = 6 * static_cast<size_t>(block.stride); // that of the left and that of the right
-  fetch(block.texel(taps.texels[0]), twoTexels);
-  fetch(block.texel(taps.texels[2]), twoTexels);
-  // What was asked for lately most likely is near the processor still.
-  if (fetched.knows(reinterpret_cast<uintptr_t>(block.coefficients) / kLineBytes)) return;
-  for (size_t l = 0; l < asked.lights(); ++l) __builtin_prefetch(block.light(asked.row[l].light));
-}
-
-LookUpJob jobOf(const BlockTerms& block, const BlockTaps& taps) {
-  return {block.levels, block.coefficients, static_cast<size_t>(block.stride), &taps};
+  const auto texelBytes = 3 * static_cast<size_t>(block.stride);
+  for (const size_t left : {0, 2}) { // two that most often lie side by side
+    __builtin_prefetch(block.texel(taps.texels[left]));
+    __builtin_prefetch(block.texel(taps.texels[left + 1]) + texelBytes - 1);
+  }
 }
 
 void add(const Asked& asked, const float* rgb) {
@@ -77,79 +54,75 @@ struct Answerer::Ready {
   struct Operation {
     Asked asked;
     size_t firstJob;
+    ViewTaps<RecentBlocks::Found*> taps;
   };
   std::array<Operation, kOpsAtOnce> operations;
   std::array<LookUpJob, kMostJobs> jobs;
-  std::array<BlockTaps, kMostJobs> taps; // of each job
   size_t count = 0, jobCount = 0;
-  Lately fetched = {}; // coefficients
-  Lately needed = {};  // blocks that are not in memory
+  RecentBlocks blocks;
 
-  void begin(const Asked& asked) { operations[count] = {asked, jobCount}; }
-  [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& ofBlock) {
-    fetchAhead(block, ofBlock, operations[count].asked, fetched);
-    taps[jobCount] = ofBlock;
-    jobs[jobCount] = jobOf(block, taps[jobCount]);
-    ++jobCount;
+  explicit Ready(const BlockCache& cache) : blocks(cache) {}
+
+  void clear() { count = jobCount = 0; }
+  [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& taps) {
+    fetchTexels(block, taps);
+    jobs[jobCount++] = {block.levels, block.coefficients, static_cast<size_t>(block.stride), &taps};
   }
-  void drop() { jobCount = operations[count].firstJob; }
   size_t jobsEnd(size_t i) const { return i + 1 < count ? operations[i + 1].firstJob : jobCount; }
 };
 
 // A few at a time: finds their blocks and asks the processor for them; then answers, those of one row
 // together.
 void Answerer::answerAll(AnsweredPart& part, size_t count, const auto& numberOf) const {
-  Ready ready;
+  Ready ready(cache_);
   for (size_t begin = 0; begin < count; begin += kOpsAtOnce) {
-    ready.count = ready.jobCount = 0;
+    ready.clear();
     for (size_t i = begin; i < std::min(count, begin + kOpsAtOnce); ++i) prepare(part, numberOf(i), ready);
+    ready.blocks.fetchRest();
     answerReady(ready);
   }
 }
 
 void Answerer::answerResident(AnsweredPart& part) const {
+  for (const ShadingOp& op : part.part.ops) part.lookups += op.rowEnd - op.rowBegin;
   answerAll(part, part.part.ops.size(), [](size_t i) { return static_cast<uint32_t>(i); });
 }
 
 void Answerer::prepare(AnsweredPart& part, uint32_t i, Ready& ready) const {
-  const Asked asked(part, i);
-  const uint32_t view = asked.op->view;
-  const ViewFile& file = cache_.views()[view];
-  const TexelPlace place = TexelPlace::at(file.header(), asked.op->x, asked.op->y);
-  ready.begin(asked);
-  uint64_t ranks = 0;
-  const auto wait = [&](const ViewTaps& all) {
-    ready.drop();
-    part.waiting.push_back(i);
-    for (const auto& [number, taps] : all)
-      if (!ready.needed.knows(uint64_t{view} << 32 | (number + 1))) part.needed.push_back({view, number});
+  const ShadingOp& op = part.part.ops[i];
+  auto& [asked, firstJob, taps] = ready.operations[ready.count];
+  const auto find = [&](BlockPosition position) {
+    RecentBlocks::Found& found = ready.blocks.at(op.view, position);
+    return found.isStored ? &found : nullptr;
   };
-  const auto isHere = [&](uint32_t number, const BlockTaps& taps) {
-    const auto block = cache_.resident(view, number);
-    if (!block) return false;
-    ready.add(*block, taps);
-    ranks += static_cast<uint64_t>(block->rank);
-    return true;
-  };
-  if (place.isInOneBlock()) { // most are; tapsAt would say the same
-    const auto number = file.find(place.block());
-    part.isLost[i] = !number;
-    if (number && !isHere(*number, place.taps())) return wait(tapsAt(file, place));
-  } else {
-    const ViewTaps all = tapsAt(file, place);
-    part.isLost[i] = all.empty();
-    for (const auto& [number, taps] : all)
-      if (!isHere(number, taps)) return wait(all);
+  findTaps(TexelPlace::at(cache_.views()[op.view].header(), op.x, op.y), find, taps);
+  ready.blocks.fetchSome();
+  if (taps.empty()) {
+    part.isLost[i] = true;
+    ++part.lost;
+    return;
   }
-  part.tasks += ready.jobCount - ready.operations[ready.count].firstJob;
-  part.taskRanks += ranks;
+  if (!std::ranges::all_of(taps, [](const auto& placed) { return placed.block->terms.has_value(); })) {
+    part.waiting.push_back(i);
+    for (const auto& placed : taps)
+      if (!std::exchange(placed.block->isNeeded, true))
+        part.needed.push_back({op.view, placed.block->number});
+    return;
+  }
+  asked = Asked(part, i);
+  firstJob = ready.jobCount;
   ++ready.count;
+  for (const auto& placed : taps) {
+    ready.add(*placed.block->terms, placed.taps);
+    part.taskRanks += static_cast<uint64_t>(placed.block->terms->rank);
+  }
+  part.tasks += taps.size();
 }
 
 void Answerer::answerReady(const Ready& ready) const {
   std::array<float, 3 * kMostJobs> rgb;
   for (size_t first = 0; first < ready.count;) {
-    const auto& [asked, firstJob] = ready.operations[first];
+    const auto& [asked, firstJob, taps] = ready.operations[first];
     const auto sharesRow = [&](const Asked& other) {
       return other.row == asked.row && other.lights() == asked.lights();
     };

@@ -22,7 +22,10 @@ struct AnsweredPart {
   std::vector<uint8_t> isLost;
   std::vector<uint32_t> waiting;     // operations some of whose blocks are not in memory
   std::vector<BlockKey> needed;      // all blocks of these, some of them more than once
+  std::vector<Rgb> sums;             // per target, once they are there
+  uint64_t lookups = 0;              // operations x their lights
   uint64_t tasks = 0, taskRanks = 0; // of what is answered, as ShadingStats has them
+  uint64_t lost = 0;                 // operations
 
   // Of one more part, in the same memory.
   void begin(const ShadingPart& next) {
@@ -31,7 +34,8 @@ struct AnsweredPart {
     isLost.assign(part.ops.size(), false);
     waiting.clear();
     needed.clear();
-    tasks = taskRanks = 0;
+    sums.clear();
+    lookups = tasks = taskRanks = lost = 0;
   }
 };
 

@@ -14,10 +14,11 @@ namespace surflect {
 namespace {
 
 // Operations of targets that see nothing but background: their numbers, ascending.
-std::vector<uint32_t> blindOps(const ShadingPart& part, std::span<const uint8_t> isLost) {
-  if (std::ranges::count(isLost, true) == 0) return {};
+std::vector<uint32_t> blindOps(const AnsweredPart& answered) {
+  if (answered.lost == 0) return {};
+  const ShadingPart& part = answered.part;
   std::vector<uint8_t> sees(part.targets);
-  for (size_t i = 0; i < part.ops.size(); ++i) sees[part.ops[i].target] |= !isLost[i];
+  for (size_t i = 0; i < part.ops.size(); ++i) sees[part.ops[i].target] |= !answered.isLost[i];
   std::vector<uint32_t> blind;
   for (uint32_t i = 0; i < part.ops.size(); ++i)
     if (!sees[part.ops[i].target]) blind.push_back(i);
@@ -43,18 +44,26 @@ struct Coverage {
 };
 
 // Adds up a part's answers by target.
-void sum(const AnsweredPart& answered, std::span<Rgb> radiance) {
+void sumUp(AnsweredPart& answered) {
   const auto& [ops, rows, targets] = answered.part;
+  answered.sums.assign(targets, {});
+  const auto add = [&](size_t i) {
+    Rgb& sum = answered.sums[ops[i].target];
+    sum = sum + answered.radiance[i];
+  };
+  if (answered.lost == 0) {
+    for (size_t i = 0; i < ops.size(); ++i) add(i);
+    return;
+  }
   std::vector<Coverage> coverage(targets);
   for (size_t i = 0; i < ops.size(); ++i) {
-    const ShadingOp& op = ops[i];
-    coverage[op.target].all += op.weight;
+    coverage[ops[i].target].all += ops[i].weight;
     if (answered.isLost[i]) continue;
-    coverage[op.target].kept += op.weight;
-    radiance[op.target] = radiance[op.target] + answered.radiance[i];
+    coverage[ops[i].target].kept += ops[i].weight;
+    add(i);
   }
   for (size_t target = 0; target < targets; ++target)
-    radiance[target] = coverage[target].scale() * radiance[target];
+    answered.sums[target] = coverage[target].scale() * answered.sums[target];
 }
 
 } // namespace
@@ -77,25 +86,28 @@ void ShadingQueue::ask(size_t number, const ShadingPart& part) {
   if (part.ops.size() > std::numeric_limits<uint32_t>::max())
     throw Error("too many look-ups to be queued at once");
   progress_.checkpoint();
-  parts_[number].begin(part);
-  answerer_.answerResident(parts_[number]);
+  AnsweredPart& answered = parts_[number];
+  answered.begin(part);
+  answerer_.answerResident(answered);
+  if (answered.waiting.empty() && answered.lost == 0) sumUp(answered); // while it is near the processor
 }
 
 std::vector<Rgb> ShadingQueue::finish() {
   const std::span parts(parts_.data(), count_);
+  answerWaiting(parts);
   for (const AnsweredPart& answered : parts) {
     stats_.operations += answered.part.ops.size();
-    for (const ShadingOp& op : answered.part.ops) stats_.lookups += op.rowEnd - op.rowBegin;
-    stats_.lost += static_cast<uint64_t>(std::ranges::count(answered.isLost, true));
+    stats_.lookups += answered.lookups;
+    stats_.lost += answered.lost;
   }
-  answerWaiting(parts);
   answerBlind();
 
   std::vector<size_t> first{0}; // target of each part; one more, for the end
   for (const AnsweredPart& answered : parts) first.push_back(first.back() + answered.part.targets);
   std::vector<Rgb> radiance(first.back());
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
-    sum(parts[p], std::span(radiance).subspan(first[p], parts[p].part.targets));
+    if (parts[p].sums.empty()) sumUp(parts[p]);
+    std::ranges::copy(parts[p].sums, radiance.begin() + static_cast<std::ptrdiff_t>(first[p]));
   });
   const CacheCounts after = cache_.counts();
   stats_.blocksRead += after.reads - before_.reads;
@@ -122,7 +134,7 @@ void ShadingQueue::answerBlind() {
   std::vector<std::vector<ShadingOp>> moved(count_);
   tbb::parallel_for(size_t{0}, count_, [&](size_t p) {
     progress_.checkpoint();
-    blind[p] = blindOps(parts[p].part, parts[p].isLost);
+    blind[p] = blindOps(parts[p]);
     moved[p] = sighted(parts[p].part.ops, blind[p], cache_.views());
   });
   if (std::ranges::all_of(blind, [](const auto& ops) { return ops.empty(); })) return;

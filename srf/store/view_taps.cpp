@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
-#include <span>
 
 namespace surflect {
 
@@ -12,46 +11,6 @@ namespace {
 float squared(float x) { return x * x; }
 
 } // namespace
-
-void ViewTaps::add(uint32_t block, int corner, int texel, float weight) {
-  auto* const end = blocks_.data() + count_;
-  auto* const found =
-      std::find_if(blocks_.data(), end, [&](const auto& other) { return other.block == block; });
-  if (found == end) addBlock({block, {}});
-  BlockTaps& taps = found->taps;
-  taps.weights[corner] = weight;
-  taps.texels[corner] = static_cast<uint8_t>(texel);
-}
-
-void ViewTaps::divideWeights(float sum) {
-  for (PlacedTaps& placed : std::span(blocks_).first(count_))
-    for (float& weight : placed.taps.weights) weight /= sum;
-}
-
-ViewTaps tapsAt(const ViewFile& view, const TexelPlace& place) {
-  ViewTaps taps;
-  if (place.isInOneBlock()) {
-    // Those of no weight are not left out, though they may be outside the image: blocks are whole.
-    if (const auto block = view.find(place.block())) taps.addBlock({*block, place.taps()});
-    return taps;
-  }
-  float kept = 0;
-  bool isWhole = true;
-  for (int corner = 0; corner < 4; ++corner) {
-    const float weight = place.weight(corner);
-    if (weight == 0) continue; // also keeps what follows inside the image
-    const int x = place.x + (corner & 1), y = place.y + (corner >> 1);
-    const auto block = view.find({x / blockSize, y / blockSize});
-    if (!block) {
-      isWhole = false;
-      continue;
-    }
-    taps.add(*block, corner, y % blockSize * blockSize + x % blockSize, weight);
-    kept += weight;
-  }
-  if (!isWhole && !taps.empty()) taps.divideWeights(kept);
-  return taps;
-}
 
 std::optional<StoredPoint> nearestStored(const ViewFile& view, float x, float y) {
   const ViewHeader& header = view.header();

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 namespace surflect {
 
@@ -28,50 +29,88 @@ struct TexelPlace {
     return {i, j, u - static_cast<float>(i), v - static_cast<float>(j)};
   }
 
-  // Of a corner: left before right, the upper row first.
-  float weight(int corner) const {
-    return (corner & 1 ? right : 1 - right) * (corner >> 1 ? down : 1 - down);
-  }
-
   // Are all four corners in the block that holds the first?
   bool isInOneBlock() const { return (x + 1) % blockSize != 0 && (y + 1) % blockSize != 0; }
   BlockPosition block() const { return {x / blockSize, y / blockSize}; }
-  // Where they are.
-  BlockTaps taps() const {
-    const int first = y % blockSize * blockSize + x % blockSize;
-    const auto texel = [&](int step) { return static_cast<uint8_t>(first + step); };
-    return {{weight(0), weight(1), weight(2), weight(3)},
-            {texel(0), texel(1), texel(blockSize), texel(blockSize + 1)}};
+
+  // Of a block that holds some of the corners. The others have no weight, and the texel that is next to them.
+  BlockTaps tapsIn(BlockPosition block) const {
+    const PairInBlock across(x - block.x * blockSize, right), along(y - block.y * blockSize, down);
+    const int upper = along.first * blockSize, lower = along.second * blockSize;
+    const auto texel = [](int number) { return static_cast<uint8_t>(number); };
+    return {{across.firstWeight * along.firstWeight, across.secondWeight * along.firstWeight,
+             across.firstWeight * along.secondWeight, across.secondWeight * along.secondWeight},
+            {texel(upper + across.first), texel(upper + across.second), texel(lower + across.first),
+             texel(lower + across.second)}};
   }
+
+private:
+  // Two neighbours of one row or column; what is outside the block has no weight.
+  struct PairInBlock {
+    PairInBlock(int place, float toNext)
+        : first(std::max(place, 0)), second(std::min(place + 1, blockSize - 1)),
+          firstWeight(place >= 0 ? 1 - toNext : 0), secondWeight(place + 1 < blockSize ? toNext : 0) {}
+    int first, second;
+    float firstWeight, secondWeight;
+  };
 };
 
 // The part of a bilinear interpolation that one stored block answers.
-struct PlacedTaps {
-  uint32_t block; // its number in the view's file
+template <class Block> struct PlacedTaps {
+  Block block;
   BlockTaps taps;
 };
 
 // Of a position, by block, in the order in which its corners (left before right, the upper row first) ask.
-class ViewTaps {
+template <class Block> class ViewTaps {
 public:
   size_t size() const { return count_; }
   bool empty() const { return count_ == 0; }
-  const PlacedTaps& operator[](size_t i) const { return blocks_[i]; }
-  const PlacedTaps* begin() const { return blocks_.data(); }
-  const PlacedTaps* end() const { return blocks_.data() + count_; }
+  const PlacedTaps<Block>& operator[](size_t i) const { return blocks_[i]; }
+  const PlacedTaps<Block>* begin() const { return blocks_.data(); }
+  const PlacedTaps<Block>* end() const { return blocks_.data() + count_; }
 
-  // The weight of a corner, to the taps in this block, or as the first of another.
-  void add(uint32_t block, int corner, int texel, float weight);
-  void addBlock(const PlacedTaps& taps) { blocks_[count_++] = taps; }
-  void divideWeights(float sum);
+  void clear() { count_ = 0; }
+  const BlockTaps& add(const Block& block, const BlockTaps& taps) {
+    blocks_[count_] = {block, taps};
+    return blocks_[count_++].taps;
+  }
+  void divideWeights(float sum) {
+    for (PlacedTaps<Block>& placed : std::span(blocks_).first(count_))
+      for (float& weight : placed.taps.weights) weight /= sum;
+  }
 
 private:
-  std::array<PlacedTaps, 4> blocks_; // not set before they are counted: thousands are made at a time
+  std::array<PlacedTaps<Block>, 4> blocks_; // not set before they are counted: thousands are made at a time
   size_t count_ = 0;
 };
 
-// Taps on background are dropped and the others renormalised; empty if none is left.
-ViewTaps tapsAt(const ViewFile& view, const TexelPlace& place);
+// The block at a position is what `find` says of it; where that is false, it is background. Taps on
+// background are dropped and the others renormalised; empty if none is left.
+template <class Block, class Find>
+void findTaps(const TexelPlace& place, const Find& find, ViewTaps<Block>& taps) {
+  taps.clear();
+  const BlockPosition first = place.block();
+  if (place.isInOneBlock()) {
+    // Those of no weight are not left out, though they may be outside the image: blocks are whole.
+    if (const Block block = find(first)) taps.add(block, place.tapsIn(first));
+    return;
+  }
+  const int acrossEnd = place.right > 0 ? (place.x + 1) / blockSize : first.x; // also keeps inside the image
+  const int downEnd = place.down > 0 ? (place.y + 1) / blockSize : first.y;
+  float kept = 0;
+  bool isWhole = true;
+  for (int y = first.y; y <= downEnd; ++y)
+    for (int x = first.x; x <= acrossEnd; ++x) {
+      const Block block = find(BlockPosition{x, y});
+      if (!block) {
+        isWhole = false;
+        continue;
+      }
+      for (const float weight : taps.add(block, place.tapsIn({x, y})).weights) kept += weight;
+    }
+  if (!isWhole && !taps.empty()) taps.divideWeights(kept);
+}
 
 // A point between texel centres of a stored block.
 struct StoredPoint {

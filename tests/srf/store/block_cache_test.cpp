@@ -9,7 +9,6 @@ namespace surflect {
 namespace {
 
 using synthetic::glossySphere;
-using synthetic::TemporaryFolder;
 
 class BlockCacheTest : public testing::Test {
 protected:

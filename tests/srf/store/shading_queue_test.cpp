@@ -13,7 +13,6 @@ namespace surflect {
 namespace {
 
 using synthetic::glossySphere;
-using synthetic::TemporaryFolder;
 
 constexpr int size = 72, lights = 12, views = 3;
 constexpr size_t everything = 1 << 30;
@@ -305,6 +304,7 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
   BlockCache cache(views_, everything);
   ShadingStats stats;
   execute(ops, rows, 1, cache, stats);
+  const ShadingStats cold = stats;
   EXPECT_EQ(stats.operations, 4u);
   EXPECT_EQ(stats.lookups, 10u);
   EXPECT_EQ(stats.tasks, 7u);
@@ -315,6 +315,32 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
   };
   EXPECT_EQ(stats.taskRanks, rank(0, 4, 4) + rank(1, 4, 4) + rank(1, 5, 4) + rank(2, 4, 4) + rank(2, 5, 4) +
                                  rank(2, 4, 5) + rank(2, 5, 5));
+
+  stats = {};
+  execute(ops, rows, 1, cache, stats); // all are there
+  EXPECT_EQ(stats.operations, cold.operations);
+  EXPECT_EQ(stats.lookups, cold.lookups);
+  EXPECT_EQ(stats.tasks, cold.tasks);
+  EXPECT_EQ(stats.taskRanks, cold.taskRanks);
+  EXPECT_EQ(stats.lost, cold.lost);
+  EXPECT_EQ(stats.cacheHits, cold.tasks);
+  EXPECT_EQ(stats.blocksRead, 0u);
+}
+
+// It is asked twice: where it is, and where something is stored.
+TEST_F(ShadingQueueTest, CountsTheOperationsOfABlindTargetOnce) {
+  const std::vector<LightWeight> rows(3, {0, {1, 1, 1}});
+  const std::vector<ShadingOp> ops = {{0, 0, 36.5f, 36.5f, 1, 0, 3}, {1, 0, 1.0f, 1.0f, 1, 0, 2}};
+  BlockCache cache(views_, everything);
+  for (const bool isWarm : {false, true}) {
+    ShadingStats stats;
+    execute(ops, rows, 2, cache, stats);
+    EXPECT_EQ(stats.operations, 2u) << isWarm;
+    EXPECT_EQ(stats.lookups, 5u) << isWarm;
+    EXPECT_EQ(stats.lost, 1u) << isWarm;
+    EXPECT_EQ(stats.tasks, 2u) << isWarm;
+    EXPECT_EQ(stats.cacheHits, isWarm ? 2u : 0u);
+  }
 }
 
 TEST_F(ShadingQueueTest, TexelCentresReturnTheStoredTexel) {

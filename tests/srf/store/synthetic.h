@@ -3,35 +3,16 @@
 
 #include "srf/store/view_encoder.h"
 #include "surfel/file.h"
+#include "tests/srf/image/files.h"
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <random>
-#include <string>
-#include <unistd.h>
 #include <vector>
 
 namespace surflect::synthetic {
-
-// A folder of its own for each test, removed with it.
-class TemporaryFolder {
-public:
-  TemporaryFolder() : path_(std::filesystem::temp_directory_path() / name()) {
-    std::filesystem::create_directory(path_);
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  std::filesystem::path operator/(const std::string& file) const { return path_ / file; }
-
-private:
-  static std::string name() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    return std::string("surflect-") + test->test_suite_name() + test->name() + std::to_string(::getpid());
-  }
-  std::filesystem::path path_;
-};
 
 inline Eigen::MatrixXf random(int rows, int columns, std::mt19937& generator) {
   std::normal_distribution<float> normal;

@@ -11,7 +11,6 @@ namespace surflect {
 namespace {
 
 using synthetic::glossySphere;
-using synthetic::TemporaryFolder;
 
 // A sphere with a hole, on a size that is no multiple of the block's.
 ReflectanceStack smallStack() {
