@@ -12,9 +12,14 @@ template <class Real, size_t bytes> struct VectorOf;
 template <> struct VectorOf<float, 8> { typedef float Type __attribute__((vector_size(8))); };
 template <> struct VectorOf<float, 16> { typedef float Type __attribute__((vector_size(16))); };
 template <> struct VectorOf<float, 32> { typedef float Type __attribute__((vector_size(32))); };
+template <> struct VectorOf<float, 64> { typedef float Type __attribute__((vector_size(64))); };
 template <> struct VectorOf<double, 16> { typedef double Type __attribute__((vector_size(16))); };
 template <> struct VectorOf<double, 32> { typedef double Type __attribute__((vector_size(32))); };
+template <> struct VectorOf<double, 64> { typedef double Type __attribute__((vector_size(64))); };
 template <class Real, size_t bytes> using Vector = typename VectorOf<Real, bytes>::Type;
+// For what wide vectors V leave of a row: rows are padded to eight numbers.
+template <class V, class Real>
+using Remaining = Vector<Real, sizeof(V) < 8 * sizeof(Real) ? sizeof(V) : 8 * sizeof(Real)>;
 
 template <class V, class Real> inline V loaded(const Real* from) {
   V v;
@@ -60,11 +65,13 @@ inline void tile(const MatrixProduct<Real>& p, size_t i, size_t j, size_t first)
 // All columns of some rows.
 template <class V, int rows, int vectors, class Real>
 inline void tiles(const MatrixProduct<Real>& p, size_t i) {
-  constexpr size_t width = sizeof(V) / sizeof(Real);
+  using Rest = Remaining<V, Real>;
+  constexpr size_t width = sizeof(V) / sizeof(Real), restWidth = sizeof(Rest) / sizeof(Real);
   for (size_t first = 0; first < p.inner; first += kChunk) {
     size_t j = p.upper ? i / 8 * 8 : 0;
     for (; j + vectors * width <= p.columns; j += vectors * width) tile<V, rows, vectors>(p, i, j, first);
-    for (; j < p.columns; j += width) tile<V, rows, 1>(p, i, j, first);
+    for (; j + width <= p.columns; j += width) tile<V, rows, 1>(p, i, j, first);
+    for (; j < p.columns; j += restWidth) tile<Rest, rows, 1>(p, i, j, first);
   }
 }
 
@@ -75,32 +82,38 @@ template <class Real, size_t bytes> void product(const MatrixProduct<Real>& p) {
   for (; i < p.rows; ++i) tiles<V, 1, 8>(p, i);
 }
 
+// Of the columns from j on, as many as V has numbers.
+template <class V, class Real> inline void roundingOf(const Rounding<Real>& job, size_t j) {
+  V peak{};
+  for (size_t i = 0; i < job.rows; ++i) {
+    const V x = loaded<V>(job.values + i * job.columns + j) * job.inverseWeights[i];
+    peak = larger(peak, larger(x, -x));
+  }
+  V steps[roundings], scales[roundings], sums[roundings] = {};
+  for (size_t r = 0; r < roundings; ++r) {
+    steps[r] = peak * (job.clip[r] / job.last[r]);
+    scales[r] = 1 / steps[r];
+  }
+  for (size_t i = 0; i < job.rows; ++i) {
+    const V x = loaded<V>(job.values + i * job.columns + j) * job.inverseWeights[i];
+#pragma GCC unroll 7
+    for (size_t r = 0; r < roundings; ++r) {
+      const V last = V{} + job.last[r];
+      const V level = larger(smaller(x * scales[r], last), -last) + wholeShift<Real> - wholeShift<Real>;
+      const V error = (x - steps[r] * level) * job.weights[i];
+      sums[r] += error * error;
+    }
+  }
+  for (size_t r = 0; r < roundings; ++r) stored(job.squaredErrors + r * job.columns + j, sums[r]);
+}
+
 template <class Real, size_t bytes> void rounding(const Rounding<Real>& job) {
   using V = Vector<Real, bytes>;
-  constexpr size_t width = sizeof(V) / sizeof(Real);
-  for (size_t j = 0; j < job.columns; j += width) {
-    V peak{};
-    for (size_t i = 0; i < job.rows; ++i) {
-      const V x = loaded<V>(job.values + i * job.columns + j) * job.inverseWeights[i];
-      peak = larger(peak, larger(x, -x));
-    }
-    V steps[roundings], scales[roundings], sums[roundings] = {};
-    for (size_t r = 0; r < roundings; ++r) {
-      steps[r] = peak * (job.clip[r] / job.last[r]);
-      scales[r] = 1 / steps[r];
-    }
-    for (size_t i = 0; i < job.rows; ++i) {
-      const V x = loaded<V>(job.values + i * job.columns + j) * job.inverseWeights[i];
-#pragma GCC unroll 7
-      for (size_t r = 0; r < roundings; ++r) {
-        const V last = V{} + job.last[r];
-        const V level = larger(smaller(x * scales[r], last), -last) + wholeShift<Real> - wholeShift<Real>;
-        const V error = (x - steps[r] * level) * job.weights[i];
-        sums[r] += error * error;
-      }
-    }
-    for (size_t r = 0; r < roundings; ++r) stored(job.squaredErrors + r * job.columns + j, sums[r]);
-  }
+  using Rest = Remaining<V, Real>;
+  constexpr size_t width = sizeof(V) / sizeof(Real), restWidth = sizeof(Rest) / sizeof(Real);
+  size_t j = 0;
+  for (; j + width <= job.columns; j += width) roundingOf<V>(job, j);
+  for (; j < job.columns; j += restWidth) roundingOf<Rest>(job, j);
 }
 
 template <size_t bytes, bool seen> inline void errorsOf(const BlockErrors& job) {

@@ -19,11 +19,12 @@ template <class Real> std::vector<Real> valuesOf(const PaddedRows<Real>& m) {
 }
 
 template <class Real>
-PaddedRows<Real> productOf(const PaddedRows<Real>& a, bool turned, const PaddedRows<Real>& b, Simd simd) {
+PaddedRows<Real> productOf(const PaddedRows<Real>& a, bool turned, const PaddedRows<Real>& b, Simd simd,
+                           bool upper = false) {
   PaddedRows<Real> c(turned ? a.columns() : a.rows(), b.columns());
   blockKernels(simd).run(MatrixProduct<Real>{a.row(0), turned ? 1 : a.stride(), turned ? a.stride() : 1,
                                              b.row(0), b.stride(), c.row(0), c.stride(), c.rows(), b.rows(),
-                                             b.stride(), false});
+                                             b.stride(), upper});
   return c;
 }
 
@@ -56,37 +57,66 @@ TEST(BlockKernels, ProductsAreThoseOfTheirMatrices) {
   expectProducts<double>();
 }
 
-TEST(BlockKernels, RoundingLeavesWhatLevelsAreAwayFromTheValues) {
+template <class Real> void expectUpperProducts() {
+  std::mt19937 generator(4);
+  for (const size_t size : {1, 8, 20, 61}) {
+    const auto a = noise<Real>(40, size, generator);
+    const auto whole = productOf(a, true, a, Simd::scalar);
+    for (const Simd simd : supportedSimd()) {
+      const auto upper = productOf(a, true, a, simd, true);
+      for (size_t i = 0; i < size; ++i)
+        for (size_t j = i; j < size; ++j)
+          ASSERT_EQ(upper.row(i)[j], whole.row(i)[j]) << nameOf(simd) << ' ' << size;
+    }
+  }
+}
+
+TEST(BlockKernels, UpperProductsAreRightOfTheDiagonalThoseOfTheWhole) {
+  expectUpperProducts<float>();
+  expectUpperProducts<double>();
+}
+
+// `error`: as the sums of that many terms may be off, of themselves.
+template <class Real> void expectRounding(size_t columns, Real largestLast, double error) {
   std::mt19937 generator(2);
-  const auto values = noise<double>(50, 11, generator);
-  std::vector<double> weights(50), inverse(50);
-  for (size_t i = 0; i < 50; ++i) inverse[i] = 1 / (weights[i] = 0.5 + 0.25 * static_cast<double>(i % 3));
+  const auto values = noise<Real>(50, columns, generator);
+  std::vector<Real> weights(50), inverse(50);
+  for (size_t i = 0; i < 50; ++i)
+    inverse[i] = 1 / (weights[i] = Real(0.5) + Real(0.25) * static_cast<Real>(i % 3));
   const auto errors = [&](Simd simd) {
-    std::vector<double> result(roundings * values.stride());
-    Rounding<double> job{values.row(0),
-                         50,
-                         values.stride(),
-                         weights.data(),
-                         inverse.data(),
-                         {7, 7, 7, 127, 127, 127, 32639},
-                         {1, 0.7, 0.5, 1, 0.9, 0.8, 1},
-                         result.data()};
+    std::vector<Real> result(roundings * values.stride());
+    Rounding<Real> job{values.row(0),
+                       50,
+                       values.stride(),
+                       weights.data(),
+                       inverse.data(),
+                       {7, 7, 7, 127, 127, 127, largestLast},
+                       {1, Real(0.75), Real(0.5), 1, Real(0.875), Real(0.8125), 1},
+                       result.data()};
     blockKernels(simd).run(job);
     for (size_t r = 0; r < roundings; ++r)
-      for (size_t k = 0; k < 11; ++k) {
+      for (size_t k = 0; k < columns; ++k) {
         double peak = 0, expected = 0;
-        for (size_t i = 0; i < 50; ++i) peak = std::max(peak, std::abs(values.row(i)[k] * inverse[i]));
-        const double step = peak * job.clip[r] / job.last[r];
+        const auto stored = [&](size_t i) { return double{values.row(i)[k] * inverse[i]}; };
+        for (size_t i = 0; i < 50; ++i) peak = std::max(peak, std::abs(stored(i)));
+        const double step = peak * double{job.clip[r] / job.last[r]};
         for (size_t i = 0; i < 50; ++i) {
-          const double x = values.row(i)[k] * inverse[i];
-          const double level = std::round(std::clamp(x / step, -job.last[r], job.last[r]));
-          expected += std::pow((x - step * level) * weights[i], 2);
+          const double last = double{job.last[r]};
+          const double level = std::round(std::clamp(stored(i) / step, -last, last));
+          expected += std::pow((stored(i) - step * level) * double{weights[i]}, 2);
         }
-        EXPECT_NEAR(result[r * values.stride() + k], expected, 5e-12 * expected) << r << ' ' << k;
+        EXPECT_NEAR(result[r * values.stride() + k], expected, error * expected) << r << ' ' << k;
       }
     return result;
   };
   for (const Simd simd : supportedSimd()) EXPECT_EQ(errors(simd), errors(Simd::scalar)) << nameOf(simd);
+}
+
+TEST(BlockKernels, RoundingLeavesWhatLevelsAreAwayFromTheValues) {
+  for (const size_t columns : {11, 20, 32}) {
+    expectRounding<double>(columns, 32639, 5e-12);
+    expectRounding<float>(columns, 127, 5e-4);
+  }
 }
 
 TEST(BlockKernels, ErrorsAreThoseOfEachChannelAndLight) {

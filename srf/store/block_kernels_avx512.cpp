@@ -1,0 +1,12 @@
+#ifdef __AVX512F__
+#include "srf/store/block_kernels.h"
+
+#include "srf/store/block_kernels_loops.h"
+
+namespace surflect {
+
+extern const BlockKernels avx512BlockKernels;
+const BlockKernels avx512BlockKernels = kernelsOf<64>();
+
+} // namespace surflect
+#endif
