@@ -1,5 +1,7 @@
 #include "srf/model/view_chooser.h"
 
+#include <algorithm>
+
 namespace surflect {
 
 ViewChooser::ViewChooser(const Model& model, const QueryBatch& batch, const ShadeOptions& options)
@@ -14,6 +16,8 @@ void ViewChooser::choose(size_t begin, size_t count) {
   for (size_t lane = 0; lane < count; ++lane) places[lane] = model_.cloud.p0[surfels[lane]];
   blends_ = &lanes_.blend(surfels, {places.data(), count}, {batch_.towardsView.data() + begin, count},
                           options_.cameras);
+  const size_t next = begin + count, ahead = std::min(kChoiceLanes, batch_.surfels.size() - next);
+  lanes_.fetchFades({batch_.surfels.data() + next, ahead});
 }
 
 } // namespace surflect

@@ -185,6 +185,14 @@ void ViewLanes::rate(std::span<const uint32_t> views, std::span<const uint32_t> 
                    &blends_.nearest_);
 }
 
+// Of the views rated last, no two whose fades most likely are in one line of the processor's cache.
+void ViewLanes::keepApart() {
+  constexpr uint32_t kFar = 32; // bytes: half a line, wherever lines begin
+  apart_.clear();
+  for (const uint32_t view : std::span(found_).first(rated_))
+    if (apart_.empty() || view >= apart_.back() + kFar) apart_.push_back(view);
+}
+
 // Are the lane's first `most`, as far as there are so many, all views that see the surfel?
 bool ViewLanes::areAll(size_t lane, size_t most, uint32_t surfel) const {
   size_t found = 0;
@@ -217,6 +225,7 @@ const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
                                    lanes_.groups, bounds, found_.data());
     while (found > 0 && found_[found - 1] >= sources_.size()) --found; // what fills the last lanes
     rate({found_.data(), found}, surfels, place.data(), asked.data(), limits.data(), count + 1);
+    rated_ = found;
   };
   constexpr float kGuess = 1 / 8.f;
   float limit = std::ranges::max(limits);
@@ -232,6 +241,7 @@ const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
     }
   }
   if (!isDone) rateWithin(limit);
+  keepApart();
   blends_.blended_ = count;
   kernels_.weigh(blends_.nearest_, count, blends_.weights_.data());
 

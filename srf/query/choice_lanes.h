@@ -116,7 +116,15 @@ public:
   const LaneBlends& blend(std::span<const uint32_t> surfels, std::span<const Point3<AcquisitionSpace>> places,
                           std::span<const Direction3<AcquisitionSpace>> towards, size_t count);
 
+  // Asks the processor for what the next blend most likely reads of these surfels' fades. Not a call: for the
+  // compiler it would have no effect, and be left out.
+  [[gnu::always_inline]] void fetchFades(std::span<const uint32_t> surfels) const {
+    for (const uint32_t surfel : surfels)
+      for (const uint32_t view : apart_) __builtin_prefetch(&fades_.of(surfel)[view]);
+  }
+
 private:
+  void keepApart();
   void rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels, const float* places,
             const float* towards, const float* limits, size_t slots);
   bool areAll(size_t lane, size_t most, uint32_t surfel) const;
@@ -129,6 +137,8 @@ private:
   std::array<float, 256> inverseFade_; // of a byte
   std::vector<float> towards_, inverseFades_;
   std::vector<uint32_t> found_, seeds_; // the last are those of the queries before
+  size_t rated_ = 0;                    // of those found
+  std::vector<uint32_t> apart_;         // of those rated, the ones that fetchFades asks for
   std::vector<bool> isSeed_;
   LaneBlends blends_;
 };
