@@ -32,11 +32,9 @@ PairPlanner::BlendColors PairPlanner::planQuery(size_t query, size_t target, Sha
   place_ = model_.cloud.p0[batch_.surfels[query]].cast<double>();
   lights_.lookFrom(place_);
   lights_.faceAll();
-  if (!views_.rate(batch_.surfels[query], batch_.towardsView[query])) ++plan.unseen;
-  float penalty = std::numeric_limits<float>::infinity();
-  for (size_t view = 0; view < model_.columns.size(); ++view)
-    penalty = std::min(penalty, views_.with(view, 0));
-  plan.confidence[target / plan.targetsPerQuery] = confidenceOf(penalty);
+  const Sight sight = views_.rate(batch_.surfels[query], batch_.towardsView[query]);
+  if (!sight.isSeen) ++plan.unseen;
+  plan.confidence[target / plan.targetsPerQuery] = confidenceOf(sight.penalty);
   const auto targets = static_cast<float>(batch_.targets());
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;

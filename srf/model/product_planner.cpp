@@ -18,12 +18,12 @@ void ProductPlanner::plan(size_t begin, ShadingPlan& plan) {
         plan.rows.push_back({0, {1, 1, 1}});
       if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
       const auto place = model_.cloud.p0[batch_.surfels[begin + target]].cast<double>();
-      const auto [penalty, isSeen] = views_.forEach(lane, [&](uint32_t view, float weight) {
+      const Sight sight = views_.forEach(lane, [&](uint32_t view, float weight) {
         ask(projectors_, place, {target, view, weight, rowBegin, plan.rows.size()}, plan);
         if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
       });
-      plan.confidence[target] = confidenceOf(penalty);
-      if (!isSeen) ++plan.unseen;
+      plan.confidence[target] = confidenceOf(sight.penalty);
+      if (!sight.isSeen) ++plan.unseen;
     }
   }
 }

@@ -16,21 +16,17 @@ public:
   // Chooses for the queries from `begin` on, 1..kChoiceLanes.
   void choose(size_t begin, size_t count);
 
-  struct Rating {
-    float penalty; // of the best view
-    bool isSeen;   // by any
-  };
   // use(view, weight) of each that is blended for the lane-th of them.
-  template <class Use> Rating forEach(size_t lane, const Use& use) {
+  template <class Use> Sight forEach(size_t lane, const Use& use) {
     if (!options_.nearest && blends_->isSure(lane) && blends_->penalty(lane) <= kStandInFrom) {
       blends_->forEach(lane, use);
       return {blends_->penalty(lane), true};
     }
     const size_t query = begin_ + lane;
-    const auto [blend, penalty, isSeen] =
+    const auto [blend, sight] =
         all_.blend(batch_.surfels[query], batch_.towardsView[query], options_.nearest ? 1 : options_.cameras);
     for (const auto& [view, weight] : blend) use(view, weight);
-    return {penalty, isSeen};
+    return sight;
   }
 
 private:

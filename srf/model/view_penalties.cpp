@@ -75,18 +75,19 @@ private:
   float angle_ = 0;
 };
 
-bool ViewPenalties::rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
+Sight ViewPenalties::rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
   const float best = rateSeeing(surfel, towardsView);
+  Sight sight{best, best < kInfinity};
   std::ranges::fill(standInScale_, kInfinity);
-  if (asksStandIns(best)) {
-    StandIns standIns(*this, surfel);
-    for (size_t view = 0; view < penalty_.size(); ++view) {
-      standIns.look(view, towardsView);
-      anglePenalty_[view] = standIns.angle();
-      standInScale_[view] = standIns.scale();
-    }
+  if (!asksStandIns(best)) return sight;
+  StandIns standIns(*this, surfel);
+  for (size_t view = 0; view < penalty_.size(); ++view) {
+    standIns.look(view, towardsView);
+    anglePenalty_[view] = standIns.angle();
+    standInScale_[view] = standIns.scale();
+    sight.penalty = std::min(sight.penalty, with(view, 0));
   }
-  return best < kInfinity;
+  return sight;
 }
 
 ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
@@ -95,7 +96,7 @@ ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<Acqu
   NearestCandidates nearest(count);
   if (!asksStandIns(best)) {
     for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
-    return {ulrWeights(nearest), best, true};
+    return {ulrWeights(nearest), {best, true}};
   }
   StandIns standIns(*this, surfel);
   look_.look(model_.cloud.p0[surfel], towardsView, standIns.normal());
@@ -110,8 +111,8 @@ ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<Acqu
     }
     nearest.offer({view, penalty});
   }
-  return {ulrWeights(nearest), nearest.sorted().empty() ? kInfinity : nearest.sorted()[0].penalty,
-          best < kInfinity};
+  const float least = nearest.sorted().empty() ? kInfinity : nearest.sorted()[0].penalty;
+  return {ulrWeights(nearest), {least, best < kInfinity}};
 }
 
 } // namespace surflect

@@ -16,6 +16,12 @@ namespace surflect {
 // What directions to the views lead to.
 std::vector<Source> sourcesOf(std::span<const View> views);
 
+// How well the views together see a surfel from a direction.
+struct Sight {
+  float penalty = std::numeric_limits<float>::infinity(); // of the best, if only as a stand-in
+  bool isSeen = false;                                    // by any
+};
+
 // Rates one query after the other; holds what it would otherwise allocate anew.
 class ViewPenalties {
 public:
@@ -23,14 +29,13 @@ public:
   ViewPenalties(const Model& model, bool nearest, Simd simd);
 
   // Penalty over fade of every view, so that a view which fades leaves the blend without a jump. Where none
-  // is left that sees the surfel well, others stand in; returns false where none sees it at all.
-  bool rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
+  // is left that sees the surfel well, others stand in.
+  Sight rate(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
 
-  // The weights of the `count` best, of all views that rate would rate. Also says what rate returns.
+  // The weights of the `count` best, of all views that rate would rate.
   struct Rated {
     BlendSet blend;
-    float penalty = 0; // the least
-    bool isSeen = false;
+    Sight sight;
   };
   Rated blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView, size_t count);
 

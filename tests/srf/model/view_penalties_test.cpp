@@ -29,11 +29,13 @@ TEST_F(ViewsRated, WhatIsPassedOverWouldNotBeBlended) {
     ViewPenalties views(model, false, simd);
     size_t standIns = 0;
     for (size_t i = 0; i < batch.size(); ++i) {
-      const auto [blend, penalty, isSeen] = views.blend(batch.surfels[i], batch.towardsView[i], 4);
-      EXPECT_EQ(isSeen, views.rate(batch.surfels[i], batch.towardsView[i]));
+      const auto [blend, sight] = views.blend(batch.surfels[i], batch.towardsView[i], 4);
+      const Sight rated = views.rate(batch.surfels[i], batch.towardsView[i]);
+      EXPECT_EQ(sight.isSeen, rated.isSeen);
+      EXPECT_EQ(sight.penalty, rated.penalty);
       NearestCandidates nearest(4);
       for (uint32_t view = 0; view < model.fades.views; ++view) nearest.offer({view, views.with(view, 0)});
-      EXPECT_EQ(penalty, nearest.sorted()[0].penalty);
+      EXPECT_EQ(sight.penalty, nearest.sorted()[0].penalty);
       const BlendSet wanted = ulrWeights(nearest);
       ASSERT_EQ(blend.size(), wanted.size());
       for (size_t j = 0; j < blend.size(); ++j) {
@@ -61,10 +63,10 @@ TEST_F(ViewsRated, ChoosingManyAtOnceIsChoosingOneByOne) {
           const auto wanted =
               views.blend(batch.surfels[query], batch.towardsView[query], nearest ? 1 : options.cameras);
           std::vector<double> difference(model.fades.views);
-          const auto [penalty, isSeen] =
+          const Sight sight =
               chooser.forEach(lane, [&](uint32_t view, float weight) { difference[view] += weight; });
-          EXPECT_EQ(isSeen, wanted.isSeen);
-          EXPECT_NEAR(confidenceOf(penalty), confidenceOf(wanted.penalty), 1e-5);
+          EXPECT_EQ(sight.isSeen, wanted.sight.isSeen);
+          EXPECT_NEAR(confidenceOf(sight.penalty), confidenceOf(wanted.sight.penalty), 1e-5);
           for (const auto& [view, weight] : wanted.blend) difference[view] -= weight;
           for (const double d : difference) EXPECT_NEAR(d, 0, 1e-5);
         }
