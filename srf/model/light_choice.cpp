@@ -15,20 +15,31 @@ namespace surflect {
 
 namespace {
 
+// Blends are foreshortened where lights are no farther apart than this: a surface that faces one squarely is
+// then seen under the next by half of it or more, which is what foreshortening() can make good.
+constexpr double kForeshortenedSpacing = std::numbers::pi / 3;
+
+// What may be foreshortened. Normals that photographs tell are as rough as a relief made of them: by those a
+// mean would err by tens of percent, while a plane leaves them a few percent to say.
+std::vector<LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
+  if (normals == NormalsFrom::nothing || spacing > kForeshortenedSpacing) return {};
+  if (normals == NormalsFrom::photographs) return {LightFit::plane};
+  return {LightFit::mean, LightFit::plane};
+}
+
 // From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
 // light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
-// Blends are foreshortened where lights are no farther apart than 60 degrees: a surface that faces one
-// squarely is then seen under the next by half of it or more, which is what foreshortening() can make good.
-// Normals that photographs tell are as rough as a relief made of them: by those a mean would err by tens of
-// percent, while a plane leaves them a few percent to say.
-std::vector<LightBlend> candidatesFor(size_t lights, bool mayForeshorten, NormalsFrom normals) {
+std::vector<LightBlend> candidatesFor(size_t lights, std::span<const LightFit> foreshortenedFits) {
   std::vector<LightBlend> candidates;
-  for (const size_t blended : {3, 4, 5, 6, 8})
-    for (const LightFit fit : {LightFit::mean, LightFit::plane})
-      for (const bool foreshortened : {false, true})
-        if (blended + 2 <= lights && (fit == LightFit::mean || blended > 3) &&
-            (!foreshortened || (mayForeshorten && (normals == NormalsFrom::shape || fit == LightFit::plane))))
-          candidates.push_back({blended, fit, foreshortened});
+  for (const size_t blended : {3, 4, 5, 6, 8}) {
+    if (blended + 2 > lights) break;
+    for (const LightFit fit : {LightFit::mean, LightFit::plane}) {
+      if (fit == LightFit::plane && blended == 3) continue;
+      candidates.push_back({blended, fit, false});
+      if (std::ranges::find(foreshortenedFits, fit) != foreshortenedFits.end())
+        candidates.push_back({blended, fit, true});
+    }
+  }
   return candidates;
 }
 
@@ -132,13 +143,12 @@ LightChoice LightSamples::choose(double white, NormalsFrom normals, const Progre
   const size_t lights = towards_.size();
   std::vector<Direction3<AcquisitionSpace, double>> covering;
   for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
-  const bool mayForeshorten =
-      normals != NormalsFrom::nothing && LightCoverage(covering).spacing() <= std::numbers::pi / 3;
-  const auto candidates = candidatesFor(lights, mayForeshorten, normals);
+  const auto fits = foreshortenedFits(normals, LightCoverage(covering).spacing());
+  const auto candidates = candidatesFor(lights, fits);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);
   tbb::parallel_for(size_t{0}, lights, [&](size_t light) {
-    const bool areToldAgain = mayForeshorten && normals == NormalsFrom::photographs;
+    const bool areToldAgain = !fits.empty() && normals == NormalsFrom::photographs;
     ofLight[light] =
         leftOutErrors(light, candidates, areToldAgain ? normalsWithout(light, progress) : normals_,
                       static_cast<float>(white), progress);
