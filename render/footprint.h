@@ -17,8 +17,9 @@ constexpr double kBend = 0.15;
 constexpr double kDepthSigmas = 2;
 
 // How opaque a pixel is that is covered by this much area. Symmetric about 1/2, so outlines stay where they
-// are; flat at both ends, so that the ripple of the sum leaves no holes and stray tails leave no haze. Two
-// pixels inside of an outline the sum can be as low as 0.74, where sharp edges meet.
+// are; flat at both ends, so that the ripple of the sum leaves no holes and stray tails leave no haze. Inside
+// of a straight border it is 1 from 0.71 standard deviations of the splats on; two pixels inside of an
+// outline the sum can be as low as 0.74, where sharp edges meet.
 constexpr float kFull = 0.7f;
 
 // A layer with this much area no longer reaches further back than it does: the skirts of its splats, where
