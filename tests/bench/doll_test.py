@@ -52,10 +52,10 @@ class Doll(unittest.TestCase):
         self.assertAlmostEqual(report["frame_cpu_over_bound"], ideal / report["bound_ms"])
         self.assertAlmostEqual(report["naive_cpu_over_frame"], report["naive_cpu_ms"] / ideal)
 
-    def test_naive_stages_make_the_naive_frame(self):
-        stages = sum(stage["naive_ms"] for stage in self.report["stages"])
-        self.assertLessEqual(stages, self.report["naive_ms"])
-        self.assertGreater(stages, 0.9 * self.report["naive_ms"])
+    def test_naive_stages_are_parts_of_the_naive_frame(self):
+        naive = [stage["naive_ms"] for stage in self.report["stages"]]
+        self.assertGreater(min(naive), 0)
+        self.assertLessEqual(sum(naive), self.report["naive_ms"])
 
     def test_frames_keep_to_their_memory(self):
         bounded = self.report["bounded"]
