@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace surflect {
 
@@ -35,11 +34,7 @@ std::string shown(const toml::node& node) {
   std::string text = "a date or time";
   if (const auto* string = node.as_string()) text = '"' + shown(string->get()) + '"';
   if (const auto* integer = node.as_integer()) text = std::to_string(integer->get());
-  if (const auto* real = node.as_floating_point()) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%g", real->get());
-    text = digits;
-  }
+  if (const auto* real = node.as_floating_point()) text = numberText(real->get());
   if (const auto* boolean = node.as_boolean()) text = boolean->get() ? "true" : "false";
   if (const auto* array = node.as_array()) text = "an array of " + std::to_string(array->size());
   if (node.is_table()) text = "a table";

@@ -28,7 +28,7 @@ Rigid<CameraSpace, ObjectSpace> lookAt(const Vec3<double>& position, const Vec3<
 Lens lensOf(const Output& output, const Track& fovDeg, const ShotTime& time) {
   const double degrees = finiteAt(fovDeg, time, "fov_deg");
   if (!(degrees > 1e-3 && degrees < 179.999))
-    throw Error::mismatch("more than 0.001 and less than 179.999", std::to_string(degrees)).at("fov_deg");
+    throw Error::mismatch("more than 0.001 and less than 179.999", numberText(degrees)).at("fov_deg");
   Lens lens;
   lens.width = output.width;
   lens.height = output.height;
@@ -50,7 +50,7 @@ Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const ShotTime
   const double azimuth = Angle::fromDegrees(finiteAt(camera.azimuthDeg, time, "orbit.azimuth_deg")).radians();
   const double elevation =
       Angle::fromDegrees(finiteAt(camera.elevationDeg, time, "orbit.elevation_deg")).radians();
-  if (!(radius > 0)) throw Error::mismatch("more than 0", std::to_string(radius)).at("orbit.radius");
+  if (!(radius > 0)) throw Error::mismatch("more than 0", numberText(radius)).at("orbit.radius");
   const Vec3<double> outward(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
                              std::cos(elevation) * std::cos(azimuth)); // y up
   const auto upFromY = Eigen::Quaterniond::FromTwoVectors(Vec3<double>::UnitY(), up);

@@ -5,12 +5,20 @@
 // Our own mistakes are asserts, not Errors.
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 namespace surflect {
+
+// For what was found or expected: six digits, as short as it can be said.
+inline std::string numberText(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
 
 class Error : public std::exception {
 public:

@@ -58,7 +58,7 @@ TriangleMesh readPlyMesh(const std::filesystem::path& path, const Progress& prog
                                   static_cast<float>(z[i]));
       if (!mesh.positions.back().raw().allFinite())
         throw Error::mismatch("finite coordinates",
-                              std::to_string(x[i]) + ' ' + std::to_string(y[i]) + ' ' + std::to_string(z[i]))
+                              numberText(x[i]) + ' ' + numberText(y[i]) + ' ' + numberText(z[i]))
             .at("vertex[" + std::to_string(i) + "]");
     }
     for (const auto& [element, add] : {std::pair{"face", &addFaces}, std::pair{"tristrips", &addStrips}})

@@ -47,7 +47,7 @@ WarpPointer frozen(const BendMotion& m, const ShotTime& time) {
 
 double positiveAt(const Track& track, const ShotTime& time, std::string_view field) {
   const double value = finiteAt(track, time, field);
-  if (!(value > 0)) throw Error::mismatch("more than 0", std::to_string(value)).at(field);
+  if (!(value > 0)) throw Error::mismatch("more than 0", numberText(value)).at(field);
   return value;
 }
 

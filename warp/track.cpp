@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace surflect {
 
@@ -21,12 +20,6 @@ double interpolate(std::span<const Keyframe> keys, double frame) {
   return (1 - weight) * from.value + weight * next->value;
 }
 
-std::string shown(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", number);
-  return text;
-}
-
 } // namespace
 
 Track Track::keyframes(std::vector<Keyframe> keys) {
@@ -36,7 +29,7 @@ Track Track::keyframes(std::vector<Keyframe> keys) {
       throw Error::mismatch("finite numbers", "inf or nan in keyframe " + std::to_string(i + 1));
     if (i > 0 && !(keys[i].frame > keys[i - 1].frame))
       throw Error::mismatch("frames that increase",
-                            shown(keys[i].frame) + " after " + shown(keys[i - 1].frame));
+                            numberText(keys[i].frame) + " after " + numberText(keys[i - 1].frame));
   }
   return Track(Source(std::move(keys)));
 }
@@ -55,7 +48,8 @@ double Track::at(const ShotTime& time) const {
 double finiteAt(const Track& track, const ShotTime& time, std::string_view field) {
   const double value = track.at(time);
   if (!std::isfinite(value))
-    throw Error::mismatch("a finite number", shown(value) + " at frame " + shown(time.frame)).at(field);
+    throw Error::mismatch("a finite number", numberText(value) + " at frame " + numberText(time.frame))
+        .at(field);
   return value;
 }
 
@@ -70,7 +64,7 @@ Vec3<double> finiteAt(const Track3& track, const ShotTime& time, std::string_vie
 Vec3<double> unitAt(const Track3& track, const ShotTime& time, std::string_view field) {
   const Vec3<double> unit = finiteAt(track, time, field).stableNormalized();
   if (!(unit.squaredNorm() > 0.5))
-    throw Error::mismatch("a direction", "length 0 at frame " + shown(time.frame)).at(field);
+    throw Error::mismatch("a direction", "length 0 at frame " + numberText(time.frame)).at(field);
   return unit;
 }
 

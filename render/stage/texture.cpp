@@ -30,7 +30,7 @@ Image readTexels(const std::filesystem::path& path, Texels what) {
         const bool isLinear = picture.isFloat() || what == Texels::factors;
         const float value = isLinear ? stored : linearFromSrgb(stored);
         if (!(value >= 0 && value <= 1))
-          throw Error::mismatch("0 to 1", std::to_string(value))
+          throw Error::mismatch("0 to 1", numberText(value))
               .at("pixel[" + std::to_string(x) + ", " + std::to_string(y) + "]")
               .in(path);
         linear.at(x, y)[c] = value;

@@ -220,8 +220,7 @@ DirectionalLight readDirectional(const Json& light) {
   const Vec3<double> towards = required(light, "direction", [](const Json& value) {
     const Vec3<double> direction = triple(value);
     const double found = direction.norm();
-    if (!(std::abs(found - 1) <= 1e-3))
-      throw Error::mismatch("a unit vector", "length " + std::to_string(found));
+    if (!(std::abs(found - 1) <= 1e-3)) throw Error::mismatch("a unit vector", "length " + numberText(found));
     return Vec3<double>(std::abs(found - 1) > 1e-14 ? direction / found : direction);
   });
   return {assume<Direction3<AcquisitionSpace, double>>(towards), required(light, "irradiance", strengths)};
@@ -326,9 +325,9 @@ Pose readPose(const Json& value) {
   const double error = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
   if (!(error <= 1e-4)) {
     const Vec3<double> lengths = rotation.colwise().norm();
-    throw Error::mismatch("a rotation without scale or shear",
-                          "columns of length " + std::to_string(lengths[0]) + ", " +
-                              std::to_string(lengths[1]) + ", " + std::to_string(lengths[2]));
+    throw Error::mismatch("a rotation without scale or shear", "columns of length " + numberText(lengths[0]) +
+                                                                   ", " + numberText(lengths[1]) + ", " +
+                                                                   numberText(lengths[2]));
   }
   if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
   // What is exact stays as it is, to the bit.

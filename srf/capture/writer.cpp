@@ -77,7 +77,7 @@ Json frameJson(const Capture& capture, const Frame& frame, const Exposure& shot,
 // JSON has no word for what is not: it would be written as null.
 void requireFinite(const Json& value) {
   if (value.is_number_float() && !std::isfinite(value.get<double>()))
-    throw Error::mismatch("a finite number", std::to_string(value.get<double>()));
+    throw Error::mismatch("a finite number", numberText(value.get<double>()));
   if (!value.is_structured()) return;
   for (const auto& [key, inner] : value.items()) try {
       requireFinite(inner);

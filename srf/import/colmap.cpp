@@ -46,7 +46,7 @@ struct Registered {
 Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v) {
   const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
   if (!(std::abs(q.norm() - 1) <= 1e-3))
-    throw Error::mismatch("a unit quaternion", "length " + std::to_string(q.norm())).at("QW QX QY QZ");
+    throw Error::mismatch("a unit quaternion", "length " + numberText(q.norm())).at("QW QX QY QZ");
   return poseFromVisionAxes(q.normalized().toRotationMatrix(), {v[4], v[5], v[6]});
 }
 

@@ -271,7 +271,7 @@ void addLights(Source& source, const std::vector<LightEntry>& entries, const std
       // A lamp has the square of its distance for strength.
       if (!(v.norm() >= 1e-6 && v.norm() <= (positions ? 1e6 : 1e9)))
         throw Error::mismatch(positions ? "a position off the origin, within 1e6 of it" : "a direction",
-                              "length " + std::to_string(v.norm()));
+                              "length " + numberText(v.norm()));
       Light light{names[l], names[l], {}};
       if (positions)
         light.kind = PointLight{assume<Point3<AcquisitionSpace, double>>(v), strengths[l]};

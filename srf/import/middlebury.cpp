@@ -27,8 +27,7 @@ Lens lensOf(Mat3<double> k, PictureSize size) {
     throw Error::mismatch("an upper triangular matrix with k33 above 0", "another").at("K");
   k /= k(2, 2);
   const double focal = checkedFocalLength(k(0, 0));
-  if (!(std::abs(k(0, 1)) <= 1e-6 * focal))
-    throw Error::mismatch("no skew", std::to_string(k(0, 1))).at("k12");
+  if (!(std::abs(k(0, 1)) <= 1e-6 * focal)) throw Error::mismatch("no skew", numberText(k(0, 1))).at("k12");
   return {.width = size.width,
           .height = size.height,
           .focalX = focal,

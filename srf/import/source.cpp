@@ -60,7 +60,7 @@ Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rota
     throw Error::mismatch("a translation within 1e12", "a longer one");
   const double error = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
   if (!(error <= 1e-4))
-    throw Error::mismatch("a rotation", "a matrix that is not orthonormal by " + std::to_string(error));
+    throw Error::mismatch("a rotation", "a matrix that is not orthonormal by " + numberText(error));
   if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
   const Vec3<double> flip(1, -1, -1); // x right, y up, looking along -z
   return {flip.asDiagonal() * nearestRotation(rotation), flip.cwiseProduct(translation)};
@@ -81,7 +81,7 @@ std::vector<std::string> namesOfPictures(const std::vector<fs::path>& pictures) 
 
 double checkedFocalLength(double pixels) {
   if (!(pixels >= 1e-12 && pixels <= 1e12))
-    throw Error::mismatch("a focal length above 0 (1e-12 to 1e12)", std::to_string(pixels));
+    throw Error::mismatch("a focal length above 0 (1e-12 to 1e12)", numberText(pixels));
   return pixels;
 }
 
@@ -94,7 +94,7 @@ double checkedCenter(double pixels) {
 int checkedPixelCount(double pixels) {
   constexpr int most = 1 << 16;
   if (!(pixels >= 1 && pixels <= most && pixels == std::floor(pixels)))
-    throw Error::mismatch("pixels, a whole number from 1 to " + std::to_string(most), std::to_string(pixels));
+    throw Error::mismatch("pixels, a whole number from 1 to " + std::to_string(most), numberText(pixels));
   return static_cast<int>(pixels);
 }
 

@@ -59,7 +59,7 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
   const float a =
       type == CoefficientType::half ? imath_half_to_float(reader.take<uint16_t>()) : reader.take<float>();
   if (!(std::abs(a) < coefficientLimit))
-    throw Error::mismatch("a number below 1e33", std::to_string(a)).at("coefficients");
+    throw Error::mismatch("a number below 1e33", numberText(a)).at("coefficients");
   return a;
 }
 

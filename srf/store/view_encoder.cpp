@@ -40,9 +40,9 @@ void checkStack(const ReflectanceStack& stack) {
 
 void checkOptions(const StoreOptions& options) {
   if (!(options.white >= 1e-20 && options.white <= 1e20))
-    throw Error::mismatch("1e-20..1e20", std::to_string(options.white)).at("white");
+    throw Error::mismatch("1e-20..1e20", numberText(options.white)).at("white");
   if (!(options.tolerance >= 0 && options.tolerance <= 1))
-    throw Error::mismatch("0..1", std::to_string(options.tolerance)).at("tolerance");
+    throw Error::mismatch("0..1", numberText(options.tolerance)).at("tolerance");
 }
 
 uint64_t presentTexels(const Image& alpha, BlockPosition block, double presentAlpha) {
@@ -64,7 +64,7 @@ Eigen::MatrixXf gather(const ReflectanceStack& stack, BlockPosition block, uint6
       const int x = block.x * blockSize + texel % blockSize, y = block.y * blockSize + texel / blockSize;
       for (const float value : stack.lights[l].at(x, y)) {
         if (!(std::abs(value) < radianceLimit))
-          throw Error::mismatch("a finite radiance below 1e30", std::to_string(value))
+          throw Error::mismatch("a finite radiance below 1e30", numberText(value))
               .at("pixel (" + std::to_string(x) + ", " + std::to_string(y) + ")")
               .at("lights[" + std::to_string(l) + "]");
         radiance(row++, static_cast<Eigen::Index>(l)) = value;

@@ -65,10 +65,10 @@ FixedHeader takeHeader(ByteReader& reader) {
     throw Error::mismatch("at most " + std::to_string(positions), std::to_string(header.blocks)).at("blocks");
   header.view.white = reader.take<float>();
   if (!(header.view.white > 0) || !std::isfinite(header.view.white))
-    throw Error::mismatch("a positive number", std::to_string(header.view.white)).at("white");
+    throw Error::mismatch("a positive number", numberText(header.view.white)).at("white");
   header.view.tolerance = reader.take<float>();
   if (!(header.view.tolerance >= 0) || !std::isfinite(header.view.tolerance))
-    throw Error::mismatch("a number not below 0", std::to_string(header.view.tolerance)).at("tolerance");
+    throw Error::mismatch("a number not below 0", numberText(header.view.tolerance)).at("tolerance");
   return header;
 }
 

@@ -11,7 +11,7 @@ namespace surflect {
 namespace {
 
 void requireFraction(double value, std::string_view field) {
-  if (!(value >= 0 && value <= 1)) throw Error::mismatch("0 to 1", std::to_string(value)).at(field);
+  if (!(value >= 0 && value <= 1)) throw Error::mismatch("0 to 1", numberText(value)).at(field);
 }
 
 void requireFractions(const Rgb& color, std::string_view field) {
@@ -26,7 +26,7 @@ void requireRoughness(const Roughness& alpha) {
 void requireAbsorption(const Rgb& absorption, std::string_view field) {
   for (const float sigma : {absorption.r, absorption.g, absorption.b})
     if (!(sigma >= 0 && std::isfinite(sigma)))
-      throw Error::mismatch("0 or more", std::to_string(sigma)).at(field);
+      throw Error::mismatch("0 or more", numberText(sigma)).at(field);
 }
 
 void require(const Lambert& m) { requireFractions(m.albedo, "albedo"); }
@@ -46,7 +46,7 @@ void require(const Conductor& m) {
 void require(const Dielectric& m) {
   requireFraction(m.alpha, "alpha");
   if (!(m.eta >= 0.2 && m.eta <= 5 && std::abs(m.eta - 1) >= 1e-3))
-    throw Error::mismatch("0.2 to 5 and not 1", std::to_string(m.eta)).at("eta");
+    throw Error::mismatch("0.2 to 5 and not 1", numberText(m.eta)).at("eta");
   requireAbsorption(m.absorption, "absorption");
   requireAbsorption(m.absorptionOutside, "absorptionOutside");
   assert(isSpecular(m) || (m.losses && m.losses->eta == m.eta));
@@ -63,7 +63,7 @@ void require([[maybe_unused]] const Measured& m) { assert(m.table); }
 
 void require(const ClearCoat& m) {
   requireFraction(m.alpha, "alpha");
-  if (!(m.eta >= 1.001 && m.eta <= 5)) throw Error::mismatch("1.001 to 5", std::to_string(m.eta)).at("eta");
+  if (!(m.eta >= 1.001 && m.eta <= 5)) throw Error::mismatch("1.001 to 5", numberText(m.eta)).at("eta");
   assert(m.alpha < kSmooth || (m.transmission && m.transmission->eta == m.eta));
   try {
     std::visit([](const auto& base) { require(base); }, m.base);

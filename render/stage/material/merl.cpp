@@ -45,8 +45,7 @@ std::vector<Rgb> decoded(const std::string& bytes) {
       const double value =
           kScales[channel] * valueAt<double>(bytes, kHeader + (channel * kBins + i) * sizeof(double));
       if (!(std::abs(value) <= 1e30)) // floats hold it
-        throw Error::mismatch("a finite number", std::to_string(value))
-            .at("values[" + std::to_string(i) + "]");
+        throw Error::mismatch("a finite number", numberText(value)).at("values[" + std::to_string(i) + "]");
       (channel == 0   ? values[i].r
        : channel == 1 ? values[i].g
                       : values[i].b) = static_cast<float>(std::max(0.0, value));

@@ -172,7 +172,7 @@ TEST_F(LitView, WhatCannotBeALightFileIsRefused) {
       {"lit.1.png 0 0 1\n0 0 1\n", "line 2: found \"0 0 1\", expected a name"},
       {"1\nnone.png 0 0 1\n", "line 2: found \"none.png\", expected a picture"},
       {"2\nlit.1.png 0 0 1\nlit.1 1 0 1\n", "line 3: \"lit.1\" is listed twice"},
-      {"1\nlit.1.png 0 0 0\n", "line 2: found length 0.000000, expected a direction"},
+      {"1\nlit.1.png 0 0 0\n", "line 2: found length 0, expected a direction"},
       {"1 0 0 1\n2 0 0 1\n3 0 0 1\n5 0 0 1\n", "expected ordinals that follow"},
       {"1\n/etc/hostname 0 0 1\n", "--allow-outside"},
       {"1\n../../../../../../etc/hostname 0 0 1\n", "--allow-outside"}};
