@@ -10,6 +10,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace surflect {
 
@@ -104,11 +105,14 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
     blends.push_back(blendOfLights(others, towards_[light], candidate, coverage, Uncovered::extrapolate));
 
   // How a texel's blends are foreshortened, candidate by candidate.
-  std::vector<float> factors;
+  std::set<uint32_t> blended; // few, however many lights there are
+  for (size_t c = 0; c < candidates.size(); ++c)
+    if (candidates[c].foreshortened)
+      for (const auto& [other, weight] : blends[c]) blended.insert(other);
+  std::vector<float> factors, cosines(others.size());
   for (size_t texel = 0; texel < normals.size(); ++texel) {
     progress.checkNowAndThen(texel);
-    std::vector<float> cosines;
-    for (const auto& other : others) cosines.push_back(foreshortenedCosine(normals[texel], other));
+    for (const uint32_t other : blended) cosines[other] = foreshortenedCosine(normals[texel], others[other]);
     const float asked = foreshortenedCosine(normals[texel], towards_[light]);
     for (size_t c = 0; c < candidates.size(); ++c)
       factors.push_back(candidates[c].foreshortened ? foreshortening(asked, blendedCosine(blends[c], cosines))

@@ -3,6 +3,7 @@
 #include "srf/relief/frontal_plane.h"
 #include "surfel/error.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <tbb/parallel_for.h>
 
@@ -35,10 +36,11 @@ std::optional<Vec3<double>> weightedFit(std::span<const Vec3<double>> l, std::sp
     b += w[i] * y[i] * l[i];
     sum += w[i];
   }
-  const Eigen::SelfAdjointEigenSolver<Mat3<double>> spectrum(a / sum);
+  a /= sum;
+  Eigen::SelfAdjointEigenSolver<Mat3<double>> spectrum;
+  spectrum.computeDirect(a, Eigen::EigenvaluesOnly); // good to 1e-8, in closed form
   if (!(spectrum.eigenvalues()[0] > kOutOfPlane * kOutOfPlane)) return std::nullopt;
-  return spectrum.eigenvectors() *
-         (spectrum.eigenvectors().transpose() * (b / sum)).cwiseQuotient(spectrum.eigenvalues());
+  return a.llt().solve(b / sum);
 }
 
 double median(std::vector<double> values) {
