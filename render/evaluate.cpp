@@ -2,6 +2,7 @@
 
 #include "render/lambert_view.h"
 #include "srf/capture/photograph.h"
+#include "srf/image/over_black.h"
 #include "srf/image/percentile.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/bounds.h"
@@ -30,12 +31,7 @@ public:
       const Image& alpha = photograph.hasMatte || isWholeImage()
                                ? photograph.alpha
                                : silhouetteOf(capture_.frames[frames[0]].view);
-      Image& truth = truths.emplace_back(alpha.width, alpha.height, 4);
-      for (size_t i = 0; i < alpha.values.size(); ++i) {
-        for (size_t c = 0; c < 3; ++c)
-          truth.values[4 * i + c] = photograph.radiance.values[3 * i + c] * alpha.values[i];
-        truth.values[4 * i + 3] = alpha.values[i];
-      }
+      truths.push_back(overBlack(photograph.radiance, alpha));
     }
     return truths;
   }

@@ -13,6 +13,7 @@
 #include "bench/ablation/variants.h"
 #include "render/film.h"
 #include "srf/capture/photograph.h"
+#include "srf/image/over_black.h"
 #include "surfel/error.h"
 
 #include <nlohmann/json.hpp>
@@ -37,15 +38,8 @@ Way photographed(const Capture& sweep) {
   std::vector<size_t> frames(sweep.frames.size());
   std::iota(frames.begin(), frames.end(), size_t{0});
   Way way{"truth", {}};
-  for (const Photograph& photograph : readPhotographs(sweep, frames)) {
-    const Image& alpha = photograph.alpha;
-    Image& picture = way.pictures.emplace_back(alpha.width, alpha.height, 4);
-    for (size_t i = 0; i < alpha.values.size(); ++i) {
-      for (size_t c = 0; c < 3; ++c)
-        picture.values[4 * i + c] = photograph.radiance.values[3 * i + c] * alpha.values[i];
-      picture.values[4 * i + 3] = alpha.values[i];
-    }
-  }
+  for (const Photograph& photograph : readPhotographs(sweep, frames))
+    way.pictures.push_back(overBlack(photograph.radiance, photograph.alpha));
   return way;
 }
 

@@ -1,6 +1,7 @@
 #include "bench/ablation/truth_noise.h"
 
 #include "srf/capture/photograph.h"
+#include "srf/image/over_black.h"
 #include "srf/image/percentile.h"
 #include "surfel/error.h"
 
@@ -11,16 +12,6 @@ namespace surflect {
 
 namespace {
 
-Image premultiplied(const Photograph& photograph) {
-  Image image(photograph.alpha.width, photograph.alpha.height, 4);
-  for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
-    const float alpha = photograph.alpha.values[i];
-    for (size_t c = 0; c < 3; ++c) image.values[4 * i + c] = alpha * photograph.radiance.values[3 * i + c];
-    image.values[4 * i + 3] = alpha;
-  }
-  return image;
-}
-
 // View by view, all frames of one.
 std::vector<Image> picturesOf(const Capture& capture, const Progress& progress) {
   std::vector<Image> pictures;
@@ -29,7 +20,7 @@ std::vector<Image> picturesOf(const Capture& capture, const Progress& progress) 
     for (size_t i = 0; i < capture.frames.size(); ++i)
       if (capture.frames[i].view == view) frames.push_back(i);
     for (const Photograph& photograph : readPhotographs(capture, frames, progress))
-      pictures.push_back(premultiplied(photograph));
+      pictures.push_back(overBlack(photograph.radiance, photograph.alpha));
   }
   return pictures;
 }

@@ -6,10 +6,14 @@
 #include "srf/image/image_file.h"
 #include "surfel/error.h"
 
+#include <tbb/parallel_for_each.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <mutex>
 
 namespace surflect {
 
@@ -173,47 +177,66 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
   return photograph;
 }
 
-} // namespace
+// What is there of a frame's photograph.
+struct Development {
+  std::vector<Exposure> shots;
+  std::vector<Undeveloped> bracket; // of each shot, once it is read
+  std::atomic<size_t> missing;      // shots
+};
 
-std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
-                                        const Progress& progress) {
+std::map<std::filesystem::path, Image> readMasks(const Capture& capture, std::span<const size_t> frames,
+                                                 const Progress& progress) {
+  std::map<std::filesystem::path, Image> masks;
+  for (const size_t frame : frames)
+    if (const auto& mask = capture.frames[frame].mask; !mask.empty()) masks[mask];
+  tbb::parallel_for_each(masks, [&](auto& entry) {
+    progress.checkpoint();
+    entry.second = coverageOf(readPicture(capture.folder() / entry.first));
+  });
+  return masks;
+}
+
+// Files are read several at a time, each once. take(i, photograph) of the i-th frame when all its pictures
+// are there; one at a time, in any order.
+template <class Take>
+void developAll(const Capture& capture, std::span<const size_t> frames, const Progress& progress,
+                const Take& take) {
   struct Place {
     size_t frame, shot; // positions in `frames`, and in its bracket
   };
   std::map<std::filesystem::path, std::vector<Place>> users;
-  std::vector<std::vector<Exposure>> shots(frames.size());
+  std::vector<Development> developments(frames.size());
   for (size_t i = 0; i < frames.size(); ++i) {
     assert(frames[i] < capture.frames.size());
-    shots[i] = bracketOf(capture.frames[frames[i]]);
-    for (size_t k = 0; k < shots[i].size(); ++k) users[shots[i][k].picture].push_back({i, k});
+    auto& [shots, bracket, missing] = developments[i];
+    shots = bracketOf(capture.frames[frames[i]]);
+    bracket.resize(shots.size());
+    missing = shots.size();
+    for (size_t k = 0; k < shots.size(); ++k) users[shots[k].picture].push_back({i, k});
   }
   const Encoding encoding(capture);
-  std::map<std::filesystem::path, Image> masks;
-  std::vector<std::vector<Undeveloped>> brackets(frames.size());
-  std::vector<size_t> missing(frames.size()); // shots that have not been read
-  for (size_t i = 0; i < frames.size(); ++i) {
-    brackets[i].resize(shots[i].size());
-    missing[i] = shots[i].size();
-  }
-  std::vector<Photograph> photographs(frames.size());
+  const auto masks = readMasks(capture, frames, progress);
+  std::mutex taking;
 
-  const auto developWhenComplete = [&](size_t i) {
-    if (--missing[i] > 0) return;
+  const auto developIfComplete = [&](size_t i) {
+    auto& [shots, bracket, missing] = developments[i];
+    if (--missing > 0) return;
     const Frame& frame = capture.frames[frames[i]];
     const Image* coverage = nullptr;
     if (!frame.mask.empty()) {
-      const auto [mask, isNew] = masks.try_emplace(frame.mask);
-      if (isNew) mask->second = coverageOf(readPicture(capture.folder() / frame.mask));
-      checkSize(mask->second, capture.views[frame.view].camera.lens, capture.folder() / frame.mask);
-      coverage = &mask->second;
+      coverage = &masks.at(frame.mask);
+      checkSize(*coverage, capture.views[frame.view].camera.lens, capture.folder() / frame.mask);
     }
-    photographs[i] = develop(brackets[i], shots[i], coverage, encoding);
-    brackets[i].clear(); // its memory is not needed any more
+    Photograph photograph = develop(bracket, shots, coverage, encoding);
+    bracket.clear(); // its memory is not needed any more
+    const std::lock_guard lock(taking);
+    take(i, std::move(photograph));
   };
-  for (const auto& [name, places] : users) {
+  tbb::parallel_for_each(users, [&](const auto& entry) {
     progress.checkpoint();
+    const auto& [name, places] = entry;
     std::vector<Exposure> sharing;
-    for (const auto [i, k] : places) sharing.push_back(shots[i][k]);
+    for (const auto [i, k] : places) sharing.push_back(developments[i].shots[k]);
     const std::filesystem::path path = capture.folder() / name;
     std::vector<Undeveloped> pictures = readShared(path, sharing, progress);
     for (size_t p = 0; p < places.size(); ++p) {
@@ -221,11 +244,37 @@ std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const 
       const auto [i, k] = places[p];
       checkSize(pictures[p].color, capture.views[capture.frames[frames[i]].view].camera.lens, path);
       encoding.check(pictures[p], path);
-      brackets[i][k] = std::move(pictures[p]);
-      developWhenComplete(i);
+      developments[i].bracket[k] = std::move(pictures[p]);
+      developIfComplete(i);
     }
-  }
+  });
+}
+
+} // namespace
+
+std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
+                                        const Progress& progress) {
+  std::vector<Photograph> photographs(frames.size());
+  developAll(capture, frames, progress,
+             [&](size_t i, Photograph photograph) { photographs[i] = std::move(photograph); });
   return photographs;
+}
+
+ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
+                                    const Progress& progress) {
+  ViewPhotographs view;
+  view.radiance.resize(frames.size());
+  developAll(capture, frames, progress, [&](size_t i, Photograph photograph) {
+    view.radiance[i] = std::move(photograph.radiance);
+    view.hasMatte |= photograph.hasMatte;
+    view.invalidTexels += photograph.invalidTexels;
+    if (view.alpha.values.empty())
+      view.alpha = std::move(photograph.alpha);
+    else
+      std::ranges::transform(view.alpha.values, photograph.alpha.values, view.alpha.values.begin(),
+                             [](float a, float b) { return std::min(a, b); });
+  });
+  return view;
 }
 
 } // namespace surflect

@@ -22,9 +22,21 @@ struct Photograph {
 
 // The photographs of the given frames (indices into capture.frames), in that order. Each file is opened and
 // decompressed once: ask for all frames of one view, whose lights often share a file, and not for more than
-// memory holds (16 bytes a pixel and frame; while reading as much again for each picture). Throws Error
-// naming the picture.
+// memory holds (16 bytes a pixel and frame; while reading as much again for each picture, of which every
+// thread reads one). Throws Error naming the picture.
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
                                         const Progress& progress = {});
+
+// What photographs of one view show together.
+struct ViewPhotographs {
+  std::vector<Image> radiance; // of each frame
+  Image alpha;                 // of each pixel the least
+  bool hasMatte = false;       // some photograph has one
+  size_t invalidTexels = 0;    // of all
+};
+
+// The same for frames of one view; 12 bytes a pixel and frame. Of no frames it is empty.
+ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
+                                    const Progress& progress = {});
 
 } // namespace surflect

@@ -5,7 +5,6 @@
 #include "srf/relief/relief.h"
 #include "surfel/error.h"
 
-#include <algorithm>
 #include <cassert>
 #include <numeric>
 
@@ -16,15 +15,8 @@ TriangleMesh meshOfOneView(const Capture& training, bool asRelief, const Progres
   const auto& camera = training.views[0].camera;
   std::vector<size_t> frames(training.frames.size());
   std::iota(frames.begin(), frames.end(), size_t{0});
-  auto photographs = readPhotographs(training, frames, progress);
-  Image alpha = photographs[0].alpha;
-  std::vector<Image> radiance;
-  for (Photograph& photograph : photographs) {
-    for (size_t i = 0; i < alpha.values.size(); ++i)
-      alpha.values[i] = std::min(alpha.values[i], photograph.alpha.values[i]);
-    radiance.push_back(std::move(photograph.radiance));
-  }
-  const Mask mask = objectMask(alpha);
+  const ViewPhotographs photographs = readViewPhotographs(training, frames, progress);
+  const Mask mask = objectMask(photographs.alpha);
   TriangleMesh mesh;
   if (asRelief) {
     std::vector<Light> lights;
@@ -32,7 +24,7 @@ TriangleMesh meshOfOneView(const Capture& training, bool asRelief, const Progres
       if (frame.light) lights.push_back(training.lights[*frame.light]);
     if (lights.empty()) throw Error("fixed illumination: it does not tell a relief").in(training.file);
     try {
-      const LambertImage fits = fitLambert(camera, lights, radiance, mask, progress);
+      const LambertImage fits = fitLambert(camera, lights, photographs.radiance, mask, progress);
       mesh = reliefMesh(camera, integrateNormals(camera, fits.normal, mask, progress));
     } catch (Error& error) {
       throw std::move(error).at("lights").in(training.file);

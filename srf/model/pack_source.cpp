@@ -6,9 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cassert>
 #include <set>
+#include <utility>
 
 namespace surflect {
 
@@ -36,20 +35,11 @@ std::string CaptureSource::identity() const {
 
 ViewPictures readViewPictures(const Capture& capture, std::span<const size_t> frames,
                               const Progress& progress) {
-  assert(!frames.empty());
-  auto photographs = readPhotographs(capture, frames, progress);
-  ViewPictures view;
-  view.stack.width = photographs[0].alpha.width;
-  view.stack.height = photographs[0].alpha.height;
-  view.stack.alpha = photographs[0].alpha;
-  for (Photograph& photograph : photographs) {
-    for (size_t i = 0; i < view.stack.alpha.values.size(); ++i)
-      view.stack.alpha.values[i] = std::min(view.stack.alpha.values[i], photograph.alpha.values[i]);
-    view.invalidTexels += photograph.invalidTexels;
-    view.hasMatte |= photograph.hasMatte;
-    view.stack.lights.push_back(std::move(photograph.radiance));
-  }
-  return view;
+  ViewPhotographs photographs = readViewPhotographs(capture, frames, progress);
+  const int width = photographs.alpha.width, height = photographs.alpha.height;
+  return {{width, height, std::move(photographs.radiance), std::move(photographs.alpha)},
+          photographs.hasMatte,
+          photographs.invalidTexels};
 }
 
 ViewPictures CaptureSource::pictures(std::span<const size_t> frames, bool, const Progress& progress) {

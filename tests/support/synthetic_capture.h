@@ -3,6 +3,7 @@
 #pragma once
 
 #include "srf/capture/writer.h"
+#include "srf/image/over_black.h"
 #include "srf/model/model.h"
 #include "srf/model/pack.h"
 #include "tests/srf/image/files.h"
@@ -92,14 +93,7 @@ template <class RadianceAt> Image shadeSphere(const SphereView& view, const Radi
 
 // The same over black: RGBA, premultiplied.
 template <class RadianceAt> Image overBlack(const SphereView& view, const RadianceAt& radianceAt) {
-  const Image straight = shadeSphere(view, radianceAt);
-  Image rgba(view.width, view.height, 4);
-  for (size_t pixel = 0; pixel < view.alpha.values.size(); ++pixel) {
-    const float alpha = view.alpha.values[pixel];
-    for (size_t c = 0; c < 3; ++c) rgba.values[4 * pixel + c] = alpha * straight.values[3 * pixel + c];
-    rgba.values[4 * pixel + 3] = alpha;
-  }
-  return rgba;
+  return surflect::overBlack(shadeSphere(view, radianceAt), view.alpha);
 }
 
 // Radiance of a Lambert surface: albedo / pi  E  max(0, n . l).

@@ -289,6 +289,36 @@ TEST_F(PhotographFile, PhotographsComeInTheOrderAskedFor) {
   EXPECT_NE(together[1].radiance.values, together[2].radiance.values);
 }
 
+// Twenty files with masks of their own, some of them wrong somewhere.
+TEST_F(PhotographFile, PhotographsOfAViewShareTheLeastMatte) {
+  for (unsigned i = 0; i < 20; ++i) {
+    const std::string name = std::to_string(i);
+    Image picture = randomImage(width, height, 4, 0, 1, i);
+    if (i % 7 == 0) picture.values[4 * i] = std::numeric_limits<float>::quiet_NaN();
+    writeExr(folder / (name + ".exr"), picture, Precision::single);
+    writePng(folder / (name + ".png"), randomImage(width, height, 1, 0.2f, 1, 100 + i));
+    add(name + ".exr").mask = name + ".png";
+  }
+  const std::vector<Photograph> photographs = readAll();
+  std::vector<size_t> frames(photographs.size());
+  std::iota(frames.begin(), frames.end(), size_t{0});
+  const ViewPhotographs view = readViewPhotographs(capture, frames);
+  EXPECT_TRUE(view.hasMatte);
+  ASSERT_EQ(view.radiance.size(), photographs.size());
+  size_t invalid = 0;
+  std::vector<float> least(width * height, 1);
+  for (size_t i = 0; i < photographs.size(); ++i) {
+    EXPECT_EQ(view.radiance[i].values, photographs[i].radiance.values) << i;
+    invalid += photographs[i].invalidTexels;
+    for (size_t p = 0; p < least.size(); ++p) least[p] = std::min(least[p], photographs[i].alpha.values[p]);
+  }
+  EXPECT_EQ(view.alpha.values, least);
+  EXPECT_EQ(view.invalidTexels, invalid);
+  EXPECT_EQ(invalid, 3u);
+
+  EXPECT_TRUE(readViewPhotographs(capture, {}).radiance.empty());
+}
+
 TEST_F(PhotographFile, WhatDoesNotFitIsNamed) {
   writeExr(folder / "a.exr", Image(width + 1, height, 3));
   add("a.exr");
