@@ -146,8 +146,8 @@ Capture unmasked(const Capture& capture) {
   return plain;
 }
 
-// As the camera saw it: over black.
-Image overBlack(const Photograph& photograph) {
+// Over black.
+Image asTheCameraSawIt(const Photograph& photograph) {
   Image radiance = photograph.radiance;
   for (size_t pixel = 0; pixel < photograph.alpha.values.size(); ++pixel)
     for (size_t c = 0; c < 3; ++c) radiance.values[3 * pixel + c] *= photograph.alpha.values[pixel];
@@ -216,9 +216,9 @@ std::vector<Overlay> overlaysOf(const Capture& capture, std::span<const size_t> 
       progress("overlay", static_cast<double>(overlays.size()) / static_cast<double>(frames.size()));
       const auto lightIndex = capture.frames[run[i]].light;
       const Light* light = lightIndex ? &capture.lights[*lightIndex] : nullptr;
-      Overlay& overlay = overlays.emplace_back(overlayOf(views.at(view), light, overBlack(photographs[i]),
-                                                         masked[i].hasMatte ? &masked[i].alpha : nullptr,
-                                                         surface, progress));
+      Overlay& overlay = overlays.emplace_back(
+          overlayOf(views.at(view), light, asTheCameraSawIt(photographs[i]),
+                    masked[i].hasMatte ? &masked[i].alpha : nullptr, surface, progress));
       overlay.camera = capture.views[view].identity;
       if (light) overlay.light = light->identity;
     }

@@ -6,6 +6,7 @@
 #include "surfel/error.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace surflect {
 

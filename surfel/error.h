@@ -13,10 +13,10 @@
 
 namespace surflect {
 
-// For what was found or expected: six digits, as short as it can be said.
+// For what was found or expected: eight digits, without zeros at the end.
 inline std::string numberText(double number) {
   char text[32];
-  std::snprintf(text, sizeof text, "%g", number);
+  std::snprintf(text, sizeof text, "%.8g", number);
   return text;
 }
 

@@ -14,6 +14,8 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <utility>
 
 namespace surflect {
 

@@ -22,8 +22,9 @@ struct Photograph {
 
 // The photographs of the given frames (indices into capture.frames), in that order. Each file is opened and
 // decompressed once: ask for all frames of one view, whose lights often share a file, and not for more than
-// memory holds (16 bytes a pixel and frame; while reading as much again for each picture, of which every
-// thread reads one). Throws Error naming the picture.
+// memory holds: 16 bytes a pixel and frame; while reading 4 for each mask, and up to 32 for each picture of
+// the files that are being read, one a thread, and of brackets that are not complete. Throws Error naming the
+// picture; of several that are wrong, any.
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
                                         const Progress& progress = {});
 
@@ -35,7 +36,7 @@ struct ViewPhotographs {
   size_t invalidTexels = 0;    // of all
 };
 
-// The same for frames of one view; 12 bytes a pixel and frame. Of no frames it is empty.
+// The same for frames of one view; they take 12 bytes a pixel and frame, not 16. Of no frames it is empty.
 ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
                                     const Progress& progress = {});
 

@@ -30,14 +30,14 @@ std::vector<LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
 
 // From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
 // light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
-std::vector<LightBlend> candidatesFor(size_t lights, std::span<const LightFit> foreshortenedFits) {
+std::vector<LightBlend> candidatesFor(size_t lights, std::span<const LightFit> foreshortened) {
   std::vector<LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8}) {
     if (blended + 2 > lights) break;
     for (const LightFit fit : {LightFit::mean, LightFit::plane}) {
       if (fit == LightFit::plane && blended == 3) continue;
       candidates.push_back({blended, fit, false});
-      if (std::ranges::find(foreshortenedFits, fit) != foreshortenedFits.end())
+      if (std::ranges::find(foreshortened, fit) != foreshortened.end())
         candidates.push_back({blended, fit, true});
     }
   }

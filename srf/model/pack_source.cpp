@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <cassert>
 #include <set>
 #include <utility>
 
@@ -35,6 +36,7 @@ std::string CaptureSource::identity() const {
 
 ViewPictures readViewPictures(const Capture& capture, std::span<const size_t> frames,
                               const Progress& progress) {
+  assert(!frames.empty());
   ViewPhotographs photographs = readViewPhotographs(capture, frames, progress);
   const int width = photographs.alpha.width, height = photographs.alpha.height;
   return {{width, height, std::move(photographs.radiance), std::move(photographs.alpha)},

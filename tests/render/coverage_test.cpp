@@ -14,6 +14,7 @@ namespace surflect {
 namespace {
 
 using namespace testing;
+
 float largestDifference(const Image& a, const Image& b) {
   float largest = 0;
   for (size_t i = 0; i < a.values.size(); ++i)

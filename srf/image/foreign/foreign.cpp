@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string_view>
 
@@ -39,21 +41,23 @@ std::vector<int> wantedChannels(const OIIO::ImageSpec& spec) {
 int64_t grantedBytes(int64_t fileBytes) { return std::max(alwaysGranted, densest * fileBytes); }
 
 // Only the reader that the name asks for: others would be tried in turn, and some of them take what they find
-// for sizes. Formats that check an upper limit check ours.
-void limitReaders(int64_t granted) {
+// for sizes. Formats that check an upper limit check ours, when they are opened.
+std::unique_ptr<OIIO::ImageInput> opened(const char* path, int64_t granted) {
+  // Asked for straight alpha, or OpenImageIO multiplies colours by it in encoded space.
+  OIIO::ImageSpec wish;
+  wish.attribute("oiio:UnassociatedAlpha", 1);
+  static std::mutex limiting; // these are the whole program's
+  const std::lock_guard lock(limiting);
   OIIO::attribute("try_all_readers", 0);
   OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::min<int64_t>(granted >> 20, 1 << 15)));
+  return OIIO::ImageInput::open(path, &wish);
 }
 
 // How EXIF would have a picture turned to be shown is not heeded: lens and poses of a calibrated camera are
 // in pixels of its sensor. The order of a Radiance picture's scanlines is the format's, and is.
 bool read(const char* path, ForeignExtent extent, Picture& picture, std::string& problem) {
   const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
-  limitReaders(grantedBytes(fileBytes));
-  // Asked for straight alpha, or OpenImageIO multiplies colours by it in encoded space.
-  OIIO::ImageSpec wish;
-  wish.attribute("oiio:UnassociatedAlpha", 1);
-  const auto input = OIIO::ImageInput::open(path, &wish);
+  const auto input = opened(path, grantedBytes(fileBytes));
   if (!input) {
     problem = OIIO::geterror();
     return false;

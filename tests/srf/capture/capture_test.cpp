@@ -253,7 +253,7 @@ TEST_F(CaptureFile, LightDirectionsMustBeUnitButForRounding) {
   const Capture capture = read(json);
   EXPECT_NEAR(length(std::get<DirectionalLight>(capture.lights[0].kind).towards), 1, 1e-15);
   json["lights"][0]["direction"] = {0, 0.602, 0.802};
-  EXPECT_EQ(error(json), "lights[0].direction: found length 1.0028, expected a unit vector");
+  EXPECT_EQ(error(json), "lights[0].direction: found length 1.0028001, expected a unit vector");
   json["lights"][0]["direction"] = {0, 0, 0};
   EXPECT_EQ(error(json), "lights[0].direction: found length 0, expected a unit vector");
 }

@@ -88,6 +88,10 @@ TEST_F(RecentBlocksTest, WhatIsNotedStaysUntilTheBlockIsForgotten) {
   EXPECT_FALSE(blocks.at(1, {13, 12}).isNeeded);
   EXPECT_FALSE(blocks.at(2, {12, 12}).isNeeded);
   EXPECT_TRUE(blocks.at(1, {12, 12}).isNeeded);
+  for (const uint32_t other : {0, 2, 3}) // far more than it remembers
+    for (int y = 0; y < views_[other].header().blocksDown(); ++y)
+      for (int x = 0; x < views_[other].header().blocksAcross(); ++x) blocks.at(other, {x, y});
+  EXPECT_FALSE(blocks.at(1, {12, 12}).isNeeded);
 }
 
 } // namespace
