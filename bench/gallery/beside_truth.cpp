@@ -1,12 +1,14 @@
 #include "bench/gallery/figures.h"
 
-#include "bench/gallery/film_of_photograph.h"
 #include "render/film.h"
 #include "srf/capture/capture.h"
+#include "srf/capture/photograph.h"
 #include "srf/image/exr.h"
+#include "srf/image/over_black.h"
 #include "surfel/error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace surflect {
@@ -23,7 +25,8 @@ void writeTruthAndDifference(const std::filesystem::path& captureFolder, const s
   if (frame == capture.frames.end())
     throw Error("has no photograph by " + camera + " under " + light).in(captureFolder);
   const auto index = static_cast<size_t>(frame - capture.frames.begin());
-  const Image truth = filmOf(readPhotographs(capture, std::array{index}).front());
+  const Photograph photograph = readPhotographs(capture, std::array{index}).front();
+  const Image truth = overBlack(photograph.radiance, photograph.alpha);
   const Image rendered = ExrFile(rendering).read({"R", "G", "B", "A"});
   if (rendered.width != truth.width || rendered.height != truth.height)
     throw Error("is not as large as the photograph").in(rendering);

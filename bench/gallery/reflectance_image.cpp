@@ -1,10 +1,11 @@
 #include "bench/gallery/figures.h"
 
-#include "bench/gallery/film_of_photograph.h"
 #include "render/film.h"
 #include "srf/capture/capture.h"
+#include "srf/capture/photograph.h"
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
+#include "srf/image/over_black.h"
 #include "srf/image/png.h"
 #include "srf/query/environment.h"
 #include "surfel/error.h"
@@ -12,6 +13,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -37,6 +39,15 @@ void writeForTheEye(const std::filesystem::path& path, Image image) {
   const float white = sorted[sorted.size() * 97 / 100];
   for (float& value : image.values) value = srgbFromLinear(std::clamp(value / white, 0.f, 1.f));
   writePng(path, image);
+}
+
+Image filmOf(const Photograph& photograph) { return overBlack(photograph.radiance, photograph.alpha); }
+
+Image weighted(Image film, const Rgb& weight) {
+  const std::array weights{weight.r, weight.g, weight.b};
+  for (size_t i = 0; i < film.values.size(); i += 4)
+    for (size_t c = 0; c < 3; ++c) film.values[i + c] *= weights[c];
+  return film;
 }
 
 Rgb dividedBy(const Rgb& a, const Rgb& b) { return {a.r / b.r, a.g / b.g, a.b / b.b}; }
@@ -91,7 +102,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   const std::vector<Photograph> photographs = readPhotographs(capture, frames);
   std::vector<Image> films;
   for (const size_t f : frames)
-    films.push_back(filmOf(photographs[f], dividedBy(gatheredIrradiance[f], irradiance[f])));
+    films.push_back(weighted(filmOf(photographs[f]), dividedBy(gatheredIrradiance[f], irradiance[f])));
 
   // Those that the sum owes most to.
   std::vector<float> light;

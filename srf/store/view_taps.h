@@ -66,7 +66,6 @@ template <class Block> class ViewTaps {
 public:
   size_t size() const { return count_; }
   bool empty() const { return count_ == 0; }
-  const PlacedTaps<Block>& operator[](size_t i) const { return blocks_[i]; }
   const PlacedTaps<Block>* begin() const { return blocks_.data(); }
   const PlacedTaps<Block>* end() const { return blocks_.data() + count_; }
 

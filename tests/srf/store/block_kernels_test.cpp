@@ -114,8 +114,8 @@ template <class Real> void expectRounding(size_t columns, Real largestLast, doub
 
 TEST(BlockKernels, RoundingLeavesWhatLevelsAreAwayFromTheValues) {
   for (const size_t columns : {11, 20, 32}) {
-    expectRounding<double>(columns, 32639, 5e-12);
-    expectRounding<float>(columns, 127, 5e-4);
+    expectRounding<double>(columns, 32639, 2e-15);
+    expectRounding<float>(columns, 127, 7e-6);
   }
 }
 

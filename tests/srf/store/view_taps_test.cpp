@@ -47,9 +47,9 @@ TEST(ViewTaps, OfAnImageWithoutBackgroundAreWhereTheyWereAskedFor) {
     findTaps(
         TexelPlace::at(header(), x, y), [](BlockPosition position) { return Found(position); }, taps);
     const Moments found = momentsOf(taps);
-    EXPECT_NEAR(found.weight, 1, 3e-7);
-    EXPECT_NEAR(found.x, x, 1e-5) << x << ", " << y;
-    EXPECT_NEAR(found.y, y, 1e-5) << x << ", " << y;
+    EXPECT_NEAR(found.weight, 1, 1.5e-7);
+    EXPECT_NEAR(found.x, x, 3e-6) << x << ", " << y;
+    EXPECT_NEAR(found.y, y, 3e-6) << x << ", " << y;
     counts.insert(taps.size());
   };
   for (int i = 0; i < 10'000; ++i) expectHere(anywhereX(generator), anywhereY(generator));
@@ -91,7 +91,7 @@ TEST(ViewTaps, OfTheObjectAloneSumToOne) {
       EXPECT_TRUE(place.isInOneBlock());
       continue;
     }
-    EXPECT_NEAR(momentsOf(taps).weight, 1, 3e-7);
+    EXPECT_NEAR(momentsOf(taps).weight, 1, 1.5e-7);
     for (const auto& [block, ofBlock] : taps) EXPECT_TRUE(find(*block));
   }
   EXPECT_GT(empty, 1000);
