@@ -103,6 +103,8 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
       ->add_flag("--recover-response", options.recoverResponse,
                  "tell the camera's response from exposure brackets [Debevec and Malik 1997]")
       ->excludes(colorSpace);
+  command->add_flag("--uneven-lights", options.unevenLights,
+                    "where strengths are estimated: also how each light falls off over the object");
   command->add_flag("--allow-outside", options.allowOutside, "follow paths that leave the source's folder");
   setWork(*command, work, "nothing was kept; the same command starts afresh", [=](const Progress& progress) {
     ImportOptions& chosen = arguments->options;

@@ -63,7 +63,8 @@ private:
 ShotLight inObjectSpace(const Light& light) {
   if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
     return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
-                                directional->irradiance};
+                                directional->irradiance, Uncovered::extrapolate,
+                                directional->irradianceGradient};
   const auto& point = std::get<PointLight>(light.kind);
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};
 }

@@ -26,6 +26,7 @@ struct ShotDirectionalLight {
   Direction3<ObjectSpace, double> towards; // the light; unit
   Rgb irradiance;
   Uncovered uncovered = Uncovered::extrapolate;
+  Vec3<double> irradianceGradient = {0, 0, 0}; // as that of a captured light (rig.h); object space
 };
 struct ShotPointLight {
   Point3<ObjectSpace, double> position;

@@ -50,7 +50,8 @@ std::vector<ShotLight> lightsOf(const Capture& sweep) {
         frame.light ? std::get_if<DirectionalLight>(&sweep.lights[*frame.light].kind) : nullptr;
     if (!light) throw Error::mismatch("directional lights", "another").at("lights").in(sweep.file);
     lights.push_back(ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(light->towards.raw()),
-                                          light->irradiance});
+                                          light->irradiance, Uncovered::extrapolate,
+                                          light->irradianceGradient});
   }
   return lights;
 }

@@ -93,12 +93,12 @@ public:
       strength_ = point->intensity;
       return;
     }
-    const auto& directional = std::get<DirectionalLight>(light.kind);
+    distant_ = std::get<DirectionalLight>(light.kind);
     isPoint_ = false;
-    middle_ = directional.towards;
+    middle_ = distant_.towards;
     isDisc_ = radius.radians() > 0;
     std::tie(x_, y_) = across(middle_.raw());
-    strength_ = isDisc_ ? scaled(discRadiance(radius), directional.irradiance) : directional.irradiance;
+    strength_ = isDisc_ ? scaled(discRadiance(radius), distant_.irradiance) : distant_.irradiance;
   }
 
   Sample sample(const Point& p, double u, double v) const {
@@ -108,19 +108,20 @@ public:
       const double distance = length(d);
       return {(1 / distance) * d, scaled(1 / squared(distance), strength_), distance};
     }
-    if (!isDisc_) return {middle_, strength_, kFar};
+    const double gain = gainAt(distant_.irradianceGradient, p.raw());
+    if (!isDisc_) return {middle_, scaled(gain, strength_), kFar};
     const double z = 1 - u * height_, r = std::sqrt(std::max(0.0, 1 - z * z));
     const Vector w = r * std::cos(2 * kPi * v) * x_ + r * std::sin(2 * kPi * v) * y_ + z * middle_.raw();
-    return {normalized(assume<Direction>(w)), scaled(1 / density(), strength_), kFar};
+    return {normalized(assume<Direction>(w)), scaled(gain / density(), strength_), kFar};
   }
 
   // Of sample(), per steradian of a disc; 0 where other ways do not find the light.
   double density() const { return isDisc_ ? 1 / (2 * kPi * height_) : 0; }
 
-  // Radiance from a direction.
-  std::optional<Rgb> seen(const Direction& direction) const {
+  // Radiance that comes to p from a direction.
+  std::optional<Rgb> seen(const Point& p, const Direction& direction) const {
     if (!isDisc_ || (middle_ + -direction).raw().squaredNorm() / 2 >= height_) return std::nullopt;
-    return strength_;
+    return scaled(gainAt(distant_.irradianceGradient, p.raw()), strength_);
   }
 
   // Lamps of one octant, as seen from the origin, may be asked for together.
@@ -133,9 +134,10 @@ private:
   double height_;
   bool isPoint_ = true, isDisc_ = false;
   Point position_;
+  DirectionalLight distant_;
   Direction middle_;
   Vector x_, y_; // across a disc
-  Rgb strength_; // intensity, irradiance, or radiance of a disc
+  Rgb strength_; // intensity; of what is distant, irradiance or radiance at the origin
 };
 
 struct Path {
@@ -294,7 +296,7 @@ private:
   void addLightsSeen(const Path& path) const {
     if (!seesLights_) return;
     for (size_t i = 0; i < lamps_.size(); ++i)
-      if (const auto radiance = lamps_[i].seen(path.direction)) {
+      if (const auto radiance = lamps_[i].seen(path.origin, path.direction)) {
         const double share = path.density > 0 ? powerShare(path.density, lamps_[i].density()) : 1;
         path.sums[i] += share * path.throughput.cwiseProduct(vectorOf(*radiance));
       }

@@ -5,19 +5,25 @@
 // so with b eliminated (variable projection) t is the smallest eigenvector of an n x n matrix, whatever
 // samples are left out. Leaving out and solving alternate.
 //
+// Lamps that stand near, or whose beams have a middle, have s_l(p) = s_l exp(g_l . p). What is known of g_l
+// is taken out of I_l; of the rest t_l(p) = t_l + u_l . p is as linear, in a matrix of 3 n rows, and g_l goes
+// on by -u_l / t_l. A factor exp(a . p) of all lights goes unseen into b: the mean of the gradients is held
+// at zero.
+//
 //   I_l(p)  radiance of pixel p under light l     b(p)  albedo times unit normal
 //   l_l     unit direction towards light l        w_l   weight of a sample
-//   n       number of lights
+//   s_l     strength in the middle                g_l   gradient of its logarithm
+//   n       number of lights                      p     place in the picture, from its middle
 #include "srf/calibration/strengths.h"
 
 #include "surfel/error.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <string>
@@ -29,12 +35,27 @@ namespace {
 using Eigen::ArrayXd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Samples = Eigen::ArrayXXd; // one row a light, one column a pixel
+
+struct Samples {
+  Eigen::ArrayXXd i; // radiance in units of the pixel's mean, or NaN; one row a light, one column a pixel
+  Eigen::Matrix2Xd place; // of each pixel: right and down from the picture's middle, in picture heights
+};
+using Weights = Eigen::ArrayXXd; // as Samples::i
+
+// s_l(p)
+struct Lamps {
+  ArrayXd s;          // in the middle; mean 1
+  Eigen::MatrixX2d g; // gradients of the logarithm
+
+  ArrayXd gains(const Vec2<double>& p) const { return (g * p).array().exp(); }
+  ArrayXd at(const Vec2<double>& p) const { return s * gains(p); }
+};
 
 constexpr size_t kMostPixels = 20000, kFewestPixels = 50;
 constexpr Eigen::Index kChunk = 512; // pixels whose sums are made together: the same for any thread count
 constexpr int kRounds = 40, kFirstRounds = 8, kPixelRounds = 3;
-constexpr double kSettled = 3e-5;     // change of a strength in the last round
+constexpr double kSettled = 3e-5;     // change of a strength or gradient in the last round
+constexpr double kSteepest = 3;       // ln 20: how far a light falls off over the object, at most
 constexpr double kDarkest = 0.05;     // pixels darker than this share of the brightest are mostly noise
 constexpr double kGrazing = 0.05;     // n . l below which a sample is in or near the attached shadow
 constexpr double kRejected = 3;       // residuals beyond this many standard deviations have no weight
@@ -78,7 +99,7 @@ void checkCount(size_t pixels) {
                           std::to_string(pixels));
 }
 
-// Object pixels, evenly thinned, in units of their own brightness; unusable samples are NaN.
+// Object pixels, evenly thinned.
 Samples samplesOf(std::span<const Image> radiance, const Mask& object, size_t channel) {
   const auto n = static_cast<Eigen::Index>(radiance.size());
   std::vector<size_t> pixels;
@@ -89,26 +110,36 @@ Samples samplesOf(std::span<const Image> radiance, const Mask& object, size_t ch
   for (size_t i = 0; i * step < pixels.size(); ++i) pixels[i] = pixels[i * step];
   if (step > 1) pixels.resize((pixels.size() + step - 1) / step);
 
-  Samples samples(n, static_cast<Eigen::Index>(pixels.size()));
-  for (Eigen::Index l = 0; l < n; ++l) {
-    const Image& image = radiance[static_cast<size_t>(l)];
-    const auto channels = static_cast<size_t>(image.channels);
-    for (Eigen::Index p = 0; p < samples.cols(); ++p)
-      samples(l, p) = static_cast<double>(
-          image.values[pixels[static_cast<size_t>(p)] * channels + (channels == 3 ? channel : 0)]);
+  const auto width = static_cast<size_t>(object.width);
+  const Vec2<double> middle(object.width / 2., object.height / 2.);
+  Samples samples{Eigen::ArrayXXd(n, pixels.size()), Eigen::Matrix2Xd(2, pixels.size())};
+  for (Eigen::Index p = 0; p < samples.i.cols(); ++p) {
+    const size_t pixel = pixels[static_cast<size_t>(p)];
+    const Vec2<double> center(static_cast<double>(pixel % width) + 0.5,
+                              static_cast<double>(pixel / width) + 0.5);
+    samples.place.col(p) = (center - middle) / object.height;
+    for (Eigen::Index l = 0; l < n; ++l) {
+      const Image& image = radiance[static_cast<size_t>(l)];
+      const auto channels = static_cast<size_t>(image.channels);
+      samples.i(l, p) = image.values[pixel * channels + (channels == 3 ? channel : 0)];
+    }
   }
   for (Eigen::Index l = 0; l < n; ++l) { // where a photograph is clipped, it is so at its largest value
-    const double largest = samples.row(l).maxCoeff<Eigen::PropagateNumbers>();
-    samples.row(l) = (samples.row(l) > 0 && samples.row(l) < largest).select(samples.row(l), NAN);
+    const double largest = samples.i.row(l).maxCoeff<Eigen::PropagateNumbers>();
+    samples.i.row(l) = (samples.i.row(l) > 0 && samples.i.row(l) < largest).select(samples.i.row(l), NAN);
   }
-  const ArrayXd brightness = samples.isNaN().select(0, samples).colwise().mean().transpose();
+  const ArrayXd brightness = samples.i.isNaN().select(0, samples.i).colwise().mean().transpose();
   std::vector<double> sorted(brightness.begin(), brightness.end());
   std::sort(sorted.begin(), sorted.end());
   const double darkest = kDarkest * sorted[sorted.size() * 99 / 100];
   Eigen::Index kept = 0;
-  for (Eigen::Index p = 0; p < samples.cols(); ++p)
-    if (brightness[p] > darkest) samples.col(kept++) = samples.col(p) / brightness[p];
-  samples.conservativeResize(n, kept);
+  for (Eigen::Index p = 0; p < samples.i.cols(); ++p)
+    if (brightness[p] > darkest) {
+      samples.place.col(kept) = samples.place.col(p);
+      samples.i.col(kept++) = samples.i.col(p) / brightness[p];
+    }
+  samples.i.conservativeResize(n, kept);
+  samples.place.conservativeResize(2, kept);
   checkCount(static_cast<size_t>(kept));
   return samples;
 }
@@ -166,111 +197,139 @@ ArrayXd nextWeights(const MatrixXd& towards, const ArrayXd& i, const ArrayXd& s,
   return (w > 0).count() >= 4 ? w : ArrayXd::Zero(i.size());
 }
 
-struct Fit {
-  ArrayXd s;                  // strengths, mean 1
+struct Step {
+  Lamps lamps;
   double noise = 0, next = 0; // the two smallest eigenvalues: variance of the noise, and of the next best t
 };
 
 // The t that leaves the least of t_l I_l(p) outside what b(p) . l_l can be. Noise of variance v in I adds
 // v times `noise` to the matrix in expectation, so that the generalised eigenvector is without bias.
-Fit fitStrengths(const MatrixXd& towards, const Samples& samples, const Samples& weights, const ArrayXd& s) {
-  const Eigen::Index n = samples.rows(), chunks = (samples.cols() + kChunk - 1) / kChunk;
-  std::vector<MatrixXd> matrices(static_cast<size_t>(chunks), MatrixXd::Zero(n, n));
-  std::vector<VectorXd> noises(static_cast<size_t>(chunks), VectorXd::Zero(n));
-  forChunks(samples.cols(), [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
+Step stepFrom(const Lamps& lamps, const MatrixXd& towards, const Samples& samples, const Weights& weights,
+              bool holdsGradients) {
+  const Eigen::Index n = towards.cols(), terms = holdsGradients ? 1 : 3, pixels = samples.i.cols();
+  const auto chunks = static_cast<size_t>((pixels + kChunk - 1) / kChunk);
+  std::vector<MatrixXd> matrices(chunks, MatrixXd::Zero(terms * n, terms * n)), noises = matrices;
+  forChunks(pixels, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
     MatrixXd& matrix = matrices[static_cast<size_t>(chunk)];
-    VectorXd& noise = noises[static_cast<size_t>(chunk)];
+    MatrixXd& noise = noises[static_cast<size_t>(chunk)];
     for (Eigen::Index p = begin; p < end; ++p) {
+      const Vec2<double> place = samples.place.col(p);
+      const ArrayXd gains = lamps.gains(place);
       // In t I, noise is t times that of I: weigh by s^2.
-      const ArrayXd w = weights.col(p) * s.square();
+      const ArrayXd w = weights.col(p) * (lamps.s * gains).square();
       const MatrixXd weighted = towards * w.matrix().asDiagonal();
       const Mat3<double> normal = weighted * towards.transpose();
       if (!isRegular(normal)) continue;
       MatrixXd rest = -weighted.transpose() * normal.inverse() * weighted; // W - W L^T (L W L^T)^-1 L W
       rest.diagonal().array() += w;
-      const ArrayXd i = samples.col(p).isNaN().select(0, samples.col(p));
-      matrix += i.matrix().asDiagonal() * rest * i.matrix().asDiagonal();
-      noise += rest.diagonal();
+      const ArrayXd i = samples.i.col(p).isNaN().select(0, samples.i.col(p)) / gains;
+      const MatrixXd ofPixel = i.matrix().asDiagonal() * rest * i.matrix().asDiagonal();
+      const ArrayXd noiseOfPixel = rest.diagonal().array() / gains.square();
+      const Vec3<double> q(1, place.x(), place.y());
+      for (Eigen::Index j = 0; j < terms; ++j)
+        for (Eigen::Index k = 0; k <= j; ++k) { // the solver looks at the lower triangle
+          matrix.block(j * n, k * n, n, n) += q[j] * q[k] * ofPixel;
+          noise.block(j * n, k * n, n, n).diagonal().array() += q[j] * q[k] * noiseOfPixel;
+        }
     }
   });
-  MatrixXd matrix = MatrixXd::Zero(n, n);
-  VectorXd noise = VectorXd::Zero(n);
-  for (size_t chunk = 0; chunk < matrices.size(); ++chunk) {
+  MatrixXd matrix = MatrixXd::Zero(terms * n, terms * n), noise = matrix;
+  for (size_t chunk = 0; chunk < chunks; ++chunk) {
     matrix += matrices[chunk];
     noise += noises[chunk];
   }
   for (Eigen::Index l = 0; l < n; ++l)
-    if (!(noise[l] > 0))
+    if (!(noise(l, l) > 0))
       throw Error("no object pixel is lit by it as a Lambert surface would be")
           .at("lights[" + std::to_string(l) + "]");
-  const VectorXd perNoise = noise.array().rsqrt();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(perNoise.asDiagonal() * matrix *
-                                                       perNoise.asDiagonal());
-  VectorXd t = perNoise.cwiseProduct(solver.eigenvectors().col(0));
-  if (t.sum() < 0) t = -t;
-  if (!(t.minCoeff() > 1e-6 * t.maxCoeff())) throw unclear();
-  const ArrayXd strengths = t.array().inverse();
-  return {strengths / strengths.mean(), solver.eigenvalues()[0], solver.eigenvalues()[1]};
+  const double stiff = matrix.trace(); // holds the mean gradient: sum s_l u_l = 0
+  for (Eigen::Index j = 1; j < terms; ++j)
+    matrix.block(j * n, j * n, n, n) += stiff * lamps.s.matrix() * lamps.s.matrix().transpose();
+
+  const Eigen::LLT<MatrixXd> root(noise); // which the solver below does not look after
+  if (root.info() != Eigen::Success || !(root.rcond() > 1e-9)) throw unclear();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(matrix, noise);
+  if (solver.info() != Eigen::Success) throw unclear();
+  VectorXd t = solver.eigenvectors().col(0);
+  if (t.head(n).sum() < 0) t = -t;
+  if (!(t.head(n).minCoeff() > 1e-6 * t.head(n).maxCoeff())) throw unclear();
+  const ArrayXd strengths = t.head(n).array().inverse();
+  Step step{{strengths / strengths.mean(), lamps.g}, solver.eigenvalues()[0], solver.eigenvalues()[1]};
+  if (holdsGradients) return step;
+  for (Eigen::Index j = 1; j < terms; ++j)
+    step.lamps.g.col(j - 1).array() -= t.segment(j * n, n).array() * strengths;
+  step.lamps.g.rowwise() -= step.lamps.g.colwise().mean();
+  return step;
 }
 
 // The median |residual| as standard deviation: of all lit samples, left out or not, so that leaving out more
 // does not make it smaller.
-double spread(const MatrixXd& towards, const Samples& samples, const Samples& weights, const ArrayXd& s) {
+double spread(const Lamps& lamps, const MatrixXd& towards, const Samples& samples, const Weights& weights) {
+  Eigen::ArrayXXd lit(samples.i.rows(), samples.i.cols()); // |residual|, or NaN
+  forChunks(samples.i.cols(), [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index p = begin; p < end; ++p) {
+      const ArrayXd i = samples.i.col(p), w = weights.col(p), s = lamps.at(samples.place.col(p));
+      const Vec3<double> b = fitSurface(towards, i, s, w);
+      const ArrayXd cosine = (towards.transpose() * b).array() / b.norm();
+      lit.col(p) = (cosine <= kGrazing).select(NAN, residuals(towards, i, s, b).abs());
+    }
+  });
   std::vector<double> sizes;
-  for (Eigen::Index p = 0; p < samples.cols(); ++p) {
-    const ArrayXd i = samples.col(p), w = weights.col(p);
-    const Vec3<double> b = fitSurface(towards, i, s, w);
-    const ArrayXd e = residuals(towards, i, s, b), cosine = (towards.transpose() * b).array() / b.norm();
-    for (Eigen::Index l = 0; l < i.size(); ++l)
-      if (!std::isnan(i[l]) && !(cosine[l] <= kGrazing)) sizes.push_back(std::abs(e[l]));
-  }
+  for (const double size : lit.reshaped())
+    if (!std::isnan(size)) sizes.push_back(size);
   if (sizes.empty()) throw unclear();
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
   return kNormalMad * *middle;
 }
 
-ArrayXd channelStrengths(const MatrixXd& towards, const Samples& samples) {
-  // Medians over the surface are a start that no outlier moves far.
-  ArrayXd s(samples.rows());
-  for (Eigen::Index l = 0; l < samples.rows(); ++l) {
+// Medians over the surface: a start that no outlier moves far.
+ArrayXd medianStrengths(const Samples& samples) {
+  ArrayXd s(samples.i.rows());
+  for (Eigen::Index l = 0; l < samples.i.rows(); ++l) {
     std::vector<double> values;
-    for (const double v : samples.row(l))
+    for (const double v : samples.i.row(l))
       if (!std::isnan(v)) values.push_back(v);
     if (values.empty()) throw Error("no object pixel is lit").at("lights[" + std::to_string(l) + "]");
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     s[l] = *middle;
   }
-  s /= s.mean();
+  return s / s.mean();
+}
 
-  Samples weights(samples.rows(), samples.cols());
-  forChunks(samples.cols(), [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
-    for (Eigen::Index p = begin; p < end; ++p) weights.col(p) = firstWeights(towards, samples.col(p), s);
-  });
-  double bound = 1; // of residuals, in units of a pixel's mean: narrows down from all that is
-  Fit fit;
-  for (int round = 0; round < kRounds; ++round) {
-    forChunks(samples.cols(), [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+// Strengths, and unless these are held, gradients.
+Lamps fitLamps(Lamps lamps, const MatrixXd& towards, const Samples& samples, bool holdsGradients) {
+  Weights weights(samples.i.rows(), samples.i.cols());
+  const auto weigh = [&](const auto& weightsOf) {
+    forChunks(samples.i.cols(), [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
       for (Eigen::Index p = begin; p < end; ++p)
-        weights.col(p) = nextWeights(towards, samples.col(p), s, weights.col(p), bound);
+        weights.col(p) = weightsOf(p, samples.i.col(p), lamps.at(samples.place.col(p)));
     });
-    fit = fitStrengths(towards, samples, weights, s);
-    const double change = (fit.s - s).abs().maxCoeff();
-    s = fit.s;
-    const double target = std::max(kRejected * spread(towards, samples, weights, s), 1e-6);
+  };
+  weigh([&](Eigen::Index, const ArrayXd& i, const ArrayXd& s) { return firstWeights(towards, i, s); });
+  double bound = 1; // of residuals, in units of a pixel's mean: narrows down from all that is
+  Step step;
+  for (int round = 0; round < kRounds; ++round) {
+    weigh([&](Eigen::Index p, const ArrayXd& i, const ArrayXd& s) {
+      return nextWeights(towards, i, s, weights.col(p), bound);
+    });
+    step = stepFrom(lamps, towards, samples, weights, holdsGradients);
+    const double change =
+        std::max((step.lamps.s - lamps.s).abs().maxCoeff(), (step.lamps.g - lamps.g).cwiseAbs().maxCoeff());
+    lamps = step.lamps;
+    const double target = std::max(kRejected * spread(lamps, towards, samples, weights), 1e-6);
     const bool settled = change < kSettled && bound <= 1.05 * target;
     bound = std::max(target, 0.5 * bound);
     if (settled) break;
   }
-  if (!(fit.next > 2 * fit.noise)) throw unclear();
-  return s;
+  if (!(step.next > 2 * step.noise)) throw unclear();
+  return lamps;
 }
 
-} // namespace
-
-std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& object,
-                                std::span<const Direction3<AcquisitionSpace, double>> towards) {
+// The same directions as columns.
+MatrixXd checkedDirections(std::span<const Image> radiance, const Mask& object,
+                           std::span<const Direction3<AcquisitionSpace, double>> towards) {
   assert(radiance.size() == towards.size());
   for (size_t l = 0; l < radiance.size(); ++l)
     if (radiance[l].width != object.width || radiance[l].height != object.height)
@@ -280,17 +339,56 @@ std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& obj
   MatrixXd directions(3, static_cast<Eigen::Index>(towards.size()));
   for (size_t l = 0; l < towards.size(); ++l) directions.col(static_cast<Eigen::Index>(l)) = towards[l].raw();
   checkDirections(directions);
+  return directions;
+}
 
-  const bool gray = std::ranges::all_of(radiance, [](const Image& image) { return image.channels == 1; });
-  std::array<ArrayXd, 3> s;
-  for (size_t channel = 0; channel < 3; ++channel)
-    s[channel] =
-        gray && channel > 0 ? s[0] : channelStrengths(directions, samplesOf(radiance, object, channel));
+size_t channelsOf(std::span<const Image> radiance) {
+  const auto isGray = [](const Image& image) { return image.channels == 1; };
+  return std::ranges::all_of(radiance, isGray) ? 1 : 3;
+}
+
+} // namespace
+
+std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& object,
+                                std::span<const Direction3<AcquisitionSpace, double>> towards,
+                                std::span<const StrengthGradient> gradients) {
+  assert(gradients.empty() || gradients.size() == towards.size());
+  const MatrixXd directions = checkedDirections(radiance, object, towards);
+  Eigen::MatrixX2d g = Eigen::MatrixX2d::Zero(directions.cols(), 2);
+  for (size_t l = 0; l < gradients.size(); ++l) g.row(static_cast<Eigen::Index>(l)) = gradients[l];
+  std::vector<ArrayXd> s;
+  for (size_t channel = 0; channel < channelsOf(radiance); ++channel) {
+    const Samples samples = samplesOf(radiance, object, channel);
+    s.push_back(fitLamps({medianStrengths(samples), g}, directions, samples, true).s);
+  }
   std::vector<Rgb> strengths;
-  for (Eigen::Index l = 0; l < directions.cols(); ++l)
-    strengths.push_back(
-        {static_cast<float>(s[0][l]), static_cast<float>(s[1][l]), static_cast<float>(s[2][l])});
+  for (Eigen::Index l = 0; l < directions.cols(); ++l) {
+    const auto of = [&](size_t channel) { return static_cast<float>(s[std::min(channel, s.size() - 1)][l]); };
+    strengths.push_back({of(0), of(1), of(2)});
+  }
   return strengths;
+}
+
+std::vector<StrengthGradient> lightGradients(std::span<const Image> radiance, const Mask& object,
+                                             std::span<const Direction3<AcquisitionSpace, double>> towards) {
+  constexpr Eigen::Index kFewestLights = 6;
+  const MatrixXd directions = checkedDirections(radiance, object, towards);
+  if (directions.cols() < kFewestLights)
+    throw Error::mismatch("at least six lights", std::to_string(directions.cols())).at("lights");
+  // What falls off does so in all channels alike.
+  Eigen::MatrixX2d mean = Eigen::MatrixX2d::Zero(directions.cols(), 2);
+  const Eigen::MatrixX2d none = mean;
+  const size_t channels = channelsOf(radiance);
+  for (size_t channel = 0; channel < channels; ++channel) {
+    const Samples samples = samplesOf(radiance, object, channel);
+    const Lamps even = fitLamps({medianStrengths(samples), none}, directions, samples, true);
+    const Lamps uneven = fitLamps(even, directions, samples, false);
+    if (!((uneven.g * samples.place).cwiseAbs().maxCoeff() < kSteepest)) throw unclear();
+    mean += uneven.g / static_cast<double>(channels);
+  }
+  std::vector<StrengthGradient> gradients;
+  for (Eigen::Index l = 0; l < directions.cols(); ++l) gradients.push_back(mean.row(l));
+  return gradients;
 }
 
 } // namespace surflect

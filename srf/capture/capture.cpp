@@ -116,11 +116,15 @@ Vec3<double> triple(const Json& value) {
   return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
 }
 
-Point3<AcquisitionSpace, double> place(const Json& value) {
-  const Vec3<double> p = triple(value);
-  if (!(p.cwiseAbs().maxCoeff() <= kFarthest))
+Vec3<double> boundedTriple(const Json& value) {
+  const Vec3<double> v = triple(value);
+  if (!(v.cwiseAbs().maxCoeff() <= kFarthest))
     throw Error::mismatch("three numbers from -1e12 to 1e12", value.dump().substr(0, 60));
-  return assume<Point3<AcquisitionSpace, double>>(p);
+  return v;
+}
+
+Point3<AcquisitionSpace, double> place(const Json& value) {
+  return assume<Point3<AcquisitionSpace, double>>(boundedTriple(value));
 }
 
 // Compared as floats, which is what the writer has.
@@ -223,7 +227,8 @@ DirectionalLight readDirectional(const Json& light) {
     if (!(std::abs(found - 1) <= 1e-3)) throw Error::mismatch("a unit vector", "length " + numberText(found));
     return Vec3<double>(std::abs(found - 1) > 1e-14 ? direction / found : direction);
   });
-  return {assume<Direction3<AcquisitionSpace, double>>(towards), required(light, "irradiance", strengths)};
+  return {assume<Direction3<AcquisitionSpace, double>>(towards), required(light, "irradiance", strengths),
+          optional(light, "irradiance_gradient", boundedTriple).value_or(Vec3<double>::Zero())};
 }
 
 PointLight readPoint(const Json& light) {

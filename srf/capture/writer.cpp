@@ -49,6 +49,7 @@ Json lightJson(const Light& light) {
     json["type"] = "directional";
     json["direction"] = listOf(directional->towards.raw());
     json["irradiance"] = listOf(directional->irradiance);
+    if (!directional->isEven()) json["irradiance_gradient"] = listOf(directional->irradianceGradient);
   } else {
     const auto& point = std::get<PointLight>(light.kind);
     json["type"] = "point";

@@ -15,6 +15,17 @@ namespace {
 
 constexpr int64_t kCalibrationPixels = int64_t{1} << 18; // memory: 12 bytes of each, per photograph
 
+// From gradients to the right and down per pixel to those per scene unit, on the plane through the origin
+// that faces the camera.
+Vec3<double> inSpace(const Vec2<double>& gradient, const Camera<AcquisitionSpace>& camera) {
+  const Lens& lens = camera.lens;
+  const bool isDistant = lens.model == Lens::Model::orthographic;
+  const double depth = isDistant ? 1 : -camera.cameraFromWorld.translation().z();
+  assert(depth > 0);
+  const Vec3<double> across(gradient.x() * lens.focalX, -gradient.y() * lens.focalY, 0);
+  return camera.cameraFromWorld.rotation().transpose() * across / depth;
+}
+
 Image radianceOf(const Capture& capture, size_t frame) {
   return std::move(readPhotographs(capture, {&frame, 1}).front().radiance);
 }
@@ -60,9 +71,10 @@ Mask objectOfView(const Capture& capture, std::span<const size_t> frames, double
 }
 
 StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
-                                 const Progress& progress) {
+                                 bool unevenly, const Progress& progress) {
   int factor = 1;
   while (int64_t{object.width / factor} * (object.height / factor) > kCalibrationPixels) ++factor;
+  const Mask small = shrunk(object, factor);
   std::vector<Image> radiance;
   std::vector<Direction3<AcquisitionSpace, double>> towards;
   for (size_t i = 0; i < frames.size(); ++i) {
@@ -71,11 +83,33 @@ StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t>
     towards.push_back(
         std::get<DirectionalLight>(capture.lights[*capture.frames[frames[i]].light].kind).towards);
   }
+  StrengthEstimate estimate;
+  std::vector<StrengthGradient> gradients(frames.size(), StrengthGradient::Zero());
+  if (unevenly) try {
+      std::vector<size_t> training;
+      std::vector<Image> ofTraining;
+      std::vector<Direction3<AcquisitionSpace, double>> towardsTraining;
+      for (size_t i = 0; i < frames.size(); ++i) {
+        if (capture.frames[frames[i]].split != Split::train) continue;
+        training.push_back(i);
+        ofTraining.push_back(radiance[i]);
+        towardsTraining.push_back(towards[i]);
+      }
+      const auto found = lightGradients(ofTraining, small, towardsTraining);
+      for (size_t i = 0; i < training.size(); ++i) gradients[training[i]] = found[i];
+    } catch (const Error& e) {
+      estimate.problem = e.what();
+    }
   try {
-    return {lightStrengths(radiance, shrunk(object, factor), towards), ""};
+    const auto strengths = lightStrengths(radiance, small, towards, gradients);
+    const Camera<AcquisitionSpace>& camera = capture.views[capture.frames[frames[0]].view].camera;
+    for (size_t i = 0; i < towards.size(); ++i)
+      estimate.lights.push_back(
+          {towards[i], strengths[i], inSpace(gradients[i] / (small.height * factor), camera)});
   } catch (const Error& e) {
-    return {{}, e.what()};
+    estimate.problem = e.what();
   }
+  return estimate;
 }
 
 } // namespace surflect

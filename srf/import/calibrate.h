@@ -25,13 +25,15 @@ Mask shrunk(const Mask& mask, int factor);
 Mask objectOfView(const Capture& capture, std::span<const size_t> frames, double threshold,
                   const Progress& progress = {});
 
-// Relative strengths, mean 1, of the directional lights of the given frames of one view, in their order, from
-// photographs shrunk to at most 2^18 pixels. Throws Error for a damaged photograph.
+// Irradiances (relative, mean 1) of the directional lights of the given frames of one view, from photographs
+// shrunk to at most 2^18 pixels; `unevenly` with gradients, from what trains alone: lights of test frames are
+// even, so that of these nothing but the strength is known. The middle of the picture shows the origin.
+// Throws Error for a damaged photograph.
 struct StrengthEstimate {
-  std::vector<Rgb> strengths; // empty where they cannot be told
-  std::string problem;        // then: why
+  std::vector<DirectionalLight> lights; // one a frame; none where their strengths cannot be told
+  std::string problem;                  // why there are none, or why none has a gradient
 };
 StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
-                                 const Progress& progress = {});
+                                 bool unevenly, const Progress& progress = {});
 
 } // namespace surflect

@@ -140,7 +140,8 @@ std::optional<Mask> objectByMatte(const Capture& capture, size_t frame) {
 }
 
 // Masks by threshold are one a view; empty without.
-void estimateStrengths(Source& source, const std::vector<Mask>& masks, const Progress& progress) {
+void estimateStrengths(Source& source, const std::vector<Mask>& masks, bool unevenly,
+                       const Progress& progress) {
   Capture& capture = source.capture;
   const auto isDirectional = [](const Light& light) {
     return std::holds_alternative<DirectionalLight>(light.kind);
@@ -155,19 +156,23 @@ void estimateStrengths(Source& source, const std::vector<Mask>& masks, const Pro
   for (size_t f = 0; f < frames.size(); ++f) frames[f] = f;
   std::optional<Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
   if (!object) object = objectOfView(capture, frames, kStrengthThreshold, progress);
-  const StrengthEstimate estimate = strengthsInView(capture, frames, *object, progress);
-  if (estimate.strengths.empty()) { // a flat thing, a few lights: no reason to do without the photographs
+  const StrengthEstimate estimate = strengthsInView(capture, frames, *object, unevenly, progress);
+  if (estimate.lights.empty()) { // a flat thing, a few lights: no reason to do without the photographs
     capture.calibration["light_strengths"] = "unknown, taken as equal";
     source.notes.push_back("light strengths could not be estimated (" + estimate.problem +
                            "); 1 is written for all");
     return;
   }
   for (size_t f = 0; f < frames.size(); ++f)
-    std::get<DirectionalLight>(capture.lights[*capture.frames[f].light].kind).irradiance =
-        estimate.strengths[f];
-  capture.calibration["light_strengths"] = "estimated from all " + std::to_string(frames.size()) +
-                                           " photographs by a Lambert fit; relative, mean 1";
+    capture.lights[*capture.frames[f].light].kind = estimate.lights[f];
+  std::string how = "estimated from all " + std::to_string(frames.size()) +
+                    " photographs by a Lambert fit; relative, mean 1";
+  if (unevenly && estimate.problem.empty()) how += ", with gradients from those that train";
+  capture.calibration["light_strengths"] = how;
   source.notes.push_back("light strengths estimated by a Lambert fit");
+  if (!estimate.problem.empty())
+    source.notes.push_back("how lights fall off over the object could not be estimated (" + estimate.problem +
+                           "); they are even");
 }
 
 std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
@@ -347,7 +352,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   }
   std::vector<Mask> masks;
   if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
-  estimateStrengths(source, masks, progress);
+  estimateStrengths(source, masks, options.unevenLights, progress);
 
   Copies copies(source.files.root, folder.temporaryPath());
   takeAlong(capture, masks, copies, folder.temporaryPath(), progress);

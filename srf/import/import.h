@@ -24,6 +24,7 @@ struct ImportOptions {
   size_t testEvery = 0;                 // hold out each Nth camera, or light where there is one view; 0: none
   std::optional<double> maskThreshold;  // masks by threshold, in the place of the source's
   std::optional<ColorSpace> colorSpace; // of the pictures, whatever the source says
+  bool unevenLights = false;            // where strengths are estimated: with their gradients
   bool recoverResponse = false;         // of the camera, from exposure brackets
   bool allowOutside = false;            // files of the source can lie out of its folder
 };

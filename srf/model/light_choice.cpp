@@ -53,13 +53,13 @@ LightSamples::LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, st
   assert(towards_.size() == irradiance_.size());
 }
 
-void LightSamples::add(std::span<const Rgb> radiance, const Normal3<AcquisitionSpace>& normal) {
+void LightSamples::add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal) {
   normals_.push_back(normal);
-  assert(radiance.size() == reflectance_.size());
-  for (size_t light = 0; light < radiance.size(); ++light) {
-    reflectance_[light].r.push_back(radiance[light].r / irradiance_[light].r);
-    reflectance_[light].g.push_back(radiance[light].g / irradiance_[light].g);
-    reflectance_[light].b.push_back(radiance[light].b / irradiance_[light].b);
+  assert(reflectance.size() == reflectance_.size());
+  for (size_t light = 0; light < reflectance.size(); ++light) {
+    reflectance_[light].r.push_back(reflectance[light].r);
+    reflectance_[light].g.push_back(reflectance[light].g);
+    reflectance_[light].b.push_back(reflectance[light].b);
   }
 }
 

@@ -24,11 +24,12 @@ enum class NormalsFrom { shape, photographs, nothing };
 // What the same texels show under every light.
 class LightSamples {
 public:
-  // Per light: the unit direction to it, and its irradiance, which is above 0.
+  // Per light: the unit direction to it, and a typical irradiance, which is above 0 and tells how bright
+  // errors are.
   LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance);
 
-  // A texel's radiance under each light, and the unit normal of what it shows.
-  void add(std::span<const Rgb> radiance, const Normal3<AcquisitionSpace>& normal);
+  // A texel's radiance under each light over the irradiance there, and the unit normal of what it shows.
+  void add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal);
 
   // The simplest blend whose squared error is within 12 %, or 0.5 dB, of the least, or below that of rounding
   // to 8 bits: few lights before many, their mean before a plane, as they are before foreshortened. Errors

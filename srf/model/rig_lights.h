@@ -18,15 +18,21 @@ namespace surflect {
 
 inline bool isDirectional(const Light& light) { return std::holds_alternative<DirectionalLight>(light.kind); }
 
+// The same direction and irradiance at every place?
+inline bool isUniform(const Light& light) {
+  const auto* directional = std::get_if<DirectionalLight>(&light.kind);
+  return directional && directional->isEven();
+}
+
 // What their directions lead to.
 std::vector<Source> sourcesOf(std::span<const Light> lights);
 
-// Directions and irradiances are computed where they are asked for; those of directional rigs once.
+// Directions and irradiances are computed where they are asked for; those of uniform lights once.
 class RigLights {
 public:
   explicit RigLights(std::span<const Light> lights) // which must outlive this
       : lights_(lights), towards_(lights.size()), inverse_(lights.size()), facedFrom_(lights.size(), 0) {
-    if (!std::ranges::all_of(lights, isDirectional)) return;
+    if (!std::ranges::all_of(lights, isUniform)) return;
     faceAll();
     isFaced_ = true;
   }

@@ -19,7 +19,7 @@ namespace surflect {
 namespace {
 
 // Of a run that is gone on with: what made the choice. Blends of older ones were others.
-constexpr const char* kSurvey = "survey-2";
+constexpr const char* kSurvey = "survey-3";
 
 void countRadiance(const MattedView& view, PercentileCounter& values, const Progress& progress) {
   for (const auto& light : view.stack.lights) {
@@ -30,9 +30,8 @@ void countRadiance(const MattedView& view, PercentileCounter& values, const Prog
   }
 }
 
-// As they lie from the middle of the impostor.
-LightSamples lightSamples(const Capture& capture, const TriangleMesh& mesh) {
-  const auto middle = middleOf(mesh.positions);
+// As they shine on the middle of the impostor.
+LightSamples lightSamples(const Capture& capture, const Point3<AcquisitionSpace, double>& middle) {
   std::vector<Direction3<AcquisitionSpace>> towards;
   std::vector<Rgb> irradiance;
   for (const Light& light : capture.lights) {
@@ -43,13 +42,14 @@ LightSamples lightSamples(const Capture& capture, const TriangleMesh& mesh) {
 }
 
 // At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
-void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, const SmoothNormals& normals,
-                const RayCaster<AcquisitionSpace>& impostor, size_t most, LightSamples& samples) {
+void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, std::span<const Light> lights,
+                const SmoothNormals& normals, const RayCaster<AcquisitionSpace>& impostor, size_t most,
+                LightSamples& samples) {
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const auto width = static_cast<size_t>(camera.lens.width);
   const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
   const size_t step = std::max(size_t{1}, (object + most - 1) / most);
-  std::vector<Rgb> radiance(view.stack.lights.size());
+  std::vector<Rgb> reflectance(lights.size());
   size_t seen = 0;
   for (size_t texel = 0; texel < view.object.inside.size(); ++texel) {
     if (!view.object.inside[texel] || seen++ % step != 0) continue;
@@ -62,11 +62,12 @@ void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, 
     if (!hit) continue;
     const auto place = origin + hit->distance * direction;
     const Vec3<float> normal = normals.at(hit->triangle, place.raw()).cast<float>();
-    for (size_t light = 0; light < radiance.size(); ++light) {
+    for (size_t light = 0; light < lights.size(); ++light) {
       const float* value = &view.stack.lights[light].values[3 * texel];
-      radiance[light] = {value[0], value[1], value[2]};
+      const Rgb fallen = irradianceAt(lights[light], place);
+      reflectance[light] = {value[0] / fallen.r, value[1] / fallen.g, value[2] / fallen.b};
     }
-    samples.add(radiance, assume<Normal3<AcquisitionSpace>>(normal));
+    samples.add(reflectance, assume<Normal3<AcquisitionSpace>>(normal));
   }
 }
 
@@ -80,7 +81,7 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
   PercentileCounter values;
-  LightSamples samples = lightSamples(capture, mesh);
+  LightSamples samples = lightSamples(capture, middleOf(mesh.positions));
   std::optional<SmoothNormals> surface;
   if (isFullProduct) surface.emplace(mesh, progress);
   const size_t count = std::min(kViews, frames.size());
@@ -91,7 +92,7 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
     ofView("", 0);
     const MattedView view = withMatte(source.pictures(frames[number], false, ofView), camera, impostor);
     countRadiance(view, values, progress);
-    if (surface) addSamples(view, camera, *surface, impostor, kTexels / count, samples);
+    if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
   }
   if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
   const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);

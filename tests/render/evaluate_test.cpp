@@ -95,6 +95,28 @@ TEST(Evaluate, CapturedFramesComeBack) {
   EXPECT_GT(psnr(pooled.interiorError.mean()), 47);
 }
 
+// New lights between captured ones, all of them brighter here than there, each in its own way. Blends are of
+// what fell on the surfel, so that it does not matter.
+TEST(Evaluate, UnevenLightsAreAsGoodAsEvenOnes) {
+  const auto interior = [](double unevenness, bool isKnown) {
+    Studio studio = testStudio();
+    studio.lights = 40;
+    studio.unevenness = unevenness;
+    studio.split = [](size_t, size_t light) { return light % 5 == 0 ? Split::test : Split::train; };
+    PackedStudio packed(studio, 2000);
+    if (!isKnown)
+      for (Light& light : packed.model.rig.lights)
+        std::get<DirectionalLight>(light.kind).irradianceGradient.setZero();
+    Score pooled;
+    for (const FrameScore& frame : evaluated(packed.model, packed.capture).frames) pooled += frame.score;
+    return psnr(pooled.interiorError.mean());
+  };
+  const double even = interior(0, true);
+  EXPECT_GT(even, 54);
+  EXPECT_GT(interior(0.5, true), 52);
+  EXPECT_LT(interior(0.5, false), 35);
+}
+
 TEST(Evaluate, GroupsGoByIdentity) {
   Studio studio = testStudio();
   studio.split = heldOut;

@@ -133,7 +133,8 @@ struct Studio {
   int size = 40;   // of pictures, pixels
   int samples = 3; // see SphereView
   Rgb albedo{0.8f, 0.5f, 0.3f};
-  bool matte = true; // pictures have alpha
+  bool matte = true;     // pictures have alpha
+  double unevenness = 0; // how much the logarithm of each light's irradiance changes over a radius
   // What a frame is for; nothing: it is not taken.
   std::function<std::optional<Split>(size_t view, size_t light)> split = [](size_t, size_t) {
     return std::optional(Split::train);
@@ -142,15 +143,17 @@ struct Studio {
 
 inline Rgb fixedRadiance(const Vec3<float>& n) { return (0.6f + 0.4f * n[1]) * Rgb{0.9f, 0.7f, 0.2f}; }
 
-// Of different strengths, which results must not show.
-inline std::vector<Light> studioLights(int count) {
+// Of different strengths, which rise along directions of their own; results must not show either.
+inline std::vector<Light> studioLights(int count, double unevenness = 0) {
+  const std::vector<Vec3<double>> rises = spiral(2 * count);
   std::vector<Light> lights;
   for (const Vec3<double>& towards : spiral(count)) {
     const size_t i = lights.size();
     const auto level = static_cast<float>(1 + i % 3);
-    lights.push_back(
-        {numbered("L", i), numbered("L", i),
-         DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {level, 2 * level, 3}}});
+    lights.push_back({numbered("L", i), numbered("L", i),
+                      DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards),
+                                       {level, 2 * level, 3},
+                                       unevenness * rises[(7 * i + 3) % rises.size()]}});
   }
   return lights;
 }
@@ -163,7 +166,7 @@ inline Capture photograph(const Studio& studio, const std::filesystem::path& fol
   capture.file = folder / "transforms.json";
   capture.colorSpace = ColorSpace::linear;
   capture.geometry = "mesh.ply";
-  capture.lights = studioLights(studio.lights);
+  capture.lights = studioLights(studio.lights, studio.unevenness);
   const auto shots = static_cast<size_t>(std::max(studio.lights, 1));
   for (const Vec3<double>& direction : spiral(studio.cameras)) {
     const size_t v = capture.views.size();
@@ -185,10 +188,11 @@ inline Capture photograph(const Studio& studio, const std::filesystem::path& fol
       images[l] = shadeSphere(sphere, fixedRadiance);
       if (studio.lights > 0) {
         frame.light = l;
-        const auto& light = std::get<DirectionalLight>(capture.lights[l].kind);
-        const Vec3<float> towards = light.towards.raw().cast<float>();
+        const Light& light = capture.lights[l];
+        const Vec3<float> towards = towardsLight(light, {0, 0, 0}).raw().cast<float>();
         images[l] = shadeSphere(sphere, [&](const Vec3<float>& n) {
-          return lambert(studio.albedo, light.irradiance, n, towards);
+          const auto place = assume<Point3<AcquisitionSpace, double>>(n.cast<double>());
+          return lambert(studio.albedo, irradianceAt(light, place), n, towards);
         });
       }
       layers.push_back({frame.layer, &images[l]});

@@ -164,6 +164,32 @@ TEST(Tracer, LambertSeesADiscAsAPoint) {
   }
 }
 
+TEST(Tracer, AnUnevenSunIsStrongerHereThanThere) {
+  const auto objects = oneObject(box({0, 0, -0.5}, {40, 40, 1}, 1), Lambert{{1, 1, 1}});
+  const Camera camera = lookFrom(unit(1, 0, 1), 5, 4, 10);
+  const auto worldFromCamera = camera.cameraFromWorld.inverse();
+  TraceOptions options = samples(4096);
+  Light light = sun(unit(0.5, 0.2, 1));
+  const Vec3<double> gradient(0.3, -0.2, 0.5);
+  std::get<DirectionalLight>(light.kind).irradianceGradient = gradient;
+  for (const double degrees : {0.0, 10.0}) {
+    options.lightRadius = Angle::fromDegrees(degrees);
+    const TracedView view = trace(objects, camera, {light}, options);
+    for (int y = 0; y < 4; ++y)
+      for (int x = 0; x < 4; ++x) {
+        double gain = 0; // over the pixel, by the middles of 8 x 8 parts
+        for (int i = 0; i < 64; ++i) {
+          const auto ray = rayThrough(camera.lens, {x + (i % 8 + 0.5) / 8, y + (i / 8 + 0.5) / 8});
+          const Vec3<double> o = worldFromCamera(ray->origin).raw(),
+                             d = worldFromCamera(ray->direction).raw();
+          gain += std::exp(gradient.dot(o - o.z() / d.z() * d)) / 64;
+        }
+        const double expected = gain * 3 / kPi * unit(0.5, 0.2, 1).z();
+        EXPECT_NEAR(view.radiance[0].at(x, y)[0] / expected, 1, 0.01);
+      }
+  }
+}
+
 // A clear slab at normal incidence passes 2 n / (n^2 + 1) of the light, summed over reflections inside.
 TEST(Tracer, SlabOfGlassPassesWhatFresnelSays) {
   auto objects = oneObject(box({0, 0, 0}, {40, 40, 1}, 1), Dielectric{1.5, 0, {}});

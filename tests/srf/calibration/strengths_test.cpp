@@ -14,15 +14,18 @@ using Towards = Direction3<AcquisitionSpace, double>;
 
 // A bumpy Lambert relief in a square picture, photographed under lights of known strengths.
 struct Relief {
-  int size = 72, lights = 14;
+  int size = 72, lights = 14; // pixels: the height, and less than the width
+  int width = 90;
   double noise = 0.002;     // standard deviation, in units of a typical pixel
   double shadows = 0.08;    // share of samples that a neighbour shadows
   double highlights = 0.05; // share of samples with a highlight
   double clip = 1e9;        // largest sample
+  double unevenness = 0;    // how much the logarithm of strengths changes over the picture, at most
   unsigned seed = 1;
 
   std::vector<Towards> towards = {};
   std::vector<Rgb> strengths = {};
+  std::vector<Vec2<double>> gradients = {}; // mean 0
   std::vector<Image> photographs = {};
   Mask object = {};
 
@@ -36,14 +39,18 @@ struct Relief {
                            std::cos(tilt));
       const auto strength = [&] { return static_cast<float>(0.4 + 1.4 * uniform(random)); };
       strengths.push_back({strength(), strength(), strength()});
-      photographs.emplace_back(size, size, 3);
+      photographs.emplace_back(width, size, 3);
+      gradients.emplace_back(unevenness * std::cos(5. * l), unevenness * std::sin(3. * l));
     }
-    object = Mask(size, size);
+    const Vec2<double> common =
+        std::accumulate(gradients.begin(), gradients.end(), Vec2<double>(0, 0)) / lights;
+    for (auto& gradient : gradients) gradient -= common;
+    object = Mask(width, size);
     for (int y = 0; y < size; ++y)
-      for (int x = 0; x < size; ++x) {
-        const double u = (x + 0.5) / size, v = (y + 0.5) / size;
+      for (int x = 0; x < width; ++x) {
+        const double u = (x + 0.5 - width / 2.) / size + 0.5, v = (y + 0.5) / size;
         if (std::hypot(u - 0.5, v - 0.5) > 0.48) continue;
-        object.inside[static_cast<size_t>(y * size + x)] = 1;
+        object.inside[static_cast<size_t>(y * width + x)] = 1;
         // Slopes of a ball with ripples.
         const Vec3<double> n = Vec3<double>(2.2 * (u - 0.5) + 0.3 * std::sin(20 * u + 5 * v),
                                             2.2 * (v - 0.5) + 0.3 * std::cos(17 * v - 9 * u), 1)
@@ -54,7 +61,8 @@ struct Relief {
                        shine = uniform(random) < highlights ? 0.2 + uniform(random) : 0;
           const double cosine = std::max(0., n.dot(towards[l].raw()));
           const Rgb s = strengths[l];
-          const double channel[3] = {s.r, s.g, s.b};
+          const double gain = std::exp(gradients[l].dot(Vec2<double>(u - 0.5, v - 0.5)));
+          const double channel[3] = {gain * s.r, gain * s.g, gain * s.b};
           for (int c = 0; c < 3; ++c)
             photographs[l].at(x, y)[static_cast<size_t>(c)] = static_cast<float>(
                 std::min(clip, channel[c] * (albedo[c] * cosine * lit + shine) + noise * normal(random)));
@@ -79,10 +87,19 @@ double largestDifference(std::span<const Rgb> a, std::span<const Rgb> b) {
   return largest;
 }
 
-// Of the strengths told from the photographs from what they were.
+// Of the strengths told from the photographs from what they were, by lights of known gradients.
 double largestError(const Relief& relief) {
-  return largestDifference(lightStrengths(relief.photographs, relief.object, relief.towards),
-                           meanOne(relief.strengths));
+  return largestDifference(
+      lightStrengths(relief.photographs, relief.object, relief.towards, relief.gradients),
+      meanOne(relief.strengths));
+}
+
+double largestGradientError(const Relief& relief) {
+  const auto found = lightGradients(relief.photographs, relief.object, relief.towards);
+  double largest = 0;
+  for (size_t l = 0; l < found.size(); ++l)
+    largest = std::max(largest, (found[l] - relief.gradients[l]).cwiseAbs().maxCoeff());
+  return largest;
 }
 
 TEST(LightStrengths, AreFoundExactlyWithoutNoise) {
@@ -97,6 +114,43 @@ TEST(LightStrengths, AreFoundThroughNoiseShadowsAndHighlights) {
     relief.photograph();
     EXPECT_LT(largestError(relief), 1e-3);
   }
+}
+
+TEST(LightStrengths, OfUnevenLightsAreFoundExactlyWithoutNoise) {
+  Relief relief{.noise = 0, .shadows = 0, .highlights = 0, .unevenness = 0.5};
+  relief.photograph();
+  EXPECT_LT(largestError(relief), 1e-6);
+  EXPECT_LT(largestGradientError(relief), 1e-6);
+}
+
+TEST(LightStrengths, OfUnevenLightsAreFoundThroughNoiseShadowsAndHighlights) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    Relief relief{.unevenness = 0.4, .seed = seed};
+    relief.photograph();
+    EXPECT_LT(largestError(relief), 1e-3);
+    EXPECT_LT(largestGradientError(relief), 2e-3);
+  }
+}
+
+TEST(LightGradients, OfEvenLightsAreNone) {
+  Relief relief;
+  relief.photograph();
+  EXPECT_LT(largestGradientError(relief), 2e-3);
+}
+
+TEST(LightGradients, OfFewLightsOrPixelsAreRefused) {
+  Relief few{.lights = 5};
+  few.photograph();
+  EXPECT_NE(errorOf([&] { lightGradients(few.photographs, few.object, few.towards); }).find("found 5"),
+            std::string::npos);
+  Relief relief;
+  relief.photograph();
+  Mask line(relief.width, relief.size); // along which gradients across it show nothing
+  for (int y = 0; y < relief.size; ++y)
+    line.inside[static_cast<size_t>(y * relief.width + relief.width / 2)] = 1;
+  EXPECT_NO_THROW(lightStrengths(relief.photographs, line, relief.towards));
+  EXPECT_NE(errorOf([&] { lightGradients(relief.photographs, line, relief.towards); }).find("do not tell"),
+            std::string::npos);
 }
 
 TEST(LightStrengths, ClippedSamplesAreLeftOut) {
@@ -174,13 +228,13 @@ TEST(LightStrengths, WhatCannotBeToldIsRefused) {
   EXPECT_NE(errorOf([&] { lightStrengths(flat, relief.object, relief.towards); }).find("flat"),
             std::string::npos);
 
-  const Mask nothing(relief.size, relief.size);
+  const Mask nothing(relief.width, relief.size);
   EXPECT_NE(errorOf([&] { lightStrengths(relief.photographs, nothing, relief.towards); }).find("found 0"),
             std::string::npos);
-  const Mask other(relief.size, relief.size + 1);
+  const Mask other(relief.width, relief.size + 1);
   EXPECT_NE(errorOf([&] {
               lightStrengths(relief.photographs, other, relief.towards);
-            }).find("photograph 0: found 72 x 72, expected 72 x 73"),
+            }).find("photograph 0: found 90 x 72, expected 90 x 73"),
             std::string::npos);
 }
 

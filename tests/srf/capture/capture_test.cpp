@@ -30,44 +30,47 @@ protected:
 
   // Says everything that can be said.
   static Json full() {
-    return {
-        {"color_space", "srgb"},
-        {"geometry", "mesh.ply"},
-        {"camera_model", "pinhole"},
-        {"w", 6},
-        {"h", 4},
-        {"fl_x", 10.5},
-        {"fl_y", 11.5},
-        {"cx", 3.25},
-        {"cy", 1.75},
-        {"k1", 0.01},
-        {"k2", 0.02},
-        {"p1", 0.03},
-        {"p2", 0.04},
-        {"lights",
-         {{{"name", "L00"}, {"type", "directional"}, {"direction", {0, 0.6, 0.8}}, {"irradiance", {1, 2, 3}}},
-          {{"name", "P01"},
-           {"type", "point"},
-           {"position", {1, 2, 3}},
-           {"intensity", {4, 5, 6}},
-           {"cluster", "L00"}}}},
-        {"frames",
-         {{{"file_path", "images/a.png"},
-           {"transform_matrix", identityPose},
-           {"camera", "C00"},
-           {"light", "L00"},
-           {"layer", ""},
-           {"alpha_layer", ""},
-           {"exposure", 0.5},
-           {"mask_path", "mask.png"},
-           {"split", "train"}},
-          {{"file_path", "images/b.exr"},
-           {"layer", "Combined_P01"},
-           {"alpha_layer", "Combined"},
-           {"transform_matrix", identityPose},
-           {"camera", "C00"},
-           {"light", "P01"},
-           {"split", "test"}}}}};
+    return {{"color_space", "srgb"},
+            {"geometry", "mesh.ply"},
+            {"camera_model", "pinhole"},
+            {"w", 6},
+            {"h", 4},
+            {"fl_x", 10.5},
+            {"fl_y", 11.5},
+            {"cx", 3.25},
+            {"cy", 1.75},
+            {"k1", 0.01},
+            {"k2", 0.02},
+            {"p1", 0.03},
+            {"p2", 0.04},
+            {"lights",
+             {{{"name", "L00"},
+               {"type", "directional"},
+               {"direction", {0, 0.6, 0.8}},
+               {"irradiance", {1, 2, 3}},
+               {"irradiance_gradient", {0.1, -0.2, 0.3}}},
+              {{"name", "P01"},
+               {"type", "point"},
+               {"position", {1, 2, 3}},
+               {"intensity", {4, 5, 6}},
+               {"cluster", "L00"}}}},
+            {"frames",
+             {{{"file_path", "images/a.png"},
+               {"transform_matrix", identityPose},
+               {"camera", "C00"},
+               {"light", "L00"},
+               {"layer", ""},
+               {"alpha_layer", ""},
+               {"exposure", 0.5},
+               {"mask_path", "mask.png"},
+               {"split", "train"}},
+              {{"file_path", "images/b.exr"},
+               {"layer", "Combined_P01"},
+               {"alpha_layer", "Combined"},
+               {"transform_matrix", identityPose},
+               {"camera", "C00"},
+               {"light", "P01"},
+               {"split", "test"}}}}};
   }
   // Says as little as possible: fixed light, as nerfstudio and Blender write it.
   static Json small() {
@@ -96,8 +99,9 @@ TEST_F(CaptureFile, EveryFieldIsRead) {
   EXPECT_EQ(capture.folder(), folder.path());
   EXPECT_EQ(capture.colorSpace, ColorSpace::srgb);
   EXPECT_EQ(capture.geometry, "mesh.ply");
-  EXPECT_EQ(capture.lights, (std::vector<Light>{{"L00", "L00", DirectionalLight{{0, 0.6, 0.8}, {1, 2, 3}}},
-                                                {"P01", "L00", PointLight{{1, 2, 3}, {4, 5, 6}}}}));
+  EXPECT_EQ(capture.lights,
+            (std::vector<Light>{{"L00", "L00", DirectionalLight{{0, 0.6, 0.8}, {1, 2, 3}, {0.1, -0.2, 0.3}}},
+                                {"P01", "L00", PointLight{{1, 2, 3}, {4, 5, 6}}}}));
   ASSERT_EQ(capture.views.size(), 1u);
   EXPECT_EQ(capture.views[0].identity, "C00");
   EXPECT_EQ(capture.views[0].camera.lens,
@@ -446,7 +450,8 @@ TEST_F(CaptureFile, AWrongTypeInAnyFieldIsNamedWithItsField) {
     const std::string line = error(wrong);
     std::string field = fieldOf(pointer);
     // Short lists are one field.
-    for (const char* list : {"direction", "irradiance", "position", "intensity", "pl_pos", "pl_intensity"})
+    for (const char* list : {"direction", "irradiance", "irradiance_gradient", "position", "intensity",
+                             "pl_pos", "pl_intensity"})
       if (const size_t at = field.find(std::string(list) + "["); at != std::string::npos)
         field.erase(field.rfind('['));
     EXPECT_TRUE(line.starts_with(field + ": found ")) << pointer << ": " << line;
@@ -494,6 +499,7 @@ TEST_F(CaptureFile, ValuesOutOfRangeAreNamed) {
                                                  {"/lights/0/irradiance", {1, 1e-44, 1}},
                                                  {"/lights/0/irradiance", {3e38, 1, 1}},
                                                  {"/lights/1/intensity", {1, 1, 1.1e12}},
+                                                 {"/lights/0/irradiance_gradient", {0, 0, 1e13}},
                                                  {"/lights/1/position", {1e200, 0, 0}},
                                                  {"/lights/1/position", {0, 0, -1.1e12}},
                                                  {"/cx", 1e30},

@@ -27,6 +27,25 @@ TEST_F(Rig, ADirectionalLightIsTheSameEverywhere) {
   }
 }
 
+// To first order what any lamp does that is not far.
+TEST_F(Rig, AnUnevenLightRisesByItsGradient) {
+  for (int i = 0; i < 50; ++i) {
+    const Vec3<double> gradient = 0.1 * point().raw();
+    const Light light{"L0", "L0", DirectionalLight{{0, 0.6, 0.8}, {1, 2, 3}, gradient}};
+    EXPECT_EQ(irradianceAt(light, {0, 0, 0}), (Rgb{1, 2, 3}));
+    const P p = point(), q = point();
+    const double ratio = std::exp(gradient.dot((q - p).raw()));
+    EXPECT_NEAR(irradianceAt(light, q).g / irradianceAt(light, p).g, ratio, 2e-7 * ratio);
+    EXPECT_EQ(towardsLight(light, p), D(0, 0.6, 0.8));
+  }
+}
+
+TEST_F(Rig, NoUnevenLightGoesOut) {
+  const Light light{"L0", "L0", DirectionalLight{{0, 0, 1}, {1, 1, 1}, {1e12, 0, 0}}};
+  EXPECT_FLOAT_EQ(irradianceAt(light, {1e12, 0, 0}).g, 20.085537f);
+  EXPECT_FLOAT_EQ(irradianceAt(light, {-1e12, 0, 0}).g, 0.049787068f);
+}
+
 TEST_F(Rig, APointLightIsReachedAlongItsDirectionAndFallsWithTheSquareOfDistance) {
   for (int i = 0; i < 50; ++i) {
     const P position = point(), p = point();

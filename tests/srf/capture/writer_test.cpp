@@ -26,7 +26,9 @@ protected:
     if (index % 2)
       return {name, name,
               DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(v.normalized()),
-                               {positive(), positive(), positive()}}};
+                               {positive(), positive(), positive()},
+                               index % 4 == 1 ? Vec3<double>(uniform(-1, 1), uniform(-1, 1), 0.1)
+                                              : Vec3<double>(0, 0, 0)}};
     return {name, "shared", PointLight{assume<Point3<AcquisitionSpace, double>>(v), {positive(), 1, 0.3f}}};
   }
   View view(int index, bool oneLens) {

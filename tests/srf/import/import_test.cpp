@@ -4,6 +4,7 @@
 #include "tests/srf/import/vision_camera.h"
 
 #include <cmath>
+#include <numeric>
 
 namespace surflect {
 namespace {
@@ -29,15 +30,22 @@ protected:
       const double azimuth = l * 2.4, tilt = 0.25 + 0.05 * l;
       const Vec3<double> towards(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth),
                                  std::cos(tilt));
+      directions.push_back(towards);
       strengths.push_back(0.6 + 0.1 * ((l * 3) % kLights));
       const std::string name = std::string("p").append(std::to_string(l));
-      writePng(folder / "source" / (name + ".png"), picture(towards, strengths.back()), 16);
       lp.append(name).append(".png ").append(row(towards[0], towards[1], towards[2])).append("\n");
     }
     writeBytes(folder / "source/set.lp", lp);
+    photograph(std::vector<Vec3<double>>(kLights, Vec3<double>::Zero()));
+  }
+  // A gradient of each light's logarithm, per scene unit.
+  void photograph(const std::vector<Vec3<double>>& gradients) const {
+    for (size_t l = 0; l < kLights; ++l)
+      writePng(folder / "source" / ("p" + std::to_string(l) + ".png"),
+               picture(directions[l], strengths[l], gradients[l]), 16);
   }
   static bool isDome(int x, int y) { return std::hypot(x + 0.5 - 24, y + 0.5 - 24) < 0.4 * kSize; }
-  static Image picture(const Vec3<double>& towards, double strength) {
+  static Image picture(const Vec3<double>& towards, double strength, const Vec3<double>& gradient) {
     Image image(kSize, kSize, 3);
     for (int y = 0; y < kSize; ++y)
       for (int x = 0; x < kSize; ++x) {
@@ -45,7 +53,8 @@ protected:
         const double nx = (x + 0.5 - 24) / kSize, ny = (24 - y - 0.5) / kSize;
         const Vec3<double> normal(nx, ny, std::sqrt(0.25 - nx * nx - ny * ny));
         const double shading = std::max(0.0, normal.normalized().dot(towards));
-        for (float& v : image.at(x, y)) v = static_cast<float>(0.6 * strength * shading);
+        const double here = strength * std::exp(gradient.dot(Vec3<double>(nx, ny, 0)));
+        for (float& v : image.at(x, y)) v = static_cast<float>(0.6 * here * shading);
       }
     return image;
   }
@@ -56,6 +65,7 @@ protected:
   }
 
   TemporaryFolder folder;
+  std::vector<Vec3<double>> directions;
   std::vector<double> strengths;
 };
 
@@ -72,6 +82,31 @@ TEST_F(Dome, StrengthsOfLightsAreEstimatedFromTestPhotographsToo) {
     for (size_t l = 0; l < kLights; ++l)
       EXPECT_NEAR(std::get<DirectionalLight>(capture.lights[l].kind).irradiance.g, strengths[l] / mean,
                   0.005);
+  }
+}
+
+TEST_F(Dome, HowLightsThatTrainFallOffIsEstimatedWhenAsked) {
+  std::vector<Vec3<double>> gradients;
+  for (int l = 0; l < kLights; ++l) gradients.emplace_back(0.4 * std::cos(3. * l), 0.3 * std::sin(2. * l), 0);
+  const Vec3<double> sum = std::accumulate(gradients.begin(), gradients.end(), Vec3<double>(0, 0, 0));
+  photograph(gradients);
+  for (const auto& fieldOfView : {std::optional<Angle>(), std::optional(Angle::fromDegrees(20))}) {
+    ImportOptions options;
+    options.litView.fieldOfView = fieldOfView;
+    for (const Light& light : imported(options).lights)
+      EXPECT_TRUE(std::get<DirectionalLight>(light.kind).isEven());
+    options.unevenLights = true;
+    Capture capture = imported(options);
+    for (size_t l = 0; l < kLights; ++l) {
+      const auto& light = std::get<DirectionalLight>(capture.lights[l].kind);
+      EXPECT_LT((light.irradianceGradient - (gradients[l] - sum / kLights)).norm(), 0.005);
+    }
+    options.test = {"p3"};
+    capture = imported(options);
+    for (const Frame& frame : capture.frames) {
+      const Light& light = capture.lights[*frame.light];
+      EXPECT_EQ(std::get<DirectionalLight>(light.kind).isEven(), light.name == "p3");
+    }
   }
 }
 

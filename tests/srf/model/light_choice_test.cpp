@@ -44,10 +44,10 @@ LightChoice choiceFor(
   for (int texel = 0; texel < 500; ++texel) {
     const float x = uniform(random), y = uniform(random);
     const Vec3<float> normal = Vec3<float>(x, y, 1).normalized();
-    std::vector<Rgb> radiance;
+    std::vector<Rgb> reflectance;
     for (size_t i = 0; i < towards.size(); ++i)
-      radiance.push_back(scale * shading(normal, towards[i].raw()) * irradiance[i]);
-    samples.add(radiance, asNormal(known(normal)));
+      reflectance.push_back(scale * shading(normal, towards[i].raw()) * Rgb{1, 1, 1});
+    samples.add(reflectance, asNormal(known(normal)));
   }
   return samples.choose(5 * scale, from);
 }

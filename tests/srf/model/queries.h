@@ -44,9 +44,9 @@ inline std::span<const LightWeight> rowOf(const ShadingPlan& plan, const Shading
   return std::span(plan.rows).subspan(op.rowBegin, op.rowEnd - op.rowBegin);
 }
 
-inline Rgb capturedIrradiance(const Model& model, const ShadingOp& op, uint32_t column) {
+inline Rgb capturedIrradiance(const Model& model, const ShadingOp& op, uint32_t column, uint32_t surfel) {
   return irradianceAt(model.rig.lights[model.columns[op.view][column]],
-                      model.cloud.p0[0].cast<double>()); // directional: the same everywhere
+                      model.cloud.p0[surfel].cast<double>());
 }
 
 // A ray from each surfel to each camera that sees it whole, under a light of that camera.
@@ -74,6 +74,12 @@ inline CapturedRays capturedRays(const Model& model, std::mt19937& random) {
   return rays;
 }
 
+inline Studio unevenGappyStudio() {
+  Studio studio = gappyStudio();
+  studio.unevenness = 0.5;
+  return studio;
+}
+
 // A studio is packed once for all tests of a suite; the model is each test's own.
 class ProductQueries : public testing::Test {
 protected:
@@ -85,10 +91,10 @@ protected:
   std::mt19937 random{1};
 };
 
-// Of a capture that is not a full product of cameras and lights.
+// Of a capture that is not a full product of cameras and lights, under uneven lights.
 class PairQueries : public testing::Test {
 protected:
-  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(gappyStudio(), 1000); }
+  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(unevenGappyStudio(), 1000); }
   static void TearDownTestSuite() { packed.reset(); }
 
   static inline std::unique_ptr<PackedStudio> packed;

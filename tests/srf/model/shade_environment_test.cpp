@@ -76,13 +76,14 @@ std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, const Shade
 }
 
 // Of the captured irradiance that a plan asks for, per query.
-std::vector<Rgb> irradianceOf(const Model& model, const ShadingPlan& plan) {
+std::vector<Rgb> irradianceOf(const Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
   std::vector<Rgb> sums(plan.queries);
   for (const ShadingOp& op : plan.ops)
     for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
       const auto& light = model.rig.lights[model.columns[op.view][plan.rows[i].light]];
-      const Rgb captured = irradianceAt(light, model.cloud.p0[0].cast<double>()); // directional
-      Rgb& sum = sums[op.target / plan.targetsPerQuery];
+      const size_t query = op.target / plan.targetsPerQuery;
+      const Rgb captured = irradianceAt(light, model.cloud.p0[batch.surfels[query]].cast<double>());
+      Rgb& sum = sums[query];
       sum = sum + op.weight * (plan.rows[i].weight * captured);
     }
   return sums;
@@ -101,11 +102,11 @@ double largest(std::span<const Rgb> values) {
   return largestDifference(values, std::vector<Rgb>(values.size()));
 }
 
-// Every law for captures that are a full product of cameras and lights, and for others.
+// Every law for captures that are a full product of cameras and lights, under uneven ones, and for others.
 class ShadeEnvironment : public testing::TestWithParam<bool> {
 protected:
   static void SetUpTestSuite() {
-    full = std::make_unique<PackedStudio>(Studio{}, 1500);
+    full = std::make_unique<PackedStudio>(Studio{.unevenness = 0.5}, 1500);
     gappy = std::make_unique<PackedStudio>(gappyStudio(), 1000);
   }
   static void TearDownTestSuite() {
@@ -174,7 +175,7 @@ TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
     QueryBatch batch = darkBatch(model, 300, random);
     addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::extrapolate, used}, random);
     const ShadingPlan plan = planShading(model, batch, mean);
-    for (const Rgb& sum : irradianceOf(model, plan)) {
+    for (const Rgb& sum : irradianceOf(model, batch, plan)) {
       EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
       EXPECT_NEAR(sum.g / total.g, 1, 3e-6);
       EXPECT_NEAR(sum.b / total.b, 1, 3e-6);
@@ -250,7 +251,7 @@ TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
     QueryBatch batch = darkBatch(model, 200, random);
     addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, used}, random);
     const ShadingPlan plain = planShading(model, batch, off), scaled = planShading(model, batch, on);
-    EXPECT_GT(largestDifference(irradianceOf(model, plain), irradianceOf(model, scaled)), 0.1);
+    EXPECT_GT(largestDifference(irradianceOf(model, batch, plain), irradianceOf(model, batch, scaled)), 0.1);
     EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
   }
 }
@@ -267,7 +268,7 @@ TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {
 
 // Lights from the upper half only; environments and lamps of every kind.
 TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
-  Studio studio = GetParam() ? Studio{} : gappyStudio();
+  Studio studio = GetParam() ? Studio{.unevenness = 0.5} : gappyStudio();
   const auto split = studio.split;
   studio.lights = 60;
   studio.split = [split](size_t view, size_t light) {
@@ -285,9 +286,9 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
     batch.irradiance.push_back({1, 1, 1});
   }
   const ShadeOptions plain{.lightFit = LightFit::mean, .foreshortened = false};
-  const auto extrapolated = irradianceOf(dome.model, planShading(dome.model, batch, plain));
+  const auto extrapolated = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
   batch.uncovered = {Uncovered::fade};
-  const auto faded = irradianceOf(dome.model, planShading(dome.model, batch, plain));
+  const auto faded = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
   size_t inside = 0, outside = 0;
   for (size_t q = 0; q < batch.size(); ++q) {
     const double elevation = std::asin(double{batch.towardsLight[q].y()}); // studio lights spiral around y
@@ -318,7 +319,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
     for (const auto& towards : batch.towardsLight)
       maps.acquisitionFromEnvironment.emplace_back(
           Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
-    const auto got = irradianceOf(dome.model, planShading(dome.model, maps, plain));
+    const auto got = irradianceOf(dome.model, maps, planShading(dome.model, maps, plain));
     // A table rounds the creases where the nearest light changes: the coverage's steepest slope, 1.6 /
     // spacing a radian, makes 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on
     // the sphere (measured: 0.027).

@@ -16,7 +16,8 @@ class ShadingPlanned : public ProductQueries {};
 class ShadingPlannedPairs : public PairQueries {};
 
 TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
-  for (const size_t lights : {1, 3}) {
+  for (const auto& [lights, unevenness] : {std::pair(1, 0.), {3, 0.}, {3, 0.5}}) {
+    model.rig.lights = studioLights(Studio{}.lights, unevenness);
     const QueryBatch batch = randomBatch(model, 2000, lights, random);
     const ShadingPlan plan = planShading(model, batch, {.lightFit = LightFit::mean, .foreshortened = false});
     EXPECT_EQ(plan.unseen, 0u);
@@ -26,8 +27,8 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
       sums[op.target] += op.weight;
       double got = 0, wanted = 0; // irradiance: what the row gives back of the captured one
       for (const auto& [column, weight] : rowOf(plan, op))
-        got += weight.g * capturedIrradiance(model, op, column).g;
-      for (size_t l = 0; l < lights; ++l) wanted += batch.irradiance[op.target * lights + l].g;
+        got += weight.g * capturedIrradiance(model, op, column, batch.surfels[op.target]).g;
+      for (size_t l = 0; l < batch.lights; ++l) wanted += batch.irradiance[op.target * batch.lights + l].g;
       EXPECT_NEAR(got / wanted, 1, 3.5e-7);
     }
     for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
@@ -72,7 +73,7 @@ TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
     double got = 0;
     for (const auto& [column, weight] : rowOf(plan, op)) {
       const Light& light = model.rig.lights[model.columns[op.view][column]];
-      got += weight.g * capturedIrradiance(model, op, column).g *
+      got += weight.g * capturedIrradiance(model, op, column, surfel).g *
              foreshortenedCosine(normal,
                                  towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
     }
@@ -169,7 +170,8 @@ TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
     ASSERT_LT(column, model.columns[op.view].size());
     EXPECT_GT(model.fades.of(batch.surfels[op.target / 2])[op.view], 0);
     sums[op.target] += op.weight;
-    irradiance[op.target] += op.weight * weight.r * capturedIrradiance(model, op, column).r;
+    irradiance[op.target] +=
+        op.weight * weight.r * capturedIrradiance(model, op, column, batch.surfels[op.target / 2]).r;
   }
   for (size_t target = 0; target < sums.size(); ++target) {
     EXPECT_NEAR(sums[target], 1, 4.5e-7);
