@@ -169,7 +169,8 @@ double distanceOf(const Place& place, const std::optional<Entry>& ofAll, const S
 // The rig of another capture. Its pictures play no part.
 Capture captureAt(const Entry& entry, StageRig& rig) {
   std::filesystem::path path = asPath(entry);
-  if (std::filesystem::is_directory(path)) path /= "transforms.json";
+  std::error_code unreadable; // then reading says why
+  if (std::filesystem::is_directory(path, unreadable)) path /= "transforms.json";
   if (std::ranges::find(rig.files, path) == rig.files.end()) rig.files.push_back(path);
   return atFile(entry, [&] { return readCapture(path, PathRule::unmade); });
 }

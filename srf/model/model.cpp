@@ -76,7 +76,8 @@ void checkHash(const std::filesystem::path& path, const std::string& expected, c
 }
 
 Manifest readManifest(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) throw Error("no manifest: not a packed model").in(path);
+  if (std::error_code unreadable; !std::filesystem::exists(path, unreadable))
+    throw Error("no manifest: not a packed model").in(path);
   return parseManifest(readFile(path, kLargestText), path);
 }
 

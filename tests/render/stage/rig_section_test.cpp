@@ -188,6 +188,11 @@ TEST(RigSection, AnotherCapturesRigCanBeTaken) {
   EXPECT_NE(
       errorOf([&] { parse(with(kTurntable, "from = \"nowhere\"\n", with(camera, ""))); }).find("nowhere"),
       std::string::npos);
+  const std::string long300(300, 'a'); // more than file systems take
+  EXPECT_NE(errorOf([&] {
+              parse(with(kTurntable, "from = \"" + long300 + "\"\n", with(camera, "")));
+            }).find("File name too long"),
+            std::string::npos);
   for (Frame& frame : capture.frames) frame.split = Split::test;
   writeCapture(capture, folder.path());
   expectError(text, {"views.from", "training frames"});
