@@ -29,7 +29,7 @@ std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& obj
 
 // Of lamps that stand near, or whose beams have a middle. What all lights have in common cannot be told from
 // albedo: the mean is 0. What is no Lambert surface, and directions that are not exact, look like gradients,
-// too: even lights on a rough ball (Oren-Nayar, 0.3) are told apart by up to 0.4. Cost: ten times that of
+// too: of even lights on a rough dome (Oren and Nayar's model, 0.3) up to 0.3. Cost: ten times that of
 // strengths.
 std::vector<StrengthGradient> lightGradients(std::span<const Image> radiance, const Mask& object,
                                              std::span<const Direction3<AcquisitionSpace, double>> towards);

@@ -2,6 +2,8 @@
 
 #include "tests/srf/image/files.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +14,18 @@ namespace {
 
 using Towards = Direction3<AcquisitionSpace, double>;
 
+// Share of what a Lambert surface reflects.  [Oren, Nayar 1994, Generalization of Lambert's Reflectance
+// Model, Eq. 30]
+double rough(double sigma, const Vec3<double>& n, const Vec3<double>& l) {
+  const Vec3<double> v(0, 0, 1);
+  const double a = 1 - 0.5 * sigma * sigma / (sigma * sigma + 0.33),
+               b = 0.45 * sigma * sigma / (sigma * sigma + 0.09);
+  const double cosL = n.dot(l), cosV = n.dot(v);
+  const Vec3<double> acrossL = l - cosL * n, acrossV = v - cosV * n;
+  // cos(phi) sin(alpha) tan(beta): the sines of both angles, over the larger cosine.
+  return a + b * std::max(0., acrossL.dot(acrossV)) / std::max({cosL, cosV, 1e-3});
+}
+
 // A bumpy Lambert relief in a square picture, photographed under lights of known strengths.
 struct Relief {
   int size = 72, lights = 14; // pixels: the height, and less than the width
@@ -20,6 +34,7 @@ struct Relief {
   double shadows = 0.08;    // share of samples that a neighbour shadows
   double highlights = 0.05; // share of samples with a highlight
   double clip = 1e9;        // largest sample
+  double roughness = 0;     // of Oren and Nayar's surface, seen from above
   double unevenness = 0;    // how much the logarithm of strengths changes over the picture, at most
   unsigned seed = 1;
 
@@ -59,7 +74,8 @@ struct Relief {
         for (size_t l = 0; l < towards.size(); ++l) {
           const double lit = uniform(random) < shadows ? 0.1 * uniform(random) : 1,
                        shine = uniform(random) < highlights ? 0.2 + uniform(random) : 0;
-          const double cosine = std::max(0., n.dot(towards[l].raw()));
+          const double cosine = std::max(0., n.dot(towards[l].raw())) *
+                                (roughness > 0 ? rough(roughness, n, towards[l].raw()) : 1);
           const Rgb s = strengths[l];
           const double gain = std::exp(gradients[l].dot(Vec2<double>(u - 0.5, v - 0.5)));
           const double channel[3] = {gain * s.r, gain * s.g, gain * s.b};
@@ -136,6 +152,28 @@ TEST(LightGradients, OfEvenLightsAreNone) {
   Relief relief;
   relief.photograph();
   EXPECT_LT(largestGradientError(relief), 2e-3);
+}
+
+// What keeps them from being the default.
+TEST(LightGradients, ARoughSurfaceMakesEvenLightsLookUneven) {
+  Relief relief{.roughness = 0.3};
+  relief.photograph();
+  EXPECT_NEAR(largestGradientError(relief), 0.3, 0.03);
+}
+
+TEST(LightGradients, SameBitsForAnyThreads) {
+  Relief relief{.unevenness = 0.4};
+  relief.photograph();
+  const auto found = [&](int threads) {
+    std::vector<StrengthGradient> gradients;
+    std::vector<Rgb> strengths;
+    tbb::task_arena(threads).execute([&] {
+      gradients = lightGradients(relief.photographs, relief.object, relief.towards);
+      strengths = lightStrengths(relief.photographs, relief.object, relief.towards, gradients);
+    });
+    return std::pair(gradients, strengths);
+  };
+  EXPECT_EQ(found(1), found(2));
 }
 
 TEST(LightGradients, OfFewLightsOrPixelsAreRefused) {
