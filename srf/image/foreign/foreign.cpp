@@ -16,6 +16,7 @@ namespace surflect {
 namespace {
 
 constexpr int64_t maximalPixels = int64_t{1} << 28;
+constexpr int maximalSide = 1 << 16; // the library takes memory for 256 rows, however few there are
 // Memory is not taken for pixels that the file has no bytes for. Photographs are never packed denser than
 // this; masks of one colour can be, and are granted what a large one takes.
 constexpr int64_t densest = 1 << 12;       // bytes of floats that one byte of file can stand for
@@ -64,9 +65,9 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   }
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 ||
-      int64_t{spec.width} * spec.height > maximalPixels) {
+      std::max(spec.width, spec.height) > maximalSide || int64_t{spec.width} * spec.height > maximalPixels) {
     problem = "found " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-              ", expected a flat picture of at most 2^28 pixels";
+              ", expected a flat picture of at most 2^28 pixels, 65536 each way";
     return false;
   }
   const std::vector<int> channels = wantedChannels(spec);

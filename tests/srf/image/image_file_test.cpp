@@ -155,6 +155,9 @@ TEST_F(ImageFile, OtherFormatsAreNotTried) {
 TEST_F(ImageFile, MemoryIsNotTakenForPixelsThatTheFileHasNoBytesFor) {
   writeBytes(folder / "a.ppm", "P6\n16000 16000\n255\n12345");
   EXPECT_NE(errorOf([&] { readPicture(folder / "a.ppm"); }).find("for so many pixels"), std::string::npos);
+  // OpenImageIO would take 256 rows of these.
+  writeBytes(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 33333333\n12345");
+  EXPECT_NE(errorOf([&] { readPicture(folder / "a.hdr"); }).find("65536 each way"), std::string::npos);
 }
 
 TEST_F(ImageFile, WhatIsNoPictureIsRejectedInOneLine) {
