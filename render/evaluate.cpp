@@ -60,15 +60,6 @@ private:
   Image silhouette_;
 };
 
-ShotLight inObjectSpace(const Light& light) {
-  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
-    return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
-                                directional->irradiance, Uncovered::extrapolate,
-                                directional->irradianceGradient};
-  const auto& point = std::get<PointLight>(light.kind);
-  return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};
-}
-
 std::string groupOf(bool knownCamera, bool knownLight) {
   if (knownCamera) return knownLight ? "known" : "new_light";
   return knownLight ? "new_camera" : "new_both";

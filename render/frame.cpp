@@ -75,19 +75,14 @@ Uncovered uncoveredOf(const ShotLight& light) {
   return std::get<ShotPointLight>(light).uncovered;
 }
 
-// What kernels do not know of.
-void shineUnevenly(std::span<const ShotLight> lights, const DeformedCloud& deformed, QueryBatch& batch) {
-  size_t l = 0; // of those with one direction at a surfel
-  for (const ShotLight& light : lights) {
-    if (std::holds_alternative<ShotEnvironment>(light)) continue;
-    const auto* directional = std::get_if<ShotDirectionalLight>(&light);
-    for (size_t query = 0; directional && !directional->irradianceGradient.isZero(0) && query < batch.size();
-         ++query) {
-      const Vec3<double> place = deformed.p[batch.surfels[query]].raw().cast<double>();
-      Rgb& irradiance = batch.irradiance[query * batch.lights + l];
-      irradiance = static_cast<float>(gainAt(directional->irradianceGradient, place)) * irradiance;
-    }
-    ++l;
+// What kernels do not know of: that light l of the batch may be stronger here than there.
+void shineUnevenly(const ShotLight& light, size_t l, const DeformedCloud& deformed, QueryBatch& batch) {
+  const auto* directional = std::get_if<ShotDirectionalLight>(&light);
+  if (!directional || directional->irradianceGradient.isZero(0)) return;
+  for (size_t query = 0; query < batch.size(); ++query) {
+    const Vec3<double> place = deformed.p[batch.surfels[query]].raw().cast<double>();
+    Rgb& irradiance = batch.irradiance[query * batch.lights + l];
+    irradiance = static_cast<float>(gainAt(directional->irradianceGradient, place)) * irradiance;
   }
 }
 
@@ -181,7 +176,9 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
         for (size_t query = range.begin(); !environments.empty() && query < range.end(); ++query)
           turnEnvironments(query);
       });
-  shineUnevenly(lights, deformed, batch);
+  size_t l = 0;
+  for (const ShotLight& light : lights)
+    if (!std::holds_alternative<ShotEnvironment>(light)) shineUnevenly(light, l++, deformed, batch);
   return batch;
 }
 

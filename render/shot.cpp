@@ -148,4 +148,13 @@ Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
   return {camera.lens, {camera.cameraFromWorld.rotation(), camera.cameraFromWorld.translation()}};
 }
 
+ShotLight inObjectSpace(const Light& light) {
+  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
+    return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
+                                directional->irradiance, Uncovered::extrapolate,
+                                directional->irradianceGradient};
+  const auto& point = std::get<PointLight>(light.kind);
+  return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};
+}
+
 } // namespace surflect

@@ -4,6 +4,7 @@
 #include "render/environment.h"
 #include "render/script.h"
 #include "srf/capture/camera.h"
+#include "srf/capture/rig.h"
 #include "surfel/rgb.h"
 
 #include <filesystem>
@@ -47,6 +48,7 @@ std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time,
 
 // Capture and script share one world: what stood there in acquisition stands there in the shot.
 Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera);
+ShotLight inObjectSpace(const Light& light);
 
 // All warps as one; the identity when there is none. Throws Error as freeze() does.
 WarpPointer warpAt(const Script& script, const ShotTime& time);

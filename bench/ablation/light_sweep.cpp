@@ -46,12 +46,8 @@ Way photographed(const Capture& sweep) {
 std::vector<ShotLight> lightsOf(const Capture& sweep) {
   std::vector<ShotLight> lights;
   for (const Frame& frame : sweep.frames) {
-    const auto* light =
-        frame.light ? std::get_if<DirectionalLight>(&sweep.lights[*frame.light].kind) : nullptr;
-    if (!light) throw Error::mismatch("directional lights", "another").at("lights").in(sweep.file);
-    lights.push_back(ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(light->towards.raw()),
-                                          light->irradiance, Uncovered::extrapolate,
-                                          light->irradianceGradient});
+    if (!frame.light) throw Error::mismatch("a light for each frame", "none").at("frames").in(sweep.file);
+    lights.push_back(inObjectSpace(sweep.lights[*frame.light]));
   }
   return lights;
 }

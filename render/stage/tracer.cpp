@@ -93,12 +93,13 @@ public:
       strength_ = point->intensity;
       return;
     }
-    distant_ = std::get<DirectionalLight>(light.kind);
+    const auto& directional = std::get<DirectionalLight>(light.kind);
     isPoint_ = false;
-    middle_ = distant_.towards;
+    middle_ = directional.towards;
+    gradient_ = directional.irradianceGradient;
     isDisc_ = radius.radians() > 0;
     std::tie(x_, y_) = across(middle_.raw());
-    strength_ = isDisc_ ? scaled(discRadiance(radius), distant_.irradiance) : distant_.irradiance;
+    strength_ = isDisc_ ? scaled(discRadiance(radius), directional.irradiance) : directional.irradiance;
   }
 
   Sample sample(const Point& p, double u, double v) const {
@@ -108,7 +109,7 @@ public:
       const double distance = length(d);
       return {(1 / distance) * d, scaled(1 / squared(distance), strength_), distance};
     }
-    const double gain = gainAt(distant_.irradianceGradient, p.raw());
+    const double gain = gainAt(gradient_, p.raw());
     if (!isDisc_) return {middle_, scaled(gain, strength_), kFar};
     const double z = 1 - u * height_, r = std::sqrt(std::max(0.0, 1 - z * z));
     const Vector w = r * std::cos(2 * kPi * v) * x_ + r * std::sin(2 * kPi * v) * y_ + z * middle_.raw();
@@ -121,7 +122,7 @@ public:
   // Radiance that comes to p from a direction.
   std::optional<Rgb> seen(const Point& p, const Direction& direction) const {
     if (!isDisc_ || (middle_ + -direction).raw().squaredNorm() / 2 >= height_) return std::nullopt;
-    return scaled(gainAt(distant_.irradianceGradient, p.raw()), strength_);
+    return scaled(gainAt(gradient_, p.raw()), strength_);
   }
 
   // Lamps of one octant, as seen from the origin, may be asked for together.
@@ -134,10 +135,10 @@ private:
   double height_;
   bool isPoint_ = true, isDisc_ = false;
   Point position_;
-  DirectionalLight distant_;
   Direction middle_;
-  Vector x_, y_; // across a disc
-  Rgb strength_; // intensity; of what is distant, irradiance or radiance at the origin
+  Vector gradient_; // of the logarithm of strength
+  Vector x_, y_;    // across a disc
+  Rgb strength_;    // intensity; of what is distant, irradiance or radiance at the origin
 };
 
 struct Path {

@@ -55,7 +55,7 @@ constexpr size_t kMostPixels = 20000, kFewestPixels = 50;
 constexpr Eigen::Index kChunk = 512; // pixels whose sums are made together: the same for any thread count
 constexpr int kRounds = 40, kFirstRounds = 8, kPixelRounds = 3;
 constexpr double kSettled = 3e-5;     // change of a strength or gradient in the last round
-constexpr double kSteepest = 3;       // ln 20: how far a light falls off over the object, at most
+constexpr double kSteepest = 3;       // as gainAt: how far a light falls off over the object, at most
 constexpr double kDarkest = 0.05;     // pixels darker than this share of the brightest are mostly noise
 constexpr double kGrazing = 0.05;     // n . l below which a sample is in or near the attached shadow
 constexpr double kRejected = 3;       // residuals beyond this many standard deviations have no weight

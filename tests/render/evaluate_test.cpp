@@ -114,7 +114,7 @@ TEST(Evaluate, UnevenLightsAreAsGoodAsEvenOnes) {
   const double even = interior(0, true);
   EXPECT_GT(even, 54);
   EXPECT_GT(interior(0.5, true), 52);
-  EXPECT_LT(interior(0.5, false), 35);
+  EXPECT_LT(interior(0.5, false), 27);
 }
 
 TEST(Evaluate, GroupsGoByIdentity) {

@@ -185,7 +185,7 @@ TEST(Tracer, AnUnevenSunIsStrongerHereThanThere) {
           gain += std::exp(gradient.dot(o - o.z() / d.z() * d)) / 64;
         }
         const double expected = gain * 3 / kPi * unit(0.5, 0.2, 1).z();
-        EXPECT_NEAR(view.radiance[0].at(x, y)[0] / expected, 1, 0.01);
+        EXPECT_NEAR(view.radiance[0].at(x, y)[0] / expected, 1, 2.8e-4);
       }
   }
 }

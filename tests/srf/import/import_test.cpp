@@ -99,7 +99,7 @@ TEST_F(Dome, HowLightsThatTrainFallOffIsEstimatedWhenAsked) {
     Capture capture = imported(options);
     for (size_t l = 0; l < kLights; ++l) {
       const auto& light = std::get<DirectionalLight>(capture.lights[l].kind);
-      EXPECT_LT((light.irradianceGradient - (gradients[l] - sum / kLights)).norm(), 0.005);
+      EXPECT_LT((light.irradianceGradient - (gradients[l] - sum / kLights)).norm(), 3e-5);
     }
     options.test = {"p3"};
     capture = imported(options);
