@@ -40,9 +40,8 @@ Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache
   findTaps(TexelPlace::at(view.header(), op.x, op.y), find, all);
   for (const auto& [block, taps] : all) {
     const auto held = cache.get(op.view, *block);
-    const BlockTerms terms = held->terms();
-    const LookUpJob job{terms.levels, terms.coefficients, static_cast<size_t>(terms.stride), &taps};
-    float rgb[3];
+    const LookUpJob job = jobOf(held->terms(), taps);
+    float rgb[4];
     kernel(rows.data() + op.rowBegin, op.rowEnd - op.rowBegin, &job, 1, rgb);
     sum = sum + op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
   }

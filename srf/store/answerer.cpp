@@ -1,6 +1,6 @@
 #include "srf/store/answerer.h"
 
-#include "srf/store/recent_blocks.h"
+#include "srf/store/asked_blocks.h"
 #include "srf/store/view_taps.h"
 
 #include <tbb/parallel_for.h>
@@ -16,125 +16,157 @@ namespace surflect {
 
 namespace {
 
-constexpr size_t kOpsAtOnce = 32; // that the processor fetches for while others are answered
-constexpr size_t kMostJobs = 4 * kOpsAtOnce;
+constexpr size_t kOpsAtOnce = 32;      // that the processor fetches for while others are answered
+constexpr size_t kOpsNamed = 256;      // whose blocks are found together
 constexpr size_t kBlocksAtOnce = 4096; // that are fetched, or those of one part
 
-// An operation, and where its answer goes.
-struct Asked {
-  const ShadingOp* op;
-  const LightWeight* row;
-  Rgb* radiance;
-
-  Asked() = default;
-  Asked(AnsweredPart& part, size_t i)
-      : op(&part.part.ops[i]), row(part.part.rows.data() + op->rowBegin), radiance(&part.radiance[i]) {}
-  size_t lights() const { return op->rowEnd - op->rowBegin; }
+// An operation, and the names of its blocks in the order of forEachBlock.
+struct Placed {
+  TexelPlace place;
+  std::array<uint32_t, 4> blocks;
 };
 
-// Asks the processor for texels that a look-up will read. Not a call: for the compiler it would have no
-// effect, and be left out.
-[[gnu::always_inline]] inline void fetchTexels(const BlockTerms& block, const BlockTaps& taps) {
-  if (block.rank == 0) return;
-  const auto texelBytes = 3 * static_cast<size_t>(block.stride);
-  for (const size_t left : {0, 2}) { // two that most often lie side by side
-    __builtin_prefetch(block.texel(taps.texels[left]));
-    __builtin_prefetch(block.texel(taps.texels[left + 1]) + texelBytes - 1);
+// Some operations whose blocks are all in memory.
+struct Ready {
+  struct Operation {
+    uint32_t number;
+    uint32_t jobsEnd;
+  };
+  std::array<Operation, kOpsAtOnce> operations;
+  std::array<LookUpJob, 4 * kOpsAtOnce> jobs;
+  uint32_t count = 0, jobCount = 0;
+
+  void clear() { count = jobCount = 0; }
+  // Asks the processor for the texels, too. Not a call: for the compiler it would have no effect, and be left
+  // out.
+  [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& taps) {
+    const LookUpJob& job = jobs[jobCount++] = jobOf(block, taps);
+    const size_t last = 6 * static_cast<size_t>(block.stride) - 1; // of two that lie side by side
+    for (const int8_t* upper : {job.levels, job.levels + job.down}) {
+      __builtin_prefetch(upper);
+      __builtin_prefetch(upper + last);
+    }
   }
+  void end(uint32_t number) { operations[count++] = {number, jobCount}; }
+};
+
+// Of an operation not all of whose blocks are in memory. Some are background, or it has to wait.
+void prepareOther(AnsweredPart& part, uint32_t number, const Placed& placed, const AskedBlocks& blocks,
+                  Ready& ready) {
+  const uint32_t* name = placed.blocks.data();
+  const auto find = [&](BlockPosition) {
+    const AskedBlocks::Block& found = blocks[*name++];
+    return found.state == AskedBlocks::State::background ? nullptr : &found;
+  };
+  ViewTaps<const AskedBlocks::Block*> taps;
+  findTaps(placed.place, find, taps);
+  if (taps.empty()) {
+    part.isLost[number] = true;
+    ++part.lost;
+    return;
+  }
+  if (std::ranges::any_of(taps,
+                          [](const auto& of) { return of.block->state == AskedBlocks::State::onDisk; })) {
+    part.waiting.push_back(number);
+    for (const auto& of : taps) part.needed.push_back(of.block->key);
+    return;
+  }
+  for (const auto& of : taps) {
+    ready.add(of.block->terms, of.taps);
+    part.taskRanks += static_cast<uint64_t>(of.block->terms.rank);
+  }
+  part.tasks += taps.size();
+  ready.end(number);
 }
 
-void add(const Asked& asked, const float* rgb) {
-  *asked.radiance = *asked.radiance + asked.op->weight * Rgb{rgb[0], rgb[1], rgb[2]};
+inline void prepare(AnsweredPart& part, uint32_t number, const Placed& placed, const AskedBlocks& blocks,
+                    Ready& ready) {
+  const uint32_t firstJob = ready.jobCount;
+  const uint32_t* name = placed.blocks.data();
+  bool isReady = true;
+  uint64_t ranks = 0;
+  forEachBlock(placed.place, [&](BlockPosition position) {
+    const AskedBlocks::Block& block = blocks[*name++];
+    isReady &= block.state == AskedBlocks::State::inMemory;
+    ranks += static_cast<uint64_t>(block.terms.rank);
+    ready.add(block.terms, placed.place.tapsIn(position));
+  });
+  if (!isReady) {
+    ready.jobCount = firstJob;
+    return prepareOther(part, number, placed, blocks, ready);
+  }
+  part.tasks += ready.jobCount - firstJob;
+  part.taskRanks += ranks;
+  ready.end(number);
+}
+
+// Those of one row together.
+void answerReady(AnsweredPart& part, const Ready& ready, LookUpKernel lookUp) {
+  std::array<float, 4 * 4 * kOpsAtOnce> rgb;
+  uint32_t job = 0;
+  for (uint32_t first = 0; first < ready.count;) {
+    const ShadingOp& op = part.part.ops[ready.operations[first].number];
+    uint32_t last = first;
+    const auto sharesRow = [&](const ShadingOp& other) {
+      return other.rowBegin == op.rowBegin && other.rowEnd == op.rowEnd;
+    };
+    while (last + 1 < ready.count && sharesRow(part.part.ops[ready.operations[last + 1].number])) ++last;
+    lookUp(part.part.rows.data() + op.rowBegin, op.rowEnd - op.rowBegin, ready.jobs.data() + job,
+           ready.operations[last].jobsEnd - job, rgb.data());
+    const float* result = rgb.data();
+    for (; first <= last; ++first) {
+      const auto& [number, jobsEnd] = ready.operations[first];
+      const float weight = part.part.ops[number].weight;
+      Rgb& radiance = part.radiance[number];
+      for (; job < jobsEnd; ++job, result += 4)
+        radiance = radiance + weight * Rgb{result[0], result[1], result[2]};
+    }
+  }
 }
 
 } // namespace
 
-// Some operations whose blocks are all in memory.
-struct Answerer::Ready {
-  struct Operation {
-    Asked asked;
-    size_t firstJob;
-    ViewTaps<RecentBlocks::Found*> taps;
-  };
-  std::array<Operation, kOpsAtOnce> operations;
-  std::array<LookUpJob, kMostJobs> jobs;
-  size_t count = 0, jobCount = 0;
-  RecentBlocks blocks;
-
-  explicit Ready(const BlockCache& cache) : blocks(cache) {}
-
-  void clear() { count = jobCount = 0; }
-  [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& taps) {
-    fetchTexels(block, taps);
-    jobs[jobCount++] = {block.levels, block.coefficients, static_cast<size_t>(block.stride), &taps};
-  }
-  size_t jobsEnd(size_t i) const { return i + 1 < count ? operations[i + 1].firstJob : jobCount; }
-};
-
-// A few at a time: finds their blocks and asks the processor for them; then answers, those of one row
-// together.
+// Some at a time: names their blocks and finds these; then, a few at a time, asks for the values of blocks
+// that are new to the next few, and answers.
 void Answerer::answerAll(AnsweredPart& part, size_t count, const auto& numberOf) const {
-  Ready ready(cache_);
-  for (size_t begin = 0; begin < count; begin += kOpsAtOnce) {
-    ready.clear();
-    for (size_t i = begin; i < std::min(count, begin + kOpsAtOnce); ++i) prepare(part, numberOf(i), ready);
-    ready.blocks.fetchRest();
-    answerReady(ready);
+  AskedBlocks blocks(cache_);
+  Ready ready;
+  std::array<Placed, kOpsNamed> placed;
+  std::array<size_t, kOpsNamed / kOpsAtOnce + 1> namedBy; // blocks, by the end of each few
+  for (size_t begin = 0; begin < count; begin += kOpsNamed) {
+    const size_t end = std::min(count, begin + kOpsNamed);
+    const auto forEachFew = [&](const auto& use) {
+      for (size_t few = 0, first = begin; first < end; ++few, first += kOpsAtOnce)
+        use(few, first, std::min(end, first + kOpsAtOnce));
+    };
+    forEachFew([&](size_t few, size_t first, size_t last) {
+      for (size_t i = first; i < last; ++i) {
+        const ShadingOp& op = part.part.ops[numberOf(i)];
+        auto& [place, names] = placed[i - begin];
+        place = TexelPlace::at(cache_.views()[op.view].header(), op.x, op.y);
+        const auto row = part.part.rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin);
+        uint32_t* name = names.data();
+        forEachBlock(place, [&](BlockPosition position) { *name++ = blocks.nameOf(op.view, position, row); });
+      }
+      namedBy[few] = namedBy[few + 1] = blocks.named();
+    });
+    blocks.findAll();
+    blocks.fetchRest(namedBy[0]);
+    forEachFew([&](size_t few, size_t first, size_t last) {
+      ready.clear();
+      for (size_t i = first; i < last; ++i) {
+        prepare(part, numberOf(i), placed[i - begin], blocks, ready);
+        blocks.fetchSome(namedBy[few + 1]);
+      }
+      blocks.fetchRest(namedBy[few + 1]);
+      answerReady(part, ready, lookUp_);
+    });
   }
 }
 
 void Answerer::answerResident(AnsweredPart& part) const {
   for (const ShadingOp& op : part.part.ops) part.lookups += op.rowEnd - op.rowBegin;
   answerAll(part, part.part.ops.size(), [](size_t i) { return static_cast<uint32_t>(i); });
-}
-
-void Answerer::prepare(AnsweredPart& part, uint32_t i, Ready& ready) const {
-  const ShadingOp& op = part.part.ops[i];
-  auto& [asked, firstJob, taps] = ready.operations[ready.count];
-  const auto find = [&](BlockPosition position) {
-    RecentBlocks::Found& found = ready.blocks.at(op.view, position);
-    return found.isStored ? &found : nullptr;
-  };
-  findTaps(TexelPlace::at(cache_.views()[op.view].header(), op.x, op.y), find, taps);
-  ready.blocks.fetchSome();
-  if (taps.empty()) {
-    part.isLost[i] = true;
-    ++part.lost;
-    return;
-  }
-  if (!std::ranges::all_of(taps, [](const auto& placed) { return placed.block->terms.has_value(); })) {
-    part.waiting.push_back(i);
-    for (const auto& placed : taps)
-      if (!std::exchange(placed.block->isNeeded, true))
-        part.needed.push_back({op.view, placed.block->number});
-    return;
-  }
-  asked = Asked(part, i);
-  firstJob = ready.jobCount;
-  ++ready.count;
-  for (const auto& placed : taps) {
-    ready.add(*placed.block->terms, placed.taps);
-    part.taskRanks += static_cast<uint64_t>(placed.block->terms->rank);
-  }
-  part.tasks += taps.size();
-}
-
-void Answerer::answerReady(const Ready& ready) const {
-  std::array<float, 3 * kMostJobs> rgb;
-  for (size_t first = 0; first < ready.count;) {
-    const auto& [asked, firstJob, taps] = ready.operations[first];
-    const auto sharesRow = [&](const Asked& other) {
-      return other.row == asked.row && other.lights() == asked.lights();
-    };
-    size_t last = first;
-    while (last + 1 < ready.count && sharesRow(ready.operations[last + 1].asked)) ++last;
-    lookUp_(asked.row, asked.lights(), ready.jobs.data() + firstJob, ready.jobsEnd(last) - firstJob,
-            rgb.data());
-    const float* result = rgb.data();
-    for (; first <= last; ++first)
-      for (size_t job = ready.operations[first].firstJob; job < ready.jobsEnd(first); ++job, result += 3)
-        add(ready.operations[first].asked, result);
-  }
 }
 
 void Answerer::answerWaiting(std::span<AnsweredPart> parts) const {

@@ -54,12 +54,8 @@ public:
   void answerWaiting(std::span<AnsweredPart> parts) const;
 
 private:
-  struct Ready;
-
   void answerFetched(std::span<AnsweredPart> parts, std::span<const BlockKey> blocks) const;
   void answerAll(AnsweredPart& part, size_t count, const auto& numberOf) const;
-  void prepare(AnsweredPart& part, uint32_t i, Ready& ready) const;
-  void answerReady(const Ready& ready) const;
 
   BlockCache& cache_;
   LookUpKernel lookUp_;

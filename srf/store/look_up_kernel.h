@@ -8,21 +8,24 @@
 
 namespace surflect {
 
-// The taps of a bilinear interpolation that fall into a block; what is not needed has weight 0.
+// The taps of a bilinear interpolation that fall into a block: of the upper left texel, the one right of it,
+// the one below, and the one below right. What is not needed has weight 0.
 struct BlockTaps {
   float weights[4];
-  uint8_t texels[4];
+  uint8_t texel;       // the upper left
+  uint8_t right, down; // texels from it to the next, 0 where that is not in the block
 };
 
 // One place in one block.
 struct LookUpJob {
-  const int8_t* levels; // as Block has them
+  const int8_t* levels; // as Block has them, of the upper left texel
   const float* coefficients;
-  size_t stride; // a multiple of 4
-  const BlockTaps* taps;
+  uint32_t stride;      // a multiple of 4
+  uint32_t right, down; // levels from a texel to the next
+  float weights[4];     // of the taps
 };
 
-// For each job three numbers, one a channel:
+// For each job four numbers, one a channel and one that means nothing:
 //   rgb = sum_k (sum_l w_l a_lk) (sum over taps of tap * e_k).
 // Jobs that share a row of light weights are answered together: each weight is loaded once for several. What
 // a job gets does not depend on the others; all kinds but scalar, which rounds each product, give the same

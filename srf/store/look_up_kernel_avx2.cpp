@@ -13,6 +13,9 @@ template <> inline Eight levels(const int8_t* from) {
 }
 template <> inline Eight mulAdd(Eight x, Eight y, Eight z) { return _mm256_fmadd_ps(x, y, z); }
 template <> inline Four mulAdd(Four x, Four y, Four z) { return _mm_fmadd_ps(x, y, z); }
+template <> inline Four sumsOf(Four red, Four green, Four blue) {
+  return _mm_hadd_ps(_mm_hadd_ps(red, green), _mm_hadd_ps(blue, blue));
+}
 } // namespace
 
 extern const LookUpKernel avx2LookUp;

@@ -50,8 +50,9 @@ struct Chunk {
   float* rgb;
 };
 
-// c_k = sum_l w_l a_lk of `count` chunks, for red, green and blue.
-template <class Vector, size_t count>
+// c_k = sum_l w_l a_lk of `count` chunks, for red, green and blue. Where all of them have the same stride, a
+// light is in the same place in each.
+template <class Vector, size_t count, bool sameStride>
 inline void fold(const LightWeight* row, size_t lights, const Chunk* chunks, Vector (*folded)[3]) {
   Vector sums[count][3] = {};
   const float* coefficients[count];
@@ -60,13 +61,13 @@ inline void fold(const LightWeight* row, size_t lights, const Chunk* chunks, Vec
     coefficients[i] = chunks[i].job->coefficients + chunks[i].first;
     strides[i] = chunks[i].job->stride;
   }
-  for (size_t l = 0; l < lights; ++l) {
-    const LightWeight& light = row[l];
-    const auto red = broadcast<Vector>(light.weight.r), green = broadcast<Vector>(light.weight.g),
-               blue = broadcast<Vector>(light.weight.b);
+  for (const LightWeight* light = row; light != row + lights; ++light) {
+    const auto red = broadcast<Vector>(light->weight.r), green = broadcast<Vector>(light->weight.g),
+               blue = broadcast<Vector>(light->weight.b);
+    const size_t place = light->light * strides[0];
 #pragma GCC unroll 4
     for (size_t i = 0; i < count; ++i) {
-      const auto a = loaded<Vector>(coefficients[i] + light.light * strides[i]);
+      const auto a = loaded<Vector>(coefficients[i] + (sameStride ? place : light->light * strides[i]));
       sums[i][0] = mulAdd(red, a, sums[i][0]);
       sums[i][1] = mulAdd(green, a, sums[i][1]);
       sums[i][2] = mulAdd(blue, a, sums[i][2]);
@@ -75,27 +76,38 @@ inline void fold(const LightWeight* row, size_t lights, const Chunk* chunks, Vec
   __builtin_memcpy(folded, sums, sizeof sums);
 }
 
+// Of a chunk's products, red, green, blue: what they add up to, two neighbours first.
+template <class Vector> inline Vector sumsOf(Vector red, Vector green, Vector blue) {
+  return Vector{(red[0] + red[1]) + (red[2] + red[3]), (green[0] + green[1]) + (green[2] + green[3]),
+                (blue[0] + blue[1]) + (blue[2] + blue[3]), 0};
+}
+
 template <class Vector> inline void addTaps(const Chunk& chunk, const Vector* folded) {
   const LookUpJob& job = *chunk.job;
-  const BlockTaps& taps = *job.taps;
+  const int8_t* texels = job.levels + chunk.first;
+  const size_t stride = job.stride;
   Vector e[3] = {};
 #pragma GCC unroll 4
   for (size_t t = 0; t < 4; ++t) {
-    const auto weight = broadcast<Vector>(taps.weights[t]);
-    const int8_t* texel = job.levels + 3 * taps.texels[t] * job.stride + chunk.first;
+    const auto weight = broadcast<Vector>(job.weights[t]);
+    const int8_t* texel = texels + (t % 2 != 0 ? job.right : 0) + (t / 2 != 0 ? job.down : 0);
     for (size_t channel = 0; channel < 3; ++channel)
-      e[channel] = mulAdd(weight, levels<Vector>(texel + channel * job.stride), e[channel]);
+      e[channel] = mulAdd(weight, levels<Vector>(texel + channel * stride), e[channel]);
   }
-  Four sums[3];
-  for (size_t channel = 0; channel < 3; ++channel) sums[channel] = inFour(folded[channel] * e[channel]);
-  for (size_t channel = 0; channel < 3; ++channel)
-    chunk.rgb[channel] += (sums[channel][0] + sums[channel][1]) + (sums[channel][2] + sums[channel][3]);
+  const Four sums = sumsOf(inFour(folded[0] * e[0]), inFour(folded[1] * e[1]), inFour(folded[2] * e[2]));
+  const Four all = loaded<Four>(chunk.rgb) + sums;
+  __builtin_memcpy(chunk.rgb, &all, sizeof all);
 }
 
 template <class Vector, size_t count>
 inline void answerChunks(const LightWeight* row, size_t lights, const Chunk* chunks) {
   Vector folded[count][3];
-  fold<Vector, count>(row, lights, chunks, folded);
+  bool isSame = true;
+  for (size_t i = 1; i < count; ++i) isSame &= chunks[i].job->stride == chunks[0].job->stride;
+  if (isSame)
+    fold<Vector, count, true>(row, lights, chunks, folded);
+  else
+    fold<Vector, count, false>(row, lights, chunks, folded);
   for (size_t i = 0; i < count; ++i) addTaps(chunks[i], folded[i]);
 }
 
@@ -126,15 +138,15 @@ private:
 template <class Widest>
 void lookUp(const LightWeight* row, size_t lights, const LookUpJob* jobs, size_t count, float* rgb) {
   constexpr size_t kWidth = sizeof(Widest) / sizeof(float);
-  for (size_t i = 0; i < 3 * count; ++i) rgb[i] = 0;
+  for (size_t i = 0; i < 4 * count; ++i) rgb[i] = 0;
   Chunks<Widest> wide(row, lights);
   for (size_t j = 0; j < count; ++j)
-    for (size_t k = 0; k + kWidth <= jobs[j].stride; k += kWidth) wide.add(jobs[j], k, rgb + 3 * j);
+    for (size_t k = 0; k + kWidth <= jobs[j].stride; k += kWidth) wide.add(jobs[j], k, rgb + 4 * j);
   wide.answer();
   if (kWidth == 4) return;
   Chunks<Four> rest(row, lights); // after all wide ones: in the same order for each job
   for (size_t j = 0; j < count; ++j)
-    if (jobs[j].stride % kWidth != 0) rest.add(jobs[j], jobs[j].stride - 4, rgb + 3 * j);
+    if (jobs[j].stride % kWidth != 0) rest.add(jobs[j], jobs[j].stride - 4, rgb + 4 * j);
   rest.answer();
 }
 

@@ -23,8 +23,8 @@ struct TexelPlace {
   // (x, y) in pixels, centres at +0.5, finite; clamped to the image.
   static TexelPlace at(const ViewHeader& view, float x, float y) {
     assert(std::isfinite(x) && std::isfinite(y));
-    const float u = std::clamp(x - 0.5f, 0.f, static_cast<float>(view.width - 1));
-    const float v = std::clamp(y - 0.5f, 0.f, static_cast<float>(view.height - 1));
+    const float u = std::min(std::max(x - 0.5f, 0.f), static_cast<float>(view.width - 1));
+    const float v = std::min(std::max(y - 0.5f, 0.f), static_cast<float>(view.height - 1));
     const int i = static_cast<int>(u), j = static_cast<int>(v);
     return {i, j, u - static_cast<float>(i), v - static_cast<float>(j)};
   }
@@ -33,27 +33,38 @@ struct TexelPlace {
   bool isInOneBlock() const { return (x + 1) % blockSize != 0 && (y + 1) % blockSize != 0; }
   BlockPosition block() const { return {x / blockSize, y / blockSize}; }
 
-  // Of a block that holds some of the corners. The others have no weight, and the texel that is next to them.
+  // Of a block that holds some of the corners. The others have no weight.
   BlockTaps tapsIn(BlockPosition block) const {
     const PairInBlock across(x - block.x * blockSize, right), along(y - block.y * blockSize, down);
-    const int upper = along.first * blockSize, lower = along.second * blockSize;
-    const auto texel = [](int number) { return static_cast<uint8_t>(number); };
     return {{across.firstWeight * along.firstWeight, across.secondWeight * along.firstWeight,
              across.firstWeight * along.secondWeight, across.secondWeight * along.secondWeight},
-            {texel(upper + across.first), texel(upper + across.second), texel(lower + across.first),
-             texel(lower + across.second)}};
+            static_cast<uint8_t>(along.first * blockSize + across.first),
+            static_cast<uint8_t>(across.step),
+            static_cast<uint8_t>(along.step * blockSize)};
   }
 
 private:
   // Two neighbours of one row or column; what is outside the block has no weight.
   struct PairInBlock {
     PairInBlock(int place, float toNext)
-        : first(std::max(place, 0)), second(std::min(place + 1, blockSize - 1)),
+        : first(std::max(place, 0)), step(place >= 0 && place + 1 < blockSize ? 1 : 0),
           firstWeight(place >= 0 ? 1 - toNext : 0), secondWeight(place + 1 < blockSize ? toNext : 0) {}
-    int first, second;
+    int first, step; // to the second
     float firstWeight, secondWeight;
   };
 };
+
+// use(position) of each block that holds a corner of some weight: left before right, the upper row first. A
+// place whose corners are all in one block asks for that, though it may have texels outside the image: blocks
+// are whole.
+template <class Use> inline void forEachBlock(const TexelPlace& place, const Use& use) {
+  const BlockPosition first = place.block();
+  if (place.isInOneBlock()) return use(first);
+  const int acrossEnd = place.right > 0 ? (place.x + 1) / blockSize : first.x; // also keeps inside the image
+  const int downEnd = place.down > 0 ? (place.y + 1) / blockSize : first.y;
+  for (int y = first.y; y <= downEnd; ++y)
+    for (int x = first.x; x <= acrossEnd; ++x) use(BlockPosition{x, y});
+}
 
 // The part of a bilinear interpolation that one stored block answers.
 template <class Block> struct PlacedTaps {
@@ -85,30 +96,32 @@ private:
 };
 
 // The block at a position is what `find` says of it; where that is false, it is background. Taps on
-// background are dropped and the others renormalised; empty if none is left.
+// background are dropped and the others renormalised; empty if none is left. Blocks are asked for in the
+// order of forEachBlock.
 template <class Block, class Find>
 void findTaps(const TexelPlace& place, const Find& find, ViewTaps<Block>& taps) {
   taps.clear();
-  const BlockPosition first = place.block();
-  if (place.isInOneBlock()) {
-    // Those of no weight are not left out, though they may be outside the image: blocks are whole.
-    if (const Block block = find(first)) taps.add(block, place.tapsIn(first));
-    return;
-  }
-  const int acrossEnd = place.right > 0 ? (place.x + 1) / blockSize : first.x; // also keeps inside the image
-  const int downEnd = place.down > 0 ? (place.y + 1) / blockSize : first.y;
   float kept = 0;
   bool isWhole = true;
-  for (int y = first.y; y <= downEnd; ++y)
-    for (int x = first.x; x <= acrossEnd; ++x) {
-      const Block block = find(BlockPosition{x, y});
-      if (!block) {
-        isWhole = false;
-        continue;
-      }
-      for (const float weight : taps.add(block, place.tapsIn({x, y})).weights) kept += weight;
+  forEachBlock(place, [&](BlockPosition position) {
+    const Block block = find(position);
+    if (!block) {
+      isWhole = false;
+      return;
     }
+    for (const float weight : taps.add(block, place.tapsIn(position)).weights) kept += weight;
+  });
   if (!isWhole && !taps.empty()) taps.divideWeights(kept);
+}
+
+inline LookUpJob jobOf(const BlockTerms& block, const BlockTaps& taps) {
+  const auto texel = 3 * static_cast<uint32_t>(block.stride);
+  return {block.texel(taps.texel),
+          block.coefficients,
+          static_cast<uint32_t>(block.stride),
+          taps.right * texel,
+          taps.down * texel,
+          {taps.weights[0], taps.weights[1], taps.weights[2], taps.weights[3]}};
 }
 
 // A point between texel centres of a stored block.

@@ -21,32 +21,35 @@ struct Jobs {
     std::uniform_real_distribution<float> number(-1, 1);
     for (uint32_t light = 0; light < kLights; light += 1 + static_cast<uint32_t>(random() % 3))
       row.push_back({light, {number(random), number(random), number(random)}});
-    taps.resize(count);
     for (size_t j = 0; j < count; ++j) {
       const size_t stride = 4 * (random() % 11);
       auto& a = coefficients.emplace_back(kLights * stride);
       auto& e = levels.emplace_back(3 * blockTexels * stride);
       for (float& value : a) value = number(random) / 127;
       for (int8_t& level : e) level = static_cast<int8_t>(random() % 256);
-      for (int t = 0; t < 4; ++t) {
-        taps[j].weights[t] = random() % 3 == 0 ? 0 : number(random);
-        taps[j].texels[t] = static_cast<uint8_t>(random() % blockTexels);
-      }
-      jobs.push_back({e.data(), a.data(), stride, &taps[j]});
+      LookUpJob& job = jobs.emplace_back();
+      for (float& weight : job.weights) weight = random() % 3 == 0 ? 0 : number(random);
+      const auto step = static_cast<uint32_t>(3 * stride);
+      job.right = random() % 2 == 0 ? 0 : step;
+      job.down = random() % 2 == 0 ? 0 : blockSize * step;
+      job.levels = e.data() + random() % (blockTexels - blockSize - 1) * step;
+      job.coefficients = a.data();
+      job.stride = static_cast<uint32_t>(stride);
     }
   }
 
   // Of some of the jobs, red, green and blue each.
   std::vector<float> answered(Simd simd, size_t first, size_t count) const {
-    std::vector<float> rgb(3 * count, 7);
-    lookUpKernel(simd)(row.data(), row.size(), jobs.data() + first, count, rgb.data());
+    std::vector<float> all(4 * count, 7), rgb;
+    lookUpKernel(simd)(row.data(), row.size(), jobs.data() + first, count, all.data());
+    for (size_t i = 0; i < all.size(); ++i)
+      if (i % 4 != 3) rgb.push_back(all[i]);
     return rgb;
   }
 
   std::vector<LightWeight> row;
   std::vector<std::vector<float>> coefficients;
   std::vector<std::vector<int8_t>> levels;
-  std::vector<BlockTaps> taps;
   std::vector<LookUpJob> jobs;
 };
 
@@ -58,14 +61,14 @@ TEST(LookUpKernel, IsTheSumOverLightsTapsAndTerms) {
       const std::vector<float> got = all.answered(simd, 0, 9);
       for (size_t j = 0; j < 9; ++j)
         for (size_t channel = 0; channel < 3; ++channel) {
-          const auto& [levels, coefficients, stride, taps] = all.jobs[j];
+          const auto& [levels, coefficients, stride, right, down, weights] = all.jobs[j];
           double expected = 0;
           for (size_t k = 0; k < stride; ++k) {
             double folded = 0, texel = 0;
             for (const auto& [light, w] : all.row)
               folded += double{coefficients[light * stride + k]} * std::array{w.r, w.g, w.b}[channel];
             for (size_t t = 0; t < 4; ++t)
-              texel += double{taps->weights[t]} * levels[(3 * taps->texels[t] + channel) * stride + k];
+              texel += double{weights[t]} * levels[t % 2 * right + t / 2 * down + channel * stride + k];
             expected += folded * texel;
           }
           EXPECT_NEAR(got[3 * j + channel], expected, 5e-6) << nameOf(simd) << ", " << stride;

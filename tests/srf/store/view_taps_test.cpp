@@ -29,7 +29,7 @@ Moments momentsOf(const ViewTaps<Found>& taps) {
   for (const auto& [block, ofBlock] : taps)
     for (int corner = 0; corner < 4; ++corner) {
       const double weight = ofBlock.weights[corner];
-      const int texel = ofBlock.texels[corner];
+      const int texel = ofBlock.texel + corner % 2 * ofBlock.right + corner / 2 * ofBlock.down;
       EXPECT_LT(texel, blockTexels);
       sum.weight += weight;
       sum.x += weight * (block->x * blockSize + texel % blockSize + 0.5);
