@@ -41,6 +41,7 @@ struct Ready {
   // out.
   [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& taps) {
     const LookUpJob& job = jobs[jobCount++] = jobOf(block, taps);
+    if (block.stride == 0) return;                                 // there are none
     const size_t last = 6 * static_cast<size_t>(block.stride) - 1; // of two that lie side by side
     for (const int8_t* upper : {job.levels, job.levels + job.down}) {
       __builtin_prefetch(upper);
