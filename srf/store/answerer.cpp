@@ -52,14 +52,14 @@ struct Ready {
 };
 
 // Of an operation not all of whose blocks are in memory. Some are background, or it has to wait.
-void prepareOther(AnsweredPart& part, uint32_t number, const Placed& placed, const AskedBlocks& blocks,
+void prepareOther(AnsweredPart& part, uint32_t number, const Placed& placed, AskedBlocks& blocks,
                   Ready& ready) {
   const uint32_t* name = placed.blocks.data();
   const auto find = [&](BlockPosition) {
-    const AskedBlocks::Block& found = blocks[*name++];
+    AskedBlocks::Block& found = blocks[*name++];
     return found.state == AskedBlocks::State::background ? nullptr : &found;
   };
-  ViewTaps<const AskedBlocks::Block*> taps;
+  ViewTaps<AskedBlocks::Block*> taps;
   findTaps(placed.place, find, taps);
   if (taps.empty()) {
     part.isLost[number] = true;
@@ -69,7 +69,8 @@ void prepareOther(AnsweredPart& part, uint32_t number, const Placed& placed, con
   if (std::ranges::any_of(taps,
                           [](const auto& of) { return of.block->state == AskedBlocks::State::onDisk; })) {
     part.waiting.push_back(number);
-    for (const auto& of : taps) part.needed.push_back(of.block->key);
+    for (const auto& of : taps)
+      if (!std::exchange(of.block->isNeeded, true)) part.needed.push_back(of.block->key);
     return;
   }
   for (const auto& of : taps) {
@@ -80,7 +81,7 @@ void prepareOther(AnsweredPart& part, uint32_t number, const Placed& placed, con
   ready.end(number);
 }
 
-inline void prepare(AnsweredPart& part, uint32_t number, const Placed& placed, const AskedBlocks& blocks,
+inline void prepare(AnsweredPart& part, uint32_t number, const Placed& placed, AskedBlocks& blocks,
                     Ready& ready) {
   const uint32_t firstJob = ready.jobCount;
   const uint32_t* name = placed.blocks.data();
@@ -133,7 +134,8 @@ void Answerer::answerAll(AnsweredPart& part, size_t count, const auto& numberOf)
   AskedBlocks blocks(cache_);
   Ready ready;
   std::array<Placed, kOpsNamed> placed;
-  std::array<size_t, kOpsNamed / kOpsAtOnce + 1> namedBy; // blocks, by the end of each few
+  std::array<size_t, kOpsNamed / kOpsAtOnce + 1>
+      namedBy; // blocks, by the end of each few; the last once more
   for (size_t begin = 0; begin < count; begin += kOpsNamed) {
     const size_t end = std::min(count, begin + kOpsNamed);
     const auto forEachFew = [&](const auto& use) {
@@ -171,11 +173,7 @@ void Answerer::answerResident(AnsweredPart& part) const {
 }
 
 void Answerer::answerWaiting(std::span<AnsweredPart> parts) const {
-  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
-    std::ranges::sort(parts[p].needed);
-    const auto twice = std::ranges::unique(parts[p].needed);
-    parts[p].needed.erase(twice.begin(), twice.end());
-  });
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) { std::ranges::sort(parts[p].needed); });
   std::vector<BlockKey> blocks, more;
   for (size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
     blocks = parts[end++].needed;

@@ -23,7 +23,8 @@ public:
   struct Block {
     BlockKey key; // background has none
     State state = State::background;
-    BlockTerms terms; // of what is in memory
+    bool isNeeded = false; // for the caller: it was noted
+    BlockTerms terms;      // of what is in memory
   };
 
   // The cache must outlive this, and keep what it has meanwhile.
@@ -59,7 +60,7 @@ public:
     }
   }
 
-  const Block& operator[](uint32_t name) const { return blocks_[name]; }
+  Block& operator[](uint32_t name) { return blocks_[name]; }
 
   // Asks for some more coefficients of the blocks before `name`, under the lights of who asked for them
   // first: neighbours have nearly the same. Not a call, like the next: for the compiler it would have no
