@@ -4,9 +4,25 @@
 #include "srf/query/foreshortening.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <cstring>
 
 namespace surflect {
+
+namespace {
+
+// Made in a register. Written to memory one by one, as Eigen's constructor does, they cannot be read from it
+// together until all have arrived there, a dozen cycles later.
+Eigen::Array4f fourFloats(float a, float b, float c, float d) {
+  typedef float Four __attribute__((vector_size(16)));
+  const Four four{a, b, c, d};
+  Eigen::Array4f all;
+  std::memcpy(all.data(), &four, sizeof four);
+  return all;
+}
+
+} // namespace
 
 LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
                          const ShadeOptions& options)
@@ -18,13 +34,16 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
       short_(isShort_ ? batch.lights * kMaxBlended : 0), showsColors_(options.showsBlends),
       lightColor_(indexColors(model.rig.lights.size())), environmentBrightness_(environmentBrightness(batch)),
       share_(model.rig.lights.size()), cosine_(model.rig.lights.size()) {
+  mayBeAlike_ = isShort_ && lights_.areUniform() && !showsColors_;
+  for (size_t l = 0; l < batch.lights; ++l) mayBeAlike_ &= isPlain(batch.uncoveredOf(l));
   for (const QueryEnvironment& environment : batch.environments)
     environments_.emplace_back(environment.table ? environment.lights : std::span<const EnvironmentLight>(),
                                options.simd);
 }
 
-void LightFolder::choose(size_t begin, size_t count) {
+void LightFolder::choose(size_t begin, size_t count, std::vector<LightWeight>& rows) {
   begin_ = begin;
+  count_ = count;
   std::array<Point3<AcquisitionSpace>, kChoiceLanes> places;
   for (size_t lane = 0; lane < count; ++lane) places[lane] = model_.cloud.p0[batch_.surfels[begin + lane]];
   rig_.lookFrom({places.data(), count});
@@ -34,11 +53,46 @@ void LightFolder::choose(size_t begin, size_t count) {
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     rig_.blend({towards.data(), count}, how_.lights, chosen_[l]);
   }
+  together_.reset();
+  if (!areAlike()) return;
+  together_ = rows.size();
+  rows.resize(rows.size() + count_ * rowLength());
+  foldTogether(rows.data() + *together_);
 }
 
-void LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
-  lights_.lookFrom(model_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
+LightFolder::Row LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
   color_ = {};
+  if (together_) return {*together_ + lane * rowLength(), *together_ + (lane + 1) * rowLength()};
+  const size_t begin = rows.size();
+  foldOne(lane, rows);
+  return {begin, rows.size()};
+}
+
+// Has each row of those that were chosen for as many weights as any other?
+bool LightFolder::areAlike() const {
+  if (!mayBeAlike_) return false;
+  const auto entries = std::span(batch_.irradiance).subspan(begin_ * batch_.lights, count_ * batch_.lights);
+  return std::ranges::all_of(chosen_, &LaneBlends::areWhole) &&
+         std::ranges::none_of(entries, [](const Rgb& now) { return now == Rgb{}; });
+}
+
+// As foldLights has them.
+void LightFolder::foldTogether(LightWeight* rows) const {
+  size_t entry = begin_ * batch_.lights;
+  for (size_t lane = 0; lane < count_; ++lane)
+    for (const LaneBlends& blends : chosen_) {
+      const Rgb& now = batch_.irradiance[entry++];
+      const Eigen::Array4f light = fourFloats(0, now.r, now.g, now.b);
+      for (size_t i = 0; i < blends.size(); ++i) {
+        const uint32_t captured = blends.index(lane, i);
+        const Eigen::Array4f weight = blends.weight(lane, i) * lights_.ratio(light, captured);
+        *rows++ = {captured, {weight[1], weight[2], weight[3]}};
+      }
+    }
+}
+
+void LightFolder::foldOne(size_t lane, std::vector<LightWeight>& rows) {
+  lights_.lookFrom(model_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
   if (isShort_) {
     LightWeight* next = short_.data();
     foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) {
@@ -60,7 +114,7 @@ template <class Add> void LightFolder::foldLights(size_t lane, const Add& add) {
   if (how_.foreshortened) faceLights(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.targets());
   const auto addBlend = [&](const Rgb& now, const auto& forEachOfBlend) {
-    const Eigen::Array4f shareAndNow(share, now.r, now.g, now.b);
+    const Eigen::Array4f shareAndNow = fourFloats(share, now.r, now.g, now.b);
     const bool isLit = now != Rgb{};
     if (!isLit && !showsColors_) return;
     forEachOfBlend([&](uint32_t light, float weight) {

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include <array>
+#include <optional>
 #include <vector>
 
 namespace surflect {
@@ -21,16 +21,25 @@ public:
   LightFolder(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
               const ShadeOptions& options);
 
-  // Chooses for the queries from `begin` on, 1..kChoiceLanes.
-  void choose(size_t begin, size_t count);
+  // Chooses for the queries from `begin` on, 1..kChoiceLanes. Appends their rows where all can be made
+  // together.
+  void choose(size_t begin, size_t count, std::vector<LightWeight>& rows);
 
-  // Appends the row of the lane-th query that was chosen for.
-  void fold(size_t lane, std::vector<LightWeight>& rows);
+  // A part of `rows`.
+  struct Row {
+    size_t begin, end;
+  };
+  // Of the lane-th query that was chosen for; appended where it was not.
+  Row fold(size_t lane, std::vector<LightWeight>& rows);
 
   // The blended lights of that row in their colours, where these are shown.
   Rgb blendColor() const { return color_; }
 
 private:
+  bool areAlike() const;
+  void foldOne(size_t lane, std::vector<LightWeight>& rows);
+  void foldTogether(LightWeight* rows) const;
+  size_t rowLength() const { return batch_.lights * how_.lights; }
   bool isPlain(Uncovered uncovered) const {
     return how_.fit == LightFit::mean && !how_.foreshortened &&
            (uncovered == Uncovered::extrapolate || nearest_);
@@ -54,7 +63,9 @@ private:
   LightBlend how_;
   RigLights lights_;      // of the current query
   LightLanes rig_, near_; // the lanes of the first are queries, those of the other directions of one query
-  size_t begin_ = 0;
+  size_t begin_ = 0, count_ = 0;   // queries that were chosen for
+  bool mayBeAlike_;                // rows, as far as lights and options tell
+  std::optional<size_t> together_; // where their rows begin, if these are made together
   std::vector<LaneBlends> chosen_; // one per light of a query
   LaneBlends blends_;
   LightRow row_;

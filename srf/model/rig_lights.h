@@ -38,6 +38,8 @@ public:
   }
 
   size_t size() const { return lights_.size(); }
+  // Are they the same at every place, so that `ratio` is known of all of them?
+  bool areUniform() const { return isFaced_; }
 
   void lookFrom(const Point3<AcquisitionSpace, double>& place) {
     place_ = place;

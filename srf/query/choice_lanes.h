@@ -37,6 +37,18 @@ public:
         use(static_cast<uint32_t>(nearest_.index[i][lane]), weight);
   }
 
+  // How many are blended where none of the weights is 0, their indices and weights; as forEach has them.
+  size_t size() const { return blended_; }
+  uint32_t index(size_t lane, size_t i) const { return static_cast<uint32_t>(nearest_.index[i][lane]); }
+  float weight(size_t lane, size_t i) const { return weights_[i * kChoiceLanes + lane]; }
+
+  // Is every lane sure, and none of its weights 0?
+  bool areWhole() const {
+    uint32_t zeros = 0; // counted to the end: in lanes
+    for (size_t i = 0; i < blended_ * kChoiceLanes; ++i) zeros += weights_[i] > 0 ? 0 : 1;
+    return lost_ == 0 && zeros == 0;
+  }
+
   // Of the nearest; infinite where there is none.
   float penalty(size_t lane) const { return nearest_.penalty[0][lane]; }
 

@@ -35,6 +35,34 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
   }
 }
 
+// Sixteen queries' rows are made together unless a light of one of them is off, or colours are to be shown.
+TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
+  ShadeOptions options{.lights = 2, .lightFit = LightFit::mean, .foreshortened = false};
+  const QueryBatch batch = randomBatch(model, 2000, 2, random);
+  ASSERT_LE(2 * batch.lights * *options.lights, model.rig.lights.size());
+  QueryBatch dimmed = batch;
+  for (size_t query = 5; query < batch.size(); query += kChoiceLanes) dimmed.irradiance[2 * query + 1] = {};
+  const ShadingPlan together = planShading(model, batch, options),
+                    apart = planShading(model, dimmed, options);
+  options.showsBlends = true;
+  const ShadingPlan shown = planShading(model, batch, options);
+
+  const auto expectSame = [](std::span<const LightWeight> a, std::span<const LightWeight> b) {
+    EXPECT_TRUE(std::ranges::equal(a, b, [](const LightWeight& x, const LightWeight& y) {
+      return x.light == y.light && x.weight == y.weight;
+    }));
+  };
+  ASSERT_EQ(together.ops.size(), apart.ops.size());
+  ASSERT_EQ(together.ops.size(), shown.ops.size());
+  for (size_t i = 0; i < together.ops.size(); ++i) {
+    const auto row = rowOf(together, together.ops[i]);
+    ASSERT_EQ(row.size(), 4u);
+    expectSame(row, rowOf(shown, shown.ops[i]));
+    const bool isDimmed = together.ops[i].target % kChoiceLanes == 5;
+    expectSame(isDimmed ? row.first(2) : row, rowOf(apart, apart.ops[i]));
+  }
+}
+
 // The least penalty of angle over fade; stand-ins in view_penalties_test.cpp.
 void expectConfidenceIsThatOfTheBestView(const Model& model, const QueryBatch& batch) {
   const ShadingPlan plan = planShading(model, batch, {});
