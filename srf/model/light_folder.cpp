@@ -56,8 +56,7 @@ void LightFolder::choose(size_t begin, size_t count, std::vector<LightWeight>& r
   together_.reset();
   if (!areAlike()) return;
   together_ = rows.size();
-  rows.resize(rows.size() + count_ * rowLength());
-  foldTogether(rows.data() + *together_);
+  foldTogether(rows);
 }
 
 LightFolder::Row LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
@@ -77,16 +76,17 @@ bool LightFolder::areAlike() const {
 }
 
 // As foldLights has them.
-void LightFolder::foldTogether(LightWeight* rows) const {
+void LightFolder::foldTogether(std::vector<LightWeight>& rows) const {
   size_t entry = begin_ * batch_.lights;
   for (size_t lane = 0; lane < count_; ++lane)
     for (const LaneBlends& blends : chosen_) {
+      assert(blends.size() == how_.lights);
       const Rgb& now = batch_.irradiance[entry++];
       const Eigen::Array4f light = fourFloats(0, now.r, now.g, now.b);
       for (size_t i = 0; i < blends.size(); ++i) {
         const uint32_t captured = blends.index(lane, i);
         const Eigen::Array4f weight = blends.weight(lane, i) * lights_.ratio(light, captured);
-        *rows++ = {captured, {weight[1], weight[2], weight[3]}};
+        rows.push_back({captured, {weight[1], weight[2], weight[3]}});
       }
     }
 }

@@ -38,7 +38,7 @@ public:
 private:
   bool areAlike() const;
   void foldOne(size_t lane, std::vector<LightWeight>& rows);
-  void foldTogether(LightWeight* rows) const;
+  void foldTogether(std::vector<LightWeight>& rows) const;
   size_t rowLength() const { return batch_.lights * how_.lights; }
   bool isPlain(Uncovered uncovered) const {
     return how_.fit == LightFit::mean && !how_.foreshortened &&

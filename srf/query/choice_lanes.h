@@ -33,8 +33,7 @@ public:
   // The same one by one: use(index, weight).
   template <class Use> void forEach(size_t lane, const Use& use) const {
     for (size_t i = 0; i < blended_; ++i)
-      if (const float weight = weights_[i * kChoiceLanes + lane]; weight > 0)
-        use(static_cast<uint32_t>(nearest_.index[i][lane]), weight);
+      if (weight(lane, i) > 0) use(index(lane, i), weight(lane, i));
   }
 
   // How many are blended where none of the weights is 0, their indices and weights; as forEach has them.
