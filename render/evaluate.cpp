@@ -5,7 +5,6 @@
 #include "srf/image/over_black.h"
 #include "srf/image/percentile.h"
 #include "srf/query/ray_caster.h"
-#include "surfel/bounds.h"
 #include "surfel/error.h"
 #include "warp/deform.h"
 
@@ -129,7 +128,6 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
   std::set<std::string> knownCameras, knownLights;
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
-  const auto center = middleOf(model.cloud.p0);
   const DeformedCloud deformed = deform(model.cloud, warp, progress, options.frame.splats.simd);
   ShadingStats stats;
   for (size_t view = 0; view < frames.size(); ++view) {
@@ -152,8 +150,8 @@ Evaluation evaluate(const Model& model, const Capture& everything, const Warp& w
         const Light& light = capture.lights[*frame.light];
         lights.push_back(inObjectSpace(light));
         result.light = light.identity;
-        result.frontLit =
-            dot(towardsLight(light, center), Viewpoint(capture.views[view].camera).towards(center)) >= 0;
+        result.frontLit = dot(towardsLight(light, model.middle),
+                              Viewpoint(capture.views[view].camera).towards(model.middle)) >= 0;
         knownLight = knownLights.contains(light.identity);
       }
       result.camera = capture.views[view].identity;

@@ -4,6 +4,7 @@
 #include "srf/model/fade_file.h"
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
+#include "surfel/bounds.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/hash.h"
@@ -153,6 +154,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
         .in(manifestPath);
   progress.checkpoint();
   model.cloud = readCloud(folder / kSurfelFile, progress);
+  model.middle = middleOf(model.cloud.p0);
   progress.checkpoint();
   model.fades = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size(), progress);
   model.columns = columnsOf(model.rig);

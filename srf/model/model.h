@@ -23,6 +23,7 @@ struct Model {
   uint64_t identity = 0; // of all its content
   Capture rig;           // training views and lights only
   SurfelCloud cloud;
+  Point3<AcquisitionSpace, double> middle; // of the cloud's box
   ViewFades fades;
   std::vector<ViewFile> files;                // one per view of the rig
   std::vector<std::vector<uint32_t>> columns; // per view: the light of each column; empty: fixed illumination

@@ -2,7 +2,6 @@
 
 #include "srf/model/pair_planner.h"
 #include "srf/model/product_planner.h"
-#include "surfel/bounds.h"
 #include "surfel/error.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -22,9 +21,8 @@ using Planner = std::variant<ProductPlanner, PairPlanner>;
 
 // Towards each light of the rig from the middle of the cloud.
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const Model& model) {
-  const auto middle = middleOf(model.cloud.p0);
   std::vector<Direction3<AcquisitionSpace, double>> directions;
-  for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, middle));
+  for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, model.middle));
   return directions;
 }
 

@@ -1,6 +1,5 @@
 #include "srf/store/answerer.h"
 
-#include "srf/store/asked_blocks.h"
 #include "srf/store/view_taps.h"
 
 #include <tbb/parallel_for.h>
@@ -10,6 +9,7 @@
 #include <cassert>
 #include <cstdint>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 namespace surflect {
@@ -17,13 +17,27 @@ namespace surflect {
 namespace {
 
 constexpr size_t kOpsAtOnce = 32;      // that the processor fetches for while others are answered
-constexpr size_t kOpsNamed = 256;      // whose blocks are found together
 constexpr size_t kBlocksAtOnce = 4096; // that are fetched, or those of one part
 
-// An operation, and the names of its blocks in the order of forEachBlock.
+// Tells keys apart that come again soon: a table in which later ones take the places of others.
+class Lately {
+public:
+  // Has the key not come lately?
+  bool isNew(uint64_t key) {
+    uint64_t& held = held_[key * kGolden >> (64 - kBits)];
+    return std::exchange(held, key + 1) != key + 1;
+  }
+
+private:
+  static constexpr int kBits = 9;                         // a part's blocks are some hundred and fifty
+  static constexpr uint64_t kGolden = 0x9e3779b97f4a7c15; // 2^64 over the golden ratio
+  std::array<uint64_t, size_t{1} << kBits> held_{};       // keys + 1
+};
+
+// An operation, and where its blocks are, in the order of forEachBlock.
 struct Placed {
   TexelPlace place;
-  std::array<uint32_t, 4> blocks;
+  std::array<uint32_t, 4> blocks; // as BlockCache::Grid has them
 };
 
 // Some operations whose blocks are all in memory.
@@ -51,56 +65,85 @@ struct Ready {
   void end(uint32_t number) { operations[count++] = {number, jobCount}; }
 };
 
-// Of an operation not all of whose blocks are in memory. Some are background, or it has to wait.
-void prepareOther(AnsweredPart& part, uint32_t number, const Placed& placed, AskedBlocks& blocks,
-                  Ready& ready) {
-  const uint32_t* name = placed.blocks.data();
-  const auto find = [&](BlockPosition) {
-    AskedBlocks::Block& found = blocks[*name++];
-    return found.state == AskedBlocks::State::background ? nullptr : &found;
-  };
-  ViewTaps<AskedBlocks::Block*> taps;
-  findTaps(placed.place, find, taps);
-  if (taps.empty()) {
-    part.isLost[number] = true;
-    ++part.lost;
-    return;
-  }
-  if (std::ranges::any_of(taps,
-                          [](const auto& of) { return of.block->state == AskedBlocks::State::onDisk; })) {
-    part.waiting.push_back(number);
-    for (const auto& of : taps)
-      if (!std::exchange(of.block->isNeeded, true)) part.needed.push_back(of.block->key);
-    return;
-  }
-  for (const auto& of : taps) {
-    ready.add(of.block->terms, of.taps);
-    part.taskRanks += static_cast<uint64_t>(of.block->terms.rank);
-  }
-  part.tasks += taps.size();
-  ready.end(number);
-}
+// A block of a view, and where it is.
+struct Found {
+  BlockPosition position;
+  uint32_t place;
+};
 
-inline void prepare(AnsweredPart& part, uint32_t number, const Placed& placed, AskedBlocks& blocks,
-                    Ready& ready) {
-  const uint32_t firstJob = ready.jobCount;
-  const uint32_t* name = placed.blocks.data();
-  bool isReady = true;
-  uint64_t ranks = 0;
-  forEachBlock(placed.place, [&](BlockPosition position) {
-    const AskedBlocks::Block& block = blocks[*name++];
-    isReady &= block.state == AskedBlocks::State::inMemory;
-    ranks += static_cast<uint64_t>(block.terms.rank);
-    ready.add(block.terms, placed.place.tapsIn(position));
-  });
-  if (!isReady) {
-    ready.jobCount = firstJob;
-    return prepareOther(part, number, placed, blocks, ready);
+// Makes operations ready whose blocks are all in memory, and notes what others wait for.
+class Preparer {
+public:
+  Preparer(const BlockCache& cache, AnsweredPart& part) : cache_(cache), part_(part) {}
+
+  // Finds out where the blocks of an operation are, and has the processor fetch what is known of them.
+  [[gnu::always_inline]] void place(const ShadingOp& op, Placed& placed) const {
+    const BlockCache::Grid& grid = cache_.grid(op.view);
+    placed.place = TexelPlace::at(grid.header, op.x, op.y);
+    uint32_t* next = placed.blocks.data();
+    forEachBlock(placed.place, [&](BlockPosition position) {
+      const uint32_t block = *next++ = grid.placeOf(position);
+      if (BlockCache::isInMemory(block)) cache_.fetchResident(block);
+    });
   }
-  part.tasks += ready.jobCount - firstJob;
-  part.taskRanks += ranks;
-  ready.end(number);
-}
+
+  [[gnu::always_inline]] void prepare(uint32_t number, const Placed& placed, Ready& ready) {
+    const ShadingOp& op = part_.part.ops[number];
+    const uint32_t block = placed.blocks[0];
+    if (!placed.place.isInOneBlock() || !BlockCache::isInMemory(block))
+      return prepareOther(number, placed, ready);
+    ++part_.tasks;
+    part_.taskRanks += add(block, op, placed.place.tapsInOneBlock(), ready);
+    ready.end(number);
+  }
+
+private:
+  // Returns the rank of the block.
+  [[gnu::always_inline]] uint64_t add(uint32_t block, const ShadingOp& op, const BlockTaps& taps,
+                                      Ready& ready) {
+    const BlockTerms terms = cache_.resident(block).terms(cache_.grid(op.view).header);
+    ready.add(terms, taps);
+    if (lately_.isNew(block))
+      for (const LightWeight& light : part_.part.rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin))
+        __builtin_prefetch(terms.light(light.light)); // neighbours have nearly the same lights
+    return static_cast<uint64_t>(terms.rank);
+  }
+
+  // In several blocks, or one that is not in memory: it is background, or has to be waited for.
+  void prepareOther(uint32_t number, const Placed& placed, Ready& ready) {
+    const ShadingOp& op = part_.part.ops[number];
+    const uint32_t* next = placed.blocks.data();
+    const auto find = [&](BlockPosition position) {
+      const uint32_t place = *next++;
+      return place == BlockCache::kBackground ? std::nullopt : std::optional<Found>({position, place});
+    };
+    ViewTaps<std::optional<Found>> taps;
+    findTaps(placed.place, find, taps);
+    if (taps.empty()) {
+      part_.isLost[number] = true;
+      ++part_.lost;
+      return;
+    }
+    if (std::ranges::any_of(taps, [](const auto& of) { return of.block->place == BlockCache::kOnDisk; })) {
+      part_.waiting.push_back(number);
+      for (const auto& of : taps) need(op.view, of.block->position);
+      return;
+    }
+    for (const auto& of : taps) part_.taskRanks += add(of.block->place, op, of.taps, ready);
+    part_.tasks += taps.size();
+    ready.end(number);
+  }
+
+  void need(uint32_t view, BlockPosition position) {
+    const uint32_t block = *cache_.views()[view].find(position);
+    if (neededLately_.isNew(uint64_t{view} << 32 | block)) part_.needed.push_back({view, block});
+  }
+
+  const BlockCache& cache_;
+  AnsweredPart& part_;
+  Lately lately_;       // places of blocks whose coefficients were asked of memory
+  Lately neededLately_; // blocks that were noted
+};
 
 // Those of one row together.
 void answerReady(AnsweredPart& part, const Ready& ready, LookUpKernel lookUp) {
@@ -128,43 +171,21 @@ void answerReady(AnsweredPart& part, const Ready& ready, LookUpKernel lookUp) {
 
 } // namespace
 
-// Some at a time: names their blocks and finds these; then, a few at a time, asks for the values of blocks
-// that are new to the next few, and answers.
+// Some at a time: while these are answered, memory brings what the next need.
 void Answerer::answerAll(AnsweredPart& part, size_t count, const auto& numberOf) const {
-  AskedBlocks blocks(cache_);
-  Ready ready;
-  std::array<Placed, kOpsNamed> placed;
-  std::array<size_t, kOpsNamed / kOpsAtOnce + 1>
-      namedBy; // blocks, by the end of each few; the last once more
-  for (size_t begin = 0; begin < count; begin += kOpsNamed) {
-    const size_t end = std::min(count, begin + kOpsNamed);
-    const auto forEachFew = [&](const auto& use) {
-      for (size_t few = 0, first = begin; first < end; ++few, first += kOpsAtOnce)
-        use(few, first, std::min(end, first + kOpsAtOnce));
-    };
-    forEachFew([&](size_t few, size_t first, size_t last) {
-      for (size_t i = first; i < last; ++i) {
-        const ShadingOp& op = part.part.ops[numberOf(i)];
-        auto& [place, names] = placed[i - begin];
-        place = TexelPlace::at(cache_.views()[op.view].header(), op.x, op.y);
-        const auto row = part.part.rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin);
-        uint32_t* name = names.data();
-        forEachBlock(place, [&](BlockPosition position) { *name++ = blocks.nameOf(op.view, position, row); });
-      }
-      namedBy[few] = namedBy[few + 1] = blocks.named();
-    });
-    blocks.findAll();
-    blocks.fetchRest(namedBy[0]);
-    forEachFew([&](size_t few, size_t first, size_t last) {
-      ready.clear();
-      for (size_t i = first; i < last; ++i) {
-        prepare(part, numberOf(i), placed[i - begin], blocks, ready);
-        blocks.fetchSome(namedBy[few + 1]);
-      }
-      blocks.fetchRest(namedBy[few + 1]);
-      answerReady(part, ready, lookUp_);
-    });
+  Preparer preparer(cache_, part);
+  std::array<Placed, kOpsAtOnce> placed;
+  std::array<Ready, 2> ready;
+  Ready *now = &ready[0], *next = &ready[1]; // what is answered, and what comes after that
+  for (size_t begin = 0; begin < count; begin += kOpsAtOnce) {
+    const size_t some = std::min(kOpsAtOnce, count - begin);
+    for (size_t i = 0; i < some; ++i) preparer.place(part.part.ops[numberOf(begin + i)], placed[i]);
+    next->clear();
+    for (size_t i = 0; i < some; ++i) preparer.prepare(numberOf(begin + i), placed[i], *next);
+    answerReady(part, *now, lookUp_);
+    std::swap(now, next);
   }
+  answerReady(part, *now, lookUp_);
 }
 
 void Answerer::answerResident(AnsweredPart& part) const {
@@ -173,7 +194,11 @@ void Answerer::answerResident(AnsweredPart& part) const {
 }
 
 void Answerer::answerWaiting(std::span<AnsweredPart> parts) const {
-  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) { std::ranges::sort(parts[p].needed); });
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
+    std::vector<BlockKey>& needed = parts[p].needed;
+    std::ranges::sort(needed);
+    needed.erase(std::ranges::unique(needed).begin(), needed.end());
+  });
   std::vector<BlockKey> blocks, more;
   for (size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
     blocks = parts[end++].needed;

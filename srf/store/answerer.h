@@ -21,7 +21,7 @@ struct AnsweredPart {
   std::vector<Rgb> radiance; // per operation, weighted
   std::vector<uint8_t> isLost;
   std::vector<uint32_t> waiting;     // operations some of whose blocks are not in memory
-  std::vector<BlockKey> needed;      // all blocks of these, each once
+  std::vector<BlockKey> needed;      // all blocks of these, some of them several times
   std::vector<Rgb> sums;             // per target, once they are there
   uint64_t lookups = 0;              // operations x their lights
   uint64_t tasks = 0, taskRanks = 0; // of what is answered, as ShadingStats has them
@@ -50,7 +50,7 @@ public:
   void answerResident(AnsweredPart& part) const;
 
   // What waits: blocks of several parts are fetched together, in the order of the disk. Afterwards the blocks
-  // that each part needed are sorted. Throws Error as ViewFile::read.
+  // that each part needed are sorted, each once. Throws Error as ViewFile::read.
   void answerWaiting(std::span<AnsweredPart> parts) const;
 
 private:

@@ -14,15 +14,20 @@ namespace surflect {
 static_assert(2 * 3 * blockTexels <= std::numeric_limits<uint16_t>::max(), "the stride of a resident block");
 
 BlockCache::BlockCache(std::span<const ViewFile> views, size_t budget) : views_(views), budget_(budget) {
-  for (const ViewFile& view : views) places_.emplace_back(view.blockCount(), kNowhere);
+  for (const ViewFile& view : views) {
+    const ViewHeader& header = view.header();
+    std::vector<uint32_t> places(header.cells(), kBackground);
+    for (uint32_t block = 0; block < view.blockCount(); ++block) places[view.cell(block)] = kOnDisk;
+    grids_.push_back({header, header.blocksAcross(), std::move(places)});
+  }
 }
 
 std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   assert(view < views_.size() && block < views_[view].blockCount());
-  const uint32_t& place = places_[view][block];
+  const uint32_t& place = placeOf({view, block});
   {
     const std::lock_guard lock(mutex_);
-    if (place != kNowhere) {
+    if (place != kOnDisk) {
       want(residents_[place]);
       ++counts_.hits;
       return owners_[place].block;
@@ -34,7 +39,7 @@ std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   const std::lock_guard lock(mutex_);
   ++counts_.reads;
   counts_.bytesRead += views_[view].storedBytes(block);
-  if (place == kNowhere) makeRoom(insert({view, block}, read)); // or another thread was faster
+  if (place == kOnDisk) makeRoom(insert({view, block}, read)); // or another thread was faster
   return read;
 }
 
@@ -42,7 +47,7 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
   assert(std::ranges::adjacent_find(blocks, std::greater_equal()) == blocks.end());
   std::vector<BlockKey> missing;
   std::ranges::copy_if(blocks, std::back_inserter(missing),
-                       [&](BlockKey key) { return places_[key.view][key.block] == kNowhere; });
+                       [&](BlockKey key) { return placeOf(key) == kOnDisk; });
   std::vector<uint32_t> numbers;
   for (const BlockKey& key : missing) numbers.push_back(key.block);
   struct Stretch {
@@ -85,7 +90,7 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
 
 void BlockCache::trim() {
   const std::lock_guard lock(mutex_);
-  makeRoom(kNowhere);
+  makeRoom(kOnDisk);
 }
 
 uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
@@ -100,7 +105,7 @@ uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
   }
   residents_[place] = {block->values.data(), static_cast<uint16_t>(block->rank),
                        static_cast<uint16_t>(block->stride)};
-  places_[key.view][key.block] = place;
+  put(key, place);
   memory_ += block->memory();
   owners_[place] = {key, std::move(block)};
   return place;
@@ -108,7 +113,7 @@ uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
 
 void BlockCache::remove(uint32_t place) {
   auto& [key, block] = owners_[place];
-  places_[key.view][key.block] = kNowhere;
+  put(key, kOnDisk);
   memory_ -= block->memory();
   block = nullptr;
   free_.push_back(place);

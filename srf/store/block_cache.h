@@ -33,8 +33,8 @@ struct BlockKey {
 class BlockCache {
 public:
   // `views` must outlive the cache. Memory exceeds the budget (bytes of decoded blocks) by what callers still
-  // hold, by what fetch has brought until trim is called, by 4 bytes for every block of the views, in
-  // memory or not, and 44 for the most that ever were.
+  // hold, by what fetch has brought until trim is called, by 4 bytes for every position of a block in a view,
+  // and 44 for the most blocks that ever were in memory.
   BlockCache(std::span<const ViewFile> views, size_t budget);
 
   std::span<const ViewFile> views() const { return views_; }
@@ -50,36 +50,67 @@ public:
   // Keeps to the budget again.
   void trim();
 
-  // Empty where the block is not in memory. Safe from many threads at once, but not while any of them calls
-  // another method, which may end what is pointed to. Blocks found so stay longer than those that were not.
-  std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
-    const uint32_t place = places_[view][block];
-    if (place == kNowhere) return std::nullopt;
+  // What follows is safe from many threads at once, but not while any of them calls another method, which may
+  // end what is pointed to. It is asked for in no order that a processor could guess: a look-up reads two
+  // numbers that depend on each other, and lines of memory that its neighbours read, too.
+
+  // Where a view's blocks are: a place in memory, or one of the last two.
+  static constexpr uint32_t kOnDisk = ~uint32_t{1}, kBackground = ~uint32_t{0};
+  static constexpr bool isInMemory(uint32_t place) { return place < kOnDisk; }
+  struct Grid {
+    ViewHeader header;
+    int across;
+    std::vector<uint32_t> places; // row by row
+
+    uint32_t placeOf(BlockPosition position) const {
+      return places[static_cast<size_t>(position.y * across + position.x)];
+    }
+  };
+  const Grid& grid(uint32_t view) const { return grids_[view]; }
+
+  struct Resident {
+    const std::byte* values = nullptr; // as Block has them; null also for those of rank 0
+    uint16_t rank = 0, stride = 0;
+    mutable bool isWanted = false; // since makeRoom last came by; through atomic_ref
+
+    BlockTerms terms(const ViewHeader& view) const {
+      return blockTerms(rank, stride, static_cast<size_t>(view.lights), values);
+    }
+  };
+  // Of a place in memory. Blocks found so stay longer than those that were not.
+  const Resident& resident(uint32_t place) const {
     const Resident& found = residents_[place];
     want(found);
-    const auto lights = static_cast<size_t>(views_[view].header().lights);
-    return blockTerms(found.rank, found.stride, lights, found.values);
+    return found;
+  }
+  // Asks the processor for it. Not a call: for the compiler it would have no effect, and be left out.
+  [[gnu::always_inline]] void fetchResident(uint32_t place) const { __builtin_prefetch(&residents_[place]); }
+
+  // The same in one call: empty where the block is not in memory.
+  std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
+    const uint32_t place = placeOf({view, block});
+    if (place == kOnDisk) return std::nullopt;
+    return resident(place).terms(grids_[view].header);
   }
 
   CacheCounts counts() const;
 
 private:
-  // All that resident reads, in one place: it is asked for in no order that a processor could guess.
-  struct Resident {
-    const std::byte* values = nullptr; // as Block has them; null also for those of rank 0
-    uint16_t rank = 0, stride = 0;
-    mutable bool isWanted = false; // since makeRoom last came by; through atomic_ref
-  };
   struct Owner {
     BlockKey key;
     std::shared_ptr<const Block> block; // null where the place is free
   };
-  static constexpr uint32_t kNowhere = ~uint32_t{0};
 
   static void want(const Resident& resident) {
     const std::atomic_ref isWanted(resident.isWanted);
     if (!isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
       isWanted.store(true, std::memory_order_relaxed);
+  }
+  const uint32_t& placeOf(BlockKey key) const {
+    return grids_[key.view].places[views_[key.view].cell(key.block)];
+  }
+  void put(BlockKey key, uint32_t place) {
+    grids_[key.view].places[views_[key.view].cell(key.block)] = place;
   }
   uint32_t insert(BlockKey key, std::shared_ptr<const Block> block); // which is not in memory; its place
   void remove(uint32_t place);
@@ -87,8 +118,7 @@ private:
 
   std::span<const ViewFile> views_;
   size_t budget_;
-  std::vector<std::vector<uint32_t>>
-      places_; // of each view's blocks; written under the mutex, like residents_
+  std::vector<Grid> grids_; // of each view; places are written under the mutex, like residents_
   std::vector<Resident> residents_;
   mutable std::mutex mutex_;   // guards all that follows
   std::vector<Owner> owners_;  // of each place

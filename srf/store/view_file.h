@@ -29,6 +29,8 @@ struct ViewHeader {
 
   int blocksAcross() const { return (width + blockSize - 1) / blockSize; }
   int blocksDown() const { return (height + blockSize - 1) / blockSize; }
+  // Positions of blocks, row by row.
+  size_t cells() const { return static_cast<size_t>(blocksAcross()) * static_cast<size_t>(blocksDown()); }
 };
 
 // Where a block lies, counted in blocks.
@@ -62,6 +64,8 @@ public:
   size_t blockCount() const { return positions_.size(); }
   size_t storedBytes(uint32_t block) const { return offsets_[block + 1] - offsets_[block]; }
   BlockPosition position(uint32_t block) const;
+  // Where that is, row by row.
+  uint32_t cell(uint32_t block) const { return positions_[block]; }
 
   // The number of the block at a position inside the image; empty where it was left out. Constant time.
   std::optional<uint32_t> find(BlockPosition position) const {

@@ -17,7 +17,7 @@ namespace surflect {
 
 // A position among texels: the one up and left of it, and how far it is from this to the next.
 struct TexelPlace {
-  int x, y;
+  int x, y;          // not negative
   float right, down; // 0..1; 0 where the next is outside the image
 
   // (x, y) in pixels, centres at +0.5, finite; clamped to the image.
@@ -31,7 +31,18 @@ struct TexelPlace {
 
   // Are all four corners in the block that holds the first?
   bool isInOneBlock() const { return (x + 1) % blockSize != 0 && (y + 1) % blockSize != 0; }
-  BlockPosition block() const { return {x / blockSize, y / blockSize}; }
+  BlockPosition block() const {
+    return {static_cast<int>(unsigned(x) / blockSize), static_cast<int>(unsigned(y) / blockSize)};
+  }
+
+  // Where they are.
+  BlockTaps tapsInOneBlock() const {
+    const float left = 1 - right, up = 1 - down;
+    return {{left * up, right * up, left * down, right * down},
+            static_cast<uint8_t>(unsigned(y) % blockSize * blockSize + unsigned(x) % blockSize),
+            1,
+            blockSize};
+  }
 
   // Of a block that holds some of the corners. The others have no weight.
   BlockTaps tapsIn(BlockPosition block) const {
