@@ -60,7 +60,7 @@ Renderer withDirections(const SplatView& view, DirectionsBack back) {
 }
 
 ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, ShadingPlan plan) {
-  std::vector<LightWeight> rows;
+  LightRows rows;
   std::vector<std::pair<uint32_t, uint32_t>> ranges; // of each query
   // Directional lights span one hull; the lights of others are seen in other directions from each surfel.
   std::optional<LightHull> hull;
@@ -74,12 +74,12 @@ ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, Shading
       for (const Light& light : model.rig.lights) towards.push_back(towardsLight(light, p0).cast<float>());
       hull.emplace(towards);
     }
-    const auto begin = static_cast<uint32_t>(rows.size());
+    const auto begin = static_cast<uint32_t>(rows.lights.size());
     for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
       for (const auto& [light, weight] : hull->weights(batch.towardsLight[l]))
-        rows.push_back({light, weight * irradianceRatio(batch.irradiance[l],
-                                                        irradianceAt(model.rig.lights[light], p0))});
-    ranges.emplace_back(begin, static_cast<uint32_t>(rows.size()));
+        rows.add(light,
+                 weight * irradianceRatio(batch.irradiance[l], irradianceAt(model.rig.lights[light], p0)));
+    ranges.emplace_back(begin, static_cast<uint32_t>(rows.lights.size()));
   }
   for (ShadingOp& op : plan.ops) std::tie(op.rowBegin, op.rowEnd) = ranges[op.target];
   plan.rows = std::move(rows);

@@ -31,8 +31,7 @@ size_t imageBytes(const Model& model) {
   return bytes * blocks / sampled / model.files.size();
 }
 
-Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache& cache,
-              LookUpKernel kernel) {
+Rgb lookUpOne(const ShadingOp& op, const LightRows& rows, BlockCache& cache, LookUpKernel kernel) {
   Rgb sum;
   const ViewFile& view = cache.views()[op.view];
   const auto find = [&](BlockPosition position) { return view.find(position); };
@@ -42,7 +41,7 @@ Rgb lookUpOne(const ShadingOp& op, std::span<const LightWeight> rows, BlockCache
     const auto held = cache.get(op.view, *block);
     const LookUpJob job = jobOf(held->terms(), taps);
     float rgb[4];
-    kernel(rows.data() + op.rowBegin, op.rowEnd - op.rowBegin, &job, 1, rgb);
+    kernel(rows.lights.data() + op.rowBegin, op.rowEnd - op.rowBegin, rows.weights.data(), &job, 1, rgb);
     sum = sum + op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
   }
   return sum;
@@ -75,8 +74,8 @@ std::vector<ShadingOp> stretches(std::span<const ShadingOp> ops) {
 }
 
 // The operations of some targets, which count from 0 then.
-void executeFrom(std::span<const ShadingOp> ops, std::span<const LightWeight> rows, uint32_t begin,
-                 uint32_t end, BlockCache& cache, ShadingStats& stats) {
+void executeFrom(std::span<const ShadingOp> ops, const LightRows& rows, uint32_t begin, uint32_t end,
+                 BlockCache& cache, ShadingStats& stats) {
   const auto part = std::ranges::subrange(std::ranges::lower_bound(ops, begin, {}, &ShadingOp::target),
                                           std::ranges::lower_bound(ops, end, {}, &ShadingOp::target));
   std::vector<ShadingOp> own(part.begin(), part.end());

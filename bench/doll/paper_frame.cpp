@@ -72,7 +72,7 @@ public:
     const auto p0 = model_.cloud.p0[surfel].cast<double>();
     const BlendSet views = blendViews(surfel, p0, batch_.towardsView[query]);
     clock_.finish("camera ulr");
-    const std::vector<LightWeight> weights = weigh(query, p0);
+    const std::vector<Answer> answers = weigh(query, p0);
     clock_.finish("light ulr");
     Vec3<double> sum = Vec3<double>::Zero();
     double all = 0, kept = 0;
@@ -81,15 +81,15 @@ public:
       if (!pixel) continue;
       all += share;
       bool lost = false;
-      for (const LightWeight& light : weights) {
-        const auto seen = lookUp(view, light.light, pixel->x, pixel->y);
+      for (const auto& [light, weight] : answers) {
+        const auto seen = lookUp(view, light, pixel->x, pixel->y);
         lost = !seen;
         if (lost) break;
-        sum += share * Vec3<double>(light.weight.r, light.weight.g, light.weight.b).cwiseProduct(*seen);
+        sum += share * Vec3<double>(weight.r, weight.g, weight.b).cwiseProduct(*seen);
       }
       if (!lost) kept += share;
     }
-    if (kept == 0) sum = stored(views, weights, p0);
+    if (kept == 0) sum = stored(views, answers, p0);
     if (kept != 0) sum *= all / kept;
     clock_.finish("look-up");
     return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
@@ -141,21 +141,27 @@ private:
     }
   }
 
+  // A captured light that answers for one of the query's, and what its radiance is multiplied by.
+  struct Answer {
+    uint32_t light;
+    Rgb weight;
+  };
+
   // ULR over all captured lights, for one light of the query after the other.
-  std::vector<LightWeight> weigh(size_t query, const Point3<AcquisitionSpace, double>& p0) const {
+  std::vector<Answer> weigh(size_t query, const Point3<AcquisitionSpace, double>& p0) const {
     std::vector<Direction3<AcquisitionSpace>> towards;
     for (const Light& light : model_.rig.lights)
       towards.push_back(towardsLight(light, p0).template cast<float>());
-    std::vector<LightWeight> weights;
+    std::vector<Answer> answers;
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
       const Rgb now = batch_.irradiance[entry];
       for (const auto& [light, weight] :
            blendOfLights(towards, batch_.towardsLight[entry], blend_, coverage_, batch_.uncovered[l])) {
-        weights.push_back({light, weight * irradianceRatio(now, irradianceAt(model_.rig.lights[light], p0))});
+        answers.push_back({light, weight * irradianceRatio(now, irradianceAt(model_.rig.lights[light], p0))});
       }
     }
-    return weights;
+    return answers;
   }
 
   // One reflectance image, bilinear; empty where it shows background.
@@ -185,14 +191,16 @@ private:
   }
 
   // Where all views show background: what they store nearest to it.
-  Vec3<double> stored(const BlendSet& views, std::span<const LightWeight> weights,
+  Vec3<double> stored(const BlendSet& views, std::span<const Answer> answers,
                       const Point3<AcquisitionSpace, double>& p0) {
+    LightRows rows;
+    for (const auto& [light, weight] : answers) rows.add(light, weight);
     std::vector<ShadingOp> ops;
     for (const auto& [view, share] : views)
       if (const auto pixel = model_.rig.views[view].camera.project(p0))
         ops.push_back({0, view, static_cast<float>(pixel->x), static_cast<float>(pixel->y), share, 0,
-                       static_cast<uint32_t>(weights.size())});
-    return executeReference(ops, weights, 1, blocks_.cache())[0];
+                       static_cast<uint32_t>(answers.size())});
+    return executeReference(ops, rows, 1, blocks_.cache())[0];
   }
 
   const Model& model_;

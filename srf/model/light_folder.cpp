@@ -31,17 +31,17 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
       rig_(sourcesOf(model.rig.lights), options.simd), near_(rig_), chosen_(batch.lights),
       row_(model.rig.lights.size()),
       isShort_(batch.environments.empty() && 2 * batch.lights * how_.lights <= model.rig.lights.size()),
-      short_(isShort_ ? batch.lights * kMaxBlended : 0), showsColors_(options.showsBlends),
-      lightColor_(indexColors(model.rig.lights.size())), environmentBrightness_(environmentBrightness(batch)),
-      share_(model.rig.lights.size()), cosine_(model.rig.lights.size()) {
-  mayBeAlike_ = isShort_ && lights_.areUniform() && !showsColors_;
+      showsColors_(options.showsBlends), lightColor_(indexColors(model.rig.lights.size())),
+      environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
+      cosine_(model.rig.lights.size()) {
+  mayBeAlike_ = isShort_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_;
   for (size_t l = 0; l < batch.lights; ++l) mayBeAlike_ &= isPlain(batch.uncoveredOf(l));
   for (const QueryEnvironment& environment : batch.environments)
     environments_.emplace_back(environment.table ? environment.lights : std::span<const EnvironmentLight>(),
                                options.simd);
 }
 
-void LightFolder::choose(size_t begin, size_t count, std::vector<LightWeight>& rows) {
+void LightFolder::choose(size_t begin, size_t count, LightRows& rows) {
   begin_ = begin;
   count_ = count;
   std::array<Point3<AcquisitionSpace>, kChoiceLanes> places;
@@ -55,16 +55,16 @@ void LightFolder::choose(size_t begin, size_t count, std::vector<LightWeight>& r
   }
   together_.reset();
   if (!areAlike()) return;
-  together_ = rows.size();
+  together_ = rows.lights.size();
   foldTogether(rows);
 }
 
-LightFolder::Row LightFolder::fold(size_t lane, std::vector<LightWeight>& rows) {
+LightFolder::Row LightFolder::fold(size_t lane, LightRows& rows) {
   color_ = {};
-  if (together_) return {*together_ + lane * rowLength(), *together_ + (lane + 1) * rowLength()};
-  const size_t begin = rows.size();
+  if (together_) return {*together_ + lane * batch_.lights, *together_ + (lane + 1) * batch_.lights};
+  const size_t begin = rows.lights.size();
   foldOne(lane, rows);
-  return {begin, rows.size()};
+  return {begin, rows.lights.size()};
 }
 
 // Has each row of those that were chosen for as many weights as any other?
@@ -75,70 +75,82 @@ bool LightFolder::areAlike() const {
          std::ranges::none_of(entries, [](const Rgb& now) { return now == Rgb{}; });
 }
 
-// As foldLights has them.
-void LightFolder::foldTogether(std::vector<LightWeight>& rows) const {
+// As addBlend has them.
+void LightFolder::foldTogether(LightRows& rows) const {
+  auto next = static_cast<uint32_t>(rows.weights.size());
+  rows.weights.resize(next + count_ * batch_.lights * how_.lights);
   size_t entry = begin_ * batch_.lights;
   for (size_t lane = 0; lane < count_; ++lane)
     for (const LaneBlends& blends : chosen_) {
       assert(blends.size() == how_.lights);
-      const Rgb& now = batch_.irradiance[entry++];
-      const Eigen::Array4f light = fourFloats(0, now.r, now.g, now.b);
+      const uint32_t begin = next;
       for (size_t i = 0; i < blends.size(); ++i) {
-        const uint32_t captured = blends.index(lane, i);
-        const Eigen::Array4f weight = blends.weight(lane, i) * lights_.ratio(light, captured);
-        rows.push_back({captured, {weight[1], weight[2], weight[3]}});
+        const uint32_t light = blends.index(lane, i);
+        rows.weights[next++] = {light, blends.weight(lane, i) * lights_.inverseStrength(light)};
       }
+      rows.lights.push_back({*lights_.inverseColor() * batch_.irradiance[entry++], begin, next});
     }
 }
 
-void LightFolder::foldOne(size_t lane, std::vector<LightWeight>& rows) {
+void LightFolder::foldOne(size_t lane, LightRows& rows) {
   lights_.lookFrom(model_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
   if (isShort_) {
-    LightWeight* next = short_.data();
-    foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) {
-      *next++ = {light, {weight[1], weight[2], weight[3]}};
-    });
-    assert(next <= short_.data() + short_.size());
-    rows.insert(rows.end(), short_.data(), next);
+    foldLights(lane,
+               [&](const Rgb& now, const auto& forEachOfBlend) { addBlend(now, forEachOfBlend, rows); });
     return;
   }
-  foldLights(lane, [&](uint32_t light, const Eigen::Array4f& weight) { row_.add(light, weight); });
+  foldLights(lane, [&](const Rgb& now, const auto& forEachOfBlend) {
+    const Eigen::Array4f shining = fourFloats(0, now.r, now.g, now.b);
+    forEachOfBlend(
+        [&](uint32_t light, float weight) { row_.add(light, weight * lights_.ratio(shining, light)); });
+  });
   for (size_t e = 0; e < batch_.environments.size(); ++e) foldEnvironment(begin_ + lane, e);
   row_.take(rows);
 }
 
-// add(light, weight) for each that is blended; a weight is (its share of the lights' colours, red, green,
-// blue).
-template <class Add> void LightFolder::foldLights(size_t lane, const Add& add) {
+// Appends a light, or as many as it blends if these have colours of their own.
+template <class ForEach>
+void LightFolder::addBlend(const Rgb& now, const ForEach& forEachOfBlend, LightRows& rows) const {
+  if (lights_.inverseColor()) {
+    const auto begin = static_cast<uint32_t>(rows.weights.size());
+    forEachOfBlend([&](uint32_t light, float weight) {
+      rows.weights.push_back({light, weight * lights_.inverseStrength(light)});
+    });
+    rows.lights.push_back({*lights_.inverseColor() * now, begin, static_cast<uint32_t>(rows.weights.size())});
+    return;
+  }
+  forEachOfBlend([&](uint32_t light, float weight) {
+    const Eigen::Array4f ratio = weight * lights_.ratio(fourFloats(0, now.r, now.g, now.b), light);
+    rows.add(light, {ratio[1], ratio[2], ratio[3]});
+  });
+}
+
+// use(now, forEachOfBlend) for each light that shines: what falls on the surface, and what calls
+// use(light, weight) for each captured light that is blended.
+template <class Use> void LightFolder::foldLights(size_t lane, const Use& use) {
   const size_t query = begin_ + lane;
   if (how_.foreshortened) faceLights(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.targets());
-  const auto addBlend = [&](const Rgb& now, const auto& forEachOfBlend) {
-    const Eigen::Array4f shareAndNow = fourFloats(share, now.r, now.g, now.b);
-    const bool isLit = now != Rgb{};
-    if (!isLit && !showsColors_) return;
-    forEachOfBlend([&](uint32_t light, float weight) {
-      const Eigen::Array4f ratio = weight * lights_.ratio(shareAndNow, light);
-      if (isLit) add(light, ratio);
-      show(light, ratio[0]);
-    });
+  const auto useBlend = [&](const Rgb& now, const auto& forEachOfBlend) {
+    if (now != Rgb{}) use(now, forEachOfBlend);
+    if (showsColors_) forEachOfBlend([&](uint32_t light, float weight) { show(light, weight * share); });
   };
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;
     const Rgb& irradiance = batch_.irradiance[entry];
     if (isPlain(batch_.uncoveredOf(l)) && chosen_[l].isSure(lane)) {
-      addBlend(irradiance, [&](const auto& use) {
+      useBlend(irradiance, [&](const auto& each) {
         chosen_[l].forEach(lane, [&](uint32_t light, float weight) {
           lights_.face(light);
-          use(light, weight);
+          each(light, weight);
         });
       });
       continue;
     }
     const auto& towards = batch_.towardsLight[entry];
     const BlendSet blend = finish(chosen_[l], lane, towards, batch_.uncoveredOf(l));
-    addBlend(foreshorteningOf(blend, towards) * irradiance, [&](const auto& use) {
-      for (const auto& [light, weight] : blend) use(light, weight);
+    useBlend(foreshorteningOf(blend, towards) * irradiance, [&](const auto& each) {
+      for (const auto& [light, weight] : blend) each(light, weight);
     });
   }
 }

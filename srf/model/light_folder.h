@@ -23,28 +23,29 @@ public:
 
   // Chooses for the queries from `begin` on, 1..kChoiceLanes. Appends their rows where all can be made
   // together.
-  void choose(size_t begin, size_t count, std::vector<LightWeight>& rows);
+  void choose(size_t begin, size_t count, LightRows& rows);
 
-  // A part of `rows`.
+  // Of the lights of `rows`.
   struct Row {
     size_t begin, end;
   };
   // Of the lane-th query that was chosen for; appended where it was not.
-  Row fold(size_t lane, std::vector<LightWeight>& rows);
+  Row fold(size_t lane, LightRows& rows);
 
   // The blended lights of that row in their colours, where these are shown.
   Rgb blendColor() const { return color_; }
 
 private:
   bool areAlike() const;
-  void foldOne(size_t lane, std::vector<LightWeight>& rows);
-  void foldTogether(std::vector<LightWeight>& rows) const;
-  size_t rowLength() const { return batch_.lights * how_.lights; }
+  void foldOne(size_t lane, LightRows& rows);
+  void foldTogether(LightRows& rows) const;
   bool isPlain(Uncovered uncovered) const {
     return how_.fit == LightFit::mean && !how_.foreshortened &&
            (uncovered == Uncovered::extrapolate || nearest_);
   }
-  template <class Add> void foldLights(size_t lane, const Add& add);
+  template <class Use> void foldLights(size_t lane, const Use& use);
+  template <class ForEach>
+  void addBlend(const Rgb& now, const ForEach& forEachOfBlend, LightRows& rows) const;
   void show(uint32_t light, float share) {
     if (showsColors_) color_ = color_ + share * lightColor_[light];
   }
@@ -65,12 +66,11 @@ private:
   LightLanes rig_, near_; // the lanes of the first are queries, those of the other directions of one query
   size_t begin_ = 0, count_ = 0;   // queries that were chosen for
   bool mayBeAlike_;                // rows, as far as lights and options tell
-  std::optional<size_t> together_; // where their rows begin, if these are made together
+  std::optional<size_t> together_; // where the lights of their rows begin, if these are made together
   std::vector<LaneBlends> chosen_; // one per light of a query
   LaneBlends blends_;
   LightRow row_;
-  bool isShort_;                   // rows have so few weights that hardly any light has two
-  std::vector<LightWeight> short_; // one of these, with room for what all lights may blend
+  bool isShort_; // rows have so few weights that hardly any captured light has two
   bool showsColors_;
   std::vector<Rgb> lightColor_;
   Rgb color_;

@@ -1,7 +1,7 @@
 // A weight for each captured light, summed up for one query.
 #pragma once
 
-#include "srf/store/light_weight.h"
+#include "srf/store/light_rows.h"
 
 #include <Eigen/Core>
 
@@ -22,13 +22,13 @@ public:
   }
 
   // Appends what was added and is not 0, in order, and begins anew.
-  void take(std::vector<LightWeight>& rows) {
+  void take(LightRows& rows) {
     for (uint32_t word = 0; word < inRow_.size(); ++word) {
       for (uint64_t bits = inRow_[word]; bits != 0; bits &= bits - 1) {
         const auto light = 64 * word + static_cast<uint32_t>(std::countr_zero(bits));
         Eigen::Array4f& weight = weights_[light];
         const Rgb rgb{weight[1], weight[2], weight[3]};
-        if (rgb != Rgb{}) rows.push_back({light, rgb});
+        if (rgb != Rgb{}) rows.add(light, rgb);
         weight.setZero();
       }
       inRow_[word] = 0;

@@ -41,9 +41,8 @@ PairPlanner::BlendColors PairPlanner::planQuery(size_t query, size_t target, Sha
     const float covered = rate(batch_.towardsLight[entry], batch_.uncoveredOf(l));
     for (const auto& [pair, weight] : blend()) {
       const auto [view, column, light] = placeOf(pair);
-      const size_t row = plan.rows.size();
-      plan.rows.push_back(
-          {column, covered * irradianceRatio(batch_.irradiance[entry], lights_.irradiance(light))});
+      const size_t row = plan.rows.lights.size();
+      plan.rows.add(column, covered * irradianceRatio(batch_.irradiance[entry], lights_.irradiance(light)));
       // Each pair is an operation of its own.
       ask(projectors_, place_, {target + l, view, weight, row, row + 1}, plan);
       const float share = weight / targets;
@@ -75,16 +74,17 @@ void PairPlanner::planEnvironment(size_t query, size_t e, size_t target, Shading
       brightnessOfView += brightness(pairShare_[firstPair_[view] + column]);
     if (!(brightnessOfView > 0)) continue;
     const float weight = brightnessOfView / environmentBrightness_[e];
-    const size_t rowBegin = plan.rows.size();
+    const size_t rowBegin = plan.rows.lights.size();
     for (uint32_t column = 0; column < lights.size(); ++column) {
       const Rgb share = pairShare_[firstPair_[view] + column];
       if (share == Rgb{}) continue;
-      plan.rows.push_back(
-          {column,
-           1 / weight * irradianceRatio(environment.strength * share, lights_.irradiance(lights[column]))});
+      plan.rows.add(column,
+                    1 / weight *
+                        irradianceRatio(environment.strength * share, lights_.irradiance(lights[column])));
       colors.lights = colors.lights + colorShare(brightness(share)) * lightColor_[lights[column]];
     }
-    ask(projectors_, place_, {target + batch_.lights + e, view, weight, rowBegin, plan.rows.size()}, plan);
+    ask(projectors_, place_, {target + batch_.lights + e, view, weight, rowBegin, plan.rows.lights.size()},
+        plan);
     colors.cameras = colors.cameras + colorShare(brightnessOfView) * viewColor_[view];
   }
 }

@@ -7,9 +7,9 @@ namespace surflect {
 namespace {
 
 // The row of a query to what was captured under fixed illumination.
-LightFolder::Row fixedLight(std::vector<LightWeight>& rows) {
-  rows.push_back({0, {1, 1, 1}});
-  return {rows.size() - 1, rows.size()};
+LightFolder::Row fixedLight(LightRows& rows) {
+  rows.add(0, {1, 1, 1});
+  return {rows.lights.size() - 1, rows.lights.size()};
 }
 
 } // namespace

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -27,11 +28,20 @@ inline bool isUniform(const Light& light) {
 // What their directions lead to.
 std::vector<Source> sourcesOf(std::span<const Light> lights);
 
+// The colour of all lights, where they have the same: one over what each channel is of the strongest. Empty
+// where their channels are in other proportions, by more than rounding makes of them.
+struct SharedColor {
+  std::optional<Rgb> inverse;
+  Eigen::Index strongest = 0; // channel
+};
+SharedColor sharedColor(std::span<const Light> lights);
+
 // Directions and irradiances are computed where they are asked for; those of uniform lights once.
 class RigLights {
 public:
   explicit RigLights(std::span<const Light> lights) // which must outlive this
-      : lights_(lights), towards_(lights.size()), inverse_(lights.size()), facedFrom_(lights.size(), 0) {
+      : lights_(lights), color_(sharedColor(lights)), towards_(lights.size()), inverse_(lights.size()),
+        facedFrom_(lights.size(), 0) {
     if (!std::ranges::all_of(lights, isUniform)) return;
     faceAll();
     isFaced_ = true;
@@ -67,8 +77,14 @@ public:
   // none; the first stays as it is.
   Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
 
+  // Where all lights have one colour, that ratio is (now times the first) times the second, but for two
+  // roundings more.
+  const std::optional<Rgb>& inverseColor() const { return color_.inverse; }
+  float inverseStrength(size_t light) const { return inverse_[light][1 + color_.strongest]; }
+
 private:
   std::span<const Light> lights_;
+  SharedColor color_;
   std::vector<Direction3<AcquisitionSpace>> towards_; // from the current place
   std::vector<Eigen::Array4f> inverse_; // 1, and one over the irradiance there, 0 where nothing falls
   std::vector<uint64_t> facedFrom_;     // the place that the last two are of

@@ -46,7 +46,7 @@ public:
       const Stopwatch watch;
       plans[i] = &planner_.plan(i);
       planning += watch.seconds();
-      queue_.ask(i, {plans[i]->ops, plans[i]->rows, plans[i]->targets()});
+      queue_.ask(i, {plans[i]->ops, &plans[i]->rows, plans[i]->targets()});
       all += watch.seconds();
     });
     if (lap_) lap_(all > 0 ? planning / all : 1);

@@ -42,7 +42,7 @@ struct ShadingPlan {
   // which shows background is made up for by others of its light.
   size_t targetsPerQuery = 1;
   std::vector<ShadingOp> ops;
-  std::vector<LightWeight> rows;
+  LightRows rows;
   // Per query, by its best view alone (ulr.h): whether that turns out to show background there, and how far
   // the light is, are not looked at.
   std::vector<float> confidence;

@@ -103,10 +103,14 @@ private:
                                       Ready& ready) {
     const BlockTerms terms = cache_.resident(block).terms(cache_.grid(op.view).header);
     ready.add(terms, taps);
-    if (lately_.isNew(block))
-      for (const LightWeight& light : part_.part.rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin))
-        __builtin_prefetch(terms.light(light.light)); // neighbours have nearly the same lights
+    if (lately_.isNew(block)) fetchLights(terms, op);
     return static_cast<uint64_t>(terms.rank);
+  }
+
+  // Neighbours have nearly the same lights.
+  [[gnu::always_inline]] void fetchLights(const BlockTerms& terms, const ShadingOp& op) const {
+    for (const LightWeight& of : part_.part.rows->weightsOf(op.rowBegin, op.rowEnd))
+      __builtin_prefetch(terms.light(of.light));
   }
 
   // In several blocks, or one that is not in memory: it is background, or has to be waited for.
@@ -147,6 +151,7 @@ private:
 
 // Those of one row together.
 void answerReady(AnsweredPart& part, const Ready& ready, LookUpKernel lookUp) {
+  const LightRows& rows = *part.part.rows;
   std::array<float, 4 * 4 * kOpsAtOnce> rgb;
   uint32_t job = 0;
   for (uint32_t first = 0; first < ready.count;) {
@@ -156,8 +161,8 @@ void answerReady(AnsweredPart& part, const Ready& ready, LookUpKernel lookUp) {
       return other.rowBegin == op.rowBegin && other.rowEnd == op.rowEnd;
     };
     while (last + 1 < ready.count && sharesRow(part.part.ops[ready.operations[last + 1].number])) ++last;
-    lookUp(part.part.rows.data() + op.rowBegin, op.rowEnd - op.rowBegin, ready.jobs.data() + job,
-           ready.operations[last].jobsEnd - job, rgb.data());
+    lookUp(rows.lights.data() + op.rowBegin, op.rowEnd - op.rowBegin, rows.weights.data(),
+           ready.jobs.data() + job, ready.operations[last].jobsEnd - job, rgb.data());
     const float* result = rgb.data();
     for (; first <= last; ++first) {
       const auto& [number, jobsEnd] = ready.operations[first];
@@ -189,7 +194,8 @@ void Answerer::answerAll(AnsweredPart& part, size_t count, const auto& numberOf)
 }
 
 void Answerer::answerResident(AnsweredPart& part) const {
-  for (const ShadingOp& op : part.part.ops) part.lookups += op.rowEnd - op.rowBegin;
+  for (const ShadingOp& op : part.part.ops)
+    part.lookups += part.part.rows->weightsOf(op.rowBegin, op.rowEnd).size();
   answerAll(part, part.part.ops.size(), [](size_t i) { return static_cast<uint32_t>(i); });
 }
 

@@ -23,7 +23,7 @@ struct AnsweredPart {
   std::vector<uint32_t> waiting;     // operations some of whose blocks are not in memory
   std::vector<BlockKey> needed;      // all blocks of these, some of them several times
   std::vector<Rgb> sums;             // per target, once they are there
-  uint64_t lookups = 0;              // operations x their lights
+  uint64_t lookups = 0;              // operations x captured lights they blend
   uint64_t tasks = 0, taskRanks = 0; // of what is answered, as ShadingStats has them
   uint64_t lost = 0;                 // operations
 

@@ -6,11 +6,12 @@
 
 namespace surflect {
 
-extern const LookUpKernel avx2LookUp;
+extern const LookUpKernel avx2LookUp, avx512LookUp;
 
 LookUpKernel lookUpKernel([[maybe_unused]] Simd simd) {
 #ifdef __x86_64__
-  if (simd >= Simd::avx2) return avx2LookUp; // blocks have few terms: wider ones would be empty
+  if (simd == Simd::avx512) return avx512LookUp;
+  if (simd == Simd::avx2) return avx2LookUp;
 #endif
   return lookUp<Four>;
 }

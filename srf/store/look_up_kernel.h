@@ -1,7 +1,7 @@
 // Look-ups in blocks, compiled for each kind of vector instructions. Raw pointers only: see surfel/simd.h.
 #pragma once
 
-#include "srf/store/light_weight.h"
+#include "srf/store/light_rows.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -26,12 +26,12 @@ struct LookUpJob {
 };
 
 // For each job four numbers, one a channel and one that means nothing:
-//   rgb = sum_k (sum_l w_l a_lk) (sum over taps of tap * e_k).
-// Jobs that share a row of light weights are answered together: each weight is loaded once for several. What
-// a job gets does not depend on the others; all kinds but scalar, which rounds each product, give the same
-// bits.
-using LookUpKernel = void (*)(const LightWeight* row, size_t lights, const LookUpJob* jobs, size_t count,
-                              float* rgb);
+//   rgb = sum_k (sum_i color_i sum_l w_il a_lk) (sum over taps of tap * e_k)
+// over the lights i of a row, whose weights are w_il. Jobs that share a row are answered together: each
+// weight is loaded once for several. What a job gets does not depend on the others; all kinds but scalar,
+// which rounds each product, give the same bits.
+using LookUpKernel = void (*)(const BlendedLight* row, size_t lights, const LightWeight* weights,
+                              const LookUpJob* jobs, size_t count, float* rgb);
 
 enum class Simd;
 LookUpKernel lookUpKernel(Simd simd);

@@ -1,6 +1,6 @@
 // The loops of look_up_kernel.h. A chunk is some terms of a job, as many as a vector has numbers: first those
-// of the widest vector, then what is left in fours. Sums run over lights, over taps, over the terms of a
-// chunk, and over chunks.
+// of the widest vector, then what is left in fours. Sums run over the weights of a light, over lights, over
+// taps, over the terms of a chunk, and over chunks.
 #pragma once
 
 #include "srf/store/look_up_kernel.h"
@@ -15,7 +15,12 @@ typedef float Eight __attribute__((vector_size(32)));
 typedef int32_t FourWhole __attribute__((vector_size(16)));
 typedef int8_t Bytes __attribute__((vector_size(16)));
 
-constexpr size_t kChunksAtOnce = 4; // three sums each, which have to stay in registers
+// Four sums each, which have to stay in registers.
+#ifdef __AVX512VL__
+constexpr size_t kChunksAtOnce = 6;
+#else
+constexpr size_t kChunksAtOnce = 3;
+#endif
 
 template <class Vector> inline Vector loaded(const float* from) {
   Vector v;
@@ -50,10 +55,17 @@ struct Chunk {
   float* rgb;
 };
 
-// c_k = sum_l w_l a_lk of `count` chunks, for red, green and blue. Where all of them have the same stride, a
-// light is in the same place in each.
+// What photographs are multiplied by.
+struct Row {
+  const BlendedLight* lights;
+  size_t count;
+  const LightWeight* weights;
+};
+
+// c_k = sum_i color_i sum_l w_il a_lk of `count` chunks, for red, green and blue. Where all of them have the
+// same stride, a light is in the same place in each.
 template <class Vector, size_t count, bool sameStride>
-inline void fold(const LightWeight* row, size_t lights, const Chunk* chunks, Vector (*folded)[3]) {
+inline void fold(const Row& row, const Chunk* chunks, Vector (*folded)[3]) {
   Vector sums[count][3] = {};
   const float* coefficients[count];
   size_t strides[count];
@@ -61,16 +73,24 @@ inline void fold(const LightWeight* row, size_t lights, const Chunk* chunks, Vec
     coefficients[i] = chunks[i].job->coefficients + chunks[i].first;
     strides[i] = chunks[i].job->stride;
   }
-  for (const LightWeight* light = row; light != row + lights; ++light) {
-    const auto red = broadcast<Vector>(light->weight.r), green = broadcast<Vector>(light->weight.g),
-               blue = broadcast<Vector>(light->weight.b);
-    const size_t place = light->light * strides[0];
-#pragma GCC unroll 4
+  for (const BlendedLight* light = row.lights; light != row.lights + row.count; ++light) {
+    Vector blended[count] = {};
+    for (const LightWeight* of = row.weights + light->begin; of != row.weights + light->end; ++of) {
+      const auto weight = broadcast<Vector>(of->weight);
+      const size_t place = of->light * strides[0];
+#pragma GCC unroll 8
+      for (size_t i = 0; i < count; ++i)
+        blended[i] =
+            mulAdd(weight, loaded<Vector>(coefficients[i] + (sameStride ? place : of->light * strides[i])),
+                   blended[i]);
+    }
+    const auto red = broadcast<Vector>(light->color.r), green = broadcast<Vector>(light->color.g),
+               blue = broadcast<Vector>(light->color.b);
+#pragma GCC unroll 8
     for (size_t i = 0; i < count; ++i) {
-      const auto a = loaded<Vector>(coefficients[i] + (sameStride ? place : light->light * strides[i]));
-      sums[i][0] = mulAdd(red, a, sums[i][0]);
-      sums[i][1] = mulAdd(green, a, sums[i][1]);
-      sums[i][2] = mulAdd(blue, a, sums[i][2]);
+      sums[i][0] = mulAdd(red, blended[i], sums[i][0]);
+      sums[i][1] = mulAdd(green, blended[i], sums[i][1]);
+      sums[i][2] = mulAdd(blue, blended[i], sums[i][2]);
     }
   }
   __builtin_memcpy(folded, sums, sizeof sums);
@@ -99,52 +119,54 @@ template <class Vector> inline void addTaps(const Chunk& chunk, const Vector* fo
   __builtin_memcpy(chunk.rgb, &all, sizeof all);
 }
 
-template <class Vector, size_t count>
-inline void answerChunks(const LightWeight* row, size_t lights, const Chunk* chunks) {
+template <class Vector, size_t count> inline void answerChunks(const Row& row, const Chunk* chunks) {
   Vector folded[count][3];
   bool isSame = true;
   for (size_t i = 1; i < count; ++i) isSame &= chunks[i].job->stride == chunks[0].job->stride;
   if (isSame)
-    fold<Vector, count, true>(row, lights, chunks, folded);
+    fold<Vector, count, true>(row, chunks, folded);
   else
-    fold<Vector, count, false>(row, lights, chunks, folded);
+    fold<Vector, count, false>(row, chunks, folded);
   for (size_t i = 0; i < count; ++i) addTaps(chunks[i], folded[i]);
 }
 
 // Collects chunks and answers them, as many at a time as there are registers for.
 template <class Vector> class Chunks {
 public:
-  Chunks(const LightWeight* row, size_t lights) : row_(row), lights_(lights) {}
+  explicit Chunks(const Row& row) : row_(row) {}
 
   void add(const LookUpJob& job, size_t first, float* rgb) {
     chunks_[count_++] = {&job, first, rgb};
     if (count_ == kChunksAtOnce) answer();
   }
   void answer() {
-    if (count_ == 1) answerChunks<Vector, 1>(row_, lights_, chunks_);
-    if (count_ == 2) answerChunks<Vector, 2>(row_, lights_, chunks_);
-    if (count_ == 3) answerChunks<Vector, 3>(row_, lights_, chunks_);
-    if (count_ == 4) answerChunks<Vector, 4>(row_, lights_, chunks_);
+    answerUpTo<kChunksAtOnce>();
     count_ = 0;
   }
 
 private:
-  const LightWeight* row_;
-  size_t lights_;
+  template <size_t most> void answerUpTo() {
+    if (count_ == most) return answerChunks<Vector, most>(row_, chunks_);
+    if constexpr (most > 1) answerUpTo<most - 1>();
+  }
+
+  const Row& row_;
   Chunk chunks_[kChunksAtOnce];
   size_t count_ = 0;
 };
 
 template <class Widest>
-void lookUp(const LightWeight* row, size_t lights, const LookUpJob* jobs, size_t count, float* rgb) {
+void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights, const LookUpJob* jobs,
+            size_t count, float* rgb) {
   constexpr size_t kWidth = sizeof(Widest) / sizeof(float);
   for (size_t i = 0; i < 4 * count; ++i) rgb[i] = 0;
-  Chunks<Widest> wide(row, lights);
+  const Row row{lights, lightCount, weights};
+  Chunks<Widest> wide(row);
   for (size_t j = 0; j < count; ++j)
     for (size_t k = 0; k + kWidth <= jobs[j].stride; k += kWidth) wide.add(jobs[j], k, rgb + 4 * j);
   wide.answer();
   if (kWidth == 4) return;
-  Chunks<Four> rest(row, lights); // after all wide ones: in the same order for each job
+  Chunks<Four> rest(row); // after all wide ones: in the same order for each job
   for (size_t j = 0; j < count; ++j)
     if (jobs[j].stride % kWidth != 0) rest.add(jobs[j], jobs[j].stride - 4, rgb + 4 * j);
   rest.answer();

@@ -1,7 +1,7 @@
 // What the shading queue is asked.
 #pragma once
 
-#include "srf/store/light_weight.h"
+#include "srf/store/light_rows.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -17,13 +17,13 @@ struct ShadingOp {
   uint32_t view = 0;   // the camera
   float x = 0, y = 0;  // where the camera sees it, in pixels, centres at +0.5; clamped to the image
   float weight = 0;    // of the camera
-  uint32_t rowBegin = 0, rowEnd = 0; // the light weights
+  uint32_t rowBegin = 0, rowEnd = 0; // the lights
 };
 
-// Operations with rows and targets of their own.
+// Operations with targets of their own, and rows that outlast them.
 struct ShadingPart {
   std::span<const ShadingOp> ops;
-  std::span<const LightWeight> rows;
+  const LightRows* rows = nullptr;
   size_t targets = 0;
 };
 

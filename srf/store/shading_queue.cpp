@@ -81,7 +81,7 @@ void ShadingQueue::ask(size_t number, const ShadingPart& part) {
   assert(number < count_);
   assert(std::ranges::all_of(part.ops, [&](const ShadingOp& op) {
     return op.view < cache_.views().size() && op.target < part.targets && op.rowBegin <= op.rowEnd &&
-           op.rowEnd <= part.rows.size();
+           op.rowEnd <= part.rows->lights.size();
   }));
   if (part.ops.size() > std::numeric_limits<uint32_t>::max())
     throw Error("too many look-ups to be queued at once");

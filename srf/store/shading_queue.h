@@ -21,7 +21,7 @@ namespace surflect {
 
 // Counts add up over calls.
 struct ShadingStats {
-  uint64_t lookups = 0; // operations x their lights
+  uint64_t lookups = 0; // operations x captured lights they blend
   uint64_t operations = 0;
   uint64_t lost = 0;       // operations that saw background only
   uint64_t tasks = 0;      // operations x the blocks they touch
@@ -34,7 +34,9 @@ struct ShadingStats {
 // Answers parts as they come, and in the end what has to wait for the disk.
 //
 //   radiance[target] = sum over its operations of
-//     weight * sum over bilinear taps of tap * sum_k (sum_l w_l a_kl) e_k(texel),   per channel.
+//     weight * sum over bilinear taps of tap * sum_k (sum_l w_l a_kl) e_k(texel),   per channel, where
+//
+//   w_l = sum over the lights of its row of color * weight of the captured light l.
 //
 // Background: taps that fall into blocks left out are dropped, and the others renormalised. An operation
 // without taps is lost; the target's other operations are scaled by (sum of all weights) / (sum of weights
@@ -44,7 +46,7 @@ struct ShadingStats {
 // Between begin and finish each block is fetched once, or once for each 4096 where more than so many wait,
 // and once more if targets that see background only are left to it. The result has the same bits for any
 // number of threads and any cache, and for all vector instructions but scalar, which rounds each product.
-// Against executeReference it errs by less than (lights + K + tasks of the target + 20) 2^-24 times the sum
+// Against executeReference it errs by less than (weights + K + tasks of the target + 21) 2^-24 times the sum
 // of |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has them: those at 16 bits are two;
 // measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13 bytes an operation, 24 a target, 4
 // for each operation that waits for a block and 8 for each of its blocks, and 4096 blocks, or those of one
@@ -81,17 +83,16 @@ std::vector<Rgb> execute(std::span<const ShadingPart> parts, BlockCache& cache, 
                          const Progress& progress = {}, Simd simd = bestSimd());
 
 // Of one part.
-inline std::vector<Rgb> execute(std::span<const ShadingOp> ops, std::span<const LightWeight> rows,
-                                size_t targets, BlockCache& cache, ShadingStats& stats,
-                                const Progress& progress = {}, Simd simd = bestSimd()) {
-  const ShadingPart part{ops, rows, targets};
+inline std::vector<Rgb> execute(std::span<const ShadingOp> ops, const LightRows& rows, size_t targets,
+                                BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
+                                Simd simd = bestSimd()) {
+  const ShadingPart part{ops, &rows, targets};
   return execute({&part, 1}, cache, stats, progress, simd);
 }
 
 // The same as the paper states it, in double precision: one look-up for one surfel, camera and light after
 // the other, unsorted. Slow; the yardstick. Entries are r, g, b.
-std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops,
-                                              std::span<const LightWeight> rows, size_t targets,
-                                              BlockCache& cache);
+std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const LightRows& rows,
+                                              size_t targets, BlockCache& cache);
 
 } // namespace surflect

@@ -63,17 +63,18 @@ std::optional<Eigen::Vector2d> nearestTexel(BlockCache& cache, uint32_t view, do
 
 } // namespace
 
-std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops,
-                                              std::span<const LightWeight> rows, size_t targets,
-                                              BlockCache& cache) {
+std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const LightRows& rows,
+                                              size_t targets, BlockCache& cache) {
   std::vector<Eigen::Vector3d> radiance(targets, Eigen::Vector3d::Zero());
   std::vector<double> all(targets), kept(targets);
   const auto add = [&](const ShadingOp& op, double x, double y) {
     if (!lookUp(cache, op.view, 0, x, y)) return;
     kept[op.target] += op.weight;
-    for (const LightWeight& w : rows.subspan(op.rowBegin, op.rowEnd - op.rowBegin)) {
-      const Eigen::Vector3d omega = op.weight * Eigen::Vector3d(w.weight.r, w.weight.g, w.weight.b);
-      radiance[op.target] += omega.cwiseProduct(*lookUp(cache, op.view, w.light, x, y));
+    for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
+      const auto& [color, begin, end] = rows.lights[i];
+      const Eigen::Vector3d omega = op.weight * Eigen::Vector3d(color.r, color.g, color.b);
+      for (const auto& [light, weight] : std::span(rows.weights).subspan(begin, end - begin))
+        radiance[op.target] += weight * omega.cwiseProduct(*lookUp(cache, op.view, light, x, y));
     }
   };
   std::vector<bool> isBlind(targets, true);

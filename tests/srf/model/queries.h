@@ -40,8 +40,21 @@ inline QueryBatch randomBatch(const Model& model, size_t queries, size_t lights,
   return batch;
 }
 
-inline std::span<const LightWeight> rowOf(const ShadingPlan& plan, const ShadingOp& op) {
-  return std::span(plan.rows).subspan(op.rowBegin, op.rowEnd - op.rowBegin);
+// A captured light that is blended, and what its radiance is multiplied by.
+struct RowEntry {
+  uint32_t light;
+  Rgb weight;
+  friend bool operator==(const RowEntry&, const RowEntry&) = default;
+};
+
+inline std::vector<RowEntry> rowOf(const ShadingPlan& plan, const ShadingOp& op) {
+  std::vector<RowEntry> row;
+  for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
+    const auto& [color, begin, end] = plan.rows.lights[i];
+    for (uint32_t j = begin; j < end; ++j)
+      row.push_back({plan.rows.weights[j].light, plan.rows.weights[j].weight * color});
+  }
+  return row;
 }
 
 inline Rgb capturedIrradiance(const Model& model, const ShadingOp& op, uint32_t column, uint32_t surfel) {

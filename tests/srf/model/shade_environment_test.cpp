@@ -79,12 +79,12 @@ std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, const Shade
 std::vector<Rgb> irradianceOf(const Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
   std::vector<Rgb> sums(plan.queries);
   for (const ShadingOp& op : plan.ops)
-    for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
-      const auto& light = model.rig.lights[model.columns[op.view][plan.rows[i].light]];
+    for (const auto& [column, weight] : rowOf(plan, op)) {
+      const auto& light = model.rig.lights[model.columns[op.view][column]];
       const size_t query = op.target / plan.targetsPerQuery;
       const Rgb captured = irradianceAt(light, model.cloud.p0[batch.surfels[query]].cast<double>());
       Rgb& sum = sums[query];
-      sum = sum + op.weight * (plan.rows[i].weight * captured);
+      sum = sum + op.weight * (weight * captured);
     }
   return sums;
 }

@@ -15,13 +15,14 @@ TEST(Answerer, NotesEachBlockThatIsWaitedForOnce) {
   BlockCache cache(views, 0);
   std::mt19937 generator(1);
   std::uniform_real_distribution<float> anywhere(0, 64);
-  const std::vector<LightWeight> row{{0, {1, 1, 1}}, {2, {1, 1, 1}}};
+  LightRows rows;
+  for (const uint32_t light : {0, 2}) rows.add(light, {1, 1, 1});
   std::vector<ShadingOp> ops;
   for (uint32_t target = 0; target < 1000; ++target)
     ops.push_back({target, 0, anywhere(generator), anywhere(generator), 1, 0, 2});
 
   AnsweredPart part;
-  part.begin({ops, row, ops.size()});
+  part.begin({ops, &rows, ops.size()});
   const Progress progress;
   Answerer(cache, bestSimd(), progress).answerResident(part);
   EXPECT_EQ(part.waiting.size() + part.lost, ops.size());

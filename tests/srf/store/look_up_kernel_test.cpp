@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <span>
 #include <vector>
 
 namespace surflect {
@@ -19,8 +20,13 @@ struct Jobs {
 
   explicit Jobs(size_t count, std::mt19937& random) {
     std::uniform_real_distribution<float> number(-1, 1);
-    for (uint32_t light = 0; light < kLights; light += 1 + static_cast<uint32_t>(random() % 3))
-      row.push_back({light, {number(random), number(random), number(random)}});
+    for (uint32_t light = 0; light < kLights; light += 1 + static_cast<uint32_t>(random() % 3)) {
+      weights.push_back({light, number(random)});
+      if (random() % 3 == 0) continue; // blended with the next
+      const uint32_t begin = row.empty() ? 0 : row.back().end;
+      row.push_back(
+          {{number(random), number(random), number(random)}, begin, static_cast<uint32_t>(weights.size())});
+    }
     for (size_t j = 0; j < count; ++j) {
       const size_t stride = 4 * (random() % 11);
       auto& a = coefficients.emplace_back(kLights * stride);
@@ -41,13 +47,14 @@ struct Jobs {
   // Of some of the jobs, red, green and blue each.
   std::vector<float> answered(Simd simd, size_t first, size_t count) const {
     std::vector<float> all(4 * count, 7), rgb;
-    lookUpKernel(simd)(row.data(), row.size(), jobs.data() + first, count, all.data());
+    lookUpKernel(simd)(row.data(), row.size(), weights.data(), jobs.data() + first, count, all.data());
     for (size_t i = 0; i < all.size(); ++i)
       if (i % 4 != 3) rgb.push_back(all[i]);
     return rgb;
   }
 
-  std::vector<LightWeight> row;
+  std::vector<BlendedLight> row;
+  std::vector<LightWeight> weights;
   std::vector<std::vector<float>> coefficients;
   std::vector<std::vector<int8_t>> levels;
   std::vector<LookUpJob> jobs;
@@ -61,14 +68,16 @@ TEST(LookUpKernel, IsTheSumOverLightsTapsAndTerms) {
       const std::vector<float> got = all.answered(simd, 0, 9);
       for (size_t j = 0; j < 9; ++j)
         for (size_t channel = 0; channel < 3; ++channel) {
-          const auto& [levels, coefficients, stride, right, down, weights] = all.jobs[j];
+          const auto& [levels, coefficients, stride, right, down, taps] = all.jobs[j];
           double expected = 0;
           for (size_t k = 0; k < stride; ++k) {
             double folded = 0, texel = 0;
-            for (const auto& [light, w] : all.row)
-              folded += double{coefficients[light * stride + k]} * std::array{w.r, w.g, w.b}[channel];
+            for (const auto& [color, begin, end] : all.row)
+              for (const auto& [light, weight] : std::span(all.weights).subspan(begin, end - begin))
+                folded += double{weight} * coefficients[light * stride + k] *
+                          std::array{color.r, color.g, color.b}[channel];
             for (size_t t = 0; t < 4; ++t)
-              texel += double{weights[t]} * levels[t % 2 * right + t / 2 * down + channel * stride + k];
+              texel += double{taps[t]} * levels[t % 2 * right + t / 2 * down + channel * stride + k];
             expected += folded * texel;
           }
           EXPECT_NEAR(got[3 * j + channel], expected, 5e-6) << nameOf(simd) << ", " << stride;

@@ -17,9 +17,16 @@ using synthetic::glossySphere;
 constexpr int size = 72, lights = 12, views = 3;
 constexpr size_t everything = 1 << 30;
 
+// Captured lights, each in a colour of its own.
+LightRows rowsOf(const std::vector<std::pair<uint32_t, Rgb>>& lit) {
+  LightRows rows;
+  for (const auto& [light, color] : lit) rows.add(light, color);
+  return rows;
+}
+
 struct Queue {
   std::vector<ShadingOp> ops;
-  std::vector<LightWeight> rows;
+  LightRows rows;
   size_t targets = 0;
 };
 
@@ -41,11 +48,16 @@ protected:
     Queue queue;
     queue.targets = targets;
     for (uint32_t target = 0; target < targets; ++target) {
-      const auto begin = static_cast<uint32_t>(queue.rows.size());
-      for (uint32_t l = 0; l < 1 + target % 5; ++l)
-        queue.rows.push_back({static_cast<uint32_t>(generator() % lights),
-                              {weight(generator), weight(generator), weight(generator)}});
-      const auto end = static_cast<uint32_t>(queue.rows.size());
+      const auto begin = static_cast<uint32_t>(queue.rows.lights.size());
+      for (uint32_t l = 0; l < 1 + target % 5; ++l) {
+        const auto first = static_cast<uint32_t>(queue.rows.weights.size());
+        for (uint32_t i = 0; i < 1 + l % 4; ++i)
+          queue.rows.weights.push_back({static_cast<uint32_t>(generator() % lights), weight(generator)});
+        queue.rows.lights.push_back({{weight(generator), weight(generator), weight(generator)},
+                                     first,
+                                     static_cast<uint32_t>(queue.rows.weights.size())});
+      }
+      const auto end = static_cast<uint32_t>(queue.rows.lights.size());
       for (uint32_t v = 0; v < views; ++v)
         queue.ops.push_back(
             {target, v, position(generator), position(generator), weight(generator), begin, end});
@@ -63,8 +75,8 @@ protected:
     return executeReference(queue.ops, queue.rows, queue.targets, cache);
   }
   // One operation for one target.
-  Rgb shaded(float x, float y, std::vector<LightWeight> rows, uint32_t view = 0) const {
-    return executed({{{0, view, x, y, 1, 0, static_cast<uint32_t>(rows.size())}}, std::move(rows), 1})[0];
+  Rgb shaded(float x, float y, const std::vector<std::pair<uint32_t, Rgb>>& lit, uint32_t view = 0) const {
+    return executed({{{0, view, x, y, 1, 0, static_cast<uint32_t>(lit.size())}}, rowsOf(lit), 1})[0];
   }
 
   // What the error of one operation is measured by: |weight| |w| |a| |e|, summed over all terms.
@@ -84,13 +96,16 @@ protected:
         weights += tap;
         const Block block = view.read(*number);
         const int8_t* e = block.texel(y % blockSize * blockSize + x % blockSize);
-        for (const LightWeight& w : std::span(queue.rows).subspan(op.rowBegin, op.rowEnd - op.rowBegin))
-          for (int k = 0; k < block.stride; ++k) {
-            const double a = tap * std::abs(block.light(w.light)[k]);
-            sum[0] += a * std::abs(w.weight.r * e[k]);
-            sum[1] += a * std::abs(w.weight.g * e[block.stride + k]);
-            sum[2] += a * std::abs(w.weight.b * e[2 * block.stride + k]);
-          }
+        for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
+          const auto& [color, begin, end] = queue.rows.lights[i];
+          for (const auto& [light, weight] : std::span(queue.rows.weights).subspan(begin, end - begin))
+            for (int k = 0; k < block.stride; ++k) {
+              const double a = tap * std::abs(weight * block.light(light)[k]);
+              sum[0] += a * std::abs(color.r * e[k]);
+              sum[1] += a * std::abs(color.g * e[block.stride + k]);
+              sum[2] += a * std::abs(color.b * e[2 * block.stride + k]);
+            }
+        }
       }
     }
     return weights > 0 ? Eigen::Vector3d(op.weight / weights * sum) : sum;
@@ -147,7 +162,7 @@ TEST_F(ShadingQueueTest, PartsHaveTheSameBitsForAnyNumberOfThreads) {
   std::vector<ShadingPart> parts;
   std::vector<Rgb> expected;
   for (const Queue& queue : queues) {
-    parts.push_back({queue.ops, queue.rows, queue.targets});
+    parts.push_back({queue.ops, &queue.rows, queue.targets});
     std::ranges::copy(executed(queue), std::back_inserter(expected));
   }
   for (const int threads : {1, 2, 4})
@@ -180,7 +195,7 @@ TEST_F(ShadingQueueTest, PartsHaveTargetsAndRowsOfTheirOwn) {
   const Queue nothing;
   std::vector<ShadingPart> parts;
   for (const Queue* queue : {&first, &nothing, &second})
-    parts.push_back({queue->ops, queue->rows, queue->targets});
+    parts.push_back({queue->ops, &queue->rows, queue->targets});
   for (const size_t budget : {size_t{0}, everything}) {
     BlockCache cache(views_, budget);
     ShadingStats stats;
@@ -231,7 +246,7 @@ TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
 }
 
 TEST_F(ShadingQueueTest, AnOperationWaitsForAllItsBlocks) {
-  const Queue queue{{{0, 0, 40.0f, 36.5f, 1, 0, 1}}, {{7, {1, 1, 1}}}, 1};
+  const Queue queue{{{0, 0, 40.0f, 36.5f, 1, 0, 1}}, rowsOf({{7, {1, 1, 1}}}), 1};
   for (const int there : {4, 5}) {
     BlockCache cache(views_, everything);
     cache.get(0, *views_[0].find({there, 4}));
@@ -278,9 +293,9 @@ TEST_F(ShadingQueueTest, MoreBlocksThanAreFetchedAtOnceGiveTheSameBits) {
     ofPart.push_back({static_cast<uint32_t>(ofPart.size()), 0, 8.f * static_cast<float>(x) + 4,
                       8.f * static_cast<float>(y) + 4, 1, 0, 1});
   }
-  const std::vector<LightWeight> rows{{1, {1, 0.5f, 0.25f}}};
+  const LightRows rows = rowsOf({{1, {1, 0.5f, 0.25f}}});
   std::vector<ShadingPart> parts;
-  for (const auto& ofPart : ops) parts.push_back({ofPart, rows, ofPart.size()});
+  for (const auto& ofPart : ops) parts.push_back({ofPart, &rows, ofPart.size()});
   const auto shaded = [&](BlockCache& cache, ShadingStats& stats) { return execute(parts, cache, stats); };
   BlockCache none(large, 0), all(large, everything);
   ShadingStats cold, warm;
@@ -294,7 +309,7 @@ TEST_F(ShadingQueueTest, MoreBlocksThanAreFetchedAtOnceGiveTheSameBits) {
 }
 
 TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
-  const std::vector<LightWeight> rows(4, {0, {1, 1, 1}});
+  const LightRows rows = rowsOf({4, {0, Rgb{1, 1, 1}}});
   const std::vector<ShadingOp> ops = {
       {0, 0, 36.5f, 36.5f, 1, 0, 4}, // on a texel
       {0, 1, 40.0f, 36.5f, 1, 0, 3}, // between two blocks
@@ -329,7 +344,7 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
 
 // It is asked twice: where it is, and where something is stored.
 TEST_F(ShadingQueueTest, CountsTheOperationsOfABlindTargetOnce) {
-  const std::vector<LightWeight> rows(3, {0, {1, 1, 1}});
+  const LightRows rows = rowsOf({3, {0, Rgb{1, 1, 1}}});
   const std::vector<ShadingOp> ops = {{0, 0, 36.5f, 36.5f, 1, 0, 3}, {1, 0, 1.0f, 1.0f, 1, 0, 2}};
   BlockCache cache(views_, everything);
   for (const bool isWarm : {false, true}) {
@@ -355,12 +370,12 @@ TEST_F(ShadingQueueTest, TexelCentresReturnTheStoredTexel) {
 }
 
 TEST_F(ShadingQueueTest, LookUpIsLinearBetweenTexelCentresEvenAcrossBlocks) {
-  const std::vector<LightWeight> rows = {{7, {1, 1, 1}}};
+  const std::vector<std::pair<uint32_t, Rgb>> lit = {{7, {1, 1, 1}}};
   for (const float x : {30.5f, 31.5f, 39.5f, 40.5f}) { // blocks meet at 32 and 40
-    const Rgb left = shaded(x, 36.5f, rows), right = shaded(x + 1, 36.5f, rows);
+    const Rgb left = shaded(x, 36.5f, lit), right = shaded(x + 1, 36.5f, lit);
     for (const float t : {0.25f, 0.5f, 0.75f}) {
       const Rgb between = (1 - t) * left + t * right;
-      EXPECT_NEAR(shaded(x + t, 36.5f, rows).g, between.g, 2e-7f) << x << " + " << t;
+      EXPECT_NEAR(shaded(x + t, 36.5f, lit).g, between.g, 2e-7f) << x << " + " << t;
     }
   }
 }
@@ -372,11 +387,11 @@ TEST_F(ShadingQueueTest, PositionsOutsideTheImageAreClamped) {
   writeFileAtomically(folder_ / "full.view", encodeView(stack, {.tolerance = 0}).file);
   views_.clear();
   views_.emplace_back(folder_ / "full.view");
-  const std::vector<LightWeight> rows = {{0, {1, 1, 1}}};
-  EXPECT_EQ(shaded(-5, 8.5f, rows), shaded(0.5f, 8.5f, rows));
-  EXPECT_EQ(shaded(1e30f, 8.5f, rows), shaded(15.5f, 8.5f, rows));
-  EXPECT_EQ(shaded(3.25f, 16, rows), shaded(3.25f, 15.5f, rows));
-  EXPECT_NE(shaded(3.25f, 15.5f, rows), shaded(3.25f, 14.5f, rows));
+  const std::vector<std::pair<uint32_t, Rgb>> lit = {{0, {1, 1, 1}}};
+  EXPECT_EQ(shaded(-5, 8.5f, lit), shaded(0.5f, 8.5f, lit));
+  EXPECT_EQ(shaded(1e30f, 8.5f, lit), shaded(15.5f, 8.5f, lit));
+  EXPECT_EQ(shaded(3.25f, 16, lit), shaded(3.25f, 15.5f, lit));
+  EXPECT_NE(shaded(3.25f, 15.5f, lit), shaded(3.25f, 14.5f, lit));
 }
 
 TEST_F(ShadingQueueTest, LightsAddUpAndWeightsMultiply) {
@@ -402,7 +417,7 @@ TEST_F(ShadingQueueTest, BackgroundNeverMixesIn) {
 }
 
 TEST_F(ShadingQueueTest, LostOperationHandsItsWeightToTheOthers) {
-  const std::vector<LightWeight> rows = {{7, {1, 1, 1}}};
+  const LightRows rows = rowsOf({{7, {1, 1, 1}}});
   const auto radiance = [&](float lostWeight) {
     return executed({{{0, 0, 36, 36, 0.2f, 0, 1}, {0, 1, 1, 1, lostWeight, 0, 1}, {0, 2, 36, 36, 0.3f, 0, 1}},
                      rows,
@@ -412,12 +427,12 @@ TEST_F(ShadingQueueTest, LostOperationHandsItsWeightToTheOthers) {
 }
 
 TEST_F(ShadingQueueTest, TargetThatSeesBackgroundOnlyGetsWhatIsStoredNearest) {
-  const std::vector<LightWeight> rows = {{7, {1, 1, 1}}};
+  const std::vector<std::pair<uint32_t, Rgb>> lit = {{7, {1, 1, 1}}};
   int left = 0; // of the stored blocks in the middle row
   while (!views_[0].find({left, 4})) ++left;
   const float edge = static_cast<float>(left * blockSize) + 0.5f;
-  EXPECT_EQ(shaded(-1, 36.5f, rows), shaded(edge, 36.5f, rows));
-  EXPECT_EQ(shaded(edge - 2, 36.25f, rows), shaded(edge, 36.25f, rows));
+  EXPECT_EQ(shaded(-1, 36.5f, lit), shaded(edge, 36.5f, lit));
+  EXPECT_EQ(shaded(edge - 2, 36.25f, lit), shaded(edge, 36.25f, lit));
 
   ReflectanceStack nothing = glossySphere(size, 1);
   std::ranges::fill(nothing.alpha.values, 0.f);
