@@ -39,9 +39,9 @@ Rgb lookUpOne(const ShadingOp& op, const LightRows& rows, BlockCache& cache, Loo
   findTaps(TexelPlace::at(view.header(), op.x, op.y), find, all);
   for (const auto& [block, taps] : all) {
     const auto held = cache.get(op.view, *block);
-    const LookUpJob job = jobOf(held->terms(), taps);
-    float rgb[4];
-    kernel(rows.lights.data() + op.rowBegin, op.rowEnd - op.rowBegin, rows.weights.data(), &job, 1, rgb);
+    float rgb[4] = {};
+    const LookUpJob job = jobOf(held->terms(), taps, rgb);
+    kernel(rows.lights.data() + op.rowBegin, op.rowEnd - op.rowBegin, rows.weights.data(), &job, 1);
     sum = sum + op.weight * Rgb{rgb[0], rgb[1], rgb[2]};
   }
   return sum;

@@ -37,32 +37,38 @@ private:
 // An operation, and where its blocks are, in the order of forEachBlock.
 struct Placed {
   TexelPlace place;
+  bool areInMemory;
   std::array<uint32_t, 4> blocks; // as BlockCache::Grid has them
 };
 
-// Some operations whose blocks are all in memory.
+// Look-ups in blocks that are in memory, by the rows of their operations.
 struct Ready {
-  struct Operation {
-    uint32_t number;
+  struct Group {
+    uint32_t rowBegin, rowEnd;
     uint32_t jobsEnd;
   };
-  std::array<Operation, kOpsAtOnce> operations;
+  std::array<Group, kOpsAtOnce> groups;
   std::array<LookUpJob, 4 * kOpsAtOnce> jobs;
-  uint32_t count = 0, jobCount = 0;
+  uint32_t groupCount = 0, jobCount = 0;
 
-  void clear() { count = jobCount = 0; }
+  void clear() { groupCount = jobCount = 0; }
   // Asks the processor for the texels, too. Not a call: for the compiler it would have no effect, and be left
   // out.
-  [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& taps) {
-    const LookUpJob& job = jobs[jobCount++] = jobOf(block, taps);
-    if (block.stride == 0) return;                                 // there are none
+  [[gnu::always_inline]] void add(const BlockTerms& block, const BlockTaps& taps, float* rgb) {
+    const LookUpJob& job = jobs[jobCount++] = jobOf(block, taps, rgb);
     const size_t last = 6 * static_cast<size_t>(block.stride) - 1; // of two that lie side by side
     for (const int8_t* upper : {job.levels, job.levels + job.down}) {
       __builtin_prefetch(upper);
       __builtin_prefetch(upper + last);
     }
   }
-  void end(uint32_t number) { operations[count++] = {number, jobCount}; }
+  // The jobs of an operation are there.
+  void end(const ShadingOp& op) {
+    const bool sharesRow = groupCount > 0 && groups[groupCount - 1].rowBegin == op.rowBegin &&
+                           groups[groupCount - 1].rowEnd == op.rowEnd;
+    if (!sharesRow) ++groupCount;
+    groups[groupCount - 1] = {op.rowBegin, op.rowEnd, jobCount};
+  }
 };
 
 // A block of a view, and where it is.
@@ -80,31 +86,37 @@ public:
   [[gnu::always_inline]] void place(const ShadingOp& op, Placed& placed) const {
     const BlockCache::Grid& grid = cache_.grid(op.view);
     placed.place = TexelPlace::at(grid.header, op.x, op.y);
+    placed.areInMemory = true;
     uint32_t* next = placed.blocks.data();
     forEachBlock(placed.place, [&](BlockPosition position) {
       const uint32_t block = *next++ = grid.placeOf(position);
-      if (BlockCache::isInMemory(block)) cache_.fetchResident(block);
+      const bool isInMemory = BlockCache::isInMemory(block);
+      placed.areInMemory &= isInMemory;
+      if (isInMemory) cache_.fetchResident(block);
     });
   }
 
   [[gnu::always_inline]] void prepare(uint32_t number, const Placed& placed, Ready& ready) {
-    const ShadingOp& op = part_.part.ops[number];
-    const uint32_t block = placed.blocks[0];
-    if (!placed.place.isInOneBlock() || !BlockCache::isInMemory(block))
-      return prepareOther(number, placed, ready);
-    ++part_.tasks;
-    part_.taskRanks += add(block, op, placed.place.tapsInOneBlock(), ready);
-    ready.end(number);
+    if (!placed.areInMemory) return prepareOther(number, placed, ready);
+    const uint32_t* next = placed.blocks.data();
+    if (placed.place.isInOneBlock())
+      add(number, *next, placed.place.tapsInOneBlock(), ready);
+    else
+      forEachBlock(placed.place, [&](BlockPosition position) {
+        add(number, *next++, placed.place.tapsIn(position), ready);
+      });
+    ready.end(part_.part.ops[number]);
   }
 
 private:
-  // Returns the rank of the block.
-  [[gnu::always_inline]] uint64_t add(uint32_t block, const ShadingOp& op, const BlockTaps& taps,
-                                      Ready& ready) {
+  [[gnu::always_inline]] void add(uint32_t number, uint32_t block, const BlockTaps& taps, Ready& ready) {
+    const ShadingOp& op = part_.part.ops[number];
     const BlockTerms terms = cache_.resident(block).terms(cache_.grid(op.view).header);
-    ready.add(terms, taps);
+    ++part_.tasks;
+    part_.taskRanks += static_cast<uint64_t>(terms.rank);
+    if (terms.rank == 0) return;
+    ready.add(terms, taps, part_.radiance[number].data());
     if (lately_.isNew(block)) fetchLights(terms, op);
-    return static_cast<uint64_t>(terms.rank);
   }
 
   // Neighbours have nearly the same lights.
@@ -113,7 +125,7 @@ private:
       __builtin_prefetch(terms.light(of.light));
   }
 
-  // In several blocks, or one that is not in memory: it is background, or has to be waited for.
+  // Some of its blocks are not in memory: they are background, or have to be waited for.
   void prepareOther(uint32_t number, const Placed& placed, Ready& ready) {
     const ShadingOp& op = part_.part.ops[number];
     const uint32_t* next = placed.blocks.data();
@@ -133,9 +145,8 @@ private:
       for (const auto& of : taps) need(op.view, of.block->position);
       return;
     }
-    for (const auto& of : taps) part_.taskRanks += add(of.block->place, op, of.taps, ready);
-    part_.tasks += taps.size();
-    ready.end(number);
+    for (const auto& of : taps) add(number, of.block->place, of.taps, ready);
+    ready.end(op);
   }
 
   void need(uint32_t view, BlockPosition position) {
@@ -149,28 +160,12 @@ private:
   Lately neededLately_; // blocks that were noted
 };
 
-// Those of one row together.
-void answerReady(AnsweredPart& part, const Ready& ready, LookUpKernel lookUp) {
-  const LightRows& rows = *part.part.rows;
-  std::array<float, 4 * 4 * kOpsAtOnce> rgb;
+void answerReady(const LightRows& rows, const Ready& ready, LookUpKernel lookUp) {
   uint32_t job = 0;
-  for (uint32_t first = 0; first < ready.count;) {
-    const ShadingOp& op = part.part.ops[ready.operations[first].number];
-    uint32_t last = first;
-    const auto sharesRow = [&](const ShadingOp& other) {
-      return other.rowBegin == op.rowBegin && other.rowEnd == op.rowEnd;
-    };
-    while (last + 1 < ready.count && sharesRow(part.part.ops[ready.operations[last + 1].number])) ++last;
-    lookUp(rows.lights.data() + op.rowBegin, op.rowEnd - op.rowBegin, rows.weights.data(),
-           ready.jobs.data() + job, ready.operations[last].jobsEnd - job, rgb.data());
-    const float* result = rgb.data();
-    for (; first <= last; ++first) {
-      const auto& [number, jobsEnd] = ready.operations[first];
-      const float weight = part.part.ops[number].weight;
-      Rgb& radiance = part.radiance[number];
-      for (; job < jobsEnd; ++job, result += 4)
-        radiance = radiance + weight * Rgb{result[0], result[1], result[2]};
-    }
+  for (const auto& [rowBegin, rowEnd, jobsEnd] : std::span(ready.groups).first(ready.groupCount)) {
+    lookUp(rows.lights.data() + rowBegin, rowEnd - rowBegin, rows.weights.data(), ready.jobs.data() + job,
+           jobsEnd - job);
+    job = jobsEnd;
   }
 }
 
@@ -187,10 +182,10 @@ void Answerer::answerAll(AnsweredPart& part, size_t count, const auto& numberOf)
     for (size_t i = 0; i < some; ++i) preparer.place(part.part.ops[numberOf(begin + i)], placed[i]);
     next->clear();
     for (size_t i = 0; i < some; ++i) preparer.prepare(numberOf(begin + i), placed[i], *next);
-    answerReady(part, *now, lookUp_);
+    answerReady(*part.part.rows, *now, lookUp_);
     std::swap(now, next);
   }
-  answerReady(part, *now, lookUp_);
+  answerReady(*part.part.rows, *now, lookUp_);
 }
 
 void Answerer::answerResident(AnsweredPart& part) const {

@@ -9,6 +9,7 @@
 #include "surfel/rgb.h"
 #include "surfel/simd.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,7 +19,7 @@ namespace surflect {
 // A part, and what its operations add to their targets.
 struct AnsweredPart {
   ShadingPart part;
-  std::vector<Rgb> radiance; // per operation, weighted
+  std::vector<std::array<float, 4>> radiance; // per operation: red, green, blue, and what means nothing
   std::vector<uint8_t> isLost;
   std::vector<uint32_t> waiting;     // operations some of whose blocks are not in memory
   std::vector<BlockKey> needed;      // all blocks of these, some of them several times

@@ -110,7 +110,7 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   if (const size_t limit = std::min(rows, lights); static_cast<size_t>(block.rank) > limit)
     throw Error::mismatch("at most " + std::to_string(limit), std::to_string(block.rank)).at("rank");
   for (size_t p = 0; p < precisions.size(); ++p) block.stride += terms[p] * planesOf(precisions[p]);
-  block.stride = (block.stride + 3) / 4 * 4;
+  block.stride = (block.stride + 7) / 8 * 8;
 
   const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
   size_t bytes = 0;
@@ -120,9 +120,10 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
     throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
   block.lights = lights;
   const size_t texelLevels = 3 * static_cast<size_t>(block.stride);
-  block.values.resize(valuesBytes(block.stride, lights));
-  auto* const coefficients = reinterpret_cast<float*>(block.values.data());
-  auto* const levels = reinterpret_cast<int8_t*>(block.values.data() + levelsOffset(block.stride, lights));
+  block.values.resize((valuesBytes(block.stride, lights) + sizeof(CacheLine) - 1) / sizeof(CacheLine));
+  auto* const values = reinterpret_cast<std::byte*>(block.values.data());
+  auto* const coefficients = reinterpret_cast<float*>(values);
+  auto* const levels = reinterpret_cast<int8_t*>(values + levelsOffset(block.stride, lights));
   std::vector<int8_t> ofPresent; // texels as they are stored, where some are absent
   if (block.present != allPresent) ofPresent.resize(rows * block.stride);
   int8_t* const stored = ofPresent.empty() ? levels : ofPresent.data();

@@ -9,6 +9,7 @@
 // The record of a block is specified to the byte in docs/format.md.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -24,7 +25,7 @@ inline constexpr int blockTexels = blockSize * blockSize;
 // low levels.
 struct BlockTerms {
   int rank = 0;                        // K, of terms as they are stored
-  int stride = 0;                      // terms here, rounded up to a multiple of 4; what is too many is zero
+  int stride = 0;                      // terms here, rounded up to a multiple of 8; what is too many is zero
   const float* coefficients = nullptr; // [lights][stride]
   const int8_t* levels = nullptr;      // [64 texels][3 channels][stride]
 
@@ -42,18 +43,27 @@ inline BlockTerms blockTerms(int rank, int stride, size_t lights, const std::byt
           reinterpret_cast<const int8_t*>(values + levelsOffset(stride, lights))};
 }
 
+// Eight coefficients are never in two lines.
+struct alignas(64) CacheLine {
+  std::array<std::byte, 64> bytes;
+  friend bool operator==(const CacheLine&, const CacheLine&) = default;
+};
+inline const std::byte* bytesOf(const std::vector<CacheLine>& lines) {
+  return reinterpret_cast<const std::byte*>(lines.data());
+}
+
 // A block ready for look-ups. Absent texels are filled from the nearest present one, so that bilinear
 // interpolation inside the block never mixes background in.
 struct Block {
   int rank = 0, stride = 0; // as BlockTerms has them
   uint64_t present = 0;     // as given to encodeBlock
   size_t lights = 0;
-  std::vector<std::byte> values; // of blockTerms
+  std::vector<CacheLine> values; // of blockTerms
 
-  BlockTerms terms() const { return blockTerms(rank, stride, lights, values.data()); }
+  BlockTerms terms() const { return blockTerms(rank, stride, lights, bytesOf(values)); }
   const float* light(size_t l) const { return terms().light(l); }
   const int8_t* texel(int t) const { return terms().texel(t); }
-  size_t memory() const { return sizeof(Block) + values.capacity(); }
+  size_t memory() const { return sizeof(Block) + values.capacity() * sizeof(CacheLine); }
 };
 
 // Throws Error where the record is not one of a block under so many lights.

@@ -103,7 +103,7 @@ uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
     place = free_.back();
     free_.pop_back();
   }
-  residents_[place] = {block->values.data(), static_cast<uint16_t>(block->rank),
+  residents_[place] = {bytesOf(block->values), static_cast<uint16_t>(block->rank),
                        static_cast<uint16_t>(block->stride)};
   put(key, place);
   memory_ += block->memory();

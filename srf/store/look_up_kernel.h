@@ -20,18 +20,19 @@ struct BlockTaps {
 struct LookUpJob {
   const int8_t* levels; // as Block has them, of the upper left texel
   const float* coefficients;
-  uint32_t stride;      // a multiple of 4
+  float* rgb;           // what is added to: a number for each channel, and one that means nothing
+  uint32_t stride;      // a multiple of 8
   uint32_t right, down; // levels from a texel to the next
   float weights[4];     // of the taps
 };
 
-// For each job four numbers, one a channel and one that means nothing:
-//   rgb = sum_k (sum_i color_i sum_l w_il a_lk) (sum over taps of tap * e_k)
+// Adds to each job's numbers
+//   sum_k (sum_i color_i sum_l w_il a_lk) (sum over taps of tap * e_k)
 // over the lights i of a row, whose weights are w_il. Jobs that share a row are answered together: each
-// weight is loaded once for several. What a job gets does not depend on the others; all kinds but scalar,
-// which rounds each product, give the same bits.
+// weight is loaded once for several. What a job gets does not depend on the others, and those that add to the
+// same numbers do so in their order; all kinds but scalar, which rounds each product, give the same bits.
 using LookUpKernel = void (*)(const BlendedLight* row, size_t lights, const LightWeight* weights,
-                              const LookUpJob* jobs, size_t count, float* rgb);
+                              const LookUpJob* jobs, size_t count);
 
 enum class Simd;
 LookUpKernel lookUpKernel(Simd simd);

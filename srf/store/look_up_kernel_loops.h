@@ -1,6 +1,5 @@
-// The loops of look_up_kernel.h. A chunk is some terms of a job, as many as a vector has numbers: first those
-// of the widest vector, then what is left in fours. Sums run over the weights of a light, over lights, over
-// taps, over the terms of a chunk, and over chunks.
+// The loops of look_up_kernel.h. A chunk is some terms of a job, as many as a vector has numbers. Sums run
+// over the weights of a light, over lights, over taps, over the terms of a chunk, and over chunks.
 #pragma once
 
 #include "srf/store/look_up_kernel.h"
@@ -52,7 +51,6 @@ inline Four inFour(Eight x) {
 struct Chunk {
   const LookUpJob* job;
   size_t first; // term
-  float* rgb;
 };
 
 // What photographs are multiplied by.
@@ -115,8 +113,8 @@ template <class Vector> inline void addTaps(const Chunk& chunk, const Vector* fo
       e[channel] = mulAdd(weight, levels<Vector>(texel + channel * stride), e[channel]);
   }
   const Four sums = sumsOf(inFour(folded[0] * e[0]), inFour(folded[1] * e[1]), inFour(folded[2] * e[2]));
-  const Four all = loaded<Four>(chunk.rgb) + sums;
-  __builtin_memcpy(chunk.rgb, &all, sizeof all);
+  const Four all = loaded<Four>(job.rgb) + sums;
+  __builtin_memcpy(job.rgb, &all, sizeof all);
 }
 
 template <class Vector, size_t count> inline void answerChunks(const Row& row, const Chunk* chunks) {
@@ -130,46 +128,27 @@ template <class Vector, size_t count> inline void answerChunks(const Row& row, c
   for (size_t i = 0; i < count; ++i) addTaps(chunks[i], folded[i]);
 }
 
-// Collects chunks and answers them, as many at a time as there are registers for.
-template <class Vector> class Chunks {
-public:
-  explicit Chunks(const Row& row) : row_(row) {}
+// Of up to `most` chunks.
+template <class Vector, size_t most> inline void answer(const Row& row, const Chunk* chunks, size_t count) {
+  if (count == most) return answerChunks<Vector, most>(row, chunks);
+  if constexpr (most > 1) answer<Vector, most - 1>(row, chunks, count);
+}
 
-  void add(const LookUpJob& job, size_t first, float* rgb) {
-    chunks_[count_++] = {&job, first, rgb};
-    if (count_ == kChunksAtOnce) answer();
-  }
-  void answer() {
-    answerUpTo<kChunksAtOnce>();
-    count_ = 0;
-  }
-
-private:
-  template <size_t most> void answerUpTo() {
-    if (count_ == most) return answerChunks<Vector, most>(row_, chunks_);
-    if constexpr (most > 1) answerUpTo<most - 1>();
-  }
-
-  const Row& row_;
-  Chunk chunks_[kChunksAtOnce];
-  size_t count_ = 0;
-};
-
-template <class Widest>
+template <class Vector>
 void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights, const LookUpJob* jobs,
-            size_t count, float* rgb) {
-  constexpr size_t kWidth = sizeof(Widest) / sizeof(float);
-  for (size_t i = 0; i < 4 * count; ++i) rgb[i] = 0;
+            size_t count) {
+  constexpr size_t kWidth = sizeof(Vector) / sizeof(float);
   const Row row{lights, lightCount, weights};
-  Chunks<Widest> wide(row);
-  for (size_t j = 0; j < count; ++j)
-    for (size_t k = 0; k + kWidth <= jobs[j].stride; k += kWidth) wide.add(jobs[j], k, rgb + 4 * j);
-  wide.answer();
-  if (kWidth == 4) return;
-  Chunks<Four> rest(row); // after all wide ones: in the same order for each job
-  for (size_t j = 0; j < count; ++j)
-    if (jobs[j].stride % kWidth != 0) rest.add(jobs[j], jobs[j].stride - 4, rgb + 4 * j);
-  rest.answer();
+  Chunk chunks[kChunksAtOnce]; // answered as many at a time as there are registers for
+  size_t held = 0;
+  for (const LookUpJob* job = jobs; job != jobs + count; ++job)
+    for (size_t first = 0; first < job->stride; first += kWidth) {
+      chunks[held++] = {job, first};
+      if (held < kChunksAtOnce) continue;
+      answerChunks<Vector, kChunksAtOnce>(row, chunks);
+      held = 0;
+    }
+  if (held > 0) answer<Vector, kChunksAtOnce - 1>(row, chunks, held);
 }
 
 } // namespace

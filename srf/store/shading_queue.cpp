@@ -49,7 +49,8 @@ void sumUp(AnsweredPart& answered) {
   answered.sums.assign(targets, {});
   const auto add = [&](size_t i) {
     Rgb& sum = answered.sums[ops[i].target];
-    sum = sum + answered.radiance[i];
+    const auto& [r, g, b, unused] = answered.radiance[i];
+    sum = sum + ops[i].weight * Rgb{r, g, b};
   };
   if (answered.lost == 0) {
     for (size_t i = 0; i < ops.size(); ++i) add(i);

@@ -125,10 +125,11 @@ void findTaps(const TexelPlace& place, const Find& find, ViewTaps<Block>& taps) 
   if (!isWhole && !taps.empty()) taps.divideWeights(kept);
 }
 
-inline LookUpJob jobOf(const BlockTerms& block, const BlockTaps& taps) {
+inline LookUpJob jobOf(const BlockTerms& block, const BlockTaps& taps, float* rgb) {
   const auto texel = 3 * static_cast<uint32_t>(block.stride);
   return {block.texel(taps.texel),
           block.coefficients,
+          rgb,
           static_cast<uint32_t>(block.stride),
           taps.right * texel,
           taps.down * texel,

@@ -1,5 +1,6 @@
 #include "srf/model/shade.h"
 
+#include "tests/srf/model/queries.h"
 #include "tests/support/random.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -79,7 +80,7 @@ std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, const Shade
 std::vector<Rgb> irradianceOf(const Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
   std::vector<Rgb> sums(plan.queries);
   for (const ShadingOp& op : plan.ops)
-    for (const auto& [column, weight] : rowOf(plan, op)) {
+    for (const auto& [column, weight] : studio::rowOf(plan, op)) {
       const auto& light = model.rig.lights[model.columns[op.view][column]];
       const size_t query = op.target / plan.targetsPerQuery;
       const Rgb captured = irradianceAt(light, model.cloud.p0[batch.surfels[query]].cast<double>());

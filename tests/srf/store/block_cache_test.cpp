@@ -32,7 +32,7 @@ protected:
     const Block read = views[key.view].read(key.block);
     EXPECT_EQ(resident->rank, read.rank);
     EXPECT_TRUE(std::equal(read.values.begin(), read.values.end(),
-                           reinterpret_cast<const std::byte*>(resident->coefficients)));
+                           reinterpret_cast<const CacheLine*>(resident->coefficients)));
   }
 
   // Turns the last bit of a block over.

@@ -17,6 +17,7 @@ namespace {
 // Jobs of one row, whose blocks have any number of terms.
 struct Jobs {
   static constexpr uint32_t kLights = 30;
+  static constexpr float kBefore = 0.5; // what is added to
 
   explicit Jobs(size_t count, std::mt19937& random) {
     std::uniform_real_distribution<float> number(-1, 1);
@@ -28,7 +29,7 @@ struct Jobs {
           {{number(random), number(random), number(random)}, begin, static_cast<uint32_t>(weights.size())});
     }
     for (size_t j = 0; j < count; ++j) {
-      const size_t stride = 4 * (random() % 11);
+      const size_t stride = 8 * (random() % 6);
       auto& a = coefficients.emplace_back(kLights * stride);
       auto& e = levels.emplace_back(3 * blockTexels * stride);
       for (float& value : a) value = number(random) / 127;
@@ -46,8 +47,10 @@ struct Jobs {
 
   // Of some of the jobs, red, green and blue each.
   std::vector<float> answered(Simd simd, size_t first, size_t count) const {
-    std::vector<float> all(4 * count, 7), rgb;
-    lookUpKernel(simd)(row.data(), row.size(), weights.data(), jobs.data() + first, count, all.data());
+    std::vector<float> all(4 * count, kBefore), rgb;
+    std::vector<LookUpJob> some(jobs.begin() + first, jobs.begin() + first + count);
+    for (size_t j = 0; j < count; ++j) some[j].rgb = all.data() + 4 * j;
+    lookUpKernel(simd)(row.data(), row.size(), weights.data(), some.data(), count);
     for (size_t i = 0; i < all.size(); ++i)
       if (i % 4 != 3) rgb.push_back(all[i]);
     return rgb;
@@ -68,8 +71,8 @@ TEST(LookUpKernel, IsTheSumOverLightsTapsAndTerms) {
       const std::vector<float> got = all.answered(simd, 0, 9);
       for (size_t j = 0; j < 9; ++j)
         for (size_t channel = 0; channel < 3; ++channel) {
-          const auto& [levels, coefficients, stride, right, down, taps] = all.jobs[j];
-          double expected = 0;
+          const auto& [levels, coefficients, rgb, stride, right, down, taps] = all.jobs[j];
+          double expected = Jobs::kBefore;
           for (size_t k = 0; k < stride; ++k) {
             double folded = 0, texel = 0;
             for (const auto& [color, begin, end] : all.row)
