@@ -53,43 +53,39 @@ void LightFolder::choose(size_t begin, size_t count, LightRows& rows) {
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     rig_.blend({towards.data(), count}, how_.lights, chosen_[l]);
   }
-  together_.reset();
-  if (!areAlike()) return;
-  together_ = rows.lights.size();
-  foldTogether(rows);
+  areTogether_ = mayBeAlike_ && std::ranges::all_of(chosen_, &LaneBlends::areWhole);
+  if (areTogether_) foldTogether(rows);
 }
 
 LightFolder::Row LightFolder::fold(size_t lane, LightRows& rows) {
   color_ = {};
-  if (together_) return {*together_ + lane * batch_.lights, *together_ + (lane + 1) * batch_.lights};
+  if (areTogether_) return {ends_[lane], ends_[lane + 1]};
   const size_t begin = rows.lights.size();
   foldOne(lane, rows);
   return {begin, rows.lights.size()};
 }
 
-// Has each row of those that were chosen for as many weights as any other?
-bool LightFolder::areAlike() const {
-  if (!mayBeAlike_) return false;
-  const auto entries = std::span(batch_.irradiance).subspan(begin_ * batch_.lights, count_ * batch_.lights);
-  return std::ranges::all_of(chosen_, &LaneBlends::areWhole) &&
-         std::ranges::none_of(entries, [](const Rgb& now) { return now == Rgb{}; });
-}
-
 // As addBlend has them.
-void LightFolder::foldTogether(LightRows& rows) const {
+void LightFolder::foldTogether(LightRows& rows) {
   auto next = static_cast<uint32_t>(rows.weights.size());
   rows.weights.resize(next + count_ * batch_.lights * how_.lights);
   size_t entry = begin_ * batch_.lights;
-  for (size_t lane = 0; lane < count_; ++lane)
+  ends_[0] = rows.lights.size();
+  for (size_t lane = 0; lane < count_; ++lane) {
     for (const LaneBlends& blends : chosen_) {
       assert(blends.size() == how_.lights);
+      const Rgb& now = batch_.irradiance[entry++];
+      if (now == Rgb{}) continue;
       const uint32_t begin = next;
       for (size_t i = 0; i < blends.size(); ++i) {
         const uint32_t light = blends.index(lane, i);
         rows.weights[next++] = {light, blends.weight(lane, i) * lights_.inverseStrength(light)};
       }
-      rows.lights.push_back({*lights_.inverseColor() * batch_.irradiance[entry++], begin, next});
+      rows.lights.push_back({*lights_.inverseColor() * now, begin, next});
     }
+    ends_[lane + 1] = rows.lights.size();
+  }
+  rows.weights.resize(next);
 }
 
 void LightFolder::foldOne(size_t lane, LightRows& rows) {

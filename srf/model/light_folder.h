@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include <optional>
+#include <array>
 #include <vector>
 
 namespace surflect {
@@ -36,9 +36,8 @@ public:
   Rgb blendColor() const { return color_; }
 
 private:
-  bool areAlike() const;
   void foldOne(size_t lane, LightRows& rows);
-  void foldTogether(LightRows& rows) const;
+  void foldTogether(LightRows& rows);
   bool isPlain(Uncovered uncovered) const {
     return how_.fit == LightFit::mean && !how_.foreshortened &&
            (uncovered == Uncovered::extrapolate || nearest_);
@@ -64,10 +63,11 @@ private:
   LightBlend how_;
   RigLights lights_;      // of the current query
   LightLanes rig_, near_; // the lanes of the first are queries, those of the other directions of one query
-  size_t begin_ = 0, count_ = 0;   // queries that were chosen for
-  bool mayBeAlike_;                // rows, as far as lights and options tell
-  std::optional<size_t> together_; // where the lights of their rows begin, if these are made together
-  std::vector<LaneBlends> chosen_; // one per light of a query
+  size_t begin_ = 0, count_ = 0;                // queries that were chosen for
+  bool mayBeAlike_;                             // rows can be made together where all have all their weights
+  bool areTogether_ = false;                    // their rows are made together,
+  std::array<size_t, kChoiceLanes + 1> ends_{}; // and each ends where the next begins
+  std::vector<LaneBlends> chosen_;              // one per light of a query
   LaneBlends blends_;
   LightRow row_;
   bool isShort_; // rows have so few weights that hardly any captured light has two

@@ -9,6 +9,7 @@ namespace surflect {
 namespace {
 
 inline Lanes infinity() { return broadcast(__builtin_inff()); }
+inline Lanes absolute(Lanes x) { return max(x, broadcast(0) - x); }
 inline Mask everywhere() { return broadcast(0) < broadcast(1); }
 
 inline uint32_t face(const SplitSource* sources, const uint32_t* which, size_t count, const float* places,
@@ -89,18 +90,27 @@ template <> struct Sorted<1> {
   }
 };
 
+// Cosines of what has no larger penalty than the limit: of unit vectors 1 - a . b, but for what is rounded.
+inline Lanes leastCosine(Lanes limit) { return broadcast(1 - 4e-6f) - limit; }
+
 template <int slots>
 inline void nearestOf(const float* candidates, const uint32_t* which, const float* inverseFades, size_t count,
                       const float* towards, const float* limits, NearestLanes* nearest) {
   const Lanes x = load(towards), y = load(towards + 16), z = load(towards + 32);
   const Lanes limit = load(limits);
+  Lanes least = leastCosine(limit);
   Sorted<slots> sorted;
   for (size_t c = 0; c < count; ++c, candidates += 48) {
+    // Most are too far aside; as no fade is above 1, their angle alone tells.
+    const Lanes cosine =
+        mulAdd(load(candidates), x, mulAdd(load(candidates + 16), y, load(candidates + 32) * z));
+    if (bitsOf(least <= cosine) == 0) continue;
     Lanes penalty = penaltyOf(candidates, x, y, z);
     if (inverseFades) penalty = penalty * load(inverseFades + 16 * c);
     // Infinite ones and those that are not numbers are not below what is there.
     if (bitsOf((penalty <= limit) & (penalty < sorted.largest())) == 0) continue;
     sorted.insert(penalty, broadcast(static_cast<float>(which ? which[c] : static_cast<uint32_t>(c))));
+    least = leastCosine(min(limit, sorted.largest()));
   }
   sorted.take(nearest->penalty, nearest->index);
 }
@@ -116,31 +126,21 @@ inline void nearest(const float* candidates, const uint32_t* which, const float*
 }
 
 inline size_t within(const float* x, const float* y, const float* z, const float* isNear, size_t groups,
-                     const ChoiceBounds& bounds, uint32_t* found) {
-  const Lanes px = broadcast(-bounds.place[0]), py = broadcast(-bounds.place[1]),
-              pz = broadcast(-bounds.place[2]);
-  const Lanes qx = broadcast(bounds.towards[0]), qy = broadcast(bounds.towards[1]),
-              qz = broadcast(bounds.towards[2]);
-  const Lanes radius = broadcast(bounds.radius), spread = broadcast(bounds.spread),
-              limit = broadcast(bounds.limit);
-  const Lanes least = broadcast(1e-29f), most = broadcast(1e29f), zero = broadcast(0), one = broadcast(1),
-              two = broadcast(2);
-  constexpr float kShrink = 1 - 4e-6f; // for what is rounded here
-  const Lanes half = broadcast(kShrink / 2);
+                     const ChoiceCone& cone, uint32_t* found) {
+  const Lanes px = broadcast(-cone.place[0]), py = broadcast(-cone.place[1]), pz = broadcast(-cone.place[2]);
+  const Lanes qx = broadcast(cone.towards[0]), qy = broadcast(cone.towards[1]),
+              qz = broadcast(cone.towards[2]);
+  const float s = cone.least;
+  const Lanes leastSquared = broadcast(s < 0 ? -s * s : s * s), least = broadcast(1e-29f);
   size_t count = 0;
   for (size_t i = 0; i < groups * kChoiceLanes; i += kChoiceLanes) {
     const Lanes near = load(isNear + i);
     const Lanes dx = mulAdd(near, px, load(x + i)), dy = mulAdd(near, py, load(y + i)),
                 dz = mulAdd(near, pz, load(z + i));
-    const Lanes squared = mulAdd(dx, dx, mulAdd(dy, dy, dz * dz)), distance = sqrt(squared),
-                scale = one / distance, own = near * radius;
-    const Mask isApart = (least < squared) & (squared < most) & (two * own < distance);
-    const Lanes ex = mulAdd(scale, dx, zero - qx), ey = mulAdd(scale, dy, zero - qy),
-                ez = mulAdd(scale, dz, zero - qz);
-    const Lanes chord = sqrt(mulAdd(ex, ex, mulAdd(ey, ey, ez * ez))),
-                sweep = (two * own) / (two * distance - own);
-    const Lanes apart = max(chord - sweep - spread, zero);
-    const Mask isBeyond = isApart & (limit < half * (apart * apart));
+    const Lanes squared = mulAdd(dx, dx, mulAdd(dy, dy, dz * dz)),
+                along = mulAdd(dx, qx, mulAdd(dy, qy, dz * qz));
+    // along / |d| < least, squared with their signs; false of what is no number.
+    const Mask isBeyond = (least < squared) & (along * absolute(along) < leastSquared * squared);
     for (uint32_t bits = bitsOf(isBeyond) ^ 0xffffu; bits != 0; bits &= bits - 1)
       found[count++] = static_cast<uint32_t>(i) + static_cast<uint32_t>(__builtin_ctz(bits));
   }
@@ -168,33 +168,39 @@ inline void look(const float* x, const float* y, const float* z, const float* re
   }
 }
 
-// The terms of ulrWeights in its order.
-inline void weigh(const NearestLanes& nearest, size_t count, float* weights) {
+// The terms of ulrWeights in its order; the threshold is inverted once.
+inline uint32_t weigh(const NearestLanes& nearest, size_t count, float* weights) {
   const Lanes zero = broadcast(0), one = broadcast(1), floor = broadcast(1e-12f),
               first = load(*nearest.penalty);
-  const Lanes threshold = min(load(nearest.penalty[count]), max(one, first + first));
-  Lanes sum = zero;
+  const Lanes threshold = min(load(nearest.penalty[count]), max(one, first + first)),
+              inverse = one / threshold;
+  Lanes sum = zero, smallest = infinity();
   for (size_t i = 0; i < count; ++i) {
     const Lanes p = max(load(nearest.penalty[i]), floor);
-    const Lanes relevance = max(one - p / threshold, zero) / p; // 0 where p is infinite
+    // 0 where p is infinite or the threshold, however they are rounded.
+    const Lanes relevance = select(p < threshold, max(one - p * inverse, zero) / p, zero);
     store(weights + 16 * i, relevance);
     sum = sum + relevance;
+    smallest = min(relevance, smallest);
   }
   const Mask isWeighed = zero < sum;
   if (bitsOf(isWeighed) != 0xffff) { // where all penalties equal the threshold, or there are none
     Lanes equals = zero;
+    smallest = infinity();
     for (size_t i = 0; i < count; ++i) {
       const Lanes penalty = load(nearest.penalty[i]);
       const Lanes share = select((penalty <= first) & (penalty < infinity()), one, zero);
-      store(weights + 16 * i, select(isWeighed, load(weights + 16 * i), share));
+      const Lanes weight = select(isWeighed, load(weights + 16 * i), share);
+      store(weights + 16 * i, weight);
       equals = equals + share;
+      smallest = min(weight, smallest);
     }
     sum = select(isWeighed, sum, max(equals, one));
   }
-  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum);
+  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum); // 1 of one alone
+  return bitsOf(zero < smallest);
 }
 
-inline Lanes absolute(Lanes x) { return max(x, broadcast(0) - x); }
 inline Lanes floor(Lanes x) { return broadcast(0) - ceil(broadcast(0) - x); }
 inline Lanes withSignOf(Lanes sign, Lanes x) { return select(sign < broadcast(0), broadcast(0) - x, x); }
 

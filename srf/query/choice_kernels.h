@@ -23,11 +23,11 @@ struct NearestLanes {
   float penalty[kMostSlots][kChoiceLanes], index[kMostSlots][kChoiceLanes];
 };
 
-// All places of a group and all its directions: centres, and how far others lie from them at most.
-struct ChoiceBounds {
-  float place[3], radius;
-  float towards[3], spread;
-  float limit; // penalty
+// What is in a cone: directions from a place whose scalar product with another is not below the least.
+struct ChoiceCone {
+  float place[3];
+  float towards[3];
+  float least;
 };
 
 struct ChoiceKernels {
@@ -46,18 +46,19 @@ struct ChoiceKernels {
   // exceed. slots: 1..kMostSlots; may write more.
   void (*nearest)(const float* candidates, const uint32_t* which, const float* inverseFades, size_t count,
                   const float* towards, const float* limits, size_t slots, NearestLanes* nearest);
-  // Writes the sources (in groups of 16 lanes: x, y, z of all, and 1 for a place or 0 for a direction) of
-  // which a member of the group may have a penalty within the limit, ascending, and returns how many. found:
-  // one per source, and 16 more.
+  // Writes the sources (in groups of 16 lanes: x, y, z of all, and 1 for a place or 0 for a direction) that
+  // lie in a cone, ascending, and returns how many; by 1e-6 of the product it may be too many or too few, and
+  // what is nearer than 1e-14 is always there. found: one per source, and 16 more.
   size_t (*within)(const float* x, const float* y, const float* z, const float* isNear, size_t groups,
-                   const ChoiceBounds& bounds, uint32_t* found);
+                   const ChoiceCone& cone, uint32_t* found);
   // Of one query, the penalty of every source and the cosine of the direction to it with a normal, both
   // within 2e-6; 0 where the direction is lost. Coordinates as above, and `rest` what rounding left of x, y,
   // z, a third each of `groups` lanes; place, direction and normal: three numbers each.
   void (*look)(const float* x, const float* y, const float* z, const float* rest, const float* isNear,
                size_t groups, const float* query, float* penalties, float* cosines);
-  // The weights of the `count` nearest [ulrWeights], 16 each; 0 where there is none.
-  void (*weigh)(const NearestLanes& nearest, size_t count, float* weights);
+  // The weights of the `count` nearest [ulrWeights], 16 each; 0 where there is none. Returns a bit for each
+  // lane all of whose weights are above 0.
+  uint32_t (*weigh)(const NearestLanes& nearest, size_t count, float* weights);
   // Where unit directions, in `groups` of x, y and z of 16, turned by a 3 x 3 matrix, column by column, lie
   // on the unfolded octahedron (light_table.cpp) of cells x cells: the number of the cell, row by row and
   // below 2^24, and how far right and down in it, 0..1.

@@ -6,14 +6,16 @@
 //   and by their own 5 u p.
 //
 //   The directions to a view from all places within r of a middle at distance d differ from the middle's by
-//   at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
-//   for lie within s of their own middle. By the triangle inequality no chord is shorter than that of the
-//   middles less both, and as no fade is above 1 the penalty over fade is at least half the square of this.
-//   kChordSlack gives way to what is rounded on the way, and to the 10 u.
-//   The limit is the largest of the members' last needed penalties among the views chosen for the queries
-//   before, which are rated first. Where these are too few, kGuess is tried: it was enough for a member whose
-//   last needed penalty is below it, or who has been given all views that see it. Then all views whose bound
-//   is within the limit are rated, in ascending order.
+// at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
+//   for lie within s of their own middle q. By the triangle inequality the chord |u - q| from the middle's
+//   direction u is at most that of a member, sqrt(2 p), and both of these more, and as no fade is above 1 its
+//   penalty p over fade is at least p. So a view within the limit has u . q = (1 + |q|^2 - |u - q|^2) / 2 of
+//   at least the same with the longest chord: it lies in a cone. kChordSlack and kProductSlack give way to
+//   what is rounded on the way, and to the 10 u.
+//   The limit is a little more than the largest that a query of the group before needed. Where a member needs
+//   more, all views in a cone as wide as that are rated: what it was given is an upper bound, and where it
+//   was given too few and more see it, kGuess is tried, and then all views. What is rated beyond what is
+//   needed changes nothing.
 //
 // [Dunkl, Williams 1964] Dunkl, Williams: A Simple Norm Inequality, Amer. Math. Monthly 71.
 #include "srf/query/choice_lanes.h"
@@ -28,7 +30,9 @@ namespace surflect {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kChordSlack = 1e-5f;
+constexpr float kChordSlack = 1e-5f, kProductSlack = 2e-6f;
+constexpr float kGuess = 1 / 8.f;             // penalty
+constexpr float kMargin = 1.25f;              // of the limit over what was needed before
 static_assert(kMostSlots == kMaxBlended + 1); // the nearest, and the one after
 using LaneVectors = std::array<float, 3 * kChoiceLanes>;
 constexpr std::array<float, kChoiceLanes> unlimited = [] {
@@ -96,6 +100,16 @@ BlendSet LaneBlends::of(size_t lane) const {
   return blend;
 }
 
+ChoiceCone coneAround(const std::array<float, 3>& place, float radius, float distance,
+                      const std::array<float, 3>& towards, float spread, float limit) {
+  const float sweep = radius < distance / 2 ? 2 * radius / (2 * distance - radius) : kInfinity;
+  const float chord = std::sqrt(2 * limit) + sweep + spread + kChordSlack;
+  const float squared = towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2];
+  return {{place[0], place[1], place[2]},
+          {towards[0], towards[1], towards[2]},
+          (1 + squared - chord * chord) / 2 - kProductSlack};
+}
+
 LightLanes::LightLanes(std::span<const Source> lights, Simd simd)
     : kernels_(choiceKernels(simd)), sources_(splitAll(lights)), towards_(3 * kChoiceLanes * sources_.size()),
       allDistant_(std::ranges::all_of(lights, &Source::isDistant)) {
@@ -130,7 +144,7 @@ void LightLanes::blend(std::span<const Direction3<AcquisitionSpace>> towards, si
   blends.lost_ = lost_;
   kernels_.nearest(towards_.data(), nullptr, nullptr, sources_.size(), lanes.data(), limits.data(), count + 1,
                    &blends.nearest_);
-  kernels_.weigh(blends.nearest_, count, blends.weights_.data());
+  blends.whole_ = kernels_.weigh(blends.nearest_, count, blends.weights_.data());
 }
 
 SourceLanes::SourceLanes(std::span<const Source> sources)
@@ -159,7 +173,7 @@ void SourceLook::look(const Point3<AcquisitionSpace>& place, const Direction3<Ac
 }
 
 ViewLanes::ViewLanes(std::span<const Source> views, const ViewFades& fades, Simd simd)
-    : kernels_(choiceKernels(simd)), fades_(fades), sources_(splitAll(views)), lanes_(views) {
+    : kernels_(choiceKernels(simd)), fades_(fades), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
   assert(views.size() == fades.views && views.size() < size_t{1} << 24);
   for (const Source& view : views)
     if (!view.isDistant)
@@ -167,22 +181,21 @@ ViewLanes::ViewLanes(std::span<const Source> views, const ViewFades& fades, Simd
   inverseFade_[0] = kInfinity;
   for (size_t byte = 1; byte < 256; ++byte)
     inverseFade_[byte] = 1 / ViewFades::decode(static_cast<uint8_t>(byte));
-  isSeed_.resize(views.size());
   found_.resize(lanes_.x.size() + kChoiceLanes);
   towards_.resize(3 * kChoiceLanes * views.size());
   inverseFades_.resize(kChoiceLanes * views.size());
 }
 
 void ViewLanes::rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels, const float* places,
-                     const float* towards, const float* limits, size_t slots) {
+                     const float* towards, size_t slots) {
   for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
     const uint8_t* fades = fades_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
     for (size_t i = 0; i < views.size(); ++i)
       inverseFades_[i * kChoiceLanes + lane] = inverseFade_[fades[views[i]]];
   }
   blends_.lost_ = kernels_.face(sources_.data(), views.data(), views.size(), places, towards_.data());
-  kernels_.nearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards, limits, slots,
-                   &blends_.nearest_);
+  kernels_.nearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards,
+                   unlimited.data(), slots, &blends_.nearest_);
 }
 
 // Of the views rated last, no two whose fades most likely are in one line of the processor's cache.
@@ -193,12 +206,41 @@ void ViewLanes::keepApart() {
     if (apart_.empty() || view >= apart_.back() + kFar) apart_.push_back(view);
 }
 
-// Are the lane's first `most`, as far as there are so many, all views that see the surfel?
-bool ViewLanes::areAll(size_t lane, size_t most, uint32_t surfel) const {
+// Has the lane been given all views that see the surfel, at most `most`?
+bool ViewLanes::seeNoMore(size_t lane, size_t most, uint32_t surfel) const {
   size_t found = 0;
   while (found < most && blends_.nearest_.penalty[found][lane] < kInfinity) ++found;
   const auto fades = fades_.of(surfel);
   return static_cast<size_t>(std::ranges::count_if(fades, [](uint8_t fade) { return fade > 0; })) <= found;
+}
+
+// No view is nearer to a place. Found for all views where places have moved far.
+float ViewLanes::leastDistance(const std::array<float, 3>& place) {
+  const auto squaredTo = [&](float x, float y, float z) {
+    const float dx = x - place[0], dy = y - place[1], dz = z - place[2];
+    return dx * dx + dy * dy + dz * dz;
+  };
+  constexpr float kFar = 1 / 8.f; // of the distance
+  const float moved = std::sqrt(squaredTo(measured_[0], measured_[1], measured_[2]));
+  if (moved <= kFar * nearest_) return (1 - kChordSlack) * (nearest_ - moved);
+  float squared = kInfinity;
+  for (const SplitSource& view : sources_)
+    if (!view.isDistant) squared = std::min(squared, squaredTo(view.x, view.y, view.z));
+  measured_ = place;
+  nearest_ = std::sqrt(squared);
+  return (1 - kChordSlack) * nearest_;
+}
+
+// The largest penalty that a lane needs, as far as what was rated within the limit tells; 0 where all lanes
+// have what they need.
+float ViewLanes::missing(float limit, size_t count, std::span<const uint32_t> surfels) const {
+  float most = 0;
+  for (size_t lane = 0; lane < surfels.size(); ++lane) {
+    const float last = blends_.nearest_.penalty[count][lane];
+    if (last <= limit || (last == kInfinity && seeNoMore(lane, count, surfels[lane]))) continue;
+    most = std::max(most, last);
+  }
+  return most;
 }
 
 const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
@@ -207,53 +249,25 @@ const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
   assert(count >= 1 && count <= kMaxBlended);
   assert(surfels.size() == places.size() && surfels.size() == towards.size());
   const LaneVectors place = lanesOf(places), asked = lanesOf(towards);
-
-  rate(seeds_, surfels, place.data(), asked.data(), unlimited.data(), count + 1);
-  const std::span last(blends_.nearest_.penalty[count]);
-  std::array<float, kChoiceLanes> limits;
-  std::ranges::copy(last, limits.begin());
   const Around placed = around(place), turned = around(asked);
+  const float distance = leastDistance(placed.middle);
   // Places of views are rounded here.
   const float radius = placed.reach + 4 * std::numeric_limits<float>::epsilon() * farthest_;
-  const auto rateWithin = [&](float limit) {
-    const ChoiceBounds bounds{{placed.middle[0], placed.middle[1], placed.middle[2]},
-                              radius,
-                              {turned.middle[0], turned.middle[1], turned.middle[2]},
-                              turned.reach + kChordSlack,
-                              limit};
-    size_t found = kernels_.within(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
-                                   lanes_.groups, bounds, found_.data());
-    while (found > 0 && found_[found - 1] >= sources_.size()) --found; // what fills the last lanes
-    rate({found_.data(), found}, surfels, place.data(), asked.data(), limits.data(), count + 1);
-    rated_ = found;
-  };
-  constexpr float kGuess = 1 / 8.f;
-  float limit = std::ranges::max(limits);
-  bool isDone = false;
-  if (limit == kInfinity) {
-    rateWithin(kGuess);
-    isDone = true;
-    limit = 0;
-    for (size_t lane = 0; lane < surfels.size(); ++lane) {
-      if (last[lane] <= kGuess || areAll(lane, count + 1, surfels[lane])) continue;
-      isDone = false;
-      limit = std::max(limit, last[lane]);
-    }
+  for (float limit = limit_;;) {
+    const ChoiceCone cone = coneAround(placed.middle, radius, distance, turned.middle, turned.reach, limit);
+    rated_ = kernels_.within(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
+                             lanes_.groups, cone, found_.data());
+    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // what fills the last lanes
+    rate({found_.data(), rated_}, surfels, place.data(), asked.data(), count + 1);
+    const float most = missing(limit, count, surfels);
+    if (most == 0) break;
+    limit = most < kInfinity || limit >= kGuess ? most : kGuess;
   }
-  if (!isDone) rateWithin(limit);
+  const float needed = *std::ranges::max_element(std::span(blends_.nearest_.penalty[count]));
+  limit_ = needed < kInfinity ? kMargin * needed : kGuess;
   keepApart();
   blends_.blended_ = count;
-  kernels_.weigh(blends_.nearest_, count, blends_.weights_.data());
-
-  for (const uint32_t view : seeds_) isSeed_[view] = false;
-  seeds_.clear();
-  for (size_t i = 0; i <= count; ++i)
-    for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
-      if (blends_.nearest_.penalty[i][lane] == kInfinity) continue;
-      const auto view = static_cast<uint32_t>(blends_.nearest_.index[i][lane]);
-      if (!isSeed_[view]) seeds_.push_back(view);
-      isSeed_[view] = true;
-    }
+  blends_.whole_ = kernels_.weigh(blends_.nearest_, count, blends_.weights_.data());
   return blends_;
 }
 

@@ -42,11 +42,7 @@ public:
   float weight(size_t lane, size_t i) const { return weights_[i * kChoiceLanes + lane]; }
 
   // Is every lane sure, and none of its weights 0?
-  bool areWhole() const {
-    uint32_t zeros = 0; // counted to the end: in lanes
-    for (size_t i = 0; i < blended_ * kChoiceLanes; ++i) zeros += weights_[i] > 0 ? 0 : 1;
-    return lost_ == 0 && zeros == 0;
-  }
+  bool areWhole() const { return lost_ == 0 && whole_ == 0xffff; }
 
   // Of the nearest; infinite where there is none.
   float penalty(size_t lane) const { return nearest_.penalty[0][lane]; }
@@ -59,7 +55,7 @@ private:
   friend class LightLanes;
   friend class ViewLanes;
   size_t blended_ = 0, sources_ = 0;
-  uint32_t lost_ = 0;
+  uint32_t lost_ = 0, whole_ = 0; // a bit for each lane
   NearestLanes nearest_{};
   std::array<float, kMaxBlended * kChoiceLanes> weights_{};
 };
@@ -115,6 +111,11 @@ private:
   std::vector<float> penalties_, cosines_;
 };
 
+// Around places within `radius` of a middle and directions within `spread` of another: sources that have a
+// penalty within the limit for any of these are in the cone, if none is nearer to the middle than `distance`.
+ChoiceCone coneAround(const std::array<float, 3>& place, float radius, float distance,
+                      const std::array<float, 3>& towards, float spread, float limit);
+
 // Views have fades, by which their penalties are divided. Of hundreds few can be among the nearest of
 // queries that lie beside each other, as those along a curve do; it is these that are rated.
 class ViewLanes {
@@ -137,8 +138,10 @@ public:
 private:
   void keepApart();
   void rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels, const float* places,
-            const float* towards, const float* limits, size_t slots);
-  bool areAll(size_t lane, size_t most, uint32_t surfel) const;
+            const float* towards, size_t slots);
+  float leastDistance(const std::array<float, 3>& place);
+  float missing(float limit, size_t count, std::span<const uint32_t> surfels) const;
+  bool seeNoMore(size_t lane, size_t most, uint32_t surfel) const;
 
   const ChoiceKernels& kernels_;
   const ViewFades& fades_;
@@ -147,10 +150,12 @@ private:
   float farthest_ = 0;                 // coordinate of a place
   std::array<float, 256> inverseFade_; // of a byte
   std::vector<float> towards_, inverseFades_;
-  std::vector<uint32_t> found_, seeds_; // the last are those of the queries before
-  size_t rated_ = 0;                    // of those found
-  std::vector<uint32_t> apart_;         // of those rated, the ones that fetchFades asks for
-  std::vector<bool> isSeed_;
+  std::vector<uint32_t> found_;
+  size_t rated_ = 0;            // of those found
+  std::vector<uint32_t> apart_; // of those rated, the ones that fetchFades asks for
+  float limit_;                 // penalty: what the next queries likely need
+  std::array<float, 3> measured_{};
+  float nearest_ = 0; // distance of a view from the place that was measured
   LaneBlends blends_;
 };
 

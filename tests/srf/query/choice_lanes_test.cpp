@@ -377,14 +377,14 @@ TEST_P(ChoiceLanes, FewAreWithinALimitAndNoneIsMissed) {
     for (int run = 0; run < 20; ++run) {
       const Vec3<float> middle = randomPlace(0.4).raw(), direction = randomDirection().raw();
       const float limit = std::uniform_real_distribution(0.f, 0.02f)(random);
-      const ChoiceBounds bounds{{middle[0], middle[1], middle[2]},
-                                reach + 1e-5f,
-                                {direction[0], direction[1], direction[2]},
-                                reach + 1e-5f,
-                                limit};
-      const size_t within = choiceKernels(GetParam())
-                                .within(x.data(), y.data(), z.data(), isNear.data(), count / kChoiceLanes,
-                                        bounds, found.data());
+      float distance = std::numeric_limits<float>::infinity();
+      for (const auto& [place, isDistant] : sources)
+        if (!isDistant) distance = std::min(distance, (place.cast<float>() - middle).norm());
+      const ChoiceCone cone = coneAround({middle[0], middle[1], middle[2]}, reach + 1e-5f, 0.999f * distance,
+                                         {direction[0], direction[1], direction[2]}, reach + 1e-5f, limit);
+      const size_t within =
+          choiceKernels(GetParam())
+              .within(x.data(), y.data(), z.data(), isNear.data(), count / kChoiceLanes, cone, found.data());
       EXPECT_TRUE(std::ranges::is_sorted(std::span(found).first(within)));
       if (reach < 0.1f) all += within;
       for (int member = 0; member < 20; ++member) {

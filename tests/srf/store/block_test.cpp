@@ -317,7 +317,7 @@ TEST(Block, LevelsBeyondTheLastAreTheLast) {
   append(record, 1.f);
   for (const int16_t level : std::array<int16_t, 3>{32767, -32768, 32640}) append(record, level);
   const Block block = decodeBlock(record, 1);
-  ASSERT_EQ(block.stride, 4);
+  ASSERT_EQ(block.stride, 8);
   for (const auto& [channel, level] : {std::pair{0, 127}, {1, -127}, {2, 127}})
     for (int plane = 0; plane < 2; ++plane)
       EXPECT_EQ(block.texel(0)[channel * block.stride + plane], level) << channel << ' ' << plane;
