@@ -2,6 +2,7 @@
 #pragma once
 
 #include "surfel/rgb.h"
+#include "surfel/unset.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +13,8 @@ namespace surflect {
 
 // A captured light, by its column, and how much of it.
 struct LightWeight {
-  uint32_t light = 0;
-  float weight = 0;
+  uint32_t light;
+  float weight;
 };
 
 // Light of one colour, and the captured lights that answer for it: weights [begin, end).
@@ -29,7 +30,7 @@ struct BlendedLight {
 // the products of a row with a colour for each weight.
 struct LightRows {
   std::vector<BlendedLight> lights;
-  std::vector<LightWeight> weights; // of the first light, of the second, and so on
+  UnsetVector<LightWeight> weights; // of the first light, of the second, and so on
 
   void clear() {
     lights.clear();
