@@ -33,7 +33,8 @@ double sensed(double x, const StageExposure& camera, Random& random) {
   return (electrons + std::sqrt(variance) * normal(random)) * full / camera.fullWell;
 }
 
-Image exposed(const Image& radiance, const Image& alpha, const StageExposure& camera, const Shot& shot) {
+Image exposed(const Image& radiance, const Image& alpha, const StageExposure& camera,
+              const BracketShot& shot) {
   Image picture(alpha.width, alpha.height, 4);
   Random random{shot.seed, shot.view, shot.light, shot.shot};
   for (size_t pixel = 0; pixel < alpha.values.size(); ++pixel) {

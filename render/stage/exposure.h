@@ -31,9 +31,10 @@ double sensed(double x, const StageExposure& camera, Random& random);
 
 // One picture of a bracket: RGBA, codes over 255, alpha straight. `radiance` has 3 channels and is not
 // multiplied by `alpha`. Its noise is that of the seed, view, light and shot.
-struct Shot {
+struct BracketShot {
   uint64_t seed, view, light, shot;
 };
-Image exposed(const Image& radiance, const Image& alpha, const StageExposure& camera, const Shot& shot);
+Image exposed(const Image& radiance, const Image& alpha, const StageExposure& camera,
+              const BracketShot& shot);
 
 } // namespace surflect
