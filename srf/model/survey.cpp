@@ -1,7 +1,7 @@
 #include "srf/model/survey.h"
 
-#include "srf/image/percentile.h"
 #include "srf/model/matted_view.h"
+#include "srf/model/white_level.h"
 #include "surfel/bounds.h"
 #include "surfel/error.h"
 #include "surfel/smooth_normals.h"
@@ -20,15 +20,6 @@ namespace {
 
 // Of a run that is gone on with: what made the choice. Blends of older ones were others.
 constexpr const char* kSurvey = "survey-3";
-
-void countRadiance(const MattedView& view, PercentileCounter& values, const Progress& progress) {
-  for (const auto& light : view.stack.lights) {
-    progress.checkpoint();
-    for (size_t texel = 0; texel < view.object.inside.size(); ++texel)
-      if (view.object.inside[texel])
-        for (size_t c = 0; c < 3; ++c) values.add(light.values[3 * texel + c]);
-  }
-}
 
 // As they shine on the middle of the impostor.
 LightSamples lightSamples(const Capture& capture, const Point3<AcquisitionSpace, double>& middle) {
@@ -80,7 +71,7 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
   // No view has two frames of one light.
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
-  PercentileCounter values;
+  WhiteLevel white;
   LightSamples samples = lightSamples(capture, middleOf(mesh.positions));
   std::optional<SmoothNormals> surface;
   if (isFullProduct) surface.emplace(mesh, progress);
@@ -91,12 +82,11 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
     const Progress ofView = stepOf(progress, "survey", i, count);
     ofView("", 0);
     const MattedView view = withMatte(source.pictures(frames[number], false, ofView), camera, impostor);
-    countRadiance(view, values, progress);
+    white.add(view.stack, view.object, progress);
     if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
   }
-  if (values.count() == 0) throw Error("no photograph shows anything of the object").in(capture.file);
-  const double white = std::clamp(values.percentile(0.995), 1e-20, 1e20);
-  return {white, samples.choose(white, normals, progress)};
+  if (!white.isKnown()) throw Error("no photograph shows anything of the object").in(capture.file);
+  return {white.value(), samples.choose(white.value(), normals, progress)};
 }
 
 std::string surveyText(const Survey& survey) {

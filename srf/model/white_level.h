@@ -1,0 +1,23 @@
+// What counts as white in photographs of an object.
+#pragma once
+
+#include "srf/image/mask.h"
+#include "srf/image/percentile.h"
+#include "srf/store/view_encoder.h"
+#include "surfel/progress.h"
+
+namespace surflect {
+
+// The 99.5th percentile of the object's radiance over all channels.
+class WhiteLevel {
+public:
+  void add(const ReflectanceStack& stack, const Mask& object, const Progress& progress = {});
+
+  bool isKnown() const { return values_.count() > 0; } // was there any object?
+  double value() const;                                // within 1e-20..1e20
+
+private:
+  PercentileCounter values_;
+};
+
+} // namespace surflect
