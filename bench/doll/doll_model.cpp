@@ -124,6 +124,25 @@ std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
   return cameras;
 }
 
+bool isDoll(const Capture& rig) {
+  if (rig.views.empty()) return false;
+  const Lens& lens = rig.views[0].camera.lens;
+  const auto cameras = dollCameras({.views = rig.views.size(), .width = lens.width, .height = lens.height});
+  return std::ranges::equal(rig.views, cameras, [](const View& view, const auto& camera) {
+    constexpr double kRounding = 1e-9; // of a file's digits
+    return view.camera.lens == camera.lens &&
+           (view.camera.center().raw() - camera.center().raw()).norm() < kRounding;
+  });
+}
+
+DollSurface dollSurface(size_t surfels, uint64_t seed, std::span<const Camera<AcquisitionSpace>> cameras,
+                        const Progress& progress) {
+  const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
+  DollSurface surface{sampleSurfels(mesh, spacingFor(mesh, surfels), seed, progress), {}};
+  surface.fades = surfelFades(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
+  return surface;
+}
+
 void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress) {
   namespace fs = std::filesystem;
   const bool isOfPack = fs::exists(folder / packIdentityPath());
@@ -138,9 +157,7 @@ void writeDollModel(const std::filesystem::path& folder, const DollSize& size, c
     writeFileAtomically(folder / viewFilePath(view), viewFile(cameras[view], view, size, blocks));
   });
   progress("view files", 1);
-  const TriangleMesh mesh = dollMesh(segmentsFor(size.surfels));
-  SurfelCloud cloud = sampleSurfels(mesh, spacingFor(mesh, size.surfels), size.seed, progress);
-  const ViewFades fades = surfelFades(cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
+  const auto [cloud, fades] = dollSurface(size.surfels, size.seed, cameras, progress);
   const LightBlend blend{4, LightFit::mean, false};
   writeModel(folder, {rig, cloud, fades, DollBlocks::kWhite, DollBlocks::kTolerance, blend}, progress);
 }

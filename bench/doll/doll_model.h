@@ -4,12 +4,15 @@
 // block's texture comes from is made up (doll_blocks.h).
 #pragma once
 
-#include "srf/capture/camera.h"
+#include "srf/capture/capture.h"
+#include "srf/query/view_fade.h"
+#include "surfel/cloud.h"
 #include "surfel/progress.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,11 +29,23 @@ struct DollSize {
 // As a name of a folder.
 std::string nameOf(const DollSize& size);
 
+// Is the rig that of a model written here?
+bool isDoll(const Capture& rig);
+
 // Stand around the doll, between 15 degrees below and 75 above, and have all of it in their pictures.
 std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size);
 
-// Writes the folder that openModel opens. Lights are directional, from all sides. Memory: three bytes for
-// each surfel and view, and one view's file a thread. Throws Error and Cancelled.
+// The doll's surface, and how well each camera sees it.
+struct DollSurface {
+  SurfelCloud cloud;
+  ViewFades fades;
+};
+// Of about so many surfels. Memory: three bytes for each surfel and camera. Throws Cancelled.
+DollSurface dollSurface(size_t surfels, uint64_t seed, std::span<const Camera<AcquisitionSpace>> cameras,
+                        const Progress& progress = {});
+
+// Writes the folder that openModel opens. Lights are directional, from all sides. Memory: that of
+// dollSurface, and one view's file a thread. Throws Error and Cancelled.
 void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress = {});
 
 } // namespace surflect

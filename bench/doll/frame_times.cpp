@@ -96,67 +96,84 @@ void forgetFiles(const Model& model) {
   }
 }
 
+FrameTimer::FrameTimer(const Model& model, const Shot& shot, BlockCache& cache, int runs)
+    : model_(model), shot_(shot), cache_(cache) {
+  FrameStats stats;
+  firstSeconds_ = lapOf([&] { render(stats); }).seconds;
+  counts_.surfels = model.cloud.size();
+  counts_.drawn = stats.splats.drawn;
+  counts_.visible = stats.visible;
+  counts_.pixels =
+      static_cast<size_t>(shot_.camera.lens.width) * static_cast<size_t>(shot_.camera.lens.height);
+  counts_.views = model.rig.views.size();
+  counts_.rigLights = model.rig.lights.size();
+  for (const ShotLight& light : shot_.lights)
+    if (const auto* environment = std::get_if<ShotEnvironment>(&light)) {
+      ++counts_.environments;
+      counts_.directions += environment->environment->lights.size();
+    } else {
+      ++counts_.lights;
+    }
+  counts_.pairs = stats.shading.operations;
+  counts_.lookups = stats.shading.lookups;
+  counts_.blocks = stats.shading.blocksRead;
+  counts_.blockBytes = stats.shading.bytesRead;
+  counts_.rank = static_cast<double>(stats.shading.taskRanks) / static_cast<double>(stats.shading.tasks);
+  const DeformedCloud deformed = deform(model.cloud, *shot_.warp);
+  const Coverage coverage = look(shot_.camera, model.cloud, deformed, shot_.options.splats);
+  counts_.contributions = contributionsOf(shot_, splatsOf(model.cloud, deformed));
+  const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, shot_.camera, shot_.lights);
+  ofViews_ = viewShare(model, batch, shot_.options.shade, runs);
+}
+
+void FrameTimer::render(FrameStats& stats) {
+  memory_.color =
+      renderFrame(model_, *shot_.warp, shot_.camera, shot_.lights, shot_.options, cache_, stats, {}, &memory_)
+          .color;
+}
+
+void FrameTimer::lap() {
+  FrameStats stats;
+  frames_.push_back(lapOf([&] { render(stats); }));
+  for (const auto& [stage, seconds] : stats.seconds)
+    ofStage_[stage].push_back({seconds, stats.processorSeconds.at(stage)});
+}
+
+FrameTimes FrameTimer::times() const {
+  const auto part = [](const Times& times, double share) {
+    return Times{share * times.best, share * times.median, share * times.processor};
+  };
+  const auto whole = [&](const char* stage) { return timesOf(ofStage_.find(stage)->second); };
+  const Times ulr = whole("ulr");
+  FrameTimes result;
+  result.counts = counts_;
+  result.firstSeconds = firstSeconds_;
+  result.frame = timesOf(frames_);
+  result.stages = {{"warp", whole("warp")},
+                   {"splat", whole("splat")},
+                   {"queries", whole("look-up")},
+                   {"camera ulr", part(ulr, ofViews_)},
+                   {"light ulr", part(ulr, 1 - ofViews_)},
+                   {"look-up", whole("shade")},
+                   {"develop", whole("develop")}};
+  return result;
+}
+
 FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, size_t cacheBytes,
                       int frames) {
-  FrameTimes result;
-  FrameCounts& counts = result.counts;
-  FrameMemory memory; // as in a film whose frames are written as they come
-  const auto render = [&](FrameStats& stats) {
-    memory.color =
-        renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats, {}, &memory)
-            .color;
-  };
+  double coldSeconds = 0;
   {
     FrameStats stats;
     BlockCache other(model.files, cacheBytes);
     forgetFiles(model);
-    result.coldSeconds =
-        lapOf([&] {
-          renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, other, stats);
-        }).seconds;
+    coldSeconds = lapOf([&] {
+                    renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, other, stats);
+                  }).seconds;
   }
-  {
-    FrameStats stats;
-    result.firstSeconds = lapOf([&] { render(stats); }).seconds;
-    counts.drawn = stats.splats.drawn;
-    counts.visible = stats.visible;
-    counts.pairs = stats.shading.operations;
-    counts.lookups = stats.shading.lookups;
-    counts.blocks = stats.shading.blocksRead;
-    counts.blockBytes = stats.shading.bytesRead;
-    counts.rank = static_cast<double>(stats.shading.taskRanks) / static_cast<double>(stats.shading.tasks);
-  }
-  counts.surfels = model.cloud.size();
-  counts.pixels = static_cast<size_t>(shot.camera.lens.width) * static_cast<size_t>(shot.camera.lens.height);
-  counts.views = model.rig.views.size();
-  counts.rigLights = model.rig.lights.size();
-  counts.lights = shot.lights.size();
-  double ofViews = 0;
-  {
-    const DeformedCloud deformed = deform(model.cloud, *shot.warp);
-    const Coverage coverage = look(shot.camera, model.cloud, deformed, shot.options.splats);
-    counts.contributions = contributionsOf(shot, splatsOf(model.cloud, deformed));
-    const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, shot.camera, shot.lights);
-    ofViews = viewShare(model, batch, shot.options.shade, frames);
-  }
-
-  std::vector<Lap> whole;
-  std::map<std::string, std::vector<Lap>> ofStage;
-  for (int i = 0; i < frames; ++i) {
-    FrameStats stats;
-    whole.push_back(lapOf([&] { render(stats); }));
-    for (const auto& [stage, seconds] : stats.seconds)
-      ofStage[stage].push_back({seconds, stats.processorSeconds.at(stage)});
-  }
-  result.frame = timesOf(whole);
-  const auto part = [](const Times& times, double share) {
-    return Times{share * times.best, share * times.median, share * times.processor};
-  };
-  const Times ulr = timesOf(ofStage.at("ulr"));
-  result.stages = {{"warp", timesOf(ofStage.at("warp"))},       {"splat", timesOf(ofStage.at("splat"))},
-                   {"queries", timesOf(ofStage.at("look-up"))}, {"camera ulr", part(ulr, ofViews)},
-                   {"light ulr", part(ulr, 1 - ofViews)},       {"look-up", timesOf(ofStage.at("shade"))},
-                   {"develop", timesOf(ofStage.at("develop"))}};
+  FrameTimer timer(model, shot, cache, frames);
+  for (int i = 0; i < frames; ++i) timer.lap();
+  FrameTimes result = timer.times();
+  result.coldSeconds = coldSeconds;
   return result;
 }
 

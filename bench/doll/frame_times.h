@@ -6,6 +6,7 @@
 #include "render/frame.h"
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,9 +36,36 @@ struct FrameTimes {
   std::map<std::string, Times, std::less<>> stages; // for each of kStages
 };
 
+// Times frames of one shot, whose blocks are all in memory after the first; between two of them others may
+// have their turn. Stages are those of renderFrame; its ULR is split as planning does with and without
+// lights.
+class FrameTimer {
+public:
+  // Renders the first frame. All of them must outlive this; the cache is empty, and of the model's files.
+  // `runs` of planning tell what the choice of views has of ULR.
+  FrameTimer(const Model& model, const Shot& shot, BlockCache& cache, int runs);
+
+  void lap();               // one frame
+  FrameTimes times() const; // of laps so far, one or more; no cold frame
+
+  std::span<const Lap> frames() const { return frames_; }
+  std::span<const Lap> lookUps() const { return ofStage_.find("shade")->second; }
+
+private:
+  void render(FrameStats& stats);
+
+  const Model& model_;
+  const Shot& shot_;
+  BlockCache& cache_;
+  FrameMemory memory_; // as in a film whose frames are written as they come
+  FrameCounts counts_;
+  double firstSeconds_ = 0, ofViews_ = 0;
+  std::vector<Lap> frames_;
+  std::map<std::string, std::vector<Lap>, std::less<>> ofStage_; // of renderFrame
+};
+
 // The cache is empty, and of the model's files. For the cold frame the system is asked to forget these and
-// another cache of `cacheBytes` is filled. Stages are those of renderFrame; its ULR is split as planning does
-// with and without lights.
+// another cache of `cacheBytes` is filled.
 FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, size_t cacheBytes, int frames);
 
 } // namespace surflect

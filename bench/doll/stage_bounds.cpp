@@ -11,6 +11,7 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
   const double surfels = real(counts.surfels), drawn = real(counts.drawn), visible = real(counts.visible);
   const double pixels = real(counts.pixels), contributions = real(counts.contributions);
   const double views = real(counts.views), rigLights = real(counts.rigLights), lights = real(counts.lights);
+  const double environments = real(counts.environments), directions = real(counts.directions);
   const double pairs = real(counts.pairs), lookups = real(counts.lookups), rank = counts.rank;
   return {
       // p0, r0 in; p, u, v, flag out. Frame of r0 20, warp with sine and cosine 60, its Jacobian on u0
@@ -22,14 +23,17 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
       // surfel 30, ellipse of those drawn 150, ellipse, area and depth of a contribution 30.
       {"splat", surfels * 45 + visible * 36 + pixels * 8, surfels * 30 + drawn * 150 + contributions * 30},
       // index, p, u, v, r0 in; directions to viewer and lights and irradiance out. Polar factor 60, R0 20,
-      // L 45, direction to the viewer 25; to a light with its irradiance 40.
-      {"queries", visible * (52 + 12 + 24 * lights), visible * (150 + 40 * lights)},
+      // L 45, direction to the viewer 25; to a light with its irradiance 40. Environments are turned by L.
+      {"queries", visible * (52 + 12 + 24 * lights + 36 * environments),
+       visible * (150 + 40 * lights + 45 * environments)},
       // p0, direction to the viewer, a byte of fade a view in; blended views (index, weight) out. A scalar
       // product for each view.
       {"camera ulr", visible * (24 + views) + pairs * 8, visible * views * 6},
-      // Directions and irradiance in; weights stay in the cache, for they are used there and then. A scalar
-      // product for each captured light.
-      {"light ulr", visible * lights * 24, visible * lights * rigLights * 6},
+      // Directions and irradiance in, turns of environments; weights stay in the cache, for they are used
+      // there and then. A scalar product for each captured light; directions of environments are turned
+      // first.
+      {"light ulr", visible * (24 * lights + 36 * environments),
+       visible * (lights * rigLights * 6 + directions * (15 + rigLights * 6))},
       // Blocks in, each once; view, weight and place of each pair; radiance out. Folding the light weights
       // into coefficients, a multiply-add a term, channel and light; four taps and the sum, of a term and
       // channel each.

@@ -19,11 +19,12 @@ struct FrameCounts {
          visible = 0;                   // of the cloud; facing the viewer and on the picture; with a weight
   size_t pixels = 0, contributions = 0; // of the picture; pairs of pixel and surfel
   size_t views = 0, rigLights = 0;      // of the model
-  size_t lights = 0;                    // of the shot
-  uint64_t pairs = 0;                   // of surfel and blended view
-  uint64_t lookups = 0;                 // pairs x the captured lights that have weight
-  uint64_t blocks = 0, blockBytes = 0;  // that the pairs touch; as stored
-  double rank = 0;                      // of the blocks, mean over pairs
+  size_t lights = 0;                    // of the shot, each from one direction at a surfel
+  size_t environments = 0, directions = 0; // of the shot; that stand for them all
+  uint64_t pairs = 0;                      // of surfel and blended view
+  uint64_t lookups = 0;                    // pairs x the captured lights that have weight
+  uint64_t blocks = 0, blockBytes = 0;     // that the pairs touch; as stored
+  double rank = 0;                         // of the blocks, mean over pairs
 };
 
 struct StageWork {

@@ -75,6 +75,21 @@ TEST_F(DollModel, TheSameSeedGivesTheSameModel) {
   EXPECT_NE(written(kSmall, "a").identity, written(other, "c").identity);
 }
 
+TEST_F(DollModel, ARigIsKnownByItsCameras) {
+  Model model = written(kSmall);
+  EXPECT_TRUE(isDoll(model.rig));
+  model.rig.views.pop_back();
+  EXPECT_FALSE(isDoll(model.rig)); // those of fewer views stand elsewhere
+  EXPECT_FALSE(isDoll({}));
+}
+
+TEST_F(DollModel, TheSurfaceIsThatOfTheModel) {
+  const Model model = written(kSmall);
+  const DollSurface surface = dollSurface(kSmall.surfels, kSmall.seed, dollCameras(kSmall));
+  EXPECT_EQ(surface.cloud.p0, model.cloud.p0);
+  EXPECT_EQ(surface.fades.values, model.fades.values);
+}
+
 // Also where views are so few that others stand in, and where the warp turns what no view sees to the viewer.
 TEST_F(DollModel, FramesAreThoseOfThePaper) {
   for (const size_t views : {2, 5, 12}) {

@@ -62,6 +62,21 @@ TEST(StageBounds, OfTheRigOnlyTheChoicesDependOnItsSize) {
   }
 }
 
+// Directions of an environment are looked for as lights are; what it asks of memory is one turn.
+TEST(StageBounds, EnvironmentsAreTurnedAndTheirDirectionsLookedFor) {
+  FrameCounts lit = paperDoll(), dark = paperDoll(), studio = paperDoll();
+  lit.lights = 100;
+  dark.lights = studio.lights = 0;
+  studio.environments = 1;
+  studio.directions = 100;
+  EXPECT_EQ(workOf(dark, "light ulr").operations, 0);
+  EXPECT_GT(workOf(studio, "light ulr").operations, workOf(lit, "light ulr").operations);
+  EXPECT_LT(workOf(studio, "light ulr").operations, 1.1 * workOf(lit, "light ulr").operations);
+  EXPECT_LT(workOf(studio, "queries").bytes, workOf(lit, "queries").bytes);
+  EXPECT_GT(workOf(studio, "queries").bytes, workOf(dark, "queries").bytes);
+  EXPECT_EQ(workOf(studio, "look-up").operations, workOf(lit, "look-up").operations);
+}
+
 TEST(StageBounds, TheSlowerOfTwoBounds) {
   MachineLimits limits;
   limits.read = {1, 4};

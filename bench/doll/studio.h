@@ -1,0 +1,12 @@
+// Light from all around, as a photographic studio has it.
+#pragma once
+
+#include "srf/query/environment.h"
+
+namespace surflect {
+
+// A dim room, its floor darker than its ceiling, with a warm lamp on one side and a weaker, cold one on the
+// other. y is up.
+EnvironmentMap studioLight();
+
+} // namespace surflect
