@@ -1,8 +1,10 @@
 // Measures one frame of a doll-scale model, every stage against this machine's limits and all of them against
-// the paper's pipeline on one thread, and beside it what frames and models are made by: splats, warps, the
-// packing of blocks, look-ups in several orders. The model is made on the first run and kept.
+// the paper's pipeline on one thread; how its cost grows with surfels, views, lights and pixels; and beside
+// it what frames and models are made by: splats, warps, look-ups in several orders, the packing of blocks,
+// how fast and, of a doll from the light stage, how good it is. The model is made on the first run and kept.
 #include "bench/doll/doll_model.h"
 #include "bench/doll_report/doll_report.h"
+#include "bench/quality/traced_blocks.h"
 #include "render/film.h"
 #include "render/measure.h"
 #include "surfel/error.h"
@@ -27,6 +29,7 @@ struct Arguments {
   int width = 1024, height = 768;
   size_t lights = 5;
   size_t cacheMb = 64;
+  std::string stageScale = "paper";
   bool json = false;
 };
 
@@ -62,6 +65,25 @@ void measurePaper(const Model& model, const Shot& shot, const fs::path& picture,
   measured.paperLap = lapOf([&] { measured.paper = paper(); }); // all of whose blocks are now in memory
 }
 
+StageDoll packStageDoll(const std::string& scale, const Progress& progress) {
+  const Stage stage = readStage(fs::path(SURFLECT_STAGES_FOLDER) / "doll.toml", scale);
+  const BlockSample sample;
+  const auto blocks = traceBlocks(stage, sample, progress);
+  return {scale, blocks.size(), stage.rig.trainingViews, sample.every,
+          qualityAt(StageDoll::kBytes, blocks, progress)};
+}
+
+// Says what is done now, each thing once.
+Progress told() {
+  Progress progress;
+  progress.report = [last = std::string()](std::string_view stage, double) mutable {
+    if (last == stage) return;
+    last = stage;
+    std::fprintf(stderr, "bench_doll: %s\n", last.c_str());
+  };
+  return progress;
+}
+
 DollMeasurements measure(const Arguments& arguments) {
   DollMeasurements measured;
   measured.model =
@@ -85,6 +107,9 @@ DollMeasurements measure(const Arguments& arguments) {
   measured.packing = timePacking(arguments.frames);
   measured.splats = timeSplats(arguments.frames);
   measured.warps = timeWarps(arguments.frames);
+  const Progress progress = told();
+  measured.growth = measureGrowth(model, arguments.width, arguments.height, arguments.frames, progress);
+  measured.stageDoll = packStageDoll(arguments.stageScale, progress);
   return measured;
 }
 
@@ -94,8 +119,9 @@ DollMeasurements measure(const Arguments& arguments) {
 int main(int argc, char** argv) {
   using namespace surflect;
   Arguments arguments;
-  CLI::App app("Measures a frame at the scale of the paper's doll.\n"
-               "Example: bench_doll --json > doll.json");
+  CLI::App app(
+      "Measures a frame at the scale of the paper's doll, how its cost grows, and what it is made by.\n"
+      "Example: bench_doll --json > doll.json");
   std::string size = "1032x1360", output = "1024x768";
   app.add_option("--model", arguments.model,
                  "a model, made here if there is none; default: kept beside the build");
@@ -119,6 +145,10 @@ int main(int argc, char** argv) {
   app.add_option("--cache-mb", arguments.cacheMb, "of the frames whose memory is measured")
       ->capture_default_str()
       ->check(CLI::Range(1, 1 << 20));
+  app.add_option("--stage-scale", arguments.stageScale,
+                 "of the light stage's doll, some blocks of which are packed")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"paper", "small", "tiny"}));
   app.add_flag("--json", arguments.json, "one object instead of a table");
   try {
     app.parse(argc, argv);

@@ -74,6 +74,16 @@ void addDisk(std::vector<Mark>& marks, const DollMeasurements& m) {
   marks.push_back({"memory: most over allowed", m.bounded.peakBytes / m.bounded.allowedBytes(), 1, true});
 }
 
+void addGrowth(std::vector<Mark>& marks, const Growth& growth) {
+  const auto atMostOne = [&](std::string what, const TimeRatio& ratio) {
+    marks.push_back({std::move(what), ratio.median, 1, true, ratio.error});
+  };
+  for (const GrowthSweep& sweep : growth.sweeps)
+    atMostOne(fmt::format("growth with {}: time over size", sweep.what), sweep.worst());
+  atMostOne("look-ups: 60 lights over 5", growth.sixtyLights);
+  atMostOne("look-ups: an environment over 5 lights", growth.environment);
+}
+
 } // namespace
 
 std::vector<Mark> marksOf(const DollMeasurements& m) {
@@ -87,6 +97,11 @@ std::vector<Mark> marksOf(const DollMeasurements& m) {
   addDisk(marks, m);
   marks.push_back(
       {"packing: BDCSVD over ours, one thread", m.packing.svd.processor / m.packing.ours.processor, 8});
+  if (m.stageDoll.quality.bytes <= StageDoll::kBytes)
+    marks.push_back({fmt::format("packing: dB of the light stage's doll at {} bytes a pixel and light",
+                                 StageDoll::kBytes),
+                     m.stageDoll.quality.db, 48});
+  addGrowth(marks, m.growth);
   return marks;
 }
 

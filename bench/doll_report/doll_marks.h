@@ -12,7 +12,8 @@ struct Mark {
   std::string what; // of `value`, with its unit
   double value = 0, mark = 0;
   bool isMost = false; // or the least
-  bool isReached() const { return isMost ? value <= mark : value >= mark; }
+  double error = 0;    // that the value may have, where it is known; what it allows is reached
+  bool isReached() const { return isMost ? value - error <= mark : value + error >= mark; }
 };
 
 // Those that need what this machine or run has not got are left out.

@@ -1,6 +1,7 @@
 #include "bench/doll_report/doll_report.h"
 
 #include "bench/doll_report/doll_marks.h"
+#include "bench/doll_report/growth_report.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -78,6 +79,20 @@ Json jsonOf(const PackingTimes& packing, const MachineLimits& machine) {
           {"of_peak", packing.operations / each / (machine.flopsPerSecond() / machine.threads)}};
 }
 
+Json jsonOf(const StageDoll& doll) {
+  const PackingQuality& quality = doll.quality;
+  return {{"scale", doll.scale},
+          {"views", doll.views},
+          {"all_views", doll.allViews},
+          {"every_block", doll.every},
+          {"texels", quality.texels},
+          {"lights", quality.lights},
+          {"white", quality.white},
+          {"tolerance", quality.tolerance},
+          {"bytes_per_pixel_and_light", quality.bytes},
+          {"psnr_linear_db", quality.db}};
+}
+
 Json jsonOf(const SplatTimes& times) {
   return {{"order", times.order == SurfelOrder::coherent ? "along the curve" : "shuffled"},
           {"threads", times.threads},
@@ -103,6 +118,7 @@ Json jsonOf(const WarpTimes& times) {
 Json jsonOf(const Mark& mark) {
   return {{"what", mark.what},
           {"value", mark.value},
+          {"error", mark.error},
           {mark.isMost ? "at_most" : "at_least", mark.mark},
           {"reached", mark.isReached()}};
 }
@@ -169,8 +185,10 @@ Json reportOf(const DollMeasurements& m) {
           {"cold_frame_ms", 1e3 * m.frame.coldSeconds},
           {"cold_bytes_per_second", static_cast<double>(m.frame.counts.blockBytes) / m.frame.coldSeconds},
           {"bounded", jsonOf(m.bounded)},
+          {"growth", Json::parse(growthJson(m.growth, m.machine))},
           {"look_up_orders", listOf(m.orders)},
           {"packing", jsonOf(m.packing, m.machine)},
+          {"stage_doll", jsonOf(m.stageDoll)},
           {"splats", listOf(m.splats)},
           {"warps", listOf(m.warps)},
           {"marks", listOf(marksOf(m))}};
@@ -256,6 +274,13 @@ void writeParts(std::string& to, const Json& report) {
       number(packing["rank"]), number(packing["bytes"]), number(packing["error"]),
       number(packing["error_over_best"]), number(packing["us"]), number(packing["blocks_per_second"]),
       100 * number(packing["of_peak"]), number(packing["bdcsvd_us"]));
+  const Json& doll = report["stage_doll"];
+  add(to,
+      "the light stage's doll ({}), one block in {} of {} views of {}, {} pixels under {} lights: {:.2f} dB "
+      "linear at {:.4f} bytes a pixel and light (tolerance {:.4f})\n",
+      text(doll["scale"]), doll["every_block"].dump(), doll["views"].dump(), doll["all_views"].dump(),
+      doll["texels"].dump(), doll["lights"].dump(), number(doll["psnr_linear_db"]),
+      number(doll["bytes_per_pixel_and_light"]), number(doll["tolerance"]));
   add(to, "\n| splats | threads | way | ms | best ms | cover cpu ms | blend cpu ms | dB |\n"
           "|---|---:|---|---:|---:|---:|---:|---:|\n");
   for (const Json& s : report["splats"])
@@ -271,7 +296,9 @@ void writeMarks(std::string& to, const Json& marks) {
   add(to, "\n| | measured | mark | |\n|---|---:|---:|---|\n");
   for (const Json& mark : marks) {
     const bool isMost = mark.contains("at_most");
-    add(to, "| {} | {:.3g} | {} {:g} | {} |\n", text(mark["what"]), number(mark["value"]),
+    const double error = number(mark["error"]);
+    add(to, "| {} | {:.3g}{} | {} {:g} | {} |\n", text(mark["what"]), number(mark["value"]),
+        error > 0 ? fmt::format(" ± {:.2g}", error) : "",
         isMost ? "<=" : ">=", number(mark[isMost ? "at_most" : "at_least"]),
         mark["reached"] == true ? "reached" : "missed");
   }
@@ -286,6 +313,7 @@ std::string textReport(const DollMeasurements& measured) {
   std::string text = report["model"].get<std::string>() + "\n";
   writeMachine(text, report["machine"]);
   writeFrame(text, report);
+  text += growthText(measured.growth, measured.machine);
   writeOrders(text, report["look_up_orders"]);
   writeParts(text, report);
   writeMarks(text, report["marks"]);

@@ -3,10 +3,12 @@
 
 #include "bench/doll/bounded_frames.h"
 #include "bench/doll/frame_times.h"
+#include "bench/doll/growth.h"
 #include "bench/doll/look_up_orders.h"
 #include "bench/doll/machine.h"
 #include "bench/doll/paper_frame.h"
 #include "bench/packing/packing_times.h"
+#include "bench/quality/packing_quality.h"
 #include "bench/splat/splat_times.h"
 #include "bench/warp/warp_times.h"
 
@@ -23,6 +25,15 @@ struct FrameCheck {
   bool passed() const { return psnrDb >= kLeastDb; }
 };
 
+// Some blocks of some views of the light stage's doll (examples/stages/doll.toml).
+struct StageDoll {
+  static constexpr double kBytes = 0.6; // at most, for each pixel and light
+  std::string scale;                    // of the stage
+  size_t views = 0, allViews = 0;
+  size_t every = 1; // block of these views
+  PackingQuality quality;
+};
+
 struct DollMeasurements {
   std::filesystem::path model;
   int width = 0, height = 0; // of the frame
@@ -31,9 +42,11 @@ struct DollMeasurements {
   FrameTimes frame;
   PaperFrame paper;
   Lap paperLap; // on one thread, with all blocks in memory
+  Growth growth;
   BoundedFrames bounded;
   std::vector<OrderCost> orders;
   PackingTimes packing;
+  StageDoll stageDoll;
   std::vector<SplatTimes> splats;
   std::vector<WarpTimes> warps;
 };
