@@ -37,7 +37,9 @@ Json jsonOf(const GrowthRow& row, const MachineLimits& machine) {
     bound += ofStage;
   }
   const double processor = row.times.frame.processor;
+  const FrameCounts& counts = row.times.counts;
   return {{"name", row.name},
+          {"captured_lights", static_cast<double>(counts.lookups) / static_cast<double>(counts.pairs)},
           {"frame_ms", 1e3 * row.times.frame.median},
           {"frame_cpu_ms", 1e3 * processor},
           {"bound_ms", 1e3 * bound},

@@ -101,6 +101,7 @@ class Doll(unittest.TestCase):
         for name in ("3 views", "6 views", "12 views", "512x384", "1 light", "60 lights"):
             self.assertIn(name, rows)
         for row in rows.values():
+            self.assertTrue(1 <= row["captured_lights"] <= 6)
             self.assertEqual(list(row["stages"]), STAGES)
             bound = sum(stage["bound_ms"] for stage in row["stages"].values())
             self.assertAlmostEqual(row["bound_ms"], bound)
