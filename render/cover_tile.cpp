@@ -6,7 +6,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <string>
 
@@ -18,65 +17,42 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 float weightAt(const TileSplat& s, float x, float y) {
   constexpr auto exponent = static_cast<float>(-kCutoffSigmas * kCutoffSigmas);
-  const float a = s.a0 + s.ax * x + s.ay * y, b = s.b0 + s.by * y;
-  return s.peak * std::exp(exponent * (a * a + b * b));
-}
-
-// About the middle of the tile whose corner is the pixel (x, y) of the picture.
-TileSplat aboutMiddle(const ScreenSplat& from, int x, int y) {
-  const float cx = from.x - static_cast<float>(x + kTileSize / 2),
-              cy = from.y - static_cast<float>(y + kTileSize / 2);
-  const auto block = [](int pixel, int corner) {
-    return static_cast<uint8_t>(std::clamp(pixel - corner, 0, kTileSize) / kBlockSize);
-  };
-  TileSplat s;
-  s.a0 = -(from.ax * cx + from.ay * cy);
-  s.ax = from.ax, s.ay = from.ay;
-  s.b0 = -from.by * cy;
-  s.by = from.by;
-  s.peak = from.peak;
-  s.order0 = from.order - from.orderX * cx - from.orderY * cy;
-  s.orderX = from.orderX, s.orderY = from.orderY;
-  s.tolerance = from.tolerance;
-  s.blockX0 = block(from.box.x0, x), s.blockX1 = block(from.box.x1 + kBlockSize - 1, x);
-  s.blockY0 = block(from.box.y0, y), s.blockY1 = block(from.box.y1 + kBlockSize - 1, y);
-  return s;
+  const float a = s.a0 + s.shape.ax * x + s.shape.ay * y, b = s.b0 + s.shape.by * y;
+  return s.shape.peak * std::exp(exponent * (a * a + b * b));
 }
 
 BlockFragments blockFragments(size_t count, TileScratch& scratch) {
   const size_t room = count + kLanes;
   return {scratch.orders.of(kLanes * room), scratch.areas.of(kLanes * room), scratch.tolerances.of(room),
-          scratch.reached.of(room)};
+          scratch.splats.of(room)};
 }
 PixelFragments pixelFragments(size_t count, TileScratch& scratch) {
   const size_t room = count + 2 * kLanes;
-  return {scratch.order.of(room), scratch.tolerance.of(room), scratch.area.of(room), scratch.work.of(room)};
+  return {scratch.order.of(room), scratch.tolerance.of(room), scratch.area.of(room), scratch.splat.of(room),
+          scratch.rank.of(room)};
 }
 
 // More fragments than this in a pixel are not compared each with each.
 constexpr size_t kManyFragments = 2048;
 
-// The fragments of a pixel, nearest first; those of one depth in the order of the block's list.
-void sortPixel(const SplatKernels& kernels, const TileLists& lists, int block, int lane, uint32_t count,
-               const BlockFragments& ofBlock, const PixelFragments& pixel, std::vector<Fragment>& sorted) {
+// The fragments of a pixel, nearest first; those of one depth in their order in the tile.
+void sortPixel(const SplatKernels& kernels, uint32_t count, const PixelFragments& pixel,
+               std::vector<Fragment>& sorted) {
   constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
-  sorted.assign(count, {0, 0, 0, none});
   const bool ranked = count <= kManyFragments;
   if (ranked) kernels.rankPixel(count, pixel);
-  const uint32_t begin = lists.begin[block];
-  for (uint32_t i = 0, entry = 0; i < count; ++entry) {
-    if ((ofBlock.reached[entry] >> lane & 1) == 0) continue;
-    auto place = ranked ? static_cast<uint32_t>(pixel.work[i]) : i;
+  sorted.assign(count, {0, 0, 0, none});
+  for (uint32_t i = 0; i < count; ++i) {
+    uint32_t place = ranked ? static_cast<uint32_t>(pixel.rank[i]) : i;
     while (sorted[place].splat != none) ++place; // taken by one of the same depth
-    sorted[place] = {pixel.order[i], pixel.tolerance[i], pixel.area[i], lists.list[begin + entry]};
-    ++i;
+    sorted[place] = {pixel.order[i], pixel.tolerance[i], pixel.area[i],
+                     std::bit_cast<uint32_t>(pixel.splat[i])};
   }
   if (!ranked) std::ranges::stable_sort(sorted, {}, &Fragment::order);
 }
 
 // The layers of a pixel that the kernel left open: a single one goes to `block`, more to the tile.
-void resolvePixel(const TileLists& lists, int block, int lane, TileScratch& scratch, uint8_t* seen,
-                  CoverageTile& tile, BlockLayers& layers) {
+void resolvePixel(int block, int lane, TileScratch& scratch, CoverageTile& tile, BlockLayers& layers) {
   const std::vector<Fragment>& fragments = scratch.fragments;
   layersOf(fragments, scratch.layers);
 
@@ -108,14 +84,41 @@ void resolvePixel(const TileLists& lists, int block, int lane, TileScratch& scra
     float weight = 0, weightedOrder = 0;
     for (size_t i = layer.begin; i < layer.end; ++i) {
       const Fragment& f = fragments[i];
-      const float w = weightAt(lists.splats[f.splat], fromMiddle(x), fromMiddle(y));
+      const float w = weightAt(tile.drawn.splats[f.splat], fromMiddle(x), fromMiddle(y));
       tile.contributions.push_back({f.splat, w});
       weight += w;
       weightedOrder += w * f.order;
-      seen[f.splat] = 1;
+      scratch.seen.data()[f.splat / kGroup] |= uint64_t{1} << f.splat % kGroup;
     }
     tile.layers.push_back({y * kTileSize + x, begin, static_cast<uint32_t>(layer.end - layer.begin),
                            layer.alpha, weightedOrder / weight, isMiddle});
+  }
+}
+
+void gatherSplats(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
+                  const TileFrame& frame, CoverageTile& tile) {
+  if (entries.size() > std::numeric_limits<uint32_t>::max() / kLanes)
+    throw Error::mismatch("at most 2^28 splats in a tile", std::to_string(entries.size()));
+  const auto count = static_cast<uint32_t>(entries.size()), groups = groupsOf(count);
+  TileSplat* splats = tile.splats.of(count);
+  uint32_t* column = tile.column.of(count);
+  uint64_t* sets = tile.sets.of(size_t{kGroup} * groups);
+  kernels.placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
+  tile.drawn = {splats, sets, count};
+}
+
+// What the blocks show of their splats, added to what their pixels of several layers show.
+void markSeen(const CoverageTile& tile, uint64_t* seenOfTile, std::span<uint8_t> seenOfCloud) {
+  const TileSplats& drawn = tile.drawn;
+  for (uint32_t group = 0; group < groupsOf(drawn.count); ++group) {
+    uint64_t seen = seenOfTile[group];
+    for (int block = 0; block < kBlocks; ++block)
+      seen |= drawn.sets[group * kBlocks + static_cast<uint32_t>(block)];
+    for (; seen != 0; seen &= seen - 1) {
+      const uint32_t splat = group * kGroup + static_cast<uint32_t>(std::countr_zero(seen));
+      const std::atomic_ref mark(seenOfCloud[tile.column.data()[splat]]);
+      if (!mark.load(std::memory_order_relaxed)) mark.store(1, std::memory_order_relaxed);
+    }
   }
 }
 
@@ -124,65 +127,40 @@ void resolvePixel(const TileLists& lists, int block, int lane, TileScratch& scra
 void coverTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
                const TileFrame& frame, TileScratch& scratch, CoverageTile& tile, const PixelSums& pixels,
                std::span<uint8_t> seenOfCloud) {
-  tile.lists.count = 0;
   tile.layers.clear();
   tile.contributions.clear();
-  const auto pixelAt = [&](int x, int y) {
-    return static_cast<size_t>(y) * pixels.width + static_cast<size_t>(x);
-  };
-  for (int y = frame.y0; y < frame.y0 + frame.height; ++y)
-    for (float* sums : {pixels.alpha, pixels.layerArea})
-      std::fill_n(sums + pixelAt(frame.x0, y), frame.width, 0.f);
-  if (entries.empty()) return;
-
-  constexpr size_t kAhead = 24;
-  TileSplat* splats = tile.splats.of(entries.size());
-  uint32_t* column = tile.column.of(entries.size());
-  size_t pairs = 0;
-  for (size_t i = 0; i < entries.size(); ++i) {
-    __builtin_prefetch(&screen[entries[std::min(i + kAhead, entries.size() - 1)]]);
-    splats[i] = aboutMiddle(screen[entries[i]], frame.x0, frame.y0);
-    column[i] = screen[entries[i]].splat;
-    pairs += static_cast<size_t>(splats[i].blockX1 - splats[i].blockX0) *
-             static_cast<size_t>(splats[i].blockY1 - splats[i].blockY0);
-  }
-  if (pairs > std::numeric_limits<uint32_t>::max() / kLanes)
-    throw Error::mismatch("at most 2^28 splats over the blocks of a tile", std::to_string(pairs));
-  TileLists& lists = tile.lists;
-  lists.splats = splats;
-  lists.count = static_cast<uint32_t>(entries.size());
-  lists.list = tile.list.of(pairs + 1);
-  kernels.listBlocks(lists);
-  uint8_t* seen = scratch.seen.of(entries.size());
-  std::memset(seen, 0, entries.size());
-  float* allLimits = tile.limits.of(size_t{kBlocks} * kLanes);
+  tile.blocks = 0;
+  gatherSplats(kernels, screen, entries, frame, tile);
+  uint64_t* seen = scratch.seen.of(groupsOf(tile.drawn.count));
+  std::fill_n(seen, groupsOf(tile.drawn.count), 0);
+  float* allLimits = tile.limits.of(entries.empty() ? 0 : size_t{kBlocks} * kLanes);
 
   for (int block = 0; block < kBlocks; ++block) {
-    if (lists.end[block] == lists.begin[block]) continue;
-    float* limits = allLimits + static_cast<size_t>(block) * kLanes;
-    const BlockFragments fragments = blockFragments(lists.end[block] - lists.begin[block], scratch);
     BlockLayers layers;
-    kernels.resolveBlock(lists, block, frame.width, frame.height, fragments, layers);
-    const uint32_t count = lists.end[block] - lists.begin[block];
-    const PixelFragments ofPixel = pixelFragments(count, scratch);
-    for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
-      const int lane = std::countr_zero(bits);
-      const uint32_t n = kernels.gatherPixel(count, lane, fragments, ofPixel);
-      if (n <= kManyFragments && kernels.firstLayer(n, ofPixel, lane, layers)) continue;
-      sortPixel(kernels, lists, block, lane, n, fragments, ofPixel, scratch.fragments);
-      resolvePixel(lists, block, lane, scratch, seen, tile, layers);
+    kernels.sumBlock(tile.drawn, block, frame.width, frame.height, layers);
+    if (layers.unresolved != 0 || layers.dark != 0) {
+      const BlockFragments fragments = blockFragments(layers.count, scratch);
+      kernels.resolveBlock(tile.drawn, block, fragments, layers);
+      const PixelFragments ofPixel = pixelFragments(layers.count, scratch);
+      for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
+        const int lane = std::countr_zero(bits);
+        const uint32_t n = kernels.gatherPixel(layers.count, lane, fragments, ofPixel);
+        sortPixel(kernels, n, ofPixel, scratch.fragments);
+        resolvePixel(block, lane, scratch, tile, layers);
+      }
+      kernels.keepSeen(tile.drawn, block, fragments, layers.limit);
     }
-    std::copy_n(layers.limit, kLanes, limits);
-    kernels.keepSeen(lists, block, fragments, limits, seen);
+    if (layers.count != 0) {
+      tile.blocks |= uint64_t{1} << block;
+      std::copy_n(layers.limit, kLanes, allLimits + static_cast<size_t>(block) * kLanes);
+    }
     forRows(frame, block, [&](size_t lane, int x, int y, size_t pixelsInRow) {
-      std::copy_n(layers.alpha + lane, pixelsInRow, pixels.alpha + pixelAt(x, y));
-      std::copy_n(layers.area + lane, pixelsInRow, pixels.layerArea + pixelAt(x, y));
+      const size_t pixel = static_cast<size_t>(y) * pixels.width + static_cast<size_t>(x);
+      copyRow(layers.alpha + lane, pixelsInRow, pixels.alpha + pixel);
+      copyRow(layers.area + lane, pixelsInRow, pixels.layerArea + pixel);
     });
   }
-  for (size_t i = 0; i < entries.size(); ++i) {
-    const std::atomic_ref mark(seenOfCloud[column[i]]);
-    if (seen[i] && !mark.load(std::memory_order_relaxed)) mark.store(1, std::memory_order_relaxed);
-  }
+  markSeen(tile, seen, seenOfCloud);
 }
 
 } // namespace surflect

@@ -5,6 +5,7 @@
 #include "render/splat_kernels.h"
 #include "surfel/room.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -25,9 +26,10 @@ struct Contribution {
 };
 
 struct CoverageTile {
-  TileLists lists;
-  Room<TileSplat> splats; // what `lists` points at
-  Room<uint32_t> list;    // likewise
+  TileSplats drawn;
+  uint64_t blocks;        // where they are, a bit for each
+  Room<TileSplat> splats; // what `drawn` points at
+  Room<uint64_t> sets;    // likewise
   Room<uint32_t>
       column;         // of each splat its number in the cloud while covering; in Coverage::visible afterwards
   Room<float> limits; // kLanes for each block
@@ -50,6 +52,15 @@ template <class Visit> void forRows(const TileFrame& frame, int block, Visit vis
           static_cast<size_t>(count));
 }
 
+// Of a row of a block.
+inline void copyRow(const float* from, size_t count, float* to) {
+  if (count == kBlockSize) {
+    std::copy_n(from, kBlockSize, to); // without a call
+  } else {
+    std::copy_n(from, count, to);
+  }
+}
+
 // Of a whole picture, row by row.
 struct PixelSums {
   float *alpha, *layerArea;
@@ -58,11 +69,10 @@ struct PixelSums {
 
 // Reused from tile to tile.
 struct TileScratch {
-  Room<uint8_t> seen;                       // of each splat
-  Room<float> orders, areas, tolerances;    // BlockFragments
-  Room<uint32_t> reached;                   // likewise
-  Room<float> order, tolerance, area, work; // PixelFragments
-  std::vector<Fragment> fragments;          // of a pixel
+  Room<uint64_t> seen;                             // of each group the set
+  Room<float> orders, areas, tolerances, splats;   // BlockFragments
+  Room<float> order, tolerance, area, splat, rank; // PixelFragments
+  std::vector<Fragment> fragments;                 // of a pixel
   std::vector<Layer> layers;
 };
 

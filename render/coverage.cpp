@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <utility>
 
@@ -20,6 +21,11 @@ TileFrame frameOf(const Coverage& coverage, size_t tile) {
 size_t pixelOf(const Coverage& coverage, const TileFrame& frame, const PixelLayer& layered) {
   return coverage.pixel(frame.x0 + static_cast<int>(layered.pixel % kTileSize),
                         frame.y0 + static_cast<int>(layered.pixel / kTileSize));
+}
+
+// Calls visit(block) for those of a tile that splats reach.
+template <class Visit> void forBlocks(const CoverageTile& tile, Visit visit) {
+  for (uint64_t left = tile.blocks; left != 0; left &= left - 1) visit(std::countr_zero(left));
 }
 
 // The marked splats go to coverage.visible, and the tiles' splats point there.
@@ -48,8 +54,8 @@ void collectVisible(Coverage& coverage) {
   });
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t t) {
     CoverageTile& tile = coverage.tiles[t];
-    for (uint32_t& splat : std::span(tile.column.data(), tile.lists.count))
-      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no list: this is never read
+    for (uint32_t& splat : std::span(tile.column.data(), tile.drawn.count))
+      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set: this is never read
   });
 }
 
@@ -59,14 +65,14 @@ bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_
                   std::span<const float> confidence, std::vector<float>& to) {
   constexpr uint32_t kAhead = 16;
   const size_t some = std::min<size_t>(3, channels - first);
-  const uint32_t count = tile.lists.count;
+  const uint32_t count = tile.drawn.count;
   to.resize(std::max(to.size(), 4 * size_t{count}));
   const float* from = values.data() + first;
   const uint32_t* column = tile.column.data();
   float none = 0; // 0 times what is infinite is no number
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
-    __builtin_prefetch(&tile.lists.splats[i]); // for the kernel, which goes through them block by block
+    __builtin_prefetch(&tile.drawn.splats[i]); // for the kernel, which goes through them block by block
     const float* value = from + column[i] * channels;
     float* out = &to[4 * size_t{i}];
     out[3] = confidence.empty() ? 1 : confidence[column[i]];
@@ -98,26 +104,25 @@ Image multiplied(const Coverage& coverage, std::span<const float> values, int ch
     const auto to = [&](size_t pixel) { return &image.values[pixel * static_cast<size_t>(stride)]; };
     for (int y = frame.y0; y < frame.y0 + frame.height; ++y)
       std::fill_n(to(coverage.pixel(frame.x0, y)), frame.width * stride, 0.f);
-    if (tile.lists.count == 0 || coverage.visible.empty()) return;
+    if (tile.blocks == 0 || coverage.visible.empty()) return;
     std::vector<float>& ofTile = scratches.local();
     for (int first = 0; first < channels; first += 3) {
       const int some = std::min(3, channels - first);
       const bool finite = gatherValues(tile, values, static_cast<size_t>(channels),
                                        static_cast<size_t>(first), confidence, ofTile);
-      for (int block = 0; block < kBlocks; ++block) {
-        if (tile.lists.begin[block] == tile.lists.end[block]) continue;
+      forBlocks(tile, [&](int block) {
         float alpha[kLanes] = {}, sums[3 * kLanes];
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
-          std::copy_n(&coverage.alpha[coverage.pixel(x, y)], count, alpha + lane);
+          copyRow(&coverage.alpha[coverage.pixel(x, y)], count, alpha + lane);
         });
-        kernels.blendBlock(tile.lists, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, alpha,
+        kernels.blendBlock(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, alpha,
                            ofTile.data(), finite, sums);
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
           float* out = to(coverage.pixel(x, y)) + first;
           for (size_t i = lane; i < lane + count; ++i, out += stride)
             for (int k = 0; k < some; ++k) out[k] = sums[static_cast<size_t>(k) * kLanes + i];
         });
-      }
+      });
       for (const PixelLayer& layer : tile.layers) {
         float* out = to(pixelOf(coverage, frame, layer)) + first;
         float sums[3] = {}, sum = 0;
@@ -189,20 +194,18 @@ Image depthImage(const Coverage& coverage) {
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
     const CoverageTile& tile = coverage.tiles[index];
     const TileFrame frame = frameOf(coverage, index);
-    if (tile.lists.count == 0) return;
     const auto put = [&](size_t pixel, float order) {
       image.values[pixel] = static_cast<float>(depthOfOrder(coverage.lens, order));
     };
-    for (int block = 0; block < kBlocks; ++block) {
-      if (tile.lists.begin[block] == tile.lists.end[block]) continue;
+    forBlocks(tile, [&](int block) {
       float orders[kLanes];
-      kernels.meanOrder(tile.lists, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, orders);
+      kernels.meanOrder(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, orders);
       forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
         const size_t pixel = coverage.pixel(x, y);
         for (size_t i = 0; i < count; ++i)
           if (coverage.alpha[pixel + i] > 0) put(pixel + i, orders[lane + i]);
       });
-    }
+    });
     for (const PixelLayer& layer : tile.layers)
       if (layer.isMiddle) put(pixelOf(coverage, frame, layer), layer.order);
   });

@@ -20,33 +20,31 @@ inline Lanes colorWeight(Lanes t) {
   return p * p;
 }
 
-// Where a block's pixels show all that is in its list, or nothing of it, orders need not be looked at.
+// Where a block's pixels show all of its set, or nothing of it, orders need not be looked at.
 inline bool showAllOrNothing(Lanes limit) {
   const Lanes infinite = broadcast(kInfinity);
   return bitsOf((broadcast(0) - infinite < limit) & (limit < infinite)) == 0;
 }
 
-// Calls add(splat of the tile, where it is seen, weights, orders) for each splat of a block's list.
+// Calls add(splat of the tile, where it is seen, weights, orders) for each splat of a block.
 template <bool ordered, class Add>
-inline void eachWeight(const TileLists& tile, int block, Lanes limit, Add add) {
+inline void eachWeight(const TileSplats& tile, int block, Lanes limit, Add add) {
   const Centers at = centersOf(block);
   const Lanes zero = broadcast(0);
-  const uint32_t end = tile.end[block];
-  for (uint32_t i = tile.begin[block]; i < end; ++i) {
-    const uint32_t splat = tile.list[i];
+  eachSplat(tile, block, [&](uint32_t splat) {
     const TileSplat& s = tile.splats[splat];
-    const Lanes inside = insideOf(s, at), weight = colorWeight(inside) * broadcast(s.peak);
+    const Lanes inside = insideOf(s, at), weight = colorWeight(inside) * broadcast(s.shape.peak);
     if constexpr (ordered) {
       const Lanes order = orderOf(s, at);
       add(splat, (zero <= inside) & (order < limit), weight, order);
     } else {
       add(splat, zero <= inside, weight, zero);
     }
-  }
+  });
 }
 
 template <bool ordered, bool finite>
-inline void blendBlockAs(const TileLists& tile, int block, const float* limits, const float* alpha,
+inline void blendBlockAs(const TileSplats& tile, int block, const float* limits, const float* alpha,
                          const float* values, float* out) {
   const Lanes zero = broadcast(0), limit = load(limits);
   Lanes sum = zero, sum0 = zero, sum1 = zero, sum2 = zero;
@@ -71,7 +69,7 @@ inline void blendBlockAs(const TileLists& tile, int block, const float* limits, 
   store(out + 2 * kLanes, where(any, sum2 * scale));
 }
 
-inline void blendBlockLoop(const TileLists& tile, int block, const float* limits, const float* alpha,
+inline void blendBlockLoop(const TileSplats& tile, int block, const float* limits, const float* alpha,
                            const float* values, bool finite, float* out) {
   if (!finite) {
     blendBlockAs<true, false>(tile, block, limits, alpha, values, out);
@@ -82,7 +80,7 @@ inline void blendBlockLoop(const TileLists& tile, int block, const float* limits
   }
 }
 
-inline void meanOrderLoop(const TileLists& tile, int block, const float* limits, float* out) {
+inline void meanOrderLoop(const TileSplats& tile, int block, const float* limits, float* out) {
   const Lanes zero = broadcast(0);
   Lanes sum = zero, sumOfOrders = zero;
   eachWeight<true>(tile, block, load(limits), [&](uint32_t, Mask in, Lanes weight, Lanes order) {

@@ -3,14 +3,15 @@
 
 #include "render/splat_blend_loops.h"
 #include "render/splat_layer_loops.h"
+#include "render/splat_place_loops.h"
 #include "render/splat_project_loops.h"
 
 namespace surflect {
 namespace {
 
-constexpr SplatKernels kernelsOfTheseLanes{projectLoop,     listBlocksLoop, resolveBlockLoop,
-                                           gatherPixelLoop, firstLayerLoop, rankPixelLoop,
-                                           keepSeenLoop,    blendBlockLoop, meanOrderLoop};
+constexpr SplatKernels kernelsOfTheseLanes{projectLoop,      placeSplatsLoop, sumBlockLoop,
+                                           resolveBlockLoop, gatherPixelLoop, rankPixelLoop,
+                                           keepSeenLoop,     blendBlockLoop,  meanOrderLoop};
 
 } // namespace
 } // namespace surflect

@@ -9,16 +9,21 @@
 
 namespace surflect {
 
+// What a splat is wherever it lies.
+struct SplatShape {
+  float ax, ay, by;
+  float peak, areaPeak; // the latter times kAreaPeak
+  float orderX, orderY, tolerance;
+};
+
 // One of a cloud's splats that is drawn: a Footprint made ready for tiles. At (dx, dy) pixels from its centre
 // its Gaussian is peak exp(-kCutoffSigmas^2 q / 2) where
 //   q = (ax dx + ay dy)^2 + (by dy)^2 <= 1.
 struct alignas(64) ScreenSplat {
-  float x, y;
-  float ax, ay, by;
-  float peak;
-  float order, orderX, orderY, tolerance;
-  PixelBox box; // what it may touch
+  SplatShape shape;
+  float x, y, order;
   uint32_t splat;
+  PixelBox box; // what it may touch
 };
 
 // What projecting reads: an undistorted pinhole camera and a cloud, three floats to a vector.
@@ -44,32 +49,31 @@ constexpr int kLanes = kBlockSize * kBlockSize; // pixels of a block, row by row
 // A splat about a tile's middle, where numbers are small. At (x, y) pixels from there
 //   q = (a0 + ax x + ay y)^2 + (b0 + by y)^2,   order0 + orderX x + orderY y
 struct TileSplat {
-  float a0, ax, ay, b0, by;
-  float peak;
-  float order0, orderX, orderY, tolerance;
-  uint8_t blockX0, blockY0, blockX1, blockY1; // blocks it may touch: [X0, X1) x [Y0, Y1)
+  SplatShape shape;
+  float a0, b0, order0;
 };
 
-// A tile's splats, and which of them reach each of its blocks: list[begin[b] .. end[b]).
-struct TileLists {
+// A tile's splats, 64 to a group, and for each group and block the set of those that reach the block: of
+// splat i bit i % 64 of sets[i / 64 * kBlocks + block].
+constexpr int kGroup = 64;
+struct TileSplats {
   const TileSplat* splats;
+  uint64_t* sets;
   uint32_t count;
-  uint32_t* list; // room for one more
-  uint32_t begin[kBlocks], end[kBlocks];
 };
+constexpr uint32_t groupsOf(uint32_t splats) { return splats / kGroup + (splats % kGroup != 0 ? 1 : 0); }
 
-// What splats do in the pixels of a block: kLanes orders and areas for each entry of its list, no number and
-// 0 where the splat does not reach, a bit for each pixel that it reaches, and the tolerance. Room for kLanes
-// entries more than the list has.
+// What splats do in the pixels of a block: kLanes orders and areas for each of its set, no number and 0 where
+// the splat does not reach, the tolerance, and which of the tile's splats it is, as the bits of a float. Room
+// for kLanes more.
 struct BlockFragments {
-  float *orders, *areas, *tolerances;
-  uint32_t* reached;
+  float *orders, *areas, *tolerances, *splats;
 };
 
-// What splats do in one pixel, in the order of the block's list. Room for 2 kLanes more than that has.
+// What splats do in one pixel, in their order in the tile. Room for 2 kLanes more than the block has.
 struct PixelFragments {
-  float *order, *tolerance, *area;
-  float* work; // of kernels
+  float *order, *tolerance, *area, *splat;
+  float* rank;
 };
 
 // The pixels of a block. Their first layer is all that is nearer than the limit, and all there is to them but
@@ -79,33 +83,37 @@ struct BlockLayers {
   float area[kLanes];  // of the layer
   float limit[kLanes]; // an order; nothing is nearer where alpha is 0
   uint32_t unresolved; // a bit for each pixel
+  uint32_t dark;       // likewise: there are splats, and too little of them to be seen
+  uint32_t count;      // of the block's splats
 };
 
 struct SplatKernels {
   // Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for all.
   // rejected: counts by Rejection, added to.
   size_t (*project)(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
-  // Fills list, begin and end.
-  void (*listBlocks)(TileLists&);
-  // Takes from the block's list what is hidden from all its pixels, as far as that is told from their sums,
-  // and fills the fragments of the others. width, height: of the tile; there is nothing in pixels beyond.
-  void (*resolveBlock)(TileLists&, int block, int width, int height, const BlockFragments&, BlockLayers&);
-  // The fragments of a pixel; returns how many. count: the length of the block's list.
+  // Makes the splats entries[0 .. count) of `screen` ready for the tile whose corner is the pixel (x, y).
+  // sets: room for whole groups. column: their numbers in the cloud.
+  void (*placeSplats)(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
+                      TileSplat* splats, uint64_t* sets, uint32_t* column);
+  // Takes from the block's set what reaches none of its pixels, and sums up the others as one layer; the
+  // pixels where they may be more are unresolved. width, height: of the tile; there is nothing in pixels
+  // beyond.
+  void (*sumBlock)(const TileSplats&, int block, int width, int height, BlockLayers&);
+  // Of a block that was summed up: fills its fragments, and resolves the pixels whose first layer is told
+  // from sums.
+  void (*resolveBlock)(const TileSplats&, int block, const BlockFragments&, BlockLayers&);
+  // The fragments of a pixel; returns how many. count: of the block's splats.
   uint32_t (*gatherPixel)(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
-  // For an unresolved pixel: whether its first layer is all there is to it, and then its entries in `layers`.
-  // Time grows with the square of the count.
-  bool (*firstLayer)(uint32_t count, const PixelFragments&, int lane, BlockLayers& layers);
-  // How many fragments are nearer than each, as numbers in `work`. Time as above.
+  // How many fragments are nearer than each, as `rank`. Time grows with the square of the count.
   void (*rankPixel)(uint32_t count, const PixelFragments&);
-  // Marks seen[splat of the tile] of those with an order below a limit; drops the others from the block's
-  // list.
-  void (*keepSeen)(TileLists&, int block, const BlockFragments&, const float* limits, uint8_t* seen);
+  // Takes from the block's set what has no order below a limit.
+  void (*keepSeen)(const TileSplats&, int block, const BlockFragments&, const float* limits);
   // Sums of three values per splat of the tile over the fragments below the limits, weighted to sum to alpha.
   // values: three and the confidence of each splat. finite: all values are. out: 3 x kLanes.
-  void (*blendBlock)(const TileLists&, int block, const float* limits, const float* alpha,
+  void (*blendBlock)(const TileSplats&, int block, const float* limits, const float* alpha,
                      const float* values, bool finite, float* out);
   // The mean order of these fragments.
-  void (*meanOrder)(const TileLists&, int block, const float* limits, float* out);
+  void (*meanOrder)(const TileSplats&, int block, const float* limits, float* out);
 };
 
 enum class Simd;

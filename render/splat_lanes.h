@@ -24,6 +24,26 @@ inline Mask firstLanes(int count) {
   return load(lane) < broadcast(static_cast<float>(count));
 }
 
+// Calls visit(splat of the tile) for the block's set, in order.
+template <class Visit> inline void eachSplat(const TileSplats& tile, int block, Visit visit) {
+  const uint32_t groups = groupsOf(tile.count);
+  for (uint32_t g = 0; g < groups; ++g)
+    for (uint64_t left = tile.sets[g * kBlocks + block]; left != 0; left &= left - 1)
+      visit(g * kGroup + __builtin_ctzll(left));
+}
+// Takes from the set those for which keep(splat of the tile) is false.
+template <class Keep> inline void keepSplats(const TileSplats& tile, int block, Keep keep) {
+  const uint32_t groups = groupsOf(tile.count);
+  for (uint32_t g = 0; g < groups; ++g) {
+    uint64_t kept = 0;
+    for (uint64_t left = tile.sets[g * kBlocks + block]; left != 0; left &= left - 1) {
+      const uint32_t bit = __builtin_ctzll(left);
+      kept |= uint64_t{keep(g * kGroup + bit)} << bit; // without a branch
+    }
+    tile.sets[g * kBlocks + block] = kept;
+  }
+}
+
 // Pixel centres of a block, from the middle of its tile.
 struct Centers {
   Lanes x, y;
@@ -40,12 +60,14 @@ inline Centers centersOf(int block) {
 
 // How far inside of its cut-off a splat has the pixels: 1 at its centre, below 0 beyond.
 inline Lanes insideOf(const TileSplat& s, const Centers& at) {
-  const Lanes a = mulAdd(broadcast(s.ax), at.x, mulAdd(broadcast(s.ay), at.y, broadcast(s.a0)));
-  const Lanes b = mulAdd(broadcast(s.by), at.y, broadcast(s.b0));
+  const SplatShape& shape = s.shape;
+  const Lanes a = mulAdd(broadcast(shape.ax), at.x, mulAdd(broadcast(shape.ay), at.y, broadcast(s.a0)));
+  const Lanes b = mulAdd(broadcast(shape.by), at.y, broadcast(s.b0));
   return negMulAdd(a, a, negMulAdd(b, b, broadcast(1)));
 }
 inline Lanes orderOf(const TileSplat& s, const Centers& at) {
-  return mulAdd(broadcast(s.orderX), at.x, mulAdd(broadcast(s.orderY), at.y, broadcast(s.order0)));
+  const SplatShape& shape = s.shape;
+  return mulAdd(broadcast(shape.orderX), at.x, mulAdd(broadcast(shape.orderY), at.y, broadcast(s.order0)));
 }
 
 inline Lanes saturatedLanes(Lanes area) {

@@ -219,21 +219,22 @@ inline int footprints(const ProjectJob& job, size_t begin, const Survivors& in, 
   rejected[static_cast<int>(Rejection::notFinite)] += static_cast<size_t>(ones(andNot(there, finite)));
   rejected[static_cast<int>(Rejection::outside)] += static_cast<size_t>(ones(andNot(there & finite, inside)));
 
-  constexpr int kFields = 14;
+  constexpr int kFields = 15;
   float fields[kFields][kLanes];
-  const Lanes values[kFields] = {x, y, ax, ay, by, peak, order, slope0, slope1, tolerance, x0, y0, x1, y1};
+  const Lanes values[kFields] = {x,      y,      order,     ax, ay, by, peak, peak * broadcast(kAreaPeak),
+                                 slope0, slope1, tolerance, x0, y0, x1, y1};
   for (int f = 0; f < kFields; ++f) store(fields[f], values[f]);
   int n = 0;
   for (uint32_t bits = drawn; bits != 0; bits &= bits - 1) {
     const int i = __builtin_ctz(bits);
     ScreenSplat& to = out[n];
-    to.x = fields[0][i], to.y = fields[1][i];
-    to.ax = fields[2][i], to.ay = fields[3][i], to.by = fields[4][i];
-    to.peak = fields[5][i];
-    to.order = fields[6][i], to.orderX = fields[7][i], to.orderY = fields[8][i];
-    to.tolerance = fields[9][i];
-    to.box.x0 = static_cast<int>(fields[10][i]), to.box.y0 = static_cast<int>(fields[11][i]);
-    to.box.x1 = static_cast<int>(fields[12][i]), to.box.y1 = static_cast<int>(fields[13][i]);
+    to.x = fields[0][i], to.y = fields[1][i], to.order = fields[2][i];
+    SplatShape& shape = to.shape;
+    shape.ax = fields[3][i], shape.ay = fields[4][i], shape.by = fields[5][i];
+    shape.peak = fields[6][i], shape.areaPeak = fields[7][i];
+    shape.orderX = fields[8][i], shape.orderY = fields[9][i], shape.tolerance = fields[10][i];
+    to.box.x0 = static_cast<int>(fields[11][i]), to.box.y0 = static_cast<int>(fields[12][i]);
+    to.box.x1 = static_cast<int>(fields[13][i]), to.box.y1 = static_cast<int>(fields[14][i]);
     to.splat = static_cast<uint32_t>(begin) + static_cast<uint32_t>(in.index[at + i]);
     ++n;
   }

@@ -32,14 +32,13 @@ ProjectJob jobOf(const Camera<ObjectSpace>& camera, const Splats& splats, const 
 
 ScreenSplat screenSplatOf(const Footprint& f, uint32_t splat) {
   constexpr auto cutoff = static_cast<float>(kCutoffSigmas);
-  ScreenSplat s{};
-  s.x = f.x, s.y = f.y;
-  s.ax = std::sqrt(f.xx) / cutoff, s.ay = s.ax * f.skew, s.by = std::sqrt(f.yy) / cutoff;
-  s.peak = f.peak;
-  s.order = f.order, s.orderX = f.orderX, s.orderY = f.orderY, s.tolerance = f.tolerance;
-  s.box = f.box;
-  s.splat = splat;
-  return s;
+  const float ax = std::sqrt(f.xx) / cutoff, by = std::sqrt(f.yy) / cutoff;
+  return {{ax, ax * f.skew, by, f.peak, f.peak * kAreaPeak, f.orderX, f.orderY, f.tolerance},
+          f.x,
+          f.y,
+          f.order,
+          splat,
+          f.box};
 }
 
 // Splats [begin, end), by the kernel where the lens is one of its kind.
