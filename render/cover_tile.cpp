@@ -15,10 +15,11 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// But for its peak.
 float weightAt(const TileSplat& s, float x, float y) {
   constexpr auto exponent = static_cast<float>(-kCutoffSigmas * kCutoffSigmas);
   const float a = s.a0 + s.shape.ax * x + s.shape.ay * y, b = s.b0 + s.shape.by * y;
-  return s.shape.peak * std::exp(exponent * (a * a + b * b));
+  return std::exp(exponent * (a * a + b * b));
 }
 
 BlockFragments blockFragments(size_t count, TileScratch& scratch) {
@@ -84,10 +85,11 @@ void resolvePixel(int block, int lane, TileScratch& scratch, CoverageTile& tile,
     float weight = 0, weightedOrder = 0;
     for (size_t i = layer.begin; i < layer.end; ++i) {
       const Fragment& f = fragments[i];
-      const float w = weightAt(tile.drawn.splats[f.splat], fromMiddle(x), fromMiddle(y));
+      const TileSplat& splat = tile.drawn.splats[f.splat];
+      const float w = weightAt(splat, fromMiddle(x), fromMiddle(y));
       tile.contributions.push_back({f.splat, w});
-      weight += w;
-      weightedOrder += w * f.order;
+      weight += splat.shape.peak * w;
+      weightedOrder += splat.shape.peak * w * f.order;
       scratch.seen.data()[f.splat / kGroup] |= uint64_t{1} << f.splat % kGroup;
     }
     tile.layers.push_back({y * kTileSize + x, begin, static_cast<uint32_t>(layer.end - layer.begin),

@@ -22,7 +22,7 @@ struct PixelLayer {
 };
 struct Contribution {
   uint32_t splat; // of the tile
-  float weight;
+  float weight;   // but for the splat's peak
 };
 
 struct CoverageTile {

@@ -59,8 +59,8 @@ void collectVisible(Coverage& coverage) {
   });
 }
 
-// Three values of each of a tile's splats, from `first` on, and its confidence; returns whether all are
-// finite.
+// Three values of each of a tile's splats, from `first` on, and 1, times its peak and confidence; returns
+// whether all are finite.
 bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_t channels, size_t first,
                   std::span<const float> confidence, std::vector<float>& to) {
   constexpr uint32_t kAhead = 16;
@@ -72,15 +72,15 @@ bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_
   float none = 0; // 0 times what is infinite is no number
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
-    __builtin_prefetch(&tile.drawn.splats[i]); // for the kernel, which goes through them block by block
     const float* value = from + column[i] * channels;
+    const float weight = tile.drawn.splats[i].shape.peak * (confidence.empty() ? 1 : confidence[column[i]]);
     float* out = &to[4 * size_t{i}];
-    out[3] = confidence.empty() ? 1 : confidence[column[i]];
+    out[3] = weight;
     if (some == 3) {
-      out[0] = value[0], out[1] = value[1], out[2] = value[2];
-      none += 0 * value[0] + 0 * value[1] + 0 * value[2];
+      out[0] = weight * value[0], out[1] = weight * value[1], out[2] = weight * value[2];
+      none += 0 * out[0] + 0 * out[1] + 0 * out[2];
     } else {
-      for (size_t k = 0; k < some; ++k) none += 0 * (out[k] = value[k]);
+      for (size_t k = 0; k < some; ++k) none += 0 * (out[k] = weight * value[k]);
     }
   }
   return none == 0;
@@ -128,9 +128,8 @@ Image multiplied(const Coverage& coverage, std::span<const float> values, int ch
         float sums[3] = {}, sum = 0;
         for (const Contribution& c : std::span(tile.contributions).subspan(layer.begin, layer.count)) {
           const float* value = &ofTile[4 * size_t{c.splat}];
-          const float weight = c.weight * value[3];
-          for (int k = 0; k < some; ++k) sums[k] += weight * value[k];
-          sum += weight;
+          for (int k = 0; k < some; ++k) sums[k] += c.weight * value[k];
+          sum += c.weight * value[3];
         }
         for (int k = 0; k < some; ++k) out[k] += layer.alpha / sum * sums[k];
       }

@@ -109,7 +109,7 @@ struct SplatKernels {
   // Takes from the block's set what has no order below a limit.
   void (*keepSeen)(const TileSplats&, int block, const BlockFragments&, const float* limits);
   // Sums of three values per splat of the tile over the fragments below the limits, weighted to sum to alpha.
-  // values: three and the confidence of each splat. finite: all values are. out: 3 x kLanes.
+  // values: of each splat three and 1, times its peak and confidence. finite: all are. out: 3 x kLanes.
   void (*blendBlock)(const TileSplats&, int block, const float* limits, const float* alpha,
                      const float* values, bool finite, float* out);
   // The mean order of these fragments.

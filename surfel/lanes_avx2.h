@@ -40,6 +40,17 @@ inline Lanes min(Lanes x, Lanes y) { return {_mm256_min_ps(x.a, y.a), _mm256_min
 inline Lanes max(Lanes x, Lanes y) { return {_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)}; }
 inline Lanes sqrt(Lanes x) { return {_mm256_sqrt_ps(x.a), _mm256_sqrt_ps(x.b)}; }
 inline Lanes ceil(Lanes x) { return {_mm256_ceil_ps(x.a), _mm256_ceil_ps(x.b)}; }
+inline Lanes nearestWhole(Lanes x) {
+  constexpr int nearest = _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC;
+  return {_mm256_round_ps(x.a, nearest), _mm256_round_ps(x.b, nearest)};
+}
+inline Lanes timesPowerOfTwo(Lanes x, Lanes power) {
+  const auto half = [](__m256 of, __m256 by) {
+    const __m256i exponent = _mm256_slli_epi32(_mm256_cvtps_epi32(by), 23);
+    return _mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(of), exponent));
+  };
+  return {half(x.a, power.a), half(x.b, power.b)};
+}
 inline Mask operator<(Lanes x, Lanes y) {
   return {_mm256_cmp_ps(x.a, y.a, _CMP_LT_OQ), _mm256_cmp_ps(x.b, y.b, _CMP_LT_OQ)};
 }

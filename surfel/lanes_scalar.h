@@ -95,6 +95,18 @@ inline Lanes where(Mask m, Lanes a) {
 // The second operand where one is not a number.
 inline Lanes min(Lanes a, Lanes b) { return select(a < b, a, b); }
 inline Lanes max(Lanes a, Lanes b) { return select(b < a, a, b); }
+// The even one of two that are as near.
+inline Lanes nearestWhole(Lanes a) {
+  return eachLane([&](int i) { return __builtin_rintf(at(a, i)); });
+}
+// a 2^power for whole powers. Anything where the power or the result is beyond those of normal floats.
+inline Lanes timesPowerOfTwo(Lanes a, Lanes power) {
+  const Lanes exponent = min(max(power, broadcast(-126)), broadcast(127));
+  return eachLane([&](int i) {
+    const auto factor = static_cast<uint32_t>(static_cast<int32_t>(at(exponent, i)) + 127) << 23;
+    return at(a, i) * __builtin_bit_cast(float, factor);
+  });
+}
 // a where the mask is not.
 inline Lanes addWhere(Mask m, Lanes a, Lanes b) { return select(m, a + b, a); }
 inline Lanes minWhere(Mask m, Lanes a, Lanes b) { return select(m, min(a, b), a); }
