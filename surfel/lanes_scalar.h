@@ -95,16 +95,17 @@ inline Lanes where(Mask m, Lanes a) {
 // The second operand where one is not a number.
 inline Lanes min(Lanes a, Lanes b) { return select(a < b, a, b); }
 inline Lanes max(Lanes a, Lanes b) { return select(b < a, a, b); }
-// The even one of two that are as near.
+// The even one of two that are as near; of numbers below 2^22.
 inline Lanes nearestWhole(Lanes a) {
-  return eachLane([&](int i) { return __builtin_rintf(at(a, i)); });
+  const Lanes shift = broadcast(3 << 22); // floats of this size have no fraction
+  return a + shift - shift;
 }
 // a 2^power for whole powers. Anything where the power or the result is beyond those of normal floats.
 inline Lanes timesPowerOfTwo(Lanes a, Lanes power) {
   const Lanes exponent = min(max(power, broadcast(-126)), broadcast(127));
-  return eachLane([&](int i) {
-    const auto factor = static_cast<uint32_t>(static_cast<int32_t>(at(exponent, i)) + 127) << 23;
-    return at(a, i) * __builtin_bit_cast(float, factor);
+  return eachQuarter([&](int k) {
+    const auto factor = (__builtin_convertvector(exponent.quarter[k], FourBools) + 127) << 23;
+    return a.quarter[k] * FourFloats(factor);
   });
 }
 // a where the mask is not.
