@@ -97,16 +97,17 @@ void resolvePixel(int block, int lane, TileScratch& scratch, CoverageTile& tile,
   }
 }
 
-void gatherSplats(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
-                  const TileFrame& frame, CoverageTile& tile) {
+// Returns how many splats a block has at most.
+uint32_t gatherSplats(const SplatKernels& kernels, const ScreenSplat* screen,
+                      std::span<const uint32_t> entries, const TileFrame& frame, CoverageTile& tile) {
   if (entries.size() > std::numeric_limits<uint32_t>::max() / kLanes)
     throw Error::mismatch("at most 2^28 splats in a tile", std::to_string(entries.size()));
   const auto count = static_cast<uint32_t>(entries.size()), groups = groupsOf(count);
   TileSplat* splats = tile.splats.of(count);
   uint32_t* column = tile.column.of(count);
   uint64_t* sets = tile.sets.of(size_t{kGroup} * groups);
-  kernels.placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
   tile.drawn = {splats, sets, count};
+  return kernels.placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
 }
 
 // What the blocks show of their splats, added to what their pixels of several layers show.
@@ -132,26 +133,23 @@ void coverTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span
   tile.layers.clear();
   tile.contributions.clear();
   tile.blocks = 0;
-  gatherSplats(kernels, screen, entries, frame, tile);
+  const uint32_t most = gatherSplats(kernels, screen, entries, frame, tile);
+  const BlockFragments fragments = blockFragments(most, scratch);
+  const PixelFragments ofPixel = pixelFragments(most, scratch);
   uint64_t* seen = scratch.seen.of(groupsOf(tile.drawn.count));
   std::fill_n(seen, groupsOf(tile.drawn.count), 0);
   float* allLimits = tile.limits.of(entries.empty() ? 0 : size_t{kBlocks} * kLanes);
 
   for (int block = 0; block < kBlocks; ++block) {
     BlockLayers layers;
-    kernels.sumBlock(tile.drawn, block, frame.width, frame.height, layers);
-    if (layers.unresolved != 0 || layers.dark != 0) {
-      const BlockFragments fragments = blockFragments(layers.count, scratch);
-      kernels.resolveBlock(tile.drawn, block, fragments, layers);
-      const PixelFragments ofPixel = pixelFragments(layers.count, scratch);
-      for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
-        const int lane = std::countr_zero(bits);
-        const uint32_t n = kernels.gatherPixel(layers.count, lane, fragments, ofPixel);
-        sortPixel(kernels, n, ofPixel, scratch.fragments);
-        resolvePixel(block, lane, scratch, tile, layers);
-      }
-      kernels.keepSeen(tile.drawn, block, fragments, layers.limit);
+    kernels.resolveBlock(tile.drawn, block, frame.width, frame.height, fragments, layers);
+    for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
+      const int lane = std::countr_zero(bits);
+      const uint32_t n = kernels.gatherPixel(layers.count, lane, fragments, ofPixel);
+      sortPixel(kernels, n, ofPixel, scratch.fragments);
+      resolvePixel(block, lane, scratch, tile, layers);
     }
+    if (layers.mayHide) kernels.keepSeen(tile.drawn, block, fragments, layers.limit);
     if (layers.count != 0) {
       tile.blocks |= uint64_t{1} << block;
       std::copy_n(layers.limit, kLanes, allLimits + static_cast<size_t>(block) * kLanes);

@@ -9,9 +9,8 @@
 namespace surflect {
 namespace {
 
-constexpr SplatKernels kernelsOfTheseLanes{projectLoop,      placeSplatsLoop, sumBlockLoop,
-                                           resolveBlockLoop, gatherPixelLoop, rankPixelLoop,
-                                           keepSeenLoop,     blendBlockLoop,  meanOrderLoop};
+constexpr SplatKernels kernelsOfTheseLanes{projectLoop,   placeSplatsLoop, resolveBlockLoop, gatherPixelLoop,
+                                           rankPixelLoop, keepSeenLoop,    blendBlockLoop,   meanOrderLoop};
 
 } // namespace
 } // namespace surflect

@@ -83,7 +83,7 @@ struct BlockLayers {
   float area[kLanes];  // of the layer
   float limit[kLanes]; // an order; nothing is nearer where alpha is 0
   uint32_t unresolved; // a bit for each pixel
-  uint32_t dark;       // likewise: there are splats, and too little of them to be seen
+  bool mayHide;        // there may be splats that no pixel shows
   uint32_t count;      // of the block's splats
 };
 
@@ -91,17 +91,15 @@ struct SplatKernels {
   // Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for all.
   // rejected: counts by Rejection, added to.
   size_t (*project)(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
-  // Makes the splats entries[0 .. count) of `screen` ready for the tile whose corner is the pixel (x, y).
-  // sets: room for whole groups. column: their numbers in the cloud.
-  void (*placeSplats)(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
-                      TileSplat* splats, uint64_t* sets, uint32_t* column);
-  // Takes from the block's set what reaches none of its pixels, and sums up the others as one layer; the
-  // pixels where they may be more are unresolved. width, height: of the tile; there is nothing in pixels
-  // beyond.
-  void (*sumBlock)(const TileSplats&, int block, int width, int height, BlockLayers&);
-  // Of a block that was summed up: fills its fragments, and resolves the pixels whose first layer is told
-  // from sums.
-  void (*resolveBlock)(const TileSplats&, int block, const BlockFragments&, BlockLayers&);
+  // Makes the splats entries[0 .. count) of `screen` ready for the tile whose corner is the pixel (x, y);
+  // returns how many a block has at most. sets: room for whole groups. column: their numbers in the cloud.
+  uint32_t (*placeSplats)(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
+                          TileSplat* splats, uint64_t* sets, uint32_t* column);
+  // Fills the fragments of a block, takes from its set what reaches none of its pixels, and finds the first
+  // layer of each pixel as far as that is told from sums. width, height: of the tile; there is nothing in
+  // pixels beyond.
+  void (*resolveBlock)(const TileSplats&, int block, int width, int height, const BlockFragments&,
+                       BlockLayers&);
   // The fragments of a pixel; returns how many. count: of the block's splats.
   uint32_t (*gatherPixel)(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
   // How many fragments are nearer than each, as `rank`. Time grows with the square of the count.

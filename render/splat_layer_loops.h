@@ -6,51 +6,6 @@
 namespace surflect {
 namespace {
 
-// All splats of a block's pixels as if they were one layer.
-struct BlockSums {
-  Lanes area, nearestEnd, farthestFront;
-  uint32_t count;
-  Mask reached() const { return broadcast(-kInfinity) < farthestFront; }
-  Mask isOneLayer() const { return farthestFront <= nearestEnd; }
-};
-// Calls take(splat of the tile, number, in which pixels, orders, areas) for each; what is in no pixel leaves
-// the block's set, and its number is given again.
-template <class Take>
-inline BlockSums sumsOf(const TileSplats& tile, int block, const Centers& at, Take take) {
-  const Lanes zero = broadcast(0);
-  BlockSums sums{zero, broadcast(kInfinity), broadcast(-kInfinity), 0};
-  keepSplats(tile, block, [&](uint32_t splat) {
-    const TileSplat& s = tile.splats[splat];
-    const Lanes inside = insideOf(s, at), order = orderOf(s, at), tolerance = broadcast(s.shape.tolerance);
-    const Mask in = zero <= inside;
-    const Lanes t = max(inside, zero);
-    const Lanes area = t * t * broadcast(s.shape.areaPeak);
-    sums.area = sums.area + area;
-    sums.nearestEnd = minWhere(in, sums.nearestEnd, order + tolerance);
-    sums.farthestFront = maxWhere(in, sums.farthestFront, order - tolerance);
-    take(splat, sums.count, in, order, area);
-    const bool reaches = bitsOf(in) != 0;
-    sums.count += reaches;
-    return reaches;
-  });
-  return sums;
-}
-
-inline void sumBlockLoop(const TileSplats& tile, int block, int width, int height, BlockLayers& out) {
-  const Centers at = centersOf(block);
-  const BlockSums sums = sumsOf(tile, block, at, [](uint32_t, uint32_t, Mask, Lanes, Lanes) {});
-  const Mask inTile = (at.x < broadcast(static_cast<float>(width - kTileSize / 2))) &
-                      (at.y < broadcast(static_cast<float>(height - kTileSize / 2)));
-  const Lanes alpha = where(inTile, saturatedLanes(sums.area));
-  const Mask covered = broadcast(0) < alpha;
-  store(out.alpha, alpha);
-  store(out.area, sums.area);
-  store(out.limit, select(covered, broadcast(kInfinity), broadcast(-kInfinity)));
-  out.unresolved = bitsOf(andNot(covered, sums.isOneLayer()));
-  out.dark = bitsOf(andNot(sums.reached(), covered));
-  out.count = sums.count;
-}
-
 // How often a block's pixels are asked where their first layer is rooted.
 constexpr int kRounds = 4;
 // As few pixels are sooner sorted one by one.
@@ -65,21 +20,42 @@ constexpr int kFewPixels = 4;
 // area of less all extend the layer, and so does the next; those with more extend it as far as it goes at
 // all. Then the question is asked again. If the layer also fills the pixel, nothing behind matters. The
 // caller sorts the fragments of what remains.
-inline void resolveBlockLoop(const TileSplats& tile, int block, const BlockFragments& fragments,
-                             BlockLayers& layers) {
-  float *orders = fragments.orders, *areas = fragments.areas, *tolerances = fragments.tolerances;
+inline void resolveBlockLoop(const TileSplats& tile, int block, int width, int height,
+                             const BlockFragments& fragments, BlockLayers& out) {
+  float *orders = fragments.orders, *areas = fragments.areas;
+  float *tolerances = fragments.tolerances, *splats = fragments.splats;
+  const Centers at = centersOf(block);
   const Lanes infinite = broadcast(kInfinity), zero = broadcast(0), none = broadcast(kNotANumber);
-  const auto take = [&](uint32_t splat, uint32_t i, Mask in, Lanes order, Lanes area) {
-    store(orders + kLanes * i, select(in, order, none));
-    store(areas + kLanes * i, area);
-    tolerances[i] = tile.splats[splat].shape.tolerance;
-    fragments.splats[i] = __builtin_bit_cast(float, splat);
-  };
-  const BlockSums sums = sumsOf(tile, block, centersOf(block), take);
-  const uint32_t count = sums.count;
-  const Mask covered = zero < load(layers.alpha);
-  Lanes layerArea = sums.area, limit = infinite;
-  const Mask open = andNot(covered, sums.isOneLayer());
+
+  Lanes total = zero, nearestEnd = infinite, farthestFront = zero - infinite;
+  uint32_t count = 0;
+  keepSplats(tile, block, [&](uint32_t splat) {
+    const TileSplat& s = tile.splats[splat];
+    const Lanes inside = insideOf(s, at), tolerance = broadcast(s.shape.tolerance);
+    const Mask in = zero <= inside;
+    const Lanes area = where(in, inside * inside * broadcast(s.shape.areaPeak));
+    total = total + area;
+    const Lanes order = select(in, orderOf(s, at), none);
+    nearestEnd = min(order + tolerance, nearestEnd);
+    farthestFront = max(order - tolerance, farthestFront);
+    store(orders + kLanes * count, order);
+    store(areas + kLanes * count, area);
+    tolerances[count] = s.shape.tolerance;
+    splats[count] = __builtin_bit_cast(float, splat);
+    const bool reaches = bitsOf(in) != 0;
+    count += reaches;
+    return reaches;
+  });
+
+  const Mask inTile = (at.x < broadcast(static_cast<float>(width - kTileSize / 2))) &
+                      (at.y < broadcast(static_cast<float>(height - kTileSize / 2)));
+  const Mask covered = inTile & (zero < saturatedLanes(total));
+  Lanes layerArea = total, limit = infinite;
+  const Mask open = andNot(covered, farthestFront <= nearestEnd);
+  const Mask dark = andNot(zero - infinite < farthestFront, covered);
+  out.count = count;
+  out.mayHide = bitsOf(open) != 0 || bitsOf(dark) != 0;
+  out.unresolved = 0;
   if (bitsOf(open) != 0) {
     const auto each = [&](auto visit) {
       for (uint32_t i = 0; i < count; ++i)
@@ -92,7 +68,7 @@ inline void resolveBlockLoop(const TileSplats& tile, int block, const BlockFragm
       });
       return first;
     };
-    Lanes back = sums.nearestEnd, atMost = infinite;
+    Lanes back = nearestEnd, atMost = infinite;
     Lanes end = infinite, area = zero, low = zero, high = zero;
     Mask trying = open;
     // Where the layer ends if it reaches to `back` at least and `atMost` at most.
@@ -145,11 +121,11 @@ inline void resolveBlockLoop(const TileSplats& tile, int block, const BlockFragm
     const Mask ended = andNot(full, unended);
     limit = select(ended, end, limit);
     layerArea = select(ended, area, layerArea);
-    layers.unresolved = bitsOf(andNot(andNot(open, unended), full));
+    out.unresolved = bitsOf(andNot(andNot(open, unended), full));
   }
-  store(layers.alpha, select(covered, saturatedLanes(layerArea), zero));
-  store(layers.area, layerArea);
-  store(layers.limit, select(covered, limit, zero - infinite));
+  store(out.alpha, select(covered, saturatedLanes(layerArea), zero));
+  store(out.area, layerArea);
+  store(out.limit, select(covered, limit, zero - infinite));
 }
 
 inline uint32_t gatherPixelLoop(uint32_t count, int lane, const BlockFragments& from,

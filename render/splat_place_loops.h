@@ -60,8 +60,8 @@ inline void turnSets(uint64_t* sets, uint32_t groups) {
   }
 }
 
-inline void placeSplatsLoop(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
-                            TileSplat* splats, uint64_t* sets, uint32_t* column) {
+inline uint32_t placeSplatsLoop(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x,
+                                int y, TileSplat* splats, uint64_t* sets, uint32_t* column) {
   constexpr uint32_t kAhead = 24;
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(&screen[entries[i + kAhead < count ? i + kAhead : count - 1]]);
@@ -73,6 +73,14 @@ inline void placeSplatsLoop(const ScreenSplat* screen, const uint32_t* entries, 
   const uint32_t groups = groupsOf(count);
   for (uint32_t i = count; i < groups * kGroup; ++i) sets[i] = 0;
   turnSets(sets, groups);
+  uint32_t most = 0;
+  for (int block = 0; block < kBlocks; ++block) {
+    uint32_t ofBlock = 0;
+    for (uint32_t g = 0; g < groups; ++g)
+      ofBlock += static_cast<uint32_t>(__builtin_popcountll(sets[g * kBlocks + block]));
+    most = most < ofBlock ? ofBlock : most;
+  }
+  return most;
 }
 
 } // namespace
