@@ -32,6 +32,7 @@ Model withViews(const Model& model, std::span<const size_t> views) {
   part.folder = model.folder;
   part.rig = model.rig;
   part.cloud = model.cloud;
+  part.middle = model.middle;
   part.white = model.white;
   part.tolerance = model.tolerance;
   part.lightBlend = model.lightBlend;

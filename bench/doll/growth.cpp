@@ -3,6 +3,7 @@
 #include "bench/doll/doll_model.h"
 #include "bench/doll/fewer_views.h"
 #include "bench/doll/studio.h"
+#include "surfel/bounds.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
@@ -107,6 +108,7 @@ Model withSurface(const Model& model, DollSurface surface) {
   std::iota(all.begin(), all.end(), size_t{0});
   Model other = withViews(model, all);
   other.cloud = std::move(surface.cloud);
+  other.middle = middleOf(other.cloud.p0);
   other.fades = std::move(surface.fades);
   return other;
 }

@@ -6,6 +6,7 @@
 #include "tests/srf/model/queries.h"
 
 #include <limits>
+#include <tuple>
 
 namespace surflect {
 namespace {
@@ -15,9 +16,20 @@ using namespace studio;
 class ShadingPlanned : public ProductQueries {};
 class ShadingPlannedPairs : public PairQueries {};
 
+// The studio's lamps differ in colour; these do not, but keep their strengths in blue.
+std::vector<Light> inOneColor(std::vector<Light> lights) {
+  for (Light& light : lights) {
+    Rgb& irradiance = std::get<DirectionalLight>(light.kind).irradiance;
+    irradiance = irradiance.r * Rgb{0.3f, 0.7f, 1.1f};
+  }
+  return lights;
+}
+
 TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
-  for (const auto& [lights, unevenness] : {std::pair(1, 0.), {3, 0.}, {3, 0.5}}) {
+  for (const auto& [lights, unevenness, isOneColor] :
+       {std::tuple(1, 0., false), {3, 0., false}, {3, 0.5, false}, {3, 0., true}, {3, 0.5, true}}) {
     model.rig.lights = studioLights(Studio{}.lights, unevenness);
+    if (isOneColor) model.rig.lights = inOneColor(model.rig.lights);
     const QueryBatch batch = randomBatch(model, 2000, lights, random);
     const ShadingPlan plan = planShading(model, batch, {.lightFit = LightFit::mean, .foreshortened = false});
     EXPECT_EQ(plan.unseen, 0u);
@@ -35,8 +47,9 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
   }
 }
 
-// Sixteen queries' rows are made together unless a light of one of them is off, or colours are to be shown.
+// Sixteen queries' rows are made together where lamps have one colour, unless colours are to be shown.
 TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
+  model.rig.lights = inOneColor(model.rig.lights);
   ShadeOptions options{.lights = 2, .lightFit = LightFit::mean, .foreshortened = false};
   const QueryBatch batch = randomBatch(model, 2000, 2, random);
   ASSERT_LE(2 * batch.lights * *options.lights, model.rig.lights.size());
@@ -53,9 +66,31 @@ TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
     auto row = rowOf(together, together.ops[i]);
     ASSERT_EQ(row.size(), 4u);
     EXPECT_EQ(row, rowOf(shown, shown.ops[i]));
+    EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // a colour for each light
     const bool isDimmed = together.ops[i].target % kChoiceLanes == 5;
     if (isDimmed) row.resize(2);
     EXPECT_EQ(row, rowOf(apart, apart.ops[i]));
+  }
+}
+
+// Channel by channel, whether captured lights are blended before they are coloured or each in its own colour.
+TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
+  const ShadeOptions options{.lights = 3, .lightFit = LightFit::mean, .foreshortened = false};
+  const std::vector<Light> various = model.rig.lights;
+  for (const bool isOneColor : {true, false}) {
+    model.rig.lights = isOneColor ? inOneColor(various) : various;
+    const QueryBatch batch = randomBatch(model, 500, 2, random);
+    const ShadingPlan plan = planShading(model, batch, options);
+    for (const ShadingOp& op : plan.ops) {
+      EXPECT_EQ(op.rowEnd - op.rowBegin, isOneColor ? 2u : 6u);
+      Rgb got, wanted;
+      for (const auto& [column, weight] : rowOf(plan, op))
+        got = got + weight * capturedIrradiance(model, op, column, batch.surfels[op.target]);
+      for (size_t l = 0; l < 2; ++l) wanted = wanted + batch.irradiance[2 * op.target + l];
+      EXPECT_NEAR(got.r / wanted.r, 1, 7e-7);
+      EXPECT_NEAR(got.g / wanted.g, 1, 7e-7);
+      EXPECT_NEAR(got.b / wanted.b, 1, 7e-7);
+    }
   }
 }
 
