@@ -5,6 +5,7 @@
 #include "srf/store/block_bound.h"
 #include "srf/store/block_fit.h"
 #include "srf/store/block_kernels.h"
+#include "srf/store/transpose.h"
 #include "surfel/error.h"
 
 #include <algorithm>
@@ -56,6 +57,7 @@ std::vector<Upgrade> upgradesOf(const BlockFactors<Real>& factors, const BlockFi
     double bytes, squaredError;
   };
   std::vector<Upgrade> upgrades;
+  upgrades.reserve(precisions.size() * factors.energies.size());
   for (size_t k = 0; k < factors.energies.size(); ++k) {
     const double energy = factors.energies[k];
     std::array<Choice, 4> choices = {{{0, 0, energy}}};
@@ -86,6 +88,7 @@ std::vector<Upgrade> upgradesOf(const BlockFactors<Real>& factors, const BlockFi
 
 std::vector<ChosenTerm> chosen(std::span<const Upgrade> upgrades) {
   std::vector<ChosenTerm> terms;
+  terms.reserve(upgrades.size());
   for (const Upgrade& upgrade : upgrades) {
     const auto same = std::ranges::find(terms, upgrade.term, &ChosenTerm::term);
     if (same == terms.end())
@@ -112,7 +115,7 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, co
   PaddedRows<double> perLevel(rank, lights);
   for (size_t k = 0; k < rank; ++k) {
     const StoredTerm& term = stored.terms[k];
-    for (size_t i = 0; i < x.rows(); ++i) levels[i * rank + k] = double{term.levels[i]};
+    for (size_t i = 0; i < x.rows(); ++i) levels[(i / 3 * rank + k) * 3 + i % 3] = double{term.levels[i]};
     double* const to = perLevel.row(k);
     if (term.bits == 16)
       for (size_t l = 0; l < lights; ++l) to[l] = double{inImageSteps(term.coefficients[l])};
@@ -244,15 +247,7 @@ Encoding encoded(const MeasuredBlock& block) {
 
 PaddedRows<float> byRows(const MatrixXf& m) {
   PaddedRows<float> x(static_cast<size_t>(m.rows()), static_cast<size_t>(m.cols()));
-  constexpr size_t kChunk = 16; // rows: what is written stays in the cache
-  for (size_t first = 0; first < x.rows(); first += kChunk) {
-    const size_t rows = std::min(kChunk, x.rows() - first);
-    for (size_t l = 0; l < x.columns(); ++l) {
-      const float* const from = m.data() + l * x.rows() + first;
-      float* const to = x.row(first) + l;
-      for (size_t i = 0; i < rows; ++i) to[i * x.stride()] = from[i];
-    }
-  }
+  transpose(m.data(), x.rows(), x.columns(), x.rows(), x.row(0), x.stride());
   return x;
 }
 

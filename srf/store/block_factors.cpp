@@ -2,9 +2,12 @@
 
 #include "srf/store/block_kernels.h"
 #include "srf/store/block_spectrum.h"
+#include "srf/store/transpose.h"
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace surflect {
@@ -13,8 +16,7 @@ namespace {
 
 template <class Real> PaddedRows<Real> transposed(const PaddedRows<Real>& m) {
   PaddedRows<Real> result(m.columns(), m.rows());
-  for (size_t i = 0; i < m.rows(); ++i)
-    for (size_t j = 0; j < m.columns(); ++j) result.row(j)[i] = m.row(i)[j];
+  transpose(m.row(0), m.stride(), m.rows(), m.columns(), result.row(0), result.stride());
   return result;
 }
 
@@ -23,8 +25,10 @@ template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m, const B
   PaddedRows<Real> gram(m.columns(), m.columns());
   kernels.run(MatrixProduct<Real>{m.row(0), 1, m.stride(), m.row(0), m.stride(), gram.row(0), gram.stride(),
                                   gram.rows(), m.rows(), gram.stride(), true});
-  for (size_t i = 0; i < gram.rows(); ++i)
-    for (size_t j = 0; j < i; ++j) gram.row(i)[j] = gram.row(j)[i];
+  constexpr size_t kBlock = 8; // those on the diagonal are whole
+  for (size_t i = kBlock; i < gram.rows(); i += kBlock)
+    transpose(gram.row(0) + i, gram.stride(), i, std::min(kBlock, gram.rows() - i), gram.row(i),
+              gram.stride());
   return gram;
 }
 
@@ -44,13 +48,16 @@ PaddedRows<Real> directions(const PaddedRows<Real>& m, const PaddedRows<Real>& v
   PaddedRows<Real> result(m.rows(), vectors.columns());
   kernels.run(MatrixProduct<Real>{m.row(0), m.stride(), 1, vectors.row(0), vectors.stride(), result.row(0),
                                   result.stride(), m.rows(), m.columns(), vectors.stride(), false});
-  std::vector<Real> squares(vectors.stride());
-  for (size_t i = 0; i < result.rows(); ++i)
-    for (size_t k = 0; k < result.stride(); ++k) squares[k] += result.row(i)[k] * result.row(i)[k];
-  squaredLengths.assign(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(vectors.columns()));
-  for (Real& square : squares) square = square > 0 ? 1 / std::sqrt(square) : 0;
-  for (size_t i = 0; i < result.rows(); ++i)
-    for (size_t k = 0; k < result.stride(); ++k) result.row(i)[k] *= squares[k];
+  for (size_t first = 0; first < result.stride(); first += 8) {
+    std::array<Real, 8> squares{}, scales;
+    for (size_t i = 0; i < result.rows(); ++i)
+      for (size_t k = 0; k < 8; ++k) squares[k] += result.row(i)[first + k] * result.row(i)[first + k];
+    for (size_t k = 0; k < 8; ++k) scales[k] = squares[k] > 0 ? 1 / std::sqrt(squares[k]) : 0;
+    for (size_t i = 0; i < result.rows(); ++i)
+      for (size_t k = 0; k < 8; ++k) result.row(i)[first + k] *= scales[k];
+    for (size_t k = 0; k < 8 && first + k < result.columns(); ++k)
+      squaredLengths.push_back(static_cast<double>(squares[k]));
+  }
   return result;
 }
 

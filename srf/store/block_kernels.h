@@ -15,8 +15,8 @@ namespace surflect {
 template <class Real>
 inline constexpr Real wholeShift = Real(3ull << (std::numeric_limits<Real>::digits - 2));
 
-// C = A B. A(i, k) = a[i aRow + k aColumn]. `upper`: of a symmetric C only what is right of the diagonal
-// need be right.
+// C = A B. A(i, k) = a[i aRow + k aColumn]. `upper`: of a symmetric C only the squares of 8 x 8 on the
+// diagonal and right of it.
 template <class Real> struct MatrixProduct {
   const Real* a;
   size_t aRow, aColumn;
@@ -26,6 +26,16 @@ template <class Real> struct MatrixProduct {
   size_t cRow;
   size_t rows, inner, columns; // of C, summed over, of C as padded
   bool upper;
+};
+
+// a_j . v for each row a_j of a matrix: the sums of each eighth product, and these by halves. `length`: as
+// padded.
+template <class Real> struct ScalarProducts {
+  const Real* a;
+  size_t aRow, rows;
+  const Real* v;
+  size_t length;
+  Real* products; // [rows]
 };
 
 // What rounding to levels -last .. last leaves of the columns of a matrix, of which row i is stored divided
@@ -46,7 +56,7 @@ template <class Real> struct Rounding {
 struct BlockErrors {
   const float* x; // [texels][3 channels][lights]
   size_t texels, lights;
-  const double* levels;   // [texels][3 channels][terms]
+  const double* levels;   // [texels][terms][3 channels]
   const double* perLevel; // P [terms][lights]
   size_t terms;
   double white;
@@ -57,12 +67,16 @@ struct BlockErrors {
 struct BlockKernels {
   void (*product)(const MatrixProduct<float>&);
   void (*doubleProduct)(const MatrixProduct<double>&);
+  void (*scalarProducts)(const ScalarProducts<float>&);
+  void (*doubleScalarProducts)(const ScalarProducts<double>&);
   void (*rounding)(const Rounding<float>&);
   void (*doubleRounding)(const Rounding<double>&);
   void (*errors)(const BlockErrors&);
 
   void run(const MatrixProduct<float>& job) const { product(job); }
   void run(const MatrixProduct<double>& job) const { doubleProduct(job); }
+  void run(const ScalarProducts<float>& job) const { scalarProducts(job); }
+  void run(const ScalarProducts<double>& job) const { doubleScalarProducts(job); }
   void run(const Rounding<float>& job) const { rounding(job); }
   void run(const Rounding<double>& job) const { doubleRounding(job); }
 };

@@ -1,6 +1,8 @@
 #ifdef __AVX512F__
 #include "srf/store/block_kernels.h"
 
+#include <immintrin.h>
+
 #include "srf/store/block_kernels_loops.h"
 
 namespace surflect {

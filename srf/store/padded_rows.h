@@ -13,8 +13,8 @@ public:
   PaddedRows(size_t rows, size_t columns)
       : rows_(rows), columns_(columns), stride_((columns + 7) / 8 * 8),
         values_(std::make_unique_for_overwrite<Real[]>(rows * stride_)) {
-    if (columns < stride_)
-      for (size_t i = 0; i < rows; ++i) std::fill(row(i) + columns, row(i) + stride_, Real{0});
+    if (columns < stride_) // always eight: that needs no call
+      for (size_t i = 0; i < rows; ++i) std::fill_n(row(i) + stride_ - 8, 8, Real{0});
   }
 
   size_t rows() const { return rows_; }
