@@ -4,8 +4,6 @@
 #include "srf/store/block_spectrum.h"
 #include "srf/store/transpose.h"
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,15 +28,6 @@ template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m, const B
     transpose(gram.row(0) + i, gram.stride(), i, std::min(kBlock, gram.rows() - i), gram.row(i),
               gram.stride());
   return gram;
-}
-
-template <class Real> double squaredNorm(const PaddedRows<Real>& m) {
-  double sum = 0;
-  for (size_t i = 0; i < m.rows(); ++i) {
-    const Eigen::Map<const Eigen::VectorX<Real>> row(m.row(i), static_cast<Eigen::Index>(m.columns()));
-    sum += static_cast<double>(row.squaredNorm());
-  }
-  return sum;
 }
 
 // M v of unit length for each column v, and what the length was, squared.
@@ -70,13 +59,12 @@ BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const
   const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
   const PaddedRows<Real>& narrow = overLights ? x : turned; // columns are the shorter side
   const PaddedRows<Real> gram = gramOf(narrow, kernels);
-  Spectrum<Real> spectrum = strongestVectors(gram, left);
+  Spectrum<Real> spectrum = strongestVectors(gram, left, kernels);
 
   std::vector<double> energies;
   PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies, kernels);
-  const double energy = squaredNorm(x);
-  if (overLights) return {std::move(along), std::move(spectrum.vectors), std::move(energies), energy};
-  return {std::move(spectrum.vectors), std::move(along), std::move(energies), energy};
+  if (overLights) return {std::move(along), std::move(spectrum.vectors), std::move(energies), spectrum.trace};
+  return {std::move(spectrum.vectors), std::move(along), std::move(energies), spectrum.trace};
 }
 
 template BlockFactors<float> factorised(const WeightedBlock<float>&, float, const BlockKernels&);

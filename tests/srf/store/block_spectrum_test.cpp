@@ -1,5 +1,7 @@
 #include "srf/store/block_spectrum.h"
 
+#include "srf/store/block_kernels.h"
+#include "surfel/simd.h"
 #include "tests/srf/store/synthetic.h"
 
 #include <Eigen/Eigenvalues>
@@ -36,7 +38,8 @@ template <class Real> void expectOrthonormal(const MatrixXd& v) {
 }
 
 template <class Real> void expectStrongest(const MatrixXd& gram, double tolerated) {
-  const MatrixXd v = matrixOf(strongestVectors(rowsOf<Real>(gram), static_cast<Real>(tolerated)).vectors);
+  const MatrixXd v = matrixOf(
+      strongestVectors(rowsOf<Real>(gram), static_cast<Real>(tolerated), blockKernels(bestSimd())).vectors);
   expectOrthonormal<Real>(v);
   const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(gram).eigenvalues().reverse();
   Eigen::Index needed = 0;
@@ -64,7 +67,9 @@ TEST(StrongestVectors, AreFoundWithoutTheRestWhereItIsWeak) {
   std::mt19937 generator(2);
   VectorXd values(60);
   for (int k = 0; k < 60; ++k) values[k] = std::exp(-1.5 * k) + 1e-6;
-  EXPECT_LT(strongestVectors(rowsOf<float>(gramOf(values, generator)), 1e-3f).vectors.columns(), 12u);
+  EXPECT_LT(strongestVectors(rowsOf<float>(gramOf(values, generator)), 1e-3f, blockKernels(bestSimd()))
+                .vectors.columns(),
+            12u);
 }
 
 // One vector leads to no other of the same eigenvalue.
@@ -76,10 +81,11 @@ TEST(StrongestVectors, AreAllFoundWhereEigenvaluesRepeat) {
   for (const VectorXd& values : {alike, pairs}) {
     const MatrixXd gram = gramOf(values, generator);
     for (const double tolerated : {0.3, 1e-2, 0.}) {
-      expectOrthonormal<double>(matrixOf(strongestVectors(rowsOf<double>(gram), tolerated).vectors));
+      expectOrthonormal<double>(
+          matrixOf(strongestVectors(rowsOf<double>(gram), tolerated, blockKernels(bestSimd())).vectors));
       if (tolerated > 0) expectStrongest<double>(gram, tolerated);
     }
-    EXPECT_EQ(strongestVectors(rowsOf<double>(gram), 0.).vectors.columns(), 20u);
+    EXPECT_EQ(strongestVectors(rowsOf<double>(gram), 0., blockKernels(bestSimd())).vectors.columns(), 20u);
   }
 }
 
@@ -87,7 +93,9 @@ TEST(StrongestVectors, AreNoMoreThanTheRank) {
   std::mt19937 generator(4);
   VectorXd values = VectorXd::Zero(30);
   values.head(3) << 3, 2, 1;
-  EXPECT_EQ(strongestVectors(rowsOf<double>(gramOf(values, generator)), 0.).vectors.columns(), 3u);
+  EXPECT_EQ(strongestVectors(rowsOf<double>(gramOf(values, generator)), 0., blockKernels(bestSimd()))
+                .vectors.columns(),
+            3u);
 }
 
 } // namespace
