@@ -12,27 +12,25 @@ namespace {
 constexpr double kReachable = 2.5e-4;
 constexpr double kFaint = 1e-3; // of white: darker blocks may err as if they were that bright
 
-} // namespace
-
-double errorWeight(double rms, double white) {
+// One over the square of the weight of what is this bright, root mean square in parts of white: a number or
+// an array.
+template <class T> T squaredError(const T& r) {
   constexpr double kDark = 0.01;
-  const double r = rms / white;
-  return 1 / std::sqrt(r * r + r + kDark);
+  return r * r + r + kDark;
 }
 
+} // namespace
+
+double errorWeight(double rms, double white) { return 1 / std::sqrt(squaredError(rms / white)); }
+
 BlockWeights blockWeights(const BlockSquares& squares, double white) {
-  const Eigen::Index lights = squares.sums.cols();
-  BlockWeights weights{Eigen::Vector3d::Zero(), Eigen::VectorXd(lights)};
-  for (Eigen::Index l = 0; l < lights; ++l) {
-    const Eigen::Vector3d means = squares.sums.col(l) / static_cast<double>(squares.texels);
-    weights.lights[l] = errorWeight(std::sqrt(means.mean()), white);
-    for (int c = 0; c < 3; ++c) {
-      const double ratio = errorWeight(std::sqrt(means[c]), white) / weights.lights[l];
-      weights.channels[c] += ratio * ratio;
-    }
-  }
-  weights.channels = (weights.channels / static_cast<double>(lights)).cwiseSqrt();
-  return weights;
+  using PerChannel = Eigen::Array3Xd;
+  using PerLight = Eigen::Array<double, 1, Eigen::Dynamic>;
+  const PerChannel means = squares.sums.array() / static_cast<double>(squares.texels);
+  const auto ofChannels = squaredError<PerChannel>(means.sqrt() / white);
+  const auto ofLights = squaredError<PerLight>(means.colwise().mean().sqrt() / white);
+  const PerChannel ratios = ofChannels.inverse().rowwise() * ofLights;
+  return {ratios.rowwise().mean().sqrt().matrix(), ofLights.sqrt().inverse().matrix().transpose()};
 }
 
 double weightedSquares(const BlockSquares& squares, const BlockWeights& weights) {
