@@ -28,11 +28,17 @@ float asStored(float coefficient, CoefficientType type) {
   return imath_half_to_float(imath_float_to_half(coefficient));
 }
 
+template <class Real> Real largestOf(const Real* values, size_t count) {
+  std::array<Real, 8> peaks{}; // by themselves, so that none waits for another
+  for (size_t i = 0; i + 8 <= count; i += 8)
+    for (size_t k = 0; k < 8; ++k) peaks[k] = std::max(peaks[k], std::abs(values[i + k]));
+  for (size_t i = count / 8 * 8; i < count; ++i) peaks[0] = std::max(peaks[0], std::abs(values[i]));
+  return *std::ranges::max_element(peaks);
+}
+
 // The levels nearest to values of which clip times the largest is put on the last one. Returns that value.
 template <class Real> Real toLevels(const Real* values, size_t count, int bits, Real clip, Real* levels) {
-  Real peak = 0;
-  for (size_t i = 0; i < count; ++i) peak = std::max(peak, std::abs(values[i]));
-  peak *= clip;
+  const Real peak = clip * largestOf(values, count);
   const auto last = static_cast<Real>(levelsOf(bits));
   const Real scale = peak > 0 ? last / peak : 0;
   for (size_t i = 0; i < count; ++i)
@@ -113,26 +119,30 @@ typename BlockFit<Real>::AtPrecisions BlockFit<Real>::rounded(const PaddedRows<R
   return best;
 }
 
-template <class Real> std::vector<Real> BlockFit<Real>::levelsOfImage(const ChosenTerm& term) const {
-  std::vector<Real> values(block_.values.rows());
-  for (size_t i = 0; i < values.size(); ++i) values[i] = factors_.images.row(i)[term.term] / block_.rows[i];
-  toLevels(values.data(), values.size(), term.bits, images_[at(term.bits)].clips[term.term], values.data());
-  return values;
+template <class Real> PaddedRows<Real> BlockFit<Real>::levelsOfImage(const ChosenTerm& term) const {
+  const size_t rows = block_.values.rows();
+  PaddedRows<Real> levels(1, rows);
+  for (size_t i = 0; i < rows; ++i) levels.row(0)[i] = factors_.images.row(i)[term.term] / block_.rows[i];
+  toLevels(levels.row(0), rows, term.bits, images_[at(term.bits)].clips[term.term], levels.row(0));
+  return levels;
+}
+
+template <class Real> size_t BlockFit<Real>::placeOf(const ChosenTerm& term) const {
+  const auto same = [&](const ChosenTerm& t) { return t.term == term.term && t.bits == term.bits; };
+  return static_cast<size_t>(std::ranges::find_if(places_, same) - places_.begin());
 }
 
 template <class Real> std::vector<size_t> BlockFit<Real>::placed(const std::vector<ChosenTerm>& terms) {
   const size_t first = places_.size(), rows = block_.values.rows();
   std::vector<size_t> places;
   for (const ChosenTerm& term : terms) {
-    const auto same = [&](const ChosenTerm& t) { return t.term == term.term && t.bits == term.bits; };
-    const auto found = std::ranges::find_if(places_, same);
-    places.push_back(static_cast<size_t>(found - places_.begin()));
-    if (found != places_.end()) continue;
-    const std::vector<Real> levels = levelsOfImage(term);
-    Real* const image = stored_.row(places_.size());
+    const size_t place = places.emplace_back(placeOf(term));
+    if (place < places_.size()) continue;
+    places_.push_back(term);
+    const Real* const levels = levels_.emplace_back(levelsOfImage(term)).row(0);
+    Real* const image = stored_.row(place);
     const Real step = 1 / static_cast<Real>(levelsOf(term.bits));
     for (size_t i = 0; i < rows; ++i) image[i] = levels[i] * step * block_.rows[i];
-    places_.push_back(term);
   }
   if (first == places_.size()) return places;
   const PaddedRows<Real>& x = block_.values;
@@ -196,8 +206,8 @@ typename BlockFit<Real>::Solution BlockFit<Real>::solved(const std::vector<Chose
 template <class Real>
 void BlockFit<Real>::addLevels(const std::vector<ChosenTerm>& terms, StoredTerms& stored) const {
   for (size_t k = 0; k < terms.size(); ++k) {
-    const std::vector<Real> levels = levelsOfImage(terms[k]);
-    stored.terms[k].levels.assign(levels.begin(), levels.end());
+    const Real* const levels = levels_[placeOf(terms[k])].row(0);
+    stored.terms[k].levels.assign(levels, levels + block_.values.rows());
   }
 }
 

@@ -46,14 +46,16 @@ private:
                        size_t clippings) const;
   // Places of the images at these precisions, made where there were none.
   std::vector<size_t> placed(const std::vector<ChosenTerm>& terms);
-  std::vector<Real> levelsOfImage(const ChosenTerm& term) const;
+  PaddedRows<Real> levelsOfImage(const ChosenTerm& term) const;
+  size_t placeOf(const ChosenTerm& term) const; // or how many there are
 
   const WeightedBlock<Real>& block_;
   const BlockFactors<Real>& factors_;
   const BlockKernels& kernels_;
   AtPrecisions images_, lights_;
-  // Of stored images, weighted, as many as there are places: S, S' S and S' (V X W).
+  // Of stored images as many as there are places: levels, and weighted S, S' S and S' (V X W).
   std::vector<ChosenTerm> places_;
+  std::vector<PaddedRows<Real>> levels_;
   PaddedRows<Real> stored_, products_;
   Eigen::MatrixXd gram_;
 };
