@@ -30,9 +30,8 @@ struct CoverageTile {
   uint64_t blocks;        // where they are, a bit for each
   Room<TileSplat> splats; // what `drawn` points at
   Room<uint64_t> sets;    // likewise
-  Room<uint32_t>
-      column;         // of each splat its number in the cloud while covering; in Coverage::visible afterwards
-  Room<float> limits; // kLanes for each block
+  Room<uint32_t> column;  // of each splat its number in the cloud, and after covering in Coverage::visible
+  Room<float> limits;     // kLanes for each block
   std::vector<PixelLayer> layers; // of pixels that show several
   std::vector<Contribution> contributions;
 };

@@ -55,7 +55,7 @@ void collectVisible(Coverage& coverage) {
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t t) {
     CoverageTile& tile = coverage.tiles[t];
     for (uint32_t& splat : std::span(tile.column.data(), tile.drawn.count))
-      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set: this is never read
+      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set: what it has is not used
   });
 }
 

@@ -48,7 +48,7 @@ struct Coverage {
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
 // Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes for each splat that is
 // drawn, 60 for each tile it touches, 5 for each of the cloud, 12 bytes a pixel, 24 for each of several
-// layers of a pixel and 8 for each splat in it, and for each thread up to 160 bytes for each splat over one
+// layers of a pixel and 8 for each splat in it, and for each thread up to 200 bytes for each splat over one
 // block. `kept`, a coverage that is no longer needed, gives its memory: up to four times what is needed
 // stays.
 Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},

@@ -10,6 +10,7 @@ namespace {
 constexpr int kRounds = 4;
 // As few pixels are sooner sorted one by one.
 constexpr int kFewPixels = 4;
+
 // The first layer of each pixel of a block, without sorting; layersOf in pixel_layers.h says what a layer is.
 //
 // Where the depth intervals of all fragments have a point in common there is one layer. Elsewhere, `back` is

@@ -39,7 +39,7 @@ inline uint64_t blocksUnder(const PixelBox& box, int x, int y) {
   const auto last = [](int pixel) {
     return ((pixel < kTileSize ? pixel : kTileSize) + kBlockSize - 1) / kBlockSize;
   };
-  const auto from = [&](int edge) { return static_cast<unsigned>(edge); };
+  const auto from = [](int edge) { return static_cast<unsigned>(edge); };
   return (edgeSets.right[from(first(box.x0 - x))] ^ edgeSets.right[from(last(box.x1 - x))]) &
          (edgeSets.below[from(first(box.y0 - y))] ^ edgeSets.below[from(last(box.y1 - y))]);
 }

@@ -1,4 +1,6 @@
-// The lanes that the compiler was told to use. For the sources of kernels alone, see simd.h.
+// The lanes that the compiler was told to use. For the sources of kernels alone, see simd.h. What each
+// function gives is said in lanes_scalar.h; timesPowerOfTwo of 0 is what it likes, like that of what is too
+// small or large.
 #pragma once
 
 #if defined(__AVX512F__)

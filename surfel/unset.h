@@ -10,6 +10,9 @@ namespace surflect {
 // As std::allocator, but elements that are made of nothing are default-initialized: numbers keep what was in
 // their memory.
 template <class T> struct UnsetAllocator : std::allocator<T> {
+  UnsetAllocator() = default;
+  template <class U> UnsetAllocator(const UnsetAllocator<U>&) noexcept {}
+
   template <class U> struct rebind { using other = UnsetAllocator<U>; };
   template <class U> void construct(U* element) { ::new (static_cast<void*>(element)) U; }
 };

@@ -134,6 +134,7 @@ void measureSurfels(const Model& model, int width, int height, int frames, const
 } // namespace
 
 double GrowthSweep::exponent() const {
+  assert(!steps.empty());
   double time = 1, size = 1;
   for (const GrowthStep& step : steps) {
     time *= step.frame.median;

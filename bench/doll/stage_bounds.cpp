@@ -29,9 +29,8 @@ std::vector<StageWork> workOf(const FrameCounts& counts) {
       // p0, direction to the viewer, a byte of fade a view in; blended views (index, weight) out. A scalar
       // product for each view.
       {"camera ulr", visible * (24 + views) + pairs * 8, visible * views * 6},
-      // Directions and irradiance in, turns of environments; weights stay in the cache, for they are used
-      // there and then. A scalar product for each captured light; directions of environments are turned
-      // first.
+      // Directions and irradiance in, turns of environments; weights stay in the cache, for they are used at
+      // once. A scalar product for each captured light; directions of environments are turned first.
       {"light ulr", visible * (24 * lights + 36 * environments),
        visible * (lights * rigLights * 6 + directions * (15 + rigLights * 6))},
       // Blocks in, each once; view, weight and place of each pair; radiance out. Folding the light weights

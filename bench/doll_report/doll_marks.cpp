@@ -97,10 +97,10 @@ std::vector<Mark> marksOf(const DollMeasurements& m) {
   addDisk(marks, m);
   marks.push_back(
       {"packing: BDCSVD over ours, one thread", m.packing.svd.processor / m.packing.ours.processor, 8});
-  if (m.stageDoll.quality.bytes <= StageDoll::kBytes)
-    marks.push_back({fmt::format("packing: dB of the light stage's doll at {} bytes a pixel and light",
-                                 StageDoll::kBytes),
-                     m.stageDoll.quality.db, 48});
+  assert(m.stageDoll.quality.bytes <= StageDoll::kBytes);
+  marks.push_back(
+      {fmt::format("packing: dB of the light stage's doll at {} bytes a pixel and light", StageDoll::kBytes),
+       m.stageDoll.quality.db, 48});
   addGrowth(marks, m.growth);
   return marks;
 }

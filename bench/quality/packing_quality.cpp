@@ -4,6 +4,7 @@
 #include "surfel/error.h"
 
 #include <cmath>
+#include <string>
 
 namespace surflect {
 
@@ -29,6 +30,9 @@ PackingQuality qualityAt(double bytes, std::span<const ReflectanceStack> views, 
   if (!white.isKnown()) throw Error("no photograph shows anything of the object");
   double fine = 0.005, coarse = 0.5; // too many bytes; few enough
   PackingQuality best = packed(views, coarse, white.value(), progress);
+  if (best.bytes > bytes)
+    throw Error::mismatch("at most " + std::to_string(bytes) + " bytes for each pixel and light",
+                          std::to_string(best.bytes) + " at a tolerance of " + std::to_string(coarse));
   constexpr double kNear = 0.999;
   while (best.bytes < kNear * bytes && coarse / fine > 1.001) {
     const double between = std::sqrt(fine * coarse);

@@ -19,7 +19,7 @@ struct PackingQuality {
 
 // Of photographs with a matte, packed at the tolerance that comes nearest to so many bytes (for each pixel
 // and light) from below, of those between 0.005 and 0.5. White is what pack takes for it. Throws Error where
-// nothing of an object is seen, and Cancelled.
+// nothing of an object is seen, where more bytes are needed, and Cancelled.
 PackingQuality qualityAt(double bytes, std::span<const ReflectanceStack> views,
                          const Progress& progress = {});
 

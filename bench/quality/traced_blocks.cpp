@@ -13,7 +13,7 @@ namespace surflect {
 
 namespace {
 
-// Block by block along rows, each row's a little further than the one above: a lattice of even density.
+// Block by block along rows, each row's further than the one above by about half of the way to the next.
 std::vector<BlockPosition> positions(const Lens& lens, size_t every, size_t first) {
   const size_t shift = every / 2 > 0 ? every / 2 - 1 : 0;
   std::vector<BlockPosition> taken;

@@ -34,8 +34,8 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
       showsColors_(options.showsBlends), lightColor_(indexColors(model.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(model.rig.lights.size()),
       cosine_(model.rig.lights.size()) {
-  mayBeAlike_ = isShort_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_;
-  for (size_t l = 0; l < batch.lights; ++l) mayBeAlike_ &= isPlain(batch.uncoveredOf(l));
+  mayBeTogether_ = isShort_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_;
+  for (size_t l = 0; l < batch.lights; ++l) mayBeTogether_ &= isPlain(batch.uncoveredOf(l));
   for (const QueryEnvironment& environment : batch.environments)
     environments_.emplace_back(environment.table ? environment.lights : std::span<const EnvironmentLight>(),
                                options.simd);
@@ -53,7 +53,7 @@ void LightFolder::choose(size_t begin, size_t count, LightRows& rows) {
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     rig_.blend({towards.data(), count}, how_.lights, chosen_[l]);
   }
-  areTogether_ = mayBeAlike_ && std::ranges::all_of(chosen_, &LaneBlends::areWhole);
+  areTogether_ = mayBeTogether_ && std::ranges::all_of(chosen_, &LaneBlends::areWhole);
   if (areTogether_) foldTogether(rows);
 }
 
@@ -67,7 +67,7 @@ LightFolder::Row LightFolder::fold(size_t lane, LightRows& rows) {
 
 // As addBlend has them.
 void LightFolder::foldTogether(LightRows& rows) {
-  auto next = static_cast<uint32_t>(rows.weights.size());
+  size_t next = rows.weights.size();
   rows.weights.resize(next + count_ * batch_.lights * how_.lights);
   size_t entry = begin_ * batch_.lights;
   ends_[0] = rows.lights.size();
@@ -76,12 +76,12 @@ void LightFolder::foldTogether(LightRows& rows) {
       assert(blends.size() == how_.lights);
       const Rgb& now = batch_.irradiance[entry++];
       if (now == Rgb{}) continue;
-      const uint32_t begin = next;
+      const auto begin = static_cast<uint32_t>(next);
       for (size_t i = 0; i < blends.size(); ++i) {
         const uint32_t light = blends.index(lane, i);
         rows.weights[next++] = {light, blends.weight(lane, i) * lights_.inverseStrength(light)};
       }
-      rows.lights.push_back({*lights_.inverseColor() * now, begin, next});
+      rows.lights.push_back({*lights_.inverseColor() * now, begin, static_cast<uint32_t>(next)});
     }
     ends_[lane + 1] = rows.lights.size();
   }

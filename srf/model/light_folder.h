@@ -64,9 +64,9 @@ private:
   RigLights lights_;      // of the current query
   LightLanes rig_, near_; // the lanes of the first are queries, those of the other directions of one query
   size_t begin_ = 0, count_ = 0;                // queries that were chosen for
-  bool mayBeAlike_;                             // rows can be made together where all have all their weights
-  bool areTogether_ = false;                    // their rows are made together,
-  std::array<size_t, kChoiceLanes + 1> ends_{}; // and each ends where the next begins
+  bool mayBeTogether_;                          // rows, where all have all their weights
+  bool areTogether_ = false;                    // they were made together
+  std::array<size_t, kChoiceLanes + 1> ends_{}; // of these; one begins where the one before ends
   std::vector<LaneBlends> chosen_;              // one per light of a query
   LaneBlends blends_;
   LightRow row_;

@@ -78,7 +78,7 @@ public:
   Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
 
   // Where all lights have one colour, that ratio is (now times the first) times the second, but for two
-  // roundings more.
+  // roundings more and 2^-22 of it, by which proportions may differ.
   const std::optional<Rgb>& inverseColor() const { return color_.inverse; }
   float inverseStrength(size_t light) const { return inverse_[light][1 + color_.strongest]; }
 

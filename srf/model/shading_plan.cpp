@@ -75,7 +75,8 @@ struct ShadingPlanner::Parts {
     plan.cameraBlend.assign(blends, {});
     plan.lightBlend.assign(blends, {});
     std::visit([&](auto& planner) { planner.plan(first, plan); }, planners.local());
-    if (std::max(plan.rows.weights.size(), plan.targets()) > std::numeric_limits<uint32_t>::max())
+    if (std::max({plan.rows.weights.size(), plan.rows.lights.size(), plan.targets()}) >
+        std::numeric_limits<uint32_t>::max())
       throw Error("too many surfels and lights to be planned at once");
   }
 };

@@ -48,7 +48,7 @@ struct ChoiceKernels {
                   const float* towards, const float* limits, size_t slots, NearestLanes* nearest);
   // Writes the sources (in groups of 16 lanes: x, y, z of all, and 1 for a place or 0 for a direction) that
   // lie in a cone, ascending, and returns how many; by 1e-6 of the product it may be too many or too few, and
-  // what is nearer than 1e-14 is always there. found: one per source, and 16 more.
+  // what is nearer than 3e-15 is always there. found: one per source, and 16 more.
   size_t (*within)(const float* x, const float* y, const float* z, const float* isNear, size_t groups,
                    const ChoiceCone& cone, uint32_t* found);
   // Of one query, the penalty of every source and the cosine of the direction to it with a normal, both

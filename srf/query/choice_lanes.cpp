@@ -6,12 +6,12 @@
 //   and by their own 5 u p.
 //
 //   The directions to a view from all places within r of a middle at distance d differ from the middle's by
-// at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
+//   at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
 //   for lie within s of their own middle q. By the triangle inequality the chord |u - q| from the middle's
 //   direction u is at most that of a member, sqrt(2 p), and both of these more, and as no fade is above 1 its
 //   penalty p over fade is at least p. So a view within the limit has u . q = (1 + |q|^2 - |u - q|^2) / 2 of
 //   at least the same with the longest chord: it lies in a cone. kChordSlack and kProductSlack give way to
-//   what is rounded on the way, and to the 10 u.
+//   what is rounded on the way, the kernel's 1e-6 among it, and to the 10 u.
 //   The limit is a little more than the largest that a query of the group before needed. Where a member needs
 //   more, all views in a cone as wide as that are rated: what it was given is an upper bound, and where it
 //   was given too few and more see it, kGuess is tried, and then all views. What is rated beyond what is
@@ -222,7 +222,7 @@ float ViewLanes::leastDistance(const std::array<float, 3>& place) {
   };
   constexpr float kFar = 1 / 8.f; // of the distance
   const float moved = std::sqrt(squaredTo(measured_[0], measured_[1], measured_[2]));
-  if (moved <= kFar * nearest_) return (1 - kChordSlack) * (nearest_ - moved);
+  if (moved < kFar * nearest_ && nearest_ < kInfinity) return (1 - kChordSlack) * (nearest_ - moved);
   float squared = kInfinity;
   for (const SplitSource& view : sources_)
     if (!view.isDistant) squared = std::min(squared, squaredTo(view.x, view.y, view.z));

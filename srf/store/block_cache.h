@@ -59,7 +59,7 @@ public:
   static constexpr bool isInMemory(uint32_t place) { return place < kOnDisk; }
   struct Grid {
     ViewHeader header;
-    int across;
+    int across;                   // blocks, of the header; asked for each look-up
     std::vector<uint32_t> places; // row by row
 
     uint32_t placeOf(BlockPosition position) const {

@@ -1,7 +1,7 @@
 // Light on surfels, as photographs under captured lights are blended for it.
 #pragma once
 
-#include "surfel/rgb.h"
+#include "srf/store/blended_light.h"
 #include "surfel/unset.h"
 
 #include <cstddef>
@@ -11,23 +11,9 @@
 
 namespace surflect {
 
-// A captured light, by its column, and how much of it.
-struct LightWeight {
-  uint32_t light;
-  float weight;
-};
-
-// Light of one colour, and the captured lights that answer for it: weights [begin, end).
-struct BlendedLight {
-  Rgb color;
-  uint32_t begin = 0, end = 0;
-
-  size_t size() const { return end - begin; }
-};
-
-// A row is a part of the lights: all that shines on a surfel, or on one for a view. Weights are real numbers,
-// and colours are multiplied once for all that are blended: where captured lights share a colour, a third of
-// the products of a row with a colour for each weight.
+// A row is a part of the lights: all that shines on a surfel, or on one for a view. Captured lights are
+// blended before they are coloured: n of them cost n + 3 products for each term of a block, where n with
+// colours of their own cost 4 n.
 struct LightRows {
   std::vector<BlendedLight> lights;
   UnsetVector<LightWeight> weights; // of the first light, of the second, and so on

@@ -1,7 +1,7 @@
 // Look-ups in blocks, compiled for each kind of vector instructions. Raw pointers only: see surfel/simd.h.
 #pragma once
 
-#include "srf/store/light_rows.h"
+#include "srf/store/blended_light.h"
 
 #include <cstddef>
 #include <cstdint>

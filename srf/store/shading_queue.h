@@ -48,9 +48,9 @@ struct ShadingStats {
 // number of threads and any cache, and for all vector instructions but scalar, which rounds each product.
 // Against executeReference it errs by less than (weights + K + tasks of the target + 21) 2^-24 times the sum
 // of |weight| |tap| |w| |a| |e| over the target's terms, as BlockTerms has them: those at 16 bits are two;
-// measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 13 bytes an operation, 24 a target, 4
-// for each operation that waits for a block and 8 for each of its blocks, and 4096 blocks, or those of one
-// part, beyond what the cache may hold; a thread keeps some 90 for each block of its part.
+// measured 2e-7 of it. Nobody else may use the cache meanwhile. Memory: 17 bytes an operation, 24 a target, 4
+// for each operation that waits for a block and 8 for each of its blocks, some of which are noted several
+// times, and 4096 blocks, or those of one part, beyond what the cache may hold.
 class ShadingQueue {
 public:
   // All must outlive the queue.

@@ -55,6 +55,10 @@ TEST(PackingQuality, MoreBytesAreBetter) {
   EXPECT_GT(qualityAt(1.0, views).db, qualityAt(0.6, views).db + 1);
 }
 
+TEST(PackingQuality, TooFewBytesAreAnError) {
+  EXPECT_THROW(qualityAt(0.01, std::vector<ReflectanceStack>{photographs(3)}), Error);
+}
+
 TEST(PackingQuality, NothingSeenIsAnError) {
   std::vector<ReflectanceStack> views{photographs(1)};
   std::ranges::fill(views[0].alpha.values, 0.f);

@@ -92,11 +92,11 @@ protected:
     return group;
   }
 
-  LaneBlends blendLights(LightLanes& lanes, std::span<const Query> group, size_t k) {
+  // `blends` are of the group before, if any.
+  LaneBlends blendLights(LightLanes& lanes, std::span<const Query> group, size_t k, LaneBlends blends = {}) {
     std::vector<Place> places;
     std::vector<Direction> directions;
     for (const Query& query : group) places.push_back(query.place), directions.push_back(query.towards);
-    LaneBlends blends;
     lanes.lookFrom(places);
     lanes.blend(directions, k, blends);
     return blends;
@@ -218,11 +218,12 @@ TEST_P(ChoiceLanes, WhatAQueryGetsDoesNotDependOnTheOthers) {
   const ViewFades fades = randomFades(views.size(), 0.5);
   ViewLanes viewLanes(views, fades, GetParam());
   LightLanes lightLanes(lights, GetParam());
+  LaneBlends ofLights;
   for (const double spread : {0.02, 1.0})
     for (int run = 0; run < 20; ++run) {
       const auto group = randomGroup(kChoiceLanes, spread);
-      const LaneBlends ofViews = blendViews(viewLanes, group, 4),
-                       ofLights = blendLights(lightLanes, group, 4);
+      const LaneBlends ofViews = blendViews(viewLanes, group, 4);
+      ofLights = blendLights(lightLanes, group, 4, ofLights);
       const size_t begin = random() % kChoiceLanes, count = 1 + random() % (kChoiceLanes - begin);
       const std::span part = std::span(group).subspan(begin, count);
       ViewLanes fresh(views, fades, GetParam());
@@ -380,8 +381,11 @@ TEST_P(ChoiceLanes, FewAreWithinALimitAndNoneIsMissed) {
       float distance = std::numeric_limits<float>::infinity();
       for (const auto& [place, isDistant] : sources)
         if (!isDistant) distance = std::min(distance, (place.cast<float>() - middle).norm());
-      const ChoiceCone cone = coneAround({middle[0], middle[1], middle[2]}, reach + 1e-5f, 0.999f * distance,
-                                         {direction[0], direction[1], direction[2]}, reach + 1e-5f, limit);
+      // As ViewLanes has it: places of sources are rounded.
+      const float radius = (1 + 1e-5f) * reach + 4 * 4 * std::numeric_limits<float>::epsilon();
+      const ChoiceCone cone =
+          coneAround({middle[0], middle[1], middle[2]}, radius, 0.99999f * distance,
+                     {direction[0], direction[1], direction[2]}, (1 + 1e-5f) * reach, limit);
       const size_t within =
           choiceKernels(GetParam())
               .within(x.data(), y.data(), z.data(), isNear.data(), count / kChoiceLanes, cone, found.data());
