@@ -1,5 +1,5 @@
 #ifdef __AVX2__
-#include "srf/store/look_up_kernel.h"
+#include <immintrin.h>
 
 #include "srf/store/look_up_kernel_fused.h"
 

@@ -4,8 +4,6 @@
 #ifdef __AVX2__
 #include "srf/store/look_up_kernel_loops.h"
 
-#include <immintrin.h>
-
 namespace surflect {
 namespace {
 

@@ -77,7 +77,7 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
   for (const FrameScore& frame : evaluation.frames) {
     EXPECT_GT(frame.score.difference.psnrLinear(), single);
     EXPECT_GT(frame.score.difference.psnrSrgb(), single);
-    EXPECT_NEAR(frame.score.difference.ssim(), 1, 4e-15);
+    EXPECT_NEAR(frame.score.difference.ssim(), 1, 8e-15); // twenty roundings of its own, measured 4.4e-15
     EXPECT_GT(psnr(frame.score.interiorError.mean()), single);
     EXPECT_EQ(frame.maskIou, 1);
   }
