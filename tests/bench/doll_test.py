@@ -140,7 +140,7 @@ class Doll(unittest.TestCase):
         self.assertEqual((doll["scale"], doll["views"], doll["all_views"], doll["lights"]), ("tiny", 8, 8, 12))
         self.assertGreater(doll["texels"], 100)
         self.assertLessEqual(doll["bytes_per_pixel_and_light"], 0.6)
-        self.assertGreater(doll["bytes_per_pixel_and_light"], 0.55)
+        self.assertGreater(doll["bytes_per_pixel_and_light"], 0.59)  # few texels: measured 0.5946
         self.assertGreater(doll["psnr_linear_db"], 20)
         marks = {mark["what"]: mark for mark in self.report["marks"]}
         mark = marks["packing: dB of the light stage's doll at 0.6 bytes a pixel and light"]

@@ -32,7 +32,7 @@ TEST(PackingQuality, KeepsToItsBytesAndComesNear) {
   for (const double bytes : {0.5, 0.7, 1.0}) {
     const PackingQuality quality = qualityAt(bytes, views);
     EXPECT_LE(quality.bytes, bytes);
-    EXPECT_GT(quality.bytes, 0.9 * bytes);
+    EXPECT_GT(quality.bytes, 0.993 * bytes); // the file has whole levels; measured 0.9964 at least
   }
 }
 
