@@ -14,8 +14,13 @@
 //   what is rounded on the way, the kernel's 1e-6 among it, and to the 10 u.
 //   The limit is a little more than the largest that a query of the group before needed. Where a member needs
 //   more, all views in a cone as wide as that are rated: what it was given is an upper bound, and where it
-//   was given too few and more see it, kGuess is tried, and then all views. What is rated beyond what is
+//   was given too few and more see it, kGuess is tried, and then all views. So it ends: an upper bound is
+//   enough, kGuess comes once, and no view is outside of a cone without limit. What is rated beyond what is
 //   needed changes nothing.
+//   Before a penalty p = |a - b|^2 / 2 is computed, the cosine a . b = (|a|^2 + |b|^2) / 2 - p tells whether
+//   it can be within the limit. Half of each square is 1/2 but for 9 u of the one, computed here, and as much
+//   of the other, which is told; the product is off by 3 u and the penalty by 10 u: 31 u are 2e-6, and the
+//   kernel allows for twice as much.
 //
 // [Dunkl, Williams 1964] Dunkl, Williams: A Simple Norm Inequality, Amer. Math. Monthly 71.
 #include "srf/query/choice_lanes.h"
