@@ -43,6 +43,15 @@ Rigid<CameraSpace, ObjectSpace> placed(const LookAtCamera& camera, const ShotTim
                 unitAt(camera.up, time, "up"));
 }
 
+// The shortest turn from y to a unit vector; by a half about x where that is -y. Eigen's FromTwoVectors takes
+// half a minute to compile, and is off by 1e-4 where up is nearly -y.
+Eigen::Quaterniond turnFromY(const Vec3<double>& up) {
+  const double x = up.x(), y = up.y(), z = up.z();
+  const double onePlusY = y > 0 ? 1 + y : (x * x + z * z) / (1 - y); // without cancellation
+  const Eigen::Quaterniond turn(onePlusY, z, 0, -x); // times twice the cosine of half the angle
+  return turn.norm() > 0 ? turn.normalized() : Eigen::Quaterniond(0, 1, 0, 0);
+}
+
 Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const ShotTime& time) {
   const Vec3<double> center = finiteAt(camera.center, time, "orbit.center"),
                      up = unitAt(camera.up, time, "up");
@@ -53,8 +62,7 @@ Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const ShotTime
   if (!(radius > 0)) throw Error::mismatch("more than 0", numberText(radius)).at("orbit.radius");
   const Vec3<double> outward(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
                              std::cos(elevation) * std::cos(azimuth)); // y up
-  const auto upFromY = Eigen::Quaterniond::FromTwoVectors(Vec3<double>::UnitY(), up);
-  return lookAt(center + radius * (upFromY * outward), center, up);
+  return lookAt(center + radius * (turnFromY(up) * outward), center, up);
 }
 
 Rgb strengthAt(const Track3& color, const Track& intensity, const ShotTime& time) {
@@ -77,10 +85,10 @@ ShotLight lit(const PointLightMotion& light, const ShotTime& time) {
 
 ShotLight lit(const EnvironmentLightMotion& light, const ShotTime& time,
               const PreparedEnvironment& environment) {
-  const Vec3<double> up = unitAt(light.up, time, "up"), y = Vec3<double>::UnitY();
+  const Vec3<double> up = unitAt(light.up, time, "up");
   const double turn = Angle::fromDegrees(finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
   const Mat3<double> objectFromEnvironment =
-      (Eigen::Quaterniond::FromTwoVectors(y, up) * Eigen::AngleAxisd(turn, y)).toRotationMatrix();
+      (turnFromY(up) * Eigen::AngleAxisd(turn, Vec3<double>::UnitY())).toRotationMatrix();
   return ShotEnvironment{&environment, Turn<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
                          strengthAt(light.color, light.intensity, time)};
 }

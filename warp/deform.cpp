@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -39,23 +40,34 @@ template <class Triple> const float* floatsFrom(const std::vector<Triple>& tripl
   return reinterpret_cast<const float*>(triples.data() + begin);
 }
 
+// Has the processor fetch entries [begin, end) while it does something else. Not a call, which would be left
+// out as having no effect.
+template <class Entry>
+[[gnu::always_inline]] inline void fetch(const std::vector<Entry>& entries, size_t begin, size_t end) {
+  constexpr size_t kLine = 64;
+  const char *from = reinterpret_cast<const char*>(entries.data() + begin),
+             *to = reinterpret_cast<const char*>(entries.data() + std::min(end, entries.size()));
+  for (; from < to; from += kLine) __builtin_prefetch(from);
+}
+
 // The surfels from `begin` on; may write up to the next whole group of kWarpGroup.
 void finish(const WarpKernels& kernels, const WarpBatch& batch, DeformedCloud& deformed, size_t begin) {
   std::array<uint32_t, WarpBatch::capacity / 32> doubtful;
   kernels.finish(batch, floatsFrom(deformed.p, begin), floatsFrom(deformed.u, begin),
                  floatsFrom(deformed.v, begin), reinterpret_cast<int8_t*>(deformed.handedness.data() + begin),
                  doubtful.data());
-  for (int i = 0; i < batch.count; ++i) {
-    if ((doubtful[i / 32] >> i % 32 & 1) == 0) continue;
-    const size_t at = begin + static_cast<size_t>(i);
-    const Vec3<float> p = deformed.p[at].raw(), u = deformed.u[at].raw(), v = deformed.v[at].raw();
-    if (p.allFinite() && u.allFinite() && v.allFinite() && std::isfinite(batch.determinant[i]) &&
-        polarFrame(u, v))
-      continue;
-    deformed.p[at] = {};
-    deformed.u[at] = deformed.v[at] = {};
-    deformed.handedness[at] = Handedness::dead;
-  }
+  for (size_t word = 0; word < doubtful.size(); ++word)
+    for (uint32_t bits = doubtful[word]; bits != 0; bits &= bits - 1) {
+      const size_t i = 32 * word + static_cast<size_t>(std::countr_zero(bits)), at = begin + i;
+      if (i >= static_cast<size_t>(batch.count)) break;
+      const Vec3<float> p = deformed.p[at].raw(), u = deformed.u[at].raw(), v = deformed.v[at].raw();
+      if (p.allFinite() && u.allFinite() && v.allFinite() && std::isfinite(batch.determinant[i]) &&
+          polarFrame(u, v))
+        continue;
+      deformed.p[at] = {};
+      deformed.u[at] = deformed.v[at] = {};
+      deformed.handedness[at] = Handedness::dead;
+    }
 }
 
 } // namespace
@@ -89,6 +101,12 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress&
     WarpBatch batch;
     kernels.begin(floatsFrom(cloud.p0, begin), floatsFrom(cloud.r0, begin), static_cast<int>(end - begin),
                   batch);
+    fetch(deformed.p, begin, end);
+    fetch(deformed.u, begin, end);
+    fetch(deformed.v, begin, end);
+    fetch(deformed.handedness, begin, end);
+    fetch(cloud.p0, end, end + WarpBatch::capacity);
+    fetch(cloud.r0, end, end + WarpBatch::capacity);
     if (exact)
       warp.carry(batch, simd);
     else

@@ -68,13 +68,12 @@ void checkApart(const std::vector<Vec3<double>>& points) {
 Eigen::Matrix3Xd spanOf(const std::vector<Vec3<double>>& points) {
   Vec3<double> center = Vec3<double>::Zero();
   for (const Vec3<double>& point : points) center += point / static_cast<double>(points.size());
-  Eigen::MatrixX3d offsets(points.size(), 3);
-  for (size_t i = 0; i < points.size(); ++i) offsets.row(i) = points[i] - center;
-  const Eigen::JacobiSVD<Eigen::MatrixX3d> svd(offsets, Eigen::ComputeFullV);
+  Mat3<double> spread = Mat3<double>::Zero();
+  for (const Vec3<double>& point : points) spread += (point - center) * (point - center).transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3<double>> solver(spread); // its eigenvalues ascend
   int rank = 0;
-  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-6 * svd.singularValues()[0])
-    ++rank;
-  return svd.matrixV().leftCols(rank);
+  while (rank < 3 && solver.eigenvalues()[2 - rank] > 1e-12 * solver.eigenvalues()[2]) ++rank;
+  return solver.eigenvectors().rightCols(rank);
 }
 
 //   sum of w_i phi(|x - r_i|) + a + A x,  in the system's units

@@ -35,9 +35,9 @@ Basis bernstein(int degree, double place) {
   return basis;
 }
 
-// By powers of x in -1..1: entry (k, i) is the factor of x^k in B_i^n((1 + x) / 2)
-//   = C(n, i) (1 + x)^i (1 - x)^(n - i) / 2^n
-Eigen::MatrixXd powersOfBernstein(int n) {
+// By powers of x in -half..half: entry (k, i) is the factor of x^k in B_i^n((1 + x / half) / 2), where
+//   B_i^n((1 + s) / 2) = C(n, i) (1 + s)^i (1 - s)^(n - i) / 2^n
+Eigen::MatrixXd powersOfBernstein(int n, double half) {
   Eigen::MatrixXd powers = Eigen::MatrixXd::Zero(n + 1, n + 1);
   double binomial = 1; // C(n, i)
   for (int i = 0; i <= n; ++i) {
@@ -47,18 +47,24 @@ Eigen::MatrixXd powersOfBernstein(int n) {
       for (int k = factor + 1; k > 0; --k) column[k] += factor < i ? column[k - 1] : -column[k - 1];
     binomial *= double(n - i) / (i + 1);
   }
+  for (int k = 0; k <= n; ++k) powers.row(k) *= std::pow(half, -k);
   return powers;
 }
 
-// Sums of powers lose digits, their factors being up to 2^degrees as large as the moves: with this many
-// degrees over all axes they are as good as 2e-9 of the largest move.
-constexpr int mostDegreesInPowers = 24;
+// Can the displacement be summed by powers? They lose digits, their factors being up to 2^degrees as large as
+// the moves: with 24 degrees over all axes they are as good as 2e-9 of the largest move. And no power of a
+// half side may be beyond what doubles hold.
+bool hasPowers(const std::array<int, 3>& divisions, const Vec3<double>& half) {
+  bool hold = true;
+  for (int axis = 0; axis < 3; ++axis) hold &= std::abs(divisions[axis] * std::log2(half[axis])) < 256;
+  return hold && divisions[0] + divisions[1] + divisions[2] <= 24;
+}
 
-// The displacement by powers of (s, t, u), each in -1..1, for LatticeStep.
-std::vector<Vec3<double>> powerCoefficients(const Lattice& lattice) {
+// The displacement by powers of the place from the box's middle on, for LatticeStep.
+std::vector<Vec3<double>> powerCoefficients(const Lattice& lattice, const Vec3<double>& half) {
   const auto [l, m, n] = lattice.divisions;
-  const Eigen::MatrixXd overX = powersOfBernstein(l), overY = powersOfBernstein(m),
-                        overZ = powersOfBernstein(n);
+  const Eigen::MatrixXd overX = powersOfBernstein(l, half.x()), overY = powersOfBernstein(m, half.y()),
+                        overZ = powersOfBernstein(n, half.z());
   // One axis after the other; each array holds powers where it was summed and points where not yet.
   std::vector<Vec3<double>> from = lattice.moves, to;
   const auto sumOver = [&](const Eigen::MatrixXd& powers, int axis) {
@@ -84,9 +90,8 @@ class FreeForm final : public Warp {
 public:
   explicit FreeForm(Lattice lattice)
       : lattice_(std::move(lattice)), middle_((lattice_.least + lattice_.most) / 2),
-        inverseHalf_((lattice_.most - lattice_.least).cwiseInverse() * 2) {
-    const auto [l, m, n] = lattice_.divisions;
-    if (l + m + n <= mostDegreesInPowers) powers_ = powerCoefficients(lattice_);
+        half_((lattice_.most - lattice_.least) / 2) {
+    if (hasPowers(lattice_.divisions, half_)) powers_ = powerCoefficients(lattice_, half_);
   }
 
   Vec3<double> position(const Vec3<double>& x) const override {
@@ -127,7 +132,7 @@ public:
       Warp::carry(batch, simd);
     else
       warpKernels(simd).lattice(
-          {middle_.data(), inverseHalf_.data(), lattice_.divisions.data(), powers_.front().data()}, batch);
+          {middle_.data(), half_.data(), lattice_.divisions.data(), powers_.front().data()}, batch);
   }
 
 private:
@@ -138,8 +143,8 @@ private:
   }
 
   Lattice lattice_;
-  Vec3<double> middle_, inverseHalf_; // of the box
-  std::vector<Vec3<double>> powers_;  // powerCoefficients; empty where these are too many
+  Vec3<double> middle_, half_;       // of the box: its centre, and from there to its sides
+  std::vector<Vec3<double>> powers_; // powerCoefficients; empty where these are too many
 };
 
 } // namespace

@@ -161,29 +161,31 @@ struct Horner {
 struct Place {
   DoubleLanes inside, beyond;
 };
-inline Place placeOf(DoubleLanes s) {
-  const DoubleLanes inside = min(1, max(-1, s));
+inline Place placeOf(DoubleLanes s, DoubleLanes half) {
+  const DoubleLanes inside = min(half, max(0 - half, s));
   return {inside, s - inside};
 }
 
 // What the control points do to one place, and its derivatives over s, t, u. What is beyond the box goes on
 // along the tangent there; `anyBeyond` says whether there is such a place. It does not change the others: a
-// product by 0 is added to sums that are never -0.
+// product by 0 is added to sums that are never -0. Loops over axes that all have kDegree, unless it is 0,
+// know how far they go.
 struct LatticeMove {
   Vector move, overS, overT, overU;
 };
-template <bool anyBeyond> inline LatticeMove latticeMove(const LatticeStep& l, Place s, Place t, Place u) {
+template <bool anyBeyond, int kDegree>
+inline LatticeMove latticeMove(const LatticeStep& l, Place s, Place t, Place u) {
+  const auto degree = [&](int axis) { return kDegree > 0 ? kDegree : l.divisions[axis]; };
   const auto onward = [](const Horner& h, const Place& p) {
     return anyBeyond ? mulAdd(p.beyond, h.slope, h.value) : h.value;
   };
   Horner sum, sumOverS, sumOverT;
   const double* coefficient = l.coefficients;
-  for (int k = 0; k <= l.divisions[2]; ++k) {
+  for (int k = 0; k <= degree(2); ++k) {
     Horner plane, planeOverS;
-    for (int j = 0; j <= l.divisions[1]; ++j) {
+    for (int j = 0; j <= degree(1); ++j) {
       Horner row;
-      for (int i = 0; i <= l.divisions[0]; ++i, coefficient += 3)
-        row.take(i, s.inside, vectorOf(coefficient));
+      for (int i = 0; i <= degree(0); ++i, coefficient += 3) row.take(i, s.inside, vectorOf(coefficient));
       plane.take(j, t.inside, onward(row, s));
       planeOverS.take(j, t.inside, row.slope);
     }
@@ -194,19 +196,18 @@ template <bool anyBeyond> inline LatticeMove latticeMove(const LatticeStep& l, P
   return {onward(sum, u), onward(sumOverS, u), onward(sumOverT, u), sum.slope};
 }
 
-void lattice(const LatticeStep& given, WarpBatch& batch) {
+template <int kDegree> inline void latticeOf(const LatticeStep& given, WarpBatch& batch) {
   const LatticeStep step = given;
-  const Vector middle = vectorOf(step.middle), inverse = vectorOf(step.inverseHalf);
+  const Vector middle = vectorOf(step.middle), half = vectorOf(step.half);
   carryEach(batch, [&](Carried& c) {
     const Vector from = c.x - middle;
-    const Place s = placeOf(inverse.x * from.x), t = placeOf(inverse.y * from.y),
-                u = placeOf(inverse.z * from.z);
+    const Place s = placeOf(from.x, half.x), t = placeOf(from.y, half.y), u = placeOf(from.z, half.z);
     const DoubleLanes beyond = max(absolute(s.beyond), max(absolute(t.beyond), absolute(u.beyond)));
-    const LatticeMove sum =
-        bitsOfLess(0, beyond) != 0 ? latticeMove<true>(step, s, t, u) : latticeMove<false>(step, s, t, u);
+    const LatticeMove sum = bitsOfLess(0, beyond) != 0 ? latticeMove<true, kDegree>(step, s, t, u)
+                                                       : latticeMove<false, kDegree>(step, s, t, u);
     // J = I + gradient
-    const Vector gx = inverse.x * sum.overS, gy = inverse.y * sum.overT, gz = inverse.z * sum.overU;
-    const Matrix j{{1 + gx.x, gx.y, gx.z}, {gy.x, 1 + gy.y, gy.z}, {gz.x, gz.y, 1 + gz.z}};
+    const Vector &gs = sum.overS, &gt = sum.overT, &gu = sum.overU;
+    const Matrix j{{1 + gs.x, gs.y, gs.z}, {gt.x, 1 + gt.y, gt.z}, {gu.x, gu.y, 1 + gu.z}};
     c.x = c.x + sum.move;
     c.u = j * c.u;
     c.v = j * c.v;
@@ -214,12 +215,11 @@ void lattice(const LatticeStep& given, WarpBatch& batch) {
   });
 }
 
-inline Vector roundedToFloat(const Vector& v) {
-  return {roundedToFloat(v.x), roundedToFloat(v.y), roundedToFloat(v.z)};
-}
-// Plus 0, or what is not a number where one of the vector's is not or is infinite.
-inline DoubleLanes plusNothing(DoubleLanes x, const Vector& v) {
-  return mulAdd(v.x, 0, mulAdd(v.y, 0, mulAdd(v.z, 0, x)));
+void lattice(const LatticeStep& step, WarpBatch& batch) {
+  if (step.divisions[0] == 3 && step.divisions[1] == 3 && step.divisions[2] == 3)
+    latticeOf<3>(step, batch);
+  else
+    latticeOf<0>(step, batch);
 }
 
 // A byte of 1 for each of the eight bits that is set.
@@ -229,8 +229,9 @@ inline uint64_t bytesOfBits(uint32_t bits) {
 }
 
 void finish(const WarpBatch& b, float* p, float* u, float* v, int8_t* handedness, uint32_t* doubtful) {
-  // polarFrame wants |u x v| > 8 2^-23 max(u . u, v . v), in float: four times that is sure.
-  const double slender = 0x1p-18 * 0x1p-18;
+  // polarFrame wants |u x v| > 8 2^-23 max(u . u, v . v), in float: four times that is sure, of tangents
+  // before they are rounded, too, where these neither overflow nor lose digits.
+  const double slender = 0x1p-18 * 0x1p-18, overflow = 0x1p+127 * 0x1p+127, underflow = 0x1p-105 * 0x1p-105;
   for (int i = 0; i < WarpBatch::capacity / 32; ++i) doubtful[i] = 0;
   for (int at = 0; at < b.count; at += kWarpGroup) {
     const Vector x = loadVector(b.x, b.y, b.z, at), U = loadVector(b.ux, b.uy, b.uz, at),
@@ -240,11 +241,11 @@ void finish(const WarpBatch& b, float* p, float* u, float* v, int8_t* handedness
     storeTriples(u + 3 * at, U);
     storeTriples(v + 3 * at, V);
 
-    const Vector us = roundedToFloat(U), vs = roundedToFloat(V), normal = cross(us, vs);
-    const DoubleLanes most = max(dot(us, us), dot(vs, vs));
-    const DoubleLanes least =
-        mulAdd(determinant, 0, plusNothing(plusNothing(plusNothing(0, us), vs), roundedToFloat(x)));
-    const uint32_t sure = bitsOfLess(mulAdd(slender * most, most, least), dot(normal, normal));
+    const Vector normal = cross(U, V);
+    const DoubleLanes most = max(dot(U, U), dot(V, V));
+    const uint32_t sure = bitsOfLess(slender * most * most, dot(normal, normal)) &
+                          bitsOfLess(underflow, most) &
+                          bitsOfLess(max(most, mulAdd(determinant, 0, dot(x, x))), overflow);
     const uint32_t mirrored = bitsOfLess(determinant, 0);
     doubtful[at / 32] |= (~sure & 0xff) << at % 32;
     const uint64_t kept = bytesOfBits(~mirrored & 0xff), turned = bytesOfBits(mirrored);

@@ -11,11 +11,11 @@ namespace surflect {
 
 constexpr int kWarpGroup = 8; // points in lanes
 
-// The displacement within a lattice's box as a polynomial in (s, t, u), each -1..1 there.
+// The displacement within a lattice's box as a polynomial in (s, t, u), the place from the box's middle on.
 struct LatticeStep {
-  const double *middle, *inverseHalf; // of the box, 3 each
-  const int* divisions;               // the polynomial's degrees, 3
-  const double* coefficients; // 3 each; those of the highest powers first, of s running fastest, then t
+  const double *middle, *half; // of the box, 3 each: where it is, and how far it goes to each side
+  const int* divisions;        // the polynomial's degrees, 3
+  const double* coefficients;  // 3 each; those of the highest powers first, of s running fastest, then t
 };
 
 // All in double precision. Steps take each point x to Psi(x), its tangents d to J d, and its determinant to

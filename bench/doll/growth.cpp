@@ -13,6 +13,7 @@
 #include <cmath>
 #include <deque>
 #include <initializer_list>
+#include <numbers>
 #include <numeric>
 
 namespace surflect {
@@ -82,7 +83,7 @@ void measureShots(const Model& model, const Model& half, const Model& quarter, i
   const PreparedEnvironment studio =
       prepareEnvironment(studioLight(), 0.01, Uncovered::fade, model, options, progress);
   const Mat3<double> upright = // y of the studio to z
-      Eigen::Quaterniond::FromTwoVectors(Vec3<double>::UnitY(), Vec3<double>::UnitZ()).toRotationMatrix();
+      Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
   inStudio.lights = {ShotEnvironment{&studio, Turn<ObjectSpace, EnvironmentSpace>(upright)}};
 
   Turns turns;

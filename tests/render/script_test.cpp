@@ -436,6 +436,20 @@ TEST(Shot, AnOrbitStartsInFrontAndTurnsCounterclockwiseSeenFromAbove) {
   EXPECT_LT((orbitPosition(z, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 9e-16);
 }
 
+TEST(Shot, AnOrbitMayStandOnItsHead) {
+  const Track3 down{0, -1, 0};
+  EXPECT_LT((orbitPosition(down, 0, 0) - Vec3<double>(0, 0, -2)).norm(), 9e-16);
+  EXPECT_LT((orbitPosition(down, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 9e-16);
+  EXPECT_LT((orbitPosition(down, 0, 30) - Vec3<double>(0, -1, -std::sqrt(3))).norm(), 9e-16);
+  for (const double aside : {1e-3, 1e-6, 1e-9, 1e-15}) {
+    const Track3 nearly{aside, -1, 0};
+    const Vec3<double> place = orbitPosition(nearly, 20, 50);
+    EXPECT_NEAR(place.norm(), 2, 2e-15) << aside;
+    EXPECT_NEAR(place.dot(Vec3<double>(aside, -1, 0).normalized()), 2 * std::sin(50 * std::numbers::pi / 180),
+                2e-15);
+  }
+}
+
 TEST(Shot, WhatMakesNoCameraLightOrWarpAtSomeFrameIsAnErrorThatSaysWhere) {
   const auto at = [](const std::string& old, const std::string& by, double frame) {
     const Script script = parse(replaced(example, old, by));

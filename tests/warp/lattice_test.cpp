@@ -101,37 +101,64 @@ TEST(Lattice, BeyondTheBoxTheJacobianIsThatOfThePosition) {
   }
 }
 
+// With every kind of vector instructions, at places in and around a box of this half side.
+void expectBatchesMoveAsPoints(const Warp& warp, double half, std::mt19937& random) {
+  for (const Simd simd : supportedSimd()) {
+    WarpBatch b;
+    b.count = 100;
+    std::vector<Vec3<double>> places;
+    for (int i = 0; i < b.count; ++i) {
+      const Vec3<double> x = 1.5 * half * randomVector(random);
+      places.push_back(x);
+      b.x[i] = x.x(), b.y[i] = x.y(), b.z[i] = x.z();
+      b.ux[i] = b.vy[i] = b.determinant[i] = 1;
+      b.uy[i] = b.uz[i] = b.vx[i] = b.vz[i] = 0;
+    }
+    warp.carry(b, simd);
+    for (int i = 0; i < b.count; ++i) {
+      const Mat3<double> j = *warp.jacobian(places[i]);
+      EXPECT_LT((warp.position(places[i]) - Vec3<double>(b.x[i], b.y[i], b.z[i])).norm(), 1e-10 * half);
+      EXPECT_LT((j.col(0) - Vec3<double>(b.ux[i], b.uy[i], b.uz[i])).norm(), 1e-9);
+      EXPECT_LT((j.col(1) - Vec3<double>(b.vx[i], b.vy[i], b.vz[i])).norm(), 1e-9);
+      EXPECT_NEAR(b.determinant[i], j.determinant(), 1e-9 * j.squaredNorm() * j.norm());
+    }
+  }
+}
+
 // Up to 24 divisions go by powers in batches, more by Bernstein polynomials as ever.
 TEST(Lattice, OfManyDivisionsMovesBatchesAsItMovesPoints) {
   std::mt19937 random(7);
-  for (const std::array<int, 3>& divisions :
-       {std::array{8, 8, 8}, {16, 4, 4}, {1, 7, 16}, {9, 8, 8}, {16, 16, 2}}) {
+  for (const std::array<int, 3>& divisions : {std::array{8, 8, 8},
+                                              {16, 4, 4},
+                                              {1, 7, 16},
+                                              {9, 8, 8},
+                                              {16, 16, 2},
+                                              {3, 3, 3},
+                                              {3, 3, 2},
+                                              {1, 1, 1}}) {
     Lattice lattice = randomLattice(random);
     lattice.divisions = divisions;
     lattice.moves.clear();
     for (size_t i = 0; i < lattice.pointCount(); ++i) lattice.moves.push_back(0.1 * randomVector(random));
-    const WarpPointer warp = latticeWarp(lattice);
-    for (const Simd simd : supportedSimd()) {
-      WarpBatch b;
-      b.count = 100;
-      std::vector<Vec3<double>> places;
-      for (int i = 0; i < b.count; ++i) {
-        const Vec3<double> x = 1.5 * randomVector(random);
-        places.push_back(x);
-        b.x[i] = x.x(), b.y[i] = x.y(), b.z[i] = x.z();
-        b.ux[i] = b.vy[i] = b.determinant[i] = 1;
-        b.uy[i] = b.uz[i] = b.vx[i] = b.vz[i] = 0;
-      }
-      warp->carry(b, simd);
-      for (int i = 0; i < b.count; ++i) {
-        const Mat3<double> j = *warp->jacobian(places[i]);
-        EXPECT_LT((warp->position(places[i]) - Vec3<double>(b.x[i], b.y[i], b.z[i])).norm(), 1e-10);
-        EXPECT_LT((j.col(0) - Vec3<double>(b.ux[i], b.uy[i], b.uz[i])).norm(), 1e-9);
-        EXPECT_LT((j.col(1) - Vec3<double>(b.vx[i], b.vy[i], b.vz[i])).norm(), 1e-9);
-        EXPECT_NEAR(b.determinant[i], j.determinant(), 1e-9 * j.squaredNorm() * j.norm());
-      }
-    }
+    expectBatchesMoveAsPoints(*latticeWarp(lattice), 1, random);
   }
+}
+
+// Also where a power of the box's sides is beyond what doubles hold.
+TEST(Lattice, OfAnySizeMovesBatchesAsItMovesPoints) {
+  std::mt19937 random(8);
+  for (const int divisions : {3, 8})
+    for (const int exponent : {-300, -100, -31, 31, 100, 300}) {
+      const double size = std::ldexp(1, exponent);
+      Lattice lattice = randomLattice(random);
+      lattice.least *= size;
+      lattice.most *= size;
+      lattice.divisions = {divisions, divisions, divisions};
+      lattice.moves.clear();
+      for (size_t i = 0; i < lattice.pointCount(); ++i)
+        lattice.moves.push_back(0.1 * size * randomVector(random));
+      expectBatchesMoveAsPoints(*latticeWarp(lattice), size, random);
+    }
 }
 
 TEST(Lattice, WhereTheTwoOutermostLayersRestSoDoesAllBeyond) {

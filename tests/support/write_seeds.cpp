@@ -1,4 +1,4 @@
-// write_seeds FOLDER: valid files for the fuzz targets whose formats are not text, in FOLDER/TARGET/.
+// write_seeds FOLDER: valid files for the targets of tests/fuzz whose formats are not text, in FOLDER/TARGET/.
 
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
@@ -84,6 +84,7 @@ void writeFades(const fs::path& folder) {
 void writeManifests(const fs::path& folder) {
   writeFileAtomically(folder / "one", manifestText({.white = 0.5,
                                                     .tolerance = 0.03,
+                                                    .lightBlend = {},
                                                     .surfels = 10,
                                                     .views = 1,
                                                     .lights = 2,
@@ -130,10 +131,11 @@ void writeEnvironments(const fs::path& folder) {
     writeExr(picture, image);
     const std::string exr = readFile(picture);
     fs::remove(picture);
-    for (const char* kind : {"1", "3", "7"})
-      writeFileAtomically(folder / (kind + std::to_string(height)), kind + exr);
-    writeFileAtomically(folder / ("0" + std::to_string(height)),
-                        "0" + fileOf(folder / "a.hdr", noise(16, 8, 3), OIIO::TypeDesc::FLOAT));
+    const auto write = [&](const std::string& kind, const std::string& content) {
+      writeFileAtomically(folder / (kind + std::to_string(height)), kind + content);
+    };
+    for (const char* kind : {"1", "3", "7"}) write(kind, exr);
+    write("0", fileOf(folder / "a.hdr", noise(16, 8, 3), OIIO::TypeDesc::FLOAT));
   }
 }
 
