@@ -1,13 +1,10 @@
-#include "bench/doll_report/doll_report.h"
+#include "bench/doll_report/doll_json.h"
 
 #include "bench/doll_report/doll_marks.h"
-#include "bench/doll_report/growth_report.h"
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <iterator>
 
 namespace surflect {
 
@@ -123,6 +120,74 @@ Json jsonOf(const Mark& mark) {
           {"reached", mark.isReached()}};
 }
 
+Json jsonOf(const TimeRatio& ratio) { return {{"median", ratio.median}, {"error", ratio.error}}; }
+
+// What is above 1 by no more than it is uncertain is not known to be above.
+const char* verdictOn(const TimeRatio& timeOverSize) {
+  if (timeOverSize.median <= 1) return "no worse than linear";
+  return timeOverSize.median - timeOverSize.error <= 1 ? "no worse than linear within the error"
+                                                       : "worse than linear";
+}
+
+Json jsonOf(const GrowthRow& row, const MachineLimits& machine) {
+  Json stages;
+  double bound = 0;
+  for (const StageWork& work : workOf(row.times.counts)) {
+    const double ofStage = boundSeconds(work, machine);
+    stages[std::string(work.stage)] = {{"cpu_ms", 1e3 * row.times.stages.find(work.stage)->second.processor},
+                                       {"bound_ms", 1e3 * ofStage}};
+    bound += ofStage;
+  }
+  const double processor = row.times.frame.processor;
+  const FrameCounts& counts = row.times.counts;
+  return {{"name", row.name},
+          {"captured_lights", static_cast<double>(counts.lookups) / static_cast<double>(counts.pairs)},
+          {"frame_ms", 1e3 * row.times.frame.median},
+          {"frame_cpu_ms", 1e3 * processor},
+          {"bound_ms", 1e3 * bound},
+          {"cpu_over_bound", processor / machine.threads / bound},
+          {"stages", stages}};
+}
+
+Json jsonOf(const GrowthStep& step, const Growth& growth) {
+  Json stages;
+  for (const std::string_view stage : kStages) {
+    const auto processor = [&](size_t row) {
+      return growth.rows[row].times.stages.find(stage)->second.processor;
+    };
+    stages[std::string(stage)] = processor(step.to) / processor(step.from) / step.size();
+  }
+  return {{"from", growth.rows[step.from].name},
+          {"to", growth.rows[step.to].name},
+          {"from_size", step.fromSize},
+          {"to_size", step.toSize},
+          {"size", step.size()},
+          {"time", jsonOf(step.frame)},
+          {"stages_over_size", stages}};
+}
+
+Json jsonOf(const GrowthSweep& sweep, const Growth& growth) {
+  Json steps = Json::array();
+  for (const GrowthStep& step : sweep.steps) steps.push_back(jsonOf(step, growth));
+  const TimeRatio worst = sweep.worst();
+  return {{"what", sweep.what},
+          {"steps", steps},
+          {"exponent", sweep.exponent()},
+          {"worst_over_size", jsonOf(worst)},
+          {"verdict", verdictOn(worst)}};
+}
+
+Json jsonOf(const Growth& growth, const MachineLimits& machine) {
+  Json rows = Json::array(), sweeps = Json::array();
+  for (const GrowthRow& row : growth.rows) rows.push_back(jsonOf(row, machine));
+  for (const GrowthSweep& sweep : growth.sweeps) sweeps.push_back(jsonOf(sweep, growth));
+  return {{"rows", rows},
+          {"sweeps", sweeps},
+          {"look_ups",
+           {{"60_lights_over_5", jsonOf(growth.sixtyLights)},
+            {"environment_over_5", jsonOf(growth.environment)}}}};
+}
+
 Json listOf(const auto& entries) {
   Json list = Json::array();
   for (const auto& entry : entries) list.push_back(jsonOf(entry));
@@ -155,7 +220,9 @@ double sumOf(const Json& entries, const char* field) {
   return sum;
 }
 
-Json reportOf(const DollMeasurements& m) {
+} // namespace
+
+nlohmann::ordered_json jsonOf(const DollMeasurements& m) {
   const Json stages = stagesOf(m);
   const double frameMs = 1e3 * m.frame.frame.median,
                idealMs = 1e3 * m.frame.frame.processor / m.machine.threads;
@@ -185,7 +252,7 @@ Json reportOf(const DollMeasurements& m) {
           {"cold_frame_ms", 1e3 * m.frame.coldSeconds},
           {"cold_bytes_per_second", static_cast<double>(m.frame.counts.blockBytes) / m.frame.coldSeconds},
           {"bounded", jsonOf(m.bounded)},
-          {"growth", Json::parse(growthJson(m.growth, m.machine))},
+          {"growth", jsonOf(m.growth, m.machine)},
           {"look_up_orders", listOf(m.orders)},
           {"packing", jsonOf(m.packing, m.machine)},
           {"stage_doll", jsonOf(m.stageDoll)},
@@ -194,130 +261,6 @@ Json reportOf(const DollMeasurements& m) {
           {"marks", listOf(marksOf(m))}};
 }
 
-double number(const Json& value) { return value.get<double>(); }
-std::string text(const Json& value) { return value.get<std::string>(); }
-
-template <class... Values>
-void add(std::string& to, fmt::format_string<Values...> format, Values&&... values) {
-  fmt::format_to(std::back_inserter(to), format, std::forward<Values>(values)...);
-}
-
-void writeMachine(std::string& to, const Json& machine) {
-  add(to, "{} threads", machine["threads"].get<int>());
-  for (const auto& [name, unit] : {std::pair{"read", "_bytes_per_second"},
-                                   {"copy", "_bytes_per_second"},
-                                   {"triad", "_bytes_per_second"},
-                                   {"cached_read", "_bytes_per_second"},
-                                   {"random_lines", "_per_second"},
-                                   {"sse", "_flops"},
-                                   {"avx2", "_flops"},
-                                   {"avx512", "_flops"},
-                                   {"bf16", "_flops"}}) {
-    const Json& limit = machine[std::string(name) + unit];
-    if (!limit.is_null())
-      add(to, "; {} {:.3g} {:.3g} G", name, number(limit["one"]) / 1e9, number(limit["all"]) / 1e9);
-  }
-  const Json& direct = machine["direct_read_bytes_per_second"];
-  if (direct.is_number())
-    add(to, "; direct read {:.3g} G\n", number(direct) / 1e9);
-  else
-    add(to, "; direct read: the file system refuses\n");
-}
-
-void writeFrame(std::string& to, const Json& report) {
-  const Json& counts = report["counts"];
-  add(to,
-      "{} surfels, {} visible, {} pairs, {} look-ups, {:.1f} MB of blocks of rank {:.1f}, {} contributions\n",
-      counts["surfels"].dump(), counts["visible"].dump(), counts["pairs"].dump(), counts["lookups"].dump(),
-      number(counts["block_bytes"]) / 1e6, number(counts["rank"]), counts["contributions"].dump());
-  add(to, "{:.1f} dB from the paper's pipeline, largest difference {:.2g} of white\n\n",
-      number(report["check"]["psnr_linear_db"]), number(report["check"]["largest_difference"]));
-  add(to, "| stage | ms | best ms | cpu ms | naive ms | MB | Mop | bound ms | by | over bound | cpu over "
-          "bound |\n"
-          "|---|---:|---:|---:|---:|---:|---:|---:|---|---:|---:|\n");
-  for (const Json& stage : report["stages"])
-    add(to, "| {} | {:.2f} | {:.2f} | {:.2f} | {:.0f} | {:.1f} | {:.0f} | {:.2f} | {} | {:.1f} | {:.1f} |\n",
-        text(stage["stage"]), number(stage["ms"]), number(stage["best_ms"]), number(stage["cpu_ms"]),
-        number(stage["naive_ms"]), number(stage["bytes"]) / 1e6, number(stage["operations"]) / 1e6,
-        number(stage["bound_ms"]), text(stage["bound_by"]), number(stage["over_bound"]),
-        number(stage["cpu_over_bound"]));
-  add(to, "| frame | {:.2f} | {:.2f} | {:.2f} | {:.0f} | | | {:.2f} | | {:.1f} | {:.1f} |\n",
-      number(report["frame_ms"]), number(report["frame_best_ms"]), number(report["frame_cpu_ms"]),
-      number(report["naive_ms"]), number(report["bound_ms"]), number(report["frame_over_bound"]),
-      number(report["frame_cpu_over_bound"]));
-  add(to, "\nfirst frame {:.1f} ms; cold, from the disk, {:.1f} ms, {:.0f} MB/s of blocks\n",
-      number(report["first_frame_ms"]), number(report["cold_frame_ms"]),
-      number(report["cold_bytes_per_second"]) / 1e6);
-  const Json& bounded = report["bounded"];
-  add(to,
-      "with a cache of {:.0f} MB cold {:.1f} ms, again {:.1f} ms, at most {:.0f} MB resident, of "
-      "{:.0f} allowed; "
-      "{:.0f} MB anonymous afterwards\n",
-      number(bounded["cache_bytes"]) / 1e6, number(bounded["cold_frame_ms"]),
-      number(bounded["warm_frame_ms"]), number(bounded["peak_bytes"]) / 1e6,
-      number(bounded["allowed_bytes"]) / 1e6, number(bounded["anonymous_bytes"]) / 1e6);
-}
-
-void writeOrders(std::string& to, const Json& orders) {
-  add(to, "\n| images in the cache | order of the look-ups | us each | blocks read each "
-          "|\n|---:|---|---:|---:|\n");
-  for (const Json& cost : orders)
-    add(to, "| {} | {} | {:.2f} | {:.3f} |\n", cost["images"].dump(), text(cost["order"]), number(cost["us"]),
-        number(cost["reads"]));
-}
-
-void writeParts(std::string& to, const Json& report) {
-  const Json& packing = report["packing"];
-  add(to,
-      "\nblocks of rank {:.1f}, {:.0f} bytes, error {:.4f}, {:.2f} times the best of their rank: {:.0f} us, "
-      "{:.0f} a second, {:.0f} % of the highest rate; BDCSVD {:.0f} us\n",
-      number(packing["rank"]), number(packing["bytes"]), number(packing["error"]),
-      number(packing["error_over_best"]), number(packing["us"]), number(packing["blocks_per_second"]),
-      100 * number(packing["of_peak"]), number(packing["bdcsvd_us"]));
-  const Json& doll = report["stage_doll"];
-  add(to,
-      "the light stage's doll ({}), one block in {} of {} views of {}, {} pixels under {} lights: {:.2f} dB "
-      "linear at {:.4f} bytes a pixel and light (tolerance {:.4f})\n",
-      text(doll["scale"]), doll["every_block"].dump(), doll["views"].dump(), doll["all_views"].dump(),
-      doll["texels"].dump(), doll["lights"].dump(), number(doll["psnr_linear_db"]),
-      number(doll["bytes_per_pixel_and_light"]), number(doll["tolerance"]));
-  add(to, "\n| splats | threads | way | ms | best ms | cover cpu ms | blend cpu ms | dB |\n"
-          "|---|---:|---|---:|---:|---:|---:|---:|\n");
-  for (const Json& s : report["splats"])
-    add(to, "| {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", text(s["order"]),
-        s["threads"].dump(), text(s["way"]), number(s["ms"]), number(s["best_ms"]), number(s["cover_cpu_ms"]),
-        number(s["blend_cpu_ms"]), number(s["db"]));
-  add(to, "\n| warp | way | ns a surfel |\n|---|---|---:|\n");
-  for (const Json& warp : report["warps"])
-    add(to, "| {} | {} | {:.1f} |\n", text(warp["warp"]), text(warp["way"]), number(warp["ns"]));
-}
-
-void writeMarks(std::string& to, const Json& marks) {
-  add(to, "\n| | measured | mark | |\n|---|---:|---:|---|\n");
-  for (const Json& mark : marks) {
-    const bool isMost = mark.contains("at_most");
-    const double error = number(mark["error"]);
-    add(to, "| {} | {:.3g}{} | {} {:g} | {} |\n", text(mark["what"]), number(mark["value"]),
-        error > 0 ? fmt::format(" ± {:.2g}", error) : "",
-        isMost ? "<=" : ">=", number(mark[isMost ? "at_most" : "at_least"]),
-        mark["reached"] == true ? "reached" : "missed");
-  }
-}
-
-} // namespace
-
-std::string jsonReport(const DollMeasurements& measured) { return reportOf(measured).dump(2) + "\n"; }
-
-std::string textReport(const DollMeasurements& measured) {
-  const Json report = reportOf(measured);
-  std::string text = report["model"].get<std::string>() + "\n";
-  writeMachine(text, report["machine"]);
-  writeFrame(text, report);
-  text += growthText(measured.growth, measured.machine);
-  writeOrders(text, report["look_up_orders"]);
-  writeParts(text, report);
-  writeMarks(text, report["marks"]);
-  return text;
-}
+std::string jsonReport(const DollMeasurements& measured) { return jsonOf(measured).dump(2) + "\n"; }
 
 } // namespace surflect
