@@ -49,17 +49,21 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
     }
   });
 
+  std::vector<uint32_t> here; // lights with weight at a corner of the cell
   for (int cell = 0; cell < cells * cells; ++cell) {
     const size_t begin = shares_.size();
     first_.push_back(static_cast<uint32_t>(begin));
+    here.clear();
     for (int corner = 0; corner < 4; ++corner) {
       const int x = cell % cells + corner % 2, y = cell / cells + corner / 2;
       for (const auto& [light, weight] : vertices[static_cast<size_t>(y * side + x)]) {
         if (weight == 0) continue;
-        auto share = std::find_if(shares_.begin() + static_cast<std::ptrdiff_t>(begin), shares_.end(),
-                                  [&](const Share& other) { return other.light == light; });
-        if (share == shares_.end()) share = shares_.insert(shares_.end(), {light, {}});
-        share->atCorner[static_cast<size_t>(corner)] = weight;
+        const auto place = static_cast<size_t>(std::ranges::find(here, light) - here.begin());
+        if (place == here.size()) here.push_back(light);
+        if (begin + place / 4 == shares_.size()) shares_.emplace_back();
+        Shares& shares = shares_[begin + place / 4];
+        shares.light[place % 4] = light;
+        shares.atCorner[static_cast<size_t>(corner)][place % 4] = weight;
       }
     }
   }
@@ -94,13 +98,20 @@ void LightTable::spread(const EnvironmentLanes& environment,
     for (size_t i = 0; i < lights.size(); ++i) {
       const auto& [towards, irradiance] = lights[i];
       const float x = right[i], y = down[i];
-      const Eigen::Array4f taps((1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y);
+      const std::array taps{(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y};
       Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b,
                            irradiance.r + irradiance.g + irradiance.b);
       const auto cell = static_cast<size_t>(cells[i]);
-      const auto forEachWeight = [&](const auto& use) {
-        for (uint32_t s = first_[cell]; s < first_[cell + 1]; ++s)
-          use(shares_[s].light, (taps * Eigen::Map<const Eigen::Array4f>(shares_[s].atCorner.data())).sum());
+      const auto forEachWeight = [&, from = shares_.data() + first_[cell],
+                                  to = shares_.data() + first_[cell + 1]](const auto& use) {
+        for (const Shares* shares = from; shares != to; ++shares) {
+          const auto at = [&](size_t corner) {
+            return taps[corner] *
+                   Eigen::Map<const Eigen::Array4f, Eigen::Aligned16>(shares->atCorner[corner].data());
+          };
+          const Eigen::Array4f weights = (at(0) + at(2)) + (at(1) + at(3));
+          for (Eigen::Index k = 0; k < 4; ++k) use(shares->light[static_cast<size_t>(k)], weights[k]);
+        }
       };
       if (surface) {
         float sum = 0, weights = 0;
@@ -112,7 +123,7 @@ void LightTable::spread(const EnvironmentLanes& environment,
             foreshortening(foreshortenedCosine(surface->normal, acquisitionFromEnvironment(towards)),
                            weights > 0 ? sum / weights : 0);
       }
-      forEachWeight([&](uint32_t captured, float weight) { row[captured] += weight * light; });
+      forEachWeight([light, row](uint32_t captured, float weight) { row[captured] += weight * light; });
     }
   }
 }

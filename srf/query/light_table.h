@@ -38,7 +38,7 @@ private:
 class LightTable {
 public:
   // blendOfLights of these (unit directions). A grid about 54 times finer than the lights are dense, of at
-  // most 512 x 512 cells of 20 bytes for each light that has weight at a corner.
+  // most 512 x 512 cells of 80 bytes for each four lights that have weight at a corner.
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
              Uncovered uncovered);
 
@@ -51,13 +51,15 @@ public:
               std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;
 
 private:
-  struct Share { // of a light in a cell: its weights at the corners (0,0), (1,0), (0,1), (1,1)
-    uint32_t light = 0;
-    std::array<float, 4> atCorner{};
+  // Of four lights in a cell: their weights at its corners (0,0), (1,0), (0,1), (1,1). Where there are fewer,
+  // others have no weight.
+  struct Shares {
+    alignas(16) std::array<std::array<float, 4>, 4> atCorner{};
+    std::array<uint32_t, 4> light{};
   };
   size_t cells_ = 0;            // along a side of the octahedral square
   std::vector<uint32_t> first_; // of each cell's shares, row by row; one more, for the end
-  std::vector<Share> shares_;
+  std::vector<Shares> shares_;
 };
 
 } // namespace surflect
