@@ -43,13 +43,14 @@ Rigid<CameraSpace, ObjectSpace> placed(const LookAtCamera& camera, const ShotTim
                 unitAt(camera.up, time, "up"));
 }
 
-// The shortest turn from y to a unit vector; by a half about x where that is -y. Eigen's FromTwoVectors takes
-// half a minute to compile, and is off by 1e-4 where up is nearly -y.
+// The shortest turn from y to a unit vector; by half a turn about z where that is -y. Eigen's FromTwoVectors
+// takes long to compile, and is off by up to 1e-4 where up is nearly -y.
 Eigen::Quaterniond turnFromY(const Vec3<double>& up) {
   const double x = up.x(), y = up.y(), z = up.z();
   const double onePlusY = y > 0 ? 1 + y : (x * x + z * z) / (1 - y); // without cancellation
   const Eigen::Quaterniond turn(onePlusY, z, 0, -x); // times twice the cosine of half the angle
-  return turn.norm() > 0 ? turn.normalized() : Eigen::Quaterniond(0, 1, 0, 0);
+  if (turn.coeffs().isZero(0)) return {0, 0, 0, 1};
+  return Eigen::Quaterniond(turn.coeffs().stableNormalized());
 }
 
 Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const ShotTime& time) {

@@ -70,7 +70,7 @@ Eigen::Matrix3Xd spanOf(const std::vector<Vec3<double>>& points) {
   for (const Vec3<double>& point : points) center += point / static_cast<double>(points.size());
   Mat3<double> spread = Mat3<double>::Zero();
   for (const Vec3<double>& point : points) spread += (point - center) * (point - center).transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3<double>> solver(spread); // its eigenvalues ascend
+  const Eigen::SelfAdjointEigenSolver<Mat3<double>> solver(spread); // squares, ascending
   int rank = 0;
   while (rank < 3 && solver.eigenvalues()[2 - rank] > 1e-12 * solver.eigenvalues()[2]) ++rank;
   return solver.eigenvectors().rightCols(rank);

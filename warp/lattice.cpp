@@ -52,8 +52,8 @@ Eigen::MatrixXd powersOfBernstein(int n, double half) {
 }
 
 // Can the displacement be summed by powers? They lose digits, their factors being up to 2^degrees as large as
-// the moves: with 24 degrees over all axes they are as good as 2e-9 of the largest move. And no power of a
-// half side may be beyond what doubles hold.
+// the moves: with 24 degrees over all axes they are as good as 2e-9 of the largest move. And a move divided
+// by one power of each half side, all of them below 2^256, has to stay within what doubles hold.
 bool hasPowers(const std::array<int, 3>& divisions, const Vec3<double>& half) {
   bool hold = true;
   for (int axis = 0; axis < 3; ++axis) hold &= std::abs(divisions[axis] * std::log2(half[axis])) < 256;
@@ -144,7 +144,7 @@ private:
 
   Lattice lattice_;
   Vec3<double> middle_, half_;       // of the box: its centre, and from there to its sides
-  std::vector<Vec3<double>> powers_; // powerCoefficients; empty where these are too many
+  std::vector<Vec3<double>> powers_; // powerCoefficients; empty unless hasPowers
 };
 
 } // namespace

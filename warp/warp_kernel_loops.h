@@ -168,8 +168,8 @@ inline Place placeOf(DoubleLanes s, DoubleLanes half) {
 
 // What the control points do to one place, and its derivatives over s, t, u. What is beyond the box goes on
 // along the tangent there; `anyBeyond` says whether there is such a place. It does not change the others: a
-// product by 0 is added to sums that are never -0. Loops over axes that all have kDegree, unless it is 0,
-// know how far they go.
+// product by 0 is added to sums that are never -0. kDegree, unless it is 0, is the degree over every axis:
+// loops then know how far they go.
 struct LatticeMove {
   Vector move, overS, overT, overU;
 };
@@ -230,7 +230,8 @@ inline uint64_t bytesOfBits(uint32_t bits) {
 
 void finish(const WarpBatch& b, float* p, float* u, float* v, int8_t* handedness, uint32_t* doubtful) {
   // polarFrame wants |u x v| > 8 2^-23 max(u . u, v . v), in float: four times that is sure, of tangents
-  // before they are rounded, too, where these neither overflow nor lose digits.
+  // before they are rounded, too, where these neither overflow nor lose digits. Of what is not a number max
+  // keeps its second operand; in U or V that makes the normal none.
   const double slender = 0x1p-18 * 0x1p-18, overflow = 0x1p+127 * 0x1p+127, underflow = 0x1p-105 * 0x1p-105;
   for (int i = 0; i < WarpBatch::capacity / 32; ++i) doubtful[i] = 0;
   for (int at = 0; at < b.count; at += kWarpGroup) {

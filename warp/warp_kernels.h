@@ -11,7 +11,8 @@ namespace surflect {
 
 constexpr int kWarpGroup = 8; // points in lanes
 
-// The displacement within a lattice's box as a polynomial in (s, t, u), the place from the box's middle on.
+// The displacement within a lattice's box as a polynomial in (s, t, u), which here is the place less the
+// box's middle.
 struct LatticeStep {
   const double *middle, *half; // of the box, 3 each: where it is, and how far it goes to each side
   const int* divisions;        // the polynomial's degrees, 3

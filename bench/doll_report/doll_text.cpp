@@ -1,4 +1,6 @@
 // Tables of what doll_json.h has.
+#include "bench/doll_report/doll_report.h"
+
 #include "bench/doll_report/doll_json.h"
 
 #include <fmt/format.h>

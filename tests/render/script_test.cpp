@@ -438,10 +438,10 @@ TEST(Shot, AnOrbitStartsInFrontAndTurnsCounterclockwiseSeenFromAbove) {
 
 TEST(Shot, AnOrbitMayStandOnItsHead) {
   const Track3 down{0, -1, 0};
-  EXPECT_LT((orbitPosition(down, 0, 0) - Vec3<double>(0, 0, -2)).norm(), 9e-16);
-  EXPECT_LT((orbitPosition(down, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 9e-16);
-  EXPECT_LT((orbitPosition(down, 0, 30) - Vec3<double>(0, -1, -std::sqrt(3))).norm(), 9e-16);
-  for (const double aside : {1e-3, 1e-6, 1e-9, 1e-15}) {
+  EXPECT_LT((orbitPosition(down, 0, 0) - Vec3<double>(0, 0, 2)).norm(), 9e-16);
+  EXPECT_LT((orbitPosition(down, 90, 0) - Vec3<double>(-2, 0, 0)).norm(), 9e-16);
+  EXPECT_LT((orbitPosition(down, 0, 30) - Vec3<double>(0, -1, std::sqrt(3))).norm(), 9e-16);
+  for (const double aside : {1e-3, 1e-6, 1e-9, 1e-15, 1e-161}) {
     const Track3 nearly{aside, -1, 0};
     const Vec3<double> place = orbitPosition(nearly, 20, 50);
     EXPECT_NEAR(place.norm(), 2, 2e-15) << aside;

@@ -32,7 +32,7 @@ BELOW = {
 }
 # Beside the standard library and Eigen, which every header may use. immintrin.h is the compiler's own.
 HEADERS_MAY_USE = {"apps": ["CLI/", "nlohmann/"], "bench": ["nlohmann/"], "surfel": ["immintrin.h"],
-                    "tests": ["gtest/", "unistd.h", "nlohmann/"]}
+                   "tests": ["gtest/", "unistd.h", "nlohmann/"]}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<|")([^>"]+)[>"]', re.MULTILINE)
 
