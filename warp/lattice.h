@@ -27,8 +27,8 @@ struct Lattice {
 // rest give that affine map. Beyond the box each B goes on along its tangent, so that the warp and its
 // Jacobian are continuous everywhere and affine maps stay affine; where the two outermost layers of points
 // rest, so does all space beyond. Costs about pointCount operations a point; in batches (Warp::carry) much
-// less, if there are no more than 24 divisions along the three axes together and no side of the box is beyond
-// measure; least with 3 along each.
+// less, if there are no more than 24 divisions along the three axes together and doubles hold powers of the
+// box's sides; least with 3 along each.
 WarpPointer latticeWarp(Lattice lattice);
 
 } // namespace surflect
