@@ -11,7 +11,7 @@ import unittest
 
 from support import SCRIPT, STAGE, SURFLECT, TestInFolder, succeed, write_small_capture
 
-MOMENTS = int(os.environ.get("MOMENTS", 3))  # of each command and signal
+MOMENTS = int(os.environ.get("MOMENTS", 2))  # of each command and signal
 TICKS = os.sysconf("SC_CLK_TCK")
 
 

@@ -1,4 +1,5 @@
-// write_seeds FOLDER: valid files for the targets of tests/fuzz whose formats are not text, in FOLDER/TARGET/.
+// write_seeds FOLDER: valid files for the targets of tests/fuzz whose formats are not text, in
+// FOLDER/TARGET/.
 
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
