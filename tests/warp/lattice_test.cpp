@@ -101,8 +101,9 @@ TEST(Lattice, BeyondTheBoxTheJacobianIsThatOfThePosition) {
   }
 }
 
-// With every kind of vector instructions, at places in and around a box of this half side.
-void expectBatchesMoveAsPoints(const Warp& warp, double half, std::mt19937& random) {
+// With every kind of vector instructions, at places in and around a box of this half side. Places may differ
+// by `error` half sides, tangents by twice as much.
+void expectBatchesMoveAsPoints(const Warp& warp, double half, double error, std::mt19937& random) {
   for (const Simd simd : supportedSimd()) {
     WarpBatch b;
     b.count = 100;
@@ -117,10 +118,10 @@ void expectBatchesMoveAsPoints(const Warp& warp, double half, std::mt19937& rand
     warp.carry(b, simd);
     for (int i = 0; i < b.count; ++i) {
       const Mat3<double> j = *warp.jacobian(places[i]);
-      EXPECT_LT((warp.position(places[i]) - Vec3<double>(b.x[i], b.y[i], b.z[i])).norm(), 1e-10 * half);
-      EXPECT_LT((j.col(0) - Vec3<double>(b.ux[i], b.uy[i], b.uz[i])).norm(), 1e-9);
-      EXPECT_LT((j.col(1) - Vec3<double>(b.vx[i], b.vy[i], b.vz[i])).norm(), 1e-9);
-      EXPECT_NEAR(b.determinant[i], j.determinant(), 1e-9 * j.squaredNorm() * j.norm());
+      EXPECT_LT((warp.position(places[i]) - Vec3<double>(b.x[i], b.y[i], b.z[i])).norm(), error * half);
+      EXPECT_LT((j.col(0) - Vec3<double>(b.ux[i], b.uy[i], b.uz[i])).norm(), 2 * error);
+      EXPECT_LT((j.col(1) - Vec3<double>(b.vx[i], b.vy[i], b.vz[i])).norm(), 2 * error);
+      EXPECT_NEAR(b.determinant[i], j.determinant(), error * j.squaredNorm() * j.norm());
     }
   }
 }
@@ -140,7 +141,7 @@ TEST(Lattice, OfManyDivisionsMovesBatchesAsItMovesPoints) {
     lattice.divisions = divisions;
     lattice.moves.clear();
     for (size_t i = 0; i < lattice.pointCount(); ++i) lattice.moves.push_back(0.1 * randomVector(random));
-    expectBatchesMoveAsPoints(*latticeWarp(lattice), 1, random);
+    expectBatchesMoveAsPoints(*latticeWarp(lattice), 1, 4.5e-14, random);
   }
 }
 
@@ -157,7 +158,7 @@ TEST(Lattice, OfAnySizeMovesBatchesAsItMovesPoints) {
       lattice.moves.clear();
       for (size_t i = 0; i < lattice.pointCount(); ++i)
         lattice.moves.push_back(0.1 * size * randomVector(random));
-      expectBatchesMoveAsPoints(*latticeWarp(lattice), size, random);
+      expectBatchesMoveAsPoints(*latticeWarp(lattice), size, divisions == 3 ? 6e-16 : 1.4e-14, random);
     }
 }
 
