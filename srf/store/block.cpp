@@ -2,7 +2,9 @@
 
 #include "srf/store/block_record.h"
 #include "srf/store/bytes.h"
+#include "srf/store/transpose.h"
 #include "surfel/error.h"
+#include "surfel/unset.h"
 
 #include <Imath/half.h>
 
@@ -19,40 +21,35 @@ namespace {
 constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
 
 // Of two's complement.
-constexpr int signedNibble(int nibble) { return (nibble ^ 8) - 8; }
+constexpr int8_t signedNibble(int nibble) { return static_cast<int8_t>((nibble ^ 8) - 8); }
 
-// use(i, level), for each.
-template <class Use> void takeLevels(ByteReader& reader, int bits, size_t count, const Use& use) {
+// Levels of 8 or 4 bits, none below -levelsOf(bits): there is one more below than above.
+void takeLevels(ByteReader& reader, int bits, size_t count, int8_t* levels) {
   const std::byte* const raw = reader.take(levelBytes(count, bits)).data();
-  const int last = levelsOf(bits);
-  const auto each = [&](const auto& levelAt) {
-    for (size_t i = 0; i < count; ++i) use(i, std::clamp<int>(levelAt(i), -last, last));
-  };
-  if (bits == 16)
-    each([raw](size_t i) {
-      int16_t level;
-      std::memcpy(&level, raw + 2 * i, sizeof level);
-      return level;
-    });
-  else if (bits == 8)
-    each([raw](size_t i) { return static_cast<int8_t>(raw[i]); });
-  else
-    each([raw](size_t i) { return signedNibble(std::to_integer<int>(raw[i / 2]) >> (i % 2 * 4) & 15); });
+  const auto least = static_cast<int8_t>(-levelsOf(bits));
+  if (bits == 8) {
+    for (size_t i = 0; i < count; ++i) levels[i] = std::max(static_cast<int8_t>(raw[i]), least);
+    return;
+  }
+  const auto levelOf = [=](int nibble) { return std::max(signedNibble(nibble), least); };
+  for (size_t i = 0; i < count / 2; ++i) {
+    levels[2 * i] = levelOf(std::to_integer<int>(raw[i] & std::byte{15}));
+    levels[2 * i + 1] = levelOf(std::to_integer<int>(raw[i] >> 4));
+  }
+  if (count % 2 != 0) levels[count - 1] = levelOf(std::to_integer<int>(raw[count / 2] & std::byte{15}));
 }
 
-// Of 8 bits, as levels are in memory.
-int planesOf(int bits) { return bits == 16 ? 2 : 1; }
-
-// Written to e[0], e[stride], ...; of 16 bits, high ones to e[0], low ones to e[1].
-void takeImage(ByteReader& reader, int bits, size_t count, int8_t* e, size_t stride) {
-  if (bits == 16)
-    takeLevels(reader, bits, count, [=](size_t i, int level) {
-      const auto low = static_cast<int8_t>(level);
-      e[i * stride] = static_cast<int8_t>((level - low) / 256);
-      e[i * stride + 1] = low;
-    });
-  else
-    takeLevels(reader, bits, count, [=](size_t i, int level) { e[i * stride] = static_cast<int8_t>(level); });
+// Of 16 bits, as high and low ones of 8.
+void takeWideLevels(ByteReader& reader, size_t count, int8_t* high, int8_t* low) {
+  const std::byte* const raw = reader.take(levelBytes(count, 16)).data();
+  const int last = levelsOf(16);
+  for (size_t i = 0; i < count; ++i) {
+    int16_t stored;
+    std::memcpy(&stored, raw + 2 * i, sizeof stored);
+    const int level = std::clamp<int>(stored, -last, last);
+    low[i] = static_cast<int8_t>(level);
+    high[i] = static_cast<int8_t>((level - low[i]) / 256);
+  }
 }
 
 float takeCoefficient(ByteReader& reader, CoefficientType type) {
@@ -63,33 +60,80 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
   return a;
 }
 
-// Of the planes that takeImage makes, times what a level stands for.
-void takeCoefficients(ByteReader& reader, int bits, CoefficientType type, size_t lights, float* a,
-                      size_t stride) {
-  if (bits == 16) {
+// Terms as they are in memory, each a row: one at 16 bits is two.
+struct TermRows {
+  size_t lights, texelChannels;
+  UnsetVector<float> coefficients; // times what a level stands for
+  UnsetVector<int8_t> levels, ofLights;
+
+  TermRows(size_t rows, size_t lightCount, size_t channelCount)
+      : lights(lightCount), texelChannels(channelCount), coefficients(rows * lights),
+        levels(rows * texelChannels), ofLights(lights) {}
+  float* coefficientsOf(size_t row) { return coefficients.data() + row * lights; }
+  int8_t* levelsOf(size_t row) { return levels.data() + row * texelChannels; }
+
+  // To the row and the one after it.
+  void takeWide(ByteReader& reader, CoefficientType type, size_t row) {
+    float *high = coefficientsOf(row), *low = coefficientsOf(row + 1);
     for (size_t l = 0; l < lights; ++l) {
-      const float low = inImageSteps(takeCoefficient(reader, type));
-      a[l * stride] = 256 * low;
-      a[l * stride + 1] = low;
+      low[l] = inImageSteps(takeCoefficient(reader, type));
+      high[l] = 256 * low[l];
     }
-    return;
+    takeWideLevels(reader, texelChannels, levelsOf(row), levelsOf(row + 1));
   }
-  const double ofLevel = levelInImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
-  takeLevels(reader, bits, lights,
-             [=](size_t l, int level) { a[l * stride] = static_cast<float>(ofLevel * level); });
-}
+  // Of 8 or 4 bits.
+  void take(ByteReader& reader, int bits, size_t row) {
+    const double ofLevel = levelInImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
+    takeLevels(reader, bits, lights, ofLights.data());
+    float* const to = coefficientsOf(row);
+    for (size_t l = 0; l < lights; ++l) to[l] = static_cast<float>(ofLevel * ofLights[l]);
+    takeLevels(reader, bits, texelChannels, levelsOf(row));
+  }
+  void clearFrom(size_t row) {
+    std::fill(coefficients.begin() + static_cast<std::ptrdiff_t>(row * lights), coefficients.end(), 0.f);
+    std::fill(levels.begin() + static_cast<std::ptrdiff_t>(row * texelChannels), levels.end(), int8_t{0});
+  }
+};
+
+// Of a row of texels of which the set ones are present, which is nearest to the x-th: the left one of two;
+// blockSize where there is none.
+using NearestInRow = std::array<std::array<uint8_t, blockSize>, 1 << blockSize>;
+constexpr NearestInRow nearestInRow = [] {
+  NearestInRow nearest{};
+  for (int set = 0; set < 1 << blockSize; ++set)
+    for (int x = 0; x < blockSize; ++x) {
+      const auto distance = [x](int other) { return other < x ? x - other : other - x; };
+      int found = blockSize;
+      for (int other = 0; other < blockSize; ++other)
+        if ((set >> other & 1) != 0 && (found == blockSize || distance(other) < distance(found)))
+          found = other;
+      nearest[static_cast<size_t>(set)][static_cast<size_t>(x)] = static_cast<uint8_t>(found);
+    }
+  return nearest;
+}();
 
 // The present texel nearest to an absent one, the first of those equally near.
 int nearestPresent(uint64_t present, int texel) {
+  const int x = texel % blockSize, y = texel / blockSize;
   int nearest = 0, least = 2 * blockTexels;
-  for (uint64_t rest = present; rest != 0; rest &= rest - 1) {
-    const int other = std::countr_zero(rest);
-    const int dx = other % blockSize - texel % blockSize, dy = other / blockSize - texel / blockSize;
-    if (dx * dx + dy * dy >= least) continue;
-    least = dx * dx + dy * dy;
-    nearest = other;
+  for (int row = 0; row < blockSize; ++row) {
+    const uint64_t set = present >> row * blockSize & ((1 << blockSize) - 1);
+    const int other = nearestInRow[set][static_cast<size_t>(x)];
+    const int squared = (other - x) * (other - x) + (row - y) * (row - y);
+    if (other == blockSize || squared >= least) continue;
+    least = squared;
+    nearest = row * blockSize + other;
   }
   return nearest;
+}
+
+// Those that are absent are filled.
+void spreadTexels(const int8_t* present, uint64_t set, size_t texelLevels, int8_t* texels) {
+  for (int t = 0; t < blockTexels; ++t) {
+    const int source = set >> t & 1 ? t : nearestPresent(set, t);
+    const int place = std::popcount(set & ((uint64_t{1} << source) - 1));
+    std::copy_n(present + place * texelLevels, texelLevels, texels + t * texelLevels);
+  }
 }
 
 } // namespace
@@ -109,8 +153,7 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   const size_t rows = 3 * std::popcount(block.present);
   if (const size_t limit = std::min(rows, lights); static_cast<size_t>(block.rank) > limit)
     throw Error::mismatch("at most " + std::to_string(limit), std::to_string(block.rank)).at("rank");
-  for (size_t p = 0; p < precisions.size(); ++p) block.stride += terms[p] * planesOf(precisions[p]);
-  block.stride = (block.stride + 7) / 8 * 8;
+  block.stride = (block.rank + terms[0] + 7) / 8 * 8; // those at 16 bits are two
 
   const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
   size_t bytes = 0;
@@ -119,26 +162,26 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   if (reader.left() != bytes)
     throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
   block.lights = lights;
-  const size_t texelLevels = 3 * static_cast<size_t>(block.stride);
-  block.values.resize((valuesBytes(block.stride, lights) + sizeof(CacheLine) - 1) / sizeof(CacheLine));
-  auto* const values = reinterpret_cast<std::byte*>(block.values.data());
-  auto* const coefficients = reinterpret_cast<float*>(values);
-  auto* const levels = reinterpret_cast<int8_t*>(values + levelsOffset(block.stride, lights));
-  std::vector<int8_t> ofPresent; // texels as they are stored, where some are absent
-  if (block.present != allPresent) ofPresent.resize(rows * block.stride);
-  int8_t* const stored = ofPresent.empty() ? levels : ofPresent.data();
-  int k = 0;
-  for (size_t p = 0; p < precisions.size(); ++p)
-    for (int i = 0; i < terms[p]; ++i, k += planesOf(precisions[p])) {
-      takeCoefficients(reader, precisions[p], type, lights, coefficients + k, block.stride);
-      takeImage(reader, precisions[p], rows, stored + k, block.stride);
-    }
-  if (ofPresent.empty()) return block;
-  for (int t = 0; t < blockTexels; ++t) {
-    const int source = block.present >> t & 1 ? t : nearestPresent(block.present, t);
-    const int place = std::popcount(block.present & ((uint64_t{1} << source) - 1));
-    std::copy_n(stored + place * texelLevels, texelLevels, levels + t * texelLevels);
+
+  const auto stride = static_cast<size_t>(block.stride);
+  TermRows termRows(stride, lights, rows);
+  size_t row = 0;
+  for (int i = 0; i < terms[0]; ++i, row += 2) termRows.takeWide(reader, type, row);
+  for (size_t p = 1; p < precisions.size(); ++p)
+    for (int i = 0; i < terms[p]; ++i) termRows.take(reader, precisions[p], row++);
+  termRows.clearFrom(row);
+
+  block.values = CacheLines(valuesBytes(block.stride, lights));
+  auto* const coefficients = reinterpret_cast<float*>(block.values.data());
+  auto* const levels = reinterpret_cast<int8_t*>(block.values.data() + levelsOffset(block.stride, lights));
+  transpose(termRows.coefficients.data(), lights, stride, lights, coefficients, stride);
+  if (block.present == allPresent) {
+    transpose(termRows.levels.data(), rows, stride, rows, levels, stride);
+    return block;
   }
+  UnsetVector<int8_t> ofPresent(rows * stride);
+  transpose(termRows.levels.data(), rows, stride, rows, ofPresent.data(), stride);
+  spreadTexels(ofPresent.data(), block.present, 3 * stride, levels);
   return block;
 }
 

@@ -9,11 +9,11 @@
 // The record of a block is specified to the byte in docs/format.md.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <vector>
 
 namespace surflect {
 
@@ -43,14 +43,29 @@ inline BlockTerms blockTerms(int rank, int stride, size_t lights, const std::byt
           reinterpret_cast<const int8_t*>(values + levelsOffset(stride, lights))};
 }
 
-// Eight coefficients are never in two lines.
-struct alignas(64) CacheLine {
-  std::array<std::byte, 64> bytes;
-  friend bool operator==(const CacheLine&, const CacheLine&) = default;
+// Bytes that begin a line of the processor's cache: eight coefficients are never in two. Not set.
+class CacheLines {
+public:
+  explicit CacheLines(size_t size = 0)
+      : size_(size), room_(std::make_unique_for_overwrite<std::byte[]>(size + kLine - 1)) {}
+
+  std::byte* data() {
+    std::byte* const begin = room_.get();
+    return begin + (kLine - reinterpret_cast<uintptr_t>(begin) % kLine) % kLine;
+  }
+  const std::byte* data() const { return const_cast<CacheLines*>(this)->data(); }
+  std::span<const std::byte> bytes() const { return {data(), size_}; }
+  size_t memory() const { return size_ + kLine - 1; }
+  friend bool operator==(const CacheLines& a, const CacheLines& b) {
+    return std::ranges::equal(a.bytes(), b.bytes());
+  }
+
+private:
+  static constexpr size_t kLine = 64; // operator new for so much is four times as slow
+
+  size_t size_;
+  std::unique_ptr<std::byte[]> room_;
 };
-inline const std::byte* bytesOf(const std::vector<CacheLine>& lines) {
-  return reinterpret_cast<const std::byte*>(lines.data());
-}
 
 // A block ready for look-ups. Absent texels are filled from the nearest present one, so that bilinear
 // interpolation inside the block never mixes background in.
@@ -58,12 +73,12 @@ struct Block {
   int rank = 0, stride = 0; // as BlockTerms has them
   uint64_t present = 0;     // as given to encodeBlock
   size_t lights = 0;
-  std::vector<CacheLine> values; // of blockTerms
+  CacheLines values; // of blockTerms
 
-  BlockTerms terms() const { return blockTerms(rank, stride, lights, bytesOf(values)); }
+  BlockTerms terms() const { return blockTerms(rank, stride, lights, values.data()); }
   const float* light(size_t l) const { return terms().light(l); }
   const int8_t* texel(int t) const { return terms().texel(t); }
-  size_t memory() const { return sizeof(Block) + values.capacity() * sizeof(CacheLine); }
+  size_t memory() const { return sizeof(Block) + values.memory(); }
 };
 
 // Throws Error where the record is not one of a block under so many lights.

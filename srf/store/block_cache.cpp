@@ -96,14 +96,14 @@ void BlockCache::trim() {
 uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
   auto place = static_cast<uint32_t>(owners_.size());
   if (free_.empty()) {
-    free_.reserve(owners_.size() + 1); // so that remove cannot fail
+    if (free_.capacity() <= owners_.size()) free_.reserve(2 * owners_.size() + 1); // remove cannot fail
     residents_.emplace_back();
     owners_.emplace_back();
   } else {
     place = free_.back();
     free_.pop_back();
   }
-  residents_[place] = {bytesOf(block->values), static_cast<uint16_t>(block->rank),
+  residents_[place] = {block->values.data(), static_cast<uint16_t>(block->rank),
                        static_cast<uint16_t>(block->stride)};
   put(key, place);
   memory_ += block->memory();

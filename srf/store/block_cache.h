@@ -62,9 +62,10 @@ public:
     int across;                   // blocks, of the header; asked for each look-up
     std::vector<uint32_t> places; // row by row
 
-    uint32_t placeOf(BlockPosition position) const {
-      return places[static_cast<size_t>(position.y * across + position.x)];
+    uint32_t cellOf(BlockPosition position) const {
+      return static_cast<uint32_t>(position.y * across + position.x);
     }
+    uint32_t placeOf(BlockPosition position) const { return places[cellOf(position)]; }
   };
   const Grid& grid(uint32_t view) const { return grids_[view]; }
 

@@ -2,38 +2,76 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 
 namespace surflect {
 
-// Four rows of four.
-template <class Real> inline void transposeFour(const Real* from, size_t fromRow, Real* to, size_t toRow) {
-  for (size_t i = 0; i < 4; ++i)
-    for (size_t j = 0; j < 4; ++j) to[j * toRow + i] = from[i * fromRow + j];
-}
+// What is turned at once.
+template <class Real> struct TransposeTile {
+  static constexpr size_t rows = 4, columns = 4;
 
-template <> inline void transposeFour(const float* from, size_t fromRow, float* to, size_t toRow) {
-  typedef float Four __attribute__((vector_size(16)));
-  Four row[4];
-  for (size_t i = 0; i < 4; ++i) std::memcpy(&row[i], from + i * fromRow, sizeof row[i]);
-  const Four front02 = __builtin_shufflevector(row[0], row[2], 0, 4, 1, 5);
-  const Four front13 = __builtin_shufflevector(row[1], row[3], 0, 4, 1, 5);
-  const Four back02 = __builtin_shufflevector(row[0], row[2], 2, 6, 3, 7);
-  const Four back13 = __builtin_shufflevector(row[1], row[3], 2, 6, 3, 7);
-  const Four column[4] = {__builtin_shufflevector(front02, front13, 0, 4, 1, 5),
-                          __builtin_shufflevector(front02, front13, 2, 6, 3, 7),
-                          __builtin_shufflevector(back02, back13, 0, 4, 1, 5),
-                          __builtin_shufflevector(back02, back13, 2, 6, 3, 7)};
-  for (size_t j = 0; j < 4; ++j) std::memcpy(to + j * toRow, &column[j], sizeof column[j]);
-}
+  static void turn(const Real* from, size_t fromRow, Real* to, size_t toRow) {
+    for (size_t i = 0; i < rows; ++i)
+      for (size_t j = 0; j < columns; ++j) to[j * toRow + i] = from[i * fromRow + j];
+  }
+};
+
+template <> struct TransposeTile<float> {
+  static constexpr size_t rows = 4, columns = 4;
+
+  static void turn(const float* from, size_t fromRow, float* to, size_t toRow) {
+    typedef float Four __attribute__((vector_size(16)));
+    Four row[4];
+    for (size_t i = 0; i < 4; ++i) std::memcpy(&row[i], from + i * fromRow, sizeof row[i]);
+    const Four front02 = __builtin_shufflevector(row[0], row[2], 0, 4, 1, 5);
+    const Four front13 = __builtin_shufflevector(row[1], row[3], 0, 4, 1, 5);
+    const Four back02 = __builtin_shufflevector(row[0], row[2], 2, 6, 3, 7);
+    const Four back13 = __builtin_shufflevector(row[1], row[3], 2, 6, 3, 7);
+    const Four column[4] = {__builtin_shufflevector(front02, front13, 0, 4, 1, 5),
+                            __builtin_shufflevector(front02, front13, 2, 6, 3, 7),
+                            __builtin_shufflevector(back02, back13, 0, 4, 1, 5),
+                            __builtin_shufflevector(back02, back13, 2, 6, 3, 7)};
+    for (size_t j = 0; j < 4; ++j) std::memcpy(to + j * toRow, &column[j], sizeof column[j]);
+  }
+};
+
+template <> struct TransposeTile<int8_t> {
+  static constexpr size_t rows = 8, columns = 16;
+
+  static void turn(const int8_t* from, size_t fromRow, int8_t* to, size_t toRow) {
+    Bytes row[8], next[8];
+    for (size_t i = 0; i < 8; ++i) std::memcpy(&row[i], from + i * fromRow, sizeof row[i]);
+    mergeHalves(row, next); // 0 and 4, 1 and 5, ...
+    mergeHalves(next, row); // 0, 2, 4, 6
+    mergeHalves(row, next); // 0, 1, ... 7 of two columns
+    for (size_t j = 0; j < 16; ++j)
+      std::memcpy(to + j * toRow, reinterpret_cast<const int8_t*>(&next[j / 2]) + j % 2 * 8, 8);
+  }
+
+private:
+  typedef int8_t Bytes __attribute__((vector_size(16)));
+
+  // A byte of the first half, one of the second, and so on: as one row of 128.
+  static void mergeHalves(const Bytes* from, Bytes* to) {
+    for (size_t i = 0; i < 4; ++i) {
+      const Bytes a = from[i], b = from[i + 4];
+      to[2 * i] = __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+      to[2 * i + 1] =
+          __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+    }
+  }
+};
 
 // to[j][i] = from[i][j], of `rows` times `columns` numbers in rows that are so far apart.
 template <class Real>
 void transpose(const Real* from, size_t fromRow, size_t rows, size_t columns, Real* to, size_t toRow) {
-  const size_t wholeRows = rows / 4 * 4, wholeColumns = columns / 4 * 4;
-  for (size_t j = 0; j < wholeColumns; j += 4) // what is written stays in the cache
-    for (size_t i = 0; i < wholeRows; i += 4)
-      transposeFour(from + i * fromRow + j, fromRow, to + j * toRow + i, toRow);
+  using Tile = TransposeTile<Real>;
+  const size_t wholeRows = rows / Tile::rows * Tile::rows,
+               wholeColumns = columns / Tile::columns * Tile::columns;
+  for (size_t j = 0; j < wholeColumns; j += Tile::columns) // what is written stays in the cache
+    for (size_t i = 0; i < wholeRows; i += Tile::rows)
+      Tile::turn(from + i * fromRow + j, fromRow, to + j * toRow + i, toRow);
   for (size_t i = 0; i < rows; ++i)
     for (size_t j = i < wholeRows ? wholeColumns : 0; j < columns; ++j)
       to[j * toRow + i] = from[i * fromRow + j];

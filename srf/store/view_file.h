@@ -5,6 +5,7 @@
 #pragma once
 
 #include "srf/store/block.h"
+#include "surfel/unset.h"
 
 #include <cassert>
 #include <cstddef>
@@ -106,7 +107,7 @@ private:
   }
 
   void parse(std::span<const std::byte> head, uint64_t fileSize);
-  std::vector<std::byte> bytesAt(uint64_t offset, size_t count) const;
+  UnsetVector<std::byte> bytesAt(uint64_t offset, size_t count) const;
   Block decode(uint32_t block, std::span<const std::byte> record) const;
   std::string nameOf(uint32_t block) const;
 

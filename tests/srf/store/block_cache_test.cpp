@@ -31,8 +31,9 @@ protected:
     ASSERT_TRUE(resident);
     const Block read = views[key.view].read(key.block);
     EXPECT_EQ(resident->rank, read.rank);
-    EXPECT_TRUE(std::equal(read.values.begin(), read.values.end(),
-                           reinterpret_cast<const CacheLine*>(resident->coefficients)));
+    const auto bytes = read.values.bytes();
+    EXPECT_TRUE(
+        std::equal(bytes.begin(), bytes.end(), reinterpret_cast<const std::byte*>(resident->coefficients)));
   }
 
   // Turns the last bit of a block over.
