@@ -37,7 +37,7 @@ private:
 // An operation, and where its blocks are, in the order of forEachBlock.
 struct Placed {
   TexelPlace place;
-  bool areInMemory;
+  bool areInMemory, isWaiting;    // all of its blocks; for any
   std::array<uint32_t, 4> blocks; // as BlockCache::Grid has them
 };
 
@@ -71,12 +71,6 @@ struct Ready {
   }
 };
 
-// A block of a view, and where it is.
-struct Found {
-  BlockPosition position;
-  uint32_t place;
-};
-
 // Makes operations ready whose blocks are all in memory, and notes what others wait for.
 class Preparer {
 public:
@@ -87,16 +81,19 @@ public:
     const BlockCache::Grid& grid = cache_.grid(op.view);
     placed.place = TexelPlace::at(grid.header, op.x, op.y);
     placed.areInMemory = true;
+    placed.isWaiting = false;
     uint32_t* next = placed.blocks.data();
     forEachBlock(placed.place, [&](BlockPosition position) {
       const uint32_t block = *next++ = grid.placeOf(position);
       const bool isInMemory = BlockCache::isInMemory(block);
       placed.areInMemory &= isInMemory;
+      placed.isWaiting |= block == BlockCache::kOnDisk;
       if (isInMemory) cache_.fetchResident(block);
     });
   }
 
   [[gnu::always_inline]] void prepare(uint32_t number, const Placed& placed, Ready& ready) {
+    if (placed.isWaiting) return wait(number, placed);
     if (!placed.areInMemory) return prepareOther(number, placed, ready);
     const uint32_t* next = placed.blocks.data();
     if (placed.place.isInOneBlock())
@@ -125,33 +122,38 @@ private:
       __builtin_prefetch(terms.light(of.light));
   }
 
-  // Some of its blocks are not in memory: they are background, or have to be waited for.
-  void prepareOther(uint32_t number, const Placed& placed, Ready& ready) {
-    const ShadingOp& op = part_.part.ops[number];
+  // Notes all its blocks, so that those in memory stay there.
+  void wait(uint32_t number, const Placed& placed) {
+    const uint32_t view = part_.part.ops[number].view;
+    part_.waiting.push_back(number);
     const uint32_t* next = placed.blocks.data();
-    const auto find = [&](BlockPosition position) {
+    forEachBlock(placed.place, [&](BlockPosition position) {
+      if (*next++ != BlockCache::kBackground) need(view, position);
+    });
+  }
+
+  // Some of its blocks are background.
+  void prepareOther(uint32_t number, const Placed& placed, Ready& ready) {
+    const uint32_t* next = placed.blocks.data();
+    const auto find = [&](BlockPosition) {
       const uint32_t place = *next++;
-      return place == BlockCache::kBackground ? std::nullopt : std::optional<Found>({position, place});
+      return place == BlockCache::kBackground ? std::nullopt : std::optional(place);
     };
-    ViewTaps<std::optional<Found>> taps;
+    ViewTaps<std::optional<uint32_t>> taps;
     findTaps(placed.place, find, taps);
     if (taps.empty()) {
       part_.isLost[number] = true;
       ++part_.lost;
       return;
     }
-    if (std::ranges::any_of(taps, [](const auto& of) { return of.block->place == BlockCache::kOnDisk; })) {
-      part_.waiting.push_back(number);
-      for (const auto& of : taps) need(op.view, of.block->position);
-      return;
-    }
-    for (const auto& of : taps) add(number, of.block->place, of.taps, ready);
-    ready.end(op);
+    for (const auto& of : taps) add(number, *of.block, of.taps, ready);
+    ready.end(part_.part.ops[number]);
   }
 
   void need(uint32_t view, BlockPosition position) {
-    const uint32_t block = *cache_.views()[view].find(position);
-    if (neededLately_.isNew(uint64_t{view} << 32 | block)) part_.needed.push_back({view, block});
+    const uint32_t cell = cache_.grid(view).cellOf(position);
+    if (neededLately_.isNew(uint64_t{view} << 32 | cell))
+      part_.needed.push_back({view, *cache_.views()[view].find(position)});
   }
 
   const BlockCache& cache_;
