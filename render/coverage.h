@@ -46,7 +46,7 @@ struct Coverage {
 // Splats the cloud. Per pixel, fragments that agree in depth form a layer; layers fill the pixel front to
 // back, each taking of it what those in front have left (see layersOf in pixel_layers.h). An interior pixel
 // has alpha exactly 1, a pixel on a silhouette about its covered area.
-// Same bits for any number of threads, and for avx2 and avx512. Memory: 64 bytes for each splat that is
+// Same bits for any number of threads, and for avx2 and avx512. Memory: 72 bytes for each splat that is
 // drawn, 60 for each tile it touches, 5 for each of the cloud, 12 bytes a pixel, 24 for each of several
 // layers of a pixel and 8 for each splat in it, and for each thread up to 200 bytes for each splat over one
 // block. `kept`, a coverage that is no longer needed, gives its memory: up to four times what is needed

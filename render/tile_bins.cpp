@@ -58,12 +58,15 @@ size_t projectSome(const Camera<ObjectSpace>& camera, const Splats& splats, cons
   return drawn;
 }
 
-// Calls visit(tile) for the tiles under a box.
-template <class Visit> void forTiles(const PixelBox& box, int tilesX, Visit visit) {
-  const int x0 = box.x0 / kTileSize, x1 = (box.x1 - 1) / kTileSize;
-  const int y1 = (box.y1 - 1) / kTileSize;
-  for (int y = box.y0 / kTileSize; y <= y1; ++y)
-    for (int x = x0; x <= x1; ++x) visit(static_cast<size_t>(y * tilesX + x));
+TileRange rangeOf(const PixelBox& box) {
+  const auto tile = [](int pixel) { return static_cast<uint16_t>(pixel / kTileSize); };
+  return {tile(box.x0), tile(box.y0), tile(box.x1 - 1), tile(box.y1 - 1)};
+}
+
+// Calls visit(tile) for each of a range.
+template <class Visit> void forTiles(const TileRange& range, int tilesX, Visit visit) {
+  for (int y = range.y0; y <= range.y1; ++y)
+    for (int x = range.x0; x <= range.x1; ++x) visit(static_cast<size_t>(y * tilesX + x));
 }
 
 } // namespace
@@ -78,7 +81,9 @@ void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   const size_t chunks = (splats.size() + chunk - 1) / chunk;
 
   assert(chunks * chunk <= std::numeric_limits<uint32_t>::max());
+  assert(std::max(camera.lens.width, camera.lens.height) <= kTileSize << 16);
   ScreenSplat* screen = bins.screen.of(chunks * chunk); // each chunk has room for all its splats
+  TileRange* ranges = bins.ranges.of(chunks * chunk);
   std::vector<size_t> drawn(chunks);
   std::vector<std::array<size_t, 5>> rejected(chunks);
   bins.counters.assign(chunks * tiles, 0); // of splats; then where the next one goes, within the tile
@@ -87,8 +92,10 @@ void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
     drawn[c] = projectSome(camera, splats, options, c * chunk, std::min((c + 1) * chunk, splats.size()),
                            screen + c * chunk, rejected[c].data());
     uint32_t* counters = &bins.counters[c * tiles];
-    for (size_t i = 0; i < drawn[c]; ++i)
-      forTiles(screen[c * chunk + i].box, tilesX, [&](size_t tile) { ++counters[tile]; });
+    for (size_t i = c * chunk; i < c * chunk + drawn[c]; ++i) {
+      ranges[i] = rangeOf(screen[i].box);
+      forTiles(ranges[i], tilesX, [&](size_t tile) { ++counters[tile]; });
+    }
   });
 
   bins.counts = {};
@@ -112,7 +119,7 @@ void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
     uint32_t* counters = &bins.counters[c * tiles];
     for (size_t i = c * chunk; i < c * chunk + drawn[c]; ++i)
-      forTiles(screen[i].box, tilesX,
+      forTiles(ranges[i], tilesX,
                [&](size_t tile) { entries[bins.begin[tile] + counters[tile]++] = static_cast<uint32_t>(i); });
   });
 }
