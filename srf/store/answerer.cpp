@@ -37,7 +37,8 @@ private:
 // An operation, and where its blocks are, in the order of forEachBlock.
 struct Placed {
   TexelPlace place;
-  bool areInMemory, isWaiting;    // all of its blocks; for any
+  bool areInMemory;               // all of its blocks
+  bool isWaiting;                 // for one of them
   std::array<uint32_t, 4> blocks; // as BlockCache::Grid has them
 };
 

@@ -63,14 +63,14 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
 // Terms as they are in memory, each a row: one at 16 bits is two.
 struct TermRows {
   size_t lights, texelChannels;
-  UnsetVector<float> coefficients; // times what a level stands for
-  UnsetVector<int8_t> levels, ofLights;
+  UnsetVector<float> coefficients;      // times what a level stands for
+  UnsetVector<int8_t> levels, ofLights; // the latter of one term after the other
 
   TermRows(size_t rows, size_t lightCount, size_t channelCount)
       : lights(lightCount), texelChannels(channelCount), coefficients(rows * lights),
         levels(rows * texelChannels), ofLights(lights) {}
   float* coefficientsOf(size_t row) { return coefficients.data() + row * lights; }
-  int8_t* levelsOf(size_t row) { return levels.data() + row * texelChannels; }
+  int8_t* imageOf(size_t row) { return levels.data() + row * texelChannels; }
 
   // To the row and the one after it.
   void takeWide(ByteReader& reader, CoefficientType type, size_t row) {
@@ -79,7 +79,7 @@ struct TermRows {
       low[l] = inImageSteps(takeCoefficient(reader, type));
       high[l] = 256 * low[l];
     }
-    takeWideLevels(reader, texelChannels, levelsOf(row), levelsOf(row + 1));
+    takeWideLevels(reader, texelChannels, imageOf(row), imageOf(row + 1));
   }
   // Of 8 or 4 bits.
   void take(ByteReader& reader, int bits, size_t row) {
@@ -87,7 +87,7 @@ struct TermRows {
     takeLevels(reader, bits, lights, ofLights.data());
     float* const to = coefficientsOf(row);
     for (size_t l = 0; l < lights; ++l) to[l] = static_cast<float>(ofLevel * ofLights[l]);
-    takeLevels(reader, bits, texelChannels, levelsOf(row));
+    takeLevels(reader, bits, texelChannels, imageOf(row));
   }
   void clearFrom(size_t row) {
     std::fill(coefficients.begin() + static_cast<std::ptrdiff_t>(row * lights), coefficients.end(), 0.f);
@@ -128,11 +128,11 @@ int nearestPresent(uint64_t present, int texel) {
 }
 
 // Those that are absent are filled.
-void spreadTexels(const int8_t* present, uint64_t set, size_t texelLevels, int8_t* texels) {
+void spreadTexels(const int8_t* stored, uint64_t present, size_t texelLevels, int8_t* texels) {
   for (int t = 0; t < blockTexels; ++t) {
-    const int source = set >> t & 1 ? t : nearestPresent(set, t);
-    const int place = std::popcount(set & ((uint64_t{1} << source) - 1));
-    std::copy_n(present + place * texelLevels, texelLevels, texels + t * texelLevels);
+    const int source = present >> t & 1 ? t : nearestPresent(present, t);
+    const int place = std::popcount(present & ((uint64_t{1} << source) - 1));
+    std::copy_n(stored + place * texelLevels, texelLevels, texels + t * texelLevels);
   }
 }
 
@@ -162,10 +162,12 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   if (reader.left() != bytes)
     throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
   block.lights = lights;
+  if (block.rank == 0) return block;
 
   const auto stride = static_cast<size_t>(block.stride);
   TermRows termRows(stride, lights, rows);
   size_t row = 0;
+  static_assert(precisions[0] == 16);
   for (int i = 0; i < terms[0]; ++i, row += 2) termRows.takeWide(reader, type, row);
   for (size_t p = 1; p < precisions.size(); ++p)
     for (int i = 0; i < terms[p]; ++i) termRows.take(reader, precisions[p], row++);

@@ -43,27 +43,30 @@ inline BlockTerms blockTerms(int rank, int stride, size_t lights, const std::byt
           reinterpret_cast<const int8_t*>(values + levelsOffset(stride, lights))};
 }
 
-// Bytes that begin a line of the processor's cache: eight coefficients are never in two. Not set.
+// Bytes that begin a line of the processor's cache: eight coefficients are never in two. Not set; not read
+// once moved from.
 class CacheLines {
 public:
-  explicit CacheLines(size_t size = 0)
+  CacheLines() = default;
+  explicit CacheLines(size_t size)
       : size_(size), room_(std::make_unique_for_overwrite<std::byte[]>(size + kLine - 1)) {}
 
   std::byte* data() {
     std::byte* const begin = room_.get();
+    if (!begin) return nullptr;
     return begin + (kLine - reinterpret_cast<uintptr_t>(begin) % kLine) % kLine;
   }
   const std::byte* data() const { return const_cast<CacheLines*>(this)->data(); }
   std::span<const std::byte> bytes() const { return {data(), size_}; }
-  size_t memory() const { return size_ + kLine - 1; }
+  size_t memory() const { return room_ ? size_ + kLine - 1 : 0; }
   friend bool operator==(const CacheLines& a, const CacheLines& b) {
     return std::ranges::equal(a.bytes(), b.bytes());
   }
 
 private:
-  static constexpr size_t kLine = 64; // operator new for so much is four times as slow
+  static constexpr size_t kLine = 64;
 
-  size_t size_;
+  size_t size_ = 0;
   std::unique_ptr<std::byte[]> room_;
 };
 

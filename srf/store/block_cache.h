@@ -34,7 +34,7 @@ class BlockCache {
 public:
   // `views` must outlive the cache. Memory exceeds the budget (bytes of decoded blocks) by what callers still
   // hold, by what fetch has brought until trim is called, by 4 bytes for every position of a block in a view,
-  // and 44 for the most blocks that ever were in memory.
+  // and 48 for the most blocks that ever were in memory.
   BlockCache(std::span<const ViewFile> views, size_t budget);
 
   std::span<const ViewFile> views() const { return views_; }

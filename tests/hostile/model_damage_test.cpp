@@ -26,7 +26,7 @@ Studio tinyStudio() {
 
 // What a reader of the model sees: every block, and every surfel from its front under two lights.
 struct Seen {
-  std::vector<std::vector<CacheLine>> blocks;
+  std::vector<CacheLines> blocks;
   std::vector<Rgb> radiance;
   std::vector<float> radii;
 

@@ -321,6 +321,44 @@ TEST(Block, LevelsBeyondTheLastAreTheLast) {
   EXPECT_NEAR(127 * (block.light(0)[0] + block.light(0)[1]), 1, 1e-6);
 }
 
+// Of 8 and 4 bits there is one more level below zero than above. Of three values the second byte of 4 bits is
+// half used.
+TEST(Block, LevelsOfFewBitsAreNoLowerThanTheyAreHigh) {
+  for (const auto& [bits, bytes] : {std::pair{8, std::vector<int>{-128, 127, -127}}, {4, {0x78, 0x08}}}) {
+    const int last = bits == 8 ? 127 : 7;
+    std::vector<std::byte> record;
+    append(record, uint8_t{2}); // some texels
+    for (const uint8_t terms : std::array<uint8_t, 3>{0, uint8_t(bits == 8), uint8_t(bits == 4)})
+      append(record, terms);
+    append(record, uint64_t{1});
+    append(record, 1.f);
+    for (int values = 0; values < 2; ++values) // of three lights, then of three channels
+      for (const int byte : bytes) append(record, static_cast<uint8_t>(byte));
+    const Block block = decodeBlock(record, 3);
+    for (const auto& [i, sign] : {std::pair{0, -1}, {1, 1}, {2, -1}}) {
+      EXPECT_EQ(block.texel(0)[i * block.stride], sign * last) << bits;
+      EXPECT_FLOAT_EQ(block.light(static_cast<size_t>(i))[0],
+                      static_cast<float>(sign) / static_cast<float>(last))
+          << bits;
+    }
+  }
+}
+
+TEST(Block, WhatPadsTermsIsZeroAndTheirMemoryBeginsALine) {
+  for (const auto& [name, present, x] : cases()) {
+    const auto lights = static_cast<size_t>(x.cols());
+    const auto record = encodeBlock(present, x, 0.05, 1).record;
+    const Block block = decodeBlock(record, lights);
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(block.values.data()) % 64, 0u) << name;
+    const int terms = block.rank + std::to_integer<int>(record[1]); // those at 16 bits are two
+    for (int k = terms; k < block.stride; ++k) {
+      for (size_t l = 0; l < lights; ++l) ASSERT_EQ(block.light(l)[k], 0) << name;
+      for (int t = 0; t < blockTexels; ++t)
+        for (int c = 0; c < 3; ++c) ASSERT_EQ(block.texel(t)[c * block.stride + k], 0) << name;
+    }
+  }
+}
+
 TEST(Block, MeaninglessRecordsNameTheirField) {
   const auto fieldOf = [](std::vector<uint8_t> bytes) {
     try {
