@@ -17,7 +17,7 @@ struct SplatCounts {
   size_t drawn = 0, dead = 0, notFinite = 0, backFacing = 0, tooNear = 0, outside = 0;
 };
 
-// The tiles under a splat: columns x0 to x1 of rows y0 to y1, with the last ones.
+// The tiles under a splat: from (x0, y0) to (x1, y1), both among them.
 struct TileRange {
   uint16_t x0, y0, x1, y1;
 };
@@ -25,7 +25,7 @@ struct TileRange {
 struct TileBins {
   SplatCounts counts;
   Room<ScreenSplat> screen; // those drawn, with gaps
-  Room<TileRange> ranges;   // of each: an eighth of what filling would have to read again
+  Room<TileRange> ranges;   // of each, so that filling reads no splat again
   Room<uint32_t> entries;   // in `screen`, tile by tile, each in the order of the cloud
   std::vector<size_t> begin;
   std::vector<uint32_t> counters; // of filling

@@ -72,7 +72,7 @@ struct TermRows {
   float* coefficientsOf(size_t row) { return coefficients.data() + row * lights; }
   int8_t* imageOf(size_t row) { return levels.data() + row * texelChannels; }
 
-  // To the row and the one after it.
+  // Of 16 bits, to the row and the one after it.
   void takeWide(ByteReader& reader, CoefficientType type, size_t row) {
     float *high = coefficientsOf(row), *low = coefficientsOf(row + 1);
     for (size_t l = 0; l < lights; ++l) {
