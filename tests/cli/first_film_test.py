@@ -1,4 +1,4 @@
-"""docs/captures.md alone leads from a folder of photographs to a film: its commands are run, with fewer surfels
+"""docs/import.md alone leads from a folder of photographs to a film: its commands are run, with fewer surfels
 and frames, of an object that stands for its lego."""
 
 import json
@@ -19,7 +19,7 @@ class FirstFilm(TestInFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        section = (ROOT / "docs/captures.md").read_text().partition("\n## A first film\n")[2].partition("\n## ")[0]
+        section = (ROOT / "docs/import.md").read_text().partition("\n## A first film\n")[2].partition("\n## ")[0]
         commands, script = (re.sub("^    ", "", block, flags=re.MULTILINE)
                             for block in re.findall(r"\n\n((?:    .*\n)+)", section))
         cls.commands = [shlex.split(line)[1:] for line in commands.splitlines()]
