@@ -46,4 +46,9 @@ double blockErrorBound(const BlockSquares& squares, const BlockWeights& weights,
                   kReachable * std::sqrt(weightedSquares(squares, alike)));
 }
 
+double channelMeanBound(double mean, double white) {
+  constexpr double kOfMean = 2e-3;
+  return kOfMean * std::max(std::abs(mean), kFaint * white);
+}
+
 } // namespace surflect

@@ -5,6 +5,7 @@
 #include "srf/store/block_bound.h"
 #include "srf/store/block_fit.h"
 #include "srf/store/block_kernels.h"
+#include "srf/store/block_levels.h"
 #include "srf/store/transpose.h"
 #include "surfel/error.h"
 
@@ -14,6 +15,7 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -29,6 +31,8 @@ using Eigen::MatrixXf;
 constexpr double kSinglePrecision = 2e-5;
 // Of the bound: what the terms that are not looked at may hold together, at first.
 constexpr double kLookedAt = 0.5;
+// Squared error of levels that are nearest, over that of fitted ones: what may be expected.
+constexpr double kLowered = 1.1;
 
 // X, and what its errors are measured by.
 struct MeasuredBlock {
@@ -36,6 +40,7 @@ struct MeasuredBlock {
   double white = 1;
   BlockWeights weights;
   double squared = 0, squaredBound = 0; // of V X W, and of its error
+  ChannelSums channels;
   const BlockKernels& kernels;
 };
 
@@ -112,17 +117,10 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, co
                        double white = 0, double* clipped = nullptr) {
   const size_t rank = stored.terms.size(), lights = x.columns();
   std::vector<double> levels(x.rows() * rank);
-  PaddedRows<double> perLevel(rank, lights);
-  for (size_t k = 0; k < rank; ++k) {
-    const StoredTerm& term = stored.terms[k];
-    for (size_t i = 0; i < x.rows(); ++i) levels[(i / 3 * rank + k) * 3 + i % 3] = double{term.levels[i]};
-    double* const to = perLevel.row(k);
-    if (term.bits == 16)
-      for (size_t l = 0; l < lights; ++l) to[l] = double{inImageSteps(term.coefficients[l])};
-    else
-      for (size_t l = 0; l < lights; ++l)
-        to[l] = double{static_cast<float>(levelInImageSteps(term.peak, term.bits) * term.lightLevels[l])};
-  }
+  const PaddedRows<double> perLevel = shownPerLevel(stored, lights);
+  for (size_t k = 0; k < rank; ++k)
+    for (size_t i = 0; i < x.rows(); ++i)
+      levels[(i / 3 * rank + k) * 3 + i % 3] = double{stored.terms[k].levels[i]};
   PaddedRows<double> sums(3, lights), clippedSums(1, lights);
   kernels.errors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white,
                   sums.row(0), clipped ? clippedSums.row(0) : nullptr});
@@ -168,33 +166,41 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   const auto first = [&](size_t count) { return std::span(all).first(count); };
   const auto solved = [&](size_t count) { return fit.solved(chosen(first(count)), type); };
   const double bound = weighted.squaredBound;
-  const auto keepsBound = [&](const auto& solution) { // NaN does not
-    return solution.squaredError <= bound;
+  const auto mayKeepBound = [&](const auto& solution) { // NaN does not
+    return solution.squaredError <= kLowered * bound;
+  };
+  // Of the first upgrades with these coefficients, if they keep the bounds once their levels are fitted.
+  const auto attempt = [&](size_t upgrades, auto solution) -> std::optional<Encoding> {
+    fit.addLevels(chosen(first(upgrades)), solution.stored);
+    if (!fitLevels(weighted, block.channels, block.kernels, solution.stored)) return std::nullopt;
+    const StoredErrors errors = errorsOf(block, solution.stored);
+    if (!(errors.weighted <= block.squaredBound)) return std::nullopt;
+    return Encoding{std::move(solution.stored), errors};
   };
 
   size_t count = 0;
   for (double left = factors.energy; left > bound && count < all.size(); ++count) left -= all[count].saved;
 
-  // From the predicted choice up until the actual error is small enough, then down while it still is.
+  // From the predicted choice up until the actual error may be small enough, then down while it still may.
   auto solution = solved(count);
-  for (size_t step = 1; !keepsBound(solution); step *= 2) {
+  for (size_t step = 1; !mayKeepBound(solution); step *= 2) {
     if (count == all.size()) return std::nullopt;
     count = std::min(count + step, all.size());
     solution = solved(count);
   }
   for (; count > 0; --count) {
     auto cheaper = solved(count - 1);
-    if (!keepsBound(cheaper)) break;
+    if (!mayKeepBound(cheaper)) break;
     solution = std::move(cheaper);
   }
   if (wary && wantsMore(factors, first(count), type)) return std::nullopt;
-  // Up again where rounding in the normal equations hid that it is not.
-  for (;; solution = solved(++count)) {
-    fit.addLevels(chosen(first(count)), solution.stored);
-    const StoredErrors errors = errorsOf(block, solution.stored);
-    if (errors.weighted <= block.squaredBound) return Encoding{std::move(solution.stored), errors};
-    if (count == all.size()) return std::nullopt;
+  // Up again where it is not.
+  std::optional<Encoding> encoding = attempt(count, std::move(solution));
+  while (!encoding && count < all.size()) {
+    ++count;
+    encoding = attempt(count, solved(count));
   }
+  return encoding;
 }
 
 template <class Real> WeightedBlock<Real> weightedOf(const MeasuredBlock& block) {
@@ -220,7 +226,7 @@ template <class Real>
 std::optional<Encoding> encodedAs(const MeasuredBlock& block, CoefficientType type, double lookedAt) {
   const WeightedBlock<Real> weighted = weightedOf<Real>(block);
   const BlockFactors<Real> factors =
-      factorised(weighted, static_cast<Real>(lookedAt * weighted.squaredBound), block.kernels);
+      factorised(weighted, static_cast<Real>(lookedAt * std::min(1., weighted.squaredBound)), block.kernels);
   return cheapest(block, weighted, factors, type, lookedAt > 0);
 }
 
@@ -233,14 +239,29 @@ bool fitsSingle(const MeasuredBlock& block) {
          block.weights.lights.minCoeff() * scale * kMost > 1;
 }
 
-Encoding encoded(const MeasuredBlock& block) {
-  if (block.squared <= block.squaredBound) return {{}, errorsOf(block, {})};
+// Empty where the bounds are out of reach.
+std::optional<Encoding> encodedWithinBounds(const MeasuredBlock& block) {
+  const auto& [sums, bounds] = block.channels;
+  const bool black =
+      std::ranges::equal(sums, bounds, [](double sum, double most) { return std::abs(sum) <= most; });
+  if (black && block.squared <= block.squaredBound) return Encoding{{}, errorsOf(block, {})};
   const bool single = fitsSingle(block);
   for (const CoefficientType type : {CoefficientType::half, CoefficientType::single}) {
     if (single)
       for (const double lookedAt : {kLookedAt, 0.})
-        if (auto encoding = encodedAs<float>(block, type, lookedAt)) return *std::move(encoding);
-    if (auto encoding = encodedAs<double>(block, type, 0)) return *std::move(encoding);
+        if (auto encoding = encodedAs<float>(block, type, lookedAt)) return encoding;
+    if (auto encoding = encodedAs<double>(block, type, 0)) return encoding;
+  }
+  return std::nullopt;
+}
+
+// A channel that is almost black beside another may be out of reach of 16 bits: then its mean errs like an
+// eighth of that other's may, by 2.5e-4 of it, or as it comes.
+Encoding encoded(MeasuredBlock block) {
+  const double brightest = std::ranges::max(block.channels.bounds);
+  for (const double part : {0., 0.125, std::numeric_limits<double>::infinity()}) {
+    for (double& bound : block.channels.bounds) bound = std::max(bound, part * brightest);
+    if (auto encoding = encodedWithinBounds(block)) return *std::move(encoding);
   }
   throw Error("a block spans too many orders of magnitude to be stored within the tolerance");
 }
@@ -256,16 +277,18 @@ PaddedRows<float> byRows(const MatrixXf& m) {
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white,
                          Simd simd) {
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
-  MeasuredBlock block{byRows(radiance), white, {}, 0, 0, blockKernels(simd)};
+  MeasuredBlock block{byRows(radiance), white, {}, 0, 0, {}, blockKernels(simd)};
   const BlockSquares squares = squaresOf(block.x, {}, block.kernels);
   block.weights = blockWeights(squares, white);
   block.squared = weightedSquares(squares, block.weights);
   const double bound = blockErrorBound(squares, block.weights, tolerance, white);
   block.squaredBound = bound * bound;
+  block.channels = channelSums(block.x, white);
 
-  const Encoding encoding = encoded(block);
-  return {recordOf(present, block.x.columns(), encoding.stored),
-          static_cast<int>(encoding.stored.terms.size()), encoding.errors.squared, encoding.errors.clipped};
+  const auto lights = block.x.columns();
+  const Encoding encoding = encoded(std::move(block));
+  return {recordOf(present, lights, encoding.stored), static_cast<int>(encoding.stored.terms.size()),
+          encoding.errors.squared, encoding.errors.clipped};
 }
 
 } // namespace surflect

@@ -20,8 +20,8 @@ struct EncodedBlock {
 
 // `present`: bit 8 y + x is set where texel (x, y) shows the object; not zero. `radiance`: row 3 i + c is
 // channel c of the i-th present texel in order of bits, one column a light; finite and below 1e30.
-// `white` > 0 is the radiance of a white pixel. Guarantees blockErrorBound. All kinds of vector instructions
-// give the same record.
+// `white` > 0 is the radiance of a white pixel. Guarantees blockErrorBound, and channelMeanBound
+// where 16 bits reach it. All kinds of vector instructions give the same record.
 EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white,
                          Simd simd = bestSimd());
 

@@ -14,14 +14,15 @@ namespace surflect {
 
 namespace {
 
-// Of images at 4 bits, values beyond so much of the largest are worth losing for finer levels. Coefficients
-// are not clipped, whose largest are the highlights: the first of each precision is for them.
+// Part of an image's largest value that is put on the last level. At 4 bits, values beyond are worth losing
+// for finer levels; at 8, a little more than 1 may put a plain channel nearer to a level. Coefficients are
+// not clipped, whose largest are the highlights: the first of each precision is for them.
 struct Clipping {
   size_t precision; // of precisions
   double clip;
 };
 constexpr std::array<Clipping, roundings> kClippings = {
-    {{0, 1}, {1, 1}, {2, 1}, {2, 0.85}, {2, 0.7}, {2, 0.6}, {2, 0.5}}};
+    {{0, 1}, {1, 1}, {2, 1}, {1, 1.05}, {1, 1.1}, {2, 0.85}, {2, 0.7}, {2, 0.6}, {2, 0.5}}};
 
 float asStored(float coefficient, CoefficientType type) {
   if (type == CoefficientType::single) return coefficient;

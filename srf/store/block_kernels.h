@@ -41,7 +41,7 @@ template <class Real> struct ScalarProducts {
 // What rounding to levels -last .. last leaves of the columns of a matrix, of which row i is stored divided
 // by weights[i]: the squared error of a column whose largest stored value is put on last / clip, and larger
 // levels on last. Of several pairs of last and clip at once.
-inline constexpr size_t roundings = 7;
+inline constexpr size_t roundings = 9;
 template <class Real> struct Rounding {
   const Real* values;
   size_t rows, columns; // as padded

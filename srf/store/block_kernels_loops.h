@@ -141,7 +141,7 @@ template <class V, class Real> inline void roundingOf(const Rounding<Real>& job,
   }
   for (size_t i = 0; i < job.rows; ++i) {
     const V x = loaded<V>(job.values + i * job.columns + j) * job.inverseWeights[i];
-#pragma GCC unroll 7
+#pragma GCC unroll 9
     for (size_t r = 0; r < roundings; ++r) {
       const V last = V{} + job.last[r];
       const V level = larger(smaller(x * scales[r], last), -last) + wholeShift<Real> - wholeShift<Real>;

@@ -38,6 +38,20 @@ private:
 
 } // namespace
 
+PaddedRows<double> shownPerLevel(const StoredTerms& stored, size_t lights) {
+  PaddedRows<double> perLevel(stored.terms.size(), lights);
+  for (size_t k = 0; k < stored.terms.size(); ++k) {
+    const StoredTerm& term = stored.terms[k];
+    double* const to = perLevel.row(k);
+    if (term.bits == 16)
+      for (size_t l = 0; l < lights; ++l) to[l] = double{inImageSteps(term.coefficients[l])};
+    else
+      for (size_t l = 0; l < lights; ++l)
+        to[l] = double{static_cast<float>(levelInImageSteps(term.peak, term.bits) * term.lightLevels[l])};
+  }
+  return perLevel;
+}
+
 std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored) {
   const bool half = stored.type == CoefficientType::half, partial = present != allPresent;
   size_t bytes = 4 + (partial ? sizeof present : 0);

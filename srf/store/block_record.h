@@ -1,6 +1,8 @@
 // What the writer and the reader of a block's record share: docs/format.md specifies it to the byte.
 #pragma once
 
+#include "srf/store/padded_rows.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -46,6 +48,9 @@ struct StoredTerms {
   CoefficientType type = CoefficientType::half;
   std::vector<StoredTerm> terms; // bits falling
 };
+
+// What one level of an image shows under each light, as a reader has it: [terms][lights].
+PaddedRows<double> shownPerLevel(const StoredTerms& stored, size_t lights);
 
 std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored);
 

@@ -120,8 +120,8 @@ template <class Real> void expectRounding(size_t columns, Real largestLast, doub
                        values.stride(),
                        weights.data(),
                        inverse.data(),
-                       {7, 7, 7, 127, 127, 127, largestLast},
-                       {1, Real(0.75), Real(0.5), 1, Real(0.875), Real(0.8125), 1},
+                       {7, 7, 7, 127, 127, 127, 127, 127, largestLast},
+                       {1, Real(0.75), Real(0.5), 1, Real(0.875), Real(0.8125), Real(1.125), Real(1.25), 1},
                        result.data()};
     blockKernels(simd).run(job);
     for (size_t r = 0; r < roundings; ++r)

@@ -149,6 +149,72 @@ TEST(Block, ADimChannelKeepsItsDetailBesideABrightOne) {
   }
 }
 
+// Over texels and lights.
+Eigen::Vector3d channelMeans(const MatrixXd& x) {
+  return x.rowwise().mean().reshaped(3, x.rows() / 3).rowwise().mean();
+}
+
+// Of three channels up to four orders of magnitude apart.
+MatrixXf unlikeChannels(int texels, int lights, int rank, std::mt19937& generator) {
+  MatrixXf x = MatrixXf::Zero(3 * texels, lights);
+  for (int k = 0; k < rank; ++k)
+    x += std::pow(0.3f, static_cast<float>(k)) * random(3 * texels, 1, generator).cwiseAbs() *
+         random(1, lights, generator).cwiseAbs();
+  std::uniform_real_distribution<float> decades(-4, 0);
+  for (int c = 0; c < 3; ++c)
+    x(Eigen::seq(c, Eigen::last, 3), Eigen::all) *= std::pow(10.f, decades(generator));
+  return x;
+}
+
+TEST(Block, EachChannelKeepsItsMeanWhateverTheTolerance) {
+  std::mt19937 generator(9);
+  for (int trial = 0; trial < 30; ++trial) {
+    const uint64_t present = trial % 3 == 0 ? full : uint64_t{generator()} << 16 | 1;
+    const int lights = 1 + static_cast<int>(generator() % 40), rank = 1 + trial % 5;
+    const MatrixXf x = unlikeChannels(std::popcount(present), lights, rank, generator);
+    const Eigen::Vector3d means = channelMeans(x.cast<double>());
+    for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3}) {
+      const MatrixXd got = decoded(encodeBlock(present, x, tolerance, 1), present, lights);
+      const Eigen::Vector3d errors = (channelMeans(got) - means).cwiseAbs();
+      for (int c = 0; c < 3; ++c)
+        EXPECT_LE(errors[c], channelMeanBound(means[c], 1) * (1 + 1e-9)) << trial << ", " << tolerance;
+    }
+  }
+}
+
+// Rounded to the nearest of 127 levels, blue would be 3.175 of them and come back as 3 under every light.
+TEST(Block, APlainSurfaceKeepsItsHueUnderEachLight) {
+  std::mt19937 generator(10);
+  const Eigen::Vector3f albedo(0.8f, 0.1f, 0.02f);
+  for (const double tolerance : {0.02, 0.03}) {
+    double squares = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+      const MatrixXf shading = (random(64, 3, generator) * 0.02f).array() + 1;
+      const MatrixXf shown = shading * random(3, 12, generator).cwiseAbs();
+      MatrixXf x(192, 12);
+      for (int c = 0; c < 3; ++c) x(Eigen::seq(c, Eigen::last, 3), Eigen::all) = albedo[c] * shown;
+      const MatrixXd error = decoded(encodeBlock(full, x, tolerance, 1), full, 12) - x.cast<double>();
+      for (int c = 0; c < 3; ++c) {
+        const MatrixXd ofChannel = error(Eigen::seq(c, Eigen::last, 3), Eigen::all);
+        squares += (ofChannel.colwise().mean() / (albedo[c] * shown.mean())).squaredNorm();
+      }
+    }
+    EXPECT_LT(std::sqrt(squares / (20 * 3 * 12)), 0.006) << tolerance;
+  }
+}
+
+// Beside red of a million white, blue of a ten-thousandth is beyond 16 bits.
+TEST(Block, AMeanOutOfReachIsNoError) {
+  std::mt19937 generator(11);
+  MatrixXf x = random(192, 12, generator).cwiseAbs();
+  for (int row = 0; row < 192; ++row) x.row(row) *= row % 3 == 0 ? 1e6f : 1e-4f;
+  const MatrixXd got = decoded(encodeBlock(full, x, 0.02, 1), full, 12);
+  const Eigen::Vector3d means = channelMeans(x.cast<double>()),
+                        errors = (channelMeans(got) - means).cwiseAbs();
+  EXPECT_LE(errors[0], channelMeanBound(means[0], 1));
+  EXPECT_LE(errors.tail(2).maxCoeff(), 2.5e-4 * means[0]);
+}
+
 TEST(Block, AGrayBlockWeighsItsChannelsAlike) {
   const MatrixXd gray = MatrixXd::Constant(192, 5, 0.3);
   EXPECT_LT((blockWeights(blockSquares(gray), 1).channels - Eigen::Vector3d::Ones()).norm(), 1e-14);
@@ -162,9 +228,10 @@ TEST(Block, AToleranceThatCannotBeReachedIsTakenAsOneThatCan) {
 TEST(Block, ErrorFallsAndSizeGrowsAsToleranceTightens) {
   std::mt19937 generator(2);
   const Eigen::VectorXf falling = Eigen::VectorXf::LinSpaced(28, 0, -9).array().exp();
-  const MatrixXf x = random(192, 28, generator) * falling.asDiagonal() * random(28, 28, generator);
-  EncodedBlock coarser = encodeBlock(full, x, 0.5, 1);
-  for (double tolerance = 0.25; tolerance > 1e-3; tolerance /= 2) {
+  const MatrixXf x =
+      random(192, 28, generator).cwiseAbs() * falling.asDiagonal() * random(28, 28, generator).cwiseAbs();
+  EncodedBlock coarser = encodeBlock(full, x, 0.25, 1);
+  for (double tolerance = 0.125; tolerance > 1e-3; tolerance /= 2) {
     EncodedBlock finer = encodeBlock(full, x, tolerance, 1);
     EXPECT_LT(finer.squaredError, coarser.squaredError) << tolerance;
     EXPECT_GT(finer.record.size(), coarser.record.size()) << tolerance;
@@ -182,12 +249,13 @@ TEST(Block, ZeroBlockHasRankZero) {
   EXPECT_EQ(decodeBlock(encoded.record, 28).rank, 0);
 }
 
-// A block may err in the dark as one of a thousandth of white.
+// The mean of a block may err in the dark as that of one of a thousandth of white.
 TEST(Block, ABlockDarkerThanItsErrorMayBeHasRankZero) {
   const auto rank = [](double value) {
     return encodeBlock(full, MatrixXf::Constant(192, 28, static_cast<float>(value)), 0.03, 1).rank;
   };
-  const double limit = 0.03 * 1e-3 * errorWeight(1e-3, 1) / errorWeight(0.03 * 1e-3, 1);
+  const double limit = channelMeanBound(0, 1);
+  EXPECT_EQ(limit, 2e-6);
   EXPECT_EQ(rank(0.999 * limit), 0);
   EXPECT_EQ(rank(1.001 * limit), 1);
 }
@@ -200,11 +268,18 @@ TEST(Block, LowRankBlockIsStoredWithItsRank) {
   }
 }
 
-// Four bits a value and a light, and the float that scales these: what rank 1 at 25 % needs, and no byte
-// more.
+// Four bits a value and a light, and the float that scales these: what products of such levels need, and no
+// byte more.
 TEST(Block, RecordIsAsSmallAsItsTermsAllow) {
   std::mt19937 generator(4);
-  const MatrixXf x = random(192, 1, generator).array().tanh().matrix() * random(1, 28, generator);
+  const auto levels = [&](int rows, int columns) -> MatrixXf {
+    return random(rows, columns, generator).unaryExpr([](float x) {
+      return std::clamp(std::round(3 * x), -7.f, 7.f);
+    });
+  };
+  MatrixXf image = levels(192, 1), lights = levels(1, 28);
+  image(0) = lights(0) = 7;
+  const MatrixXf x = image * lights;
   EXPECT_EQ(encodeBlock(full, x, 0.25, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
   const uint64_t three = 0b10101;
   EXPECT_EQ(encodeBlock(three, x.topRows(9), 0.25, 1).record.size(), 4u + 8 + 4 + 28 / 2 + 5);

@@ -283,18 +283,66 @@ TEST(ViewEncoder, SummariesAddUp) {
   EXPECT_EQ(sum.squaredError, small.squaredError + large.squaredError);
 }
 
+// A Lambert sphere under lights from all around.
+ReflectanceStack plainSphere(int size, int lights, const std::array<float, 3>& albedo) {
+  ReflectanceStack stack{size, size, std::vector<Image>(lights, Image(size, size, 3)), Image(size, size, 1)};
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) {
+      const auto side = static_cast<float>(size);
+      const float nx = 2.2f * ((static_cast<float>(x) + 0.5f) / side - 0.5f);
+      const float ny = 2.2f * (0.5f - (static_cast<float>(y) + 0.5f) / side);
+      if (nx * nx + ny * ny >= 1) continue;
+      stack.alpha.at(x, y)[0] = 1;
+      const float nz = std::sqrt(1 - nx * nx - ny * ny);
+      for (int l = 0; l < lights; ++l) {
+        const float lz = 2 * (static_cast<float>(l) + 0.5f) / static_cast<float>(lights) - 1;
+        const float r = std::sqrt(1 - lz * lz), turn = 2.39996f * static_cast<float>(l);
+        const float cosine = nx * r * std::cos(turn) + ny * r * std::sin(turn) + nz * lz;
+        for (size_t c = 0; c < 3; ++c) stack.lights[l].at(x, y)[c] = albedo[c] * std::max(0.f, cosine);
+      }
+    }
+  return stack;
+}
+
+// Light of all lamps at once, as in a white furnace. Levels rounded to the nearest would show 1.2 % too much
+// green and 4.5 % too little blue.
+TEST(ViewEncoder, APlainSphereKeepsItsHueInTheFurnace) {
+  const TemporaryFolder folder;
+  const ReflectanceStack stack = plainSphere(96, 24, {0.8f, 0.1f, 0.02f});
+  for (const double tolerance : {0.01, 0.02, 0.05, 0.1}) {
+    writeFileAtomically(folder / "a.view", encodeView(stack, {.tolerance = tolerance}).file);
+    const ViewFile view(folder / "a.view");
+    std::array<double, 3> truth{}, shown{};
+    for (uint32_t b = 0; b < view.blockCount(); ++b) {
+      const Block block = view.read(b);
+      const BlockPosition at = view.position(b);
+      for (int t = 0; t < blockTexels; ++t) {
+        if (!(block.present >> t & 1)) continue;
+        const int x = at.x * blockSize + t % blockSize, y = at.y * blockSize + t / blockSize;
+        for (size_t l = 0; l < 24; ++l)
+          for (int c = 0; c < 3; ++c) {
+            truth[c] += double{stack.lights[l].at(x, y)[c]};
+            for (int k = 0; k < block.stride; ++k)
+              shown[c] += double{block.light(l)[k]} * block.texel(t)[c * block.stride + k];
+          }
+      }
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown[c] / truth[c], 1, 2.4e-4) << c << ", " << tolerance;
+  }
+}
+
 TEST(ViewEncoder, CancelledEncodingThrows) {
   Progress progress;
   progress.cancelled = [] { return true; };
   EXPECT_THROW(encodeView(glossySphere(20, 3), {}, progress), Cancelled);
 }
 
-// Smooth shading with a highlight is what the store is made for: almost 9 to 1 at 51.5 dB.
+// Smooth shading with a highlight is what the store is made for.
 TEST(ViewEncoder, CompressesASmoothStack) {
   const ReflectanceStack stack = glossySphere(160, 28);
   const ViewSummary summary = encodeView(stack, {}).summary;
-  EXPECT_GT(compressionRatio(summary), 8.9);
-  EXPECT_GT(psnrDb(summary, 1), 51.4);
+  EXPECT_GT(compressionRatio(summary), 9.1);
+  EXPECT_GT(psnrDb(summary, 1), 51.3);
 }
 
 } // namespace
