@@ -54,7 +54,7 @@ class FirstFilm(TestInFolder):
 
     def test_three_commands_do_it(self):
         self.assertEqual([command[0] for command in self.commands], ["import", "pack", "render"])
-        self.assertEqual([self.imported["training_frames"], self.imported["test_frames"]], [12, 1])
+        self.assertEqual([self.imported["training_frames"], self.imported["test_frames"]], [11, 1])
 
     def test_the_hull_fills_the_mattes(self):
         self.assertEqual(self.packed["geometry"], "hull")

@@ -1,5 +1,6 @@
 """What the command-line tests share: running `surflect`, and a small capture and script."""
 
+import itertools
 import json
 import os
 import pathlib
@@ -97,12 +98,17 @@ def content(folder):
 
 
 def write_small_capture(folder, cameras, lights):
-    """A few of the vase's cameras and lights, and all its test frames."""
+    """A few of the vase's cameras and lights, and a dozen of its photographs to evaluate."""
     capture = json.loads((VASE / "transforms.json").read_text())
-    kept_cameras = {f"C{4 * i + 13}" for i in range(cameras)}
-    kept_lights = {f"L{4 * i + 5:02}" for i in range(lights)}
-    capture["frames"] = [frame for frame in capture["frames"] if frame["split"] == "test" or
-                         (frame["camera"] in kept_cameras and frame["light"] in kept_lights)]
+    training = {(f"C{4 * i + 13}", f"L{4 * j + 5:02}") for i in range(cameras) for j in range(lights)}
+    test = {*itertools.product(("V01", "V03"), ("L05", "L17", "T01", "T02")),
+            *itertools.product(("C13", "C21"), ("L07", "L19"))}
+    kept = []
+    for frame in capture["frames"]:
+        pair = frame["camera"], frame["light"]
+        if pair in training | test:
+            kept.append({**frame, "split": "train" if pair in training else "test"})
+    capture["frames"] = kept
     folder.mkdir()
     (folder / "transforms.json").write_text(json.dumps(capture))
     shutil.copytree(VASE / "images", folder / "images")

@@ -20,7 +20,7 @@ protected:
     return read;
   }
   static const std::vector<ForeignView>& views() {
-    static const std::vector<ForeignView> photographed = photographedByOthers(original(), 0, 4);
+    static const std::vector<ForeignView> photographed = photographedByOthers(original(), 2, 4);
     return photographed;
   }
 
@@ -100,7 +100,7 @@ TEST_F(Vase, ComesThroughMiddleburyWithMasksByThreshold) {
 
 TEST_F(Vase, PosesWithAnotherAxisUpAreFound) {
   writeNerfstudio(withYUp(views()), folder / "in");
-  EXPECT_NE(findingsIn(imported()).find("masks differ in 10 of 10 views"), std::string::npos);
+  EXPECT_NE(findingsIn(imported()).find("masks differ in 9 of 9 views"), std::string::npos);
 }
 
 TEST_F(Vase, MirroredLampsAreFound) {
