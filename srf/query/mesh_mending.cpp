@@ -66,24 +66,19 @@ private:
   std::vector<Fate> fate_;
 };
 
-// Vertices that no triangle uses.
+// Vertices that no triangle uses; named where they lie beside the rest, of which they would set the scale.
 TriangleMesh dropUnused(TriangleMesh mesh, std::vector<std::string>& notes) {
-  const size_t all = mesh.positions.size();
-  std::vector<uint8_t> isUsed(all, 0);
-  for (const auto& triangle : mesh.triangles)
-    for (const uint32_t corner : triangle) isUsed[corner] = 1;
-  std::vector<Point3<World>> unused;
-  for (size_t i = 0; i < all; ++i)
-    if (!isUsed[i]) unused.push_back(mesh.positions[i]);
-  if (unused.empty()) return mesh;
+  const std::vector<Point3<World>> all = mesh.positions;
   mesh = withoutUnused(std::move(mesh));
   const Eigen::AlignedBox3d box = boundsOf(mesh.positions);
   const auto distance = [&](const Point3<World>& p) {
     return box.squaredExteriorDistance(p.cast<double>().raw());
   };
-  notes.push_back(fmt::format(
-      "{} of {} vertices belong to no triangle: left out, the farthest of them at {}", unused.size(), all,
-      placeText(std::ranges::max_element(unused, {}, distance)->cast<double>().raw())));
+  const Point3<World>& farthest = *std::ranges::max_element(all, {}, distance);
+  if (distance(farthest) > 0)
+    notes.push_back(fmt::format(
+        "{} of {} vertices belong to no triangle: left out, the farthest of them at {}",
+        all.size() - mesh.positions.size(), all.size(), placeText(farthest.cast<double>().raw())));
   return mesh;
 }
 

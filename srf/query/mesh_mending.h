@@ -16,7 +16,8 @@ struct MendedMesh {
   std::vector<std::string> notes; // what was left out, turned, or is odd; sentences without a full stop
 };
 
-// A sound mesh comes back as it is, without notes. Of any other,
+// A sound mesh comes back as it is, without notes, but for vertices inside its box that no triangle uses. Of
+// any other,
 // - triangles without area and vertices that no triangle uses are left out;
 // - spikes and specks far from the rest are left out, see mesh_strays.h;
 // - of triangles with the same three corners, one stays; and the first that is wound the other way where

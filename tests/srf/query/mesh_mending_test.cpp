@@ -167,6 +167,11 @@ TEST(MeshMending, UnusedVerticesAndFarSpecksAndSpikesAreLeftOut) {
   expectMended(unused, camerasAround(), sound,
                "2 of 546 vertices belong to no triangle: left out, the farthest of them at (0, 0, 50)");
 
+  unused = sound;
+  unused.positions.emplace_back(0.f, 0.5f, 0.f); // does no harm, and is no news
+  expectSame(mended(unused, camerasAround()).mesh, sound);
+  EXPECT_TRUE(mended(unused, camerasAround()).notes.empty());
+
   TriangleMesh speck = square(0.01);
   for (auto& p : speck.positions) p = p + Direction3<AcquisitionSpace>(0, 9, 0);
   expectMended(joined(sound, speck), camerasAround(), sound,
