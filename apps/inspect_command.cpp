@@ -101,6 +101,8 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
   if (!isGeometryGiven && arguments.overlay.empty()) return report;
   const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
   const Impostor impostor = impostorOf(training, arguments.impostor, progress);
+  for (const std::string& note : impostor.notes) say(note);
+  if (!impostor.notes.empty()) report["mesh_notes"] = impostor.notes;
   tell(checkCapture(capture, impostor.mesh, progress), report["findings"]);
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;

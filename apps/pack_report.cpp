@@ -70,6 +70,7 @@ Json jsonOf(const PackReport& report) {
                    {"object_texels", report.store.objectTexels},
                    {"ratio_to_half", compressionRatio(report.store)},
                    {"blocks_of_rank", report.store.blocksOfRank}};
+  if (!report.meshNotes.empty()) json["mesh_notes"] = report.meshNotes;
   for (const auto& fit : report.fits)
     json["silhouettes"].push_back(
         {{"view", fit.view}, {"iou", fit.intersectionOverUnion}, {"left_out", fit.leftOut}});
@@ -89,6 +90,7 @@ void announceEstimate(const PackEstimate& estimate) {
 }
 
 void announce(const PackReport& report, const std::string& output) {
+  for (const std::string& note : report.meshNotes) say(note);
   if (!report.fits.empty()) announceFits(report.fits);
   if (report.invalidTexels > 0)
     say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));

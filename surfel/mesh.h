@@ -20,13 +20,22 @@ using TriangleMesh = Mesh<AcquisitionSpace>;
 // Twice the area vector of a triangle: its normal, not normalised.
 Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
 
-// Reads OBJ or PLY, by the extension (a file without one is PLY): faces (fan-triangulated) and triangle
-// strips. An index beyond the vertices or a position that is not finite is an Error. Throws Cancelled, too.
-TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress& progress = {});
+// How a face with more than three corners becomes triangles.
+enum class Faces {
+  cut,   // what they cover, see ear_clipping.h
+  asFans // around the first corner, wherever the corners lie: alike for all shapes of one topology
+};
+
+// Reads OBJ or PLY, by the extension (a file without one is PLY): faces and triangle strips. An index beyond
+// the vertices or a position that is not finite is an Error. Throws Cancelled, too.
+TriangleMesh readMeshAsStored(const std::filesystem::path& path, Faces faces = Faces::cut,
+                              const Progress& progress = {});
 
 // Without the triangles that have no area; an Error when no other is left.
 TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress = {});
-// As stored, without them.
+// Without the positions that no triangle uses.
+TriangleMesh withoutUnused(TriangleMesh mesh);
+// As stored, without either.
 TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress = {});
 
 } // namespace surflect

@@ -5,14 +5,15 @@
 
 #include <algorithm>
 #include <charconv>
-#include <limits>
-#include <map>
 #include <string>
 #include <string_view>
 
 namespace surflect {
 
 namespace {
+
+using Corner = FaceList::Corner;
+constexpr uint32_t kNone = FaceList::kNone;
 
 // The statements of an OBJ file one after the other: lines, joined where one ends in a backslash, without
 // comments.
@@ -91,14 +92,14 @@ Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words) 
 }
 
 // "7" or "-1", of `kind`: from 0 on, and perhaps beyond those still to come.
-size_t asIndex(std::string_view word, size_t soFar, const std::string& kind) {
+uint32_t asIndex(std::string_view word, size_t soFar, const std::string& kind) {
   const auto index = asNumber<long long>(word, "a " + kind + " number");
-  if (index > 0) return static_cast<size_t>(index) - 1;
+  if (index > 0) return static_cast<uint32_t>(std::min<long long>(index - 1, kNone - 1));
   if (index == 0 || static_cast<size_t>(-(index + 1)) >= soFar)
     throw Error::mismatch("a " + kind + " of 1.." + std::to_string(soFar) + " or -1..-" +
                               std::to_string(soFar),
                           std::to_string(index));
-  return soFar - static_cast<size_t>(-(index + 1)) - 1;
+  return static_cast<uint32_t>(soFar - static_cast<size_t>(-(index + 1)) - 1);
 }
 
 // 2 coordinates, 1 or 3.
@@ -120,42 +121,24 @@ Vec3<double> asNormal(const std::vector<std::string_view>& words) {
   return normal;
 }
 
-constexpr size_t kNone = std::numeric_limits<size_t>::max();
-
-struct Corner {
-  size_t vertex, texture, normal;
-
-  auto operator<=>(const Corner&) const = default;
-};
-
-struct Face {
-  std::array<Corner, 3> corners;
-  size_t line;
-};
-
-struct Content {
-  std::vector<Point3<AcquisitionSpace>> positions;
-  std::vector<Vec2<double>> textureCoordinates;
-  std::vector<Vec3<double>> normals;
-  std::vector<Face> faces; // whose vertices are there
-};
-
 std::string onLine(size_t line) { return "line " + std::to_string(line); }
 
-void requireBelow(size_t index, size_t count, const char* kind, size_t line) {
+void requireBelow(uint32_t index, size_t count, const char* kind, size_t line) {
   if (index != kNone && index >= count)
     throw Error::mismatch("a " + std::string(kind) + " of 1.." + std::to_string(count),
                           std::to_string(index + 1))
         .at(onLine(line));
 }
 
-Content parse(std::string_view text, bool wantsAll, const Progress& progress) {
-  Content content;
+// All faces, whose corners are there; without texture coordinates and normals unless they are wanted.
+FaceList parse(std::string_view text, bool wantsAll, const Progress& progress) {
+  FaceList content;
+  std::vector<size_t> lines; // #faces
   Statements statements(text);
   // "7", "7/1", "7//3", "7/1/3"
   const auto asCorner = [&](std::string_view word) -> Corner {
     const size_t slash = word.find('/');
-    const size_t vertex = asIndex(word.substr(0, slash), content.positions.size(), "vertex");
+    const uint32_t vertex = asIndex(word.substr(0, slash), content.positions.size(), "vertex");
     Corner corner{vertex, kNone, kNone};
     if (!wantsAll || slash == std::string_view::npos) return corner;
     const std::string_view rest = word.substr(slash + 1);
@@ -177,19 +160,20 @@ Content parse(std::string_view text, bool wantsAll, const Progress& progress) {
       if (words[0] != "f") continue;
       if (words.size() < 4)
         throw Error::mismatch("at least three corners", std::to_string(words.size() - 1)).at("f");
-      for (size_t i = 3; i < words.size(); ++i)
-        content.faces.push_back(
-            {{asCorner(words[1]), asCorner(words[i - 1]), asCorner(words[i])}, statements.line()});
+      for (size_t i = 1; i < words.size(); ++i) content.corners.push_back(asCorner(words[i]));
+      content.endFace();
+      lines.push_back(statements.line());
     } catch (Error& error) {
       throw std::move(error).at(onLine(statements.line()));
     }
   }
-  for (size_t i = 0; i < content.faces.size(); ++i) {
-    progress.checkNowAndThen(i);
-    for (const auto& [vertex, texture, normal] : content.faces[i].corners) {
-      requireBelow(vertex, content.positions.size(), "vertex", content.faces[i].line);
-      requireBelow(texture, content.textureCoordinates.size(), "texture coordinate", content.faces[i].line);
-      requireBelow(normal, content.normals.size(), "normal", content.faces[i].line);
+  for (size_t f = 0; f < lines.size(); ++f) {
+    progress.checkNowAndThen(f);
+    for (size_t i = content.start[f]; i < content.start[f + 1]; ++i) {
+      const auto& [vertex, texture, normal] = content.corners[i];
+      requireBelow(vertex, content.positions.size(), "vertex", lines[f]);
+      requireBelow(texture, content.textureCoordinates.size(), "texture coordinate", lines[f]);
+      requireBelow(normal, content.normals.size(), "normal", lines[f]);
     }
   }
   return content;
@@ -207,51 +191,16 @@ template <class Parse> auto ofFile(const std::filesystem::path& path, const Prog
 
 } // namespace
 
-TriangleMesh parseObj(std::string_view text, const Progress& progress) {
-  Content content = parse(text, false, progress);
-  TriangleMesh mesh{std::move(content.positions), {}};
-  for (const Face& face : content.faces) {
-    progress.checkNowAndThen(mesh.triangles.size());
-    const auto index = [&](size_t i) { return static_cast<uint32_t>(face.corners[i].vertex); };
-    mesh.triangles.push_back({index(0), index(1), index(2)});
-  }
-  return mesh;
+TriangleMesh parseObj(std::string_view text, Faces faces, const Progress& progress) {
+  return meshOf(parse(text, false, progress), faces, progress);
 }
 
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress) {
-  const Content content = parse(text, true, progress);
-  const auto allHave = [&](size_t Corner::*what) {
-    return std::ranges::all_of(content.faces, [&](const Face& face) {
-      return std::ranges::find(face.corners, kNone, what) == face.corners.end();
-    });
-  };
-  const bool hasTexture = allHave(&Corner::texture), hasNormals = allHave(&Corner::normal);
-  TexturedMesh textured;
-  std::map<Corner, uint32_t> vertices;
-  const auto vertexOf = [&](Corner corner) {
-    if (!hasTexture) corner.texture = kNone;
-    if (!hasNormals) corner.normal = kNone;
-    const auto next = static_cast<uint32_t>(textured.corner.size());
-    const auto [found, isNew] = vertices.try_emplace(corner, next);
-    if (isNew) {
-      textured.mesh.positions.push_back(content.positions[corner.vertex]);
-      textured.corner.push_back(static_cast<uint32_t>(corner.vertex));
-      if (hasTexture) textured.textureCoordinates.push_back(content.textureCoordinates[corner.texture]);
-      if (hasNormals) textured.normals.push_back(content.normals[corner.normal]);
-    }
-    return found->second;
-  };
-  for (const Face& face : content.faces) {
-    progress.checkNowAndThen(textured.mesh.triangles.size());
-    const uint32_t a = vertexOf(face.corners[0]), b = vertexOf(face.corners[1]),
-                   c = vertexOf(face.corners[2]);
-    textured.mesh.triangles.push_back({a, b, c});
-  }
-  return textured;
+  return texturedMeshOf(parse(text, true, progress), Faces::cut, progress);
 }
 
-TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress) {
-  return ofFile(path, progress, [&](std::string_view text) { return parseObj(text, progress); });
+TriangleMesh readObj(const std::filesystem::path& path, Faces faces, const Progress& progress) {
+  return ofFile(path, progress, [&](std::string_view text) { return parseObj(text, faces, progress); });
 }
 
 TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress) {

@@ -4,6 +4,9 @@
 #include "warp/gltf_document.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
+#include <string_view>
 
 namespace surflect {
 
@@ -11,6 +14,11 @@ namespace {
 
 // Nodes may share a skin, and a small file have any number of joints.
 constexpr size_t mostJoints = size_t{1} << 20;
+
+// Beginnings of the names of extensions that say nothing of shape and motion.
+constexpr std::array<std::string_view, 8> kOnlyOfLook = {
+    "KHR_materials_", "KHR_lights_", "KHR_xmp",       "KHR_texture_basisu",
+    "EXT_texture_",   "EXT_lights_", "MSFT_texture_", "KHR_texture_transform"};
 
 // ---- Nodes ----
 
@@ -128,10 +136,21 @@ std::vector<Vec3<double>> readVectors(GltfDocument& document, const GltfField& r
   return vectors;
 }
 
+// Morph targets do nothing while all weights are 0, which they are unless the node, or else the mesh, says
+// so. [glTF, §3.7.2.2]
+void requireNoMorphing(const GltfField& node, const GltfField& mesh) {
+  auto weights = node.find("weights");
+  if (!weights) weights = mesh.find("weights");
+  if (!weights) return;
+  for (const GltfField& primitive : mesh.require("primitives").elements())
+    if (primitive.find("targets"))
+      for (const GltfField& weight : weights->elements())
+        if (weight.number() != 0) weight.refuse("0: morph targets are not read");
+}
+
 // The positions of a primitive, which must be one of triangles.
 std::vector<Vec3<double>> readPositions(GltfDocument& document, const GltfField& primitive) {
   if (const auto mode = primitive.find("mode"); mode && mode->integer(6) != 4) mode->refuse("4, triangles");
-  if (const auto targets = primitive.find("targets")) targets->refuse("no morph targets");
   return readVectors(document, primitive.require("attributes").require("POSITION"));
 }
 
@@ -174,7 +193,9 @@ Skeleton readSkeleton(GltfDocument& document) {
     if (!mesh || !skin) continue;
     const size_t firstJoint = skeleton.joints.size();
     const size_t joints = readSkin(document, skins[skin->index(skins.size())], skeleton);
-    for (const GltfField& primitive : meshes[mesh->index(meshes.size())].require("primitives").elements())
+    const GltfField& ofNode = meshes[mesh->index(meshes.size())];
+    requireNoMorphing(node, ofNode);
+    for (const GltfField& primitive : ofNode.require("primitives").elements())
       readPrimitive(document, primitive, firstJoint, joints, skeleton);
   }
   if (skeleton.vertices.empty()) throw Error::mismatch("a node with a mesh and a skin", "none").at("nodes");
@@ -184,13 +205,31 @@ Skeleton readSkeleton(GltfDocument& document) {
 
 // ---- Animations ----
 
+// Whether a node's motion moves the skin: joints and what they hang from.
+std::vector<uint8_t> movesSkin(const Skeleton& skeleton) {
+  std::vector<uint8_t> moves(skeleton.nodes.size(), 0);
+  for (const SkinJoint& joint : skeleton.joints) moves[joint.node] = 1;
+  for (size_t k = skeleton.order.size(); k-- > 0;)
+    if (const uint32_t i = skeleton.order[k]; moves[i] && skeleton.nodes[i].parent)
+      moves[*skeleton.nodes[i].parent] = 1;
+  return moves;
+}
+
+// What it does to the skin: nothing if empty.
 std::optional<Channel> readChannel(GltfDocument& document, const GltfField& field,
-                                   const std::vector<GltfField>& samplers, const Skeleton& skeleton) {
+                                   const std::vector<GltfField>& samplers, const Skeleton& skeleton,
+                                   const std::vector<GltfField>& nodes, const std::vector<uint8_t>& moves) {
   Channel channel;
   const GltfField target = field.require("target"), path = target.require("path");
   const auto node = target.find("node");
   if (!node) return std::nullopt; // of an extension
   channel.node = static_cast<uint32_t>(node->index(skeleton.nodes.size()));
+  if (path.text() == "weights") {
+    if (nodes[channel.node].find("skin"))
+      path.refuse("none that morphs the skin: morph targets are not read");
+    return std::nullopt;
+  }
+  if (!moves[channel.node]) return std::nullopt;
   if (skeleton.nodes[channel.node].fixed) node->refuse("a node without a matrix");
   if (path.text() == "translation")
     channel.property = Channel::Property::translation;
@@ -235,28 +274,33 @@ std::optional<Channel> readChannel(GltfDocument& document, const GltfField& fiel
 
 std::vector<GltfAnimation> readAnimations(GltfDocument& document, const Skeleton& skeleton) {
   std::vector<GltfAnimation> animations;
+  const std::vector<GltfField> nodes = document.root().elementsOf("nodes");
+  const std::vector<uint8_t> moves = movesSkin(skeleton);
   for (const GltfField& field : document.root().elementsOf("animations")) {
     GltfAnimation& animation = animations.emplace_back();
-    if (const auto name = field.find("name")) animation.name = name->text();
-    const std::vector<GltfField> samplers = field.require("samplers").elements();
-    for (const GltfField& channel : field.require("channels").elements())
-      if (auto read = readChannel(document, channel, samplers, skeleton))
-        animation.channels.push_back(std::move(*read));
+    try {
+      if (const auto name = field.find("name")) animation.name = name->text();
+      const std::vector<GltfField> samplers = field.require("samplers").elements();
+      for (const GltfField& channel : field.require("channels").elements())
+        if (auto read = readChannel(document, channel, samplers, skeleton, nodes, moves))
+          animation.channels.push_back(std::move(*read));
+    } catch (Error& error) {
+      animation.channels.clear();
+      animation.refusal = std::move(error);
+    }
   }
   return animations;
 }
 
 // ---- Meshes at rest ----
 
-// The attribute's vectors, as many as there are vertices; `has` says whether all primitives so far have it.
-std::optional<GltfField> attributeOfAll(const GltfField& attributes, const char* name, bool& has) {
-  const auto field = has ? attributes.find(name) : std::nullopt;
-  has = field.has_value();
-  return field;
+// What some primitives say of their vertices: 0 for those of the others.
+template <class Vector> void fillUp(std::vector<Vector>& vectors, size_t count) {
+  vectors.resize(count, Vector::Zero());
 }
 
 void appendPrimitive(GltfDocument& document, const GltfField& primitive, const AffineMap& worldFromNode,
-                     TexturedMesh& mesh, bool& hasNormals, bool& hasTangents, bool& hasTexture) {
+                     TexturedMesh& mesh) {
   const std::vector<Vec3<double>> positions = readPositions(document, primitive);
   const GltfField attributes = primitive.require("attributes");
   const size_t first = mesh.mesh.positions.size(), count = positions.size();
@@ -268,15 +312,19 @@ void appendPrimitive(GltfDocument& document, const GltfField& primitive, const A
   // Normals go by det(A) A^-T, which exists where A has no inverse.
   const Mat3<double>& a = worldFromNode.linear;
   const bool mirrors = a.determinant() < 0;
-  if (const auto field = attributeOfAll(attributes, "NORMAL", hasNormals)) {
+  const auto normals = attributes.find("NORMAL");
+  if (normals) {
+    fillUp(mesh.normals, first);
     Mat3<double> cofactors;
     cofactors << a.col(1).cross(a.col(2)), a.col(2).cross(a.col(0)), a.col(0).cross(a.col(1));
-    for (const auto& n : readVectors(document, *field))
+    for (const auto& n : readVectors(document, *normals))
       mesh.normals.push_back((mirrors ? -1. : 1.) * (cofactors * n));
     if (mesh.normals.size() != first + count)
-      field->refuse(std::to_string(count) + " elements, as positions");
+      normals->refuse(std::to_string(count) + " elements, as positions");
   }
-  if (const auto field = attributeOfAll(attributes, "TANGENT", hasTangents)) {
+  // [glTF, §3.7.2.1]: without normals, tangents are to be ignored
+  if (const auto field = attributes.find("TANGENT"); field && normals) {
+    fillUp(mesh.tangents, first);
     // w: where the texture's second coordinate goes
     const std::vector<double> xyzw = document.read(*field, "VEC4", 4, GltfNumbers::floats);
     for (size_t i = 0; i < xyzw.size(); i += 4)
@@ -284,7 +332,8 @@ void appendPrimitive(GltfDocument& document, const GltfField& primitive, const A
     if (mesh.tangents.size() != first + count)
       field->refuse(std::to_string(count) + " elements, as positions");
   }
-  if (const auto field = attributeOfAll(attributes, "TEXCOORD_0", hasTexture)) {
+  if (const auto field = attributes.find("TEXCOORD_0")) {
+    fillUp(mesh.textureCoordinates, first);
     const std::vector<double> st = document.read(*field, "VEC2", 2, GltfNumbers::floatsOrNormalized);
     // [glTF, §3.8.1]: the origin is the upper left corner
     for (size_t i = 0; i < st.size(); i += 2) mesh.textureCoordinates.emplace_back(st[i], 1 - st[i + 1]);
@@ -304,28 +353,30 @@ TexturedMesh readMeshes(GltfDocument& document) {
   readNodes(nodes, skeleton);
   const std::vector<AffineMap> global = globalsOf(skeleton.nodes, skeleton.order);
   TexturedMesh textured;
-  bool hasNormals = true, hasTangents = true, hasTexture = true;
   for (size_t i = 0; i < nodes.size(); ++i) {
     const auto mesh = nodes[i].find("mesh");
     if (!mesh) continue;
     const AffineMap map = nodes[i].find("skin") ? AffineMap() : global[i];
-    for (const GltfField& primitive : meshes[mesh->index(meshes.size())].require("primitives").elements())
-      appendPrimitive(document, primitive, map, textured, hasNormals, hasTangents, hasTexture);
+    const GltfField& ofNode = meshes[mesh->index(meshes.size())];
+    requireNoMorphing(nodes[i], ofNode);
+    for (const GltfField& primitive : ofNode.require("primitives").elements())
+      appendPrimitive(document, primitive, map, textured);
   }
   if (textured.mesh.triangles.empty()) throw Error::mismatch("a node with a mesh", "none").at("nodes");
-  if (!hasNormals) textured.normals.clear();
-  // [glTF, §3.7.2.1]: without normals, tangents are to be ignored
-  if (!hasTangents || !hasNormals) textured.tangents.clear();
-  if (!hasTexture) textured.textureCoordinates.clear();
+  const size_t vertices = textured.mesh.positions.size();
+  if (!textured.normals.empty()) fillUp(textured.normals, vertices);
+  if (!textured.tangents.empty()) fillUp(textured.tangents, vertices);
+  if (!textured.textureCoordinates.empty()) fillUp(textured.textureCoordinates, vertices);
   for (size_t i = 0; i < textured.mesh.positions.size(); ++i)
     textured.corner.push_back(static_cast<uint32_t>(i));
   return textured;
 }
 
 // Runs read(document), whose Errors get the file's name.
-template <class Read> auto ofFile(const std::filesystem::path& path, Read read) {
+template <class Read>
+auto ofFile(const std::filesystem::path& path, std::span<const std::string_view> passedOver, Read read) {
   try {
-    GltfDocument document(path);
+    GltfDocument document(path, passedOver);
     return read(document);
   } catch (Error& error) {
     throw std::move(error).in(path);
@@ -335,7 +386,7 @@ template <class Read> auto ofFile(const std::filesystem::path& path, Read read) 
 } // namespace
 
 GltfFile readGltf(const std::filesystem::path& path) {
-  return ofFile(path, [](GltfDocument& document) {
+  return ofFile(path, kOnlyOfLook, [](GltfDocument& document) {
     GltfFile file;
     file.skeleton = readSkeleton(document);
     file.animations = readAnimations(document, file.skeleton);
@@ -345,7 +396,8 @@ GltfFile readGltf(const std::filesystem::path& path) {
 }
 
 GltfMesh readGltfMesh(const std::filesystem::path& path) {
-  return ofFile(path, [](GltfDocument& document) {
+  // The last one places textures, also those that a stage puts on the mesh.
+  return ofFile(path, std::span(kOnlyOfLook).first(kOnlyOfLook.size() - 1), [](GltfDocument& document) {
     return GltfMesh{readMeshes(document), document.contentHash()};
   });
 }

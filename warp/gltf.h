@@ -1,10 +1,12 @@
 // Skinned meshes and their animation from glTF 2.0 files; and their meshes alone, at rest.
 #pragma once
 
+#include "surfel/error.h"
 #include "surfel/textured_mesh.h"
 #include "warp/skeleton.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +14,8 @@ namespace surflect {
 
 struct GltfAnimation {
   std::string name;
-  std::vector<Channel> channels;
+  std::vector<Channel> channels; // of nodes that move the skin
+  std::optional<Error> refusal;  // why it cannot be played; there are no channels then
 };
 
 struct GltfFile {
@@ -21,13 +24,15 @@ struct GltfFile {
   uint64_t contentHash = 0; // of the file and of the buffers it names
 };
 
-// Reads .glb, and .gltf with its buffers inside, or in files in its folder or below. Materials, cameras and
-// meshes without a skin are passed over; sparse accessors, morph targets, triangle strips and required
-// extensions are Errors, as is a file without a skin. Throws Error with the file and the field in its JSON.
+// Reads .glb, and .gltf with its buffers inside, or in files in its folder or below. Materials, cameras,
+// meshes without a skin and what moves them, and extensions of these are passed over. Of the skin, sparse
+// accessors, morph targets with a weight and triangle strips are Errors, as are other required extensions and
+// a file without a skin. Throws Error with the file and the field in its JSON; where it is in an animation,
+// the animation keeps it.
 GltfFile readGltf(const std::filesystem::path& path);
 
 struct GltfMesh {
-  TexturedMesh mesh;        // normals, tangents, texture coordinates: where all parts have them
+  TexturedMesh mesh;        // normals, tangents, texture coordinates: where any part has them, else 0
   uint64_t contentHash = 0; // of the file and of the buffers it names
 };
 

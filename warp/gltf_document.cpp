@@ -198,11 +198,13 @@ size_t offsetIn(const GltfField& field, size_t length) {
   return offset ? offset->integer(length) : 0;
 }
 
-void checkAsset(const GltfField& root) {
+void checkAsset(const GltfField& root, std::span<const std::string_view> passedOver) {
   const GltfField version = root.require("asset").require("version");
   if (!version.text().starts_with("2.")) version.refuse("2.0");
   for (const GltfField& extension : root.elementsOf("extensionsRequired"))
-    extension.refuse("no required extension");
+    if (const std::string name = extension.text(); std::ranges::none_of(
+            passedOver, [&](std::string_view beginning) { return name.starts_with(beginning); }))
+      extension.refuse("no required extension of shape or motion");
 }
 
 } // namespace
@@ -250,6 +252,11 @@ size_t GltfField::index(size_t count) const {
   return integer(count - 1);
 }
 
+double GltfField::number() const {
+  if (!value_->json.is_number() || !std::isfinite(value_->json.get<double>())) refuse("a finite number");
+  return value_->json.get<double>();
+}
+
 bool GltfField::boolean() const {
   if (!value_->json.is_boolean()) refuse("true or false");
   return value_->json.get<bool>();
@@ -264,11 +271,7 @@ Eigen::VectorXd GltfField::numbers(int count) const {
   const std::vector<GltfField> fields = elements();
   if (std::ssize(fields) != count) refuse(std::to_string(count) + " numbers");
   Eigen::VectorXd result(count);
-  for (int i = 0; i < count; ++i) {
-    const json& number = value_->json[i];
-    if (!number.is_number() || !std::isfinite(number.get<double>())) fields[i].refuse("a finite number");
-    result[i] = number.get<double>();
-  }
+  for (int i = 0; i < count; ++i) result[i] = fields[static_cast<size_t>(i)].number();
   return result;
 }
 
@@ -280,12 +283,13 @@ struct GltfDocument::Content {
   size_t numbersRead = 0;
 };
 
-GltfDocument::GltfDocument(const std::filesystem::path& path) : content_(std::make_unique<Content>()) {
+GltfDocument::GltfDocument(const std::filesystem::path& path, std::span<const std::string_view> passedOver)
+    : content_(std::make_unique<Content>()) {
   const std::string bytes = readFile(path);
   const Container container = opened(bytes);
   content_->root = json::parse(container.json, nullptr, false);
   if (!content_->root.is_object()) throw Error("not glTF: no JSON object");
-  checkAsset(root());
+  checkAsset(root(), passedOver);
   std::string hashes = hex(surflect::contentHash(std::as_bytes(std::span(bytes))));
   for (const GltfField& buffer : root().elementsOf("buffers")) {
     auto& buffers = content_->buffers;

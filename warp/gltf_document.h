@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,6 +34,7 @@ public:
 
   size_t integer(size_t most) const; // 0..most
   size_t index(size_t count) const;  // of a list of `count` things
+  double number() const;             // finite
   bool boolean() const;
   std::string text() const;
   Eigen::VectorXd numbers(int count) const; // finite
@@ -48,8 +50,9 @@ enum class GltfNumbers { floats, floatsOrNormalized, integers };
 // Reads .glb, and .gltf with its buffers inside, or in files in its folder or below.
 class GltfDocument {
 public:
-  // Throws Error, also where the file is of another version or requires an extension.
-  explicit GltfDocument(const std::filesystem::path& path);
+  // Throws Error, also where the file is of another version, or requires an extension whose name has none of
+  // the given beginnings.
+  GltfDocument(const std::filesystem::path& path, std::span<const std::string_view> passedOver);
   ~GltfDocument();
 
   GltfField root() const;

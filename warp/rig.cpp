@@ -8,11 +8,15 @@ namespace surflect {
 
 namespace {
 
-// Which of the animations.
+// Which of the animations; throws what is wrong with it.
 size_t chosen(const GltfFile& file, const std::string& name) {
   std::string names;
   for (size_t i = 0; i < file.animations.size(); ++i) {
-    if (!name.empty() ? file.animations[i].name == name : file.animations.size() == 1) return i;
+    const GltfAnimation& animation = file.animations[i];
+    if (!name.empty() ? animation.name == name : file.animations.size() == 1) {
+      if (animation.refusal) throw *animation.refusal;
+      return i;
+    }
     names += (i ? ", " : "") + ('"' + file.animations[i].name + '"');
   }
   throw Error::mismatch(names.empty() ? "a file with an animation" : "one of " + names,

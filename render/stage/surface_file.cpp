@@ -4,10 +4,10 @@
 #include "surfel/file.h"
 #include "surfel/hash.h"
 #include "surfel/obj.h"
+#include "surfel/ply_mesh.h"
 #include "warp/gltf.h"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 
 namespace surflect {
@@ -33,11 +33,8 @@ MeshFile readTexturedMesh(const std::filesystem::path& path) {
   const std::string bytes = readFile(path);
   const uint64_t hash = contentHash(std::as_bytes(std::span(bytes)));
   if (extension == ".obj") return {readTexturedObj(path), hash};
-  TexturedMesh plain;
-  plain.mesh = readMesh(path);
-  plain.corner.resize(plain.mesh.positions.size());
-  std::iota(plain.corner.begin(), plain.corner.end(), 0u);
-  return {std::move(plain), hash};
+  if (extension == ".ply" || extension.empty()) return {readTexturedPly(path), hash};
+  throw Error::mismatch("a mesh as .ply, .obj, .gltf or .glb", extension).in(path);
 }
 
 void removeFlatTriangles(TriangleMesh& mesh, const std::filesystem::path& path) {
@@ -46,6 +43,18 @@ void removeFlatTriangles(TriangleMesh& mesh, const std::filesystem::path& path) 
   for (size_t i = 0; i < stored.triangles.size(); ++i)
     if (areaVector(stored, i).norm() > 0) mesh.triangles.push_back(stored.triangles[i]);
   if (mesh.triangles.empty()) throw Error::mismatch("triangles", "none that has an area").in(path);
+}
+
+// Turns triangles from which the normals of all three corners point away: mirrored on export, as normals were
+// not.
+void windByNormals(TexturedMesh& mesh) {
+  if (mesh.normals.empty()) return;
+  for (size_t i = 0; i < mesh.mesh.triangles.size(); ++i) {
+    const Vector area = areaVector(mesh.mesh, i);
+    auto& triangle = mesh.mesh.triangles[i];
+    if (std::ranges::all_of(triangle, [&](uint32_t v) { return mesh.normals[v].dot(area) < 0; }))
+      std::swap(triangle[1], triangle[2]);
+  }
 }
 
 // Every corner of a triangle becomes a vertex.
@@ -110,6 +119,7 @@ std::vector<Vector> meanTangents(const TexturedMesh& mesh) {
 SurfaceFile readSurface(const std::filesystem::path& path, bool smooth) {
   auto [mesh, hash] = readTexturedMesh(path);
   removeFlatTriangles(mesh.mesh, path);
+  windByNormals(mesh);
   if (!smooth) mesh = unshared(mesh);
   std::vector<Vector> normals = meanNormals(mesh), tangents = meanTangents(mesh);
   replaceByThoseThere(normals, mesh.normals);

@@ -3,6 +3,7 @@
 #include "srf/hull/mattes.h"
 #include "srf/hull/visual_hull.h"
 #include "srf/model/one_view.h"
+#include "srf/query/mesh_mending.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/error.h"
 
@@ -35,6 +36,19 @@ Impostor hullOf(const Capture& training, const Progress& progress) {
   }
 }
 
+Impostor mendedFile(const std::filesystem::path& path, const Capture& training, const Progress& progress) {
+  std::vector<Camera<AcquisitionSpace>> cameras;
+  for (const View& view : training.views) cameras.push_back(view.camera);
+  try {
+    MendedMesh mesh = mended(readMeshAsStored(path, Faces::cut, progress), cameras, progress);
+    Impostor impostor{std::move(mesh.mesh), Impostor::Origin::given};
+    for (const std::string& note : mesh.notes) impostor.notes.push_back(path.string() + ": " + note);
+    return impostor;
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
 } // namespace
 
 Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress) {
@@ -42,9 +56,9 @@ Impostor impostorOf(const Capture& training, const ImpostorOptions& options, con
   if (options.relief && training.views.size() != 1)
     throw Error::mismatch("one view, for a relief", std::to_string(training.views.size())).in(training.file);
   if (options.relief) return {meshOfOneView(training, true, progress), Impostor::Origin::relief};
-  if (!options.mesh.empty()) return {readMesh(options.mesh, progress), Impostor::Origin::given};
+  if (!options.mesh.empty()) return mendedFile(options.mesh, training, progress);
   if (!training.geometry.empty())
-    return {readMesh(training.folder() / training.geometry, progress), Impostor::Origin::given};
+    return mendedFile(training.folder() / training.geometry, training, progress);
   if (training.views.size() == 1) return {meshOfOneView(training, false, progress), Impostor::Origin::plane};
   return hullOf(training, progress);
 }

@@ -34,7 +34,8 @@ struct Impostor {
 
   TriangleMesh mesh;
   Origin origin = Origin::given;
-  std::vector<Fit> fits = {}; // of a hull, per view with a matte
+  std::vector<Fit> fits = {};          // of a hull, per view with a matte
+  std::vector<std::string> notes = {}; // of a file: what was mended, see mesh_mending.h
 };
 
 // As reports say it: mesh, hull, plane or relief.
@@ -42,7 +43,7 @@ std::string_view nameOf(Impostor::Origin origin);
 
 // The geometry that pack samples and inspect draws. Only training frames may take part: hand over a capture
 // of these. With nothing else, one view gives a plane, see one_view.h, and several with mattes a visual hull,
-// see visual_hull.h. Throws Error and Cancelled.
+// see visual_hull.h. A mesh from a file is mended, see mesh_mending.h. Throws Error and Cancelled.
 Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress);
 
 } // namespace surflect

@@ -129,6 +129,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   PackReport report;
   report.geometry = geometry.origin;
   report.fits = geometry.fits;
+  report.meshNotes = geometry.notes;
   progress("surfels", 0);
   const double footprint = pixelFootprint(capture, mesh);
   const auto spacingOn = [&](const TriangleMesh& surface) {

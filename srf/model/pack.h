@@ -31,7 +31,8 @@ struct PackEstimate {
 
 struct PackReport {
   Impostor::Origin geometry = Impostor::Origin::given;
-  std::vector<Impostor::Fit> fits; // as in Impostor
+  std::vector<std::string> meshNotes; // see Impostor::notes
+  std::vector<Impostor::Fit> fits;    // as in Impostor
   size_t surfels = 0, lights = 0, resumedViews = 0;
   std::vector<std::string> views; // identities
   double white = 0;

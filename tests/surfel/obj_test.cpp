@@ -40,13 +40,24 @@ std::string withCorners(std::string_view faces) {
   return text;
 }
 
-TEST(Obj, PolygonsBecomeFans) {
+TEST(Obj, ConvexPolygonsBecomeFans) {
   const TriangleMesh mesh = meshOf(withCorners("f 1 2 3 4\n"));
   EXPECT_EQ(mesh.triangles, square);
   ASSERT_EQ(mesh.positions.size(), 4u);
   EXPECT_EQ(mesh.positions[2].raw(), Vec3<float>(1, 1, 0));
   EXPECT_EQ(meshOf("v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5").triangles,
             (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
+}
+
+TEST(Obj, ConcavePolygonsAreCutUnlessAskedForAsFans) {
+  const std::string dart = "f 1 2 3 4\nv 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\n"; // vertices come later
+  EXPECT_EQ(parseObj(dart).triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
+  const std::string turned = "v 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nvt 0 0\nvt 0 1\nf 2/1 3/1 4/2 1/1\n";
+  EXPECT_EQ(parseObj(turned).triangles.size(), 2u);
+  for (size_t t = 0; t < 2; ++t) EXPECT_GT(areaVector(parseObj(turned), t).z(), 0);
+  EXPECT_EQ(parseObj(turned, Faces::asFans).triangles, (Triangles{{1, 2, 3}, {1, 3, 0}}));
+  const TexturedMesh textured = parseTexturedObj(turned);
+  for (size_t t = 0; t < 2; ++t) EXPECT_GT(areaVector(textured.mesh, t).z(), 0);
 }
 
 TEST(Obj, CornersMayCountFromTheEndAndCarryTextureAndNormal) {
@@ -70,7 +81,7 @@ TEST(Obj, CommentsBlanksContinuationsAndOtherKeywordsDoNotMatter) {
 TEST(Obj, TrianglesWithoutAreaStayAsStoredAndGoFromTheMesh) {
   const auto path = fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
   EXPECT_EQ(readMeshAsStored(path).triangles.size(), 2u);
-  EXPECT_EQ(readMesh(path).triangles, (Triangles{{0, 1, 3}}));
+  EXPECT_EQ(readMesh(path).triangles, (Triangles{{0, 1, 2}})); // nor does the third vertex stay
   EXPECT_THROW(readMesh(fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), Error);
 }
 
@@ -149,10 +160,13 @@ TEST(Obj, ATexturedFileWithoutSeamsIsThePlainOne) {
   EXPECT_EQ(textured.mesh.positions, meshOf(text).positions);
 }
 
-TEST(Obj, OneCornerWithoutTextureMakesAMeshWithout) {
-  const TexturedMesh mesh = parseTexturedObj(withCorners("vt 0 0\nf 1/1 2/1 3/1\nf 1 3/1 4/1\n"));
-  EXPECT_TRUE(mesh.textureCoordinates.empty());
-  EXPECT_EQ(mesh.mesh.triangles, square);
+TEST(Obj, AFaceWithACornerWithoutTextureLiesAtTheTexturesOrigin) {
+  const TexturedMesh mesh = parseTexturedObj(withCorners("vt 0.5 1\nf 1/1 2/1 3/1\nf 1 3/1 4/1\n"));
+  EXPECT_EQ(mesh.mesh.triangles, (Triangles{{0, 1, 2}, {3, 4, 5}}));
+  EXPECT_EQ(mesh.corner, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
+  for (size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(mesh.textureCoordinates[i], i < 3 ? Vec2<double>(0.5, 1) : Vec2<double>(0, 0));
+  EXPECT_TRUE(parseTexturedObj(withCorners("vt 0 0\nf 1 2 3/1\n")).textureCoordinates.empty());
 }
 
 TEST(Obj, VerticesAreSplitWhereNormalsDiffer) {
@@ -167,7 +181,9 @@ TEST(Obj, VerticesAreSplitWhereNormalsDiffer) {
   EXPECT_EQ(bare.mesh.triangles, square);
   EXPECT_EQ(bare.normals, std::vector<Vec3<double>>(4, {0, 0, 1}));
   EXPECT_TRUE(bare.textureCoordinates.empty());
-  EXPECT_TRUE(parseTexturedObj(withCorners("vn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n")).normals.empty());
+  const TexturedMesh some = parseTexturedObj(withCorners("vn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n"));
+  EXPECT_EQ(some.normals[2], Vec3<double>(0, 0, 1));
+  EXPECT_EQ(some.normals[5], Vec3<double>(0, 0, 0)); // none is none
 }
 
 TEST(Obj, WrongTextureCoordinatesAreRefusedWhereTheyAreAskedFor) {

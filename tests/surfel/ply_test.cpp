@@ -3,6 +3,7 @@
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/mesh.h"
+#include "surfel/ply_mesh.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/patience.h"
 
@@ -33,6 +34,69 @@ TEST(Ply, QuadsBecomeTwoTrianglesOfTheSameOrientation) {
   const auto mesh = readMesh(fileWith(kSquare));
   ASSERT_EQ(mesh.triangles.size(), 2u);
   for (size_t t = 0; t < 2; ++t) EXPECT_EQ(areaVector(mesh, t), Vec3<double>(0, 0, 1));
+}
+
+TEST(Ply, ConcaveFacesAreCutAndUnusedVerticesLeftOut) {
+  std::string text(kSquare);
+  text.replace(text.find("1 1 0"), 5, "0.2 0.2 0"); // a dart, whose fan would lie on both sides of it
+  text.replace(text.find("4 0 1 2 3"), 9, "4 1 2 3 0");
+  const TriangleMesh mesh = readMesh(fileWith(text));
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  for (size_t t = 0; t < 2; ++t) EXPECT_NEAR(areaVector(mesh, t)[2], 0.2, 1e-7);
+  EXPECT_LT(areaVector(readMeshAsStored(fileWith(text), Faces::asFans), 0)[2], 0);
+
+  text.replace(text.find("4 1 2 3 0"), 9, "3 0 1 3");
+  EXPECT_EQ(readMesh(fileWith(text)).positions.size(), 3u);
+  EXPECT_EQ(readMeshAsStored(fileWith(text)).positions.size(), 4u);
+}
+
+// The square with more properties of its vertices and its face.
+std::string squareWith(const std::string& ofVertex, const std::array<std::string, 4>& values,
+                       const std::string& ofFace = "", const std::string& list = "") {
+  std::string text(kSquare);
+  text.insert(text.find("element face"), ofVertex);
+  text.insert(text.find("end_header"), ofFace);
+  size_t at = text.find("end_header\n") + 11;
+  for (const std::string& value : values) {
+    at = text.find('\n', at);
+    text.insert(at, ' ' + value);
+    at += value.size() + 2;
+  }
+  text.insert(text.size() - 1, list);
+  return text;
+}
+
+TEST(Ply, TextureCoordinatesAndNormalsComeByAllTheirNames) {
+  for (const auto& [s, t] : {std::pair{"s", "t"}, std::pair{"u", "v"}, std::pair{"texture_u", "texture_v"}}) {
+    const TexturedMesh mesh = readTexturedPly(fileWith(
+        squareWith("property float " + std::string(s) + "\nproperty double " + t + "\nproperty uchar red\n",
+                   {"0 0 255", "1 0 255", "1 0.5 255", "0 0.5 255"})));
+    EXPECT_EQ(mesh.mesh.triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
+    ASSERT_EQ(mesh.textureCoordinates.size(), 4u) << s;
+    EXPECT_EQ(mesh.textureCoordinates[2], Vec2<double>(1, 0.5));
+    EXPECT_TRUE(mesh.normals.empty());
+  }
+  const TexturedMesh mesh = readTexturedPly(fileWith(squareWith(
+      "property float nx\nproperty float ny\nproperty float nz\n", {"0 0 1", "0 1 0", "0 0 1", "nan 0 0"})));
+  EXPECT_EQ(mesh.normals[1], Vec3<double>(0, 1, 0));
+  EXPECT_EQ(mesh.normals[3], Vec3<double>(0, 0, 0)); // none
+  EXPECT_TRUE(mesh.textureCoordinates.empty());
+}
+
+TEST(Ply, TextureCoordinatesOfFacesComeFirst) {
+  const std::string ofVertex = "property float s\nproperty float t\n",
+                    ofFace = "property list uchar float texcoord\n";
+  const std::array<std::string, 4> values = {"0 0", "1 0", "1 1", "0 1"};
+  const auto read = [&](const std::string& list) {
+    return readTexturedPly(fileWith(squareWith(ofVertex, values, ofFace, list)));
+  };
+  EXPECT_EQ(read(" 8 0 0 0.5 0 0.5 0.5 0 0.5").textureCoordinates[2], Vec2<double>(0.5, 0.5));
+  EXPECT_EQ(read(" 0").textureCoordinates[2], Vec2<double>(1, 1));
+  EXPECT_NE(errorOf([&] {
+              read(" 6 0 0 1 0 1 1");
+            }).find("face[0].texcoord: found 6, expected 8 numbers, two a corner"),
+            std::string::npos);
+  EXPECT_EQ(readMesh(fileWith(squareWith(ofVertex, values, ofFace, " 6 0 0 1 0 1 1"))).triangles.size(), 2u);
 }
 
 TEST(Ply, StripsAlternateTheirWinding) {

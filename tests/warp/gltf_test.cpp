@@ -23,10 +23,12 @@ GltfFile fileOf(const std::string& content, const std::string& name = "rig.glb")
   return readGltf(path);
 }
 
-// Without the file's name.
+// Without the file's name; of the file, or else of its first animation.
 std::string complaintAbout(const std::string& content) {
   try {
-    fileOf(content);
+    const GltfFile file = fileOf(content);
+    if (!file.animations.empty() && file.animations[0].refusal)
+      throw Error(*file.animations[0].refusal).in(folder() / "rig.glb");
   } catch (const Error& error) {
     EXPECT_TRUE(error.file().ends_with("rig.glb"));
     return error.what() + error.file().size() + 2;
@@ -141,16 +143,59 @@ TEST(Gltf, ComplaintsNameTheField) {
   EXPECT_EQ(with("/accessors/0/componentType", 5125),
             "accessors[0].componentType: found 5125, expected 5126, floating point");
   EXPECT_EQ(with("/bufferViews/0/byteStride", 4), "bufferViews[0].byteStride: found 4, expected at least 12");
-  EXPECT_EQ(
-      with("/animations/0/channels/0/target/path", "weights"),
-      "animations[0].channels[0].target.path: found \"weights\", expected translation, rotation or scale");
+  EXPECT_EQ(with("/animations/0/channels/0/target/path", "turn"),
+            "animations[0].channels[0].target.path: found \"turn\", expected translation, rotation or scale");
   EXPECT_EQ(with("/animations/0/samplers/0/interpolation", "CUBICSPLINE"),
             "animations[0].samplers[0].output: found 6, expected values for 2 keys");
   EXPECT_EQ(with("/extensionsRequired", {"KHR_draco_mesh_compression"}),
-            "extensionsRequired[0]: found \"KHR_draco_mesh_compression\", expected no required extension");
+            "extensionsRequired[0]: found \"KHR_draco_mesh_compression\", expected no required extension of "
+            "shape or motion");
   maker.document["nodes"][3].erase("skin");
   EXPECT_EQ(complaintAbout(maker), "nodes: found none, expected a node with a mesh and a skin");
   EXPECT_EQ(complaintAbout("{"), "not glTF: no JSON object");
+}
+
+// A tube beside which a mesh without a skin, node 4, is morphed.
+GltfMaker tubeWithFace() {
+  GltfMaker maker = tubeFile(4, 3);
+  auto& d = maker.document;
+  nlohmann::json face = d["meshes"][0]["primitives"][0];
+  face["attributes"].erase("JOINTS_0");
+  face["attributes"].erase("WEIGHTS_0");
+  face["targets"] = {{{"POSITION", face["attributes"]["POSITION"]}}};
+  d["meshes"].push_back({{"primitives", {face}}, {"weights", {1}}});
+  d["nodes"].push_back({{"mesh", 1}});
+  return maker;
+}
+
+TEST(Gltf, WhatMovesOtherThingsThanTheSkinIsPassedOver) {
+  GltfMaker maker = tubeWithFace();
+  auto& channels = maker.document["animations"][0]["channels"];
+  const auto posed = [&] {
+    const GltfFile file = fileOf(maker.glb());
+    EXPECT_FALSE(file.animations[0].refusal);
+    EXPECT_EQ(file.animations[0].channels.size(), 2u);
+    return pose(file.skeleton, file.animations[0].channels, 1.3);
+  };
+  const auto expected = posed();
+  channels.push_back({{"sampler", 0}, {"target", {{"node", 4}, {"path", "weights"}}}});
+  channels.push_back({{"sampler", 0}, {"target", {{"node", 4}, {"path", "scale"}}}}); // of what is not read
+  maker.document["extensionsRequired"] = {"KHR_materials_unlit", "KHR_texture_transform"};
+  EXPECT_EQ(posed(), expected);
+}
+
+TEST(Gltf, MorphingOfTheSkinIsRefusedWhereItDoesAnything) {
+  GltfMaker maker = tubeWithFace();
+  auto& d = maker.document;
+  d["meshes"][0]["primitives"][0]["targets"] = d["meshes"][1]["primitives"][0]["targets"];
+  EXPECT_EQ(complaintAbout(maker), "no complaint");
+  d["meshes"][0]["weights"] = {0, 0.5};
+  EXPECT_EQ(complaintAbout(maker), "meshes[0].weights[1]: found 0.5, expected 0: morph targets are not read");
+  d["nodes"][3]["weights"] = {0, 0}; // comes before the mesh's
+  EXPECT_EQ(complaintAbout(maker), "no complaint");
+  d["animations"][0]["channels"].push_back({{"sampler", 0}, {"target", {{"node", 3}, {"path", "weights"}}}});
+  EXPECT_EQ(complaintAbout(maker), "animations[0].channels[2].target.path: found \"weights\", expected none "
+                                   "that morphs the skin: morph targets are not read");
 }
 
 TEST(Gltf, WeightsThatMakeNoSenseAreErrors) {
@@ -241,6 +286,21 @@ TEST(Gltf, TangentsWithoutNormalsAreIgnored) {
   EXPECT_TRUE(meshOf(maker).mesh.tangents.empty());
 }
 
+TEST(Gltf, WhatSomePrimitivesLackIsZeroThere) {
+  GltfMaker maker = squareFile();
+  auto& primitives = maker.document["meshes"][0]["primitives"];
+  primitives.push_back({{"attributes", {{"POSITION", primitives[0]["attributes"]["POSITION"]}}},
+                        {"indices", primitives[0]["indices"]}});
+  std::swap(primitives[0], primitives[1]);
+  const TexturedMesh mesh = meshOf(maker).mesh;
+  ASSERT_EQ(mesh.textureCoordinates.size(), 8u);
+  EXPECT_EQ(mesh.textureCoordinates[2], Vec2<double>(0, 0));
+  EXPECT_EQ(mesh.textureCoordinates[6], Vec2<double>(1, 1));
+  EXPECT_EQ(mesh.normals[0], Vec3<double>(0, 0, 0));
+  EXPECT_EQ(mesh.normals[4].normalized(), Vec3<double>::UnitZ());
+  EXPECT_EQ(mesh.tangents[6], Vec3<double>(-2, 0, 0));
+}
+
 TEST(Gltf, MeshesAtRestAreThoseOfTheSkinAsBound) {
   const GltfFile rig = fileOf(tubeFile().glb());
   const TexturedMesh mesh = readGltfMesh(folder() / "rig.glb").mesh;
@@ -264,6 +324,9 @@ TEST(Gltf, WhatIsWrongWithAMeshAtRestIsSaid) {
     }
     return std::string("no complaint");
   };
+  EXPECT_EQ(complaint([](auto& d) { d["extensionsRequired"] = {"KHR_texture_transform"}; }),
+            "extensionsRequired[0]: found \"KHR_texture_transform\", expected no required extension of shape "
+            "or motion");
   EXPECT_EQ(complaint([](auto& d) { d["nodes"][1].erase("mesh"); }),
             "nodes: found none, expected a node with a mesh");
   EXPECT_EQ(complaint([](auto& d) { d["nodes"][1]["mesh"] = 3; }),

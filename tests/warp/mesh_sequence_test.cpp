@@ -52,6 +52,12 @@ TEST_F(MeshSequenceTest, KeysAreMetAndVerticesGoStraightBetweenThem) {
   EXPECT_NEAR(shiftAt(500), 100, 1e-5);
 }
 
+TEST_F(MeshSequenceTest, AFaceMayBecomeConcave) {
+  writeBytes(rest, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  writeBytes(folder / "cage.01.obj", "v 0 0 0\nv 0.3 0.5 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  EXPECT_EQ(complaint(), "no complaint");
+}
+
 TEST_F(MeshSequenceTest, OnlyFilesOfTheNameAreKeys) {
   writeKey("cage.02.obj", 2);
   for (const char* other : {"cage.1.obj", "cage.003.obj", "cage.04.obj.bak", "xcage.05.obj", "cage.0x.obj",

@@ -59,7 +59,7 @@ TEST(StageCapture, BrighterThanHalfFloatsIsKept) {
 TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
   const TemporaryFolder folder;
   captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
-  const TriangleMesh mesh = readMesh(folder / "c" / readCapture(folder / "c").geometry);
+  const TriangleMesh mesh = readMeshAsStored(folder / "c" / readCapture(folder / "c").geometry);
   std::vector<Point3<AcquisitionSpace>> vertices;
   size_t triangles = 0;
   for (const auto& object : stage().objects) {

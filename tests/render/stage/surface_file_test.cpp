@@ -118,6 +118,30 @@ TEST(SurfaceFile, GltfComesWithItsNormalsAndTexture) {
   EXPECT_NE(readSurface(folder / "flat.GLB", true).hash, hash);
 }
 
+TEST(SurfaceFile, PlyComesWithItsTexture) {
+  const TemporaryFolder folder;
+  const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                          "property float z\nproperty float s\nproperty float t\nelement face 1\n"
+                          "property list uchar int vertex_index\nend_header\n"
+                          "0 0 0 0 0\n2 0 0 0 1\n2 2 0 1 1\n3 0 1 2\n";
+  writeBytes(folder / "flat.ply", ply);
+  const Surface surface = readSurface(folder / "flat.ply", true).surface;
+  ASSERT_EQ(surface.textureCoordinates.size(), 3u);
+  EXPECT_EQ(surface.textureCoordinates[1], Vec2<double>(0, 1)); // (0, 0) is the lower left, as in OBJ
+  EXPECT_LT((surface.tangents[0].raw() - Vec3<double>::UnitY()).norm(), 1e-12);
+}
+
+TEST(SurfaceFile, NormalsDecideWhatTheFrontOfATriangleIs) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "two.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvn 0 0 -1\nvn 1 0 0.1\n"
+                                 "f 1//1 2//1 3//1\nf 1//1 3//2 4//1\n");
+  for (const bool smooth : {true, false}) {
+    const Surface surface = readSurface(folder / "two.obj", smooth).surface;
+    EXPECT_LT(areaVector(surface.mesh, 0).z(), 0);
+    EXPECT_GT(areaVector(surface.mesh, 1).z(), 0); // one corner's normal does not contradict
+  }
+}
+
 TEST(SurfaceFile, SaysWhatItCannotRead) {
   const TemporaryFolder folder;
   writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");

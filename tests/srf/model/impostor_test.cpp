@@ -2,6 +2,8 @@
 
 #include "tests/support/synthetic_capture.h"
 
+#include <fstream>
+
 namespace surflect {
 namespace {
 
@@ -31,6 +33,22 @@ TEST_F(ImpostorOf, AMeshComesFirst) {
   const Impostor impostor = impostorOf(capture, {}, {});
   EXPECT_EQ(impostor.origin, Impostor::Origin::given);
   EXPECT_TRUE(impostor.fits.empty());
+}
+
+TEST_F(ImpostorOf, AMeshInsideOutIsTurnedAndTold) {
+  Capture capture = photographed();
+  capture.geometry = "inverted.obj";
+  const TriangleMesh sound = readMesh(folder / "capture/mesh.ply");
+  std::ofstream obj(folder / "capture/inverted.obj");
+  for (const auto& p : sound.positions) obj << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+  for (const auto& [a, b, c] : sound.triangles) obj << "f " << a + 1 << ' ' << c + 1 << ' ' << b + 1 << '\n';
+  obj.close();
+  const Impostor impostor = impostorOf(capture, {}, {});
+  EXPECT_EQ(impostor.mesh.triangles, sound.triangles);
+  ASSERT_EQ(impostor.notes.size(), 1u);
+  EXPECT_TRUE(impostor.notes[0].starts_with((folder / "capture/inverted.obj").string() + ": "));
+  capture.geometry = "mesh.ply";
+  EXPECT_TRUE(impostorOf(capture, {}, {}).notes.empty());
 }
 
 TEST_F(ImpostorOf, SeveralViewsWithoutMattesIsAnErrorWithBothWaysOut) {
