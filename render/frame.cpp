@@ -242,8 +242,12 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
     return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
   };
   const auto normal = [&](size_t i, float* to) {
-    const Vec3<double> n = lookUpAt(model.cloud, deformed, coverage.visible[i]).outwardNormal().raw();
-    for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(n[k]);
+    const size_t surfel = coverage.visible[i];
+    const auto tangents =
+        polarFrame<double>(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>());
+    assert(tangents); // of surfels that are not dead
+    const Vec3<double> outward = static_cast<double>(deformed.handedness[surfel]) * tangents->n;
+    for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(outward[k]);
   };
   const auto stretch = [&](size_t i, float* to) {
     const size_t surfel = coverage.visible[i];
