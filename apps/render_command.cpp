@@ -2,7 +2,7 @@
 #include "apps/model_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
-#include "render/film.h"
+#include "render/film_writer.h"
 #include "render/misfit.h"
 #include "render/shot_renderer.h"
 #include "srf/image/exr.h"
@@ -15,7 +15,7 @@
 #include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
+#include <tbb/global_control.h>
 
 #include <charconv>
 #include <map>
@@ -59,6 +59,10 @@ FrameRange parseRange(const std::string& text, const Frames& frames) {
   return range;
 }
 
+std::string counted(size_t count, const char* noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 Json jsonOf(const FrameStats& stats) {
   Json seconds;
   for (const auto& [stage, time] : stats.seconds) seconds[stage] = time;
@@ -76,9 +80,24 @@ Json jsonOf(const FrameStats& stats) {
 }
 
 Json jsonOf(const PreparedEnvironment& environment) {
-  return {{"image", environment.image.string()},        {"texels", environment.texels},
-          {"replaced_texels", environment.replaced},    {"lights", environment.lights.size()},
-          {"tabulated", environment.table.has_value()}, {"seconds", environment.seconds}};
+  return {{"image", environment.image.string()},     {"texels", environment.texels},
+          {"replaced_texels", environment.replaced}, {"clamped_texels", environment.clamped},
+          {"lights", environment.lights.size()},     {"tabulated", environment.table.has_value()},
+          {"seconds", environment.seconds}};
+}
+
+// What was changed in an environment, a line each.
+std::vector<std::string> remarksOn(const PreparedEnvironment& environment) {
+  const std::string image = environment.image.string();
+  std::vector<std::string> remarks;
+  if (environment.replaced > 0)
+    remarks.push_back(fmt::format("{}: {} with samples below 0 or not a number, which are taken for 0", image,
+                                  counted(environment.replaced, "texel")));
+  if (environment.clamped > 0)
+    remarks.push_back(fmt::format("{}: {} with infinite samples, which are taken for 65504, the largest "
+                                  "half float",
+                                  image, counted(environment.clamped, "texel")));
+  return remarks;
 }
 
 // What decides the pixels of a frame of this film.
@@ -121,29 +140,81 @@ bool isRendered(const std::filesystem::path& path, const std::string& identity) 
   }
 }
 
-// What an earlier run of these frames left when it was killed.
+std::filesystem::path previewPath(std::filesystem::path picture) { return picture.replace_extension(".png"); }
+
+// The folders that the frames go to. Throws Error where a frame cannot be written: its folder cannot be made
+// or written to, or something else than a file has its name.
+std::set<std::filesystem::path> writableFolders(const Script& script, const Arguments& arguments,
+                                                const FrameRange& range) {
+  std::set<std::filesystem::path> folders;
+  for (int frame = range.first; frame <= range.last; frame += arguments.every) {
+    const auto path = framePath(*script.output, arguments.output, frame);
+    folders.insert(path.parent_path());
+    requireReplaceable(path);
+    if (script.output->png) requireReplaceable(previewPath(path));
+  }
+  for (const auto& folder : folders) requireCreatable(folder);
+  return folders;
+}
+
+// Removes temporaries of these frames, which an earlier run left when it was killed.
 void removeLitter(const Script& script, const Arguments& arguments) {
   std::map<std::filesystem::path, std::set<std::string>> targets; // by folder
-  for (int frame = script.frames->first; frame <= script.frames->last; ++frame)
-    for (const char* extension : {".exr", ".png"}) {
-      const auto path = framePath(*script.output, arguments.output, frame).replace_extension(extension);
-      targets[path.parent_path()].insert(path.filename().string());
-    }
+  for (int frame = script.frames->first; frame <= script.frames->last; ++frame) {
+    const auto path = framePath(*script.output, arguments.output, frame);
+    for (const auto& target : {path, previewPath(path)})
+      targets[path.parent_path()].insert(target.filename().string());
+  }
   for (const auto& [folder, names] : targets)
     removeAbandoned(folder, [&](const std::string& target) { return names.contains(target); });
+}
+
+double sum(const Json& frames, const char* stage) {
+  double total = 0;
+  for (const Json& frame : frames) total += frame["seconds"].value(stage, 0.0);
+  return total;
+}
+
+// Adds what writing took, of each frame, and sums over all: seconds of rendering, of AOVs, and of writing,
+// some of which goes on while the next frame is rendered; and what the film took by the clock.
+void addSeconds(Json& report, const std::vector<double>& writing, double film) {
+  Json& frames = report["frames"];
+  double rendering = 0;
+  for (size_t i = 0; i < writing.size(); ++i) {
+    const double seconds = frames[i]["total_seconds"].get<double>();
+    rendering += seconds;
+    frames[i]["seconds"]["write"] = writing[i];
+    frames[i]["total_seconds"] = seconds + writing[i];
+  }
+  const double aov = sum(frames, "aov");
+  report["seconds"] = {
+      {"render", rendering - aov}, {"aov", aov}, {"write", sum(frames, "write")}, {"film", film}};
+}
+
+std::string summary(size_t rendered, size_t kept, double seconds, const std::filesystem::path& folder) {
+  const std::string current =
+      fmt::format("{} {} up to date", kept, kept == 1 ? "was" : "were"); // with --resume
+  if (rendered == 0) return fmt::format("rendered no frames to {}: {}", (folder / "").string(), current);
+  return fmt::format("rendered {} ({:.1f} per second) to {}{}", counted(rendered, "frame"),
+                     static_cast<double>(rendered) / seconds, (folder / "").string(),
+                     kept > 0 ? "; " + current : "");
+}
+
+// Whether `--threads 1` was asked for.
+bool isAlone() {
+  return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
 }
 
 Json runRender(const Arguments& arguments, const Progress& progress) {
   const Script script = readScript(arguments.script);
   requireShot(script);
-  const Model model = openModel(script.model, progress);
   const FrameRange range = parseRange(arguments.frames, *script.frames);
+  const auto folders = writableFolders(script, arguments, range);
+  const Model model = openModel(script.model, progress);
   ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
   for (const PreparedEnvironment& environment : shot.environments())
-    if (environment.replaced > 0)
-      say(fmt::format("{}: {} texels with samples below 0 or not finite, which are taken for 0",
-                      environment.image.string(), environment.replaced));
-  createFolder(arguments.output);
+    for (const std::string& remark : remarksOn(environment)) say(remark);
+  for (const auto& folder : folders) createFolder(folder);
   removeLitter(script, arguments);
 
   if (const auto misfit = unreached(script, shotTime(script, range.first), model.cloud)) say(*misfit);
@@ -157,56 +228,55 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     report["environments"].push_back(jsonOf(environment));
   size_t kept = 0;
   bool saidEmpty = false;
-  for (int frame = range.first; frame <= range.last; frame += arguments.every) {
-    progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
-    const auto path = framePath(*script.output, arguments.output, frame);
-    const auto preview = std::filesystem::path(path).replace_extension(".png");
-    if (arguments.resume && isRendered(path, identity) &&
-        (!script.output->png || std::filesystem::is_regular_file(preview))) {
-      ++kept;
-      continue;
+  const Stopwatch film;
+  FilmWriter writer(isAlone() ? FilmWriter::Thread::callers : FilmWriter::Thread::own, progress);
+  try {
+    for (int frame = range.first; frame <= range.last; frame += arguments.every) {
+      progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
+      const auto path = framePath(*script.output, arguments.output, frame);
+      if (arguments.resume && isRendered(path, identity) &&
+          (!script.output->png || std::filesystem::is_regular_file(previewPath(path)))) {
+        ++kept;
+        continue;
+      }
+      FrameFiles files{path,
+                       {{"surflect.version", SURFLECT_VERSION},
+                        {"surflect.identity", identity},
+                        {"surflect.script", hex(script.hash)},
+                        {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
+                        {"surflect.frame", std::to_string(frame)}},
+                       {},
+                       1};
+      const Stopwatch watch;
+      FrameStats stats;
+      shot.reuse(writer.spare());
+      Film picture = shot.render(frame, arguments.scale, stats);
+      if (const auto misfit = emptied(stats, model.cloud.size()); misfit && !saidEmpty) {
+        say(fmt::format("{}: frame {}: {}", arguments.script, frame, *misfit));
+        saidEmpty = true;
+      }
+      Json entry = jsonOf(stats);
+      entry["frame"] = frame;
+      entry["file"] = path.string();
+      entry["total_seconds"] = watch.seconds();
+      if (script.output->png) {
+        files.preview = previewPath(path);
+        files.exposure = shot.previewExposure();
+      }
+      report["frames"].push_back(std::move(entry));
+      writer.write(std::move(files), std::move(picture));
     }
-    requireReplaceable(path);
-    if (script.output->png) requireReplaceable(preview);
-    const Stopwatch watch;
-    FrameStats stats;
-    Film film = shot.render(frame, arguments.scale, stats);
-    if (const auto misfit = emptied(stats, model.cloud.size()); misfit && !saidEmpty) {
-      say(fmt::format("{}: frame {}: {}", arguments.script, frame, *misfit));
-      saidEmpty = true;
-    }
-    const Stopwatch writeWatch;
-    std::optional<double> exposure; // of a preview
-    if (script.output->png) {
-      std::filesystem::remove(preview); // which another script may have left, and resuming would keep
-      exposure = shot.previewExposure();
-    }
-    tbb::parallel_invoke(
-        [&] {
-          if (exposure) writePreview(preview, film.color, *exposure);
-        },
-        [&] {
-          writeFilm(path, film,
-                    {{"surflect.version", SURFLECT_VERSION},
-                     {"surflect.identity", identity},
-                     {"surflect.script", hex(script.hash)},
-                     {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
-                     {"surflect.frame", std::to_string(frame)}});
-        });
-    stats.seconds["write"] = writeWatch.seconds();
-    shot.reuse(std::move(film.color));
-    Json entry = jsonOf(stats);
-    entry["frame"] = frame;
-    entry["file"] = path.string();
-    entry["total_seconds"] = watch.seconds();
-    report["frames"].push_back(std::move(entry));
+  } catch (const Error&) {
+    writer.finish(); // an earlier frame may have failed, which is told first
+    throw;
   }
+  const std::vector<double> writing = writer.finish();
+  addSeconds(report, writing, film.seconds());
   progress("render", 1);
   const MemoryUse memory = memoryUse();
   report["memory_peak_bytes"] = memory.peakBytes;
   report["memory_anonymous_bytes"] = memory.anonymousBytes;
-  say(fmt::format("{}: {} frames rendered, {} were there already", arguments.output, report["frames"].size(),
-                  kept));
+  say(summary(report["frames"].size(), kept, film.seconds(), arguments.output));
   return report;
 }
 
@@ -221,11 +291,11 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
   command->add_option("-o,--output", arguments->output, "folder for the frames")
       ->required()
       ->check(notEmpty());
-  command->add_option("--frames", arguments->frames, "A or A-B; default: all");
-  command->add_option("--every", arguments->every, "only each N-th of them")
+  command->add_option("--frames", arguments->frames, "a frame A, or frames A-B; default: all");
+  command->add_option("--every", arguments->every, "render every N-th of these frames")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
-  command->add_option("--scale", arguments->scale, "of width and height")
+  command->add_option("--scale", arguments->scale, "factor on width and height")
       ->capture_default_str()
       ->check(finiteIn(0.01, 8));
   command->add_flag("--resume", arguments->resume,

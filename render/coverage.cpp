@@ -59,14 +59,16 @@ void collectVisible(Coverage& coverage) {
   });
 }
 
-// Three values of each of a tile's splats, from `first` on, and 1, times its peak and confidence; returns
-// whether all are finite.
+constexpr size_t kMostTriples = 2; // that blendBlock sums at once
+
+// `some` values of each of a tile's splats, from `first` on, and 1 behind every three, times its peak and
+// confidence; returns whether all are finite.
 bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_t channels, size_t first,
-                  std::span<const float> confidence, std::vector<float>& to) {
+                  size_t some, std::span<const float> confidence, std::vector<float>& to) {
   constexpr uint32_t kAhead = 16;
-  const size_t some = std::min<size_t>(3, channels - first);
+  const size_t stride = some > 3 ? 8 : 4;
   const uint32_t count = tile.drawn.count;
-  to.resize(std::max(to.size(), 4 * size_t{count}));
+  to.resize(std::max(to.size(), stride * count));
   const float* from = values.data() + first;
   const uint32_t* column = tile.column.data();
   float none = 0; // 0 times what is infinite is no number
@@ -74,73 +76,90 @@ bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_
     __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
     const float* value = from + column[i] * channels;
     const float weight = tile.drawn.splats[i].shape.peak * (confidence.empty() ? 1 : confidence[column[i]]);
-    float* out = &to[4 * size_t{i}];
+    float* out = &to[stride * i];
     out[3] = weight;
-    if (some == 3) {
-      out[0] = weight * value[0], out[1] = weight * value[1], out[2] = weight * value[2];
-      none += 0 * out[0] + 0 * out[1] + 0 * out[2];
-    } else {
-      for (size_t k = 0; k < some; ++k) none += 0 * (out[k] = weight * value[k]);
-    }
+    for (size_t k = 0; k < some; ++k) none += 0 * (out[k / 3 * 4 + k % 3] = weight * value[k]);
   }
   return none == 0;
 }
 
-// Multiplies the matrix with values, three channels at a time, into every `stride`-th float of the image;
-// what remains there is alpha.
-Image multiplied(const Coverage& coverage, std::span<const float> values, int channels, int stride,
-                 std::span<const float> confidence, Image kept) {
-  assert(channels > 0 && values.size() == coverage.visible.size() * static_cast<size_t>(channels));
+// Where a channel of a picture lies: `first` is the one of pixel 0.
+struct Plane {
+  float* first;
+  size_t stride;
+};
+
+// Gives a picture the coverage's size; its values stay what they were, or are zero.
+void fit(Image& picture, const Coverage& coverage, int channels) {
+  picture.width = coverage.width, picture.height = coverage.height, picture.channels = channels;
+  picture.values.resize(coverage.alpha.size() * static_cast<size_t>(channels));
+}
+
+void clear(Image& picture, const TileFrame& frame, float value) {
+  for (int y = frame.y0; y < frame.y0 + frame.height; ++y)
+    std::fill_n(picture.at(frame.x0, y).data(), frame.width * picture.channels, value);
+}
+
+// Multiplies the matrix with values, six channels at a time, into planes of the pictures; where there is one
+// plane more, it is for alpha.
+void multiply(std::span<Image* const> pictures, const Coverage& coverage, std::span<const float> values,
+              size_t channels, std::span<const float> confidence) {
+  assert(channels > 0 && values.size() == coverage.visible.size() * channels);
   assert(confidence.empty() || confidence.size() == coverage.visible.size());
   assert(std::ranges::all_of(confidence, [](float c) { return c > 0; }));
   const SplatKernels& kernels = splatKernels(coverage.simd);
-  Image image = std::move(kept);
-  image.width = coverage.width, image.height = coverage.height, image.channels = stride;
-  image.values.resize(coverage.alpha.size() * static_cast<size_t>(stride));
+  std::vector<Plane> planes;
+  for (Image* picture : pictures) {
+    fit(*picture, coverage, picture->channels);
+    const auto stride = static_cast<size_t>(picture->channels);
+    for (size_t k = 0; k < stride; ++k) planes.push_back({picture->values.data() + k, stride});
+  }
+  assert(planes.size() == channels || planes.size() == channels + 1);
   tbb::enumerable_thread_specific<std::vector<float>> scratches;
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
     const CoverageTile& tile = coverage.tiles[index];
     const TileFrame frame = frameOf(coverage, index);
-    const auto to = [&](size_t pixel) { return &image.values[pixel * static_cast<size_t>(stride)]; };
-    for (int y = frame.y0; y < frame.y0 + frame.height; ++y)
-      std::fill_n(to(coverage.pixel(frame.x0, y)), frame.width * stride, 0.f);
+    for (Image* picture : pictures) clear(*picture, frame, 0);
     if (tile.blocks == 0 || coverage.visible.empty()) return;
     std::vector<float>& ofTile = scratches.local();
-    for (int first = 0; first < channels; first += 3) {
-      const int some = std::min(3, channels - first);
-      const bool finite = gatherValues(tile, values, static_cast<size_t>(channels),
-                                       static_cast<size_t>(first), confidence, ofTile);
+    for (size_t first = 0; first < channels; first += 3 * kMostTriples) {
+      const size_t some = std::min(3 * kMostTriples, channels - first);
+      const int triples = some > 3 ? 2 : 1;
+      const std::span to = std::span(planes).subspan(first, some);
+      const bool finite = gatherValues(tile, values, channels, first, some, confidence, ofTile);
       forBlocks(tile, [&](int block) {
-        float alpha[kLanes] = {}, sums[3 * kLanes];
+        float alpha[kLanes] = {}, sums[3 * kMostTriples * kLanes];
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
           copyRow(&coverage.alpha[coverage.pixel(x, y)], count, alpha + lane);
         });
         kernels.blendBlock(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, alpha,
-                           ofTile.data(), finite, sums);
+                           ofTile.data(), triples, finite, sums);
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
-          float* out = to(coverage.pixel(x, y)) + first;
-          for (size_t i = lane; i < lane + count; ++i, out += stride)
-            for (int k = 0; k < some; ++k) out[k] = sums[static_cast<size_t>(k) * kLanes + i];
+          const size_t pixel = coverage.pixel(x, y);
+          for (size_t k = 0; k < some; ++k) {
+            float* out = to[k].first + pixel * to[k].stride;
+            for (size_t i = lane; i < lane + count; ++i, out += to[k].stride) *out = sums[k * kLanes + i];
+          }
         });
       });
       for (const PixelLayer& layer : tile.layers) {
-        float* out = to(pixelOf(coverage, frame, layer)) + first;
-        float sums[3] = {}, sum = 0;
+        float sums[3 * kMostTriples] = {}, sum = 0;
         for (const Contribution& c : std::span(tile.contributions).subspan(layer.begin, layer.count)) {
-          const float* value = &ofTile[4 * size_t{c.splat}];
-          for (int k = 0; k < some; ++k) sums[k] += c.weight * value[k];
+          const float* value = &ofTile[4 * static_cast<size_t>(triples) * c.splat];
+          for (size_t k = 0; k < some; ++k) sums[k] += c.weight * value[k / 3 * 4 + k % 3];
           sum += c.weight * value[3];
         }
-        for (int k = 0; k < some; ++k) out[k] += layer.alpha / sum * sums[k];
+        const size_t pixel = pixelOf(coverage, frame, layer);
+        for (size_t k = 0; k < some; ++k) to[k].first[pixel * to[k].stride] += layer.alpha / sum * sums[k];
       }
     }
-    for (int y = frame.y0; stride > channels && y < frame.y0 + frame.height; ++y) {
+    for (int y = frame.y0; planes.size() > channels && y < frame.y0 + frame.height; ++y) {
       const size_t pixel = coverage.pixel(frame.x0, y);
-      for (int x = 0; x < frame.width; ++x)
-        to(pixel)[x * stride + channels] = coverage.alpha[pixel + static_cast<size_t>(x)];
+      const auto [alpha, stride] = planes.back();
+      for (size_t x = pixel; x < pixel + static_cast<size_t>(frame.width); ++x)
+        alpha[x * stride] = coverage.alpha[x];
     }
   });
-  return image;
 }
 
 } // namespace
@@ -176,23 +195,37 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   return coverage;
 }
 
+void blendInto(std::span<Image* const> pictures, const Coverage& coverage, std::span<const float> values,
+               std::span<const float> confidence) {
+  size_t channels = 0;
+  for (const Image* picture : pictures) channels += static_cast<size_t>(picture->channels);
+  multiply(pictures, coverage, values, channels, confidence);
+}
+
 Image blend(const Coverage& coverage, std::span<const float> values, int channels,
             std::span<const float> confidence, Image kept) {
-  return multiplied(coverage, values, channels, channels, confidence, std::move(kept));
+  kept.channels = channels;
+  Image* const picture = &kept;
+  multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
+  return kept;
 }
 
 Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels,
                      std::span<const float> confidence, Image kept) {
-  return multiplied(coverage, values, channels, channels + 1, confidence, std::move(kept));
+  kept.channels = channels + 1;
+  Image* const picture = &kept;
+  multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
+  return kept;
 }
 
-Image depthImage(const Coverage& coverage) {
+Image depthImage(const Coverage& coverage, Image kept) {
   const SplatKernels& kernels = splatKernels(coverage.simd);
-  Image image(coverage.width, coverage.height, 1);
-  std::ranges::fill(image.values, std::numeric_limits<float>::infinity());
+  Image image = std::move(kept);
+  fit(image, coverage, 1);
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
     const CoverageTile& tile = coverage.tiles[index];
     const TileFrame frame = frameOf(coverage, index);
+    clear(image, frame, std::numeric_limits<float>::infinity());
     const auto put = [&](size_t pixel, float order) {
       image.values[pixel] = static_cast<float>(depthOfOrder(coverage.lens, order));
     };

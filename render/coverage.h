@@ -61,11 +61,17 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
 Image blend(const Coverage& coverage, std::span<const float> values, int channels,
             std::span<const float> confidence = {}, Image kept = {});
 
+// The same in several pictures, which takes less time: values are those of all, and each picture has its own
+// number of channels, and gives its memory.
+void blendInto(std::span<Image* const> pictures, const Coverage& coverage, std::span<const float> values,
+               std::span<const float> confidence = {});
+
 // The same, with alpha as one channel more.
 Image blendWithAlpha(const Coverage& coverage, std::span<const float> values, int channels,
                      std::span<const float> confidence = {}, Image kept = {});
 
-// Per pixel, along the viewing axis, of the layer at half of alpha; infinity where there is nothing.
-Image depthImage(const Coverage& coverage);
+// Per pixel, along the viewing axis, of the layer at half of alpha; infinity where there is nothing. `kept`
+// gives its memory.
+Image depthImage(const Coverage& coverage, Image kept = {});
 
 } // namespace surflect

@@ -13,6 +13,7 @@ PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, 
   PreparedEnvironment prepared;
   prepared.texels = map.texels.size();
   prepared.replaced = map.replaced;
+  prepared.clamped = map.clamped;
   const double spacing = std::min(1.0, lightSpacing(model));
   prepared.lights = gathered(map.texels, 0.9 * error * spacing * spacing, progress);
   prepared.uncovered = uncovered;

@@ -12,7 +12,8 @@ namespace surflect {
 
 struct PreparedEnvironment {
   std::filesystem::path image;
-  size_t texels = 0, replaced = 0;      // that shine; that were negative or not finite
+  size_t texels = 0;                    // that shine
+  size_t replaced = 0, clamped = 0;     // see EnvironmentMap
   std::vector<EnvironmentLight> lights; // they stand for the picture
   Uncovered uncovered = Uncovered::fade;
   std::optional<LightTable> table; // where lightTable has one

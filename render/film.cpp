@@ -1,11 +1,14 @@
 #include "render/film.h"
 
-#include "render/measure.h"
 #include "srf/image/exr.h"
 #include "srf/image/percentile.h"
 #include "srf/image/png.h"
+#include "srf/image/srgb_bytes.h"
+#include "surfel/file.h"
 
 #include <algorithm>
+#include <cassert>
+#include <cmath>
 
 namespace surflect {
 
@@ -20,25 +23,58 @@ ChannelSet channelNames(const std::string& layer, int channels) {
 
 } // namespace
 
-void writeFilm(const std::filesystem::path& path, const Film& film,
-               const std::map<std::string, std::string>& attributes) {
-  Image color = film.color;
-  for (float& value : color.values) value = std::max(value, 0.f);
-  std::vector<ExrLayer> layers{{{"R", "G", "B", "A"}, &color, Precision::half}};
+PixelWindow filledWindow(const Image& color) {
+  assert(color.channels == 4);
+  const auto isFilled = [&](int x, int y) {
+    const auto pixel = color.at(x, y);
+    return pixel[0] != 0 || pixel[1] != 0 || pixel[2] != 0 || pixel[3] != 0;
+  };
+  PixelWindow filled{color.width, color.height, 0, 0};
+  for (int y = 0; y < color.height; ++y) {
+    int first = 0, end = color.width;
+    while (first < end && !isFilled(first, y)) ++first;
+    if (first == end) continue;
+    while (!isFilled(end - 1, y)) --end;
+    filled = {std::min(filled.x0, first), std::min(filled.y0, y), std::max(filled.x1, end), y + 1};
+  }
+  if (filled.x1 == 0) return {0, 0, 1, 1};
+  return {std::max(filled.x0 - 1, 0), std::max(filled.y0 - 1, 0), std::min(filled.x1 + 1, color.width),
+          std::min(filled.y1 + 1, color.height)};
+}
+
+std::string filmBytes(const Film& film, const std::map<std::string, std::string>& attributes,
+                      const Progress& progress) {
+  std::vector<ExrLayer> layers{{{"R", "G", "B", "A"}, &film.color, Precision::half, nullptr, 0}};
   for (const auto& [name, image] : film.aovs)
     layers.push_back(
         {channelNames(name, image.channels), &image, name == "depth" ? Precision::single : Precision::half});
-  writeExr(path, layers, attributes);
+  return exrBytes(layers, attributes, filledWindow(film.color), progress);
+}
+
+void writeFilm(const std::filesystem::path& path, const Film& film,
+               const std::map<std::string, std::string>& attributes) {
+  writeFileAtomically(path, filmBytes(film, attributes));
+}
+
+std::string previewBytes(const Image& color, double exposure) {
+  static const SrgbBytes srgbBytes;
+  PngSamples preview{color.width, color.height, 4, 8, std::vector<uint8_t>(color.values.size())};
+  for (size_t i = 0; i < color.values.size(); i += 4) {
+    const float* pixel = &color.values[i];
+    if (pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0 && pixel[3] == 0) continue;
+    const float alpha = pixel[3];
+    const float scale = alpha > 0 ? static_cast<float>(exposure) / alpha : 1;
+    for (size_t c = 0; c < 3; ++c) {
+      const float straight = pixel[c] * scale;
+      preview.bytes[i + c] = std::isfinite(straight) ? srgbBytes(straight) : 0;
+    }
+    preview.bytes[i + 3] = static_cast<uint8_t>(quantized(alpha, 255));
+  }
+  return pngBytes(preview);
 }
 
 void writePreview(const std::filesystem::path& path, const Image& color, double exposure) {
-  Image straight = color;
-  for (size_t i = 0; i < straight.values.size(); i += 4)
-    if (const float alpha = straight.values[i + 3]; alpha > 0)
-      for (size_t c = 0; c < 3; ++c) straight.values[i + c] *= static_cast<float>(exposure) / alpha;
-  Image encoded = srgbEncoded(exposed(straight, 1));
-  for (size_t i = 3; i < encoded.values.size(); i += 4) encoded.values[i] = color.values[i];
-  writePng(path, encoded);
+  writeFileAtomically(path, previewBytes(color, exposure));
 }
 
 double whiteOf(const Image& color) {

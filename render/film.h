@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/frame.h"
+#include "srf/image/exr.h"
 
 #include <filesystem>
 #include <map>
@@ -11,11 +12,19 @@ namespace surflect {
 
 // Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
 // stretch.V. Colours are half floats, depth is single. What noise and the blending of lights
-// leave below black is black. The attributes say what made the frame.
+// leave below black is black. The attributes say what made the frame. Only pixels of the film's window are
+// stored.
+std::string filmBytes(const Film& film, const std::map<std::string, std::string>& attributes,
+                      const Progress& progress = {});
 void writeFilm(const std::filesystem::path& path, const Film& film,
                const std::map<std::string, std::string>& attributes);
 
-// The picture of a film for the eye: times exposure, sRGB, 8 bits, straight alpha.
+// The pixels of an RGBA picture that hold more than zeros, and one more on each side; one pixel where none
+// do.
+PixelWindow filledWindow(const Image& color);
+
+// The picture of a film for the eye, as a PNG: times exposure, sRGB, 8 bits, straight alpha.
+std::string previewBytes(const Image& color, double exposure);
 void writePreview(const std::filesystem::path& path, const Image& color, double exposure);
 
 // The 99.5th percentile of the object's pixels; 0 where there are none, or nothing shines.

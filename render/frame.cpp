@@ -4,6 +4,7 @@
 #include "surfel/processor_time.h"
 #include "warp/deform.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -92,13 +93,35 @@ QueryEnvironment queryOf(const ShotEnvironment& light) {
           environment.table ? &*environment.table : nullptr};
 }
 
-template <class ValueOf>
-Image developEach(const Coverage& coverage, int channels, const ValueOf& valueOf,
-                  std::span<const float> confidence = {}) {
-  std::vector<float> values;
-  for (size_t i = 0; i < coverage.visible.size(); ++i)
-    for (const double value : valueOf(i)) values.push_back(static_cast<float>(value));
-  return blend(coverage, values, channels, confidence);
+// An AOV that is blended like colour.
+struct BlendedAov {
+  int channels;
+  bool isConfident;                                  // weights are multiplied by the confidence of surfels
+  std::function<void(size_t i, float* to)> valuesOf; // of coverage.visible[i]
+};
+
+// Blends AOVs together, all of them confident or none.
+void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
+                 const Coverage& coverage, std::span<const float> confidence, Film& film) {
+  std::vector<Image*> pictures;
+  size_t channels = 0;
+  for (const std::string& name : names) {
+    pictures.push_back(&film.aovs[name]);
+    pictures.back()->channels = aovs.at(name).channels;
+    channels += static_cast<size_t>(aovs.at(name).channels);
+  }
+  std::vector<float> values(coverage.visible.size() * channels);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, coverage.visible.size(), 1024),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      size_t channel = 0;
+                      for (const std::string& name : names) {
+                        const BlendedAov& aov = aovs.at(name);
+                        for (size_t i = range.begin(); i < range.end(); ++i)
+                          aov.valuesOf(i, &values[i * channels + channel]);
+                        channel += static_cast<size_t>(aov.channels);
+                      }
+                    });
+  blendInto(pictures, coverage, values, confidence);
 }
 
 } // namespace
@@ -183,8 +206,7 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
 }
 
 Image developRadiance(const Coverage& coverage, const Shaded& shaded, Image kept) {
-  static_assert(sizeof(Rgb) == 3 * sizeof(float));
-  const std::span values(reinterpret_cast<const float*>(shaded.radiance.data()), 3 * shaded.radiance.size());
+  const std::span values(floatsOf(shaded.radiance), 3 * shaded.radiance.size());
   return blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(kept));
 }
 
@@ -193,7 +215,7 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
                  FrameStats& stats, const Progress& progress, FrameMemory* memory) {
   StageClock clock(stats);
   FrameMemory own;
-  auto& [deformed, coverage, color] = memory ? *memory : own;
+  auto& [deformed, coverage, kept] = memory ? *memory : own;
   deformed = deform(model.cloud, warp, progress, options.splats.simd, std::move(deformed));
   clock.finish("warp");
   coverage = look(camera, model.cloud, deformed, options.splats, progress, std::move(coverage));
@@ -207,45 +229,50 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
     const std::span surfels = std::span<const uint32_t>(coverage.visible).subspan(begin, end - begin);
     batch = queriesAt(model.cloud, deformed, surfels, camera, lights, progress, options.splats.simd,
                       std::move(batch));
-    clock.finish("look-up");
+    clock.finish("queries");
   };
   const Shaded shaded = shade(model, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
-                              [&](double planning) { clock.finish("ulr", planning, "shade"); });
+                              [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
 
-  Film film;
-  film.color = developRadiance(coverage, shaded, std::move(color));
-  const auto rgbOf = [](Rgb c) { return std::array<double, 3>{c.r, c.g, c.b}; };
-  const std::map<std::string_view, std::function<Image()>> layers{
-      {"depth", [&] { return depthImage(coverage); }},
-      {"normal",
-       [&] {
-         return developEach(coverage, 3, [&](size_t i) {
-           return lookUpAt(model.cloud, deformed, coverage.visible[i]).outwardNormal().raw();
-         });
-       }},
-      {"camera_blend",
-       [&] {
-         return developEach(
-             coverage, 3, [&](size_t i) { return rgbOf(shaded.cameraBlend[i]); }, shaded.confidence);
-       }},
-      {"light_blend",
-       [&] {
-         return developEach(
-             coverage, 3, [&](size_t i) { return rgbOf(shaded.lightBlend[i]); }, shaded.confidence);
-       }},
-      {"stretch", [&] {
-         return developEach(coverage, 1, [&](size_t i) {
-           const size_t surfel = coverage.visible[i];
-           return std::array{
-               stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>())};
-         });
-       }}};
-  for (const std::string& aov : options.aovs) {
-    progress.checkpoint();
-    film.aovs[aov] = layers.at(aov)();
-  }
+  Film film = std::move(kept);
+  film.color = developRadiance(coverage, shaded, std::move(film.color));
   clock.finish("develop");
+  const auto blendOf = [](const std::vector<Rgb>& blends) {
+    return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
+  };
+  const auto normal = [&](size_t i, float* to) {
+    const size_t surfel = coverage.visible[i];
+    const auto tangents =
+        polarFrame<double>(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>());
+    assert(tangents); // of surfels that are not dead
+    const Vec3<double> outward = static_cast<double>(deformed.handedness[surfel]) * tangents->n;
+    for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(outward[k]);
+  };
+  const auto stretch = [&](size_t i, float* to) {
+    const size_t surfel = coverage.visible[i];
+    *to = static_cast<float>(
+        stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>()));
+  };
+  const std::map<std::string_view, BlendedAov> blended{
+      {"normal", {3, false, normal}},
+      {"stretch", {1, false, stretch}},
+      {"camera_blend", {3, true, blendOf(shaded.cameraBlend)}},
+      {"light_blend", {3, true, blendOf(shaded.lightBlend)}}};
+  std::erase_if(film.aovs, [&](const auto& aov) { return std::ranges::count(options.aovs, aov.first) == 0; });
+  for (const bool isConfident : {false, true}) {
+    progress.checkpoint();
+    std::vector<std::string> names;
+    for (const std::string& name : options.aovs)
+      if (const auto aov = blended.find(name); aov != blended.end() && aov->second.isConfident == isConfident)
+        names.push_back(name);
+    if (!names.empty())
+      developAovs(blended, names, coverage,
+                  isConfident ? std::span(shaded.confidence) : std::span<const float>(), film);
+  }
+  if (std::ranges::count(options.aovs, "depth") > 0)
+    film.aovs["depth"] = depthImage(coverage, std::move(film.aovs["depth"]));
+  if (!options.aovs.empty()) clock.finish("aov");
   return film;
 }
 

@@ -45,6 +45,8 @@ struct FrameStats {
   SplatCounts splats;
   size_t visible = 0, unseen = 0;
   ShadingStats shading;
+  // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" where
+  // there are any.
   std::map<std::string, double> seconds;          // per stage
   std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
 };
@@ -55,12 +57,12 @@ struct FrameOptions {
   std::vector<std::string> aovs;
 };
 
-// What one frame leaves to the next: memory, which is filled anew. Whoever is done with a picture gives it
-// back in `color`.
+// What one frame leaves to the next: memory, which is filled anew. Whoever is done with a film gives it back
+// in `film`.
 struct FrameMemory {
   DeformedCloud deformed;
   Coverage coverage;
-  Image color;
+  Film film;
 };
 
 Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,

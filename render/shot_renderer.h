@@ -24,8 +24,8 @@ public:
   // With the AOVs that the script asks for. Throws Error where a track has no value that serves.
   Film render(int frame, double scale, FrameStats& stats);
 
-  // A picture that is no longer needed gives its memory to the next.
-  void reuse(Image picture) { memory_.color = std::move(picture); }
+  // A film that is no longer needed gives its memory to the next.
+  void reuse(Film film) { memory_.film = std::move(film); }
 
   // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
   // spread over it is white. 1 where nothing shines. Renders them at a quarter of the size on the first call.

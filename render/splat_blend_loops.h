@@ -42,41 +42,42 @@ inline void eachWeight(const TileSplats& tile, int block, Lanes limit, Add add) 
   });
 }
 
-template <bool ordered, bool finite>
+template <int triples, bool ordered, bool finite>
 inline void blendBlockAs(const TileSplats& tile, int block, const float* limits, const float* alpha,
                          const float* values, float* out) {
   const Lanes zero = broadcast(0), limit = load(limits);
-  Lanes sum = zero, sum0 = zero, sum1 = zero, sum2 = zero;
+  Lanes sum = zero, sums[3 * triples];
+  for (Lanes& s : sums) s = zero;
   eachWeight<ordered>(tile, block, limit, [&](uint32_t splat, Mask in, Lanes weight, Lanes) {
-    const float* value = values + 4 * static_cast<size_t>(splat);
+    const float* value = values + 4 * triples * static_cast<size_t>(splat);
     const Lanes seen = where(in, weight);
     sum = mulAdd(seen, broadcast(value[3]), sum);
-    if constexpr (finite) {
-      sum0 = mulAdd(seen, broadcast(value[0]), sum0);
-      sum1 = mulAdd(seen, broadcast(value[1]), sum1);
-      sum2 = mulAdd(seen, broadcast(value[2]), sum2);
-    } else { // what is infinite stays where it is seen: 0 times it would be no number
-      sum0 = select(in, mulAdd(seen, broadcast(value[0]), sum0), sum0);
-      sum1 = select(in, mulAdd(seen, broadcast(value[1]), sum1), sum1);
-      sum2 = select(in, mulAdd(seen, broadcast(value[2]), sum2), sum2);
+    for (int k = 0; k < 3 * triples; ++k) {
+      const Lanes next = mulAdd(seen, broadcast(value[k / 3 * 4 + k % 3]), sums[k]);
+      // What is infinite stays where it is seen: 0 times it would be no number.
+      sums[k] = finite ? next : select(in, next, sums[k]);
     }
   });
   const Mask any = (zero < sum) & (zero - broadcast(kInfinity) < limit);
   const Lanes scale = load(alpha) / select(any, sum, broadcast(1));
-  store(out, where(any, sum0 * scale));
-  store(out + kLanes, where(any, sum1 * scale));
-  store(out + 2 * kLanes, where(any, sum2 * scale));
+  for (int k = 0; k < 3 * triples; ++k) store(out + k * kLanes, where(any, sums[k] * scale));
+}
+
+template <int triples>
+inline void blendTriples(const TileSplats& tile, int block, const float* limits, const float* alpha,
+                         const float* values, bool finite, float* out) {
+  if (!finite) {
+    blendBlockAs<triples, true, false>(tile, block, limits, alpha, values, out);
+  } else if (showAllOrNothing(load(limits))) {
+    blendBlockAs<triples, false, true>(tile, block, limits, alpha, values, out);
+  } else {
+    blendBlockAs<triples, true, true>(tile, block, limits, alpha, values, out);
+  }
 }
 
 inline void blendBlockLoop(const TileSplats& tile, int block, const float* limits, const float* alpha,
-                           const float* values, bool finite, float* out) {
-  if (!finite) {
-    blendBlockAs<true, false>(tile, block, limits, alpha, values, out);
-  } else if (showAllOrNothing(load(limits))) {
-    blendBlockAs<false, true>(tile, block, limits, alpha, values, out);
-  } else {
-    blendBlockAs<true, true>(tile, block, limits, alpha, values, out);
-  }
+                           const float* values, int triples, bool finite, float* out) {
+  (triples == 2 ? blendTriples<2> : blendTriples<1>)(tile, block, limits, alpha, values, finite, out);
 }
 
 inline void meanOrderLoop(const TileSplats& tile, int block, const float* limits, float* out) {

@@ -106,10 +106,11 @@ struct SplatKernels {
   void (*rankPixel)(uint32_t count, const PixelFragments&);
   // Takes from the block's set what has no order below a limit.
   void (*keepSeen)(const TileSplats&, int block, const BlockFragments&, const float* limits);
-  // Sums of three values per splat of the tile over the fragments below the limits, weighted to sum to alpha.
-  // values: of each splat three and 1, times its peak and confidence. finite: all are. out: 3 x kLanes.
+  // Sums of three or six values per splat of the tile over the fragments below the limits, weighted to sum to
+  // alpha. values: `triples` times three and 1 for each splat, times its peak and confidence. finite: all
+  // are. out: kLanes for each of the three or six.
   void (*blendBlock)(const TileSplats&, int block, const float* limits, const float* alpha,
-                     const float* values, bool finite, float* out);
+                     const float* values, int triples, bool finite, float* out);
   // The mean order of these fragments.
   void (*meanOrder)(const TileSplats&, int block, const float* limits, float* out);
 };

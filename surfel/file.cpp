@@ -10,6 +10,7 @@
 #include <fcntl.h>
 #include <new>
 #include <optional>
+#include <set>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -152,12 +153,30 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::write(std::span<const std::byte> bytes) { writeAll(descriptor_, bytes, target_); }
 
-void AtomicFile::commit() {
+void AtomicFile::sync() {
   ::fchmod(descriptor_, 0644);
   if (::fsync(descriptor_) != 0) throw systemError(target_, "write");
+}
+
+void AtomicFile::rename() {
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw systemError(target_, "rename to");
   committed_ = true;
+}
+
+void AtomicFile::commit() {
+  sync();
+  rename();
   syncFolder(target_.parent_path());
+}
+
+void AtomicFile::commit(std::span<const std::unique_ptr<AtomicFile>> files) {
+  for (const auto& file : files) file->sync();
+  std::set<std::filesystem::path> folders;
+  for (const auto& file : files) {
+    file->rename();
+    folders.insert(file->target_.parent_path());
+  }
+  for (const auto& folder : folders) syncFolder(folder);
 }
 
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {

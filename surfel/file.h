@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,6 +35,9 @@ void copyFile(const std::filesystem::path& source, const std::filesystem::path& 
               const Progress& progress = {});
 
 // Written beside the target, fsynced and renamed by commit(); dropped by the destructor otherwise.
+//
+// Several at once: all are on disk before the first is renamed, so that whoever finds one of them finds it
+// whole, whenever the machine stops. They are renamed in order, and their folders fsynced once.
 class AtomicFile {
 public:
   explicit AtomicFile(std::filesystem::path target);
@@ -44,8 +48,12 @@ public:
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
   void commit();
+  static void commit(std::span<const std::unique_ptr<AtomicFile>> files);
 
 private:
+  void sync();
+  void rename();
+
   std::filesystem::path target_, temporary_;
   int descriptor_;
   bool committed_ = false;

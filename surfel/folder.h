@@ -15,6 +15,10 @@ inline void createFolder(const std::filesystem::path& folder) {
   if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
 }
 
+// Throws Error unless the folder is there and can be written to, or can be made where it is not. Makes
+// nothing.
+void requireCreatable(const std::filesystem::path& folder);
+
 // With all that lies in it; it may be gone already. Throws Error.
 inline void removeFolder(const std::filesystem::path& folder) {
   std::error_code failure;

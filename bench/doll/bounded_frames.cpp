@@ -24,13 +24,13 @@ BoundedFrames boundedFrames(const Model& model, const Shot& shot, size_t cacheBy
     FrameMemory memory;
     const auto render = [&] {
       FrameStats stats;
-      memory.color =
-          renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats, {}, &memory)
-              .color;
+      memory.film =
+          renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats, {}, &memory);
     };
     result.coldSeconds = lapOf(render).seconds;
     result.warmSeconds = lapOf(render).seconds;
-    result.filmBytes = static_cast<double>(memory.color.values.size() * sizeof memory.color.values[0]);
+    result.filmBytes =
+        static_cast<double>(memory.film.color.values.size() * sizeof memory.film.color.values[0]);
     result.anonymousBytes = memoryUse().anonymousBytes;
   }
   result.peakBytes = memoryUse().peakBytes;

@@ -127,9 +127,8 @@ FrameTimer::FrameTimer(const Model& model, const Shot& shot, BlockCache& cache, 
 }
 
 void FrameTimer::render(FrameStats& stats) {
-  memory_.color =
-      renderFrame(model_, *shot_.warp, shot_.camera, shot_.lights, shot_.options, cache_, stats, {}, &memory_)
-          .color;
+  memory_.film = renderFrame(model_, *shot_.warp, shot_.camera, shot_.lights, shot_.options, cache_, stats,
+                             {}, &memory_);
 }
 
 void FrameTimer::lap() {
@@ -151,10 +150,10 @@ FrameTimes FrameTimer::times() const {
   result.frame = timesOf(frames_);
   result.stages = {{"warp", whole("warp")},
                    {"splat", whole("splat")},
-                   {"queries", whole("look-up")},
+                   {"queries", whole("queries")},
                    {"camera ulr", part(ulr, ofViews_)},
                    {"light ulr", part(ulr, 1 - ofViews_)},
-                   {"look-up", whole("shade")},
+                   {"look-up", whole("look-up")},
                    {"develop", whole("develop")}};
   return result;
 }

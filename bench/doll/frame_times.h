@@ -49,7 +49,7 @@ public:
   FrameTimes times() const; // of laps so far, one or more; no cold frame
 
   std::span<const Lap> frames() const { return frames_; }
-  std::span<const Lap> lookUps() const { return ofStage_.find("shade")->second; }
+  std::span<const Lap> lookUps() const { return ofStage_.find("look-up")->second; }
 
 private:
   void render(FrameStats& stats);

@@ -8,14 +8,11 @@
 #include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
-#include <ImfOutputFile.h>
 #include <ImfPartType.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
-#include <half.h>
 
 #include <algorithm>
 #include <array>
@@ -249,130 +246,6 @@ std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& 
   return file.has(alpha) ? std::optional(alpha) : std::nullopt;
 }
 
-namespace {
-
-half halfOf(float value) {
-  constexpr float largest = 65504;
-  // NaN and infinities pass as they are.
-  return std::isfinite(value) ? half(std::clamp(value, -largest, largest)) : half(value);
-}
-
-// Some lines of a layer, as they are written.
-class LayerLines {
-public:
-  explicit LayerLines(const ExrLayer& layer) : layer_(layer) {}
-
-  Imf::PixelType type() const { return layer_.precision == Precision::half ? Imf::HALF : Imf::FLOAT; }
-
-  void take(int first, int count) {
-    const Image& image = *layer_.image;
-    const size_t width = static_cast<size_t>(image.width), channels = static_cast<size_t>(image.channels);
-    const size_t firstPixel = static_cast<size_t>(first) * width, pixels = static_cast<size_t>(count) * width;
-    lines_ = {{0, first}, {image.width - 1, first + count - 1}};
-    floats_.resize(pixels * channels);
-    std::copy_n(image.values.data() + firstPixel * channels, floats_.size(), floats_.data());
-    if (layer_.factor)
-      for (size_t pixel = 0; pixel < pixels; ++pixel)
-        for (size_t c = 0; c < channels; ++c)
-          floats_[pixel * channels + c] *= layer_.factor->values[firstPixel + pixel];
-    if (type() != Imf::HALF) return;
-    halves_.resize(floats_.size());
-    std::ranges::transform(floats_, halves_.begin(), halfOf);
-  }
-
-  Imf::Slice slice(int plane) {
-    const bool isHalf = type() == Imf::HALF;
-    const size_t sampleBytes = isHalf ? sizeof(half) : sizeof(float);
-    const size_t pixelBytes = sampleBytes * static_cast<size_t>(layer_.image->channels);
-    auto* const samples =
-        isHalf ? reinterpret_cast<char*>(halves_.data()) : reinterpret_cast<char*>(floats_.data());
-    return Imf::Slice::Make(type(), samples + sampleBytes * static_cast<size_t>(plane), lines_, pixelBytes);
-  }
-
-private:
-  const ExrLayer& layer_;
-  Imath::Box2i lines_;
-  std::vector<float> floats_;
-  std::vector<half> halves_;
-};
-
-// OpenEXR's own file stream forgets errors of its last writes: a full disk would leave a torn picture and no
-// complaint.
-class MemoryStream : public Imf::OStream {
-public:
-  MemoryStream() : Imf::OStream("") {}
-
-  void write(const char bytes[], int count) override {
-    const size_t end = place_ + static_cast<size_t>(count);
-    if (bytes_.size() < end) bytes_.resize(end);
-    std::copy_n(bytes, count, bytes_.begin() + static_cast<std::ptrdiff_t>(place_));
-    place_ = end;
-  }
-  uint64_t tellp() override { return place_; }
-  void seekp(uint64_t place) override { place_ = place; }
-
-  const std::string& bytes() const { return bytes_; }
-
-private:
-  std::string bytes_;
-  size_t place_ = 0;
-};
-
-} // namespace
-
-void roundTo(Precision precision, std::span<float> values) {
-  if (precision == Precision::half)
-    for (float& value : values) value = halfOf(value);
-}
-
 void setExrThreads(int threads) { Imf::setGlobalThreadCount(threads); }
-
-void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
-              const std::map<std::string, std::string>& attributes, const Progress& progress) {
-  constexpr int kLinesOfChunk = 16; // as ZIP compresses them
-  const int linesAtOnce = kLinesOfChunk * std::clamp(2 * Imf::globalThreadCount(), 1, 8);
-  assert(!layers.empty());
-  const int width = layers[0].image->width, height = layers[0].image->height;
-  [[maybe_unused]] const auto isOfSize = [&](const Image& image) {
-    return image.width == width && image.height == height;
-  };
-  MemoryStream stream;
-  translatingErrors(path, "write", [&] {
-    Imf::Header header(width, height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    for (const auto& [key, value] : attributes) header.insert(key, Imf::StringAttribute(value));
-
-    std::vector<LayerLines> lines;
-    for (const ExrLayer& layer : layers) {
-      assert(isOfSize(*layer.image) && (!layer.factor || isOfSize(*layer.factor)));
-      assert(layer.channels.size() == static_cast<size_t>(layer.image->channels));
-      assert(!layer.factor || layer.factor->channels == 1);
-      lines.emplace_back(layer);
-      for (const std::string& name : layer.channels)
-        header.channels().insert(name, Imf::Channel(lines.back().type()));
-    }
-    Imf::OutputFile output(stream, header, Imf::globalThreadCount());
-    for (int y = 0; y < height; y += linesAtOnce) {
-      const int count = std::min(linesAtOnce, height - y);
-      Imf::FrameBuffer frameBuffer;
-      for (size_t i = 0; i < layers.size(); ++i) {
-        progress.checkpoint();
-        lines[i].take(y, count);
-        for (size_t plane = 0; plane < layers[i].channels.size(); ++plane)
-          frameBuffer.insert(layers[i].channels[plane], lines[i].slice(static_cast<int>(plane)));
-      }
-      output.setFrameBuffer(frameBuffer);
-      output.writePixels(count);
-    }
-  });
-  writeFileAtomically(path, stream.bytes());
-}
-
-void writeExr(const std::filesystem::path& path, const Image& image, Precision precision) {
-  assert(image.channels >= 1 && image.channels <= 4);
-  static const std::array<ChannelSet, 4> names{{{"Y"}, {"Y", "A"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
-  const ExrLayer layer{names[static_cast<size_t>(image.channels - 1)], &image, precision};
-  writeExr(path, std::span(&layer, 1));
-}
 
 } // namespace surflect

@@ -6,9 +6,11 @@
 #pragma once
 
 #include "srf/image/image.h"
+#include "srf/image/resize.h"
 #include "surfel/progress.h"
 
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -71,16 +73,21 @@ struct ExrLayer {
   const Image* image = nullptr;
   Precision precision = Precision::half; // half keeps 11 bits; values beyond +-65504 are clamped to that
   const Image* factor = nullptr;         // of one channel: the image is written times this
+  float least = -std::numeric_limits<float>::infinity(); // what is below is written as this
 };
 
-// Of a pool of OpenEXR's that belongs to the process, compresses what is written, and reads pass through; 0,
-// as it begins, leaves the work to the caller's thread. Not while pictures are read or written. Throws
-// std::system_error.
+// Threads of OpenEXR's pool, which belongs to the process and decompresses what is read; 0, as it begins,
+// leaves that to the caller's thread. Not while pictures are read. Throws std::system_error.
 void setExrThreads(int threads);
 
-// Writes layers of one size, atomically, with metadata. The same input gives the same bytes. Compressed by
-// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Needs memory for the file
-// and for a few lines of pixels. Throws Error and Cancelled.
+// The bytes of a file of layers of one size, with metadata; the same for the same input and any number of
+// threads. `window`: the pixels that are stored, the data window; all others read as zero. Compressed by ZIP,
+// which is lossless, as zlibStream does. Needs memory for the file and, for each thread, 16 lines of pixels.
+// Throws Error and Cancelled.
+std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::string, std::string>& attributes,
+                     const PixelWindow& window, const Progress& progress = {});
+
+// Writes such a file of all pixels, atomically.
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes = {}, const Progress& progress = {});
 // One image of 1 to 4 channels as Y, YA, RGB or RGBA.

@@ -5,10 +5,6 @@
 
 #include <png.h>
 
-#include <algorithm>
-#include <array>
-#include <cassert>
-#include <cmath>
 #include <csetjmp>
 #include <cstring>
 #include <string>
@@ -43,16 +39,6 @@ float sampleAt(const Samples& samples, size_t index, int bitDepth) {
   uint16_t value;
   std::memcpy(&value, samples.bytes.data() + 2 * index, sizeof value);
   return static_cast<float>(value) / 65535;
-}
-
-void setSample(Samples& samples, size_t index, int bitDepth, float value) {
-  const float unit = value > 0 ? std::min(value, 1.f) : 0; // NaN is black
-  if (bitDepth == 8) {
-    samples.bytes[index] = static_cast<std::byte>(std::lround(unit * 255));
-  } else {
-    const auto rounded = static_cast<uint16_t>(std::lround(unit * 65535));
-    std::memcpy(samples.bytes.data() + 2 * index, &rounded, sizeof rounded);
-  }
 }
 
 class Reader {
@@ -104,43 +90,6 @@ private:
   png_infop info_;
 };
 
-class Writer {
-public:
-  Writer()
-      : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &problem_, onError, onWarning)),
-        info_(png_ ? png_create_info_struct(png_) : nullptr) {}
-  ~Writer() { png_destroy_write_struct(&png_, &info_); }
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
-
-  bool write(int width, int height, int channels, int bitDepth, png_bytepp rows) {
-    constexpr std::array types{PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
-                               PNG_COLOR_TYPE_RGB_ALPHA};
-    if (!info_ || setjmp(png_jmpbuf(png_))) return false;
-    png_set_write_fn(png_, this, onWrite, nullptr);
-    png_set_IHDR(png_, info_, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), bitDepth,
-                 types[static_cast<size_t>(channels - 1)], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                 PNG_FILTER_TYPE_DEFAULT);
-    png_write_info(png_, info_);
-    if constexpr (std::endian::native == std::endian::little) png_set_swap(png_);
-    png_write_image(png_, rows);
-    png_write_end(png_, nullptr);
-    return true;
-  }
-
-  const std::string& problem() const { return problem_; }
-  const std::string& file() const { return file_; }
-
-private:
-  static void onWrite(png_structp png, png_bytep bytes, size_t count) {
-    static_cast<Writer*>(png_get_io_ptr(png))->file_.append(reinterpret_cast<const char*>(bytes), count);
-  }
-
-  std::string file_, problem_ = "out of memory";
-  png_structp png_;
-  png_infop info_;
-};
-
 } // namespace
 
 PngPicture readPng(const std::filesystem::path& path) {
@@ -173,17 +122,6 @@ PngSize readPngSize(const std::filesystem::path& path) {
     throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
         .in(path);
   return {static_cast<int>(width), static_cast<int>(height)};
-}
-
-void writePng(const std::filesystem::path& path, const Image& image, int bitDepth) {
-  assert(image.channels >= 1 && image.channels <= 4 && (bitDepth == 8 || bitDepth == 16));
-  const size_t rowSamples = static_cast<size_t>(image.width) * static_cast<size_t>(image.channels);
-  Samples samples(rowSamples * static_cast<size_t>(bitDepth / 8), static_cast<size_t>(image.height));
-  for (size_t i = 0; i < image.values.size(); ++i) setSample(samples, i, bitDepth, image.values[i]);
-  Writer writer;
-  if (!writer.write(image.width, image.height, image.channels, bitDepth, samples.rows.data()))
-    throw Error("cannot write (" + writer.problem() + ")").in(path);
-  writeFileAtomically(path, writer.file());
 }
 
 } // namespace surflect

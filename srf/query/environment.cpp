@@ -111,15 +111,22 @@ EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping, 
                                     ? latLongSolidAngle(y, radiance.width, radiance.height)
                                     : scale * angularDensity(u, v);
       const auto samples = radiance.at(x, y);
-      bool replaced = false;
+      bool replaced = false, clamped = false;
       const auto irradiance = [&](size_t channel) {
-        const float sample = samples[radiance.channels >= 3 ? channel : 0];
-        if (std::isfinite(sample) && sample >= 0) return static_cast<float>(solidAngle * sample);
-        replaced = true;
-        return 0.f;
+        float sample = samples[radiance.channels >= 3 ? channel : 0];
+        if (!(sample >= 0)) {
+          replaced = true;
+          return 0.f;
+        }
+        if (std::isinf(sample)) {
+          clamped = true;
+          sample = kLargestHalf;
+        }
+        return static_cast<float>(solidAngle * sample);
       };
       const Rgb light{irradiance(0), irradiance(1), irradiance(2)};
       map.replaced += replaced;
+      map.clamped += clamped;
       if (light != Rgb{}) map.texels.push_back({towards->cast<float>(), light});
     }
   }
@@ -135,8 +142,10 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
     throw Error::mismatch("an environment of at most 2^25 pixels", found).in(path);
   if (!mapping && size.width == 2 * size.height) mapping = EnvironmentMapping::latLong;
   if (!mapping && size.width == size.height) mapping = EnvironmentMapping::angular;
+  const bool isCross = 4 * size.width == 3 * size.height || 3 * size.width == 4 * size.height;
   if (!mapping)
-    throw Error::mismatch("twice as wide as high (lat-long), or a square (angular map), or a mapping", found)
+    throw Error::mismatch("twice as wide as high (lat-long), or a square (angular map), or a mapping",
+                          found + (isCross ? " (a cube cross?)" : ""))
         .in(path);
   const Picture picture = readPicture(path);
   if (!picture.isFloat())

@@ -39,8 +39,12 @@ struct EnvironmentLight {
 
 struct EnvironmentMap {
   std::vector<EnvironmentLight> texels; // those that shine; solid angles of a picture sum to 4 pi
-  size_t replaced = 0;                  // texels with samples below 0 or not finite, which are taken for 0
+  size_t replaced = 0;                  // texels with samples below 0 or no numbers, which are taken for 0
+  size_t clamped = 0;                   // texels with infinite samples, which are taken for kLargestHalf
 };
+
+// An infinite sample is a sun beyond the range of a half float.  [IEEE 754-2008, 3.6, binary16]
+inline constexpr float kLargestHalf = 65504;
 
 // Gray or RGB radiance; alpha is ignored.
 EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping,

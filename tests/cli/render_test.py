@@ -31,8 +31,11 @@ class Render(TestInFolder):
             self.assertGreater(frame["surfels"]["drawn"], 1000)
             self.assertEqual(frame["surfels"]["dead"], 0)
             self.assertGreater(frame["operations"], 0)
-            self.assertGreaterEqual(len(frame["seconds"]), 3)
+            self.assertLessEqual({"warp", "splat", "queries", "ulr", "look-up", "develop", "aov", "write"},
+                                 set(frame["seconds"]))
             self.assertLessEqual(sum(frame["seconds"].values()), frame["total_seconds"] + 1e-3)
+        self.assertEqual(set(self.report["seconds"]), {"render", "aov", "write", "film"})
+        self.assertLessEqual(self.report["seconds"]["render"], self.report["seconds"]["film"])
         self.assertGreater(self.report["frames"][0]["blocks_read"], 0)
 
     def test_every_frame_has_a_picture_and_a_preview(self):
@@ -97,6 +100,34 @@ class Render(TestInFolder):
         self.assertEqual(len(self.render("changed", "--resume")["frames"]), 3)
         self.assertEqual(content(self.folder / "changed"), self.film)
 
+    def test_what_was_done_is_said_in_one_line(self):
+        frames = self.folder / "said"
+        for options, line in (((), r"rendered 3 frames \(\d+\.\d per second\) to F/"),
+                              (("--frames", "2"), r"rendered 1 frame \(\d+\.\d per second\) to F/"),
+                              (("--resume",), "rendered no frames to F/: 3 were up to date")):
+            result = run("render", self.script, "-o", frames, *options)
+            self.assertRegex(result.stderr, f"^{line.replace('F', str(frames))}\n$")
+        (frames / "frame.01.png").unlink()
+        self.assertIn("; 2 were up to date\n", run("render", self.script, "-o", frames, "--resume").stderr)
+
+    def test_folders_of_frames_are_made(self):
+        script = self.folder / "shots.toml"
+        script.write_text(SCRIPT.replace("frame.##.exr", "shot a/##/frame.exr"))
+        succeed("render", script, "-o", self.folder / "shots" / "all", "--frames", "1-2")
+        self.assertEqual(sorted(content(self.folder / "shots")),
+                         [f"all/shot a/{frame}/frame.{kind}" for frame in ("01", "02") for kind in ("exr", "png")])
+
+    def test_what_cannot_be_written_is_refused_before_anything_is_rendered(self):
+        frames = self.folder / "blocked"
+        (frames / "frame.03.png").mkdir(parents=True)
+        (self.folder / "file").write_text("")
+        for output, said in ((frames, "blocked/frame.03.png: cannot write (a folder is there)"),
+                             (self.folder / "file" / "film", f"cannot be created ({self.folder}/file is not a folder)")):
+            result = run("render", self.script, "-o", output)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(said, result.stderr)
+        self.assertEqual(content(frames), {})
+
     def test_frames_outside_the_script_are_refused(self):
         for frames in ("0-2", "3-4", "2-1", "x", "1-"):
             with self.subTest(frames=frames):
@@ -119,7 +150,7 @@ class Render(TestInFolder):
         report = succeed("render", script, "-o", frames)
         (environment,) = report["environments"]
         self.assertEqual(environment["texels"], 32)
-        self.assertEqual(environment["replaced_texels"], 0)
+        self.assertEqual((environment["replaced_texels"], environment["clamped_texels"]), (0, 0))
         self.assertIn(environment["lights"], range(2, 33))
         self.assertGreater(environment["seconds"], 0)
         self.assertEqual(len(succeed("render", script, "-o", frames, "--resume")["frames"]), 0)

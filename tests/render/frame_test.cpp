@@ -1,5 +1,7 @@
 #include "render/frame.h"
 
+#include "render/script.h"
+
 #include "render/measure.h"
 #include "tests/render/films.h"
 #include "tests/support/random.h"
@@ -166,32 +168,53 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
 TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
   BlockCache cache(model().files, size_t{1} << 28);
   FrameMemory memory;
-  const auto render = [&](const Warp& warp, int size, FrameMemory* kept, const Progress& progress = {}) {
+  const std::vector<std::string> all(aovNames.begin(), aovNames.end());
+  const auto render = [&](const Warp& warp, int size, FrameMemory* kept, const std::vector<std::string>& aovs,
+                          const Progress& progress = {}) {
     FrameStats stats;
+    FrameOptions options;
+    options.aovs = aovs;
     const auto picture = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, size);
-    return renderFrame(model(), warp, picture, lights, {}, cache, stats, progress, kept).color;
+    return renderFrame(model(), warp, picture, lights, options, cache, stats, progress, kept);
+  };
+  const auto expectSame = [](const Film& film, const Film& wanted) {
+    EXPECT_EQ(film.color.values, wanted.color.values);
+    ASSERT_EQ(film.aovs.size(), wanted.aovs.size());
+    for (const auto& [name, image] : wanted.aovs) EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
   };
   const Expression x("x", warpVariables), nan("sqrt(-1 - x^2)", warpVariables);
   const auto still = noWarp(), flat = scaleWarp({1, 1, 0.3}, Vec3<double>::Zero()),
              nowhere = expressionWarp(nan, x, x, {});
-  const Image expected = render(*noWarp(), pictureSize, nullptr);
+  const Film expected = render(*noWarp(), pictureSize, nullptr, {"normal", "light_blend"});
   for (const auto& [warp, size] :
        {std::pair{still.get(), pictureSize}, {flat.get(), 3 * pictureSize}, {nowhere.get(), 20}}) {
-    const Image fresh = render(*warp, size, nullptr);
-    const Image kept = render(*warp, size, &memory);
-    EXPECT_EQ(kept.values, fresh.values);
-    memory.color = kept;
-    EXPECT_EQ(render(*noWarp(), pictureSize, &memory).values, expected.values);
+    const Film fresh = render(*warp, size, nullptr, all);
+    Film kept = render(*warp, size, &memory, all);
+    expectSame(kept, fresh);
+    memory.film = std::move(kept);
+    expectSame(render(*noWarp(), pictureSize, &memory, {"normal", "light_blend"}), expected);
   }
   for (int calls = 0; calls < 200; calls += 7) {
     std::atomic<int> left = calls;
     Progress progress;
     progress.cancelled = [&] { return left-- <= 0; };
     try {
-      render(*flat, 2 * pictureSize, &memory, progress);
+      memory.film = render(*flat, 2 * pictureSize, &memory, {"depth"}, progress);
     } catch (const Cancelled&) {
     }
-    EXPECT_EQ(render(*noWarp(), pictureSize, &memory).values, expected.values) << calls;
+    EXPECT_EQ(render(*noWarp(), pictureSize, &memory, {}).color.values, expected.color.values) << calls;
+  }
+}
+
+TEST_F(FrameOfSphere, AovsAskedForTogetherAreThoseAskedForAlone) {
+  FrameOptions options;
+  options.aovs.assign(aovNames.begin(), aovNames.end());
+  const Film together = filmOf(model(), *noWarp(), camera, lights, options);
+  for (const std::string_view name : aovNames) {
+    options.aovs = {std::string(name)};
+    EXPECT_EQ(filmOf(model(), *noWarp(), camera, lights, options).aovs.at(options.aovs[0]).values,
+              together.aovs.at(options.aovs[0]).values)
+        << name;
   }
 }
 

@@ -95,6 +95,34 @@ TEST_F(File, TheDestructorDropsWhatWasNotCommitted) {
   EXPECT_EQ(entries(), 0u);
 }
 
+// What a killed process leaves of a batch are temporaries, and whole files from the first on.
+TEST_F(File, ABatchIsCommittedInOrderUpToTheFileThatFails) {
+  const auto begun = [&](const char* name) {
+    auto file = std::make_unique<AtomicFile>(folder / name);
+    file->write(std::string_view(name));
+    return file;
+  };
+  std::vector<std::unique_ptr<AtomicFile>> files;
+  for (const char* name : {"a", "b", "c"}) files.push_back(begun(name));
+  fs::create_directory(folder / "b"); // after it was found replaceable
+  try {
+    AtomicFile::commit(files);
+    FAIL() << "renamed to a folder";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.file(), (folder / "b").string());
+  }
+  files.clear();
+  EXPECT_EQ(readFile(folder / "a"), "a");
+  EXPECT_EQ(entries(), 2u);
+  fs::remove(folder / "b");
+  for (const char* name : {"b", "c"}) files.push_back(begun(name));
+  EXPECT_EQ(entries(), 3u);
+  EXPECT_FALSE(fs::exists(folder / "b") || fs::exists(folder / "c")); // until all are written
+  AtomicFile::commit(files);
+  EXPECT_EQ(readFile(folder / "b"), "b");
+  EXPECT_EQ(readFile(folder / "c"), "c");
+}
+
 TEST_F(File, TheTemporaryStandsBesideTheTarget) { // so that renaming is atomic
   const AtomicFile file(folder / "a");
   ASSERT_EQ(entries(), 1u);

@@ -25,5 +25,16 @@ TEST(Folder, OneThatCannotBeIsNamed) {
   EXPECT_TRUE(line.starts_with((folder / "file/b").string() + ": cannot be created (")) << line;
 }
 
+TEST(Folder, ThatOneCannotBeIsKnownWithoutMakingIt) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "file", "x");
+  EXPECT_EQ(errorOf([&] { requireCreatable(folder / "file/b/c"); }),
+            (folder / "file/b/c").string() + ": cannot be created (" + (folder / "file").string() +
+                " is not a folder)");
+  requireCreatable(folder / "a/b");
+  requireCreatable(folder.path());
+  EXPECT_FALSE(fs::exists(folder / "a"));
+}
+
 } // namespace
 } // namespace surflect

@@ -81,12 +81,13 @@ TEST(Panels, ZoomRepeatsThePixelsOfTheCrop) {
   EXPECT_THROW(cropped({5, 1, 5, 4}), Error);
 }
 
-// A film of one radiance, opaque, at depth 1 in its left half and infinitely far in its right.
+// A film of one radiance, opaque, at depth 1 in its left half, and of nothing in its right.
 std::filesystem::path filmOf(const TemporaryFolder& folder, const std::string& name, float radiance) {
   Film film{Image(20, 10, 4), {{"depth", Image(20, 10, 1)}}};
   for (size_t i = 0; i < 200; ++i) {
-    std::ranges::copy(std::array{radiance, radiance, radiance, 1.f}, &film.color.values[4 * i]);
-    film.aovs["depth"].values[i] = i % 20 < 10 ? 1 : std::numeric_limits<float>::infinity();
+    const bool isObject = i % 20 < 10;
+    if (isObject) std::ranges::copy(std::array{radiance, radiance, radiance, 1.f}, &film.color.values[4 * i]);
+    film.aovs["depth"].values[i] = isObject ? 1 : std::numeric_limits<float>::infinity();
   }
   writeFilm(folder / name, film, {});
   return folder / name;

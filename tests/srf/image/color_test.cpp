@@ -1,7 +1,10 @@
 #include "srf/image/color.h"
 
+#include "srf/image/srgb_bytes.h"
+
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 namespace surflect {
@@ -15,6 +18,30 @@ TEST(Color, SrgbCurveAndItsInverseCancel) {
     EXPECT_NEAR(srgbFromLinear(linearFromSrgb(x)), x, 3.6e-7f * std::max(1.f, std::abs(x)));
     EXPECT_NEAR(linearFromSrgb(srgbFromLinear(x)), x, 5.9e-7f * std::max(1.f, std::abs(x)));
   }
+}
+
+TEST(Color, SrgbBytesAreTheNearestToTheCurve) {
+  const SrgbBytes bytes;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> value(0, 1), exponent(-20, 0);
+  const auto expectNearest = [&](float x) {
+    ASSERT_EQ(bytes(x), std::lround(255 * srgbFromLinear(x))) << std::hexfloat << x;
+  };
+  for (int i = 0; i < 100000; ++i) {
+    expectNearest(value(random));
+    expectNearest(std::exp2(exponent(random)));
+  }
+  for (int byte = 0; byte < 255; ++byte) { // about the thresholds
+    float x = linearFromSrgb((static_cast<float>(byte) + 0.5f) / 255);
+    for (int i = 0; i < 8; ++i) x = std::nextafter(x, 0.f);
+    for (int i = 0; i < 16; ++i, x = std::nextafter(x, 1.f)) expectNearest(x);
+  }
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(bytes(-1), 0);
+  EXPECT_EQ(bytes(0), 0);
+  EXPECT_EQ(bytes(1), 255);
+  EXPECT_EQ(bytes(infinity), 255);
+  EXPECT_EQ(bytes(std::numeric_limits<float>::quiet_NaN()), 0);
 }
 
 TEST(Color, SrgbCurveKeepsBlackAndWhite) {

@@ -128,21 +128,28 @@ TEST(Environment, BothMappingsOfOneWorldShineAlike) {
   }
 }
 
-TEST(Environment, BadSamplesAreTakenForZeroAndTheirTexelsCounted) {
+TEST(Environment, BadSamplesAreReplacedAndTheirTexelsCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN(),
               infinity = std::numeric_limits<float>::infinity();
   Image image(8, 4, 3);
   std::ranges::fill(image.values, 1.f);
   const auto whole = environmentOf(image, EnvironmentMapping::latLong);
   EXPECT_EQ(whole.replaced, 0u);
-  std::ranges::copy(std::array{-1.f, 2.f, nan}, image.at(2, 1).begin());
-  std::ranges::copy(std::array{infinity, -infinity, nan}, image.at(5, 3).begin());
+  EXPECT_EQ(whole.clamped, 0u);
+  std::ranges::copy(std::array{-1.f, 2.f, nan}, image.at(2, 1).begin());      // texel 10
+  std::ranges::copy(std::array{nan, -infinity, nan}, image.at(5, 3).begin()); // texel 29
+  std::ranges::copy(std::array{infinity, 1.f, -1.f}, image.at(6, 3).begin()); // texel 30
   const auto map = environmentOf(image, EnvironmentMapping::latLong);
-  EXPECT_EQ(map.replaced, 2u);
+  EXPECT_EQ(map.replaced, 3u);
+  EXPECT_EQ(map.clamped, 1u);
   ASSERT_EQ(map.texels.size(), whole.texels.size() - 1); // one is black
   for (size_t i = 0; i < map.texels.size(); ++i) {
     Rgb expected = whole.texels[i < 29 ? i : i + 1].irradiance;
     if (i == 10) expected = {0, 2 * expected.g, 0};
+    if (i == 29) {
+      EXPECT_FLOAT_EQ(map.texels[i].irradiance.r, 65504 * expected.r); // the largest half
+      expected = {map.texels[i].irradiance.r, expected.g, 0};
+    }
     EXPECT_EQ(map.texels[i].irradiance, expected) << i;
   }
 }
@@ -273,6 +280,9 @@ TEST_F(ReadEnvironment, WhatIsNoEnvironmentIsRefusedByName) {
   writeExr(folder / "wide.exr", Image(9, 3, 3));
   EXPECT_NE(complaint("wide.exr").find("wide.exr: found 9 x 3, expected twice"), std::string::npos);
   EXPECT_NO_THROW(readEnvironment(folder / "wide.exr", EnvironmentMapping::latLong));
+  writeExr(folder / "cross.exr", Image(6, 8, 3));
+  EXPECT_NE(complaint("cross.exr").find("cross.exr: found 6 x 8 (a cube cross?), expected twice"),
+            std::string::npos);
   writePng(folder / "map.png", Image(4, 2, 3));
   EXPECT_NE(complaint("map.png").find("found 8-bit samples, expected radiance in floating point"),
             std::string::npos);
