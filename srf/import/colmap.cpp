@@ -18,18 +18,30 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// In the order of COLMAP's numbers, from 0.
+// In the order of COLMAP's numbers, from 0 [COLMAP, src/colmap/sensor/models/base.h].
 struct Model {
   std::string_view name;
   size_t parameters;
   bool isOurs = false; // a pinhole with the distortion of our lenses
 };
-constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3, true},  Model{"PINHOLE", 4, true},
-                             Model{"SIMPLE_RADIAL", 4, true},   Model{"RADIAL", 5, true},
-                             Model{"OPENCV", 8, true},          Model{"OPENCV_FISHEYE", 8},
-                             Model{"FULL_OPENCV", 12, true},    Model{"FOV", 5},
-                             Model{"SIMPLE_RADIAL_FISHEYE", 4}, Model{"RADIAL_FISHEYE", 5},
-                             Model{"THIN_PRISM_FISHEYE", 12},   Model{"RAD_TAN_THIN_PRISM_FISHEYE", 16}};
+constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3, true},
+                             Model{"PINHOLE", 4, true},
+                             Model{"SIMPLE_RADIAL", 4, true},
+                             Model{"RADIAL", 5, true},
+                             Model{"OPENCV", 8, true},
+                             Model{"OPENCV_FISHEYE", 8},
+                             Model{"FULL_OPENCV", 12, true},
+                             Model{"FOV", 5},
+                             Model{"SIMPLE_RADIAL_FISHEYE", 4},
+                             Model{"RADIAL_FISHEYE", 5},
+                             Model{"THIN_PRISM_FISHEYE", 12},
+                             Model{"RAD_TAN_THIN_PRISM_FISHEYE", 16},
+                             Model{"SIMPLE_DIVISION", 4},
+                             Model{"DIVISION", 5},
+                             Model{"SIMPLE_FISHEYE", 3},
+                             Model{"FISHEYE", 4},
+                             Model{"EUCM", 6},
+                             Model{"EQUIRECTANGULAR", 2}};
 
 constexpr std::string_view kKnown =
     "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV (undistort the pictures with COLMAP first)";
@@ -194,7 +206,7 @@ private:
 Cameras readCamerasBinary(const std::string& content) {
   Bytes bytes(content);
   Cameras cameras;
-  const uint64_t count = bytes.takeCount("num_cameras", 4 + 4 + 8 + 8 + 3 * 8);
+  const uint64_t count = bytes.takeCount("num_cameras", 4 + 4 + 8 + 8 + 2 * 8);
   for (uint64_t i = 0; i < count; ++i) try {
       const auto id = bytes.take<uint32_t>("camera_id");
       const auto model = bytes.take<uint32_t>("model_id");
@@ -256,11 +268,11 @@ Lens colmapLens(std::string_view model, int width, int height, std::span<const d
   const auto known =
       std::find_if(kModels.begin(), kModels.end(), [&](const Model& m) { return m.name == model; });
   if (known == kModels.end()) throw Error::mismatch(kKnown, shownText(model)).at("MODEL");
+  if (!known->isOurs) throw Error::mismatch(kKnown, std::string(model)).at("MODEL");
   if (parameters.size() != known->parameters)
     throw Error::mismatch(std::to_string(known->parameters) + " of " + std::string(model),
                           std::to_string(parameters.size()))
         .at("PARAMS");
-  if (!known->isOurs) throw Error::mismatch(kKnown, std::string(model)).at("MODEL");
   for (const double parameter : parameters)
     if (!std::isfinite(parameter)) throw Error("found a value that is not finite").at("PARAMS");
 

@@ -133,9 +133,12 @@ TEST_F(Colmap, ShrunkPicturesShrinkTheLens) {
 
 TEST_F(Colmap, OtherModelsAreNamed) {
   const std::vector<double> twelve{20, 20, 8, 6, 0, 0, 0, 0, 0.01, 0, 0, 0};
-  for (const auto& [model, count] : {std::pair("OPENCV_FISHEYE", 8), std::pair("FULL_OPENCV", 12),
-                                     std::pair("FOV", 5), std::pair("SIMPLE_RADIAL_FISHEYE", 4),
-                                     std::pair("RADIAL_FISHEYE", 5), std::pair("THIN_PRISM_FISHEYE", 12)}) {
+  for (const auto& [model, count] :
+       {std::pair("OPENCV_FISHEYE", 8), std::pair("FULL_OPENCV", 12), std::pair("FOV", 5),
+        std::pair("SIMPLE_RADIAL_FISHEYE", 4), std::pair("RADIAL_FISHEYE", 5),
+        std::pair("THIN_PRISM_FISHEYE", 12), std::pair("SIMPLE_DIVISION", 4), std::pair("DIVISION", 5),
+        std::pair("SIMPLE_FISHEYE", 3), std::pair("FISHEYE", 4), std::pair("EUCM", 6),
+        std::pair("EQUIRECTANGULAR", 2)}) {
     const std::span parameters(twelve.data(), static_cast<size_t>(count));
     EXPECT_NE(errorOf([&] { colmapLens(model, 16, 12, parameters); }).find(std::string("found ") + model),
               std::string::npos);
