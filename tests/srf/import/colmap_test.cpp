@@ -85,6 +85,18 @@ TEST_F(Colmap, ACameraAtTheOriginLooksAlongZWithYDown) {
   EXPECT_FALSE(camera.project({0, 0, -1}));
 }
 
+TEST_F(Colmap, RoundedQuaternionsAreSaid) {
+  add("a.png", "PINHOLE").camera.rotation = Eigen::Quaterniond(0.5002, 0.5002, 0.5002, 0.5002);
+  writeText();
+  const Source source = read();
+  EXPECT_EQ(std::ranges::count(source.notes,
+                               "1 rotation is rounded, off by up to 0.0004; the nearest rotation is taken"),
+            1);
+  Mat3<double> turned; // x to y to z to x, then y and z turn around
+  turned << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  EXPECT_NEAR((source.capture.views[0].camera.cameraFromWorld.rotation() - turned).norm(), 0, 1e-15);
+}
+
 TEST_F(Colmap, NamesCanHaveBlanksAndFolders) {
   add("a b/c d.png", "PINHOLE");
   writeText();
