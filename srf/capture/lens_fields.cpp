@@ -4,14 +4,19 @@
 
 #include <cassert>
 #include <cmath>
+#include <string>
 
 namespace surflect {
 
 LensFields inherit(LensFields frame, const LensFields& capture) {
-  if (!frame.focalX && !frame.angleX) {
+  const bool ownX = frame.focalX || frame.angleX, ownY = frame.focalY || frame.angleY;
+  if (!ownX) {
     frame.focalX = capture.focalX;
     frame.angleX = capture.angleX;
-    if (!frame.focalY) frame.focalY = capture.focalY;
+  }
+  if (!ownX && !ownY) {
+    frame.focalY = capture.focalY;
+    frame.angleY = capture.angleY;
   }
   const auto take = [](auto& own, const auto& outer) {
     if (!own) own = outer;
@@ -29,6 +34,26 @@ LensFields inherit(LensFields frame, const LensFields& capture) {
   return frame;
 }
 
+bool sameAngle(double a, double b) { return std::abs(a - b) <= 0.01; }
+
+namespace {
+
+// f = size / 2 / tan(angle / 2) for the angle between opposite edges of the picture. A stated length wins,
+// since angles are more often rounded.
+std::optional<double> focalLength(std::optional<double> focal, std::optional<double> angle, int size,
+                                  const std::string& axis) {
+  if (!angle) return focal;
+  const double half = size / 2., ofAngle = half / std::tan(*angle / 2);
+  if (focal && !sameAngle(*angle, 2 * std::atan(half / *focal)))
+    throw Error::mismatch("about " + numberText(ofAngle) + ", as camera_angle_" + axis + " (or " + axis +
+                              "_fov) says for " + std::to_string(size) + " pixels",
+                          numberText(*focal))
+        .at("fl_" + axis);
+  return focal ? focal : ofAngle;
+}
+
+} // namespace
+
 Lens lensOf(const LensFields& fields) {
   assert(fields.width && fields.height);
   Lens lens{
@@ -37,10 +62,17 @@ Lens lensOf(const LensFields& fields) {
     if (!fields.orthoHeight) throw Error::mismatch("a number above 0", "nothing").at("ortho_height");
     lens.focalX = lens.focalY = lens.height / *fields.orthoHeight;
   } else {
-    if (!fields.focalX && !fields.angleX)
-      throw Error::mismatch("a number above 0, or camera_angle_x", "nothing").at("fl_x");
-    lens.focalX = fields.focalX ? *fields.focalX : lens.width / 2. / std::tan(*fields.angleX / 2);
-    lens.focalY = fields.focalY.value_or(lens.focalX);
+    const auto x = focalLength(fields.focalX, fields.angleX, lens.width, "x"),
+               y = focalLength(fields.focalY, fields.angleY, lens.height, "y");
+    if (!x)
+      throw Error::mismatch(
+          y ? "a number above 0, or camera_angle_x, as the vertical one does not say whether "
+              "pixels are square"
+            : "a number above 0, or camera_angle_x",
+          "nothing")
+          .at("fl_x");
+    lens.focalX = *x;
+    lens.focalY = y.value_or(*x);
   }
   lens.centerX = fields.centerX.value_or(lens.width / 2.);
   lens.centerY = fields.centerY.value_or(lens.height / 2.);

@@ -7,19 +7,24 @@
 
 namespace surflect {
 
-// Pixels and radians, orthoHeight in scene units.
+// Pixels and radians, orthoHeight in scene units. Focal lengths and angles say the same: each axis has one,
+// or both where they agree.
 struct LensFields {
   std::optional<Lens::Model> model = {};
   std::optional<int> width = {}, height = {};
-  std::optional<double> focalX = {}, focalY = {}, angleX = {}, orthoHeight = {};
+  std::optional<double> focalX = {}, focalY = {}, angleX = {}, angleY = {}, orthoHeight = {};
   std::optional<double> centerX = {}, centerY = {}, k1 = {}, k2 = {}, p1 = {}, p2 = {};
 };
 
 // What the frame says, and where it is silent what the capture says. An angle in the frame is not silent
-// about the focal length.
+// about the focal length, nor is a horizontal one about the vertical.
 LensFields inherit(LensFields frame, const LensFields& capture);
 
-// Width and height are given. Throws Error with the field where what the model needs is missing.
+// Whether two angles in radians are the same but for rounding, to two decimals or to whole degrees.
+bool sameAngle(double a, double b);
+
+// Width and height are given. Without a vertical focal length or angle pixels are square. Throws Error with
+// the field where what the model needs is missing, or said twice differently.
 Lens lensOf(const LensFields& fields);
 
 } // namespace surflect
