@@ -98,11 +98,12 @@ double coordinate(const Json& value) {
   return x;
 }
 
+constexpr double kMostPixels = 1 << 16;
+
 int pixelCount(const Json& value) {
-  constexpr int most = 1 << 16;
   const double x = value.is_number() ? value.get<double>() : 0; // some exporters write 800.0
-  if (!(x >= 1 && x <= most && x == std::floor(x)))
-    throw Error::mismatch("a whole number from 1 to " + std::to_string(most), shown(value));
+  if (!(x >= 1 && x <= kMostPixels && x == std::floor(x)))
+    throw Error::mismatch("a whole number from 1 to " + numberText(kMostPixels), shown(value));
   return static_cast<int>(x);
 }
 
@@ -164,8 +165,8 @@ bool saysNothing(const Json& value, std::string_view words) {
          (" " + std::string(words) + " ").find(" " + word + " ") != std::string::npos;
 }
 
-// A start or end of a motion that does not move.
-bool isPose(const Json& object, std::string_view key, const Json& value) {
+// Whether a start or end of the camera's motion is its pose.
+bool standsStill(const Json& object, std::string_view key, const Json& value) {
   const auto pose = object.find("transform_matrix");
   return key.starts_with("transform_matrix_") && pose != object.end() && *pose == value;
 }
@@ -175,7 +176,8 @@ void checkKeys(const Json& object, KeyPlace place, UnknownKeys& unknown) {
   for (const auto& [key, value] : object.items()) {
     const KeyRule rule = keyRule(key, place);
     if (rule.use == KeyUse::unknown) unknown.add(key, place);
-    if (rule.use != KeyUse::unsupported || saysNothing(value, rule.neutral) || isPose(object, key, value))
+    if (rule.use != KeyUse::unsupported || saysNothing(value, rule.neutral) ||
+        standsStill(object, key, value))
       continue;
     const std::string whole = value.dump();
     throw Error::mismatch(rule.expected, whole.size() <= 60 ? whole : shown(value)).at(key);
@@ -338,6 +340,15 @@ Lens::Model lensModel(const Json& value) {
                                     {"OPENCV", pinhole}});
 }
 
+// What is not stated of the size is the picture's; or of its shape, as pictures may be shrunk copies.
+LensFields withSize(LensFields lens, PictureSize picture) {
+  const double shape = static_cast<double>(picture.width) / picture.height;
+  const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1., kMostPixels)); };
+  if (!lens.width) lens.width = lens.height ? pixels(*lens.height * shape) : picture.width;
+  if (!lens.height) lens.height = pixels(*lens.width / shape);
+  return lens;
+}
+
 LensFields readLensFields(const Json& object) {
   return {.model = optional(object, "camera_model", lensModel),
           .width = optional(object, "w", pixelCount),
@@ -486,17 +497,13 @@ private:
     if (!frame.light) frame.light = frameLight(lights_, json, index);
 
     LensFields lens = inherit(readLensFields(json), shared);
-    if (!lens.width || !lens.height) {
-      const PictureSize size = files_.sizeOf(frame.picture);
-      lens.width = size.width;
-      lens.height = size.height;
-    }
+    if (!lens.width || !lens.height) lens = withSize(lens, files_.sizeOf(frame.picture));
     const Camera<AcquisitionSpace> camera{
         lensOf(lens),
         required(json, "transform_matrix", [this](const Json& v) { return readPose(v, rotations_); })};
-    watchPixels(lens, camera.lens);
+    countIfNotSquare(lens, camera.lens);
     checkAgainstOthers(frame);
-    place(std::move(frame), optional(json, "camera", text), camera);
+    addToView(std::move(frame), optional(json, "camera", text), camera);
   }
 
   void checkTime(const Json& json) {
@@ -511,7 +518,7 @@ private:
   }
 
   // Counts lenses whose pixels are not square by an angle alone.
-  void watchPixels(const LensFields& fields, const Lens& lens) {
+  void countIfNotSquare(const LensFields& fields, const Lens& lens) {
     if (lens.model == Lens::Model::orthographic) return;
     if (fields.focalY || std::abs(lens.focalY - lens.focalX) <= 0.01 * lens.focalX) return;
     if (++notSquare_ == 1) notSquareLens_ = numberText(lens.focalX) + " and " + numberText(lens.focalY);
@@ -523,7 +530,8 @@ private:
   // split. Of test photographs a view may have several. One more photograph for training is a view of its
   // own, as one of a second camera would be. Frames without a camera's name share a view where pose and lens
   // agree.
-  void place(Frame frame, const std::optional<std::string>& name, const Camera<AcquisitionSpace>& camera) {
+  void addToView(Frame frame, const std::optional<std::string>& name,
+                 const Camera<AcquisitionSpace>& camera) {
     std::vector<size_t>& views = views_[keyOf(name, camera.lens, camera.cameraFromWorld)];
     const auto addView = [&] {
       views.push_back(capture_.views.size());

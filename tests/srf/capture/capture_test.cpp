@@ -239,6 +239,20 @@ TEST_F(CaptureFile, BothAnglesOrFocalLengthsMakePixelsThatAreNotSquare) {
             std::string::npos);
 }
 
+TEST_F(CaptureFile, WidthOrHeightAloneKeepsTheShapeOfThePicture) {
+  Json json = small();
+  const auto sizeOf = [&] {
+    const Lens lens = read(json).views[0].camera.lens;
+    return std::pair(lens.width, lens.height);
+  };
+  EXPECT_EQ(sizeOf(), std::pair(6, 4));
+  json["w"] = 12;
+  EXPECT_EQ(sizeOf(), std::pair(12, 8));
+  json.erase("w");
+  json["frames"][0]["h"] = 2;
+  EXPECT_EQ(sizeOf(), std::pair(3, 2));
+}
+
 TEST_F(CaptureFile, FocalLengthsAndAnglesMustAgreeButForRounding) {
   Json json = small();
   json["camera_angle_x"] = 0.49; // 2 atan(3 / 12) = 0.48996
