@@ -497,11 +497,12 @@ private:
     if (!frame.light) frame.light = frameLight(lights_, json, index);
 
     LensFields lens = inherit(readLensFields(json), shared);
+    const bool sizeIsStated = lens.width || lens.height;
     if (!lens.width || !lens.height) lens = withSize(lens, files_.sizeOf(frame.picture));
     const Camera<AcquisitionSpace> camera{
         lensOf(lens),
         required(json, "transform_matrix", [this](const Json& v) { return readPose(v, rotations_); })};
-    countIfNotSquare(lens, camera.lens);
+    checkFocalLengths(lens, camera.lens, sizeIsStated);
     checkAgainstOthers(frame);
     addToView(std::move(frame), optional(json, "camera", text), camera);
   }
@@ -517,11 +518,37 @@ private:
     if (time) capture_.time = time;
   }
 
-  // Counts lenses whose pixels are not square by an angle alone.
-  void countIfNotSquare(const LensFields& fields, const Lens& lens) {
+  // How often something was found that a note is to tell, and what it was first.
+  struct Finding {
+    size_t count = 0;
+    std::string first = {};
+
+    void add(const std::string& found) {
+      if (++count == 1) first = found;
+    }
+  };
+
+  // Blender's exporters write angles of the sensor, whatever part of it the picture shows, so lengths count.
+  // Throws Error where an angle says another focal length, and nothing says for which size of the picture the
+  // stated one is.
+  void checkFocalLengths(const LensFields& fields, const Lens& lens, bool sizeIsStated) {
     if (lens.model == Lens::Model::orthographic) return;
-    if (fields.focalY || std::abs(lens.focalY - lens.focalX) <= 0.01 * lens.focalX) return;
-    if (++notSquare_ == 1) notSquareLens_ = numberText(lens.focalX) + " and " + numberText(lens.focalY);
+    const auto check = [&](const std::string& axis, std::optional<double> focal, std::optional<double> angle,
+                           int size) {
+      const auto other = otherFocalLength(focal, angle, size);
+      const std::string anglesOfAxis = "camera_angle_" + axis + " (or " + axis + "_fov)";
+      if (other && !sizeIsStated)
+        throw Error::mismatch("about " + numberText(*other) + ", as " + anglesOfAxis + " says, or w and h",
+                              numberText(*focal))
+            .at("fl_" + axis);
+      if (other)
+        otherAngles_.add("fl_" + axis + " is " + numberText(*focal) + ", " + anglesOfAxis + " would be " +
+                         numberText(*other));
+    };
+    check("x", fields.focalX, fields.angleX, lens.width);
+    check("y", fields.focalY, fields.angleY, lens.height);
+    if (!fields.focalY && std::abs(lens.focalY - lens.focalX) > 0.01 * lens.focalX)
+      notSquare_.add(numberText(lens.focalX) + " and " + numberText(lens.focalY));
   }
 
   static std::string shownPath(const fs::path& path) { return path.empty() ? "none" : path.string(); }
@@ -551,7 +578,7 @@ private:
           ++listedTwice_;
           return;
         }
-        if (++repeated_ == 1) repetition_ = frame.picture.string() + " that of " + last.picture.string();
+        repeated_.add(frame.picture.string() + " that of " + last.picture.string());
         if (++shot.copy == views.size()) addView();
       }
       shot.frame = next;
@@ -581,12 +608,17 @@ private:
     std::vector<std::string>& notes = capture_.notes;
     if (auto note = unknownKeys_.note()) notes.push_back(*std::move(note));
     for (std::string& note : rotations_.notes()) notes.push_back(std::move(note));
-    if (notSquare_ > 0)
-      notes.push_back("pixels are not square in " + counted(notSquare_, "frame") +
-                      ", as camera_angle_y (or y_fov) says: focal lengths are " + notSquareLens_ + " pixels");
-    if (repeated_ > 0)
-      notes.push_back(counted(repeated_, "photograph") + " with view and light of another (" + repetition_ +
-                      (repeated_ > 1 ? ", ..)" : ")") + ": each is kept as a view of its own");
+    if (notSquare_.count > 0)
+      notes.push_back("pixels are not square in " + counted(notSquare_.count, "frame") +
+                      ", as camera_angle_y (or y_fov) says: focal lengths are " + notSquare_.first +
+                      " pixels");
+    if (otherAngles_.count > 0)
+      notes.push_back("angles are not those of the focal lengths, which count: " + otherAngles_.first +
+                      " pixels");
+    if (repeated_.count > 0)
+      notes.push_back(counted(repeated_.count, "photograph") + " with view and light of another (" +
+                      repeated_.first + (repeated_.count > 1 ? ", ..)" : ")") +
+                      ": each is kept as a view of its own");
     if (listedTwice_ > 0)
       notes.push_back(counted(listedTwice_, "frame") + (listedTwice_ > 1 ? " are" : " is") +
                       " listed twice, and taken once");
@@ -611,8 +643,8 @@ private:
   RoundedRotations rotations_;
   std::map<ViewKey, std::vector<size_t>> views_; // of one place, in the order of the file
   std::map<std::tuple<size_t, std::optional<size_t>, Split>, Shot> shots_; // by the place's first view
-  size_t notSquare_ = 0, repeated_ = 0, listedTwice_ = 0;
-  std::string notSquareLens_, repetition_; // the first of each
+  Finding notSquare_, otherAngles_, repeated_;
+  size_t listedTwice_ = 0;
 };
 
 Json parse(std::string_view content) {

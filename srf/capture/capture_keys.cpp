@@ -55,17 +55,17 @@ struct Reason {
   std::string_view expected, neutral = {};
 };
 
-constexpr Reason kLens{"nothing but a pinhole with k1, k2, p1, p2; undistort the pictures first",
+constexpr Reason kLens{"none: lenses are pinholes with k1, k2, p1, p2; undistort the pictures first",
                        "pinhole simple_pinhole perspective opencv"};
-constexpr Reason kFocal{"fl_x, fl_y, cx and cy instead"};
+constexpr Reason kFocal{"none: fl_x, fl_y, cx and cy are read instead"};
 constexpr Reason kAxes{"OpenGL's axes: x right, y up, looking along -z", "opengl blender"};
-constexpr Reason kStill{"a camera that stands still while it exposes", "global"};
-constexpr Reason kMatte{"false; give the pictures alpha, or the frames a mask_path"};
-constexpr Reason kPremultiplied{"false, for colours that are multiplied by alpha"};
-constexpr Reason kLight{"light, or pl_pos and pl_intensity, instead"};
-constexpr Reason kForImport{"none here; surflect import reads it"};
-constexpr Reason kOfWhole{"none here; it is a key of the whole capture"};
-constexpr Reason kOfOne{"none here; it is a key of a frame"};
+constexpr Reason kStill{"none: cameras stand still while they expose", "global"};
+constexpr Reason kMatte{"false: give the pictures alpha, or the frames a mask_path"};
+constexpr Reason kPremultiplied{"false: colours are multiplied by alpha"};
+constexpr Reason kLight{"none: light, or pl_pos and pl_intensity, are read instead"};
+constexpr Reason kForImport{"none here: surflect import reads it"};
+constexpr Reason kOfWhole{"none here: it is a key of the whole capture"};
+constexpr Reason kOfOne{"none here: it is a key of a frame"};
 
 struct Unsupported {
   std::string_view key;
@@ -77,6 +77,7 @@ constexpr auto kUnsupported = to_array<Unsupported>({
     {"k4", kLens},
     {"k5", kLens},
     {"k6", kLens},
+    {"p3", kLens},
     {"camera_type", kLens},
     {"latlong", kLens},
     {"projection", kLens},

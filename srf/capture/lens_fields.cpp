@@ -4,7 +4,6 @@
 
 #include <cassert>
 #include <cmath>
-#include <string>
 
 namespace surflect {
 
@@ -34,25 +33,23 @@ LensFields inherit(LensFields frame, const LensFields& capture) {
   return frame;
 }
 
-bool sameAngle(double a, double b) { return std::abs(a - b) <= 0.01; }
-
 namespace {
 
-// f = size / 2 / tan(angle / 2) for the angle between opposite edges of the picture. A stated length wins,
-// since angles are more often rounded.
-std::optional<double> focalLength(std::optional<double> focal, std::optional<double> angle, int size,
-                                  const std::string& axis) {
-  if (!angle) return focal;
-  const double half = size / 2., ofAngle = half / std::tan(*angle / 2);
-  if (focal && !sameAngle(*angle, 2 * std::atan(half / *focal)))
-    throw Error::mismatch("about " + numberText(ofAngle) + ", as camera_angle_" + axis + " (or " + axis +
-                              "_fov) says for " + std::to_string(size) + " pixels",
-                          numberText(*focal))
-        .at("fl_" + axis);
-  return focal ? focal : ofAngle;
+// f = size / 2 / tan(angle / 2) for the angle between opposite edges of the picture.
+double focalLengthOf(double angle, int size) { return size / 2. / std::tan(angle / 2); }
+
+std::optional<double> focalLength(std::optional<double> stated, std::optional<double> angle, int size) {
+  return stated || !angle ? stated : focalLengthOf(*angle, size);
 }
 
 } // namespace
+
+bool sameAngle(double a, double b) { return std::abs(a - b) <= 0.01; }
+
+std::optional<double> otherFocalLength(std::optional<double> focal, std::optional<double> angle, int size) {
+  if (!focal || !angle || sameAngle(*angle, 2 * std::atan(size / 2. / *focal))) return std::nullopt;
+  return focalLengthOf(*angle, size);
+}
 
 Lens lensOf(const LensFields& fields) {
   assert(fields.width && fields.height);
@@ -62,8 +59,8 @@ Lens lensOf(const LensFields& fields) {
     if (!fields.orthoHeight) throw Error::mismatch("a number above 0", "nothing").at("ortho_height");
     lens.focalX = lens.focalY = lens.height / *fields.orthoHeight;
   } else {
-    const auto x = focalLength(fields.focalX, fields.angleX, lens.width, "x"),
-               y = focalLength(fields.focalY, fields.angleY, lens.height, "y");
+    const auto x = focalLength(fields.focalX, fields.angleX, lens.width),
+               y = focalLength(fields.focalY, fields.angleY, lens.height);
     if (!x)
       throw Error::mismatch(
           y ? "a number above 0, or camera_angle_x, as the vertical one does not say whether "

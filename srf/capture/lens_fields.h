@@ -23,8 +23,11 @@ LensFields inherit(LensFields frame, const LensFields& capture);
 // Whether two angles in radians are the same but for rounding, to two decimals or to whole degrees.
 bool sameAngle(double a, double b);
 
+// The focal length that an angle says where another one is stated; empty where they agree, or one is missing.
+std::optional<double> otherFocalLength(std::optional<double> focal, std::optional<double> angle, int size);
+
 // Width and height are given. Without a vertical focal length or angle pixels are square. Throws Error with
-// the field where what the model needs is missing, or said twice differently.
+// the field where what the model needs is missing.
 Lens lensOf(const LensFields& fields);
 
 } // namespace surflect

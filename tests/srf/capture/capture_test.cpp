@@ -253,16 +253,23 @@ TEST_F(CaptureFile, WidthOrHeightAloneKeepsTheShapeOfThePicture) {
   EXPECT_EQ(sizeOf(), std::pair(3, 2));
 }
 
-TEST_F(CaptureFile, FocalLengthsAndAnglesMustAgreeButForRounding) {
+TEST_F(CaptureFile, AFocalLengthOfAStatedSizeGoesBeforeAnotherAngle) {
   Json json = small();
   json["camera_angle_x"] = 0.49; // 2 atan(3 / 12) = 0.48996
   json["fl_x"] = 12;
   EXPECT_EQ(read(json).views[0].camera.lens.focalX, 12);
+  EXPECT_TRUE(read(json).notes.empty());
   json["fl_x"] = 24;
   EXPECT_EQ(error(json), "frames[0].fl_x: found 24, expected about 11.998912, as camera_angle_x (or x_fov) "
-                         "says for 6 pixels");
+                         "says, or w and h");
+  json.update({{"w", 6}, {"h", 4}, {"fl_y", 24}, {"camera_angle_y", 0.166}}); // 2 atan(2 / 24) = 0.1663
+  const Capture capture = read(json);
+  EXPECT_EQ(capture.views[0].camera.lens.focalX, 24);
+  EXPECT_EQ(capture.notes,
+            std::vector<std::string>{"angles are not those of the focal lengths, which count: fl_x "
+                                     "is 24, camera_angle_x (or x_fov) would be 11.998912 pixels"});
   json["frames"][0]["fl_x"] = 24; // a frame's own lens is no contradiction
-  EXPECT_EQ(read(json).views[0].camera.lens.focalX, 24);
+  EXPECT_TRUE(read(json).notes.empty());
   json["x_fov"] = 60;
   EXPECT_TRUE(error(json).starts_with("x_fov: found 60, expected about 28.07")) << error(json);
 }
