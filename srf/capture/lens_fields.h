@@ -7,8 +7,8 @@
 
 namespace surflect {
 
-// Pixels and radians, orthoHeight in scene units. Focal lengths and angles say the same: each axis has one,
-// or both where they agree.
+// Pixels and radians, orthoHeight in scene units. Where an axis has a focal length and an angle, the length
+// counts.
 struct LensFields {
   std::optional<Lens::Model> model = {};
   std::optional<int> width = {}, height = {};
