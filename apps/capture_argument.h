@@ -2,6 +2,7 @@
 #pragma once
 
 #include "apps/command.h"
+#include "apps/terminal.h"
 #include "srf/capture/capture.h"
 
 #include <string>
@@ -18,7 +19,12 @@ struct CaptureArgument {
   std::string path;
   PathRule outside = PathRule::inside;
 
-  Capture read() const { return readCapture(path, outside); }
+  // Says what there is to know of how the capture was understood.
+  Capture read() const {
+    Capture capture = readCapture(path, outside);
+    for (const std::string& note : capture.notes) say(note);
+    return capture;
+  }
 };
 
 inline void addCaptureArgument(CLI::App& command, CaptureArgument& argument) {

@@ -1,13 +1,16 @@
 #include "srf/capture/capture.h"
 
 #include "srf/capture/capture_files.h"
+#include "srf/capture/capture_keys.h"
+#include "srf/capture/counted.h"
 #include "srf/capture/lens_fields.h"
 #include "srf/capture/limits.h"
+#include "srf/capture/rounded_rotations.h"
 #include "srf/capture/shallow_json.h"
+#include "surfel/angle.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 #include "surfel/nearest_name.h"
-#include "surfel/nearest_rotation.h"
 
 #include <nlohmann/json.hpp>
 
@@ -95,11 +98,12 @@ double coordinate(const Json& value) {
   return x;
 }
 
+constexpr double kMostPixels = 1 << 16;
+
 int pixelCount(const Json& value) {
-  constexpr int most = 1 << 16;
   const double x = value.is_number() ? value.get<double>() : 0; // some exporters write 800.0
-  if (!(x >= 1 && x <= most && x == std::floor(x)))
-    throw Error::mismatch("a whole number from 1 to " + std::to_string(most), shown(value));
+  if (!(x >= 1 && x <= kMostPixels && x == std::floor(x)))
+    throw Error::mismatch("a whole number from 1 to " + numberText(kMostPixels), shown(value));
   return static_cast<int>(x);
 }
 
@@ -143,6 +147,41 @@ Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Cho
     expected += (expected.empty() ? "" : " or ") + std::string(name);
   }
   throw Error::mismatch(expected, shown(value));
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Keys.
+
+// Whether a value says that its key does not apply: null, false, 0, "none", one of the words, or a list of
+// nothing else.
+bool saysNothing(const Json& value, std::string_view words) {
+  if (value.is_boolean()) return !value.get<bool>();
+  if (value.is_number()) return value.get<double>() == 0;
+  if (value.is_array())
+    return std::all_of(value.begin(), value.end(), [&](const Json& v) { return saysNothing(v, words); });
+  if (!value.is_string()) return value.empty();
+  const std::string word = lowerCase(value.get<std::string>());
+  return word.empty() || word == "none" ||
+         (" " + std::string(words) + " ").find(" " + word + " ") != std::string::npos;
+}
+
+// Whether a start or end of the camera's motion is its pose.
+bool standsStill(const Json& object, std::string_view key, const Json& value) {
+  const auto pose = object.find("transform_matrix");
+  return key.starts_with("transform_matrix_") && pose != object.end() && *pose == value;
+}
+
+// Counts unknown keys. Throws Error for one that would change the meaning and is not supported.
+void checkKeys(const Json& object, KeyPlace place, UnknownKeys& unknown) {
+  for (const auto& [key, value] : object.items()) {
+    const KeyRule rule = keyRule(key, place);
+    if (rule.use == KeyUse::unknown) unknown.add(key, place);
+    if (rule.use != KeyUse::unsupported || saysNothing(value, rule.neutral) ||
+        standsStill(object, key, value))
+      continue;
+    const std::string whole = value.dump();
+    throw Error::mismatch(rule.expected, whole.size() <= 60 ? whole : shown(value)).at(key);
+  }
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -272,28 +311,52 @@ double fieldOfView(const Json& value) {
   return angle;
 }
 
+double fieldOfViewDegrees(const Json& value) {
+  const double angle = positive(value);
+  if (!(angle < 180)) throw Error::mismatch("degrees below 180", shown(value));
+  return Angle::fromDegrees(angle).radians();
+}
+
+// NeRF's radians under one key, instant-ngp's degrees under another.
+std::optional<double> angleOf(const Json& object, const char* inRadians, const char* inDegrees) {
+  const auto radians = optional(object, inRadians, fieldOfView),
+             degrees = optional(object, inDegrees, fieldOfViewDegrees);
+  if (radians && degrees && !sameAngle(*radians, *degrees))
+    throw Error::mismatch("about " + numberText(Angle::fromRadians(*radians).degrees()) + ", as " +
+                              inRadians + " says",
+                          shown(object[inDegrees]))
+        .at(inDegrees);
+  return radians ? radians : degrees;
+}
+
 Lens::Model lensModel(const Json& value) {
   using enum Lens::Model; // nerfstudio's names are COLMAP's
   return oneOf<Lens::Model>(value, {{"pinhole", pinhole},
                                     {"orthographic", orthographic},
                                     {"PINHOLE", pinhole},
                                     {"SIMPLE_PINHOLE", pinhole},
+                                    {"SIMPLE_RADIAL", pinhole},
+                                    {"RADIAL", pinhole},
                                     {"OPENCV", pinhole}});
 }
 
-double zero(const Json& value) {
-  if (number(value) != 0) throw Error::mismatch("0 (only k1, k2, p1, p2 are known)", shown(value));
-  return 0;
+// What is not stated of the size is the picture's; or of its shape, as pictures may be shrunk copies.
+LensFields withSize(LensFields lens, PictureSize picture) {
+  const double shape = static_cast<double>(picture.width) / picture.height;
+  const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1., kMostPixels)); };
+  if (!lens.width) lens.width = lens.height ? pixels(*lens.height * shape) : picture.width;
+  if (!lens.height) lens.height = pixels(*lens.width / shape);
+  return lens;
 }
 
 LensFields readLensFields(const Json& object) {
-  for (const char* unknown : {"k3", "k4", "k5", "k6"}) optional(object, unknown, zero);
   return {.model = optional(object, "camera_model", lensModel),
           .width = optional(object, "w", pixelCount),
           .height = optional(object, "h", pixelCount),
           .focalX = optional(object, "fl_x", positive),
           .focalY = optional(object, "fl_y", positive),
-          .angleX = optional(object, "camera_angle_x", fieldOfView),
+          .angleX = angleOf(object, "camera_angle_x", "x_fov"),
+          .angleY = angleOf(object, "camera_angle_y", "y_fov"),
           .orthoHeight = optional(object, "ortho_height", positive),
           .centerX = optional(object, "cx", coordinate),
           .centerY = optional(object, "cy", coordinate),
@@ -308,8 +371,8 @@ LensFields readLensFields(const Json& object) {
 
 using Pose = Rigid<CameraSpace, AcquisitionSpace>;
 
-// The camera-to-world matrix of the file, rounding of its digits taken out of the rotation.
-Pose readPose(const Json& value) {
+// The camera-to-world matrix of the file, with a rotation made orthonormal.
+Pose readPose(const Json& value, RoundedRotations& rotations) {
   Eigen::Matrix4d m;
   const auto fourOf = [](const Json& list, const char* expected) -> const Json& {
     if (!list.is_array() || list.size() != 4) throw Error::mismatch(expected, shown(list));
@@ -326,18 +389,8 @@ Pose readPose(const Json& value) {
   }
   if (!(m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).isZero(1e-6))
     throw Error::mismatch("last row 0 0 0 1", shown(value[3])).at("[3]");
-  const Mat3<double> rotation = m.topLeftCorner<3, 3>();
-  const double error = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
-  if (!(error <= 1e-4)) {
-    const Vec3<double> lengths = rotation.colwise().norm();
-    throw Error::mismatch("a rotation without scale or shear", "columns of length " + numberText(lengths[0]) +
-                                                                   ", " + numberText(lengths[1]) + ", " +
-                                                                   numberText(lengths[2]));
-  }
-  if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
-  // What is exact stays as it is, to the bit.
-  const Mat3<double> nearest = error > 1e-14 ? nearestRotation(rotation) : rotation;
-  return Rigid<AcquisitionSpace, CameraSpace>(nearest, m.topRightCorner<3, 1>()).inverse();
+  const Mat3<double> rotation = rotations.nearestUnscaled(m.topLeftCorner<3, 3>());
+  return Rigid<AcquisitionSpace, CameraSpace>(rotation, m.topRightCorner<3, 1>()).inverse();
 }
 
 // The name of a camera if it has one, then numbers that are equal where lens and pose are.
@@ -361,7 +414,7 @@ public:
   }
 
   Capture read(const Json& root) && {
-    objectOf(root);
+    checkKeys(objectOf(root), KeyPlace::capture, unknownKeys_);
     capture_.colorSpace = optional(root, "color_space", [](const Json& value) {
       return oneOf<ColorSpace>(value, {{"linear", ColorSpace::linear}, {"srgb", ColorSpace::srgb}});
     });
@@ -372,13 +425,17 @@ public:
     readCalibration(root);
     if (const auto lights = root.find("lights"); lights != root.end())
       within("lights", [&] { listOf(*lights); });
-    readEach(root, "lights", [this](const Json& light, size_t) { lights_.add(readLight(light)); });
+    readEach(root, "lights", [this](const Json& light, size_t) {
+      checkKeys(objectOf(light), KeyPlace::light, unknownKeys_);
+      lights_.add(readLight(light));
+    });
 
     const LensFields shared = readLensFields(root);
     if (required(root, "frames", listOf).empty()) throw Error("the list is empty").at("frames");
     readEach(root, "frames",
              [&](const Json& frame, size_t index) { addFrame(objectOf(frame), index, shared); });
     capture_.lights = std::move(lights_).take();
+    takeNotes();
     return std::move(capture_);
   }
 
@@ -397,11 +454,14 @@ private:
       if (note.is_string()) capture_.calibration[name] = note;
   }
 
-  // A path that stays inside the capture's folder, without detours.
-  fs::path pathOf(const Json& value) const {
-    const std::string written = text(value);
-    const fs::path path = fs::path(written).lexically_normal();
+  // A path that stays inside the capture's folder, without detours. Backslashes are Windows' slashes, unless
+  // there is a file of that very name.
+  fs::path pathOf(const Json& value) {
+    std::string written = text(value);
     const bool isPath = !written.empty() && written.find('\0') == std::string::npos;
+    if (isPath && written.find('\\') != std::string::npos && !files_.isThere(written))
+      std::replace(written.begin(), written.end(), '\\', '/');
+    const fs::path path = fs::path(written).lexically_normal();
     if (isPath && files_.mayName(path)) return path;
     throw Error::mismatch(
         std::string("a path inside the capture's folder") + (isPath ? CaptureFiles::hint : ""), shown(value));
@@ -422,6 +482,8 @@ private:
   }
 
   void addFrame(const Json& json, size_t index, const LensFields& shared) {
+    checkKeys(json, KeyPlace::frame, unknownKeys_);
+    checkTime(json);
     Frame frame;
     frame.picture = required(json, "file_path", [this](const Json& v) { return pictureAt(v); });
     frame.layer = optional(json, "layer", text).value_or("");
@@ -435,50 +497,131 @@ private:
     if (!frame.light) frame.light = frameLight(lights_, json, index);
 
     LensFields lens = inherit(readLensFields(json), shared);
-    if (!lens.width || !lens.height) {
-      const PictureSize size = files_.sizeOf(frame.picture);
-      lens.width = size.width;
-      lens.height = size.height;
-    }
-    frame.view = viewOf(optional(json, "camera", text), lensOf(lens),
-                        required(json, "transform_matrix", readPose), frame.picture);
+    const bool sizeIsStated = lens.width || lens.height;
+    if (!lens.width || !lens.height) lens = withSize(lens, files_.sizeOf(frame.picture));
+    const Camera<AcquisitionSpace> camera{
+        lensOf(lens),
+        required(json, "transform_matrix", [this](const Json& v) { return readPose(v, rotations_); })};
+    checkFocalLengths(lens, camera.lens, sizeIsStated);
     checkAgainstOthers(frame);
-    if (Frame* bracket = bracketFor(frame)) {
-      if (bracket->mask != frame.mask)
-        throw Error::mismatch("that of the other exposures, " + shownPath(bracket->mask),
-                              shownPath(frame.mask))
-            .at("mask_path");
-      bracket->further.push_back(
-          {std::move(frame.picture), std::move(frame.layer), std::move(frame.alphaLayer), frame.exposure});
-    } else {
-      capture_.frames.push_back(std::move(frame));
+    addToView(std::move(frame), optional(json, "camera", text), camera);
+  }
+
+  void checkTime(const Json& json) {
+    const auto time = optional(json, "time", number);
+    if (time && capture_.time && *time != *capture_.time)
+      throw Error::mismatch(
+          numberText(*capture_.time) +
+              ", as in the frames before: the frames are of several times, a model shows one",
+          shown(json["time"]))
+          .at("time");
+    if (time) capture_.time = time;
+  }
+
+  // How often something was found that a note is to tell, and what it was first.
+  struct Finding {
+    size_t count = 0;
+    std::string first = {};
+
+    void add(const std::string& found) {
+      if (++count == 1) first = found;
     }
+  };
+
+  // Blender's exporters write angles of the sensor, whatever part of it the picture shows, so lengths count.
+  // Throws Error where an angle says another focal length, and nothing says for which size of the picture the
+  // stated one is.
+  void checkFocalLengths(const LensFields& fields, const Lens& lens, bool sizeIsStated) {
+    if (lens.model == Lens::Model::orthographic) return;
+    const auto check = [&](const std::string& axis, std::optional<double> focal, std::optional<double> angle,
+                           int size) {
+      const auto other = otherFocalLength(focal, angle, size);
+      const std::string anglesOfAxis = "camera_angle_" + axis + " (or " + axis + "_fov)";
+      if (other && !sizeIsStated)
+        throw Error::mismatch("about " + numberText(*other) + ", as " + anglesOfAxis + " says, or w and h",
+                              numberText(*focal))
+            .at("fl_" + axis);
+      if (other)
+        otherAngles_.add("fl_" + axis + " is " + numberText(*focal) + ", " + anglesOfAxis + " would be " +
+                         numberText(*other));
+    };
+    check("x", fields.focalX, fields.angleX, lens.width);
+    check("y", fields.focalY, fields.angleY, lens.height);
+    if (!fields.focalY && std::abs(lens.focalY - lens.focalX) > 0.01 * lens.focalX)
+      notSquare_.add(numberText(lens.focalX) + " and " + numberText(lens.focalY));
   }
 
   static std::string shownPath(const fs::path& path) { return path.empty() ? "none" : path.string(); }
 
-  // The frame of the same view, light and split, if it has no picture of this exposure yet. Of test frames
-  // there may be several, which follow one another.
-  Frame* bracketFor(const Frame& frame) {
+  // Adds a frame to its view, as a photograph, or as one more exposure of the photograph of that light and
+  // split. Of test photographs a view may have several. One more photograph for training is a view of its
+  // own, as one of a second camera would be. Frames without a camera's name share a view where pose and lens
+  // agree.
+  void addToView(Frame frame, const std::optional<std::string>& name,
+                 const Camera<AcquisitionSpace>& camera) {
+    std::vector<size_t>& views = views_[keyOf(name, camera.lens, camera.cameraFromWorld)];
+    const auto addView = [&] {
+      views.push_back(capture_.views.size());
+      capture_.views.push_back({name ? *name : fs::path(frame.picture).replace_extension().string(), camera});
+    };
+    if (views.empty()) addView();
     const size_t next = capture_.frames.size();
-    const auto [last, isNew] = brackets_.try_emplace({frame.view, frame.light, frame.split}, next);
-    if (isNew) return nullptr;
-    Frame& bracket = capture_.frames[last->second];
-    const auto isTaken = [&](const Exposure& e) { return e.exposure == frame.exposure; };
-    if (bracket.exposure != frame.exposure && std::ranges::none_of(bracket.further, isTaken)) return &bracket;
-    if (frame.split == Split::train)
-      throw Error("photographs the same view and light for training as " + bracket.picture.string() +
-                  ", with the same exposure");
-    last->second = next;
-    return nullptr;
+    const auto [found, isNew] = shots_.try_emplace({views[0], frame.light, frame.split}, Shot{0, next});
+    Shot& shot = found->second;
+    if (!isNew) {
+      Frame& last = capture_.frames[shot.frame];
+      const auto hasExposure = [&](const auto& e) { return e.exposure == frame.exposure; };
+      if (!hasExposure(last) && std::ranges::none_of(last.further, hasExposure))
+        return addExposure(last, std::move(frame));
+      if (frame.split == Split::train) {
+        if (isListed(last, frame)) {
+          ++listedTwice_;
+          return;
+        }
+        repeated_.add(frame.picture.string() + " that of " + last.picture.string());
+        if (++shot.copy == views.size()) addView();
+      }
+      shot.frame = next;
+    }
+    frame.view = views[shot.copy];
+    capture_.frames.push_back(std::move(frame));
   }
 
-  // Frames without a camera's name share a view where pose and lens agree.
-  size_t viewOf(const std::optional<std::string>& name, const Lens& lens, const Pose& pose,
-                fs::path picture) {
-    const auto [known, isNew] = views_.try_emplace(keyOf(name, lens, pose), capture_.views.size());
-    if (isNew) capture_.views.push_back({name ? *name : picture.replace_extension().string(), {lens, pose}});
-    return known->second;
+  // Whether the bracket has the very same picture.
+  static bool isListed(const Frame& bracket, const Frame& frame) {
+    const auto isSame = [&](const auto& e) {
+      return e.exposure == frame.exposure && e.picture == frame.picture && e.layer == frame.layer &&
+             e.alphaLayer == frame.alphaLayer;
+    };
+    return bracket.mask == frame.mask && (isSame(bracket) || std::ranges::any_of(bracket.further, isSame));
+  }
+
+  static void addExposure(Frame& bracket, Frame frame) {
+    if (bracket.mask != frame.mask)
+      throw Error::mismatch("that of the other exposures, " + shownPath(bracket.mask), shownPath(frame.mask))
+          .at("mask_path");
+    bracket.further.push_back(
+        {std::move(frame.picture), std::move(frame.layer), std::move(frame.alphaLayer), frame.exposure});
+  }
+
+  void takeNotes() {
+    std::vector<std::string>& notes = capture_.notes;
+    if (auto note = unknownKeys_.note()) notes.push_back(*std::move(note));
+    for (std::string& note : rotations_.notes()) notes.push_back(std::move(note));
+    if (notSquare_.count > 0)
+      notes.push_back("pixels are not square in " + counted(notSquare_.count, "frame") +
+                      ", as camera_angle_y (or y_fov) says: focal lengths are " + notSquare_.first +
+                      " pixels");
+    if (otherAngles_.count > 0)
+      notes.push_back("angles are not those of the focal lengths, which count: " + otherAngles_.first +
+                      " pixels");
+    if (repeated_.count > 0)
+      notes.push_back(counted(repeated_.count, "photograph") + " with view and light of another (" +
+                      repeated_.first + (repeated_.count > 1 ? ", ..)" : ")") +
+                      ": each is kept as a view of its own");
+    if (listedTwice_ > 0)
+      notes.push_back(counted(listedTwice_, "frame") + (listedTwice_ > 1 ? " are" : " is") +
+                      " listed twice, and taken once");
   }
 
   void checkAgainstOthers(const Frame& frame) const {
@@ -488,11 +631,20 @@ private:
           .at("light");
   }
 
+  // The last photograph of a place, light and split, and which of the place's views has it.
+  struct Shot {
+    size_t copy = 0, frame = 0;
+  };
+
   CaptureFiles files_;
   Capture capture_;
   LightList lights_;
-  std::map<ViewKey, size_t> views_;
-  std::map<std::tuple<size_t, std::optional<size_t>, Split>, size_t> brackets_; // to the last such frame
+  UnknownKeys unknownKeys_;
+  RoundedRotations rotations_;
+  std::map<ViewKey, std::vector<size_t>> views_; // of one place, in the order of the file
+  std::map<std::tuple<size_t, std::optional<size_t>, Split>, Shot> shots_; // by the place's first view
+  Finding notSquare_, otherAngles_, repeated_;
+  size_t listedTwice_ = 0;
 };
 
 Json parse(std::string_view content) {

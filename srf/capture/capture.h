@@ -4,7 +4,8 @@
 //
 //   { "color_space": "linear" or "srgb", or "response": { "r", "g", "b": 256 exposures }, "geometry":
 //   "mesh.ply",
-//     "w", "h", "fl_x", "fl_y", "cx", "cy": pixels, "camera_angle_x": radians, "k1", "k2", "p1", "p2",
+//     "w", "h", "fl_x", "fl_y", "cx", "cy": pixels, "camera_angle_x", "camera_angle_y": radians, "x_fov",
+//     "y_fov": degrees, "k1", "k2", "p1", "p2",
 //     "camera_model": "pinhole" or "orthographic" with "ortho_height", scene units,
 //     "lights": [{ "name", "cluster", "type": "directional", "direction", "irradiance": [r, g, b] },
 //                { "name", "cluster", "type": "point", "position", "intensity": [r, g, b] }],
@@ -12,7 +13,7 @@
 //                  "camera", "light", "transform_matrix": camera to world, 4 rows, OpenGL's axes }] }
 //
 // A frame can have its own lens, and instead of "light" its own "pl_pos", "pl_intensity". Needed are only
-// file_path, transform_matrix and a focal length; other keys are passed over.
+// file_path, transform_matrix and a focal length. capture_keys.h says what becomes of other keys.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -76,6 +77,8 @@ struct Capture {
   // What was estimated from the photographs, and how: { "light_strengths": "estimated from ..." }. For
   // people.
   std::map<std::string, std::string> calibration;
+  std::optional<double> time;     // of all frames, in the file's own measure; none: not said
+  std::vector<std::string> notes; // what a user should know of how the file was understood; not written
 
   std::filesystem::path folder() const { return file.parent_path(); }
 };

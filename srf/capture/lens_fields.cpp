@@ -8,10 +8,14 @@
 namespace surflect {
 
 LensFields inherit(LensFields frame, const LensFields& capture) {
-  if (!frame.focalX && !frame.angleX) {
+  const bool ownX = frame.focalX || frame.angleX, ownY = frame.focalY || frame.angleY;
+  if (!ownX) {
     frame.focalX = capture.focalX;
     frame.angleX = capture.angleX;
-    if (!frame.focalY) frame.focalY = capture.focalY;
+  }
+  if (!ownX && !ownY) {
+    frame.focalY = capture.focalY;
+    frame.angleY = capture.angleY;
   }
   const auto take = [](auto& own, const auto& outer) {
     if (!own) own = outer;
@@ -29,6 +33,24 @@ LensFields inherit(LensFields frame, const LensFields& capture) {
   return frame;
 }
 
+namespace {
+
+// f = size / 2 / tan(angle / 2) for the angle between opposite edges of the picture.
+double focalLengthOf(double angle, int size) { return size / 2. / std::tan(angle / 2); }
+
+std::optional<double> focalLength(std::optional<double> stated, std::optional<double> angle, int size) {
+  return stated || !angle ? stated : focalLengthOf(*angle, size);
+}
+
+} // namespace
+
+bool sameAngle(double a, double b) { return std::abs(a - b) <= 0.01; }
+
+std::optional<double> otherFocalLength(std::optional<double> focal, std::optional<double> angle, int size) {
+  if (!focal || !angle || sameAngle(*angle, 2 * std::atan(size / 2. / *focal))) return std::nullopt;
+  return focalLengthOf(*angle, size);
+}
+
 Lens lensOf(const LensFields& fields) {
   assert(fields.width && fields.height);
   Lens lens{
@@ -37,10 +59,17 @@ Lens lensOf(const LensFields& fields) {
     if (!fields.orthoHeight) throw Error::mismatch("a number above 0", "nothing").at("ortho_height");
     lens.focalX = lens.focalY = lens.height / *fields.orthoHeight;
   } else {
-    if (!fields.focalX && !fields.angleX)
-      throw Error::mismatch("a number above 0, or camera_angle_x", "nothing").at("fl_x");
-    lens.focalX = fields.focalX ? *fields.focalX : lens.width / 2. / std::tan(*fields.angleX / 2);
-    lens.focalY = fields.focalY.value_or(lens.focalX);
+    const auto x = focalLength(fields.focalX, fields.angleX, lens.width),
+               y = focalLength(fields.focalY, fields.angleY, lens.height);
+    if (!x)
+      throw Error::mismatch(
+          y ? "a number above 0, or camera_angle_x, as the vertical one does not say whether "
+              "pixels are square"
+            : "a number above 0, or camera_angle_x",
+          "nothing")
+          .at("fl_x");
+    lens.focalX = *x;
+    lens.focalY = y.value_or(*x);
   }
   lens.centerX = fields.centerX.value_or(lens.width / 2.);
   lens.centerY = fields.centerY.value_or(lens.height / 2.);

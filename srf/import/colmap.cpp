@@ -18,18 +18,30 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// In the order of COLMAP's numbers, from 0.
+// In the order of COLMAP's numbers, from 0 [COLMAP, src/colmap/sensor/models/base.h].
 struct Model {
   std::string_view name;
   size_t parameters;
   bool isOurs = false; // a pinhole with the distortion of our lenses
 };
-constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3, true},  Model{"PINHOLE", 4, true},
-                             Model{"SIMPLE_RADIAL", 4, true},   Model{"RADIAL", 5, true},
-                             Model{"OPENCV", 8, true},          Model{"OPENCV_FISHEYE", 8},
-                             Model{"FULL_OPENCV", 12, true},    Model{"FOV", 5},
-                             Model{"SIMPLE_RADIAL_FISHEYE", 4}, Model{"RADIAL_FISHEYE", 5},
-                             Model{"THIN_PRISM_FISHEYE", 12},   Model{"RAD_TAN_THIN_PRISM_FISHEYE", 16}};
+constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3, true},
+                             Model{"PINHOLE", 4, true},
+                             Model{"SIMPLE_RADIAL", 4, true},
+                             Model{"RADIAL", 5, true},
+                             Model{"OPENCV", 8, true},
+                             Model{"OPENCV_FISHEYE", 8},
+                             Model{"FULL_OPENCV", 12, true},
+                             Model{"FOV", 5},
+                             Model{"SIMPLE_RADIAL_FISHEYE", 4},
+                             Model{"RADIAL_FISHEYE", 5},
+                             Model{"THIN_PRISM_FISHEYE", 12},
+                             Model{"RAD_TAN_THIN_PRISM_FISHEYE", 16},
+                             Model{"SIMPLE_DIVISION", 4},
+                             Model{"DIVISION", 5},
+                             Model{"SIMPLE_FISHEYE", 3},
+                             Model{"FISHEYE", 4},
+                             Model{"EUCM", 6},
+                             Model{"EQUIRECTANGULAR", 2}};
 
 constexpr std::string_view kKnown =
     "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV (undistort the pictures with COLMAP first)";
@@ -43,11 +55,13 @@ struct Registered {
 };
 
 // COLMAP's QW QX QY QZ TX TY TZ.
-Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v) {
+Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v, RoundedRotations& rotations) {
   const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
-  if (!(std::abs(q.norm() - 1) <= 1e-3))
+  const double deviation = std::abs(q.norm() - 1);
+  if (!(deviation <= 2e-3)) // of three decimals; at most 1e-3 by rounding
     throw Error::mismatch("a unit quaternion", "length " + numberText(q.norm())).at("QW QX QY QZ");
-  return poseFromVisionAxes(q.normalized().toRotationMatrix(), {v[4], v[5], v[6]});
+  rotations.count(deviation);
+  return poseFromVisionAxes(q.normalized().toRotationMatrix(), {v[4], v[5], v[6]}, rotations);
 }
 
 void addCamera(Cameras& cameras, uint32_t id, const Lens& lens) {
@@ -98,7 +112,7 @@ Cameras readCamerasText(const std::string& content) {
   return cameras;
 }
 
-Registered registeredIn(std::string_view text) {
+Registered registeredIn(std::string_view text, RoundedRotations& rotations) {
   constexpr const char* expected = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME";
   const std::vector<std::string_view> words = wordsOf(text);
   if (words.size() < 10) throw Error::mismatch(expected, shownText(text));
@@ -107,7 +121,7 @@ Registered registeredIn(std::string_view text) {
   Registered image;
   image.name = text.substr(static_cast<size_t>(words[9].data() - text.data())); // names can have blanks
   image.camera = static_cast<uint32_t>(countOf(words[8]));
-  image.cameraFromWorld = poseOf(pose);
+  image.cameraFromWorld = poseOf(pose, rotations);
   return image;
 }
 
@@ -118,13 +132,13 @@ void checkPoints(std::string_view text) {
     throw Error::mismatch("the picture's points, (X, Y, POINT3D_ID) each, or an empty line", shownText(text));
 }
 
-std::vector<Registered> readImagesText(const std::string& content) {
+std::vector<Registered> readImagesText(const std::string& content, RoundedRotations& rotations) {
   const std::vector<TextLine> lines = linesOf(content);
   std::vector<Registered> images;
   for (size_t i = 0; i < lines.size(); ++i) {
     if (lines[i].text.empty() || lines[i].text.front() == '#') continue;
     try {
-      images.push_back(registeredIn(lines[i].text));
+      images.push_back(registeredIn(lines[i].text, rotations));
     } catch (Error& e) {
       throw std::move(e).at(fieldOf(lines[i]));
     }
@@ -194,7 +208,7 @@ private:
 Cameras readCamerasBinary(const std::string& content) {
   Bytes bytes(content);
   Cameras cameras;
-  const uint64_t count = bytes.takeCount("num_cameras", 4 + 4 + 8 + 8 + 3 * 8);
+  const uint64_t count = bytes.takeCount("num_cameras", 4 + 4 + 8 + 8 + 2 * 8);
   for (uint64_t i = 0; i < count; ++i) try {
       const auto id = bytes.take<uint32_t>("camera_id");
       const auto model = bytes.take<uint32_t>("model_id");
@@ -213,7 +227,7 @@ Cameras readCamerasBinary(const std::string& content) {
   return cameras;
 }
 
-std::vector<Registered> readImagesBinary(const std::string& content) {
+std::vector<Registered> readImagesBinary(const std::string& content, RoundedRotations& rotations) {
   Bytes bytes(content);
   std::vector<Registered> images;
   const uint64_t count = bytes.takeCount("num_reg_images", 4 + 7 * 8 + 4 + 1 + 8);
@@ -222,7 +236,7 @@ std::vector<Registered> readImagesBinary(const std::string& content) {
       std::array<double, 7> pose;
       for (double& value : pose) value = bytes.take<double>("qvec tvec");
       Registered image;
-      image.cameraFromWorld = poseOf(pose);
+      image.cameraFromWorld = poseOf(pose, rotations);
       image.camera = bytes.take<uint32_t>("camera_id");
       image.name = bytes.takeText("name");
       constexpr size_t pointBytes = 8 + 8 + 8;
@@ -256,11 +270,11 @@ Lens colmapLens(std::string_view model, int width, int height, std::span<const d
   const auto known =
       std::find_if(kModels.begin(), kModels.end(), [&](const Model& m) { return m.name == model; });
   if (known == kModels.end()) throw Error::mismatch(kKnown, shownText(model)).at("MODEL");
+  if (!known->isOurs) throw Error::mismatch(kKnown, std::string(model)).at("MODEL");
   if (parameters.size() != known->parameters)
     throw Error::mismatch(std::to_string(known->parameters) + " of " + std::string(model),
                           std::to_string(parameters.size()))
         .at("PARAMS");
-  if (!known->isOurs) throw Error::mismatch(kKnown, std::string(model)).at("MODEL");
   for (const double parameter : parameters)
     if (!std::isfinite(parameter)) throw Error("found a value that is not finite").at("PARAMS");
 
@@ -296,7 +310,10 @@ Source readColmap(const fs::path& folder, const fs::path& images, bool allowOuts
   const fs::path camerasFile = *model / (binary ? "cameras.bin" : "cameras.txt"),
                  imagesFile = *model / (binary ? "images.bin" : "images.txt");
   const Cameras cameras = readAt(camerasFile, binary ? readCamerasBinary : readCamerasText);
-  std::vector<Registered> registered = readAt(imagesFile, binary ? readImagesBinary : readImagesText);
+  RoundedRotations rotations;
+  std::vector<Registered> registered = readAt(imagesFile, [&](const std::string& content) {
+    return binary ? readImagesBinary(content, rotations) : readImagesText(content, rotations);
+  });
   if (registered.empty()) throw Error("no picture is registered").in(imagesFile);
   // COLMAP numbers pictures as threads finish with them.
   std::sort(registered.begin(), registered.end(),
@@ -327,6 +344,7 @@ Source readColmap(const fs::path& folder, const fs::path& images, bool allowOuts
     }
   source.notes.push_back("COLMAP's model in " + model->string() + (binary ? ", binary" : ", text") +
                          "; scale and orientation of its world are kept");
+  for (std::string& note : rotations.notes()) source.notes.push_back(std::move(note));
   if (masked > 0) source.notes.push_back(std::to_string(masked) + " masks from " + masks.root.string());
   return source;
 }

@@ -36,7 +36,7 @@ Lens lensOf(Mat3<double> k, PictureSize size) {
           .centerY = checkedCenter(k(1, 2) + 0.5)};
 }
 
-void addPicture(Source& source, const TextLine& line) {
+void addPicture(Source& source, const TextLine& line, RoundedRotations& rotations) {
   const std::vector<std::string_view> words = wordsOf(line.text);
   if (words.size() != 22)
     throw Error::mismatch("a picture, K, R and t: 22 words", std::to_string(words.size()));
@@ -45,7 +45,7 @@ void addPicture(Source& source, const TextLine& line) {
   const Vec3<double> translation(numberOf(words[19]), numberOf(words[20]), numberOf(words[21]));
   source.capture.frames.push_back({.view = source.capture.views.size(), .picture = picture});
   source.capture.views.push_back(
-      {std::string(words[0]), {lens, poseFromVisionAxes(matrixAt(words, 10), translation)}});
+      {std::string(words[0]), {lens, poseFromVisionAxes(matrixAt(words, 10), translation, rotations)}});
 }
 
 } // namespace
@@ -56,9 +56,10 @@ Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
   if (lines.empty()) throw Error::mismatch("the number of pictures", "an empty file");
   Source source;
   source.files = {parameters.parent_path(), allowOutside};
+  RoundedRotations rotations;
   for (size_t i = 0; i < lines.size(); ++i) try {
       if (i > 0)
-        addPicture(source, lines[i]);
+        addPicture(source, lines[i], rotations);
       else if (countOf(lines[0].text) != lines.size() - 1)
         throw Error::mismatch(std::to_string(lines.size() - 1) + ", as many as lines follow",
                               std::string(lines[0].text));
@@ -76,6 +77,7 @@ Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
   const std::vector<std::string> identities = namesOfPictures(names);
   for (size_t v = 0; v < identities.size(); ++v) source.capture.views[v].identity = identities[v];
   source.notes.push_back("Middlebury: pixel centres moved from whole numbers to +0.5");
+  for (std::string& note : rotations.notes()) source.notes.push_back(std::move(note));
   return source;
 } catch (Error& e) {
   throw std::move(e).in(parameters);

@@ -3,7 +3,6 @@
 #include "srf/capture/limits.h"
 #include "srf/import/text.h"
 #include "surfel/error.h"
-#include "surfel/nearest_rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,16 +53,13 @@ void SourceFiles::check(const fs::path& file) const {
 }
 
 Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
-                                                        const Vec3<double>& translation) {
+                                                        const Vec3<double>& translation,
+                                                        RoundedRotations& rotations) {
   if (!rotation.allFinite() || !translation.allFinite()) throw Error("the pose is not finite");
   if (!(translation.norm() <= kFarthest)) // then the camera's place is as near
     throw Error::mismatch("a translation within 1e12", "a longer one");
-  const double error = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
-  if (!(error <= 1e-4))
-    throw Error::mismatch("a rotation", "a matrix that is not orthonormal by " + numberText(error));
-  if (rotation.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
   const Vec3<double> flip(1, -1, -1); // x right, y up, looking along -z
-  return {flip.asDiagonal() * nearestRotation(rotation), flip.cwiseProduct(translation)};
+  return {flip.asDiagonal() * rotations.nearest(rotation), flip.cwiseProduct(translation)};
 }
 
 std::vector<std::string> namesOfPictures(const std::vector<fs::path>& pictures) {

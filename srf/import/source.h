@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/capture/rounded_rotations.h"
 
 #include <filesystem>
 #include <optional>
@@ -33,9 +34,10 @@ struct Source {
 };
 
 // Poses in computer vision's axes (x right, y down, z forwards), camera from world: x_camera = R x + t. The
-// rounding of the rotation's digits is taken out. Throws Error for anything but a rigid motion.
+// rounding of the rotation's digits is taken out, and counted. Throws Error for anything but a rigid motion.
 Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
-                                                        const Vec3<double>& translation);
+                                                        const Vec3<double>& translation,
+                                                        RoundedRotations& rotations);
 
 // A camera of each picture, named after it without its extension where that tells them apart.
 std::vector<std::string> namesOfPictures(const std::vector<std::filesystem::path>& pictures);

@@ -22,7 +22,8 @@ using Json = nlohmann::json;
 enum class Part { train, validation, test, none };
 
 // ---------------------------------------------------------------------------------------------------------
-// Other spellings of what the reader knows. What has the wrong type stays, for the reader to complain about.
+// Other spellings of what the reader knows, in the place of which they are put. What has the wrong type
+// stays, for the reader to complain about.
 
 // [cx, cy, fl_x, fl_y] of NRHints and GS3.
 void spellOutIntrinsics(Json& object) {
@@ -31,6 +32,7 @@ void spellOutIntrinsics(Json& object) {
   constexpr std::array keys{"cx", "cy", "fl_x", "fl_y"};
   const Json values = *list;
   for (size_t i = 0; i < 4; ++i) object[keys[i]] = values[i];
+  object.erase("camera_intrinsics");
 }
 
 // NRHints keeps the extension apart; GS3's img_path stands before file_path.
@@ -41,16 +43,29 @@ void spellOutPath(Json& frame) {
     frame["file_path"] = *whole;
   else if (path != frame.end() && path->is_string() && extension != frame.end() && extension->is_string())
     *path = path->get<std::string>() + extension->get<std::string>();
+  else
+    return;
+  frame.erase("img_path");
+  frame.erase("file_ext");
 }
 
 // ---------------------------------------------------------------------------------------------------------
 // Splits.
 
-std::set<std::string> namesIn(const Json& root, const char* key) {
+// "./images\\a.png" and "images/a.png" are one name.
+std::string comparable(std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  return fs::path(name).lexically_normal();
+}
+
+// Takes the list out of the root.
+std::set<std::string> takeNames(Json& root, const char* key) {
   std::set<std::string> names;
-  if (const auto list = root.find(key); list != root.end() && list->is_array())
-    for (const Json& name : *list)
-      if (name.is_string()) names.insert(fs::path(name.get<std::string>()).lexically_normal());
+  const auto list = root.find(key);
+  if (list == root.end() || !list->is_array()) return names;
+  for (const Json& name : *list)
+    if (name.is_string()) names.insert(comparable(name.get<std::string>()));
+  root.erase(list);
   return names;
 }
 
@@ -58,9 +73,9 @@ std::set<std::string> namesIn(const Json& root, const char* key) {
 struct SplitLists {
   std::set<std::string> train, validation, test;
 
-  explicit SplitLists(const Json& root)
-      : train(namesIn(root, "train_filenames")), validation(namesIn(root, "val_filenames")),
-        test(namesIn(root, "test_filenames")) {}
+  explicit SplitLists(Json& root)
+      : train(takeNames(root, "train_filenames")), validation(takeNames(root, "val_filenames")),
+        test(takeNames(root, "test_filenames")) {}
 
   bool given() const { return !train.empty() || !validation.empty() || !test.empty(); }
   Part of(const std::string& name) const {
@@ -86,7 +101,7 @@ struct SplitLists {
 Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
   const auto path = frame.find("file_path"), split = frame.find("split");
   if (lists.given() && path != frame.end() && path->is_string())
-    return lists.of(fs::path(path->get<std::string>()).lexically_normal());
+    return lists.of(comparable(path->get<std::string>()));
   if (split == frame.end() || !split->is_string()) return ofFile;
   if (*split == "val" || *split == "valid" || *split == "validation") return Part::validation;
   if (*split == "test") return Part::test;
@@ -159,7 +174,8 @@ Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings&
   if (root.contains("applied_transform") || root.contains("applied_scale"))
     findings.notes.push_back("nerfstudio's applied_transform is kept in: poses are as " +
                              file.filename().string() + " says, not as COLMAP did");
-  settleSplits(root["frames"], SplitLists(root), ofFile, findings.notes);
+  const SplitLists lists(root);
+  settleSplits(root["frames"], lists, ofFile, findings.notes);
   countLamps(root["frames"], findings);
   spellOutIntrinsics(root);
   for (Json& frame : root["frames"]) {
@@ -204,6 +220,7 @@ void append(Capture& all, Capture part, const fs::path& file) {
   agree(all.colorSpace, part.colorSpace, "color_space", [](auto& c) { return bool(c); });
   agree(all.response, part.response, "response", [](auto& r) { return bool(r); });
   agree(all.geometry, part.geometry, "geometry", [](auto& g) { return !g.empty(); });
+  agree(all.time, part.time, "time", [](auto& t) { return bool(t); });
   if (all.frames[0].light.has_value() != part.frames[0].light.has_value())
     throw Error("one file has lights, another has none").at("frames[0].light");
   std::vector<size_t> newView, newLight;
@@ -221,6 +238,9 @@ void append(Capture& all, Capture part, const fs::path& file) {
     all.frames.push_back(std::move(frame));
   }
   all.calibration.merge(part.calibration);
+  for (const std::string& note : part.notes)
+    if (std::ranges::find(all.notes, note) == all.notes.end())
+      all.notes.push_back(file.filename().string() + ": " + note);
 }
 
 std::optional<fs::path> firstFile(const fs::path& folder, std::initializer_list<const char*> names) {
@@ -260,7 +280,8 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
       findings.notes.push_back("validation photographs of " + validation->filename().string() +
                                " are left out");
   }
-  source.notes = findings.notes;
+  source.notes = std::move(findings.notes);
+  source.notes.insert(source.notes.end(), all.notes.begin(), all.notes.end());
   all.file.clear();
   const auto toPlace = [&](fs::path& path) {
     if (path.empty()) return;

@@ -69,6 +69,33 @@ class Import(TestInFolder):
         written = json.loads((self.folder / "lamps-out/transforms.json").read_text())
         self.assertEqual(written["calibration"]["light_strengths"], "unknown, taken as equal")
 
+    def test_every_command_says_how_it_understood_a_description_and_refuses_what_it_cannot(self):
+        source = self.folder / "rounded"
+        source.mkdir()
+        write_png(source / "0.png", [[100] * 8] * 8)
+        frame = {"file_path": "0.png", "foo": 1,
+                 "transform_matrix": [[1, 0.001, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]]}
+        capture = {"camera_angle_x": 0.5, "frames": [frame, {**frame, "split": "test"}]}
+        notes = ['1 key is not known and passed over: "foo" (in 2 frames)',
+                 "2 rotations are rounded, off by up to 0.001; the nearest rotation is taken"]
+        packed = self.folder / "rounded.srf"
+        commands = [["import", source, "-o", self.folder / "rounded-out"], ["inspect", source],
+                    ["pack", source, "-o", packed], ["evaluate", packed, source]]
+        (source / "transforms.json").write_text(json.dumps(capture))
+        for command in commands:
+            result = run(*command, "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            for note in notes:
+                self.assertEqual(result.stderr.count(note), 1, result.stderr)
+            if command[0] == "import":
+                self.assertEqual(json.loads(result.stdout)["notes"], notes)
+        capture["frames"][1]["is_fisheye"] = True
+        (source / "transforms.json").write_text(json.dumps(capture))
+        for command in [["import", source, "-o", self.folder / "fisheye"], *commands[1:]]:
+            result = run(*command)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("transforms.json: frames[1].is_fisheye: found true, expected ", result.stderr)
+
     def test_a_folder_that_holds_something_is_left_alone(self):
         out = self.folder / "mine"
         out.mkdir()

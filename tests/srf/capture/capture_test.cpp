@@ -94,6 +94,15 @@ protected:
   TemporaryFolder folder;
 };
 
+// "frames[0].light" for "/frames/0/light".
+std::string fieldOf(std::string pointer) {
+  std::string field;
+  for (std::stringstream steps(pointer.erase(0, 1)); std::getline(steps, pointer, '/');)
+    field += std::isdigit(static_cast<unsigned char>(pointer[0])) ? "[" + pointer + "]"
+                                                                  : (field.empty() ? "" : ".") + pointer;
+  return field;
+}
+
 TEST_F(CaptureFile, EveryFieldIsRead) {
   const Capture capture = read(full());
   EXPECT_EQ(capture.folder(), folder.path());
@@ -120,10 +129,12 @@ TEST_F(CaptureFile, AJsonFileOfAnotherNameCanBeGiven) {
 
 TEST_F(CaptureFile, FixedLightFilesOfOtherProgramsOpenAsTheyAre) {
   Json json = small();
-  json["aabb_scale"] = 16; // unknown keys are passed over
+  json["aabb_scale"] = 16;
   json["camera_model"] = "OPENCV";
+  json["is_fisheye"] = false;
   json["frames"][0]["rotation"] = 0.01;
   const Capture capture = read(json);
+  EXPECT_TRUE(capture.notes.empty());
   const Frame& frame = capture.frames.at(0);
   EXPECT_EQ(frame.light, std::nullopt);
   EXPECT_EQ(frame.split, Split::train);
@@ -134,6 +145,133 @@ TEST_F(CaptureFile, FixedLightFilesOfOtherProgramsOpenAsTheyAre) {
   // The angle is between the rays through the left and the right edge.
   const auto left = rayThrough(lens, {0, 2}), right = rayThrough(lens, {6, 2});
   EXPECT_NEAR(std::acos(dot(left->direction, right->direction)), 0.5, 1e-12);
+}
+
+TEST_F(CaptureFile, KeysThatChangeTheMeaningAreRefusedUnlessTheySayNothing) {
+  const std::pair<const char*, Json> wrongs[] = {{"/is_fisheye", true},
+                                                 {"/isFisheye", true},
+                                                 {"/ftheta_p1", 0.5},
+                                                 {"/latlong", true},
+                                                 {"/equirectangular", 1},
+                                                 {"/lens_mode", "FTheta"},
+                                                 {"/camera_type", "fisheye"},
+                                                 {"/distortion_params", {0, 0, 0.1}},
+                                                 {"/k4", 0.1},
+                                                 {"/rolling_shutter", {0, 0, 0.5, 0}},
+                                                 {"/from_na", true},
+                                                 {"/camera_convention", "OPENCV"},
+                                                 {"/white_transparent", true},
+                                                 {"/intrinsic_matrix", {{1, 0}, {0, 1}}},
+                                                 {"/train_filenames", {"images/a.png"}},
+                                                 {"/exposure", 2},
+                                                 {"/frames/0/is_fisheye", true},
+                                                 {"/frames/0/k6", -1},
+                                                 {"/frames/0/camera_intrinsics", {3, 2, 10, 10}},
+                                                 {"/frames/0/transform_matrix_end", Json::array({1, 0})},
+                                                 {"/frames/0/driver_parameters", {{"LightX", 1}}},
+                                                 {"/frames/0/color_space", "srgb"}};
+  for (const auto& [pointer, value] : wrongs) {
+    Json json = small();
+    json[Json::json_pointer(pointer)] = value;
+    EXPECT_TRUE(error(json).starts_with(fieldOf(pointer) + ": found " + value.dump() + ", expected "))
+        << error(json);
+  }
+  Json json = small();
+  json.update({{"is_fisheye", false},
+               {"k3", 0},
+               {"ftheta_p0", 0.0},
+               {"rolling_shutter", {0, 0, 0, 0}},
+               {"lens_mode", "Perspective"},
+               {"camera_type", "pinhole"},
+               {"camera_convention", "opengl"},
+               {"latlong", nullptr},
+               {"distortion_model", "none"},
+               {"driver_parameters", Json::object()}});
+  json["frames"][0]["transform_matrix_start"] = json["frames"][0]["transform_matrix"];
+  EXPECT_TRUE(read(json).notes.empty());
+}
+
+TEST_F(CaptureFile, UnknownKeysAreNamedInOneNote) {
+  Json json = small();
+  json["foo"] = 1;
+  json["frames"].push_back(json["frames"][0]);
+  json["frames"][1]["split"] = "test";
+  json["frames"][0]["bar\n"] = {1, 2};
+  json["frames"][0]["baz"] = json["frames"][1]["baz"] = "";
+  EXPECT_EQ(read(json).notes,
+            (std::vector<std::string>{"3 keys are not known and passed over: \"bar?\" (in 1 frame), "
+                                      "\"baz\" (in 2 frames), \"foo\""}));
+  json = full();
+  json["lights"][0]["colour"] = 1;
+  EXPECT_EQ(read(json).notes,
+            std::vector<std::string>{"1 key is not known and passed over: \"colour\" (in 1 light)"});
+  json = small();
+  for (int i = 0; i < 12; ++i) json["key" + std::to_string(10 + i)] = i;
+  EXPECT_TRUE(read(json).notes.at(0).ends_with("\"key18\", \"key19\" and 2 more"));
+}
+
+TEST_F(CaptureFile, BothAnglesOrFocalLengthsMakePixelsThatAreNotSquare) {
+  // 6 x 4 pixels; f = size / 2 / tan(angle / 2).
+  const double angleX = 2 * std::atan(3 / 12.), angleY = 2 * std::atan(2 / 9.),
+               degrees = 180 / std::numbers::pi;
+  const auto lensOf = [&](const Json& angles) {
+    Json json = small();
+    json.erase("camera_angle_x");
+    json.update(angles);
+    return read(json);
+  };
+  for (const Json& both : {Json{{"camera_angle_x", angleX}, {"camera_angle_y", angleY}},
+                           Json{{"x_fov", angleX * degrees}, {"y_fov", angleY * degrees}},
+                           Json{{"fl_x", 12}, {"camera_angle_y", angleY}}}) {
+    const Capture capture = lensOf(both);
+    EXPECT_NEAR(capture.views[0].camera.lens.focalX, 12, 1e-13);
+    EXPECT_NEAR(capture.views[0].camera.lens.focalY, 9, 1e-13);
+    ASSERT_EQ(capture.notes.size(), 1u);
+    EXPECT_EQ(capture.notes[0], "pixels are not square in 1 frame, as camera_angle_y (or y_fov) says: focal "
+                                "lengths are 12 and 9 pixels");
+  }
+  EXPECT_NE(errorOf([&] {
+              lensOf({{"camera_angle_y", angleY}});
+            })
+                .find("frames[0].fl_x: found nothing, expected a number above 0, or camera_angle_x, as the "
+                      "vertical one "
+                      "does not say whether pixels are square"),
+            std::string::npos);
+}
+
+TEST_F(CaptureFile, WidthOrHeightAloneKeepsTheShapeOfThePicture) {
+  Json json = small();
+  const auto sizeOf = [&] {
+    const Lens lens = read(json).views[0].camera.lens;
+    return std::pair(lens.width, lens.height);
+  };
+  EXPECT_EQ(sizeOf(), std::pair(6, 4));
+  json["w"] = 12;
+  EXPECT_EQ(sizeOf(), std::pair(12, 8));
+  json.erase("w");
+  json["frames"][0]["h"] = 2;
+  EXPECT_EQ(sizeOf(), std::pair(3, 2));
+}
+
+TEST_F(CaptureFile, AFocalLengthOfAStatedSizeGoesBeforeAnotherAngle) {
+  Json json = small();
+  json["camera_angle_x"] = 0.49; // 2 atan(3 / 12) = 0.48996
+  json["fl_x"] = 12;
+  EXPECT_EQ(read(json).views[0].camera.lens.focalX, 12);
+  EXPECT_TRUE(read(json).notes.empty());
+  json["fl_x"] = 24;
+  EXPECT_EQ(error(json), "frames[0].fl_x: found 24, expected about 11.998912, as camera_angle_x (or x_fov) "
+                         "says, or w and h");
+  json.update({{"w", 6}, {"h", 4}, {"fl_y", 24}, {"camera_angle_y", 0.166}}); // 2 atan(2 / 24) = 0.1663
+  const Capture capture = read(json);
+  EXPECT_EQ(capture.views[0].camera.lens.focalX, 24);
+  EXPECT_EQ(capture.notes,
+            std::vector<std::string>{"angles are not those of the focal lengths, which count: fl_x "
+                                     "is 24, camera_angle_x (or x_fov) would be 11.998912 pixels"});
+  json["frames"][0]["fl_x"] = 24; // a frame's own lens is no contradiction
+  EXPECT_TRUE(read(json).notes.empty());
+  json["x_fov"] = 60;
+  EXPECT_TRUE(error(json).starts_with("x_fov: found 60, expected about 28.07")) << error(json);
 }
 
 TEST_F(CaptureFile, WhatAFrameSaysOverridesTheCapture) {
@@ -221,28 +359,56 @@ TEST_F(CaptureFile, FramesOfTheirOwnPlaceAndLampAreAsManyViewsAndLights) {
 TEST_F(CaptureFile, RoundingOfAPoseIsTakenOut) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
-  for (int i = 0; i < 20; ++i) {
-    const Eigen::Quaterniond q(normal(random), normal(random), normal(random), normal(random));
-    const Mat3<double> rotation = q.normalized().toRotationMatrix();
-    Json json = small();
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 3; ++column)
-        json["frames"][0]["transform_matrix"][row][column] = std::round(1e6 * rotation(row, column)) / 1e6;
-    const Mat3<double> found = read(json).views[0].camera.cameraFromWorld.rotation();
-    EXPECT_NEAR((found * found.transpose() - Mat3<double>::Identity()).norm(), 0, 3e-15);
-    EXPECT_NEAR((found.transpose() - rotation).norm(), 0, 1.5e-6);
-  }
+  for (const double unit : {1e-6, 1e-5, 1e-4, 1e-3})
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Quaterniond q(normal(random), normal(random), normal(random), normal(random));
+      const Mat3<double> rotation = q.normalized().toRotationMatrix();
+      Json json = small();
+      for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+          json["frames"][0]["transform_matrix"][row][column] =
+              std::round(rotation(row, column) / unit) * unit;
+      const Capture capture = read(json);
+      const Mat3<double> found = capture.views[0].camera.cameraFromWorld.rotation();
+      EXPECT_NEAR((found * found.transpose() - Mat3<double>::Identity()).norm(), 0, 3e-15);
+      EXPECT_NEAR((found.transpose() - rotation).norm(), 0, 1.5 * unit);
+      EXPECT_TRUE(unit > 5e-5 || capture.notes.empty());
+    }
+}
+
+TEST_F(CaptureFile, RotationsThatAreOffByMoreThanATenThousandthAreSaid) {
+  Json json = small();
+  const auto add = [&](double sine, double scale = 1) {
+    Json frame = json["frames"][0];
+    frame["transform_matrix"] = {
+        {scale, scale * sine, 0, json["frames"].size()}, {0, scale, 0, 0}, {0, 0, scale, 5}, {0, 0, 0, 1}};
+    json["frames"].push_back(frame);
+  };
+  for (const double sine : {9e-5, 2e-4, 0.0015}) add(sine);
+  EXPECT_EQ(read(json).notes,
+            std::vector<std::string>{
+                "2 rotations are rounded, off by up to 0.0015; the nearest rotation is taken"});
+  json["frames"].erase(3), json["frames"].erase(2);
+  add(0, 0.25), add(0, 2);
+  const Capture capture = read(json); // a camera's scale turns no ray
+  EXPECT_EQ(capture.notes,
+            std::vector<std::string>{"2 rotations are scaled, by 0.25 to 2; the scale is left out"});
+  EXPECT_NEAR((capture.views[3].camera.cameraFromWorld.rotation() - Mat3<double>::Identity()).norm(), 0,
+              1e-15);
+  EXPECT_NEAR((capture.views[3].camera.center().raw() - Vec3<double>(3, 0, 5)).norm(), 0, 1e-15);
 }
 
 TEST_F(CaptureFile, PosesThatAreNotRigidAreNamed) {
   const std::string field = "frames[0].transform_matrix";
   Json json = small();
-  for (int row = 0; row < 3; ++row) json["frames"][0]["transform_matrix"][row][row] = 2;
-  EXPECT_EQ(error(json), field + ": found columns of length 2, 2, 2, expected a rotation "
-                                 "without scale or shear");
-  json = small();
-  json["frames"][0]["transform_matrix"][0][1] = 0.01;
-  EXPECT_NE(error(json).find("shear"), std::string::npos);
+  json["frames"][0]["transform_matrix"][1][1] = 2;
+  EXPECT_EQ(error(json), field + ": found a matrix that is not orthonormal by 3, expected a rotation, with 3 "
+                                 "decimals or more");
+  for (const double shear : {0.0025, 0.01}) {
+    json = small();
+    json["frames"][0]["transform_matrix"][0][1] = shear;
+    EXPECT_NE(error(json).find("not orthonormal by " + numberText(shear)), std::string::npos) << error(json);
+  }
   json = small();
   json["frames"][0]["transform_matrix"][0][0] = -1;
   EXPECT_EQ(error(json), field + ": found a reflection, expected a rotation");
@@ -292,11 +458,9 @@ TEST_F(CaptureFile, FramesThatDifferInExposureAloneAreOneBracket) {
   EXPECT_EQ(error(json), "frames[3].mask_path: found none, expected that of the other exposures, mask.png");
 }
 
-TEST_F(CaptureFile, OfOneExposureThereIsOneTrainingFrameButAnyNumberForTests) {
+TEST_F(CaptureFile, OfOneExposureAViewHasAnyNumberOfTestFrames) {
   Json json = full();
   json["frames"].push_back(json["frames"][0]);
-  EXPECT_EQ(error(json), "frames[2]: photographs the same view and light for training as images/a.png, with "
-                         "the same exposure");
   for (const double exposure : {0.5, 1., 0.5, 1.}) { // two brackets of two
     json["frames"][2]["split"] = "test";
     json["frames"][2]["exposure"] = exposure;
@@ -306,6 +470,61 @@ TEST_F(CaptureFile, OfOneExposureThereIsOneTrainingFrameButAnyNumberForTests) {
   const Capture capture = read(json);
   ASSERT_EQ(capture.frames.size(), 4u);
   for (const size_t i : {2u, 3u}) EXPECT_EQ(bracketOf(capture.frames[i]).size(), 2u);
+}
+
+TEST_F(CaptureFile, ASecondPhotographOfOneViewAndLightIsAViewOfItsOwn) {
+  for (const bool named : {false, true}) {
+    Json json = small();
+    if (named) json["frames"][0]["camera"] = "C";
+    Json again = json["frames"][0];
+    json["frames"].push_back(again); // the very same picture, which is taken once
+    again["file_path"] = "mask.png";
+    json["frames"].push_back(again);
+    again["exposure"] = 4;
+    again["file_path"] = "images/a.png";
+    json["frames"].push_back(again); // one more exposure of the second
+    const Capture capture = read(json);
+    ASSERT_EQ(capture.views.size(), 2u);
+    EXPECT_EQ(capture.views[1].identity, named ? "C" : "mask");
+    EXPECT_EQ(capture.views[1].camera.lens, capture.views[0].camera.lens);
+    EXPECT_EQ(capture.views[1].camera.center(), capture.views[0].camera.center());
+    EXPECT_EQ(
+        capture.frames,
+        (std::vector<Frame>{{.view = 0, .picture = "images/a.png"},
+                            {.view = 1, .picture = "mask.png", .further = {{"images/a.png", "", "", 4}}}}));
+    EXPECT_EQ(capture.notes,
+              (std::vector<std::string>{"1 photograph with view and light of another (mask.png that of "
+                                        "images/a.png): each is kept as a view of its own",
+                                        "1 frame is listed twice, and taken once"}));
+  }
+}
+
+TEST_F(CaptureFile, FramesAreOfOneTime) {
+  Json json = small();
+  json["frames"].push_back(json["frames"][0]);
+  json["frames"][0]["time"] = 0.5;
+  json["frames"][1]["split"] = "test";
+  EXPECT_EQ(read(json).time, 0.5);
+  json["frames"][1]["time"] = 0.5;
+  EXPECT_EQ(read(json).time, 0.5);
+  json["frames"][1]["time"] = 0.75;
+  EXPECT_EQ(error(json), "frames[1].time: found 0.75, expected 0.5, as in the frames before: the frames are "
+                         "of several times, a model shows one");
+}
+
+TEST_F(CaptureFile, BackslashesStandForSlashes) {
+  Json json = full();
+  json["frames"][0]["file_path"] = ".\\images\\a.png";
+  json["frames"][0]["mask_path"] = ".\\mask.png";
+  json["geometry"] = "images\\..\\mesh.ply";
+  const Capture capture = read(json);
+  EXPECT_EQ(capture.frames[0].picture, "images/a.png");
+  EXPECT_EQ(capture.frames[0].mask, "mask.png");
+  EXPECT_EQ(capture.geometry, "mesh.ply");
+  json["geometry"] = "..\\mesh.ply";
+  EXPECT_NE(error(json).find("expected a path inside the capture's folder"), std::string::npos);
+  writeBytes(folder / "..\\mesh.ply", ""); // a name of its own
+  EXPECT_EQ(read(json).geometry, "..\\mesh.ply");
 }
 
 TEST_F(CaptureFile, AResponseCurveStandsInForAColorSpace) {
@@ -426,19 +645,13 @@ TEST_F(CaptureFile, ADamagedPictureOfUnknownSizeIsNamedItself) {
   EXPECT_TRUE(line.starts_with((folder / "images/a.png").string())) << line;
 }
 
-// "frames[0].light" for "/frames/0/light".
-std::string fieldOf(std::string pointer) {
-  std::string field;
-  for (std::stringstream steps(pointer.erase(0, 1)); std::getline(steps, pointer, '/');)
-    field += std::isdigit(static_cast<unsigned char>(pointer[0])) ? "[" + pointer + "]"
-                                                                  : (field.empty() ? "" : ".") + pointer;
-  return field;
-}
-
 TEST_F(CaptureFile, AWrongTypeInAnyFieldIsNamedWithItsField) {
   Json json = full();
   json["ortho_height"] = 1;
-  json["camera_angle_x"] = 1;
+  json["camera_angle_x"] = 0.556; // 2 atan(3 / 10.5)
+  json["camera_angle_y"] = 0.344; // 2 atan(2 / 11.5)
+  json["x_fov"] = 31.9, json["y_fov"] = 19.7;
+  json["frames"][0]["time"] = 1;
   json["frames"][0]["pl_pos"] = {1, 2, 3};
   json["frames"][0]["pl_intensity"] = {1, 2, 3};
   json["frames"][0].erase("light"); // which would hide pl_pos

@@ -85,6 +85,18 @@ TEST_F(Colmap, ACameraAtTheOriginLooksAlongZWithYDown) {
   EXPECT_FALSE(camera.project({0, 0, -1}));
 }
 
+TEST_F(Colmap, RoundedQuaternionsAreSaid) {
+  add("a.png", "PINHOLE").camera.rotation = Eigen::Quaterniond(0.5002, 0.5002, 0.5002, 0.5002);
+  writeText();
+  const Source source = read();
+  EXPECT_EQ(std::ranges::count(source.notes,
+                               "1 rotation is rounded, off by up to 0.0004; the nearest rotation is taken"),
+            1);
+  Mat3<double> turned; // x to y to z to x, then y and z turn around
+  turned << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  EXPECT_NEAR((source.capture.views[0].camera.cameraFromWorld.rotation() - turned).norm(), 0, 1e-15);
+}
+
 TEST_F(Colmap, NamesCanHaveBlanksAndFolders) {
   add("a b/c d.png", "PINHOLE");
   writeText();
@@ -133,9 +145,12 @@ TEST_F(Colmap, ShrunkPicturesShrinkTheLens) {
 
 TEST_F(Colmap, OtherModelsAreNamed) {
   const std::vector<double> twelve{20, 20, 8, 6, 0, 0, 0, 0, 0.01, 0, 0, 0};
-  for (const auto& [model, count] : {std::pair("OPENCV_FISHEYE", 8), std::pair("FULL_OPENCV", 12),
-                                     std::pair("FOV", 5), std::pair("SIMPLE_RADIAL_FISHEYE", 4),
-                                     std::pair("RADIAL_FISHEYE", 5), std::pair("THIN_PRISM_FISHEYE", 12)}) {
+  for (const auto& [model, count] :
+       {std::pair("OPENCV_FISHEYE", 8), std::pair("FULL_OPENCV", 12), std::pair("FOV", 5),
+        std::pair("SIMPLE_RADIAL_FISHEYE", 4), std::pair("RADIAL_FISHEYE", 5),
+        std::pair("THIN_PRISM_FISHEYE", 12), std::pair("SIMPLE_DIVISION", 4), std::pair("DIVISION", 5),
+        std::pair("SIMPLE_FISHEYE", 3), std::pair("FISHEYE", 4), std::pair("EUCM", 6),
+        std::pair("EQUIRECTANGULAR", 2)}) {
     const std::span parameters(twelve.data(), static_cast<size_t>(count));
     EXPECT_NE(errorOf([&] { colmapLens(model, 16, 12, parameters); }).find(std::string("found ") + model),
               std::string::npos);

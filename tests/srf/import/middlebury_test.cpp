@@ -88,6 +88,19 @@ TEST_F(Middlebury, WhatIsNoRotationIsRefused) {
   EXPECT_NE(error(text).find("found a reflection"), std::string::npos);
 }
 
+TEST_F(Middlebury, ARoundedRotationIsSaidAndAScaledOneRefused) {
+  cameras[0].rotation = Eigen::Quaterniond::Identity();
+  const std::string text = "1\n" + line(0), identity = row(1., 0., 0., 0., 1., 0., 0., 0., 1.);
+  const auto with = [&](const std::string& rotation) {
+    return std::string(text).replace(text.find(identity), identity.size(), rotation);
+  };
+  const Source source = read(with(row(1.0005, 0., 0., 0., 1., 0., 0., 0., 1.)));
+  EXPECT_EQ(source.notes.at(1), "1 rotation is rounded, off by up to 0.001; the nearest rotation is taken");
+  rig.expectSamePixels(source.capture.views[0].camera, cameras[0], 0.5);
+  EXPECT_NE(error(with(row(2., 0., 0., 0., 2., 0., 0., 0., 2.))).find("not orthonormal by 3"),
+            std::string::npos);
+}
+
 TEST_F(Middlebury, CountsAndNamesMustFit) {
   EXPECT_NE(error("3\n" + line(0)).find("line 1: found 3, expected 1, as many as lines follow"),
             std::string::npos);

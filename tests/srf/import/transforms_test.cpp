@@ -78,7 +78,7 @@ TEST_F(Transforms, ListsOfNerfstudioAreSplits) {
     json["frames"].push_back(frame(path, rig.camera(false)));
     json["frames"].back()["file_path"] = path + ".png";
   }
-  json["train_filenames"] = {"images/f0.png", "./images/f3.png"};
+  json["train_filenames"] = {"images/f0.png", ".\\images\\f3.png"};
   json["val_filenames"] = {"images/f1.png"};
   json["test_filenames"] = {"images/f2.png"};
   write("transforms.json", json);
@@ -90,6 +90,55 @@ TEST_F(Transforms, ListsOfNerfstudioAreSplits) {
   EXPECT_EQ(source.capture.frames[2].picture.filename(), "f3.png");
   EXPECT_EQ(source.capture.views.size(), 3u);
   EXPECT_EQ(source.notes.size(), 3u); // the transform, validation, what no list names
+}
+
+TEST_F(Transforms, NotesOfTheReaderComeThroughOnceAFileWhereTheyDiffer) {
+  writeSplits({{"train", 2}, {"test", 1}});
+  const auto change = [&](const char* file, const char* frameKey) {
+    Json json = Json::parse(std::ifstream(folder / file));
+    json["foo"] = 1;
+    if (frameKey) json["frames"][0][frameKey] = 2;
+    write(file, json);
+  };
+  change("transforms_train.json", nullptr);
+  change("transforms_test.json", nullptr);
+  const std::string foo = "1 key is not known and passed over: \"foo\"";
+  EXPECT_EQ(read().notes, std::vector<std::string>{foo});
+  EXPECT_EQ(importCapture(folder.path(), folder / "out", {}).notes, std::vector<std::string>{foo});
+  change("transforms_test.json", "bar");
+  EXPECT_EQ(read().notes,
+            (std::vector<std::string>{foo, "transforms_test.json: 2 keys are not known and passed over: "
+                                           "\"bar\" (in 1 frame), \"foo\""}));
+  change("transforms_test.json", "is_fisheye");
+  EXPECT_TRUE(errorOf([&] { read(); })
+                  .starts_with((folder / "transforms_test.json").string() +
+                               ": frames[0].is_fisheye: found 2, expected "));
+}
+
+TEST_F(Transforms, FilesOfDifferentTimesAreRefused) {
+  writeSplits({{"train", 2}, {"test", 1}});
+  for (const auto& [file, time] :
+       {std::pair("transforms_train.json", 0.), std::pair("transforms_test.json", 1.)}) {
+    Json json = Json::parse(std::ifstream(folder / file));
+    for (Json& frame : json["frames"]) frame["time"] = time;
+    write(file, json);
+  }
+  EXPECT_NE(errorOf([&] { read(); }).find("transforms_test.json: time: differs from that of another file"),
+            std::string::npos);
+}
+
+TEST_F(Transforms, OnePoseTwiceIsTwoViewsAgainWhenRead) {
+  const VisionCamera camera = blenderCamera();
+  Json json{{"camera_angle_x", 0.7}, {"frames", Json::array()}};
+  for (const char* name : {"first", "other", "last"})
+    json["frames"].push_back(frame(name, std::string(name) == "other" ? blenderCamera() : camera));
+  write("transforms.json", json);
+  ASSERT_EQ(read().notes.size(), 1u);
+  const Capture capture = imported();
+  ASSERT_EQ(capture.views.size(), 3u);
+  EXPECT_EQ(capture.views[2].identity, "last");
+  EXPECT_EQ(capture.frames[2].view, 2u);
+  for (const size_t view : {0u, 2u}) rig.expectSamePixels(capture.views[view].camera, camera);
 }
 
 TEST_F(Transforms, ListsThatNameNoFrameAreRefused) {

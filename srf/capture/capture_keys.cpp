@@ -1,0 +1,171 @@
+// [instant-ngp] NVlabs/instant-ngp, src/nerf_loader.cu, and docs/nerf_dataset_tips.md
+// [nerfstudio] docs.nerf.studio, "Data conventions"; nerfstudio/data/dataparsers/nerfstudio_dataparser.py
+// [NeuS2] 19reborn/NeuS2, DATA_CONVENTION.md
+#include "srf/capture/capture_keys.h"
+
+#include "srf/capture/counted.h"
+
+#include <algorithm>
+#include <array>
+
+namespace surflect {
+
+namespace {
+
+using std::to_array;
+
+// ---------------------------------------------------------------------------------------------------------
+// Read.
+
+constexpr auto kOfCapture =
+    to_array<std::string_view>({"calibration", "color_space", "frames", "geometry", "lights", "response"});
+
+constexpr auto kOfLight = to_array<std::string_view>(
+    {"cluster", "direction", "intensity", "irradiance", "irradiance_gradient", "name", "position", "type"});
+
+constexpr auto kOfFrame =
+    to_array<std::string_view>({"alpha_layer", "camera", "exposure", "file_path", "layer", "light",
+                                "mask_path", "pl_intensity", "pl_pos", "split", "time", "transform_matrix"});
+
+// Of the capture, or of a frame.
+constexpr auto kOfLens =
+    to_array<std::string_view>({"camera_angle_x", "camera_angle_y", "camera_model", "cx", "cy", "fl_x",
+                                "fl_y", "h", "k1", "k2", "ortho_height", "p1", "p2", "w", "x_fov", "y_fov"});
+
+// ---------------------------------------------------------------------------------------------------------
+// Harmless, of the capture or of a frame.
+
+constexpr auto kHarmless = to_array<std::string_view>(
+    {// Where a NeRF's volume lies in the world of the poses; the poses themselves stay [instant-ngp].
+     "aabb", "aabb_scale", "offset", "render_aabb", "scale", "up",
+     // Which photographs a NeRF trains with, and how [instant-ngp].
+     "enable_depth_loading", "enable_ray_loading", "envmap", "importance_sampling", "n_extra_learnable_dims",
+     "n_frames", "sharpen", "sharpness", "sharpness_discard_threshold",
+     // What was done to the poses that follow; how a NeRF is to turn and scale them [nerfstudio].
+     "applied_scale", "applied_transform", "auto_scale_poses_override", "orientation_override",
+     // Points and depths, which nothing here needs [instant-ngp, nerfstudio].
+     "depth_file_path", "depth_path", "depth_unit_scale_factor", "integer_depth_scale", "ply_file_path",
+     // Near and far ends of a NeRF's rays; Blender's steps between frames; numbers and notes of exporters.
+     "colmap_im_id", "comment", "far", "near", "rotation", "timestamp", "version"});
+
+// ---------------------------------------------------------------------------------------------------------
+// Unsupported, wherever they stand.
+
+struct Reason {
+  std::string_view expected, neutral = {};
+};
+
+constexpr Reason kLens{"none: lenses are pinholes with k1, k2, p1, p2; undistort the pictures first",
+                       "pinhole simple_pinhole perspective opencv"};
+constexpr Reason kFocal{"none: fl_x, fl_y, cx and cy are read instead"};
+constexpr Reason kAxes{"OpenGL's axes: x right, y up, looking along -z", "opengl blender"};
+constexpr Reason kStill{"none: cameras stand still while they expose", "global"};
+constexpr Reason kMatte{"false: give the pictures alpha, or the frames a mask_path"};
+constexpr Reason kPremultiplied{"false: colours are multiplied by alpha"};
+constexpr Reason kLight{"none: light, or pl_pos and pl_intensity, are read instead"};
+constexpr Reason kForImport{"none here: surflect import reads it"};
+constexpr Reason kOfWhole{"none here: it is a key of the whole capture"};
+constexpr Reason kOfOne{"none here: it is a key of a frame"};
+
+struct Unsupported {
+  std::string_view key;
+  Reason reason;
+};
+
+constexpr auto kUnsupported = to_array<Unsupported>({
+    {"k3", kLens}, // lenses [instant-ngp, read_lens; nerfstudio]
+    {"k4", kLens},
+    {"k5", kLens},
+    {"k6", kLens},
+    {"p3", kLens},
+    {"camera_type", kLens},
+    {"latlong", kLens},
+    {"projection", kLens},
+    {"skew", kFocal},
+    {"K", kFocal},
+    {"transform_matrix_start", kStill}, // poses between which the shutter opens and closes [instant-ngp]
+    {"transform_matrix_end", kStill},
+    {"from_na", kAxes},            // looking along +z, y down [NeuS2]
+    {"normal_mts_args", kAxes},    // Mitsuba's: x left, looking along +z [instant-ngp]
+    {"black_transparent", kMatte}, // the background's colour is the matte [instant-ngp]
+    {"white_transparent", kMatte},
+    {"fix_premult", kPremultiplied},   // [instant-ngp]
+    {"driver_parameters", kLight},     // LightX, LightY, LightZ of a frame [instant-ngp]
+    {"camera_intrinsics", kForImport}, // [cx, cy, fl_x, fl_y] of NRHints and GS3
+    {"file_ext", kForImport},          // of NRHints
+    {"img_path", kForImport},          // of GS3
+    {"train_filenames", kForImport},   // [nerfstudio]
+    {"test_filenames", kForImport},
+    {"val_filenames", kForImport},
+});
+
+// Parts of names, in lower case: "ftheta_p1", "isFisheye", "lens_mode", "distortion_params".
+constexpr auto kUnsupportedParts = to_array<Unsupported>({
+    {"distort", kLens},
+    {"equirect", kLens},
+    {"fisheye", kLens},
+    {"ftheta", kLens},
+    {"lens", kLens},
+    {"panorama", kLens},
+    {"intrinsic", kFocal},
+    {"convention", kAxes},
+    {"coordinate", kAxes},
+    {"rolling_shutter", kStill},
+});
+
+// The beginning of a UTF-8 text, cut between two characters.
+std::string shortened(const std::string& text) {
+  size_t end = 60;
+  if (text.size() <= end) return text;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+KeyRule unsupported(const Reason& reason) { return {KeyUse::unsupported, reason.expected, reason.neutral}; }
+
+bool isOneOf(const auto& list, std::string_view key) {
+  return std::find(list.begin(), list.end(), key) != list.end();
+}
+
+} // namespace
+
+std::string lowerCase(std::string_view ascii) {
+  std::string text(ascii);
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+  return text;
+}
+
+KeyRule keyRule(std::string_view key, KeyPlace place) {
+  if (place == KeyPlace::light) return {isOneOf(kOfLight, key) ? KeyUse::read : KeyUse::unknown};
+  const bool ofCapture = isOneOf(kOfCapture, key), ofFrame = isOneOf(kOfFrame, key);
+  if (isOneOf(kOfLens, key) || (place == KeyPlace::frame ? ofFrame : ofCapture)) return {KeyUse::read};
+  if (ofCapture || ofFrame) return unsupported(ofCapture ? kOfWhole : kOfOne);
+  if (isOneOf(kHarmless, key)) return {KeyUse::harmless};
+  for (const auto& [name, reason] : kUnsupported)
+    if (key == name) return unsupported(reason);
+  const std::string lower = lowerCase(key);
+  for (const auto& [part, reason] : kUnsupportedParts)
+    if (lower.find(part) != std::string_view::npos) return unsupported(reason);
+  return {};
+}
+
+std::optional<std::string> UnknownKeys::note() const {
+  if (counts_.empty()) return std::nullopt;
+  constexpr size_t mostNamed = 10;
+  const size_t all = counts_.size();
+  std::string list;
+  for (size_t i = 0; const auto& [where, count] : counts_) {
+    const auto& [key, place] = where;
+    if (i++ == mostNamed) break;
+    list += (i > 1 ? ", \"" : "\"") + shortened(key) + "\"";
+    for (char& c : list) // names come from outside; a note is one line
+      if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
+    if (place != KeyPlace::capture)
+      list += " (in " + counted(count, place == KeyPlace::frame ? "frame" : "light") + ")";
+  }
+  return counted(all, "key") + (all > 1 ? " are" : " is") + " not known and passed over: " + list +
+         (all > mostNamed ? " and " + std::to_string(all - mostNamed) + " more" : "");
+}
+
+} // namespace surflect

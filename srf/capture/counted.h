@@ -1,0 +1,14 @@
+// A number of things, in words.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace surflect {
+
+// "1 frame", "2 frames"
+inline std::string counted(size_t count, const char* thing) {
+  return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
+
+} // namespace surflect
