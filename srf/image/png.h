@@ -14,11 +14,12 @@ struct PngPicture {
 
 struct PngSize {
   int width = 0, height = 0;
+  bool hasAlpha = false; // a channel of its own, or transparent colours
 };
 
 // Throws Error for a damaged file, any truncated one, and for more than 2^28 pixels.
 PngPicture readPng(const std::filesystem::path& path);
-// Reads the first bytes only.
+// Reads the first 64 kB at most.
 PngSize readPngSize(const std::filesystem::path& path);
 
 // Writes an image of 1 to 4 channels (as above) atomically, rounding values clamped to 0..1 to 8 or 16 bits.
