@@ -1,5 +1,6 @@
 #include "srf/model/impostor.h"
 
+#include "srf/capture/mask_survey.h"
 #include "srf/hull/mattes.h"
 #include "srf/hull/visual_hull.h"
 #include "srf/model/one_view.h"
@@ -19,6 +20,8 @@ Impostor hullOf(const Capture& training, const Progress& progress) {
     throw Error("several views, but neither geometry nor mattes: give a mesh with --mesh, or masks (surflect "
                 "import --mask-threshold makes them)")
         .in(training.file);
+  if (std::ranges::all_of(sights, [](const Sight& sight) { return sight.outline.isEmpty(); }))
+    throw Error("no matte shows anything of the object: " + describeEmptyMattes(training)).in(training.file);
   try {
     VisualHull hull = visualHull(sights, {}, progress);
     Impostor impostor{std::move(hull.mesh), Impostor::Origin::hull};

@@ -1,6 +1,7 @@
 #include "srf/hull/mattes.h"
 
 #include "srf/image/png.h"
+#include "srf/model/impostor.h"
 #include "tests/srf/hull/shapes.h"
 
 namespace surflect {
@@ -55,6 +56,12 @@ TEST_F(Mattes, ThatAreMissingOrWithoutBackgroundAreNone) {
   add(0, 0, std::nullopt);
   add(1, 0, columns(0, 16));
   EXPECT_TRUE(sightsOf(capture, {}).empty());
+}
+
+TEST_F(Mattes, ThatAreAllEmptyAreExplainedByTheFirst) {
+  for (size_t view = 0; view < 2; ++view) add(view, 0, columns(0, 0));
+  EXPECT_NE(errorOf([&] { impostorOf(capture, {}, {}); }).find("mask0.png (16 x 16, largest value 0 of 255)"),
+            std::string::npos);
 }
 
 TEST_F(Mattes, ThatCannotBeReadAreNamed) {
