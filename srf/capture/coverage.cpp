@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <ranges>
 #include <span>
 
@@ -56,6 +57,22 @@ float whiteOf(std::span<const float> values) {
   return other > 0 && hasBlack ? other : 1;
 }
 
+struct Range {
+  float least = std::numeric_limits<float>::infinity(), largest = -least;
+
+  void add(float value) {
+    least = std::min(least, value);
+    largest = std::max(largest, value);
+  }
+  // "0 to 3 of 255" of encoded values.
+  std::string shown(int bits) const {
+    if (bits == 0) return numberText(least) + " to " + numberText(largest);
+    const double top = std::exp2(bits) - 1;
+    return numberText(std::round(least * top)) + " to " + numberText(std::round(largest * top)) + " of " +
+           numberText(top);
+  }
+};
+
 std::string shown(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
 } // namespace
@@ -104,18 +121,14 @@ bool isResized(PictureSize a, PictureSize b) {
 
 std::string describeMatte(const std::filesystem::path& file) {
   const Picture picture = readPicture(file);
-  float largest = 0, largestAlpha = 0;
+  Range white, alpha;
   for (size_t i = 0; i < texelCount(picture); ++i) {
-    const auto [white, alpha] = texelOf(picture, i);
-    largest = std::max(largest, white);
-    largestAlpha = std::max(largestAlpha, alpha);
+    const Texel texel = texelOf(picture, i);
+    white.add(texel.white);
+    alpha.add(texel.alpha);
   }
-  const double top = picture.bits == 0 ? 1 : std::exp2(picture.bits) - 1;
-  const auto inUnits = [&](float value) {
-    return numberText(picture.bits == 0 ? value : std::round(value * top)) + " of " + numberText(top);
-  };
-  return file.string() + " (" + shown(picture.image.width, picture.image.height) + ", largest value " +
-         inUnits(largest) + (picture.hasAlpha() ? ", largest alpha " + inUnits(largestAlpha) : "") + ")";
+  return file.string() + " (" + shown(picture.image.width, picture.image.height) + ", values " +
+         white.shown(picture.bits) + (picture.hasAlpha() ? ", alpha " + alpha.shown(picture.bits) : "") + ")";
 }
 
 } // namespace surflect

@@ -27,8 +27,8 @@ Image readCoverage(const std::filesystem::path& mask, PictureSize size);
 // whole pixels, and at least 5 % of difference, less than which is a crop.
 bool isResized(PictureSize a, PictureSize b);
 
-// "masks/a.png (640 x 480, largest value 3 of 255)", of a mask or of a picture with alpha, whose largest
-// alpha it says.
+// "masks/a.png (640 x 480, values 0 to 3 of 255)", of a mask or of a picture with alpha, whose alpha is
+// described, too.
 std::string describeMatte(const std::filesystem::path& file);
 
 } // namespace surflect

@@ -89,19 +89,27 @@ void warnOfViewsWithout(const Capture& capture, std::vector<std::string>& warnin
                                  firstNames(without)));
 }
 
+// Masks without object, and masks none of which has background.
 void warnOfEmpty(const std::vector<MaskFile>& masks, const fs::path& folder,
                  std::vector<std::string>& warnings) {
-  std::vector<std::string> names;
-  size_t count = 0;
+  std::vector<std::string> empty, full;
+  const auto add = [&](std::vector<std::string>& names, const MaskFile& mask) {
+    names.push_back(names.size() < 3 ? describeMatte(folder / mask.path) : ""); // three are shown
+  };
   for (const MaskFile& mask : masks) {
-    if (mask.inside > 0) continue;
-    if (++count <= 4) names.push_back(describeMatte(folder / mask.path));
+    if (mask.inside == 0) add(empty, mask);
+    if (mask.inside == 1) add(full, mask);
   }
-  if (count > 0)
+  if (!empty.empty())
     warnings.push_back(
         fmt::format("{} of {} masks show nothing of the object, which is what is brighter than "
                     "half of white: {}",
-                    count, masks.size(), firstNames(names)));
+                    empty.size(), masks.size(), firstNames(empty)));
+  if (!full.empty() && full.size() == masks.size())
+    warnings.push_back(
+        fmt::format("none of {} masks shows any background, which is what is darker than half of "
+                    "white: {}",
+                    full.size(), firstNames(full)));
 }
 
 // An object lies within most pictures, so its mask is rarer along the border than elsewhere.
@@ -162,16 +170,14 @@ MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& pr
   return survey;
 }
 
-std::string describeEmptyMattes(const Capture& capture) {
+std::optional<std::string> describeFirstMatte(const Capture& capture) {
   for (const Frame& frame : capture.frames) {
     const fs::path file = capture.folder() / (frame.mask.empty() ? frame.picture : frame.mask);
     std::error_code ignored;
     if (!fs::is_regular_file(file, ignored)) continue;
-    if (!frame.mask.empty() || hasAlpha(file, frame))
-      return "the object is where mask and alpha are above half of white; the first is " +
-             describeMatte(file);
+    if (!frame.mask.empty() || hasAlpha(file, frame)) return describeMatte(file);
   }
-  return "";
+  return std::nullopt;
 }
 
 } // namespace surflect

@@ -4,6 +4,7 @@
 #include "srf/capture/capture.h"
 #include "surfel/progress.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,8 @@ struct MaskSurvey {
 // mostly white. `inverted`: black is to be the object. Throws Error for what cannot be read, and Cancelled.
 MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress);
 
-// Why nothing is seen of the object, by the first mask or picture with alpha, which is read; empty where the
-// capture has no mattes on disk.
-std::string describeEmptyMattes(const Capture& capture);
+// The first mask or picture with alpha as describeMatte() has it, for messages; none where the capture has no
+// mattes on disk. Reads it.
+std::optional<std::string> describeFirstMatte(const Capture& capture);
 
 } // namespace surflect

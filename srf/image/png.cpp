@@ -141,6 +141,19 @@ private:
   png_infop info_;
 };
 
+// Whether a tRNS chunk, which makes colours transparent, stands before the pixels. [PNG 3rd
+// ed., 5.3, 11.3.1.1]
+bool hasTransparentColors(std::string_view file) {
+  constexpr size_t kSignature = 8, kAround = 12; // length, name and checksum of a chunk
+  for (size_t at = kSignature; at + 8 <= file.size();) {
+    const std::string_view name = file.substr(at + 4, 4);
+    if (name == "tRNS") return true;
+    if (name == "IDAT") return false;
+    at += kAround + png_get_uint_32(reinterpret_cast<const png_byte*>(file.data()) + at);
+  }
+  return false;
+}
+
 } // namespace
 
 PngPicture readPng(const std::filesystem::path& path) {
@@ -162,19 +175,6 @@ PngPicture readPng(const std::filesystem::path& path) {
   for (size_t i = 0; i < picture.image.values.size(); ++i)
     picture.image.values[i] = sampleAt(samples, i, picture.bitDepth);
   return picture;
-}
-
-// Whether a tRNS chunk, which makes colours transparent, stands before the pixels. [PNG 3rd
-// ed., 5.3, 11.3.1.1]
-static bool hasTransparentColors(std::string_view file) {
-  constexpr size_t kSignature = 8, kAround = 12; // length, name and checksum of a chunk
-  for (size_t at = kSignature; at + 8 <= file.size();) {
-    const std::string_view name = file.substr(at + 4, 4);
-    if (name == "tRNS") return true;
-    if (name == "IDAT") return false;
-    at += kAround + png_get_uint_32(reinterpret_cast<const png_byte*>(file.data()) + at);
-  }
-  return false;
 }
 
 PngSize readPngSize(const std::filesystem::path& path) {

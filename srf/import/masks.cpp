@@ -74,11 +74,15 @@ Candidates candidatesFor(const fs::path& picture, std::span<const Place> places,
     found.bounds = bounds;
     return !found.masks.empty();
   };
-  const std::vector<std::string> keys{file,           stem,           stem + "_mask",
-                                      stem + "-mask", stem + ".mask", "mask_" + stem};
+  std::vector<std::string> keys;
+  for (const std::string& name : {stem, file})
+    for (const char* end : {"_mask", "-mask", ".mask"}) keys.push_back(name + end);
+  const size_t withSuffix = keys.size();
+  for (const std::string& key : {"mask_" + stem, stem, file}) keys.push_back(key);
+  std::ranges::reverse(keys);
   for (const auto& [folder, name] : places)
     if (look(folder / name.parent_path(), folder.parent_path(), keys)) return found;
-  look(picture.parent_path(), picture.parent_path(), std::span(keys).subspan(2, 3));
+  look(picture.parent_path(), picture.parent_path(), std::span(keys).last(withSuffix));
   return found;
 }
 

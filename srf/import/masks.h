@@ -1,8 +1,8 @@
 // Masks that lie beside pictures under their names, where the source does not name them itself.
 //
-// The mask of 01.jpg is 01.jpg.png [COLMAP FAQ, "Mask image regions"], 01.png (or another picture), 01_mask,
-// 01-mask, 01.mask or mask_01, in a folder masks/ or mask/ that has the pictures' folders below it; or
-// 01_mask beside 01.jpg.
+// The mask of 01.jpg is 01.jpg.png [COLMAP FAQ, "Mask image regions"], 01.png (or another picture), mask_01,
+// or either name with _mask, -mask or .mask at its end, in a folder masks/ or mask/ that has the pictures'
+// folders below it; or one with such an end beside 01.jpg.
 #pragma once
 
 #include "srf/import/source.h"

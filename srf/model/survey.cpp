@@ -87,8 +87,10 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
     if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
   }
   if (!white.isKnown()) {
-    const std::string mattes = describeEmptyMattes(capture);
-    throw Error("no photograph shows anything of the object" + (mattes.empty() ? "" : ": " + mattes))
+    const auto matte = describeFirstMatte(capture);
+    throw Error(
+        "no photograph shows anything of the object" +
+        (matte ? ", which is what is above half of white in mask and alpha; the first is " + *matte : ""))
         .in(capture.file);
   }
   return {white.value(), samples.choose(white.value(), normals, progress)};

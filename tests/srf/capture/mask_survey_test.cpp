@@ -127,10 +127,14 @@ TEST_F(MaskSurveys, TellEmptyMasksWithTheirLargestValue) {
   add(labels);
   ASSERT_EQ(warnings().size(), 1u);
   EXPECT_NE(warnings()[0].find("1 of 2 masks show nothing of the object"), std::string::npos);
-  EXPECT_NE(warnings()[0].find("m1.png (20 x 20, largest value 3 of 255)"), std::string::npos)
-      << warnings()[0];
-  EXPECT_NE(describeEmptyMattes(capture).find("m0.png (20 x 20, largest value 255 of 255)"),
-            std::string::npos);
+  EXPECT_NE(warnings()[0].find("m1.png (20 x 20, values 0 to 3 of 255)"), std::string::npos) << warnings()[0];
+  EXPECT_NE(describeFirstMatte(capture)->find("m0.png (20 x 20, values 0 to 255 of 255)"), std::string::npos);
+}
+
+TEST_F(MaskSurveys, TellMasksNoneOfWhichHasBackground) {
+  for (int i = 0; i < 2; ++i) add(disc(1, 1));
+  ASSERT_EQ(warnings().size(), 1u);
+  EXPECT_EQ(warnings()[0].find("none of 2 masks shows any background"), 0u) << warnings()[0];
 }
 
 TEST_F(MaskSurveys, TellMasksWhoseBlackIsTheObject) {

@@ -45,8 +45,9 @@ protected:
 
 TEST_F(MasksByName, AreNamedByFileByStemOrWithASuffix) {
   add("images/a.png");
-  for (const char* mask : {"masks/a.png.png", "masks/a.png", "mask/a_mask.png", "mask/mask_a.png",
-                           "images/masks/a.png", "images/mask/a.png.png", "images/a_mask.png"}) {
+  for (const char* mask :
+       {"masks/a.png.png", "masks/a.png", "mask/a_mask.png", "mask/mask_a.png", "images/masks/a.png",
+        "images/mask/a.png.png", "masks/a.png.mask.png", "images/a_mask.png", "images/a.png.mask.png"}) {
     writeMask(mask);
     EXPECT_NE(import().find("a"), std::string::npos) << mask;
     EXPECT_TRUE(
