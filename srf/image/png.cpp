@@ -141,8 +141,8 @@ private:
   png_infop info_;
 };
 
-// Whether a tRNS chunk, which makes colours transparent, stands before the pixels. [PNG 3rd
-// ed., 5.3, 11.3.1.1]
+// Whether a tRNS chunk, which makes colours transparent, comes before the pixels.
+// [PNG 3rd ed., 5.3 and 11.3.1.1]
 bool hasTransparentColors(std::string_view file) {
   constexpr size_t kSignature = 8, kAround = 12; // length, name and checksum of a chunk
   for (size_t at = kSignature; at + 8 <= file.size();) {
@@ -178,8 +178,7 @@ PngPicture readPng(const std::filesystem::path& path) {
 }
 
 PngSize readPngSize(const std::filesystem::path& path) {
-  const std::string start =
-      readFileStart(path, size_t{1} << 16); // signature, first chunk, those before pixels
+  const std::string start = readFileStart(path, size_t{1} << 16); // the chunks before the pixels
   const auto* head = reinterpret_cast<const png_byte*>(start.data());
   if (start.size() < 24 || png_sig_cmp(head, 0, 8) != 0) throw Error("cannot read (not a PNG file)").in(path);
   const uint32_t width = png_get_uint_32(head + 16), height = png_get_uint_32(head + 20);

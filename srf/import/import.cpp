@@ -198,11 +198,6 @@ std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progr
   return masks;
 }
 
-Image inverted(Image coverage) {
-  for (float& value : coverage.values) value = 1 - value;
-  return coverage;
-}
-
 Image imageOf(const Mask& mask) {
   Image image(mask.width, mask.height, 1);
   std::ranges::copy(mask.inside, image.values.begin());
@@ -242,6 +237,15 @@ public:
     return known->second;
   }
 
+  // A picture in the place of a file of the source, as PNG; where it lies, from where copy() leaves it.
+  fs::path write(const fs::path& source, const char* place, const Image& image) {
+    const fs::path path = claim(fs::path(source).replace_extension(".png"), place);
+    writePng(output_ / path, image);
+    count(path);
+    copied_[{output_ / path, place}] = path;
+    return output_ / path;
+  }
+
   void count(const fs::path& written) { bytes_ += fs::file_size(output_ / written); }
   size_t files(const char* place) const {
     return static_cast<size_t>(
@@ -256,10 +260,26 @@ private:
   uint64_t bytes_ = 0;
 };
 
-// Copies all files, or inverts masks on the way; afterwards the capture's paths are those of the output.
-void takeAlong(Capture& capture, const std::vector<Mask>& masks, bool invertMasks, Copies& copies,
-               const fs::path& output, const Progress& progress) {
-  std::map<fs::path, fs::path> inverses;
+Image inverted(Image coverage) {
+  for (float& value : coverage.values) value = 1 - value;
+  return coverage;
+}
+
+// Writes the masks of the source anew; afterwards the capture's masks are those.
+void invertMasks(Capture& capture, Copies& copies, const Progress& progress) {
+  std::map<fs::path, fs::path> written;
+  for (Frame& frame : capture.frames) {
+    if (frame.mask.empty()) continue;
+    progress.checkpoint();
+    const auto [known, isNew] = written.try_emplace(frame.mask);
+    if (isNew) known->second = copies.write(frame.mask, "masks", inverted(readMask(frame.mask).coverage));
+    frame.mask = known->second;
+  }
+}
+
+// Copies all files; afterwards the capture's paths are those of the output.
+void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies, const fs::path& output,
+               const Progress& progress) {
   std::vector<fs::path> maskOf(capture.views.size());
   for (size_t f = 0; f < capture.frames.size(); ++f) {
     Frame& frame = capture.frames[f];
@@ -272,14 +292,6 @@ void takeAlong(Capture& capture, const std::vector<Mask>& masks, bool invertMask
         copies.count(mask);
       }
       frame.mask = mask;
-    } else if (!frame.mask.empty() && invertMasks) {
-      const auto [inverse, isNew] = inverses.try_emplace(frame.mask);
-      if (isNew) {
-        inverse->second = copies.claim(fs::path(frame.mask).replace_extension(".png"), "masks");
-        writePng(output / inverse->second, inverted(readMask(frame.mask).coverage));
-        copies.count(inverse->second);
-      }
-      frame.mask = inverse->second;
     } else if (!frame.mask.empty()) {
       frame.mask = copies.copy(frame.mask, "masks", progress);
     }
@@ -374,20 +386,19 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   }
   fitLenses(source, progress);
   noteUnused(source, report.format == ImportFormat::colmap);
+  if (!options.maskThreshold) noteMasks(source, options.invertMasks, progress);
+  Copies copies(source.files.root, folder.temporaryPath());
+  if (options.invertMasks) invertMasks(capture, copies, progress); // before they tell what is calibrated
   if (options.recoverResponse) {
     capture.response = recoverResponse(capture, progress);
     capture.colorSpace.reset();
     capture.calibration["response"] = "recovered from exposure brackets";
   }
   std::vector<Mask> masks;
-  if (options.maskThreshold)
-    masks = masksByThreshold(source, *options.maskThreshold, progress);
-  else
-    noteMasks(source, options.invertMasks, progress);
+  if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
   estimateStrengths(source, masks, options.unevenLights, progress);
 
-  Copies copies(source.files.root, folder.temporaryPath());
-  takeAlong(capture, masks, options.invertMasks, copies, folder.temporaryPath(), progress);
+  takeAlong(capture, masks, copies, folder.temporaryPath(), progress);
   writeCapture(capture, folder.temporaryPath());
   progress("copying", 1);
   folder.commit();
