@@ -13,7 +13,8 @@ namespace surflect {
 // Sentences without a full stop, with counts and the first names.
 struct MaskSurvey {
   std::vector<std::string> warnings; // what is hardly meant: views without a mask beside views with one;
-                                     // masks without object; masks whose black looks like the object
+                                     // masks without object, or all without background; masks whose black
+                                     // looks like the object
   std::vector<std::string> notes;    // how masks were understood: as labels, as larger or smaller
 };
 
