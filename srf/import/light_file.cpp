@@ -126,7 +126,7 @@ std::string withDecimalPoints(std::string_view content) {
 
 std::vector<LightEntry> parseLights(std::string_view content) {
   if (content.starts_with("\xff\xfe") || content.starts_with("\xfe\xff"))
-    throw Error::mismatch("UTF-8 or ASCII", "text in UTF-16; save it in another encoding");
+    throw Error::mismatch("UTF-8 (save the file in that encoding)", "text in UTF-16");
   std::vector<TextLine> lines = sayingLinesOf(content);
   if (lines.empty()) throw Error("the file lists no light");
   const bool counted = isNumber(lines[0].text);
