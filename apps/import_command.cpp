@@ -95,6 +95,8 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
           ->add_option("--mask-threshold", arguments->maskThreshold,
                        "make masks: brighter than this share of the view's 99.5th percentile, linear")
           ->check(finiteIn(0, 1));
+  command->add_flag("--invert-masks", options.invertMasks, "of the source: black is the object, not white")
+      ->excludes(threshold);
   CLI::Option* colorSpace =
       command->add_option("--color-space", arguments->colorSpace, "of the pictures; default: 8 bits are sRGB")
           ->transform(CLI::Transformer(kColorSpaces))

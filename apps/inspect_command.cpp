@@ -96,6 +96,7 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
   Json report = told(describe(capture));
   report["findings"] = Json::array();
   tell(checkPoses(capture), report["findings"]);
+  tell(checkMattes(capture, progress), report["findings"]);
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;

@@ -1,6 +1,8 @@
 #include "apps/capture_argument.h"
 #include "apps/option_values.h"
 #include "apps/pack_report.h"
+#include "apps/terminal.h"
+#include "srf/checks/checks.h"
 #include "srf/model/pack.h"
 
 #include <memory>
@@ -16,8 +18,10 @@ struct Arguments {
 };
 
 Json runPack(const Arguments& arguments, const Progress& progress) {
-  const PackReport report =
-      pack(arguments.capture.read(), arguments.output, arguments.options, progress, announceEstimate);
+  const Capture capture = arguments.capture.read();
+  const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
+  for (const Finding& finding : checkMattes(training, progress)) say("warning: " + finding.text);
+  const PackReport report = pack(capture, arguments.output, arguments.options, progress, announceEstimate);
   announce(report, arguments.output);
   return jsonOf(report);
 }

@@ -1,5 +1,6 @@
 #include "srf/capture/photograph.h"
 
+#include "srf/capture/coverage.h"
 #include "srf/image/bracket.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
@@ -85,19 +86,6 @@ void checkSize(const Image& image, const Lens& lens, const std::filesystem::path
   };
   if (image.width != lens.width || image.height != lens.height)
     throw Error::mismatch(size(lens.width, lens.height), size(image.width, image.height)).at("size").in(path);
-}
-
-// How much of the pixel a mask keeps: white keeps all, black and transparent nothing.
-Image coverageOf(const Picture& mask) {
-  Image coverage(mask.image.width, mask.image.height, 1);
-  const size_t channels = static_cast<size_t>(mask.image.channels);
-  for (size_t i = 0; i < coverage.values.size(); ++i) {
-    const float* texel = mask.image.values.data() + i * channels;
-    const float white = channels >= 3 ? luma({texel[0], texel[1], texel[2]}) : texel[0];
-    const float opaque = mask.hasAlpha() && !mask.alphaPremultiplied ? texel[channels - 1] : 1;
-    coverage.values[i] = white * opaque;
-  }
-  return coverage;
 }
 
 float unit(float value) { return value > 0 ? std::min(value, 1.f) : 0; } // NaN is 0
@@ -186,14 +174,26 @@ struct Development {
   std::atomic<size_t> missing;      // shots
 };
 
-std::map<std::filesystem::path, Image> readMasks(const Capture& capture, std::span<const size_t> frames,
-                                                 const Progress& progress) {
-  std::map<std::filesystem::path, Image> masks;
+// A mask in the size of the view's pictures: views of several sizes can share a file.
+struct MaskKey {
+  std::filesystem::path file;
+  int width = 0, height = 0;
+
+  MaskKey(const Capture& capture, const Frame& frame)
+      : file(frame.mask), width(capture.views[frame.view].camera.lens.width),
+        height(capture.views[frame.view].camera.lens.height) {}
+  auto operator<=>(const MaskKey&) const = default;
+};
+
+std::map<MaskKey, Image> readMasks(const Capture& capture, std::span<const size_t> frames,
+                                   const Progress& progress) {
+  std::map<MaskKey, Image> masks;
   for (const size_t frame : frames)
-    if (const auto& mask = capture.frames[frame].mask; !mask.empty()) masks[mask];
+    if (!capture.frames[frame].mask.empty()) masks[{capture, capture.frames[frame]}];
   tbb::parallel_for_each(masks, [&](auto& entry) {
     progress.checkpoint();
-    entry.second = coverageOf(readPicture(capture.folder() / entry.first));
+    const auto& [file, width, height] = entry.first;
+    entry.second = readCoverage(capture.folder() / file, {width, height});
   });
   return masks;
 }
@@ -224,11 +224,7 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     auto& [shots, bracket, missing] = developments[i];
     if (--missing > 0) return;
     const Frame& frame = capture.frames[frames[i]];
-    const Image* coverage = nullptr;
-    if (!frame.mask.empty()) {
-      coverage = &masks.at(frame.mask);
-      checkSize(*coverage, capture.views[frame.view].camera.lens, capture.folder() / frame.mask);
-    }
+    const Image* coverage = frame.mask.empty() ? nullptr : &masks.at({capture, frame});
     Photograph photograph = develop(bracket, shots, coverage, encoding);
     bracket.clear(); // its memory is not needed any more
     const std::lock_guard lock(taking);

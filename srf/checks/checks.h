@@ -25,6 +25,10 @@ struct Finding {
 // than stated; cameras thirty times farther away than most. Of three views or more whose axes do meet.
 std::vector<Finding> checkPoses(const Capture& capture);
 
+// Masks without object or with black and white exchanged, and views without a mask beside those with one: the
+// warnings of srf/capture/mask_survey.h. Reads all masks.
+std::vector<Finding> checkMattes(const Capture& capture, const Progress& progress);
+
 // Cameras that have none of the mesh in their picture.
 std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& mesh);
 
@@ -48,7 +52,7 @@ std::vector<Finding> checkMasks(const Capture& capture, const RayCaster<Acquisit
 std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const Progress& progress);
 
-// All of the above but the first; where cameras or units are wrong altogether, these alone.
+// All of the above but the first two; where cameras or units are wrong altogether, these alone.
 std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh, const Progress& progress);
 
 } // namespace surflect

@@ -87,18 +87,20 @@ Picture readPicture(const std::filesystem::path& path) {
   return readForeignPicture(path, ForeignExtent::pixels);
 }
 
-PictureSize readPictureSize(const std::filesystem::path& path) {
+PictureHeader readPictureHeader(const std::filesystem::path& path) {
   const PictureFormat format = formatOf(path);
   if (format == PictureFormat::exr) {
     const ExrFile file(path);
-    return {file.width(), file.height()};
+    return {{file.width(), file.height()}, alphaChannel(file, "").has_value()};
   }
   if (format == PictureFormat::png) {
     const PngSize size = readPngSize(path);
-    return {size.width, size.height};
+    return {{size.width, size.height}, size.hasAlpha};
   }
   const Picture header = readForeignPicture(path, ForeignExtent::header);
-  return {header.image.width, header.image.height};
+  return {{header.image.width, header.image.height}, header.hasAlpha(), header.orientation};
 }
+
+PictureSize readPictureSize(const std::filesystem::path& path) { return readPictureHeader(path).size; }
 
 } // namespace surflect

@@ -16,6 +16,7 @@ struct Picture {
   Image image;  // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA
   int bits = 0; // of an encoded sample, values then in 0..1; 0: floating point, linear light
   bool alphaPremultiplied = false; // colours are scaled by alpha, as in EXR; else straight, as in PNG
+  int orientation = 1; // 2 to 8: a viewer would mirror or turn it [EXIF 2.32, tag 0x0112]; it is not
 
   bool isFloat() const { return bits == 0; }
   bool hasAlpha() const { return image.channels == 2 || image.channels == 4; }
@@ -29,7 +30,13 @@ struct PictureSize {
 
   friend bool operator==(const PictureSize&, const PictureSize&) = default;
 };
-// Reads the file's header only.
+struct PictureHeader {
+  PictureSize size;
+  bool hasAlpha = false; // of an EXR: in the layer without a name
+  int orientation = 1;   // as in Picture
+};
+// Read the file's header only.
+PictureHeader readPictureHeader(const std::filesystem::path& path);
 PictureSize readPictureSize(const std::filesystem::path& path);
 
 } // namespace surflect

@@ -90,6 +90,19 @@ private:
   png_infop info_;
 };
 
+// Whether a tRNS chunk, which makes colours transparent, comes before the pixels.
+// [PNG 3rd ed., 5.3 and 11.3.1.1]
+bool hasTransparentColors(std::string_view file) {
+  constexpr size_t kSignature = 8, kAround = 12; // length, name and checksum of a chunk
+  for (size_t at = kSignature; at + 8 <= file.size();) {
+    const std::string_view name = file.substr(at + 4, 4);
+    if (name == "tRNS") return true;
+    if (name == "IDAT") return false;
+    at += kAround + png_get_uint_32(reinterpret_cast<const png_byte*>(file.data()) + at);
+  }
+  return false;
+}
+
 } // namespace
 
 PngPicture readPng(const std::filesystem::path& path) {
@@ -114,14 +127,15 @@ PngPicture readPng(const std::filesystem::path& path) {
 }
 
 PngSize readPngSize(const std::filesystem::path& path) {
-  const std::string start = readFileStart(path, 24); // signature, length and name of the first chunk, sizes
+  const std::string start = readFileStart(path, size_t{1} << 16); // the chunks before the pixels
   const auto* head = reinterpret_cast<const png_byte*>(start.data());
   if (start.size() < 24 || png_sig_cmp(head, 0, 8) != 0) throw Error("cannot read (not a PNG file)").in(path);
   const uint32_t width = png_get_uint_32(head + 16), height = png_get_uint_32(head + 20);
   if (width < 1 || height < 1 || int64_t{width} * height > maximalPixels)
     throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
         .in(path);
-  return {static_cast<int>(width), static_cast<int>(height)};
+  const bool hasChannel = start.size() > 25 && (start[25] & PNG_COLOR_MASK_ALPHA) != 0;
+  return {static_cast<int>(width), static_cast<int>(height), hasChannel || hasTransparentColors(start)};
 }
 
 } // namespace surflect

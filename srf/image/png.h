@@ -18,11 +18,12 @@ struct PngPicture {
 
 struct PngSize {
   int width = 0, height = 0;
+  bool hasAlpha = false; // a channel of its own, or transparent colours
 };
 
 // Throws Error for a damaged file, any truncated one, and for more than 2^28 pixels.
 PngPicture readPng(const std::filesystem::path& path);
-// Reads the first bytes only.
+// Reads the first 64 kB at most.
 PngSize readPngSize(const std::filesystem::path& path);
 
 // What a file holds: rows of samples, of 16 bits with the high byte first.

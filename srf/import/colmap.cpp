@@ -1,5 +1,7 @@
 #include "srf/import/colmap.h"
 
+#include "srf/import/listing.h"
+#include "srf/import/masks.h"
 #include "srf/import/text.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
@@ -264,6 +266,42 @@ bool isFile(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
+fs::path imagesFileOf(const fs::path& model) {
+  return model / (isFile(model / "cameras.bin") ? "images.bin" : "images.txt");
+}
+
+std::vector<Registered> readRegistered(const fs::path& model, RoundedRotations& rotations) {
+  const fs::path file = imagesFileOf(model);
+  return readAt(file, [&](const std::string& content) {
+    return file.extension() == ".bin" ? readImagesBinary(content, rotations)
+                                      : readImagesText(content, rotations);
+  });
+}
+
+// COLMAP writes a model for each part of the photographs that it cannot connect: sparse/0, sparse/1, .. in no
+// order of size. Notes name the others.
+fs::path largestModel(const std::vector<fs::path>& models, const fs::path& folder,
+                      std::vector<std::string>& notes) {
+  if (models.empty()) throw Error("no cameras.bin or cameras.txt here or in sparse/0").in(folder);
+  if (models.size() == 1) return models[0];
+  std::vector<std::string> sizes;
+  size_t largest = 0, most = 0;
+  for (size_t m = 0; m < models.size(); ++m) try {
+      RoundedRotations ignored; // those of the model that is taken are told
+      const size_t count = readRegistered(models[m], ignored).size();
+      sizes.push_back(std::to_string(count) + " photographs");
+      if (count > most) largest = m, most = count;
+    } catch (const Error& e) {
+      sizes.push_back("cannot be read: " + std::string(e.what()));
+    }
+  std::string others;
+  for (size_t m = 0; m < models.size(); ++m)
+    if (m != largest) others += (others.empty() ? "" : ", ") + models[m].string() + " (" + sizes[m] + ")";
+  notes.push_back("of " + std::to_string(models.size()) + " COLMAP models the largest is taken, " +
+                  models[largest].string() + " (" + sizes[largest] + "); left out: " + others);
+  return models[largest];
+}
+
 } // namespace
 
 Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters) {
@@ -296,38 +334,49 @@ Lens colmapLens(std::string_view model, int width, int height, std::span<const d
   return lens;
 }
 
-std::optional<fs::path> findColmapModel(const fs::path& folder) {
-  for (const char* below : {"", "sparse/0", "sparse", "colmap/sparse/0"})
-    if (const fs::path model = folder / below; isFile(model / "cameras.bin") || isFile(model / "cameras.txt"))
-      return model;
-  return std::nullopt;
+std::vector<fs::path> findColmapModels(const fs::path& folder) {
+  std::vector<fs::path> folders{folder};
+  for (const char* below : {"sparse", "colmap/sparse"}) {
+    std::vector<fs::path> inside;
+    std::error_code problem;
+    for (fs::directory_iterator entry(folder / below, problem), end; !problem && entry != end;
+         entry.increment(problem))
+      if (!isHidden(entry->path())) inside.push_back(entry->path());
+    std::ranges::sort(inside, naturallyBefore, [](const fs::path& path) { return path.string(); });
+    folders.insert(folders.end(), inside.begin(), inside.end());
+    folders.push_back(folder / below);
+  }
+  std::erase_if(folders, [](const fs::path& model) {
+    return !isFile(model / "cameras.bin") && !isFile(model / "cameras.txt");
+  });
+  return folders;
 }
 
 Source readColmap(const fs::path& folder, const fs::path& images, bool allowOutside) {
-  const auto model = findColmapModel(folder);
-  if (!model) throw Error("no cameras.bin or cameras.txt here or in sparse/0").in(folder);
-  const bool binary = isFile(*model / "cameras.bin");
-  const fs::path camerasFile = *model / (binary ? "cameras.bin" : "cameras.txt"),
-                 imagesFile = *model / (binary ? "images.bin" : "images.txt");
+  Source source;
+  const fs::path model = largestModel(findColmapModels(folder), folder, source.notes);
+  const bool binary = isFile(model / "cameras.bin");
+  const fs::path camerasFile = model / (binary ? "cameras.bin" : "cameras.txt"),
+                 imagesFile = imagesFileOf(model);
   const Cameras cameras = readAt(camerasFile, binary ? readCamerasBinary : readCamerasText);
   RoundedRotations rotations;
-  std::vector<Registered> registered = readAt(imagesFile, [&](const std::string& content) {
-    return binary ? readImagesBinary(content, rotations) : readImagesText(content, rotations);
-  });
+  std::vector<Registered> registered = readRegistered(model, rotations);
   if (registered.empty()) throw Error("no picture is registered").in(imagesFile);
   // COLMAP numbers pictures as threads finish with them.
   std::sort(registered.begin(), registered.end(),
             [](const Registered& a, const Registered& b) { return a.name < b.name; });
 
-  Source source;
   source.files = {images.empty() ? folder / "images" : images, allowOutside};
   if (std::error_code ignored; !fs::is_directory(source.files.root, ignored))
     throw Error("no such folder; --images says where the pictures are").in(source.files.root);
-  const SourceFiles masks{source.files.root.parent_path() / "masks", allowOutside};
+  if (!source.files.root.has_filename()) source.files.root = source.files.root.parent_path(); // "images_2/"
+  const fs::path& root = source.files.root;
+  for (const auto& found : {maskFoldersIn(root.parent_path(), root.filename().string()),
+                            maskFoldersIn(folder), maskFoldersIn(root)})
+    source.maskFolders.insert(source.maskFolders.end(), found.begin(), found.end());
   std::vector<fs::path> names;
   for (const Registered& image : registered) names.emplace_back(image.name);
   const std::vector<std::string> identities = namesOfPictures(names);
-  size_t masked = 0;
   for (size_t i = 0; i < registered.size(); ++i) try {
       const auto lens = cameras.find(registered[i].camera);
       if (lens == cameras.end())
@@ -336,16 +385,14 @@ Source readColmap(const fs::path& folder, const fs::path& images, bool allowOuts
             .at("CAMERA_ID");
       if (i > 0 && registered[i].name == registered[i - 1].name) throw Error("is listed twice");
       Frame frame{.view = i, .picture = source.files.at(registered[i].name)};
-      if (const auto mask = masks.find(registered[i].name + ".png")) frame.mask = *mask, ++masked;
       source.capture.views.push_back({identities[i], {lens->second, registered[i].cameraFromWorld}});
       source.capture.frames.push_back(std::move(frame));
     } catch (Error& e) {
       throw std::move(e).at("picture " + shownText(registered[i].name)).in(imagesFile);
     }
-  source.notes.push_back("COLMAP's model in " + model->string() + (binary ? ", binary" : ", text") +
+  source.notes.push_back("COLMAP's model in " + model.string() + (binary ? ", binary" : ", text") +
                          "; scale and orientation of its world are kept");
   for (std::string& note : rotations.notes()) source.notes.push_back(std::move(note));
-  if (masked > 0) source.notes.push_back(std::to_string(masked) + " masks from " + masks.root.string());
   return source;
 }
 

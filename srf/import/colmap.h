@@ -7,19 +7,18 @@
 #include "srf/import/source.h"
 
 #include <filesystem>
-#include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace surflect {
 
-// The folder with cameras.bin or cameras.txt: this one, or where COLMAP's tools put it below; none: empty.
-std::optional<std::filesystem::path> findColmapModel(const std::filesystem::path& folder);
+// The folders with cameras.bin or cameras.txt: this one, and those where COLMAP's tools put models below.
+std::vector<std::filesystem::path> findColmapModels(const std::filesystem::path& folder);
 
-// Every registered picture is a view of its own, under fixed light; masks/NAME.png beside the images folder
-// are masks, as COLMAP itself takes them. images: where the names start; empty: folder/images. Models known:
-// SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, and FULL_OPENCV where its k3 to k6 are 0. Throws
-// Error.
+// Every registered picture of the largest model is a view of its own, under fixed light. images: where the
+// names start; empty: folder/images. Models known: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV,
+// and FULL_OPENCV where its k3 to k6 are 0. Throws Error.
 Source readColmap(const std::filesystem::path& folder, const std::filesystem::path& images,
                   bool allowOutside);
 

@@ -1,13 +1,17 @@
 #include "srf/import/import.h"
 
 #include "srf/calibration/response.h"
+#include "srf/capture/coverage.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"
 #include "srf/image/image_file.h"
 #include "srf/image/png.h"
 #include "srf/import/calibrate.h"
 #include "srf/import/colmap.h"
+#include "srf/import/listing.h"
+#include "srf/import/masks.h"
 #include "srf/import/middlebury.h"
+#include "srf/import/notes.h"
 #include "srf/import/output_folder.h"
 #include "srf/import/text.h"
 #include "srf/import/transforms.h"
@@ -41,7 +45,7 @@ std::optional<fs::path> findParameters(const fs::path& folder) {
   std::error_code problem;
   for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
        entry.increment(problem)) {
-    if (!entry->path().filename().string().ends_with("_par.txt")) continue;
+    if (!entry->path().filename().string().ends_with("_par.txt") || isHidden(entry->path())) continue;
     if (found)
       throw Error("two parameter files: " + found->filename().string() + " and " +
                   entry->path().filename().string() + "; name one of them")
@@ -94,11 +98,12 @@ bool fitLens(Lens& lens, PictureSize size) {
   return true;
 }
 
-// All pictures of a view, and its masks, have one size.
+// All pictures of a view have one size, and its masks that shape.
 void fitLenses(Source& source, const Progress& progress) {
   Capture& capture = source.capture;
   std::vector<std::optional<PictureSize>> sizes(capture.views.size());
   std::set<fs::path> seen;
+  std::map<fs::path, int> orientations; // of photographs
   size_t shrunken = 0;
   for (size_t f = 0; f < capture.frames.size(); ++f) {
     const Frame& frame = capture.frames[f];
@@ -109,8 +114,12 @@ void fitLenses(Source& source, const Progress& progress) {
     for (const fs::path& picture : pictures) try {
         std::optional<PictureSize>& ofView = sizes[frame.view];
         if (ofView && !seen.insert(picture).second) continue;
-        const PictureSize size = readPictureSize(picture);
+        const PictureHeader header = readPictureHeader(picture);
+        const PictureSize size = header.size;
+        const bool isMask = picture == frame.mask;
+        if (!isMask) orientations[picture] = header.orientation;
         if (!ofView) shrunken += fitLens(capture.views[frame.view].camera.lens, size);
+        if (ofView && *ofView != size && isMask && isResized(size, *ofView)) continue;
         if (ofView && *ofView != size)
           throw Error::mismatch(shown(*ofView) + ", as other pictures of this view", shown(size)).at("size");
         ofView = size;
@@ -121,6 +130,7 @@ void fitLenses(Source& source, const Progress& progress) {
   if (shrunken > 0)
     source.notes.push_back(std::to_string(shrunken) +
                            " views have pictures of another size than their lens; the lens was resized");
+  noteTurned(orientations, source);
 }
 
 std::vector<std::vector<size_t>> framesOfViews(const Capture& capture) {
@@ -227,6 +237,15 @@ public:
     return known->second;
   }
 
+  // A picture in the place of a file of the source, as PNG; where it lies, from where copy() leaves it.
+  fs::path write(const fs::path& source, const char* place, const Image& image) {
+    const fs::path path = claim(fs::path(source).replace_extension(".png"), place);
+    writePng(output_ / path, image);
+    count(path);
+    copied_[{output_ / path, place}] = path;
+    return output_ / path;
+  }
+
   void count(const fs::path& written) { bytes_ += fs::file_size(output_ / written); }
   size_t files(const char* place) const {
     return static_cast<size_t>(
@@ -240,6 +259,23 @@ private:
   std::set<fs::path> taken_;
   uint64_t bytes_ = 0;
 };
+
+Image inverted(Image coverage) {
+  for (float& value : coverage.values) value = 1 - value;
+  return coverage;
+}
+
+// Writes the masks of the source anew; afterwards the capture's masks are those.
+void invertMasks(Capture& capture, Copies& copies, const Progress& progress) {
+  std::map<fs::path, fs::path> written;
+  for (Frame& frame : capture.frames) {
+    if (frame.mask.empty()) continue;
+    progress.checkpoint();
+    const auto [known, isNew] = written.try_emplace(frame.mask);
+    if (isNew) known->second = copies.write(frame.mask, "masks", inverted(readMask(frame.mask).coverage));
+    frame.mask = known->second;
+  }
+}
 
 // Copies all files; afterwards the capture's paths are those of the output.
 void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies, const fs::path& output,
@@ -280,7 +316,7 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
   } else {
     if (!options.lights.empty()) return ImportFormat::lights;
     if (findTransforms(source)) return ImportFormat::transforms;
-    if (findColmapModel(source)) return ImportFormat::colmap;
+    if (!findColmapModels(source).empty()) return ImportFormat::colmap;
     if (findParameters(source)) return ImportFormat::middlebury;
     if (findLights(source)) return ImportFormat::lights;
     if (fs::directory_iterator(source, problem); problem)
@@ -344,7 +380,15 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   } catch (Error& e) {
     throw std::move(e).in(sourcePath);
   }
+  if (report.format != ImportFormat::lights && !options.maskThreshold) {
+    if (source.maskFolders.empty()) source.maskFolders = maskFoldersIn(source.files.root);
+    findMasks(source);
+  }
   fitLenses(source, progress);
+  noteUnused(source, report.format == ImportFormat::colmap);
+  if (!options.maskThreshold) noteMasks(source, options.invertMasks, progress);
+  Copies copies(source.files.root, folder.temporaryPath());
+  if (options.invertMasks) invertMasks(capture, copies, progress); // before they tell what is calibrated
   if (options.recoverResponse) {
     capture.response = recoverResponse(capture, progress);
     capture.colorSpace.reset();
@@ -354,7 +398,6 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
   estimateStrengths(source, masks, options.unevenLights, progress);
 
-  Copies copies(source.files.root, folder.temporaryPath());
   takeAlong(capture, masks, copies, folder.temporaryPath(), progress);
   writeCapture(capture, folder.temporaryPath());
   progress("copying", 1);

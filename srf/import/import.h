@@ -23,6 +23,7 @@ struct ImportOptions {
   std::vector<std::string> test;        // cameras and lights to hold out, beside those that the source does
   size_t testEvery = 0;                 // hold out each Nth camera, or light where there is one view; 0: none
   std::optional<double> maskThreshold;  // masks by threshold, in the place of the source's
+  bool invertMasks = false;             // of the source: black is the object
   std::optional<ColorSpace> colorSpace; // of the pictures, whatever the source says
   bool unevenLights = false;            // where strengths are estimated: with their gradients
   bool recoverResponse = false;         // of the camera, from exposure brackets

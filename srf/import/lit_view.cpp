@@ -1,12 +1,14 @@
 #include "srf/import/lit_view.h"
 
 #include "srf/image/image_file.h"
+#include "srf/import/light_file.h"
+#include "srf/import/listing.h"
 #include "srf/import/text.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
+#include "surfel/first_names.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <set>
@@ -17,122 +19,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool isDigit(char c) { return c >= '0' && c <= '9'; }
 bool isNumber(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), isDigit);
+  return !text.empty() && text.find_first_not_of("0123456789") == text.npos;
 }
-
-std::string lowered(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
-// ---------------------------------------------------------------------------------------------------------
-// Light files.
-
-constexpr std::string_view kSeparators = ",;";
-
-template <class Work> auto inLine(const TextLine& line, Work work) {
-  try {
-    return work();
-  } catch (Error& e) {
-    throw std::move(e).at(fieldOf(line));
-  }
-}
-
-// The last three words; what stands before them is the name, which can have blanks.
-LightEntry entryIn(const TextLine& line) {
-  const std::vector<std::string_view> words = wordsOf(line.text, kSeparators);
-  if (words.size() < 3) throw Error::mismatch("x y z, or a name before them", shownText(line.text));
-  const auto last = words.end() - 3;
-  LightEntry entry{"", {numberOf(last[0]), numberOf(last[1]), numberOf(last[2])}, line.number};
-  if (words.size() > 3) {
-    std::string_view name = line.text.substr(0, static_cast<size_t>(last[0].data() - line.text.data()));
-    name = name.substr(0, name.find_last_not_of(" \t,;") + 1);
-    if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
-    entry.name = name;
-  }
-  return entry;
-}
-
-// Row x, row y, row z.
-std::vector<LightEntry> columnsOf(const std::array<std::vector<std::string_view>, 3>& rows,
-                                  std::span<const TextLine> lines) {
-  if (rows[0].empty()) throw Error("the file lists no light");
-  std::vector<LightEntry> entries(rows[0].size());
-  for (size_t axis = 0; axis < 3; ++axis)
-    inLine(lines[axis], [&] {
-      if (rows[axis].size() != entries.size())
-        throw Error::mismatch(std::to_string(entries.size()) + " numbers, as in the first row",
-                              std::to_string(rows[axis].size()));
-      for (size_t l = 0; l < entries.size(); ++l) {
-        entries[l].vector[static_cast<int>(axis)] = numberOf(rows[axis][l]);
-        entries[l].line = lines[axis].number;
-      }
-    });
-  return entries;
-}
-
-} // namespace
-
-std::vector<LightEntry> parseLights(std::string_view content) {
-  std::vector<TextLine> lines = sayingLinesOf(content);
-  if (lines.empty()) throw Error("the file lists no light");
-  const bool counted = isNumber(lines[0].text);
-  if (counted) {
-    const TextLine first = lines[0];
-    lines.erase(lines.begin());
-    inLine(first, [&] {
-      if (countOf(first.text) != lines.size() || lines.empty())
-        throw Error::mismatch(std::to_string(lines.size()) + ", as many as lines follow",
-                              std::string(first.text));
-    });
-  }
-  if (!counted && lines.size() == 3) {
-    std::array<std::vector<std::string_view>, 3> rows;
-    for (size_t axis = 0; axis < 3; ++axis) rows[axis] = wordsOf(lines[axis].text, kSeparators);
-    if (std::all_of(rows.begin(), rows.end(), areNumbers)) {
-      if (rows[0].size() == 3 || rows[0].size() == 4)
-        throw Error(
-            "three lines of " + std::to_string(rows[0].size()) +
-            " numbers can be lights or columns of lights; a first line \"3\" makes them three lights");
-      return columnsOf(rows, lines);
-    }
-  }
-  std::vector<LightEntry> entries;
-  for (const TextLine& line : lines)
-    inLine(line, [&] {
-      entries.push_back(entryIn(line));
-      if (entries.back().name.empty() != entries[0].name.empty())
-        throw Error::mismatch(entries[0].name.empty() ? "no name, as in the lines before"
-                                                      : "a name, as in the lines before",
-                              shownText(line.text));
-    });
-  return entries;
-}
-
-bool naturallyBefore(std::string_view a, std::string_view b) {
-  while (!a.empty() && !b.empty()) {
-    if (!isDigit(a[0]) || !isDigit(b[0])) {
-      if (a[0] != b[0]) return a[0] < b[0];
-      a.remove_prefix(1), b.remove_prefix(1);
-      continue;
-    }
-    const auto takeNumber = [](std::string_view& text) {
-      text.remove_prefix(std::min(text.find_first_not_of('0'), text.size()));
-      const auto end = std::find_if_not(text.begin(), text.end(), isDigit);
-      const std::string_view digits = text.substr(0, static_cast<size_t>(end - text.begin()));
-      text.remove_prefix(digits.size());
-      return digits;
-    };
-    const std::string_view x = takeNumber(a), y = takeNumber(b);
-    if (x.size() != y.size()) return x.size() < y.size();
-    if (x != y) return x < y;
-  }
-  return a.size() < b.size();
-}
-
-namespace {
 
 // ---------------------------------------------------------------------------------------------------------
 // Photographs.
@@ -142,91 +31,158 @@ struct Folder {
   fs::path mask;                     // empty: none
 };
 
-bool isPicture(const fs::path& path) {
-  static const std::set<std::string> extensions{".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff",
-                                                ".tga", ".bmp", ".ppm",  ".pgm", ".hdr"};
-  return extensions.contains(lowered(path.extension().string()));
-}
-
-// "mask.png", "cat.mask.png", "cat_mask.png".
-bool isMask(const fs::path& path) {
-  const std::string stem = lowered(path.stem().string());
-  return stem == "mask" || stem.ends_with(".mask") || stem.ends_with("_mask") || stem.ends_with("-mask");
-}
-
-Folder picturesIn(const SourceFiles& files) {
+Folder photographsIn(const SourceFiles& files) {
   Folder folder;
-  std::error_code problem;
-  for (fs::directory_iterator entry(files.root, problem), end; !problem && entry != end;
-       entry.increment(problem)) {
-    const fs::path& path = entry->path();
-    std::error_code ignored;
-    if (!isPicture(path) || !fs::is_regular_file(path, ignored)) continue;
-    files.check(path);
-    if (!isMask(path)) {
-      folder.photographs.push_back(path);
+  for (const fs::path& picture : picturesIn(files.root)) {
+    files.check(picture);
+    if (!isMaskName(picture)) {
+      folder.photographs.push_back(picture);
       continue;
     }
     if (!folder.mask.empty())
-      throw Error("two masks: " + folder.mask.filename().string() + " and " + path.filename().string())
+      throw Error("two masks: " + folder.mask.filename().string() + " and " + picture.filename().string())
           .in(files.root);
-    folder.mask = path;
+    folder.mask = picture;
   }
-  if (problem) throw Error("cannot open (" + problem.message() + ")").in(files.root);
-  std::sort(folder.photographs.begin(), folder.photographs.end(), [](const fs::path& a, const fs::path& b) {
-    const std::string x = a.filename(), y = b.filename();
-    if (naturallyBefore(x, y) != naturallyBefore(y, x)) return naturallyBefore(x, y);
-    return x < y; // "1.png" and "01.png"
-  });
   return folder;
 }
 
+// How a name in a list stands for a picture.
+enum class Likeness { exact, otherCase, otherExtension };
+
+struct Named {
+  fs::path photograph;
+  Likeness likeness = Likeness::exact;
+};
+
+// "IMG_0001.CR2", but not "photo.1": an extension has a letter.
+bool hasExtension(const fs::path& name) {
+  const std::string extension = name.extension();
+  return extension.size() >= 3 && extension.size() <= 5 &&
+         std::ranges::any_of(extension, [](unsigned char c) { return std::isalpha(c); });
+}
+
+// The one photograph that is alike; throws Error where there are several.
+std::optional<fs::path> onlyOne(const std::string& name, const Folder& folder, const auto& isAlike) {
+  std::optional<fs::path> found;
+  for (const fs::path& photograph : folder.photographs) {
+    if (!isAlike(photograph)) continue;
+    if (found)
+      throw Error(shownText(name) + " can be " + found->filename().string() + " or " +
+                  photograph.filename().string());
+    found = photograph;
+  }
+  return found;
+}
+
 // By the name as it stands; by its last part, for lists written on another machine; by what a picture is
-// called without its extension.
-std::optional<fs::path> photographNamed(const std::string& name, const SourceFiles& files,
-                                        const Folder& folder) {
-  if (auto file = files.find(name)) return file;
-  const std::string last = name.substr(name.find_last_of("/\\") + 1);
+// called without its extension; in other letter case; of a raw file that was developed to a picture since.
+std::optional<Named> photographNamed(const std::string& name, const SourceFiles& files,
+                                     const Folder& folder) {
+  if (auto file = files.find(name)) return Named{*file};
+  const std::string last = name.substr(name.find_last_of("/\\") + 1), low = lowered(last);
   for (const fs::path& photograph : folder.photographs)
-    if (photograph.filename() == last || photograph.stem() == last) return photograph;
+    if (photograph.filename() == last || photograph.stem() == last) return Named{photograph};
+  const auto isInOtherCase = [&](const fs::path& p) {
+    return lowered(p.filename()) == low || lowered(p.stem()) == low;
+  };
+  if (const auto found = onlyOne(name, folder, isInOtherCase)) return Named{*found, Likeness::otherCase};
+  if (!hasExtension(last)) return std::nullopt;
+  const std::string stem = fs::path(low).stem();
+  const auto isOfOtherExtension = [&](const fs::path& p) { return lowered(p.stem()) == stem; };
+  if (const auto found = onlyOne(name, folder, isOfOtherExtension))
+    return Named{*found, Likeness::otherExtension};
   return std::nullopt;
 }
 
-[[noreturn]] void throwCounts(size_t lights, size_t photographs) {
-  throw Error::mismatch(std::to_string(lights) + ", as many as lights",
-                        std::to_string(photographs) + " photographs");
+[[noreturn]] void throwCounts(size_t lights, const std::vector<fs::path>& photographs) {
+  std::string found = std::to_string(photographs.size()) + " photographs";
+  if (const auto odd = oddNames(photographs); !odd.empty())
+    found += ", of which some are named otherwise (" + firstNames(odd) + ")";
+  throw Error::mismatch(std::to_string(lights) +
+                            ", as many as lights; a filenames.txt beside them can list those that count",
+                        found);
+}
+
+// Where a name ends in numbers, the line has more of them than x y z.
+[[noreturn]] void throwUnknown(const std::string& name, const SourceFiles& files) {
+  const std::vector<std::string_view> words = wordsOf(name, kLightSeparators);
+  size_t numbers = 0;
+  while (numbers < words.size() && areNumbers(std::span(words).last(numbers + 1))) ++numbers;
+  if (numbers > 0 && numbers < words.size())
+    throw Error::mismatch("a name and x y z (are there decimal commas between commas?)",
+                          std::to_string(numbers + 3) + " numbers after " + shownText(words[0]));
+  throw Error::mismatch("a picture in " + files.root.string(), shownText(name));
+}
+
+// The names of a list, one a line.
+std::vector<LightEntry> listedNames(const fs::path& list) {
+  std::vector<LightEntry> names;
+  const std::string content = readFile(list, kLargestText);
+  for (const TextLine& line : sayingLinesOf(content))
+    names.push_back({std::string(line.text), Vec3<double>::Zero(), line.number});
+  return names;
+}
+
+std::vector<fs::path> photographsNamed(const std::vector<LightEntry>& entries, const SourceFiles& files,
+                                       const Folder& folder, std::vector<std::string>& notes) {
+  std::vector<fs::path> photographs;
+  std::set<fs::path> different;
+  std::vector<std::string> otherCase, otherExtension;
+  for (const LightEntry& entry : entries) try {
+      const auto named = photographNamed(entry.name, files, folder);
+      if (!named) throwUnknown(entry.name, files);
+      const auto& [photograph, likeness] = *named;
+      if (!different.insert(photograph).second) throw Error(shownText(entry.name) + " is listed twice");
+      photographs.push_back(photograph);
+      if (likeness == Likeness::exact) continue;
+      (likeness == Likeness::otherCase ? otherCase : otherExtension)
+          .push_back(photograph.filename().string() + " for " + shownText(entry.name));
+    } catch (Error& e) {
+      throw std::move(e).at("line " + std::to_string(entry.line));
+    }
+  const std::string all = " of " + std::to_string(entries.size()) + " names in the list ";
+  if (!otherCase.empty())
+    notes.push_back(
+        std::to_string(otherCase.size()) + all +
+        "differ from the pictures' in letter case, which is passed over: " + firstNames(otherCase));
+  if (!otherExtension.empty())
+    notes.push_back(std::to_string(otherExtension.size()) + all +
+                    "have another extension than the pictures of the same name, which are taken: " +
+                    firstNames(otherExtension));
+  return photographs;
 }
 
 std::vector<fs::path> photographsOf(const std::vector<LightEntry>& entries, const SourceFiles& files,
-                                    const Folder& folder) {
-  std::vector<fs::path> photographs;
+                                    const Folder& folder, std::vector<std::string>& notes) {
   if (entries[0].name.empty()) {
-    if (folder.photographs.size() != entries.size()) throwCounts(entries.size(), folder.photographs.size());
+    const fs::path list = files.root / "filenames.txt";
+    if (std::error_code ignored; fs::is_regular_file(list, ignored)) try {
+        const std::vector<LightEntry> names = listedNames(list);
+        if (names.size() != entries.size())
+          throw Error::mismatch(std::to_string(entries.size()) + ", as many as lights",
+                                std::to_string(names.size()) + " names");
+        notes.push_back("photographs are those that filenames.txt lists");
+        return photographsNamed(names, files, folder, notes);
+      } catch (Error& e) {
+        throw std::move(e).in(list);
+      }
+    if (folder.photographs.size() != entries.size()) throwCounts(entries.size(), folder.photographs);
     return folder.photographs;
   }
   const bool ordinals = std::all_of(entries.begin(), entries.end(), [&](const LightEntry& entry) {
     return isNumber(entry.name) && !photographNamed(entry.name, files, folder);
   });
-  if (ordinals) {
-    if (folder.photographs.size() != entries.size()) throwCounts(entries.size(), folder.photographs.size());
-    std::set<size_t> different;
-    for (const LightEntry& entry : entries) different.insert(countOf(entry.name));
-    const size_t first = *different.begin();
-    if (different.size() != entries.size() || *different.rbegin() != first + entries.size() - 1)
-      throw Error::mismatch("ordinals that follow each other", "others");
-    for (const LightEntry& entry : entries)
-      photographs.push_back(folder.photographs[countOf(entry.name) - first]);
-    return photographs;
-  }
-  std::set<fs::path> different;
-  for (const LightEntry& entry : entries) try {
-      const auto photograph = photographNamed(entry.name, files, folder);
-      if (!photograph) throw Error::mismatch("a picture in " + files.root.string(), shownText(entry.name));
-      if (!different.insert(*photograph).second) throw Error(shownText(entry.name) + " is listed twice");
-      photographs.push_back(*photograph);
-    } catch (Error& e) {
-      throw std::move(e).at("line " + std::to_string(entry.line));
-    }
+  if (!ordinals) return photographsNamed(entries, files, folder, notes);
+  if (folder.photographs.size() != entries.size()) throwCounts(entries.size(), folder.photographs);
+  std::vector<fs::path> photographs;
+  std::set<size_t> different;
+  for (const LightEntry& entry : entries) different.insert(countOf(entry.name));
+  const size_t first = *different.begin();
+  if (different.size() != entries.size() || *different.rbegin() != first + entries.size() - 1)
+    throw Error::mismatch("ordinals that follow each other", "others");
+  for (const LightEntry& entry : entries)
+    photographs.push_back(folder.photographs[countOf(entry.name) - first]);
   return photographs;
 }
 
@@ -238,14 +194,14 @@ std::optional<std::vector<Rgb>> intensitiesBeside(const fs::path& lights, size_t
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return std::nullopt;
   try {
-    const std::string content = readFile(file);
+    const std::string content = withDecimalPoints(readFile(file));
     const std::vector<TextLine> lines = sayingLinesOf(content);
     if (lines.size() != count)
       throw Error::mismatch(std::to_string(count) + " lines, one a light", std::to_string(lines.size()));
     std::vector<Rgb> strengths;
     for (const TextLine& line : lines)
       inLine(line, [&] {
-        const std::vector<std::string_view> words = wordsOf(line.text, kSeparators);
+        const std::vector<std::string_view> words = wordsOf(line.text, kLightSeparators);
         if (words.size() != 3) throw Error::mismatch("r g b", shownText(line.text));
         Rgb strength;
         for (const auto& [channel, word] :
@@ -313,7 +269,7 @@ std::optional<fs::path> findLights(const fs::path& folder) {
   std::error_code problem;
   for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
        entry.increment(problem)) {
-    if (lowered(entry->path().extension().string()) != ".lp") continue;
+    if (lowered(entry->path().extension().string()) != ".lp" || isHidden(entry->path())) continue;
     if (found)
       throw Error("two light files: " + found->filename().string() + " and " +
                   entry->path().filename().string() + "; --lights says which")
@@ -328,11 +284,13 @@ std::optional<fs::path> findLights(const fs::path& folder) {
 
 Source readLitView(const fs::path& folder, const fs::path& lights, const LitViewOptions& options,
                    bool allowOutside) try {
-  const std::vector<LightEntry> entries = parseLights(readFile(lights));
   Source source;
   source.files = {folder, allowOutside};
-  const Folder pictures = picturesIn(source.files);
-  const std::vector<fs::path> photographs = photographsOf(entries, source.files, pictures);
+  const std::string content = readFile(lights), points = withDecimalPoints(content);
+  if (points != content) source.notes.push_back("the light file has decimal commas");
+  const std::vector<LightEntry> entries = parseLights(points);
+  const Folder pictures = photographsIn(source.files);
+  const std::vector<fs::path> photographs = photographsOf(entries, source.files, pictures, source.notes);
 
   std::vector<fs::path> names;
   for (const fs::path& photograph : photographs) names.push_back(photograph.filename());

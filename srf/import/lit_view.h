@@ -1,8 +1,4 @@
 // One view under many lights: sets of reflectance transformation imaging (RTI, PTM) and photometric stereo.
-//
-// Light files: .lp (the number of photographs, then "file x y z" a line), the same without the number, or
-// with names, or ordinals, of photographs; "x y z" a line; or the three rows x, y, z, one column a light.
-// x to the right, y up, z from the object to the camera. [HP Labs, "Making PTMs with a .lp File"]
 #pragma once
 
 #include "srf/import/source.h"
@@ -11,7 +7,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace surflect {
@@ -28,22 +23,13 @@ std::optional<std::filesystem::path> findLights(const std::filesystem::path& fol
 // The camera looks along -z at the origin, in the middle of the picture, from 2 heights away if it is
 // orthographic, else from where the field of view meets the height.
 //
-// Lights without names are those of the folder's pictures in their natural order (2 before 10); a picture
-// whose name ends in "mask" is the mask of all. Strengths are those of light_intensities.txt beside the light
-// file, r g b a line; otherwise unknown: irradiance 1, and for positions one intensity that gives irradiance
-// 1 at the origin on average. Throws Error with the line.
+// Lights without names are those of the pictures that filenames.txt lists, one a line, as in DiLiGenT [Shi et
+// al. 2016]; without such a list, of all the folder's pictures in their natural order (2 before 10). Names
+// that differ from the pictures' in letter case or extension are those of pictures where just one fits. A
+// picture whose name ends in "mask" is the mask of all. Strengths are those of light_intensities.txt beside
+// the light file, r g b a line; otherwise unknown: irradiance 1, and for positions one intensity that gives
+// irradiance 1 at the origin on average. Throws Error with the line.
 Source readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
                    const LitViewOptions& options, bool allowOutside);
-
-// One light of a light file. The name is empty where the file has none.
-struct LightEntry {
-  std::string name;
-  Vec3<double> vector;
-  size_t line = 0;
-};
-std::vector<LightEntry> parseLights(std::string_view content);
-
-// 2 before 10: digits compare as numbers.
-bool naturallyBefore(std::string_view a, std::string_view b);
 
 } // namespace surflect

@@ -52,6 +52,15 @@ void SourceFiles::check(const fs::path& file) const {
                 "; --allow-outside lets it");
 }
 
+std::string SourceFiles::shown(const fs::path& file) const {
+  const fs::path whole = file.lexically_normal(), from = root.lexically_normal();
+  for (const fs::path& folder : {from, from.parent_path()}) {
+    const fs::path inner = whole.lexically_relative(folder);
+    if (!inner.empty() && *inner.begin() != "..") return inner.string();
+  }
+  return file.string();
+}
+
 Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
                                                         const Vec3<double>& translation,
                                                         RoundedRotations& rotations) {

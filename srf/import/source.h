@@ -24,10 +24,13 @@ struct SourceFiles {
   std::filesystem::path at(std::string_view written) const;
   // Throws Error if the file is out of the root, unless that is allowed.
   void check(const std::filesystem::path& file) const;
+  // A file's path for messages: from the root, or from the folder that the root lies in.
+  std::string shown(const std::filesystem::path& file) const;
 };
 
 struct Source {
   SourceFiles files;
+  std::vector<std::filesystem::path> maskFolders; // those with masks by the pictures' names below the root
   Capture capture;                // its paths can be opened as they are; capture.file is empty
   bool strengthsUnknown = false;  // the lights' irradiance is 1 for all, and stands for nothing
   std::vector<std::string> notes; // what a user should know of how the files were understood

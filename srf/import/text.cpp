@@ -23,9 +23,11 @@ std::string_view trimmed(std::string_view text) {
 
 std::vector<TextLine> linesOf(std::string_view content) {
   if (content.starts_with("\xef\xbb\xbf")) content.remove_prefix(3);
+  // Classic Mac OS ended lines with carriage returns alone.
+  const char last = content.find('\n') == std::string_view::npos ? '\r' : '\n';
   std::vector<TextLine> lines;
   while (!content.empty()) {
-    const size_t end = content.find('\n');
+    const size_t end = content.find(last);
     lines.push_back({lines.size() + 1, trimmed(content.substr(0, end))});
     content.remove_prefix(end == std::string_view::npos ? content.size() : end + 1);
   }

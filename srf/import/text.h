@@ -1,10 +1,13 @@
 // Lines, words and numbers of other people's text files, and errors that say which line.
 #pragma once
 
+#include "surfel/error.h"
+
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace surflect {
@@ -14,7 +17,8 @@ struct TextLine {
   std::string_view text; // without blanks at its ends; may be empty
 };
 
-// All lines of a file, empty ones too; views into the content. A byte order mark and carriage returns go.
+// All lines of a file, empty ones too; views into the content. A byte order mark goes; lines end
+// with a line feed, with a carriage return before it or not, or with carriage returns alone.
 std::vector<TextLine> linesOf(std::string_view content);
 // The lines that say something: neither empty nor a # comment.
 std::vector<TextLine> sayingLinesOf(std::string_view content);
@@ -34,5 +38,13 @@ std::string shownText(std::string_view text);
 
 // "line 12": the field of an Error about a line.
 std::string fieldOf(const TextLine& line);
+// What work() returns; its Errors get the line as their field.
+template <class Work> auto inLine(const TextLine& line, Work work) {
+  try {
+    return work();
+  } catch (Error& e) {
+    throw std::move(e).at(fieldOf(line));
+  }
+}
 
 } // namespace surflect

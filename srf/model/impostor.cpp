@@ -1,5 +1,6 @@
 #include "srf/model/impostor.h"
 
+#include "srf/capture/mask_survey.h"
 #include "srf/hull/mattes.h"
 #include "srf/hull/visual_hull.h"
 #include "srf/model/one_view.h"
@@ -16,10 +17,18 @@ namespace {
 
 Impostor hullOf(const Capture& training, const Progress& progress) {
   const std::vector<Sight> sights = sightsOf(training, progress);
-  if (sights.empty())
-    throw Error("several views, but neither geometry nor mattes: give a mesh with --mesh, or masks (surflect "
-                "import --mask-threshold makes them)")
+  const auto isEmpty = [](const Sight& sight) { return sight.outline.isEmpty(); };
+  if (std::ranges::all_of(sights, isEmpty)) { // or there is none
+    const auto matte = describeFirstMatte(training);
+    const std::string found = !matte ? "neither geometry nor mattes"
+                                     : std::string("no geometry, and mattes that show no ") +
+                                           (sights.empty() ? "background (nothing is below half of white)"
+                                                           : "object (nothing is above half of white)") +
+                                           "; the first is " + *matte;
+    throw Error("several views, but " + found +
+                ": give a mesh with --mesh, or masks (surflect import --mask-threshold makes them)")
         .in(training.file);
+  }
   try {
     VisualHull hull = visualHull(sights, {}, progress);
     Impostor impostor{std::move(hull.mesh), Impostor::Origin::hull};

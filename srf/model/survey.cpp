@@ -1,5 +1,6 @@
 #include "srf/model/survey.h"
 
+#include "srf/capture/mask_survey.h"
 #include "srf/model/matted_view.h"
 #include "srf/model/white_level.h"
 #include "surfel/bounds.h"
@@ -85,7 +86,13 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
     white.add(view.stack, view.object, progress);
     if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
   }
-  if (!white.isKnown()) throw Error("no photograph shows anything of the object").in(capture.file);
+  if (!white.isKnown()) {
+    const auto matte = describeFirstMatte(capture);
+    throw Error(
+        "no photograph shows anything of the object" +
+        (matte ? ", which is what is above half of white in mask and alpha; the first is " + *matte : ""))
+        .in(capture.file);
+  }
   return {white.value(), samples.choose(white.value(), normals, progress)};
 }
 

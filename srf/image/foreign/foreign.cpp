@@ -75,6 +75,7 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   picture.image.height = spec.height;
   picture.image.channels = static_cast<int>(channels.size());
   picture.bits = spec.format.is_floating_point() ? 0 : static_cast<int>(8 * spec.format.size());
+  picture.orientation = spec.get_int_attribute("Orientation", 1);
   picture.alphaPremultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
   std::optional<RadianceHeader> radiance;
   if (std::string_view(input->format_name()) == "hdr") radiance = readRadianceHeader(path);

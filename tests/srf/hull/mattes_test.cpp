@@ -1,6 +1,7 @@
 #include "srf/hull/mattes.h"
 
 #include "srf/image/png.h"
+#include "srf/model/impostor.h"
 #include "tests/srf/hull/shapes.h"
 
 namespace surflect {
@@ -55,6 +56,22 @@ TEST_F(Mattes, ThatAreMissingOrWithoutBackgroundAreNone) {
   add(0, 0, std::nullopt);
   add(1, 0, columns(0, 16));
   EXPECT_TRUE(sightsOf(capture, {}).empty());
+}
+
+TEST_F(Mattes, ThatAreAllEmptyOrFullAreExplainedByTheFirst) {
+  for (size_t view = 0; view < 2; ++view) add(view, 0, columns(0, 0));
+  EXPECT_NE(
+      errorOf([&] { impostorOf(capture, {}, {}); })
+          .find(
+              "no geometry, and mattes that show no object (nothing is above half of white); the first is " +
+              (folder / "mask0.png").string() + " (16 x 16, values 0 to 0 of 255)"),
+      std::string::npos);
+  for (const char* mask : {"mask0.png", "mask1.png"}) writePng(folder / mask, columns(0, 16));
+  EXPECT_NE(errorOf([&] { impostorOf(capture, {}, {}); }).find("mattes that show no background"),
+            std::string::npos);
+  for (Frame& frame : capture.frames) frame.mask.clear();
+  EXPECT_NE(errorOf([&] { impostorOf(capture, {}, {}); }).find("neither geometry nor mattes: give a mesh"),
+            std::string::npos);
 }
 
 TEST_F(Mattes, ThatCannotBeReadAreNamed) {

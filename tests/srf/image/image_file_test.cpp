@@ -110,6 +110,7 @@ TEST_F(ImageFile, PhotographsAreNotTurnedAsExifWouldHaveThem) {
   writeBytes(folder / "a.jpg", file);
   const Picture picture = readPicture(folder / "a.jpg");
   EXPECT_EQ(readPictureSize(folder / "a.jpg"), (PictureSize{16, 8}));
+  EXPECT_EQ(readPictureHeader(folder / "a.jpg").orientation, 6);
   ASSERT_EQ(picture.image.width, 16);
   EXPECT_FLOAT_EQ(picture.image.at(2, 4)[0], 128.f / 255);
   EXPECT_FLOAT_EQ(picture.image.at(13, 4)[0], 192.f / 255);

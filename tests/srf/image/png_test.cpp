@@ -79,6 +79,15 @@ TEST_F(Png, TheSizeIsKnownWithoutThePixels) {
   EXPECT_EQ(readPngSize(folder / "a.png").height, 6);
 }
 
+TEST_F(Png, AlphaIsKnownWithoutThePixels) {
+  for (const int channels : {1, 2, 3, 4}) {
+    writePng(folder / "a.png", Image(2, 2, channels));
+    EXPECT_EQ(readPngSize(folder / "a.png").hasAlpha, channels % 2 == 0) << channels;
+  }
+  writeBytes(folder / "a.png", palette); // with a transparent colour
+  EXPECT_TRUE(readPngSize(folder / "a.png").hasAlpha);
+}
+
 TEST_F(Png, EveryTruncationIsRejected) {
   for (const std::string& whole : {palette, interlaced})
     for (size_t length = 0; length < whole.size(); ++length)

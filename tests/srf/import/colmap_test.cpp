@@ -125,6 +125,42 @@ TEST_F(Colmap, MasksBesideThePicturesAreTaken) {
   EXPECT_EQ(capture.frames[1].mask, "");
 }
 
+TEST_F(Colmap, TheLargestOfSeveralModelsIsTakenAndTheOthersNamed) {
+  add("a.png", "PINHOLE");
+  writeText();
+  std::filesystem::rename(folder / "sparse/0", folder / "sparse/2");
+  add("b.png", "PINHOLE");
+  writeText();
+  std::filesystem::rename(folder / "sparse/0", folder / "sparse/10");
+  writePicture(folder / "images/rig/c.png"); // not registered
+  writeBinary();
+  writeBytes(folder / "sparse/0/images.bin", "");
+  const ImportReport report = importCapture(folder.path(), folder / "out", {});
+  EXPECT_EQ(report.views, 2u);
+  const std::string& models = report.notes[0];
+  EXPECT_EQ(models.find("of 3 COLMAP models the largest is taken"), 0u) << models;
+  EXPECT_NE(models.find("sparse/10 (2 photographs); left out: "), std::string::npos) << models;
+  EXPECT_NE(models.find("sparse/2 (1 photographs)"), std::string::npos) << models;
+  EXPECT_NE(models.find("sparse/0 (cannot be read: "), std::string::npos) << models;
+  EXPECT_NE(report.notes.back().find("not used: 1 (rig/c.png)"), std::string::npos) << report.notes.back();
+}
+
+TEST_F(Colmap, MasksOfFullSizeServeShrunkPictures) {
+  add("a.png", "PINHOLE");
+  writeText();
+  writePicture(folder / "images_2/a.png", 8, 6);
+  writePicture(folder / "masks/a.png", 16, 12);
+  ImportOptions options;
+  options.images = folder / "images_2/";
+  importCapture(folder.path(), folder / "out", options);
+  EXPECT_EQ(readCapture(folder / "out").frames[0].mask, "masks/a.png");
+  writePicture(folder / "masks/a.png", 16, 9);
+  EXPECT_NE(errorOf([&] {
+              importCapture(folder.path(), folder / "out2", options);
+            }).find("masks/a.png: size: found 16 x 9, expected 8 x 6"),
+            std::string::npos);
+}
+
 TEST_F(Colmap, ShrunkPicturesShrinkTheLens) {
   VisionCamera camera = add("a.png", "OPENCV").camera;
   writeText();

@@ -120,6 +120,20 @@ TEST_F(Dome, MasksByThresholdAreTheObject) {
     for (int x = 0; x < kSize; ++x) EXPECT_EQ(mask.at(x, y)[0], isDome(x, y) ? 1 : 0) << x << " " << y;
 }
 
+TEST_F(Dome, InvertedMasksAreTurnedBeforeStrengthsAreEstimated) {
+  Image background(kSize, kSize, 1);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) background.at(x, y)[0] = isDome(x, y) ? 0 : 1;
+  writePng(folder / "source/mask.png", background);
+  ImportOptions options;
+  options.invertMasks = true;
+  const Capture capture = imported(options);
+  EXPECT_EQ(readPng(folder / "out" / capture.frames[0].mask).image.at(24, 24)[0], 1);
+  const double mean = std::accumulate(strengths.begin(), strengths.end(), 0.) / kLights;
+  for (size_t l = 0; l < kLights; ++l)
+    EXPECT_NEAR(std::get<DirectionalLight>(capture.lights[l].kind).irradiance.g, strengths[l] / mean, 0.005);
+}
+
 TEST_F(Dome, TheOutputIsWhatTheReportSays) {
   ImportOptions options;
   options.maskThreshold = 0.05;

@@ -2,6 +2,8 @@
 
 #include "srf/capture/limits.h"
 #include "srf/import/import.h"
+#include "srf/import/light_file.h"
+#include "srf/import/listing.h"
 #include "tests/srf/import/vision_camera.h"
 
 #include <cmath>
@@ -71,6 +73,62 @@ TEST_F(LitView, EveryKindOfLightFileSaysTheSame) {
     SCOPED_TRACE(text.substr(0, 60));
     expectLights(read("lights.lp", text).capture, lights);
   }
+}
+
+TEST_F(LitView, DecimalCommasAreAConventionOfTheWholeFile) {
+  writePictures(3);
+  const std::vector<Vec3<double>> lights{{0, 0.6, 0.8}, {0.6, 0, 0.8}, {0, 0, 1}};
+  for (const char* text : {"3\nlit.1.png 0 0,6 0,8\nlit.2.png 0,6 0 0,8\nlit.3.png 0 0 1\n",
+                           "lit.1;0;0,6;8,0e-1\nlit.2;0,6;0;0,8\nlit.3;0;0;1\n",
+                           "3\n0\t0,6\t0,8\n0,60\t0\t0,8\n0\t0,0\t1,0\n"}) {
+    const Source source = read("lights.txt", text);
+    expectLights(source.capture, lights);
+    EXPECT_EQ(source.notes[0], "the light file has decimal commas");
+  }
+  EXPECT_EQ(withDecimalPoints("0,1 0,2 0,3 0,4 0,5\n0 1,5 0 0 0\n1 1 1 1 1,0\n"),
+            "0.1 0.2 0.3 0.4 0.5\n0 1.5 0 0 0\n1 1 1 1 1.0\n");
+  for (const char* commasSeparate :
+       {"lit.1.png, 0.1, 0.2, 0.3\n", "lit.1.png,0,0,1\n", "0, 0, 1\n", "1,0,0,1\n"})
+    EXPECT_EQ(withDecimalPoints(commasSeparate), commasSeparate);
+  EXPECT_NE(error("lights.txt", "lit.1.png 0 0.6 0.8\nlit.2.png 0,6 0 0,8\n")
+                .find("line 2: found \"0,6\", and \"0.6\" in line 1, expected either decimal commas or"),
+            std::string::npos);
+  EXPECT_NE(error("lights.txt", "1 2,3 4\n").find("line 1: \"2,3\" can be one number"), std::string::npos);
+  EXPECT_NE(
+      error("lights.txt", "lit.1.png,0,0,0,6,0,8\n").find("line 1: found 6 numbers after \"lit.1.png\""),
+      std::string::npos);
+}
+
+TEST_F(LitView, NamesMayDifferInLetterCaseAndExtensionWhereOnePictureFits) {
+  writePictures(2);
+  const Source source = read("a.lp", "2\nLIT.1.PNG 0 0 1\nC:\\raw\\Lit.2.CR2 0 0.6 0.8\n");
+  expectLights(source.capture, {{0, 0, 1}, {0, 0.6, 0.8}});
+  ASSERT_EQ(source.notes.size(), 2u);
+  EXPECT_NE(source.notes[0].find("1 of 2 names in the list differ from the pictures' in letter case"),
+            std::string::npos);
+  EXPECT_NE(source.notes[1].find("lit.2.png for \"C:\\raw\\Lit.2.CR2\""), std::string::npos)
+      << source.notes[1];
+  writePicture(folder / "LIT.2.tif");
+  EXPECT_NE(error("a.lp", "1\nlit.2.nef 0 0 1\n").find("line 2: \"lit.2.nef\" can be LIT.2.tif or lit.2.png"),
+            std::string::npos);
+}
+
+// DiLiGenT: what lies in a folder of the benchmark [Shi et al. 2016].
+TEST_F(LitView, AListOfFileNamesSaysWhichPicturesCount) {
+  writePictures(4);
+  for (const char* other : {"Normal_gt.png", "mask.png", "._mask.png", "._lit.1.png"})
+    writePicture(folder / other);
+  const std::string lights = "0 0 1\n0 0.6 0.8\n0.6 0 0.8\n1 0 0\n";
+  EXPECT_NE(error("light_directions.txt", lights)
+                .find("found 5 photographs, of which some are named otherwise (Normal_gt.png), expected 4"),
+            std::string::npos);
+  writeBytes(folder / "filenames.txt", "lit.1.png\r\nlit.3.png\r\nlit.2.png\r\nlit.4.png\r\n");
+  expectLights(read("light_directions.txt", lights).capture,
+               {{0, 0, 1}, {0.6, 0, 0.8}, {0, 0.6, 0.8}, {1, 0, 0}});
+  writeBytes(folder / "filenames.txt", "lit.1.png\nlit.2.png\n");
+  EXPECT_NE(
+      errorOf([&] { read("light_directions.txt", lights); }).find("filenames.txt: found 2 names, expected 4"),
+      std::string::npos);
 }
 
 TEST_F(LitView, TheOrthographicCameraLooksDownWithYUpAndUnitHeight) {
@@ -165,6 +223,7 @@ TEST_F(LitView, WhatCannotBeALightFileIsRefused) {
       {"3\n0 0 1\n", "line 1: found 3, expected 1, as many as lines follow"},
       {"0 0\n", "line 1: found \"0 0\""},
       {"0 0 x\n", "line 1: found \"x\", expected a number"},
+      {"\xff\xfe", "text in UTF-16"},
       {"0 0 1\n0 0 1\n", "found 4 photographs, expected 2, as many as lights"},
       {"1 0 0\n0 1 0\n0 0 1\n", "can be lights or columns"},
       {"1 0 0 0\n0 1 0 0\n0 0 1 1\n", "can be lights or columns"},

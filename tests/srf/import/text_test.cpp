@@ -11,6 +11,8 @@ TEST(ImportText, LinesKeepTheirNumbersAndLoseTheirEnds) {
   EXPECT_EQ(lines[0].text, "a b");
   EXPECT_EQ(lines[1].text, "");
   EXPECT_EQ(lines[3].number, 4u);
+  EXPECT_EQ(linesOf("a\rb\r")[1].text, "b"); // of classic Mac OS
+  EXPECT_EQ(linesOf("a\rb\n").size(), 1u);
   const auto saying = sayingLinesOf("\n# no\n x \n");
   ASSERT_EQ(saying.size(), 1u);
   EXPECT_EQ(saying[0].text, "x");

@@ -1,0 +1,183 @@
+#include "srf/capture/mask_survey.h"
+
+#include "srf/capture/coverage.h"
+#include "srf/image/exr.h"
+#include "srf/image/image_file.h"
+#include "surfel/first_names.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace surflect {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A mask file, and the pictures that it goes with.
+struct MaskFile {
+  fs::path path;
+  PictureSize pictures, own;
+  float white = 1;                     // as in MaskContent
+  double inside = 0, insideBorder = 0; // shares of the object: of all pixels, and of those along the border
+};
+
+std::vector<MaskFile> masksOf(const Capture& capture) {
+  std::map<fs::path, PictureSize> sizes;
+  for (const Frame& frame : capture.frames) {
+    const Lens& lens = capture.views[frame.view].camera.lens;
+    if (!frame.mask.empty()) sizes.try_emplace(frame.mask, PictureSize{lens.width, lens.height});
+  }
+  std::vector<MaskFile> masks;
+  for (const auto& [path, size] : sizes) masks.push_back({path, size, {}});
+  return masks;
+}
+
+void measure(MaskFile& mask, const fs::path& folder, bool inverted) {
+  const auto [coverage, white] = readMask(folder / mask.path);
+  mask.own = {coverage.width, coverage.height};
+  mask.white = white;
+  const int right = coverage.width - 1, bottom = coverage.height - 1;
+  size_t inside = 0, border = 0, insideBorder = 0;
+  for (int y = 0; y <= bottom; ++y)
+    for (int x = 0; x <= right; ++x) {
+      const bool isInside = (coverage.at(x, y)[0] > 0.5f) != inverted;
+      const bool isBorder = x == 0 || y == 0 || x == right || y == bottom;
+      inside += isInside;
+      border += isBorder;
+      insideBorder += isInside && isBorder;
+    }
+  mask.inside = static_cast<double>(inside) / static_cast<double>(coverage.values.size());
+  mask.insideBorder = static_cast<double>(insideBorder) / static_cast<double>(border);
+}
+
+bool hasAlpha(const fs::path& picture, const Frame& frame) {
+  if (formatOf(picture) != PictureFormat::exr) return readPictureHeader(picture).hasAlpha;
+  return alphaChannel(ExrFile(picture), frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer)
+      .has_value();
+}
+
+// Views none of whose frames has a mask or alpha, where others have.
+void warnOfViewsWithout(const Capture& capture, std::vector<std::string>& warnings) {
+  std::vector<bool> masked(capture.views.size()), known(capture.views.size());
+  for (const Frame& frame : capture.frames)
+    if (!frame.mask.empty()) masked[frame.view] = known[frame.view] = true;
+  const bool anyMask = std::ranges::find(masked, true) != masked.end();
+  bool anyAlpha = false;
+  for (const Frame& frame : capture.frames) {
+    if (known[frame.view]) continue;
+    known[frame.view] = true;
+    masked[frame.view] = hasAlpha(capture.folder() / frame.picture, frame);
+    anyAlpha |= masked[frame.view];
+  }
+  std::vector<std::string> without;
+  for (size_t v = 0; v < masked.size(); ++v)
+    if (!masked[v]) without.push_back(capture.views[v].identity);
+  if (without.empty() || without.size() == masked.size()) return;
+  warnings.push_back(fmt::format("{}: {} of {} views; {} ({})",
+                                 !anyAlpha ? "masks"
+                                 : anyMask ? "masks or alpha"
+                                           : "alpha",
+                                 masked.size() - without.size(), masked.size(),
+                                 without.size() == 1
+                                     ? "the other one shows all of its picture"
+                                     : fmt::format("the other {} show all of their picture", without.size()),
+                                 firstNames(without)));
+}
+
+// Masks without object, and masks none of which has background.
+void warnOfEmpty(const std::vector<MaskFile>& masks, const fs::path& folder,
+                 std::vector<std::string>& warnings) {
+  std::vector<std::string> empty, full;
+  const auto add = [&](std::vector<std::string>& names, const MaskFile& mask) {
+    names.push_back(names.size() < 3 ? describeMatte(folder / mask.path) : ""); // three are shown
+  };
+  for (const MaskFile& mask : masks) {
+    if (mask.inside == 0) add(empty, mask);
+    if (mask.inside == 1) add(full, mask);
+  }
+  if (!empty.empty())
+    warnings.push_back(
+        fmt::format("{} of {} masks show nothing of the object, which is what is brighter than "
+                    "half of white: {}",
+                    empty.size(), masks.size(), firstNames(empty)));
+  if (!full.empty() && full.size() == masks.size())
+    warnings.push_back(
+        fmt::format("none of {} masks shows any background, which is what is darker than half of "
+                    "white: {}",
+                    full.size(), firstNames(full)));
+}
+
+// An object lies within most pictures, so its mask is rarer along the border than elsewhere.
+void warnOfInverted(const std::vector<MaskFile>& masks, std::vector<std::string>& warnings) {
+  double white = 0, border = 0;
+  size_t telling = 0;
+  for (const MaskFile& mask : masks) {
+    if (mask.inside == 0 || mask.inside == 1) continue;
+    ++telling;
+    white += mask.inside;
+    border += mask.insideBorder;
+  }
+  if (telling == 0) return;
+  white /= static_cast<double>(telling), border /= static_cast<double>(telling);
+  constexpr double kMostlyWhite = 0.6, kLeastBlack = 0.002;
+  if (border < kMostlyWhite || 1 - white < kLeastBlack || 1 - border > (1 - white) / 2) return;
+  warnings.push_back(fmt::format("masks look inverted: white, which marks the object, covers {:.0f} % of the "
+                                 "pictures' borders, but {:.0f} % of the pictures; if black is the object, "
+                                 "import with --invert-masks",
+                                 100 * border, 100 * white));
+}
+
+void noteLabels(const std::vector<MaskFile>& masks, std::vector<std::string>& notes) {
+  const auto isLabels = [](const MaskFile& mask) { return mask.white < 1; };
+  const auto first = std::ranges::find_if(masks, isLabels);
+  if (first == masks.end()) return;
+  notes.push_back(fmt::format("{} of {} masks have two values, 0 and one of at most half of white, which is "
+                              "taken for the object: {} ({:.3g} of white)",
+                              std::ranges::count_if(masks, isLabels), masks.size(), first->path.string(),
+                              first->white));
+}
+
+void noteResized(const std::vector<MaskFile>& masks, std::vector<std::string>& notes) {
+  const auto isOfOtherSize = [](const MaskFile& mask) { return mask.own != mask.pictures; };
+  const auto first = std::ranges::find_if(masks, isOfOtherSize);
+  if (first == masks.end()) return;
+  notes.push_back(
+      fmt::format("{} of {} masks have another size than their pictures and are resized to it: {} "
+                  "({} x {} for {} x {})",
+                  std::ranges::count_if(masks, isOfOtherSize), masks.size(), first->path.string(),
+                  first->own.width, first->own.height, first->pictures.width, first->pictures.height));
+}
+
+} // namespace
+
+MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress) {
+  std::vector<MaskFile> masks = masksOf(capture);
+  tbb::parallel_for(size_t{0}, masks.size(), [&](size_t i) {
+    progress.checkpoint();
+    measure(masks[i], capture.folder(), inverted);
+  });
+  MaskSurvey survey;
+  warnOfViewsWithout(capture, survey.warnings);
+  warnOfEmpty(masks, capture.folder(), survey.warnings);
+  warnOfInverted(masks, survey.warnings);
+  noteLabels(masks, survey.notes);
+  noteResized(masks, survey.notes);
+  return survey;
+}
+
+std::optional<std::string> describeFirstMatte(const Capture& capture) {
+  for (const Frame& frame : capture.frames) {
+    const fs::path file = capture.folder() / (frame.mask.empty() ? frame.picture : frame.mask);
+    std::error_code ignored;
+    if (!fs::is_regular_file(file, ignored)) continue;
+    if (!frame.mask.empty() || hasAlpha(file, frame)) return describeMatte(file);
+  }
+  return std::nullopt;
+}
+
+} // namespace surflect

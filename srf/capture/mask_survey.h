@@ -1,0 +1,30 @@
+// What the masks of a capture are like together, told to people before the capture is used.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "surfel/progress.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// Sentences without a full stop, with counts and the first names.
+struct MaskSurvey {
+  std::vector<std::string> warnings; // what is hardly meant: views without a mask beside views with one;
+                                     // masks without object, or all without background; masks whose black
+                                     // looks like the object
+  std::vector<std::string> notes;    // how masks were understood: as labels, as larger or smaller
+};
+
+// Reads all masks, several at a time, and headers of pictures that have none. The black of masks looks like
+// the object where it is at least twice as rare along the border of the pictures as in them, and the border
+// mostly white. `inverted`: black is to be the object. Throws Error for what cannot be read, and Cancelled.
+MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress);
+
+// The first mask or picture with alpha as describeMatte() has it, for messages; none where the capture has no
+// mattes on disk. Reads it.
+std::optional<std::string> describeFirstMatte(const Capture& capture);
+
+} // namespace surflect

@@ -1,0 +1,14 @@
+#include "srf/checks/checks.h"
+
+#include "srf/capture/mask_survey.h"
+
+namespace surflect {
+
+std::vector<Finding> checkMattes(const Capture& capture, const Progress& progress) {
+  std::vector<Finding> findings;
+  for (std::string& warning : surveyMasks(capture, false, progress).warnings)
+    findings.push_back({Finding::Severity::warning, std::move(warning)});
+  return findings;
+}
+
+} // namespace surflect
