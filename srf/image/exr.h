@@ -5,6 +5,7 @@
 // first part that has it.
 #pragma once
 
+#include "srf/image/color_encoding.h"
 #include "srf/image/image.h"
 #include "surfel/progress.h"
 
@@ -37,6 +38,8 @@ public:
   bool has(const std::string& channel) const;
   // Metadata, of the first part; empty where there is no text of that name.
   std::optional<std::string> attribute(const std::string& name) const;
+  // By the attribute `chromaticities`; none: Rec. 709's. Values are linear.
+  std::optional<ColorStatement> colorStatement() const;
 
   // One image a set, of the display window: zero where the data window does not reach. Half and integer
   // samples become float. Every chunk of the file is decompressed once, whatever the number of sets. Throws
@@ -55,8 +58,8 @@ private:
   std::vector<std::string> channels_;
 };
 
-// The channels that hold a layer's colour (R, G, B or Y), throws Error where there are none; and its alpha
-// (A), where there is one. The empty layer is the picture itself.
+// The channels that hold a layer's colour (R, G, B or Y), throws Error that lists the file's channels where
+// there are none; and its alpha (A), where there is one. The empty layer is the picture itself.
 ChannelSet colorChannels(const ExrFile& file, const std::string& layer);
 std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer);
 
@@ -79,8 +82,9 @@ struct ExrLayer {
 void setExrThreads(int threads);
 
 // Writes layers of one size, atomically, with metadata. The same input gives the same bytes. Compressed by
-// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Needs memory for the file
-// and for a few lines of pixels. Throws Error and Cancelled.
+// ZIP, which is lossless and on rendered half layers a quarter smaller than PIZ. Colours are those of Rec.
+// 709, as the attribute `chromaticities` says. Needs memory for the file and for a few lines of pixels.
+// Throws Error and Cancelled.
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes = {}, const Progress& progress = {});
 // One image of 1 to 4 channels as Y, YA, RGB or RGBA.

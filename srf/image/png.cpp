@@ -1,5 +1,6 @@
 #include "srf/image/png.h"
 
+#include "srf/image/png_color.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 
@@ -113,7 +114,7 @@ public:
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  bool write(int width, int height, int channels, int bitDepth, png_bytepp rows) {
+  bool write(int width, int height, int channels, int bitDepth, PngColors colors, png_bytepp rows) {
     constexpr std::array types{PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
                                PNG_COLOR_TYPE_RGB_ALPHA};
     if (!info_ || setjmp(png_jmpbuf(png_))) return false;
@@ -121,6 +122,7 @@ public:
     png_set_IHDR(png_, info_, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), bitDepth,
                  types[static_cast<size_t>(channels - 1)], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
+    if (colors == PngColors::srgb) png_set_sRGB_gAMA_and_cHRM(png_, info_, PNG_sRGB_INTENT_RELATIVE);
     png_write_info(png_, info_);
     if constexpr (std::endian::native == std::endian::little) png_set_swap(png_);
     png_write_image(png_, rows);
@@ -158,7 +160,8 @@ PngPicture readPng(const std::filesystem::path& path) {
 
   Samples samples(reader.rowBytes(), height);
   if (!reader.readRows(samples.rows.data())) throw Error("cannot read (" + reader.problem() + ")").in(path);
-  PngPicture picture{Image(reader.width(), reader.height(), reader.channels()), reader.bitDepth()};
+  PngPicture picture{Image(reader.width(), reader.height(), reader.channels()), reader.bitDepth(),
+                     pngColorStatement(file)};
   for (size_t i = 0; i < picture.image.values.size(); ++i)
     picture.image.values[i] = sampleAt(samples, i, picture.bitDepth);
   return picture;
@@ -175,13 +178,22 @@ PngSize readPngSize(const std::filesystem::path& path) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-void writePng(const std::filesystem::path& path, const Image& image, int bitDepth) {
+PngHeader readPngHeader(const std::filesystem::path& path) {
+  constexpr size_t kUsually = size_t{1} << 16, kDepth = 24; // of IHDR's bit depth
+  std::string start = readFileStart(path, kUsually);
+  if (start.size() <= kDepth || png_sig_cmp(reinterpret_cast<const png_byte*>(start.data()), 0, 8) != 0)
+    throw Error("cannot read (not a PNG file)").in(path);
+  if (!reachesPngPixels(start)) start = readFile(path);
+  return {start[kDepth] == 16 ? 16 : 8, pngColorStatement(start)};
+}
+
+void writePng(const std::filesystem::path& path, const Image& image, int bitDepth, PngColors colors) {
   assert(image.channels >= 1 && image.channels <= 4 && (bitDepth == 8 || bitDepth == 16));
   const size_t rowSamples = static_cast<size_t>(image.width) * static_cast<size_t>(image.channels);
   Samples samples(rowSamples * static_cast<size_t>(bitDepth / 8), static_cast<size_t>(image.height));
   for (size_t i = 0; i < image.values.size(); ++i) setSample(samples, i, bitDepth, image.values[i]);
   Writer writer;
-  if (!writer.write(image.width, image.height, image.channels, bitDepth, samples.rows.data()))
+  if (!writer.write(image.width, image.height, image.channels, bitDepth, colors, samples.rows.data()))
     throw Error("cannot write (" + writer.problem() + ")").in(path);
   writeFileAtomically(path, writer.file());
 }
