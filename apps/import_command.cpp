@@ -96,7 +96,9 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
                        "make masks: brighter than this share of the view's 99.5th percentile, linear")
           ->check(finiteIn(0, 1));
   CLI::Option* colorSpace =
-      command->add_option("--color-space", arguments->colorSpace, "of the pictures; default: 8 bits are sRGB")
+      command
+          ->add_option("--color-space", arguments->colorSpace,
+                       "of all pictures; default: what each file says, else 8 bits are sRGB")
           ->transform(CLI::Transformer(kColorSpaces))
           ->option_text("linear or srgb");
   command
