@@ -38,7 +38,7 @@ void writePreview(const std::filesystem::path& path, const Image& color, double 
       for (size_t c = 0; c < 3; ++c) straight.values[i + c] *= static_cast<float>(exposure) / alpha;
   Image encoded = srgbEncoded(exposed(straight, 1));
   for (size_t i = 3; i < encoded.values.size(); i += 4) encoded.values[i] = color.values[i];
-  writePng(path, encoded);
+  writePng(path, encoded, 8, PngColors::srgb);
 }
 
 double whiteOf(const Image& color) {
