@@ -133,6 +133,7 @@ Image linearRec709(Picture picture, const std::filesystem::path& path) {
   if (!picture.color) return std::move(picture.image);
   if (!picture.color->problem.empty()) throw Error(picture.color->problem).at(picture.color->source).in(path);
   const ColorDecoder decoder(picture.color->encoding, {});
+  if (!decoder.profile() && !decoder.mixesChannels()) return std::move(picture.image); // Rec. 709
   Image colors(picture.image.width, picture.image.height, picture.image.channels >= 3 ? 3 : 1);
   for (size_t i = 0; i < colors.values.size(); ++i) {
     const auto channels = static_cast<size_t>(colors.channels);
