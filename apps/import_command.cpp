@@ -98,7 +98,9 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   command->add_flag("--invert-masks", options.invertMasks, "of the source: black is the object, not white")
       ->excludes(threshold);
   CLI::Option* colorSpace =
-      command->add_option("--color-space", arguments->colorSpace, "of the pictures; default: 8 bits are sRGB")
+      command
+          ->add_option("--color-space", arguments->colorSpace,
+                       "of all pictures; default: what each file says, else 8 bits are sRGB")
           ->transform(CLI::Transformer(kColorSpaces))
           ->option_text("linear or srgb");
   command

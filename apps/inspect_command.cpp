@@ -67,7 +67,7 @@ Json drawOverlay(const Capture& capture, const Impostor& impostor, const Argumen
   const WhiteSurface surface(impostor.mesh);
   const auto frames = spreadFrames(capture, arguments.maxFrames);
   const ContactSheet sheet = contactSheet(capture, frames, surface, progress);
-  writePng(arguments.overlay, sheet.image);
+  writePng(arguments.overlay, sheet.image, 8, PngColors::srgb);
   Json tiles = Json::array();
   for (const Overlay& overlay : sheet.overlays) {
     Json& tile = tiles.emplace_back(Json{{"camera", overlay.camera}, {"light", overlay.light}});

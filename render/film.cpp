@@ -58,7 +58,8 @@ void writeFilm(const std::filesystem::path& path, const Film& film,
 
 std::string previewBytes(const Image& color, double exposure) {
   static const SrgbBytes srgbBytes;
-  PngSamples preview{color.width, color.height, 4, 8, std::vector<uint8_t>(color.values.size())};
+  PngSamples preview{
+      color.width, color.height, 4, 8, PngColors::srgb, std::vector<uint8_t>(color.values.size())};
   for (size_t i = 0; i < color.values.size(); i += 4) {
     const float* pixel = &color.values[i];
     if (pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0 && pixel[3] == 0) continue;

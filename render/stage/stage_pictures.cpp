@@ -46,7 +46,8 @@ void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, 
         progress.checkpoint();
         writePng(folder / bracket[shot].picture,
                  exposed(traced.radiance[i], traced.alpha, *stage.exposure,
-                         {stage.trace.seed, plan.views[view], *frames[i].light, shot}));
+                         {stage.trace.seed, plan.views[view], *frames[i].light, shot}),
+                 8, stage.exposure->isSrgb ? PngColors::srgb : PngColors::unstated);
       }
     }
     return;

@@ -1,9 +1,9 @@
 #include "render/stage/texture.h"
 
-#include "srf/image/color.h"
 #include "srf/image/image_file.h"
 #include "surfel/error.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <string>
@@ -15,6 +15,14 @@ namespace {
 // i modulo n, also of negative i.
 int wrapped(int i, int n) { return ((i % n) + n) % n; }
 
+// By the picture's own statement; without one floating point is linear, all else sRGB.
+ColorDecoder decoderOf(const Picture& picture, const std::filesystem::path& path) {
+  const Transfer usual{picture.isFloat() ? Transfer::Curve::linear : Transfer::Curve::srgb};
+  if (!picture.color) return {{}, usual};
+  if (!picture.color->problem.empty()) throw Error(picture.color->problem).at(picture.color->source).in(path);
+  return {picture.color->encoding, usual};
+}
+
 } // namespace
 
 Image readTexels(const std::filesystem::path& path, Texels what) {
@@ -22,19 +30,18 @@ Image readTexels(const std::filesystem::path& path, Texels what) {
   const Image& image = picture.image;
   if (picture.hasAlpha() && picture.alphaPremultiplied)
     throw Error::mismatch("a texture without alpha", "colours multiplied by it").in(path);
-  Image linear(image.width, image.height, 3);
+  Image stored(image.width, image.height, image.channels < 3 ? 1 : 3);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      for (size_t c = 0; c < 3; ++c) {
-        const float stored = image.at(x, y)[image.channels < 3 ? 0 : c];
-        const bool isLinear = picture.isFloat() || what == Texels::factors;
-        const float value = isLinear ? stored : linearFromSrgb(stored);
+      std::copy_n(image.at(x, y).begin(), stored.channels, stored.at(x, y).begin());
+  Image linear = decoded(stored, what == Texels::factors ? ColorDecoder() : decoderOf(picture, path));
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (const float value : linear.at(x, y))
         if (!(value >= 0 && value <= 1))
           throw Error::mismatch("0 to 1", numberText(value))
               .at("pixel[" + std::to_string(x) + ", " + std::to_string(y) + "]")
               .in(path);
-        linear.at(x, y)[c] = value;
-      }
   return linear;
 }
 

@@ -68,7 +68,7 @@ struct Frame {
 
 struct Capture {
   std::filesystem::path file;           // the JSON file
-  std::optional<ColorSpace> colorSpace; // of the pictures; none: sRGB for 8 bits, linear for more
+  std::optional<ColorSpace> colorSpace; // of the pictures; none: as each file says (picture_encoding.h)
   std::optional<Response> response;     // instead of colorSpace: all pictures have 8 bits of this camera
   std::filesystem::path geometry;       // a mesh, relative to the folder; empty: none
   std::vector<Light> lights;

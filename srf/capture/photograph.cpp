@@ -1,6 +1,7 @@
 #include "srf/capture/photograph.h"
 
 #include "srf/capture/coverage.h"
+#include "srf/capture/picture_encoding.h"
 #include "srf/image/bracket.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
@@ -26,8 +27,11 @@ namespace {
 struct Undeveloped {
   Image color; // 1 or 3 channels
   std::optional<Image> alpha;
-  int bits = 0; // as in Picture
+  int bits = 0; // these as in Picture
   bool alphaPremultiplied = false;
+  std::optional<ColorStatement> stated;
+  ColorDecoder decoder; // of the colours
+  Image radiance;       // where an ICC profile decodes them: linear, 3 channels; else empty
 };
 
 Image channelsOf(const Image& image, int first, int count) {
@@ -41,7 +45,13 @@ Image channelsOf(const Image& image, int first, int count) {
 
 Undeveloped split(const Picture& picture) {
   const int channels = picture.image.channels, colors = picture.hasAlpha() ? channels - 1 : channels;
-  Undeveloped parts{channelsOf(picture.image, 0, colors), {}, picture.bits, picture.alphaPremultiplied};
+  Undeveloped parts{channelsOf(picture.image, 0, colors),
+                    {},
+                    picture.bits,
+                    picture.alphaPremultiplied,
+                    picture.color,
+                    {},
+                    {}};
   if (picture.hasAlpha()) parts.alpha = channelsOf(picture.image, colors, 1);
   return parts;
 }
@@ -60,11 +70,12 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std
     hasAlpha.push_back(alpha.has_value());
     if (alpha) sets.push_back({*alpha});
   }
+  const std::optional<ColorStatement> stated = file.colorStatement();
   std::vector<Image> images = file.read(sets, progress);
   std::vector<Undeveloped> layers;
   auto next = images.begin();
   for (const bool withAlpha : hasAlpha) {
-    Undeveloped& layer = layers.emplace_back(Undeveloped{std::move(*next++), {}, 0, true});
+    Undeveloped& layer = layers.emplace_back(Undeveloped{std::move(*next++), {}, 0, true, stated, {}, {}});
     if (withAlpha) layer.alpha = std::move(*next++);
   }
   return layers;
@@ -90,8 +101,11 @@ void checkSize(const Image& image, const Lens& lens, const std::filesystem::path
 
 float unit(float value) { return value > 0 ? std::min(value, 1.f) : 0; } // NaN is 0
 
-bool storesSrgb(const std::optional<ColorSpace>& stated, int bits) {
-  return stated ? *stated == ColorSpace::srgb : bits == 8;
+// A colour as stored, not multiplied by alpha; of alpha above 0.
+float straight(const Undeveloped& picture, size_t pixel, size_t channel) {
+  const auto channels = static_cast<size_t>(picture.color.channels);
+  const float stored = picture.color.values[pixel * channels + (channels == 3 ? channel : 0)];
+  return picture.alphaPremultiplied && picture.alpha ? stored / picture.alpha->values[pixel] : stored;
 }
 
 // What stored values stand for, of the pictures of a capture.
@@ -99,27 +113,32 @@ class Encoding {
 public:
   explicit Encoding(const Capture& capture) : capture_(capture) {}
 
-  void check(const Undeveloped& picture, const std::filesystem::path& path) const {
+  // Gives a picture its decoder. Throws Error naming it.
+  void settle(Undeveloped& picture, const std::filesystem::path& path) const {
     if (capture_.response && picture.bits != 8)
       throw Error::mismatch("8 bits, as the capture has a response curve",
                             picture.bits ? std::to_string(picture.bits) + " bits" : "floating point")
           .in(path);
+    if (capture_.response) return;
+    picture.decoder = {encodingOf(capture_.colorSpace, picture.stated, path), usualTransfer(picture.bits)};
+    if (picture.decoder.profile()) picture.radiance = decodedByProfile(picture);
   }
-  float linear(float stored, size_t channel, int bits) const {
-    if (capture_.response) return (*capture_.response)(channel, stored);
-    return storesSrgb(capture_.colorSpace, bits) ? linearFromSrgb(stored) : stored;
+  // Of one channel, before channels are mixed. Not of pictures that a profile decodes.
+  float linear(const Undeveloped& picture, float stored, size_t channel) const {
+    return capture_.response ? (*capture_.response)(channel, stored) : picture.decoder.linear(stored);
   }
 
 private:
+  static Image decodedByProfile(const Undeveloped& picture) {
+    Image colors = picture.color;
+    const auto channels = static_cast<size_t>(colors.channels);
+    for (size_t i = 0; i < colors.values.size(); ++i)
+      colors.values[i] = straight(picture, i / channels, i % channels);
+    return decoded(colors, picture.decoder);
+  }
+
   const Capture& capture_;
 };
-
-// A colour as stored, not multiplied by alpha; of alpha above 0.
-float straight(const Undeveloped& picture, size_t pixel, size_t channel) {
-  const auto channels = static_cast<size_t>(picture.color.channels);
-  const float stored = picture.color.values[pixel * channels + (channels == 3 ? channel : 0)];
-  return picture.alphaPremultiplied && picture.alpha ? stored / picture.alpha->values[pixel] : stored;
-}
 
 // Where the camera clips, or above all there is: the largest colour of object pixels in a bracket.
 float largestColor(std::span<const Undeveloped> bracket) {
@@ -132,6 +151,14 @@ float largestColor(std::span<const Undeveloped> bracket) {
         largest = std::max(largest, value);
     }
   return largest;
+}
+
+// Exposures are merged channel by channel, which the camera's own primaries have in common.
+void checkMixing(std::span<const Undeveloped> bracket, const std::filesystem::path& path) {
+  for (const Undeveloped& picture : bracket)
+    if (!sameChannels(picture.decoder, bracket[0].decoder))
+      throw Error::mismatch("one statement of primaries in the pictures of a bracket", "different ones")
+          .in(path);
 }
 
 // The bracket: pictures of one size, and their exposures.
@@ -153,13 +180,17 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
     for (size_t c = 0; c < 3 && alpha > 0; ++c) {
       for (size_t k = 0; k < bracket.size(); ++k) {
         const float z = straight(bracket[k], i, c);
-        samples[k] = {std::isfinite(z) ? z : NAN, encoding.linear(z, c, bracket[k].bits),
-                      static_cast<float>(shots[k].exposure)};
+        const Image& byProfile = bracket[k].radiance;
+        const bool isNumber = std::isfinite(z);
+        const float linear = byProfile.values.empty() || !isNumber ? encoding.linear(bracket[k], z, c)
+                                                                   : byProfile.values[3 * i + c];
+        samples[k] = {isNumber ? z : NAN, linear, static_cast<float>(shots[k].exposure)};
       }
       radiance[c] = bracket.size() > 1 ? mergedRadiance(samples, zMax)
                                        : samples[0].exposure * static_cast<float>(1 / shots[0].exposure);
       valid = valid && std::isfinite(radiance[c]);
     }
+    if (first.color.channels == 3) first.decoder.toRec709(radiance);
     if (valid) continue;
     std::fill_n(radiance, 3, 0.f);
     ++photograph.invalidTexels;
@@ -225,6 +256,7 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     if (--missing > 0) return;
     const Frame& frame = capture.frames[frames[i]];
     const Image* coverage = frame.mask.empty() ? nullptr : &masks.at({capture, frame});
+    checkMixing(bracket, capture.folder() / frame.picture);
     Photograph photograph = develop(bracket, shots, coverage, encoding);
     bracket.clear(); // its memory is not needed any more
     const std::lock_guard lock(taking);
@@ -241,7 +273,7 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
       progress.checkpoint();
       const auto [i, k] = places[p];
       checkSize(pictures[p].color, capture.views[capture.frames[frames[i]].view].camera.lens, path);
-      encoding.check(pictures[p], path);
+      encoding.settle(pictures[p], path);
       developments[i].bracket[k] = std::move(pictures[p]);
       developIfComplete(i);
     }

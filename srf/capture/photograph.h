@@ -1,4 +1,4 @@
-// Pixels of a capture, as linear radiance.
+// Pixels of a capture, as linear radiance of Rec. 709's primaries and white.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -22,9 +22,9 @@ struct Photograph {
 
 // The photographs of the given frames (indices into capture.frames), in that order. Each file is opened and
 // decompressed once: ask for all frames of one view, whose lights often share a file, and not for more than
-// memory holds: 16 bytes a pixel and frame; while reading 4 for each mask, and up to 32 for each picture of
-// the files that are being read, one a thread, and of brackets that are not complete. Throws Error naming the
-// picture; of several that are wrong, any.
+// memory holds: 16 bytes a pixel and frame; while reading 4 for each mask, and up to 32, or 44 where an
+// ICC profile decodes it, for each picture of the files that are being read, one a thread, and of brackets
+// that are not complete. Throws Error naming the picture; of several that are wrong, any.
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
                                         const Progress& progress = {});
 

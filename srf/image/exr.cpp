@@ -5,12 +5,15 @@
 #include "surfel/file.h"
 
 #include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
 #include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputPart.h>
+#include <ImfIntAttribute.h>
 #include <ImfMultiPartInputFile.h>
 #include <ImfPartType.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 
@@ -18,6 +21,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <set>
 #include <unistd.h>
 
 namespace surflect {
@@ -142,6 +146,28 @@ std::optional<std::string> ExrFile::attribute(const std::string& name) const {
   return found ? std::optional(found->value()) : std::nullopt;
 }
 
+// [OpenEXR] "Technical Introduction", CIE x,y chromaticities: without the attribute, those of Rec. 709. A
+// file of several parts has the same in each. [SMPTE ST 2065-4] an ACES container is of the ACES primaries.
+std::optional<ColorStatement> ExrFile::colorStatement() const {
+  const Imf::Header& header = parts_->file.header(0);
+  ColorStatement statement{"EXR chromaticities", {Transfer{}, {}, nullptr}, {}};
+  if (const auto* found = header.findTypedAttribute<Imf::ChromaticitiesAttribute>("chromaticities")) {
+    const auto at = [](const Imath::V2f& xy) { return Chromaticity{xy.x, xy.y}; };
+    const Imf::Chromaticities& c = found->value();
+    statement.encoding.primaries = Primaries{at(c.red), at(c.green), at(c.blue), at(c.white)};
+    try {
+      xyzFromRgb(*statement.encoding.primaries);
+    } catch (const Error& e) {
+      statement.problem = e.what();
+    }
+    return statement;
+  }
+  if (!header.findTypedAttribute<Imf::IntAttribute>("acesImageContainerFlag")) return std::nullopt;
+  statement.source = "EXR, ACES container";
+  statement.encoding.primaries = kAces;
+  return statement;
+}
+
 namespace {
 
 // Where a decoded channel goes. Several targets may ask for the same channel.
@@ -232,13 +258,42 @@ std::vector<Image> ExrFile::read(std::span<const ChannelSet> sets, const Progres
 
 Image ExrFile::read(const ChannelSet& set) const { return std::move(read(std::span(&set, 1)).front()); }
 
+namespace {
+
+// "ViewLayer.Combined.A, ViewLayer.Combined.B, ..": as many as a line takes.
+std::string listed(const std::vector<std::string>& names) {
+  constexpr size_t kMostShown = 12;
+  std::string text;
+  for (size_t i = 0; i < std::min(kMostShown, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  if (names.size() > kMostShown) text += " and " + std::to_string(names.size() - kMostShown) + " more";
+  return text;
+}
+
+bool hasColors(const ExrFile& file, const std::string& layer) {
+  const auto has = [&](const char* channel) { return file.has(inLayer(layer, channel)); };
+  return (has("R") && has("G") && has("B")) || has("Y");
+}
+
+// The layers that have colours, in alphabetical order.
+std::vector<std::string> colorLayers(const ExrFile& file) {
+  std::set<std::string> layers;
+  for (const std::string& channel : file.channels())
+    if (const size_t dot = channel.rfind('.'); dot != channel.npos && hasColors(file, channel.substr(0, dot)))
+      layers.insert(channel.substr(0, dot));
+  return {layers.begin(), layers.end()};
+}
+
+} // namespace
+
 ChannelSet colorChannels(const ExrFile& file, const std::string& layer) {
   const ChannelSet rgb{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")};
   if (std::all_of(rgb.begin(), rgb.end(), [&](const std::string& c) { return file.has(c); })) return rgb;
   const std::string gray = inLayer(layer, "Y");
   if (file.has(gray)) return {gray};
   const std::string what = layer.empty() ? "channels" : "layer " + layer;
-  throw Error::mismatch("R, G, B or Y", "none of them").at(what).in(file.path());
+  const std::vector<std::string> layers = colorLayers(file);
+  const std::string hint = layers.empty() ? "" : " (or as `layer` of the frames: " + listed(layers) + ")";
+  throw Error::mismatch("R, G, B or Y" + hint, listed(file.channels())).at(what).in(file.path());
 }
 
 std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer) {

@@ -5,6 +5,7 @@
 // first part that has it.
 #pragma once
 
+#include "srf/image/color_encoding.h"
 #include "srf/image/image.h"
 #include "srf/image/resize.h"
 #include "surfel/progress.h"
@@ -39,6 +40,8 @@ public:
   bool has(const std::string& channel) const;
   // Metadata, of the first part; empty where there is no text of that name.
   std::optional<std::string> attribute(const std::string& name) const;
+  // By the attribute `chromaticities`; none: Rec. 709's. Values are linear.
+  std::optional<ColorStatement> colorStatement() const;
 
   // One image a set, of the display window: zero where the data window does not reach. Half and integer
   // samples become float. Every chunk of the file is decompressed once, whatever the number of sets. Throws
@@ -57,8 +60,8 @@ private:
   std::vector<std::string> channels_;
 };
 
-// The channels that hold a layer's colour (R, G, B or Y), throws Error where there are none; and its alpha
-// (A), where there is one. The empty layer is the picture itself.
+// The channels that hold a layer's colour (R, G, B or Y), throws Error that lists the file's channels where
+// there are none; and its alpha (A), where there is one. The empty layer is the picture itself.
 ChannelSet colorChannels(const ExrFile& file, const std::string& layer);
 std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer);
 
@@ -82,8 +85,8 @@ void setExrThreads(int threads);
 
 // The bytes of a file of layers of one size, with metadata; the same for the same input and any number of
 // threads. `window`: the pixels that are stored, the data window; all others read as zero. Compressed by ZIP,
-// which is lossless, as zlibStream does. Needs memory for the file and, for each thread, 16 lines of pixels.
-// Throws Error and Cancelled.
+// which is lossless, as zlibStream does. Colours are those of Rec. 709, as the attribute `chromaticities` says.
+// Needs memory for the file and, for each thread, 16 lines of pixels. Throws Error and Cancelled.
 std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::string, std::string>& attributes,
                      const PixelWindow& window, const Progress& progress = {});
 

@@ -2,7 +2,9 @@
 
 #include "srf/image/exr.h"
 #include "srf/image/foreign/foreign.h"
+#include "srf/image/foreign_file.h"
 #include "srf/image/png.h"
+#include "srf/image/radiance.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 
@@ -44,9 +46,8 @@ ReadForeign* loadForeignReader() {
 
 // The formats that photographs come in and whose readers have been fed damaged files (tests/fuzz). Others of
 // OpenImageIO's many take what a damaged header says for sizes, or search it for ever.
-constexpr std::array<std::string_view, 13> foreignExtensions = {".jpg", ".jpeg", ".jpe", ".tif", ".tiff",
-                                                                ".hdr", ".rgbe", ".bmp", ".tga", ".ppm",
-                                                                ".pgm", ".pnm",  ".webp"};
+constexpr std::array<std::string_view, 11> foreignExtensions = {
+    ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp"};
 
 Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent extent) {
   if (std::ranges::find(foreignExtensions, lowerExtension(path)) == foreignExtensions.end())
@@ -55,18 +56,30 @@ Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent exte
         .in(path);
   ::close(openForReading(path)); // which says why it cannot be opened
   static ReadForeign* const readForeign = loadForeignReader();
-  Picture picture;
+  ForeignPicture picture;
   std::string problem;
   if (!readForeign(path.c_str(), extent, picture, problem))
     throw Error("cannot read (" + problem + ")").in(path);
-  return picture;
+  return completed(std::move(picture), path, lowerExtension(path));
 }
 
 Picture readExrPicture(const std::filesystem::path& path) {
   const ExrFile file(path);
   ChannelSet channels = colorChannels(file, "");
   if (const auto alpha = alphaChannel(file, "")) channels.push_back(*alpha);
-  return {file.read(channels), 0, true};
+  return {file.read(channels), 0, true, file.colorStatement()};
+}
+
+Picture readRadiancePicture(const std::filesystem::path& path) {
+  RadiancePicture picture = readRadiance(path);
+  return {std::move(picture.image), 0, false, std::move(picture.header.color)};
+}
+
+RadianceHeader readRadianceHeader(const std::filesystem::path& path) try {
+  constexpr size_t kMostBytes = size_t{1} << 16;
+  return radianceHeader(readFileStart(path, kMostBytes));
+} catch (Error& e) {
+  throw std::move(e).in(path);
 }
 
 } // namespace
@@ -74,15 +87,17 @@ Picture readExrPicture(const std::filesystem::path& path) {
 PictureFormat formatOf(const std::filesystem::path& path) {
   const std::string extension = lowerExtension(path);
   if (extension == ".exr") return PictureFormat::exr;
+  if (extension == ".hdr" || extension == ".rgbe") return PictureFormat::radiance;
   return extension == ".png" ? PictureFormat::png : PictureFormat::foreign;
 }
 
 Picture readPicture(const std::filesystem::path& path) {
   const PictureFormat format = formatOf(path);
   if (format == PictureFormat::exr) return readExrPicture(path);
+  if (format == PictureFormat::radiance) return readRadiancePicture(path);
   if (format == PictureFormat::png) {
     PngPicture png = readPng(path);
-    return {std::move(png.image), png.bitDepth, false};
+    return {std::move(png.image), png.bitDepth, false, std::move(png.color)};
   }
   return readForeignPicture(path, ForeignExtent::pixels);
 }
@@ -97,10 +112,31 @@ PictureHeader readPictureHeader(const std::filesystem::path& path) {
     const PngSize size = readPngSize(path);
     return {{size.width, size.height}, size.hasAlpha};
   }
+  if (format == PictureFormat::radiance) {
+    const RadianceHeader header = readRadianceHeader(path);
+    return {{header.width, header.height}};
+  }
   const Picture header = readForeignPicture(path, ForeignExtent::header);
   return {{header.image.width, header.image.height}, header.hasAlpha(), header.orientation};
 }
 
 PictureSize readPictureSize(const std::filesystem::path& path) { return readPictureHeader(path).size; }
+
+PictureColor readPictureColor(const std::filesystem::path& path) {
+  switch (formatOf(path)) {
+  case PictureFormat::exr:
+    return {0, ExrFile(path).colorStatement()};
+  case PictureFormat::radiance:
+    return {0, readRadianceHeader(path).color};
+  case PictureFormat::png: {
+    PngHeader header = readPngHeader(path);
+    return {header.bitDepth, std::move(header.color)};
+  }
+  case PictureFormat::foreign:
+    break;
+  }
+  Picture header = readForeignPicture(path, ForeignExtent::header);
+  return {header.bits, std::move(header.color)};
+}
 
 } // namespace surflect

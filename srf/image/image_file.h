@@ -1,21 +1,24 @@
-// Pictures by their file name: .exr and .png here, .jpg, .tif, .hdr, .bmp, .tga, .ppm and .webp by
+// Pictures by their file name: .exr, .png and .hdr here, .jpg, .tif, .bmp, .tga, .ppm and .webp by
 // OpenImageIO, which is loaded only then.
 #pragma once
 
+#include "srf/image/color_encoding.h"
 #include "srf/image/image.h"
 
 #include <filesystem>
+#include <optional>
 
 namespace surflect {
 
-enum class PictureFormat { exr, png, foreign };
+enum class PictureFormat { exr, png, radiance, foreign };
 // By the extension alone, in either case of letters.
 PictureFormat formatOf(const std::filesystem::path& path);
 
 struct Picture {
-  Image image;  // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA
-  int bits = 0; // of an encoded sample, values then in 0..1; 0: floating point, linear light
-  bool alphaPremultiplied = false; // colours are scaled by alpha, as in EXR; else straight, as in PNG
+  Image image;                         // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA
+  int bits = 0;                        // of an encoded sample, values then in 0..1; 0: floating point
+  bool alphaPremultiplied = false;     // colours are scaled by alpha, as in EXR; else straight, as in PNG
+  std::optional<ColorStatement> color; // what the file says of its colours; none: nothing
   int orientation = 1; // 2 to 8: a viewer would mirror or turn it [EXIF 2.32, tag 0x0112]; it is not
 
   bool isFloat() const { return bits == 0; }
@@ -38,5 +41,12 @@ struct PictureHeader {
 // Read the file's header only.
 PictureHeader readPictureHeader(const std::filesystem::path& path);
 PictureSize readPictureSize(const std::filesystem::path& path);
+
+struct PictureColor {
+  int bits = 0; // these as in Picture
+  std::optional<ColorStatement> color;
+};
+// The same: the file's header only.
+PictureColor readPictureColor(const std::filesystem::path& path);
 
 } // namespace surflect

@@ -1,5 +1,6 @@
 #include "srf/image/png.h"
 
+#include "srf/image/png_color.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
 
@@ -120,7 +121,8 @@ PngPicture readPng(const std::filesystem::path& path) {
 
   Samples samples(reader.rowBytes(), height);
   if (!reader.readRows(samples.rows.data())) throw Error("cannot read (" + reader.problem() + ")").in(path);
-  PngPicture picture{Image(reader.width(), reader.height(), reader.channels()), reader.bitDepth()};
+  PngPicture picture{Image(reader.width(), reader.height(), reader.channels()), reader.bitDepth(),
+                     pngColorStatement(file)};
   for (size_t i = 0; i < picture.image.values.size(); ++i)
     picture.image.values[i] = sampleAt(samples, i, picture.bitDepth);
   return picture;
@@ -136,6 +138,15 @@ PngSize readPngSize(const std::filesystem::path& path) {
         .in(path);
   const bool hasChannel = start.size() > 25 && (start[25] & PNG_COLOR_MASK_ALPHA) != 0;
   return {static_cast<int>(width), static_cast<int>(height), hasChannel || hasTransparentColors(start)};
+}
+
+PngHeader readPngHeader(const std::filesystem::path& path) {
+  constexpr size_t kUsually = size_t{1} << 16, kDepth = 24; // of IHDR's bit depth
+  std::string start = readFileStart(path, kUsually);
+  if (start.size() <= kDepth || png_sig_cmp(reinterpret_cast<const png_byte*>(start.data()), 0, 8) != 0)
+    throw Error("cannot read (not a PNG file)").in(path);
+  if (!reachesPngPixels(start)) start = readFile(path);
+  return {start[kDepth] == 16 ? 16 : 8, pngColorStatement(start)};
 }
 
 } // namespace surflect

@@ -1,11 +1,13 @@
-// PNG pictures, as encoded values in 0..1; what the numbers mean (sRGB, linear) is for the caller to say.
+// PNG pictures, as encoded values in 0..1, and what the file says that they mean.
 #pragma once
 
+#include "srf/image/color_encoding.h"
 #include "srf/image/image.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@ namespace surflect {
 struct PngPicture {
   Image image; // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA; alpha is straight, it does not scale the colour
   int bitDepth = 8; // 8 or 16; shallower samples and palettes are widened to 8
+  std::optional<ColorStatement> color;
 };
 
 struct PngSize {
@@ -26,10 +29,20 @@ PngPicture readPng(const std::filesystem::path& path);
 // Reads the first 64 kB at most.
 PngSize readPngSize(const std::filesystem::path& path);
 
+struct PngHeader {
+  int bitDepth = 8; // as in PngPicture
+  std::optional<ColorStatement> color;
+};
+// Reads what comes before the pixels.
+PngHeader readPngHeader(const std::filesystem::path& path);
+
+enum class PngColors { unstated, srgb }; // srgb: the file says so, in a chunk
+
 // What a file holds: rows of samples, of 16 bits with the high byte first.
 struct PngSamples {
   int width = 0, height = 0, channels = 0; // 1 to 4, as above
   int bitDepth = 8;                        // 8 or 16
+  PngColors colors = PngColors::unstated;
   std::vector<uint8_t> bytes;
 
   size_t rowBytes() const {
@@ -47,6 +60,7 @@ std::string pngBytes(const PngSamples& picture);
 
 // Writes an image of 1 to 4 channels (as above) atomically, rounding values clamped to 0..1 to 8 or 16 bits.
 // Throws Error.
-void writePng(const std::filesystem::path& path, const Image& image, int bitDepth = 8);
+void writePng(const std::filesystem::path& path, const Image& image, int bitDepth = 8,
+              PngColors colors = PngColors::unstated);
 
 } // namespace surflect

@@ -8,6 +8,7 @@
 #include "srf/image/png.h"
 #include "srf/import/calibrate.h"
 #include "srf/import/colmap.h"
+#include "srf/import/colors_taken.h"
 #include "srf/import/listing.h"
 #include "srf/import/masks.h"
 #include "srf/import/middlebury.h"
@@ -394,6 +395,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
     capture.colorSpace.reset();
     capture.calibration["response"] = "recovered from exposure brackets";
   }
+  source.notes.push_back(colorsTaken(capture, progress));
   std::vector<Mask> masks;
   if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
   estimateStrengths(source, masks, options.unevenLights, progress);

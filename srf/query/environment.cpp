@@ -133,6 +133,25 @@ EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping, 
   return map;
 }
 
+namespace {
+
+// Of a picture in floating point.
+Image linearRec709(Picture picture, const std::filesystem::path& path) {
+  if (!picture.color) return std::move(picture.image);
+  if (!picture.color->problem.empty()) throw Error(picture.color->problem).at(picture.color->source).in(path);
+  const ColorDecoder decoder(picture.color->encoding, {});
+  if (!decoder.profile() && !decoder.mixesChannels()) return std::move(picture.image); // Rec. 709
+  Image colors(picture.image.width, picture.image.height, picture.image.channels >= 3 ? 3 : 1);
+  for (size_t i = 0; i < colors.values.size(); ++i) {
+    const auto channels = static_cast<size_t>(colors.channels);
+    colors.values[i] =
+        picture.image.values[i / channels * static_cast<size_t>(picture.image.channels) + i % channels];
+  }
+  return decoded(colors, decoder);
+}
+
+} // namespace
+
 EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<EnvironmentMapping> mapping,
                                const Progress& progress) {
   constexpr int64_t mostPixels = int64_t{1} << 25;
@@ -147,12 +166,12 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
     throw Error::mismatch("twice as wide as high (lat-long), or a square (angular map), or a mapping",
                           found + (isCross ? " (a cube cross?)" : ""))
         .in(path);
-  const Picture picture = readPicture(path);
+  Picture picture = readPicture(path);
   if (!picture.isFloat())
     throw Error::mismatch("radiance in floating point (EXR, HDR)",
                           std::to_string(picture.bits) + "-bit samples")
         .in(path);
-  EnvironmentMap map = environmentOf(picture.image, *mapping, progress);
+  EnvironmentMap map = environmentOf(linearRec709(std::move(picture), path), *mapping, progress);
   const Rgb total = totalIrradiance(map.texels);
   if (!(std::isfinite(total.r) && std::isfinite(total.g) && std::isfinite(total.b)))
     throw Error::mismatch("light whose sum is within float", "more").in(path);

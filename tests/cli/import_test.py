@@ -24,6 +24,7 @@ class Import(TestInFolder):
         out = self.folder / "vase"
         report = succeed("import", VASE, "-o", out)
         self.assertEqual(report["format"], "json")
+        self.assertIn("colour: 42 pictures as linear (color_space)", report["notes"])
         before, after = succeed("inspect", VASE), succeed("inspect", out)
         self.assertEqual({**after, "geometry": ""}, {**before, "geometry": ""})
         self.assertEqual(report["training_frames"], before["training_frames"])

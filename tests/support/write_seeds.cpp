@@ -9,6 +9,7 @@
 #include "srf/store/view_encoder.h"
 #include "surfel/file.h"
 #include "surfel/ply.h"
+#include "tests/support/color_files.h"
 #include "tests/warp/gltf_files.h"
 
 #include <OpenImageIO/imageio.h>
@@ -49,6 +50,15 @@ void writePngs(const fs::path& folder) {
   for (const int channels : {1, 2, 3, 4})
     for (const int bits : {8, 16})
       writePng(folder / (std::to_string(channels) + "." + std::to_string(bits)), noise(5, 4, channels), bits);
+  const std::string plain = readFile(folder / "3.8");
+  const auto write = [&](const std::string& name, const std::string& content) {
+    writeFileAtomically(folder / name, withChunk(plain, name, content));
+  };
+  write("sRGB", std::string(1, '\0'));
+  write("gAMA", gamaContent(0.5));
+  write("cHRM", chrmContent(kAdobeRgb));
+  write("cICP", {9, 8, 0, 1});
+  write("iCCP", iccpContent(profileBytes(kDisplayP3, ProfileCurve::srgb)));
 }
 
 void writeBlocks(const fs::path& folder) {

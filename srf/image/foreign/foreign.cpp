@@ -1,14 +1,12 @@
 #include "srf/image/foreign/foreign.h"
 
-#include "srf/image/foreign/radiance_header.h"
-
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string_view>
 
 namespace surflect {
@@ -54,9 +52,27 @@ std::unique_ptr<OIIO::ImageInput> opened(const char* path, int64_t granted) {
   return OIIO::ImageInput::open(path, &wish);
 }
 
+// OpenImageIO turns what is not RGB into it by rules of thumb, or passes it on as it is. Empty: RGB or gray.
+std::string foreignColors(const OIIO::ImageSpec& spec) {
+  // [TIFF 6.0] white is zero, black is zero, RGB, palette, YCbCr
+  constexpr std::array known{0, 1, 2, 3, 6};
+  const int tiff = spec.get_int_attribute("tiff:PhotometricInterpretation", 2);
+  const std::string name(
+      spec.get_string_attribute("tiff:ColorSpace", spec.get_string_attribute("jpeg:ColorSpace")));
+  if (std::ranges::find(known, tiff) == known.end())
+    return name.empty() ? "photometric interpretation " + std::to_string(tiff) : name;
+  return name == "CMYK" || name == "YCCK" ? name : "";
+}
+
+std::string profileIn(const OIIO::ImageSpec& spec) {
+  const OIIO::ParamValue* profile = spec.find_attribute("ICCProfile");
+  if (!profile) return "";
+  return {static_cast<const char*>(profile->data()), static_cast<size_t>(profile->datasize())};
+}
+
 // How EXIF would have a picture turned to be shown is not heeded: lens and poses of a calibrated camera are
-// in pixels of its sensor. The order of a Radiance picture's scanlines is the format's, and is.
-bool read(const char* path, ForeignExtent extent, Picture& picture, std::string& problem) {
+// in pixels of its sensor.
+bool read(const char* path, ForeignExtent extent, ForeignPicture& picture, std::string& problem) {
   const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
   const auto input = opened(path, grantedBytes(fileBytes));
   if (!input) {
@@ -70,6 +86,10 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
               ", expected a flat picture of at most 2^28 pixels, 65536 each way";
     return false;
   }
+  if (const std::string colors = foreignColors(spec); !colors.empty()) {
+    problem = "found colours of " + colors + ", expected RGB or gray; convert the picture";
+    return false;
+  }
   const std::vector<int> channels = wantedChannels(spec);
   picture.image.width = spec.width;
   picture.image.height = spec.height;
@@ -77,12 +97,8 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   picture.bits = spec.format.is_floating_point() ? 0 : static_cast<int>(8 * spec.format.size());
   picture.orientation = spec.get_int_attribute("Orientation", 1);
   picture.alphaPremultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
-  std::optional<RadianceHeader> radiance;
-  if (std::string_view(input->format_name()) == "hdr") radiance = readRadianceHeader(path);
-  if (extent == ForeignExtent::header) {
-    if (radiance && radiance->columns) std::swap(picture.image.width, picture.image.height);
-    return true;
-  }
+  picture.iccProfile = profileIn(spec);
+  if (extent == ForeignExtent::header) return true;
 
   const int64_t claimed = int64_t{spec.width} * spec.height * spec.nchannels * int64_t{sizeof(float)};
   if (claimed > grantedBytes(fileBytes)) {
@@ -101,13 +117,12 @@ bool read(const char* path, ForeignExtent extent, Picture& picture, std::string&
   for (size_t i = 0; i < pixels; ++i)
     for (size_t c = 0; c < channels.size(); ++c)
       picture.image.values[i * channels.size() + c] = all[i * stride + static_cast<size_t>(channels[c])];
-  if (radiance) picture.image = asPhotographed(picture.image, *radiance);
   return true;
 }
 
 } // namespace
 
-extern "C" bool surflectReadForeign(const char* path, ForeignExtent extent, Picture& picture,
+extern "C" bool surflectReadForeign(const char* path, ForeignExtent extent, ForeignPicture& picture,
                                     std::string& problem) {
   bool done = false;
   try {

@@ -2,16 +2,24 @@
 // when a foreign file comes, because OpenImageIO costs every process that links it 160 ms and 133 MB.
 #pragma once
 
-#include "srf/image/image_file.h"
+#include "srf/image/image.h"
 
 #include <string>
 
 namespace surflect {
 
+struct ForeignPicture {
+  Image image;
+  int bits = 0; // these three as in Picture
+  bool alphaPremultiplied = false;
+  std::string iccProfile; // of JPEG and TIFF; empty: none
+};
+
 enum class ForeignExtent { header, pixels }; // header: the picture's image has its size and no values
 
 // Fills the picture, or returns false with the problem in one line.
-using ReadForeign = bool(const char* path, ForeignExtent extent, Picture& picture, std::string& problem);
+using ReadForeign = bool(const char* path, ForeignExtent extent, ForeignPicture& picture,
+                         std::string& problem);
 
 inline constexpr const char* readForeignSymbol = "surflectReadForeign";
 

@@ -4,6 +4,15 @@
 #include "srf/image/color.h"
 #include "srf/image/png.h"
 #include "tests/srf/image/files.h"
+#include "tests/srf/image/foreign_files.h"
+#include "tests/support/color_files.h"
+
+#include <Eigen/LU>
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
 
 #include <limits>
 #include <numeric>
@@ -30,6 +39,7 @@ protected:
     std::iota(frames.begin(), frames.end(), size_t{0});
     return readPhotographs(capture, frames);
   }
+  std::vector<float> firstRadiance() const { return readAll()[0].radiance.values; }
   void writeExrPicture(const Image& image) const { writeExr(folder / "a.exr", image, Precision::single); }
 
   TemporaryFolder folder;
@@ -170,6 +180,123 @@ TEST_F(PhotographFile, EightBitsAreSrgbAndSixteenLinearUnlessStated) {
                         srgb ? linearFromSrgb(image.values[i]) : image.values[i]);
       }
   }
+}
+
+// Colours within both gamuts, in linear light of other primaries.
+Image inPrimaries(const Image& rec709, const Primaries& primaries) {
+  const Mat3<float> matrix = rec709From(primaries).inverse().cast<float>();
+  Image other = rec709;
+  for (size_t i = 0; i < other.values.size(); i += 3) {
+    Eigen::Map<Vec3<float>> color(&other.values[i]);
+    color = (matrix * color).eval();
+  }
+  return other;
+}
+
+void writeWithChromaticities(const std::filesystem::path& path, const Image& image,
+                             const Primaries& primaries) {
+  const auto at = [](const Chromaticity& c) {
+    return Imath::V2f(static_cast<float>(c.x), static_cast<float>(c.y));
+  };
+  Imf::Header header(image.width, image.height);
+  Imf::addChromaticities(header,
+                         {at(primaries.red), at(primaries.green), at(primaries.blue), at(primaries.white)});
+  Imf::FrameBuffer pixels;
+  for (size_t c = 0; c < 3; ++c) {
+    const std::string name(1, "RGB"[c]);
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    auto* const first = reinterpret_cast<char*>(const_cast<float*>(&image.values[c]));
+    pixels.insert(name, Imf::Slice(Imf::FLOAT, first, 12, 12 * static_cast<size_t>(image.width)));
+  }
+  Imf::OutputFile file(path.c_str(), header);
+  file.setFrameBuffer(pixels);
+  file.writePixels(image.height);
+}
+
+TEST_F(PhotographFile, PicturesOfOtherPrimariesBecomeRec709) {
+  const Image scene = randomImage(width, height, 3, 0.2f, 0.8f, 21);
+  writeWithChromaticities(folder / "a.exr", inPrimaries(scene, kAcesCg), kAcesCg);
+  add("a.exr");
+  for (size_t i = 0; const float value : firstRadiance()) EXPECT_NEAR(value, scene.values[i++], 1e-6f);
+  capture.colorSpace = ColorSpace::linear; // which overrules the file
+  EXPECT_EQ(readAll()[0].radiance.values, inPrimaries(scene, kAcesCg).values);
+}
+
+TEST_F(PhotographFile, AFileSaysWhatItsCodesMean) {
+  const Image codes = constant(3, {0.2f, 0.6f, 1});
+  writePng(folder / "plain.png", codes, 16);
+  const std::string plain = readFile(folder / "plain.png");
+  add("a.png");
+  const auto radiance = [&](const std::string& file) {
+    writeBytes(folder / "a.png", file);
+    return firstRadiance();
+  };
+  for (size_t i = 0; const float value : radiance(withChunk(plain, "sRGB", "\1")))
+    EXPECT_FLOAT_EQ(value, linearFromSrgb(codes.values[i++]));
+  const std::string gamma2 = withChunk(plain, "gAMA", gamaContent(0.5));
+  for (size_t i = 0; const float value : radiance(gamma2))
+    EXPECT_NEAR(value, std::pow(codes.values[i++], 2), 1e-6f);
+  const std::string adobe =
+      withChunk(plain, "iCCP", iccpContent(profileBytes(kAdobeRgb, ProfileCurve::linear)));
+  const Vec3<float> expected = rec709From(kAdobeRgb).cast<float>() * Vec3<float>(0.2f, 0.6f, 1);
+  for (size_t i = 0; const float value : radiance(adobe)) EXPECT_NEAR(value, expected[i++ % 3], 3e-5f);
+  capture.colorSpace = ColorSpace::srgb;
+  for (size_t i = 0; const float value : radiance(adobe))
+    EXPECT_FLOAT_EQ(value, linearFromSrgb(codes.values[i++]));
+}
+
+TEST_F(PhotographFile, AStatementThatCannotBeUnderstoodIsRefusedUnlessOverruled) {
+  writePng(folder / "plain.png", constant(3, {0.2f, 0.6f, 1}));
+  writeBytes(folder / "a.png", withChunk(readFile(folder / "plain.png"), "cICP", {9, 16, 0, 1}));
+  add("a.png");
+  EXPECT_EQ(errorOf([&] { readAll(); }).substr((folder / "a.png").string().size()),
+            ": PNG cICP chunk: the curve is PQ, which is not supported; color_space of the capture, linear "
+            "or srgb, "
+            "would overrule it (import: --color-space)");
+  capture.colorSpace = ColorSpace::srgb;
+  EXPECT_FLOAT_EQ(readAll()[0].radiance.values[0], linearFromSrgb(0.2f));
+}
+
+TEST_F(PhotographFile, PremultipliedCodesAreDividedBeforeAProfileDecodesThem) {
+  std::string pixels;
+  for (int i = 0; i < width * height; ++i) pixels += "\x40\x20\x10\x80";
+  const auto decodedAs = [&](uint32_t kind) {
+    writeBytes(folder / "a.tif", tiffFile({.width = width,
+                                           .height = height,
+                                           .channels = 4,
+                                           .extraSample = kind,
+                                           .pixels = pixels,
+                                           .iccProfile = profileBytes(kRec709, ProfileCurve::srgb)}));
+    return firstRadiance();
+  };
+  add("a.tif");
+  for (size_t i = 0; const float value : decodedAs(1))
+    EXPECT_NEAR(value, linearFromSrgb(0.5f / static_cast<float>(1 << i++ % 3)), 1e-5f);
+  for (size_t i = 0; const float value : decodedAs(2))
+    EXPECT_NEAR(value, linearFromSrgb(64.f / 255 / static_cast<float>(1 << i++ % 3)), 1e-5f);
+}
+
+TEST_F(PhotographFile, ABracketIsMergedInItsOwnPrimaries) {
+  const Image scene = randomImage(width, height, 3, 0.05f, 0.9f, 22), stored = inPrimaries(scene, kDisplayP3);
+  Image longer = stored;
+  for (float& value : longer.values) value = std::min(1.f, 2 * value); // clipped where that is above 1/2
+  writeWithChromaticities(folder / "a.exr", stored, kDisplayP3);
+  writeWithChromaticities(folder / "b.exr", longer, kDisplayP3);
+  add("a.exr").further = {{"b.exr", "", "", 2}};
+  for (size_t i = 0; const float value : firstRadiance()) EXPECT_NEAR(value, scene.values[i++], 1e-6f);
+  writeWithChromaticities(folder / "b.exr", longer, kRec2020);
+  EXPECT_NE(
+      errorOf([&] { readAll(); }).find("a.exr: found different ones, expected one statement of primaries"),
+      std::string::npos);
+}
+
+// Masks are values, no colours.
+TEST_F(PhotographFile, WhatAMaskSaysOfColoursDoesNotCount) {
+  writeExrPicture(constant(3, {1, 1, 1}));
+  writePng(folder / "plain.png", constant(1, {0.6f}));
+  writeBytes(folder / "m.png", withChunk(readFile(folder / "plain.png"), "gAMA", gamaContent(0.25)));
+  add("a.exr").mask = "m.png";
+  EXPECT_EQ(readAll()[0].alpha.values, constant(1, {0.6f}).values);
 }
 
 TEST_F(PhotographFile, PremultipliedColoursAreDividedByAlphaAndStraightOnesNot) {

@@ -326,6 +326,45 @@ TEST_F(Exr, AnUnknownChannelOrLayerIsNamed) {
   EXPECT_EQ(alphaChannel(exr, "diffuse"), std::nullopt);
 }
 
+TEST_F(Exr, ChannelsAreListedWhereColoursAreMissing) {
+  const Image image(2, 2, 3);
+  const ExrLayer layer{{"ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B"}, &image};
+  writeExr(file(), std::span(&layer, 1));
+  const std::string complaint = errorOf([&] { colorChannels(ExrFile(file()), ""); });
+  EXPECT_NE(complaint.find(
+                "a.exr: channels: found ViewLayer.Combined.B, ViewLayer.Combined.G, ViewLayer.Combined.R, "
+                "expected R, G, B or Y (or as `layer` of the frames: ViewLayer.Combined)"),
+            std::string::npos)
+      << complaint;
+}
+
+TEST_F(Exr, ChromaticitiesAreItsStatement) {
+  writeExr(file(), Image(2, 2, 3));
+  const std::string written = readFile(file());
+  EXPECT_TRUE(isRec709(*ExrFile(file()).colorStatement()->encoding.primaries)); // as we write
+  EXPECT_EQ(ExrFile(file()).colorStatement()->encoding.transfer, Transfer{});
+
+  const std::string ours = FileBuilder::raw(0.64f) + FileBuilder::raw(0.33f);
+  const size_t red = written.find(ours);
+  ASSERT_NE(red, written.npos);
+  std::string other = written;
+  other.replace(red, 8, FileBuilder::raw(0.75f) + FileBuilder::raw(0.25f));
+  writeBytes(file(), other);
+  EXPECT_EQ(ExrFile(file()).colorStatement()->encoding.primaries->red, (Chromaticity{0.75, 0.25}));
+  other.replace(red, 32, std::string(32, '\0'));
+  writeBytes(file(), other);
+  EXPECT_NE(ExrFile(file()).colorStatement()->problem.find("primaries"), std::string::npos);
+
+  const std::string plain = FileBuilder::multiPart(
+      2, 2, {{"a", {{"Y", FileBuilder::half, 0}}}, {"b", {{"Y", FileBuilder::half, 0}}}});
+  writeBytes(file(), plain);
+  EXPECT_FALSE(ExrFile(file()).colorStatement());
+  std::string aces = plain;
+  aces.insert(8, FileBuilder::attribute("acesImageContainerFlag", "int", FileBuilder::raw(1)));
+  writeBytes(file(), aces);
+  EXPECT_EQ(ExrFile(file()).colorStatement()->encoding.primaries, kAces);
+}
+
 TEST_F(Exr, EveryTruncationIsRejected) {
   const Image image = randomImage(4, 20, 3, 0, 1, 10);
   writeExr(file(), image);

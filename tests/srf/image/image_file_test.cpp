@@ -3,6 +3,8 @@
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
 #include "tests/srf/image/files.h"
+#include "tests/srf/image/foreign_files.h"
+#include "tests/support/color_files.h"
 
 #include <sys/stat.h>
 
@@ -17,6 +19,7 @@ protected:
 TEST_F(ImageFile, TheExtensionChoosesTheFormat) {
   EXPECT_EQ(formatOf("a/b.EXR"), PictureFormat::exr);
   EXPECT_EQ(formatOf("b.Png"), PictureFormat::png);
+  EXPECT_EQ(formatOf("b.HDR"), PictureFormat::radiance);
   EXPECT_EQ(formatOf("exr.jpg"), PictureFormat::foreign);
   EXPECT_EQ(formatOf("exr"), PictureFormat::foreign);
 }
@@ -79,35 +82,82 @@ TEST_F(ImageFile, RadianceFilesAreUprightHoweverTheirScanlinesFollow) {
 }
 
 TEST_F(ImageFile, RadianceFilesAreDividedByTheirExposures) {
-  const auto file = [](const std::string& lines) {
-    return "#?RADIANCE\n" + lines + "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\x20\x81";
-  };
+  const auto file = [](const std::string& lines) { return radianceFile(lines, "\x80\x40\x20\x81"); };
   writeBytes(folder / "a.hdr", file("EXPOSURE=2\nEXPOSURE= 4.0\n"));
   EXPECT_EQ(readPicture(folder / "a.hdr").image.values, (std::vector{0.125f, 0.0625f, 0.03125f}));
+  writeBytes(folder / "a.hdr", file("COLORCORR=0.5 1 2\nEXPOSURE=2\nCOLORCORR= 1 1 0.25\n"));
+  EXPECT_EQ(readPicture(folder / "a.hdr").image.values, (std::vector{1.f, 0.25f, 0.25f}));
   for (const char* exposure : {"0", "-1", "inf", "bright"}) {
     writeBytes(folder / "a.hdr", file(std::string("EXPOSURE=") + exposure + "\n"));
     EXPECT_NE(errorOf([&] {
                 readPicture(folder / "a.hdr");
-              }).find(std::string("a.hdr: cannot read (EXPOSURE: found '") + exposure + "', expected"),
+              }).find(std::string("a.hdr: EXPOSURE: found '") + exposure + "', expected"),
               std::string::npos);
   }
 }
 
+TEST_F(ImageFile, RadianceFilesSayTheirColours) {
+  const std::string gray = "\x80\x80\x80\x80"; // 1/2
+  const auto color = [&](const std::string& file) {
+    writeBytes(folder / "a.hdr", file);
+    const auto header = readPictureColor(folder / "a.hdr");
+    EXPECT_EQ(header.bits, 0);
+    return header.color;
+  };
+  EXPECT_FALSE(color(radianceFile("", gray)));
+  EXPECT_EQ(color(radianceFile("PRIMARIES=0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n", gray))
+                ->encoding.primaries,
+            kRec2020);
+  EXPECT_EQ(color(radianceFile("PRIMARIES=0.708 0.292\n", gray))->problem,
+            "found '0.708 0.292', expected 8 numbers");
+  // D65's XYZ of Y = 1/2 is the gray.
+  EXPECT_EQ(color(radianceFile("", "\x79\x80\x8b\x80", "32-bit_rle_xyze"))->source, "Radiance XYZE");
+  for (const float value : readPicture(folder / "a.hdr").image.values) EXPECT_NEAR(value, 0.5f, 0.01f);
+  writeBytes(folder / "a.hdr", radianceFile("", gray, "32-bit_rle_luv"));
+  EXPECT_NE(errorOf([&] { readPicture(folder / "a.hdr"); }).find("FORMAT: found '32-bit_rle_luv', expected"),
+            std::string::npos);
+}
+
+TEST_F(ImageFile, RadianceHeadersCanEndTheirLinesAsOtherSystemsDo) {
+  std::string file = radianceFile("EXPOSURE=2\n", "\x80\x80\x80\x80");
+  for (size_t at = 0; (at = file.find('\n', at)) != file.npos; at += 2) file.insert(at, "\r");
+  writeBytes(folder / "a.hdr", file);
+  EXPECT_EQ(readPicture(folder / "a.hdr").image.values, std::vector<float>(3, 0.25f));
+}
+
+TEST_F(ImageFile, RadianceRunsAreUnrolled) {
+  // Bytes apart: 8 pixels; then the older way, whose runs repeat the pixel before.
+  const std::string head = "#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n";
+  std::string planes = {2, 2, 0, 8, '\x88', 64, 4, 1, 2, 3, 4, '\x84', 5, '\x88', 0, '\x88', '\x88'};
+  writeBytes(folder / "a.hdr", head + planes);
+  const Image image = readPicture(folder / "a.hdr").image;
+  for (int x = 0; x < 8; ++x) {
+    EXPECT_EQ(image.at(x, 0)[0], 64);
+    EXPECT_EQ(image.at(x, 0)[1], x < 4 ? static_cast<float>(x + 1) : 5);
+    EXPECT_EQ(image.at(x, 0)[2], 0);
+  }
+  const std::string pixels = {7, 8, 9, '\x88', 1, 1, 1, 7};
+  writeBytes(folder / "a.hdr", head + pixels);
+  const Image older = readPicture(folder / "a.hdr").image;
+  for (int x = 0; x < 8; ++x) EXPECT_EQ(older.at(x, 0)[2], 9);
+  for (const std::string& whole : {planes, pixels})
+    for (size_t length = 0; length < whole.size(); ++length) {
+      writeBytes(folder / "a.hdr", head + whole.substr(0, length));
+      EXPECT_NE(
+          errorOf([&] { readPicture(folder / "a.hdr"); }).find("a.hdr: cannot read (the file is truncated)"),
+          std::string::npos);
+    }
+  planes[4] = '\x89'; // nine of eight
+  writeBytes(folder / "a.hdr", head + planes);
+  EXPECT_NE(errorOf([&] { readPicture(folder / "a.hdr"); }).find("a run leaves its scanline"),
+            std::string::npos);
+}
+
 // A calibrated camera's lens is in pixels of its sensor, whichever side up it was held.
 TEST_F(ImageFile, PhotographsAreNotTurnedAsExifWouldHaveThem) {
-  const auto segment = [](char marker, const std::string& content) {
-    const auto length = static_cast<char>(content.size() + 2); // all are short
-    return std::string("\xff") + marker + '\0' + length + content;
-  };
   using namespace std::string_literals;
   const std::string turned = "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;
-  // 16 x 8 pixels of gray, two blocks: 128 and 192.
-  std::string file = "\xff\xd8"s + segment('\xe1', turned) + segment('\xdb', '\0' + std::string(64, '\x08'));
-  file += segment('\xc0', "\x08\0\x08\0\x10\x01\x01\x11\0"s);
-  file += segment('\xc4', "\0\0\x02"s + std::string(14, '\0') + "\0\x07"s); // 00: no difference; 01: 7 bits
-  file += segment('\xc4', "\x10\x01"s + std::string(15, '\0') + "\0"s);     // 0: the end of a block
-  file += segment('\xda', "\x01\x01\0\0\x3f\0"s) + "\x0c\x07\xff\xd9"s;
-  writeBytes(folder / "a.jpg", file);
+  writeBytes(folder / "a.jpg", grayJpeg(jpegSegment('\xe1', turned)));
   const Picture picture = readPicture(folder / "a.jpg");
   EXPECT_EQ(readPictureSize(folder / "a.jpg"), (PictureSize{16, 8}));
   EXPECT_EQ(readPictureHeader(folder / "a.jpg").orientation, 6);
@@ -145,6 +195,87 @@ TEST_F(ImageFile, ForeignStraightAlphaIsNotMultipliedIn) {
   for (size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(picture.image.values[i], expected[i]);
 }
 
+TEST_F(ImageFile, AlphaOfTiffIsStraightOrNotAsItSays) {
+  for (const uint32_t kind : {1u, 2u}) {
+    writeBytes(folder / "a.tif",
+               tiffFile({.channels = 4, .extraSample = kind, .pixels = "\x40\x20\x10\x80"}));
+    const Picture picture = readPicture(folder / "a.tif");
+    ASSERT_EQ(picture.image.channels, 4);
+    EXPECT_EQ(picture.alphaPremultiplied, kind == 1);
+    const float expected[] = {64, 32, 16, 128};
+    for (size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(picture.image.values[i], expected[i] / 255);
+  }
+}
+
+TEST_F(ImageFile, AlphaOfBitmapsIsWhatTheHeaderDeclares) {
+  const auto channels = [&](const std::string& file) {
+    writeBytes(folder / "a.bmp", file);
+    const Picture picture = readPicture(folder / "a.bmp");
+    EXPECT_FALSE(picture.alphaPremultiplied);
+    EXPECT_FLOAT_EQ(picture.image.values[0], 48.f / 255);
+    EXPECT_FLOAT_EQ(picture.image.values[2], 16.f / 255);
+    return picture.image.channels;
+  };
+  using namespace std::string_literals;
+  const std::string zero = "\x10\x20\x30\0\x11\x21\x31\0"s, full = "\x10\x20\x30\xff\x11\x21\x31\xff"s,
+                    varied = "\x10\x20\x30\xff\x11\x21\x31\x40"s;
+  EXPECT_EQ(channels(bmpFile(40, zero)), 3); // the fourth byte is not used
+  EXPECT_EQ(channels(bmpFile(40, full)), 3);
+  EXPECT_EQ(channels(bmpFile(40, varied)), 4); // but written by some
+  EXPECT_EQ(channels(bmpFile(108, zero)), 3);
+  EXPECT_EQ(channels(bmpFile(108, full)), 4);
+  EXPECT_EQ(channels(bmpFile(108, varied)), 4);
+  EXPECT_EQ(channels(bmpFile(108, full, 0)), 3);
+  writeBytes(folder / "a.bmp", bmpFile(108, full, 0xff000000, 0xff));
+  EXPECT_NE(errorOf([&] { readPicture(folder / "a.bmp"); }).find("a.bmp: masks: found 000000ff, "),
+            std::string::npos);
+}
+
+TEST_F(ImageFile, ProfilesOfTiffAndJpegAreTheirStatements) {
+  const std::string profile = profileBytes(kDisplayP3, ProfileCurve::srgb);
+  writeBytes(folder / "a.tif",
+             tiffFile({.bits = 16, .pixels = "\xff\xff\x01\x02\x03\x04", .iccProfile = profile}));
+  const Picture tiff = readPicture(folder / "a.tif");
+  EXPECT_EQ(tiff.bits, 16);
+  EXPECT_EQ(tiff.color->source, "TIFF ICC profile");
+  EXPECT_EQ(tiff.color->problem, "");
+  EXPECT_EQ(readPictureColor(folder / "a.tif").color->source, "TIFF ICC profile");
+  const auto inJpeg = [](const std::string& bytes) {
+    return grayJpeg(jpegSegment('\xe2', std::string("ICC_PROFILE\0\1\1", 14) + bytes));
+  };
+  writeBytes(folder / "a.jpg", inJpeg(grayProfileBytes(2)));
+  EXPECT_EQ(readPicture(folder / "a.jpg").color->problem, "");
+  writeBytes(folder / "a.jpg", inJpeg(profile));
+  EXPECT_NE(readPictureColor(folder / "a.jpg").color->problem.find("'RGB' of 'made by a test'"),
+            std::string::npos);
+}
+
+TEST_F(ImageFile, ExifSaysWhatCamerasWithoutProfilesMean) {
+  const auto color = [&](uint32_t space, const std::string& index) {
+    writeBytes(folder / "a.jpg", grayJpeg(exifSegment(space, index)));
+    return *readPictureColor(folder / "a.jpg").color;
+  };
+  EXPECT_EQ(color(1, "R98").encoding.transfer, Transfer{Transfer::Curve::srgb});
+  EXPECT_EQ(color(0xffff, "R03").encoding.primaries, kAdobeRgb);
+  EXPECT_EQ(color(0xffff, "R03").encoding.transfer, (Transfer{Transfer::Curve::gamma, 2.19921875}));
+  EXPECT_FALSE(color(0xffff, "").encoding.transfer);
+  EXPECT_EQ(color(0xffff, "").source, "EXIF says uncalibrated, no profile");
+  writeBytes(folder / "a.jpg", grayJpeg(""));
+  EXPECT_FALSE(readPictureColor(folder / "a.jpg").color);
+}
+
+TEST_F(ImageFile, ColoursThatAreNoRgbAreRefusedByName) {
+  const auto complaint = [&](uint32_t photometric, uint32_t channels) {
+    writeBytes(folder / "a.tif",
+               tiffFile({.channels = channels, .photometric = photometric, .pixels = "1234"}));
+    return errorOf([&] { readPictureSize(folder / "a.tif"); });
+  };
+  EXPECT_NE(complaint(5, 4).find("a.tif: cannot read (found colours of CMYK, expected RGB or gray"),
+            std::string::npos);
+  EXPECT_NE(complaint(8, 3).find("a.tif: cannot read (found colours of CIELAB, expected RGB or gray"),
+            std::string::npos);
+}
+
 TEST_F(ImageFile, OtherFormatsAreNotTried) {
   writePng(folder / "a.png", Image(4, 3, 3));
   for (const char* name : {"a.dpx", "a.psd", "a.gif", "a", "a.jpg"}) { // also not under another name
@@ -158,7 +289,8 @@ TEST_F(ImageFile, MemoryIsNotTakenForPixelsThatTheFileHasNoBytesFor) {
   EXPECT_NE(errorOf([&] { readPicture(folder / "a.ppm"); }).find("for so many pixels"), std::string::npos);
   // OpenImageIO would take 256 rows of these.
   writeBytes(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 33333333\n12345");
-  EXPECT_NE(errorOf([&] { readPicture(folder / "a.hdr"); }).find("65536 each way"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readPicture(folder / "a.hdr"); }).find("size: found 33333333, expected 1 to 65536"),
+            std::string::npos);
 }
 
 TEST_F(ImageFile, WhatIsNoPictureIsRejectedInOneLine) {

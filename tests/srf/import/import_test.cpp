@@ -156,6 +156,24 @@ TEST_F(Dome, TheOutputIsWhatTheReportSays) {
   }
 }
 
+TEST_F(Dome, HowColoursAreTakenIsSaid) {
+  const auto note = [&](const ImportOptions& options) {
+    std::filesystem::remove_all(folder / "out");
+    for (const std::string& said : importCapture(folder / "source", folder / "out", options).notes)
+      if (said.starts_with("colour: ")) return said;
+    return std::string();
+  };
+  const std::filesystem::path first = folder / "source/p0.png";
+  writePng(first, readPng(first).image, 16, PngColors::srgb);
+  EXPECT_EQ(note({}),
+            "colour: 7 pictures as linear (16 bits that state nothing), 1 as sRGB (PNG sRGB chunk)");
+  EXPECT_FALSE(readCapture(folder / "out").colorSpace); // so that the copies are read in the same way
+  ImportOptions options;
+  options.colorSpace = ColorSpace::linear;
+  EXPECT_EQ(note(options),
+            "colour: 7 pictures as linear (color_space), 1 as linear (color_space, over PNG sRGB chunk)");
+}
+
 TEST_F(Dome, TheSameSourceGivesTheSameBytes) {
   ImportOptions options;
   options.maskThreshold = 0.05;

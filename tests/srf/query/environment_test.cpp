@@ -275,6 +275,19 @@ TEST_F(ReadEnvironment, RadianceFilesAreRead) {
   expectNear(map.texels[0].towards.cast<double>(), latLongDirection(0.625, 0.75), 1e-7);
 }
 
+TEST_F(ReadEnvironment, OtherPrimariesBecomeRec709) {
+  std::string pixels;
+  for (int i = 0; i < 8; ++i) pixels += i == 6 ? std::string("\x80\x40\x20\x82", 4) : std::string(4, '\0');
+  writeBytes(folder / "sun.hdr", "#?RADIANCE\nPRIMARIES=0.68 0.32 0.265 0.69 0.15 0.06 0.3127 0.329\n"
+                                 "FORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" +
+                                     pixels);
+  const Rgb light = readEnvironment(folder / "sun.hdr").texels.at(0).irradiance;
+  const Vec3<double> expected = rec709From(kDisplayP3) * Vec3<double>(2, 1, 0.5) * kPi / 2;
+  EXPECT_NEAR(light.r, expected[0], 1e-6);
+  EXPECT_NEAR(light.g, expected[1], 1e-6);
+  EXPECT_NEAR(light.b, expected[2], 1e-6);
+}
+
 TEST_F(ReadEnvironment, WhatIsNoEnvironmentIsRefusedByName) {
   const auto complaint = [&](const char* name) { return errorOf([&] { readEnvironment(folder / name); }); };
   writeExr(folder / "wide.exr", Image(9, 3, 3));

@@ -1,0 +1,10 @@
+# Debian's liblcms2-dev has no CMake config.
+find_path(LCMS2_INCLUDE_DIR lcms2.h)
+find_library(LCMS2_LIBRARY lcms2)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(Lcms2 REQUIRED_VARS LCMS2_INCLUDE_DIR LCMS2_LIBRARY)
+if(Lcms2_FOUND AND NOT TARGET Lcms2::Lcms2)
+  add_library(Lcms2::Lcms2 INTERFACE IMPORTED)
+  target_include_directories(Lcms2::Lcms2 SYSTEM INTERFACE "${LCMS2_INCLUDE_DIR}")
+  target_link_libraries(Lcms2::Lcms2 INTERFACE "${LCMS2_LIBRARY}")
+endif()

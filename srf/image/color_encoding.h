@@ -1,0 +1,104 @@
+// What a picture's stored values stand for, and the way to the working space: linear light of Rec. 709's
+// primaries and white.
+//
+// [BT.709] the primaries, white and curve of HDTV; [IEC 61966-2-1] sRGB: the same primaries, another curve.
+// [SMPTE RP 177] RGB to XYZ from chromaticities; [Lam 1985] Bradford's adaptation to another white.
+//   P  columns are the primaries' XYZ of Y = 1     s  their luminances in white     W  XYZ of white, Y = 1
+#pragma once
+
+#include "srf/image/image.h"
+#include "surfel/space.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace surflect {
+
+struct Chromaticity {
+  double x = 0, y = 0; // CIE 1931
+
+  friend bool operator==(const Chromaticity&, const Chromaticity&) = default;
+};
+
+struct Primaries {
+  Chromaticity red, green, blue, white;
+
+  friend bool operator==(const Primaries&, const Primaries&) = default;
+};
+
+inline constexpr Chromaticity kD65{0.3127, 0.3290};
+inline constexpr Primaries kRec709{{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}, kD65};
+inline constexpr Primaries kAdobeRgb{{0.64, 0.33}, {0.21, 0.71}, {0.15, 0.06}, kD65};      // [Adobe RGB 1998]
+inline constexpr Primaries kDisplayP3{{0.680, 0.320}, {0.265, 0.690}, {0.15, 0.06}, kD65}; // [H.273, code 12]
+inline constexpr Primaries kRec2020{{0.708, 0.292}, {0.170, 0.797}, {0.131, 0.046}, kD65}; // [BT.2020]
+inline constexpr Primaries kAces{
+    {0.7347, 0.2653}, {0.0, 1.0}, {0.0001, -0.0770}, {0.32168, 0.33767}}; // [SMPTE ST 2065-1]
+inline constexpr Primaries kAcesCg{
+    {0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}}; // [Academy S-2014-004]
+
+// Chromaticities that differ by no more than files round them.
+bool isRec709(const Primaries& primaries);
+
+// P diag(s) with P s = W.  [SMPTE RP 177, 3.3] Throws Error where the primaries span no colours.
+Mat3<double> xyzFromRgb(const Primaries& primaries);
+// XYZ under one white to XYZ under another: von Kries' scaling of Bradford's cone responses.  [Lam 1985]
+Mat3<double> adaptation(const Chromaticity& from, const Chromaticity& to);
+// Linear RGB of other primaries to that of Rec. 709, white to white: the identity where isRec709().
+Mat3<double> rec709From(const Primaries& primaries);
+
+// From stored value to linear light of one channel.
+struct Transfer {
+  enum class Curve { linear, srgb, bt709, gamma };
+  Curve curve = Curve::linear;
+  double exponent = 1; // of gamma: light = stored ^ exponent
+
+  friend bool operator==(const Transfer&, const Transfer&) = default;
+};
+// Below zero, gamma and bt709 go on as they do above. NaN stays NaN.
+float linearised(const Transfer& transfer, float stored);
+
+class IccTransform;
+
+struct ColorEncoding {
+  std::optional<Transfer> transfer;            // none: what pictures of this format have
+  std::optional<Primaries> primaries;          // none: Rec. 709's
+  std::shared_ptr<const IccTransform> profile; // in the place of both
+};
+// "sRGB", "gamma 2.2, Adobe RGB", "linear, other primaries", "ICC profile 'Display P3'".
+std::string described(const ColorEncoding& encoding, const Transfer& fallback);
+
+// What a picture's file says of its colours.
+struct ColorStatement {
+  std::string source; // "PNG gAMA chunk"
+  ColorEncoding encoding = {};
+  std::string problem = {}; // not empty: what cannot be understood; the encoding then means nothing
+};
+
+// From stored colours, not multiplied by alpha, to linear Rec. 709.
+class ColorDecoder {
+public:
+  ColorDecoder() = default; // stored values are linear Rec. 709
+  // The fallback is the transfer of an encoding that has none.
+  ColorDecoder(const ColorEncoding& encoding, const Transfer& fallback);
+
+  // With a profile, channels cannot be told apart: decodedByProfile() then stands in for both of the others.
+  const IccTransform* profile() const { return profile_.get(); }
+  float linear(float stored) const {
+    return transfer_.curve == Transfer::Curve::linear ? stored : linearised(transfer_, stored);
+  }
+  bool mixesChannels() const { return rec709_.has_value(); }
+  void toRec709(float* linearRgb) const; // 3 channels, in place
+
+  friend bool sameChannels(const ColorDecoder& a, const ColorDecoder& b) { return a.rec709_ == b.rec709_; }
+
+private:
+  Transfer transfer_;
+  std::optional<Mat3<float>> rec709_; // none: the identity
+  std::shared_ptr<const IccTransform> profile_;
+};
+
+// Linear Rec. 709, 3 channels, of stored colours without alpha, 1 or 3 channels.
+Image decoded(const Image& colors, const ColorDecoder& decoder);
+
+} // namespace surflect

@@ -1,0 +1,59 @@
+#include "srf/image/foreign_file.h"
+
+#include "srf/image/bmp_header.h"
+#include "srf/image/foreign_color.h"
+#include "surfel/error.h"
+#include "surfel/file.h"
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+// A fourth byte that no mask declares, or that is 0 all over, is alpha only where it varies: programs write
+// alpha without declaring it, but cameras and screens leave the byte as it is.
+bool isAlpha(const Image& image, bool declared) {
+  const float first = image.values[3];
+  bool varies = false;
+  for (size_t i = 3; i < image.values.size() && !varies; i += 4) varies = image.values[i] != first;
+  return varies || (declared && first > 0);
+}
+
+Image withoutAlpha(const Image& image) {
+  Image opaque(image.width, image.height, 3);
+  for (size_t i = 0; i < opaque.values.size(); ++i) opaque.values[i] = image.values[i / 3 * 4 + i % 3];
+  return opaque;
+}
+
+} // namespace
+
+Picture completed(ForeignPicture read, const std::filesystem::path& path, std::string_view extension) {
+  constexpr size_t kExifEnds = size_t{1} << 18; // EXIF's segment is an early one, of at most 2^16 bytes
+  Picture picture{std::move(read.image), read.bits, read.alphaPremultiplied, {}};
+  const int channels = picture.image.channels >= 3 ? 3 : 1;
+  const bool isJpeg = extension == ".jpg" || extension == ".jpeg" || extension == ".jpe";
+  if (!read.iccProfile.empty())
+    picture.color =
+        profileStatement(isJpeg ? "JPEG ICC profile" : "TIFF ICC profile", read.iccProfile, channels);
+  else if (isJpeg)
+    picture.color = exifColorStatement(readFileStart(path, kExifEnds));
+  if (extension == ".webp") {
+    const std::string file = readFile(path);
+    if (const auto profile = webpProfile(file); !profile.empty())
+      picture.color = profileStatement("WebP ICC profile", profile, channels);
+  }
+  if (extension == ".bmp") try {
+      const BmpHeader header = bmpHeader(readFile(path));
+      picture.color = header.color;
+      picture.alphaPremultiplied = false;
+      if (picture.image.channels == 4 && !picture.image.values.empty() &&
+          !isAlpha(picture.image, header.declaresAlpha))
+        picture.image = withoutAlpha(picture.image);
+    } catch (Error& e) {
+      throw std::move(e).in(path);
+    }
+  return picture;
+}
+
+} // namespace surflect

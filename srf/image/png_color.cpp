@@ -1,0 +1,182 @@
+// [PNG 3] Portable Network Graphics Specification, third edition: 4.3 the order of precedence, 5.3 chunks,
+// 11.3.2 cHRM, gAMA, iCCP, sRGB and cICP. [H.273] the code points of cICP. Read here rather than by libpng,
+// which drops a damaged chunk with a warning and does not know cICP.
+#include "srf/image/png_color.h"
+
+#include "srf/image/icc.h"
+#include "surfel/error.h"
+
+#include <zlib.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+uint32_t bigEndian(std::string_view bytes, size_t at) {
+  uint32_t value = 0;
+  for (size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
+  return value;
+}
+
+// Calls visit(name, content, checksum is right) for each chunk, until it returns false or the bytes end.
+template <class Visit> void forChunks(std::string_view file, const Visit& visit) {
+  constexpr size_t kSignature = 8, kAround = 12; // length, name and checksum
+  for (size_t at = kSignature; at + kAround <= file.size();) {
+    const size_t length = bigEndian(file, at);
+    if (length > file.size() - at - kAround) return;
+    const std::string_view counted = file.substr(at + 4, 4 + length);
+    const auto sum =
+        ::crc32(0, reinterpret_cast<const Bytef*>(counted.data()), static_cast<uInt>(counted.size()));
+    if (!visit(counted.substr(0, 4), counted.substr(4), sum == bigEndian(file, at + 8 + length))) return;
+    at += kAround + length;
+  }
+}
+
+Error lengthError(std::string_view content, const std::string& expected) {
+  return Error::mismatch(expected + " bytes", std::to_string(content.size()) + " bytes");
+}
+
+// Code points of [H.273] 8.1 and 8.2; samples are RGB of full range.
+ColorEncoding encodingOfCicp(std::string_view content) {
+  if (content.size() != 4) throw lengthError(content, "4");
+  const int primaries = static_cast<uint8_t>(content[0]), transfer = static_cast<uint8_t>(content[1]),
+            matrix = static_cast<uint8_t>(content[2]), fullRange = static_cast<uint8_t>(content[3]);
+  static const std::map<int, Primaries> knownPrimaries{
+      {1, kRec709},
+      {5, {{0.64, 0.33}, {0.29, 0.60}, {0.15, 0.06}, kD65}},
+      {6, {{0.630, 0.340}, {0.310, 0.595}, {0.155, 0.070}, kD65}},
+      {9, kRec2020},
+      {11, {{0.680, 0.320}, {0.265, 0.690}, {0.15, 0.06}, {0.314, 0.351}}},
+      {12, kDisplayP3}};
+  using Curve = Transfer::Curve;
+  static const std::map<int, Transfer> knownTransfers{
+      {1, {Curve::bt709}},  {4, {Curve::gamma, 2.2}}, {5, {Curve::gamma, 2.8}}, {6, {Curve::bt709}},
+      {8, {Curve::linear}}, {13, {Curve::srgb}},      {14, {Curve::bt709}},     {15, {Curve::bt709}}};
+  if (transfer == 16) throw Error("the curve is PQ, which is not supported");
+  if (transfer == 18) throw Error("the curve is HLG, which is not supported");
+  if (!knownPrimaries.contains(primaries))
+    throw Error::mismatch("1, 5, 6, 9, 11 or 12", std::to_string(primaries)).at("colour primaries");
+  if (!knownTransfers.contains(transfer))
+    throw Error::mismatch("1, 4, 5, 6, 8, 13, 14 or 15", std::to_string(transfer)).at("transfer function");
+  if (matrix != 0) throw Error::mismatch("0, RGB", std::to_string(matrix)).at("matrix coefficients");
+  if (fullRange != 1) throw Error::mismatch("1, full range", std::to_string(fullRange)).at("range");
+  return {knownTransfers.at(transfer), knownPrimaries.at(primaries), nullptr};
+}
+
+// A name, a zero, the method of compression (0), and the profile deflated.
+std::string profileOf(std::string_view content) {
+  constexpr size_t kLargestProfile = size_t{1} << 26, kStep = size_t{1} << 16;
+  const size_t end = content.find('\0');
+  if (end == content.npos || end + 2 > content.size() || content[end + 1] != 0)
+    throw Error("no name and method of compression 0");
+  const std::string_view packed = content.substr(end + 2);
+  std::string profile;
+  z_stream stream{};
+  if (::inflateInit(&stream) != Z_OK) throw Error("out of memory");
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(packed.size());
+  int result = Z_OK;
+  while (result == Z_OK && profile.size() < kLargestProfile) {
+    const size_t before = profile.size();
+    profile.resize(before + kStep);
+    stream.next_out = reinterpret_cast<Bytef*>(profile.data() + before);
+    stream.avail_out = kStep;
+    result = ::inflate(&stream, Z_NO_FLUSH);
+    profile.resize(before + kStep - stream.avail_out);
+  }
+  ::inflateEnd(&stream);
+  if (result != Z_STREAM_END) throw Error("the profile cannot be decompressed");
+  return profile;
+}
+
+// Light = sample ^ (1 / gAMA), stored times 100000. Files of sRGB say 45455 (1/2.2) for readers that know no
+// sRGB chunk [PNG 3, 11.3.2.5], so with sRGB's primaries, or none, it stands for the sRGB curve.
+std::optional<Transfer> transferOfGama(std::string_view content, bool isRec709) {
+  if (content.size() != 4) throw lengthError(content, "4");
+  constexpr uint32_t kSrgb = 45455, kRounding = 5, kLinear = 100000;
+  const uint32_t gamma = bigEndian(content, 0);
+  if (gamma == 0) return std::nullopt; // "should be ignored"  [PNG 3, 11.3.2.2]
+  if (gamma >= kSrgb - kRounding && gamma <= kSrgb + kRounding && isRec709)
+    return Transfer{Transfer::Curve::srgb};
+  if (gamma == kLinear) return Transfer{Transfer::Curve::linear};
+  const double exponent = 1e5 / gamma;
+  if (!(exponent >= 0.1 && exponent <= 10)) throw Error::mismatch("10000 to 1000000", std::to_string(gamma));
+  return Transfer{Transfer::Curve::gamma, exponent};
+}
+
+// White, red, green, blue; stored times 100000.
+Primaries primariesOfChrm(std::string_view content) {
+  if (content.size() != 32) throw lengthError(content, "32");
+  std::array<Chromaticity, 4> points;
+  for (size_t i = 0; i < points.size(); ++i)
+    points[i] = {bigEndian(content, 8 * i) / 1e5, bigEndian(content, 8 * i + 4) / 1e5};
+  const Primaries primaries{points[1], points[2], points[3], points[0]};
+  xyzFromRgb(primaries); // which throws where they are none
+  return primaries;
+}
+
+} // namespace
+
+bool reachesPngPixels(std::string_view start) {
+  bool reached = false;
+  constexpr size_t kSignature = 8;
+  for (size_t at = kSignature; !reached && at + 8 <= start.size(); at += 12 + size_t{bigEndian(start, at)})
+    reached = start.substr(at + 4, 4) == "IDAT";
+  return reached;
+}
+
+std::optional<ColorStatement> pngColorStatement(std::string_view file) {
+  std::map<std::string_view, std::string_view> chunks; // the first of each name
+  std::string damaged;
+  forChunks(file, [&](std::string_view name, std::string_view content, bool isWhole) {
+    if (name == "IDAT") return false;
+    if (name == "cICP" || name == "iCCP" || name == "sRGB" || name == "gAMA" || name == "cHRM") {
+      chunks.try_emplace(name, content);
+      if (!isWhole) damaged = name;
+    }
+    return true;
+  });
+  if (chunks.empty()) return std::nullopt;
+  const bool isColor = file.size() > 25 && (file[25] & 2) != 0; // colour type of IHDR
+  const auto has = [&](const char* name) { return chunks.contains(name); };
+  ColorStatement statement;
+  const auto stated = [&](const char* source, const auto& read) {
+    statement.source = std::string("PNG ") + source + " chunk";
+    if (!damaged.empty())
+      statement.problem = damaged + ": the checksum is wrong";
+    else
+      try {
+        statement.encoding = read();
+      } catch (const Error& e) {
+        statement.problem = e.what();
+      }
+    return statement;
+  };
+  if (has("cICP")) return stated("cICP", [&] { return encodingOfCicp(chunks["cICP"]); });
+  if (has("iCCP"))
+    return stated("iCCP", [&]() -> ColorEncoding {
+      return {{}, {}, std::make_shared<IccTransform>(profileOf(chunks["iCCP"]), isColor ? 3 : 1)};
+    });
+  if (has("sRGB"))
+    return stated("sRGB", [&]() -> ColorEncoding {
+      return {Transfer{Transfer::Curve::srgb}, kRec709, nullptr};
+    });
+  statement = stated(has("gAMA") ? "gAMA" : "cHRM", [&] {
+    ColorEncoding encoding;
+    if (has("cHRM")) encoding.primaries = primariesOfChrm(chunks["cHRM"]);
+    if (has("gAMA"))
+      encoding.transfer =
+          transferOfGama(chunks["gAMA"], !encoding.primaries || isRec709(*encoding.primaries));
+    return encoding;
+  });
+  const bool saysNothing = !statement.encoding.transfer && !statement.encoding.primaries; // gAMA of 0
+  if (statement.problem.empty() && saysNothing) return std::nullopt;
+  return statement;
+}
+
+} // namespace surflect

@@ -1,0 +1,56 @@
+#include "srf/import/colors_taken.h"
+
+#include "srf/capture/picture_encoding.h"
+#include "srf/image/exr.h"
+#include "srf/image/image_file.h"
+
+#include <map>
+#include <set>
+#include <utility>
+
+namespace surflect {
+
+namespace {
+
+std::string formatDefault(int bits) {
+  return bits == 0 ? "floating point that states nothing" : std::to_string(bits) + " bits that state nothing";
+}
+
+// As what, and by whose word.
+std::pair<std::string, std::string> colorsOf(const Capture& capture, const std::filesystem::path& path) {
+  const auto [bits, stated] = readPictureColor(path);
+  if (capture.response) return {"the capture's response curve", "response"};
+  const ColorEncoding encoding = encodingOf(capture.colorSpace, stated, path);
+  std::string word = stated ? stated->source : formatDefault(bits);
+  if (capture.colorSpace) word = "color_space" + (stated ? ", over " + stated->source : "");
+  return {described(encoding, usualTransfer(bits)), word};
+}
+
+} // namespace
+
+std::string colorsTaken(const Capture& capture, const Progress& progress) {
+  std::map<std::filesystem::path, std::set<std::string>> layersOf; // those that frames want, by picture
+  for (const Frame& frame : capture.frames)
+    for (const Exposure& shot : bracketOf(frame))
+      layersOf[capture.folder() / shot.picture].insert(shot.layer);
+  std::map<std::pair<std::string, std::string>, size_t> counts;
+  size_t seen = 0;
+  for (const auto& [path, layers] : layersOf) {
+    progress("looking at colours", static_cast<double>(seen++) / static_cast<double>(layersOf.size()));
+    if (formatOf(path) == PictureFormat::exr) {
+      const ExrFile file(path);
+      for (const std::string& layer : layers) colorChannels(file, layer); // which throws where there are none
+    }
+    ++counts[colorsOf(capture, path)];
+  }
+  std::string text;
+  for (const auto& [colors, count] : counts)
+    text += (text.empty() ? "colour: " : ", ") + std::to_string(count) +
+            (!text.empty() ? ""
+             : count == 1  ? " picture"
+                           : " pictures") +
+            " as " + colors.first + " (" + colors.second + ")";
+  return text;
+}
+
+} // namespace surflect

@@ -1,0 +1,16 @@
+// How a capture's pictures will be read: as what colours, and by whose word.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "surfel/progress.h"
+
+#include <string>
+
+namespace surflect {
+
+// "colour: 16 pictures as sRGB (PNG sRGB chunk), 2 as gamma 2.2 (PNG gAMA chunk)". Reads headers only. Throws
+// Error naming the picture for a statement that cannot be understood, and for an EXR without the layer
+// wanted.
+std::string colorsTaken(const Capture& capture, const Progress& progress);
+
+} // namespace surflect

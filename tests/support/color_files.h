@@ -1,0 +1,26 @@
+// What files say of their colours, made for tests: ICC profiles, and chunks of PNG.
+#pragma once
+
+#include "srf/image/color_encoding.h"
+
+#include <string>
+
+namespace surflect {
+
+enum class ProfileCurve { srgb, linear };
+
+// Of a matrix and three equal curves; called "made by a test".
+std::string profileBytes(const Primaries& primaries, ProfileCurve kind);
+std::string grayProfileBytes(double gamma);
+// Of a table, not a matrix: RGB is a gray of the CIE lightness 100 min(R, G, B).
+std::string tableProfileBytes();
+
+// The file with one chunk more, right after its header.
+std::string withChunk(std::string png, const std::string& name, const std::string& content);
+
+// What the chunks hold that have these names.
+std::string gamaContent(double gamma);
+std::string chrmContent(const Primaries& primaries);
+std::string iccpContent(const std::string& profile);
+
+} // namespace surflect
