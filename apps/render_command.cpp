@@ -134,9 +134,10 @@ void removeLitter(const Script& script, const Arguments& arguments) {
 }
 
 Json runRender(const Arguments& arguments, const Progress& progress) {
-  const Script script = readScript(arguments.script);
+  Script script = readScript(arguments.script);
   requireShot(script);
   const Model model = openModel(script.model, progress);
+  if (script.coordinates == Coordinates::original) script = readScript(arguments.script, model.rig.origin);
   const FrameRange range = parseRange(arguments.frames, *script.frames);
   ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
   for (const PreparedEnvironment& environment : shot.environments())

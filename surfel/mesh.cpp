@@ -45,7 +45,8 @@ void addStrips(const PlyProperty& lists, TriangleMesh& mesh, const Progress& pro
   }
 }
 
-TriangleMesh readPlyMesh(const std::filesystem::path& path, const Progress& progress) {
+TriangleMesh readPlyMesh(const std::filesystem::path& path, const Progress& progress,
+                         const Vec3<double>& origin) {
   const PlyFile ply = readPly(path, progress);
   try {
     TriangleMesh mesh;
@@ -54,8 +55,8 @@ TriangleMesh readPlyMesh(const std::filesystem::path& path, const Progress& prog
     const auto x = vertices->scalars("x"), y = vertices->scalars("y"), z = vertices->scalars("z");
     for (size_t i = 0; i < vertices->count; ++i) {
       progress.checkNowAndThen(i);
-      mesh.positions.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]),
-                                  static_cast<float>(z[i]));
+      mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(
+          Vec3<float>((Vec3<double>(x[i], y[i], z[i]) - origin).cast<float>())));
       if (!mesh.positions.back().raw().allFinite())
         throw Error::mismatch("finite coordinates",
                               numberText(x[i]) + ' ' + numberText(y[i]) + ' ' + numberText(z[i]))
@@ -85,12 +86,13 @@ Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle) {
   return (mesh.positions[b].cast<double>().raw() - pa).cross(mesh.positions[c].cast<double>().raw() - pa);
 }
 
-TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress& progress) {
+TriangleMesh readMeshAsStored(const std::filesystem::path& path, const Progress& progress,
+                              const Vec3<double>& origin) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](char c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; });
-  if (extension == ".obj") return readObj(path, progress);
-  if (extension == ".ply" || extension.empty()) return readPlyMesh(path, progress);
+  if (extension == ".obj") return readObj(path, progress, origin);
+  if (extension == ".ply" || extension.empty()) return readPlyMesh(path, progress, origin);
   throw Error::mismatch("a mesh as .ply or .obj", extension).in(path);
 }
 
@@ -105,8 +107,9 @@ TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress) {
   return solid;
 }
 
-TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress) {
-  TriangleMesh stored = readMeshAsStored(path, progress);
+TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress,
+                      const Vec3<double>& origin) {
+  TriangleMesh stored = readMeshAsStored(path, progress, origin);
   try {
     return withoutFlat(std::move(stored), progress);
   } catch (Error& error) {

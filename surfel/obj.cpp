@@ -81,10 +81,12 @@ std::string joined(const std::vector<std::string_view>& words) {
   return line.substr(1);
 }
 
-Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words) {
+Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words, const Vec3<double>& origin) {
   if (words.size() < 4) throw Error::mismatch("three coordinates", std::to_string(words.size() - 1)).at("v");
   float xyz[3];
-  for (size_t i = 0; i < 3; ++i) xyz[i] = static_cast<float>(asNumber<double>(words[i + 1], "a number"));
+  for (size_t i = 0; i < 3; ++i)
+    xyz[i] =
+        static_cast<float>(asNumber<double>(words[i + 1], "a number") - origin[static_cast<Eigen::Index>(i)]);
   const Point3<AcquisitionSpace> position(xyz[0], xyz[1], xyz[2]);
   if (!position.raw().allFinite()) throw Error::mismatch("finite coordinates", joined(words)).at("v");
   return position;
@@ -149,7 +151,7 @@ void requireBelow(size_t index, size_t count, const char* kind, size_t line) {
         .at(onLine(line));
 }
 
-Content parse(std::string_view text, bool wantsAll, const Progress& progress) {
+Content parse(std::string_view text, bool wantsAll, const Vec3<double>& origin, const Progress& progress) {
   Content content;
   Statements statements(text);
   // "7", "7/1", "7//3", "7/1/3"
@@ -171,7 +173,7 @@ Content parse(std::string_view text, bool wantsAll, const Progress& progress) {
     progress.checkNowAndThen(statements.line());
     const auto& words = statements.words();
     try {
-      if (words[0] == "v") content.positions.push_back(asPosition(words));
+      if (words[0] == "v") content.positions.push_back(asPosition(words, origin));
       if (words[0] == "vt" && wantsAll) content.textureCoordinates.push_back(asTextureCoordinates(words));
       if (words[0] == "vn" && wantsAll) content.normals.push_back(asNormal(words));
       if (words[0] != "f") continue;
@@ -207,8 +209,8 @@ template <class Parse> auto ofFile(const std::filesystem::path& path, const Prog
 
 } // namespace
 
-TriangleMesh parseObj(std::string_view text, const Progress& progress) {
-  Content content = parse(text, false, progress);
+TriangleMesh parseObj(std::string_view text, const Progress& progress, const Vec3<double>& origin) {
+  Content content = parse(text, false, origin, progress);
   TriangleMesh mesh{std::move(content.positions), {}};
   for (const Face& face : content.faces) {
     progress.checkNowAndThen(mesh.triangles.size());
@@ -219,7 +221,7 @@ TriangleMesh parseObj(std::string_view text, const Progress& progress) {
 }
 
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress) {
-  const Content content = parse(text, true, progress);
+  const Content content = parse(text, true, Vec3<double>::Zero(), progress);
   const auto allHave = [&](size_t Corner::*what) {
     return std::ranges::all_of(content.faces, [&](const Face& face) {
       return std::ranges::find(face.corners, kNone, what) == face.corners.end();
@@ -250,8 +252,9 @@ TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress) {
   return textured;
 }
 
-TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress) {
-  return ofFile(path, progress, [&](std::string_view text) { return parseObj(text, progress); });
+TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress,
+                     const Vec3<double>& origin) {
+  return ofFile(path, progress, [&](std::string_view text) { return parseObj(text, progress, origin); });
 }
 
 TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress) {

@@ -12,14 +12,16 @@ namespace surflect {
 
 // All faces of all groups, fan-triangulated, in the order written; triangles without area stay. Corners may
 // count from the end (-1 is the last vertex so far); texture coordinates, normals, materials, lines and
-// free-form curves are passed over. Throws Error at the line that is wrong.
-TriangleMesh parseObj(std::string_view text, const Progress& progress = {});
+// free-form curves are passed over. `origin` as in readMeshAsStored. Throws Error at the line that is wrong.
+TriangleMesh parseObj(std::string_view text, const Progress& progress = {},
+                      const Vec3<double>& origin = Vec3<double>::Zero());
 // The same with texture coordinates and normals: each vertex once for every pair of them that it has, in the
 // order of the corners; `corner` is the file's vertex. Without coordinates, or normals, where a corner has
 // none.
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress = {});
 // Throw Error with the file and the line, and Cancelled.
 TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress = {});
-TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress = {});
+TriangleMesh readObj(const std::filesystem::path& path, const Progress& progress = {},
+                     const Vec3<double>& origin = Vec3<double>::Zero());
 
 } // namespace surflect

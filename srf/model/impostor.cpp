@@ -42,9 +42,11 @@ Impostor impostorOf(const Capture& training, const ImpostorOptions& options, con
   if (options.relief && training.views.size() != 1)
     throw Error::mismatch("one view, for a relief", std::to_string(training.views.size())).in(training.file);
   if (options.relief) return {meshOfOneView(training, true, progress), Impostor::Origin::relief};
-  if (!options.mesh.empty()) return {readMesh(options.mesh, progress), Impostor::Origin::given};
+  if (!options.mesh.empty())
+    return {readMesh(options.mesh, progress, training.origin), Impostor::Origin::given};
   if (!training.geometry.empty())
-    return {readMesh(training.folder() / training.geometry, progress), Impostor::Origin::given};
+    return {readMesh(training.folder() / training.geometry, progress, training.origin),
+            Impostor::Origin::given};
   if (training.views.size() == 1) return {meshOfOneView(training, false, progress), Impostor::Origin::plane};
   return hullOf(training, progress);
 }

@@ -74,6 +74,12 @@ TEST(Obj, TrianglesWithoutAreaStayAsStoredAndGoFromTheMesh) {
   EXPECT_THROW(readMesh(fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), Error);
 }
 
+TEST(Obj, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
+  const auto path =
+      fileWith("v 500000.125 4600000.0625 30\nv 500001 4600000 30\nv 500000 4600001 30\nf 1 2 3\n");
+  EXPECT_EQ(readMesh(path, {}, {500000, 4600000, 30}).positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
+}
+
 TEST(Obj, ComplaintsNameTheFile) {
   const auto path = fileWith("v 1");
   try {

@@ -35,6 +35,16 @@ TEST(Ply, QuadsBecomeTwoTrianglesOfTheSameOrientation) {
   for (size_t t = 0; t < 2; ++t) EXPECT_EQ(areaVector(mesh, t), Vec3<double>(0, 0, 1));
 }
 
+TEST(Ply, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
+  const auto mesh =
+      readMesh(fileWith("ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
+                        "property double z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                        "end_header\n500000.125 4600000.0625 30\n500001 4600000 30\n500000 4600001 30\n"
+                        "3 0 1 2\n"),
+               {}, {500000, 4600000, 30});
+  EXPECT_EQ(mesh.positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
+}
+
 TEST(Ply, StripsAlternateTheirWinding) {
   const auto mesh =
       readMesh(fileWith("ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
