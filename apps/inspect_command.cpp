@@ -1,8 +1,8 @@
 #include "apps/capture_argument.h"
+#include "apps/findings.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/contact_sheet.h"
-#include "srf/checks/checks.h"
 #include "srf/image/png.h"
 #include "srf/model/impostor.h"
 #include "srf/model/model.h"
@@ -53,15 +53,6 @@ struct Arguments {
   size_t maxFrames = 24;
 };
 
-// Says and lists them.
-void tell(const std::vector<Finding>& findings, Json& list) {
-  for (const Finding& finding : findings) {
-    const char* severity = finding.severity == Finding::Severity::error ? "error" : "warning";
-    say(fmt::format("{}: {}", severity, finding.text));
-    list.push_back({{"severity", severity}, {"text", finding.text}});
-  }
-}
-
 Json drawOverlay(const Capture& capture, const Impostor& impostor, const Arguments& arguments,
                  const Progress& progress) {
   const WhiteSurface surface(impostor.mesh);
@@ -94,14 +85,18 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
   if (!arguments.overlay.empty()) requireReplaceable(arguments.overlay);
   const Capture capture = arguments.input.read();
   Json report = told(describe(capture));
-  report["findings"] = Json::array();
-  tell(checkPoses(capture), report["findings"]);
+  std::vector<Finding> findings = checkPoses(capture);
+  announce(findings);
+  report["findings"] = jsonOf(findings);
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;
   const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
   const Impostor impostor = impostorOf(training, arguments.impostor, progress);
-  tell(checkCapture(capture, impostor.mesh, progress), report["findings"]);
+  const std::vector<Finding> ofGeometry = checkCapture(capture, impostor.mesh, {}, progress);
+  announce(ofGeometry);
+  findings.insert(findings.end(), ofGeometry.begin(), ofGeometry.end());
+  report["findings"] = jsonOf(findings);
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;
 }
