@@ -73,7 +73,7 @@ Json runEvaluate(const Arguments& arguments, const Progress& progress) {
   const Capture capture = arguments.capture.read();
   WarpPointer warp = chainWarp({});
   if (!arguments.script.empty()) {
-    const Script script = readScript(arguments.script);
+    const Script script = readScript(arguments.script, model.rig.origin);
     warp = warpAt(script, shotTime(script, arguments.frame));
   }
   EvaluateOptions options;

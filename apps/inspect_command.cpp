@@ -1,8 +1,8 @@
 #include "apps/capture_argument.h"
+#include "apps/findings.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/contact_sheet.h"
-#include "srf/checks/checks.h"
 #include "srf/image/png.h"
 #include "srf/model/impostor.h"
 #include "srf/model/model.h"
@@ -53,15 +53,6 @@ struct Arguments {
   size_t maxFrames = 24;
 };
 
-// Says and lists them.
-void tell(const std::vector<Finding>& findings, Json& list) {
-  for (const Finding& finding : findings) {
-    const char* severity = finding.severity == Finding::Severity::error ? "error" : "warning";
-    say(fmt::format("{}: {}", severity, finding.text));
-    list.push_back({{"severity", severity}, {"text", finding.text}});
-  }
-}
-
 Json drawOverlay(const Capture& capture, const Impostor& impostor, const Arguments& arguments,
                  const Progress& progress) {
   const WhiteSurface surface(impostor.mesh);
@@ -94,9 +85,14 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
   if (!arguments.overlay.empty()) requireReplaceable(arguments.overlay);
   const Capture capture = arguments.input.read();
   Json report = told(describe(capture));
-  report["findings"] = Json::array();
-  tell(checkPoses(capture), report["findings"]);
-  tell(checkMattes(capture, progress), report["findings"]);
+  std::vector<Finding> findings;
+  const auto tell = [&](const std::vector<Finding>& found) {
+    announce(found);
+    findings.insert(findings.end(), found.begin(), found.end());
+    report["findings"] = jsonOf(findings);
+  };
+  tell(checkPoses(capture));
+  tell(checkMattes(capture, progress));
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;
@@ -104,7 +100,7 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
   const Impostor impostor = impostorOf(training, arguments.impostor, progress);
   for (const std::string& note : impostor.notes) say(note);
   if (!impostor.notes.empty()) report["mesh_notes"] = impostor.notes;
-  tell(checkCapture(capture, impostor.mesh, progress), report["findings"]);
+  tell(checkCapture(capture, impostor.mesh, {}, progress));
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;
 }

@@ -1,9 +1,11 @@
 #include "apps/capture_argument.h"
+#include "apps/findings.h"
 #include "apps/option_values.h"
 #include "apps/pack_report.h"
-#include "apps/terminal.h"
-#include "srf/checks/checks.h"
 #include "srf/model/pack.h"
+#include "surfel/error.h"
+
+#include <fmt/format.h>
 
 #include <memory>
 
@@ -15,15 +17,51 @@ struct Arguments {
   CaptureArgument capture;
   std::string output;
   PackOptions options;
+  bool force = false;
+};
+
+// A capture whose checks stop pack, before anything is written, where they find errors.
+class CheckedSource : public CaptureSource {
+public:
+  // What is found is added to `findings`.
+  CheckedSource(const Capture& capture, bool force, std::vector<Finding>& findings)
+      : CaptureSource(capture), force_(force), findings_(findings) {}
+
+  Impostor impostor(const ImpostorOptions& options, const Progress& progress) const override {
+    tell(checkPoses(training()));
+    tell(checkMattes(training(), progress));
+    Impostor impostor = CaptureSource::impostor(options, progress);
+    // Other geometry is made of the masks or the shading that it would be compared with.
+    CheckEffort effort = kQuickChecks;
+    effort.masks = impostor.origin == Impostor::Origin::given;
+    if (effort.masks || impostor.origin == Impostor::Origin::hull)
+      tell(checkCapture(training(), impostor.mesh, effort, progress));
+    return impostor;
+  }
+
+private:
+  void tell(const std::vector<Finding>& found) const {
+    announce(found);
+    findings_.insert(findings_.end(), found.begin(), found.end());
+    if (const size_t errors = countErrors(found); errors > 0 && !force_)
+      throw Error(fmt::format("{} above, nothing was written; surflect inspect --overlay shows why, --force "
+                              "packs all the same",
+                              errors == 1 ? "an error" : "errors"))
+          .in(training().file);
+  }
+
+  bool force_;
+  std::vector<Finding>& findings_;
 };
 
 Json runPack(const Arguments& arguments, const Progress& progress) {
-  const Capture capture = arguments.capture.read();
-  const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
-  for (const Finding& finding : checkMattes(training, progress)) say("warning: " + finding.text);
-  const PackReport report = pack(capture, arguments.output, arguments.options, progress, announceEstimate);
+  std::vector<Finding> findings;
+  CheckedSource source(arguments.capture.read(), arguments.force, findings);
+  const PackReport report = pack(source, arguments.output, arguments.options, progress, announceEstimate);
   announce(report, arguments.output);
-  return jsonOf(report);
+  Json json = jsonOf(report);
+  json["findings"] = jsonOf(findings);
+  return json;
 }
 
 } // namespace
@@ -41,6 +79,8 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
                  "geometry from shading, for a capture of one view under three lights or more")
       ->excludes(mesh);
   addStoreOptions(*command, arguments->options);
+  command->add_flag("--force", arguments->force,
+                    "pack in spite of errors that the checks of the capture find");
   setWork(*command, work, "the same command again goes on from here",
           [arguments](const Progress& progress) { return runPack(*arguments, progress); });
 }

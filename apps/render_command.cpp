@@ -206,11 +206,12 @@ bool isAlone() {
 }
 
 Json runRender(const Arguments& arguments, const Progress& progress) {
-  const Script script = readScript(arguments.script);
+  Script script = readScript(arguments.script);
   requireShot(script);
   const FrameRange range = parseRange(arguments.frames, *script.frames);
   const auto folders = writableFolders(script, arguments, range);
   const Model model = openModel(script.model, progress);
+  if (script.coordinates == Coordinates::original) script = readScript(arguments.script, model.rig.origin);
   ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
   for (const PreparedEnvironment& environment : shot.environments())
     for (const std::string& remark : remarksOn(environment)) say(remark);

@@ -1,6 +1,7 @@
 #include "render/evaluate.h"
 
 #include "render/lambert_view.h"
+#include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/over_black.h"
 #include "srf/image/percentile.h"
@@ -44,7 +45,7 @@ private:
       if (!mesh_) {
         if (capture_.geometry.empty())
           throw Error("neither mattes nor geometry: no object to measure").in(capture_.file);
-        mesh_.emplace(deform(readMesh(capture_.folder() / capture_.geometry), warp_));
+        mesh_.emplace(deform(readMesh(capture_.folder() / capture_.geometry, {}, capture_.origin), warp_));
       }
       silhouette_ = silhouette(inObjectSpace(capture_.views[view].camera), *mesh_);
       view_ = view;
@@ -111,8 +112,9 @@ Score& Score::operator+=(const Score& other) {
   return *this;
 }
 
-Evaluation evaluate(const Model& model, const Capture& everything, const Warp& warp,
+Evaluation evaluate(const Model& model, const Capture& asRead, const Warp& warp,
                     const EvaluateOptions& options, BlockCache& cache, const Progress& progress) {
+  const Capture everything = countedFrom(asRead, model.rig.origin);
   const Capture capture = ofSplit(everything, options.split);
   if (capture.frames.empty())
     throw Error::mismatch(options.split == Split::test ? "test frames" : "training frames", "none")

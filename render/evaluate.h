@@ -57,7 +57,8 @@ struct Evaluation {
   std::vector<FrameScore> frames;
 };
 
-// Renders every frame of the capture's split with its own camera and light, the cloud bent by `warp`. Known
+// Renders every frame of the capture's split with its own camera and light, the cloud bent by `warp`, which
+// acts in the coordinates of the model; those of the capture may count from another origin. Known
 // cameras and lights are those of the model's rig. Throws Error where the split is empty, where no frame has
 // a pixel of an object, and where the Lambert baseline is asked for but a camera has no photographs that tell
 // normals.

@@ -70,13 +70,13 @@ CameraMotion asCamera(const Entry& entry) {
   }
   const Track3 up = trackOr(section, "up", yUp);
   if (!orbit)
-    return LookAtCamera{asTrack3(section.require("position")), asTrack3(section.require("look_at")), up,
+    return LookAtCamera{asPlace(section.require("position")), asPlace(section.require("look_at")), up,
                         asTrack(section.require("fov_deg"))};
 
   for (const std::string_view other : {"position", "look_at"})
     if (const auto extra = section.find(other)) throw mismatch(*extra, "no such key beside orbit");
   const Section path(*orbit, {"center", "radius", "azimuth_deg", "elevation_deg"});
-  return OrbitCamera{trackOr(path, "center", origin),   up,
+  return OrbitCamera{placeOr(path, "center", origin),   up,
                      asTrack(path.require("radius")),   asTrack(path.require("azimuth_deg")),
                      trackOr(path, "elevation_deg", 0), asTrack(section.require("fov_deg"))};
 }
@@ -130,7 +130,7 @@ const std::vector<Kind<LightMotion>>& lightKinds() {
       {"point",
        {"position", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
-         return PointLightMotion{asTrack3(s.require("position")), trackOr(s, "color", white),
+         return PointLightMotion{asPlace(s.require("position")), trackOr(s, "color", white),
                                  trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
        }},
       {"environment",
@@ -140,8 +140,12 @@ const std::vector<Kind<LightMotion>>& lightKinds() {
   return kinds;
 }
 
-Script asScript(const Entry& root) {
-  const Section section(root, {"model", "frames", "output", "camera", "light", "warp"});
+// Throws Error for unknown keys of the root.
+Section rootOf(const ScriptDocument& document) {
+  return {document.root(), {"model", "coordinates", "frames", "output", "camera", "light", "warp"}};
+}
+
+Script asScript(const Section& section) {
   Script script;
   if (const auto model = section.find("model")) script.model = asPath(*model);
   if (const auto frames = section.find("frames")) script.frames = asFrames(*frames);
@@ -154,10 +158,15 @@ Script asScript(const Entry& root) {
 
 } // namespace
 
-Script parseScript(std::string_view text, const std::filesystem::path& path) {
+Script parseScript(std::string_view text, const std::filesystem::path& path, const Vec3<double>& origin) {
   try {
-    const ScriptDocument document(text, path);
-    Script script = asScript(document.root());
+    ScriptDocument document(text, path);
+    const Section root = rootOf(document);
+    const auto coordinates = findChoice<Coordinates>(
+        root, "coordinates", {{"model", Coordinates::model}, {"original", Coordinates::original}});
+    if (coordinates == Coordinates::original) document.countFrom(origin);
+    Script script = asScript(root);
+    script.coordinates = coordinates.value_or(Coordinates::model);
     script.path = path;
     script.hash = contentHash(std::as_bytes(std::span(text)));
     for (const WarpMotion& warp : script.warps)
@@ -171,9 +180,9 @@ Script parseScript(std::string_view text, const std::filesystem::path& path) {
   }
 }
 
-Script readScript(const std::filesystem::path& path) {
+Script readScript(const std::filesystem::path& path, const Vec3<double>& origin) {
   constexpr uint64_t most = uint64_t{1} << 24;
-  return parseScript(readFile(path, most), path);
+  return parseScript(readFile(path, most), path, origin);
 }
 
 void requireShot(const Script& script) {

@@ -80,10 +80,15 @@ struct EnvironmentLightMotion {
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 
+// What places in a script count from: as the model's cameras and lights do, or as what it was made from did
+// before import moved the origin (Capture::origin).
+enum class Coordinates { model, original };
+
 struct Script {
   std::filesystem::path path;
   uint64_t hash = 0;           // contentHash of the text, and of the files that its warps read
   std::filesystem::path model; // resolved against the script's folder; empty: not given
+  Coordinates coordinates = Coordinates::model;
   std::optional<Frames> frames;
   std::optional<Output> output;
   std::optional<CameraMotion> camera;
@@ -91,9 +96,12 @@ struct Script {
   std::vector<WarpMotion> warps; // in the order in which they act
 };
 
-// Throw Error naming file, field and line. A misspelt key is answered with the nearest known one.
-Script readScript(const std::filesystem::path& path);
-Script parseScript(std::string_view text, const std::filesystem::path& path);
+// Throw Error naming file, field and line. A misspelt key is answered with the nearest known one. Where the
+// script speaks in original coordinates, `origin` is subtracted from its places: Capture::origin of the
+// model's rig. A centre that is not given is the model's 0.
+Script readScript(const std::filesystem::path& path, const Vec3<double>& origin = Vec3<double>::Zero());
+Script parseScript(std::string_view text, const std::filesystem::path& path,
+                   const Vec3<double>& origin = Vec3<double>::Zero());
 
 // Throws Error unless model, frames, output and camera are given (a script for `evaluate` may have warps
 // alone).

@@ -15,7 +15,7 @@ namespace {
 const toml::node& nodeOf(const Entry& entry) { return *static_cast<const toml::node*>(entry.node); }
 
 Entry entryOf(const toml::node& node, std::string field, const Entry& parent) {
-  return {&node, std::move(field), parent.folder};
+  return {&node, std::move(field), parent.folder, parent.origin};
 }
 
 std::string fieldOf(const Entry& table, std::string_view key) {
@@ -71,6 +71,7 @@ Keyframe asKeyframe(const Entry& entry) {
 struct ScriptDocument::Parsed {
   toml::table table;
   std::filesystem::path folder;
+  Vec3<double> origin = {0, 0, 0};
 };
 
 ScriptDocument::ScriptDocument(std::string_view text, const std::filesystem::path& path) {
@@ -78,7 +79,7 @@ ScriptDocument::ScriptDocument(std::string_view text, const std::filesystem::pat
     throw Error::mismatch("at most " + std::to_string(kDeepestToml), "more tables in one another")
         .at("line " + std::to_string(*line));
   try {
-    parsed_ = std::make_unique<Parsed>(Parsed{toml::parse(text), path.parent_path()});
+    parsed_ = std::make_unique<Parsed>(Parsed{toml::parse(text), path.parent_path(), {0, 0, 0}});
   } catch (const toml::parse_error& error) {
     const auto where = error.source().begin;
     throw Error("line " + std::to_string(where.line) + ", column " + std::to_string(where.column) +
@@ -88,7 +89,9 @@ ScriptDocument::ScriptDocument(std::string_view text, const std::filesystem::pat
 
 ScriptDocument::~ScriptDocument() = default;
 
-Entry ScriptDocument::root() const { return {&parsed_->table, "", &parsed_->folder}; }
+Entry ScriptDocument::root() const { return {&parsed_->table, "", &parsed_->folder, &parsed_->origin}; }
+
+void ScriptDocument::countFrom(const Vec3<double>& origin) { parsed_->origin = origin; }
 
 void ScriptDocument::prefer(std::string_view group, std::string_view name) {
   toml::table* const groups = parsed_->table[group].as_table();
@@ -186,6 +189,13 @@ Track3 asTrack3(const Entry& entry) {
   return {asTrack(elements[0]), asTrack(elements[1]), asTrack(elements[2])};
 }
 
+Track3 asPlace(const Entry& entry) {
+  Track3 place = asTrack3(entry);
+  for (size_t axis = 0; axis < 3; ++axis)
+    place[axis] = place[axis].plus(-(*entry.origin)[static_cast<Eigen::Index>(axis)]);
+  return place;
+}
+
 Track trackOr(const Section& section, std::string_view key, double otherwise) {
   const auto entry = section.find(key);
   return entry ? asTrack(*entry) : Track(otherwise);
@@ -194,6 +204,11 @@ Track trackOr(const Section& section, std::string_view key, double otherwise) {
 Track3 trackOr(const Section& section, std::string_view key, const Track3& otherwise) {
   const auto entry = section.find(key);
   return entry ? asTrack3(*entry) : otherwise;
+}
+
+Track3 placeOr(const Section& section, std::string_view key, const Track3& otherwise) {
+  const auto entry = section.find(key);
+  return entry ? asPlace(*entry) : otherwise;
 }
 
 size_t typeOf(const Entry& table, const Keys& types) {

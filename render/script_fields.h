@@ -18,6 +18,7 @@ struct Entry {
   const void* node;                    // a toml::node, which script_fields.cpp alone knows
   std::string field;                   // "warp[1].axis"
   const std::filesystem::path* folder; // the script's own, from which its paths start
+  const Vec3<double>* origin;          // subtracted from places
 };
 
 class ScriptDocument {
@@ -26,6 +27,9 @@ public:
   ScriptDocument(std::string_view text, const std::filesystem::path& path);
   ~ScriptDocument();
   Entry root() const;
+
+  // From now on places in the script count from another point. Entries of before are not void.
+  void countFrom(const Vec3<double>& origin);
 
   // Puts what the table [group.name] holds over what the root has: tables into tables of their name, all else
   // instead. Entries of before are void. Throws Error where there is no such table.
@@ -63,8 +67,11 @@ std::vector<Entry> asArray(const Entry& entry, std::string_view expected);
 
 Track asTrack(const Entry& entry);
 Track3 asTrack3(const Entry& entry);
+// Coordinates of a place, from which the origin is subtracted.
+Track3 asPlace(const Entry& entry);
 Track trackOr(const Section& section, std::string_view key, double otherwise);
 Track3 trackOr(const Section& section, std::string_view key, const Track3& otherwise);
+Track3 placeOr(const Section& section, std::string_view key, const Track3& otherwise);
 
 // Runs `make`, which may refuse what stands at the entry.
 template <class Make> auto at(const Entry& entry, Make make) {

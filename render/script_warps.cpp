@@ -22,7 +22,7 @@ std::array<int, 3> asThreeIntegers(const Entry& entry, std::string_view expected
 
 LatticeMotion asLattice(const Section& section) {
   constexpr int most = mostLatticeDivisions;
-  LatticeMotion lattice{asTrack3(section.require("min")), asTrack3(section.require("max")), {}, {}};
+  LatticeMotion lattice{asPlace(section.require("min")), asPlace(section.require("max")), {}, {}};
   lattice.divisions =
       asThreeIntegers(section.require("divisions"), "three counts", {1, 1, 1}, {most, most, most});
   for (const Entry& entry : asArray(section.require("point"), "tables { at, move }")) {
@@ -45,8 +45,8 @@ HandlesMotion asHandles(const Section& section) {
     const Entry place = handle.require("rest");
     const std::vector<Entry> xyz = asArray(place, "three numbers");
     if (xyz.size() != 3) throw mismatch(place, "three numbers");
-    rest.emplace_back(asNumber(xyz[0]), asNumber(xyz[1]), asNumber(xyz[2]));
-    motion.targets.push_back(asTrack3(handle.require("to")));
+    rest.emplace_back(Vec3<double>(asNumber(xyz[0]), asNumber(xyz[1]), asNumber(xyz[2])) - *place.origin);
+    motion.targets.push_back(asPlace(handle.require("to")));
   }
   std::optional<double> radius;
   if (const auto entry = section.find("radius")) {
@@ -58,15 +58,20 @@ HandlesMotion asHandles(const Section& section) {
 }
 
 MeshMotion asMesh(const Section& section) {
-  const auto rest = asPath(section.require("rest")), frames = asPath(section.require("frames"));
+  const Entry rest = section.require("rest");
+  const auto frames = asPath(section.require("frames"));
   const auto frame = section.find("frame");
-  return {std::make_shared<const MeshSequence>(rest, frames),
+  return {std::make_shared<const MeshSequence>(asPath(rest), frames, *rest.origin),
           frame ? asTrack(*frame) : Track::expression("frame")};
 }
 
 SkeletonMotion asSkeleton(const Section& section) {
   const auto animation = section.find("animation"), time = section.find("time");
-  return {std::make_shared<const Rig>(asPath(section.require("file")), animation ? asText(*animation) : ""),
+  const Entry file = section.require("file");
+  if (!file.origin->isZero(0))
+    throw Error("glTF is single precision, too coarse for original coordinates: use a mesh or handles")
+        .at(file.field);
+  return {std::make_shared<const Rig>(asPath(file), animation ? asText(*animation) : ""),
           time ? asTrack(*time) : Track::expression("t")};
 }
 
@@ -75,45 +80,46 @@ const std::vector<Kind<WarpMotion>>& warpKinds() {
       {"rigid",
        {"axis", "angle_deg", "center", "translate"},
        [](const Section& s) -> WarpMotion {
-         return RigidMotion{trackOr(s, "axis", yUp), trackOr(s, "center", origin), trackOr(s, "angle_deg", 0),
+         return RigidMotion{trackOr(s, "axis", yUp), placeOr(s, "center", origin), trackOr(s, "angle_deg", 0),
                             trackOr(s, "translate", origin)};
        }},
       {"scale",
        {"factor", "center"},
        [](const Section& s) -> WarpMotion {
-         return ScaleMotion{asTrack3(s.require("factor")), trackOr(s, "center", origin)};
+         return ScaleMotion{asTrack3(s.require("factor")), placeOr(s, "center", origin)};
        }},
       {"twist",
        {"axis", "center", "angle_deg", "length"},
        [](const Section& s) -> WarpMotion {
-         return TwistMotion{asTrack3(s.require("axis")), trackOr(s, "center", origin),
+         return TwistMotion{asTrack3(s.require("axis")), placeOr(s, "center", origin),
                             asTrack(s.require("angle_deg")), trackOr(s, "length", 1)};
        }},
       {"bend",
        {"axis", "direction", "center", "angle_deg", "length"},
        [](const Section& s) -> WarpMotion {
          return BendMotion{asTrack3(s.require("axis")), asTrack3(s.require("direction")),
-                           trackOr(s, "center", origin), asTrack(s.require("angle_deg")),
+                           placeOr(s, "center", origin), asTrack(s.require("angle_deg")),
                            trackOr(s, "length", 1)};
        }},
       {"taper",
        {"axis", "center", "factor", "length"},
        [](const Section& s) -> WarpMotion {
-         return TaperMotion{asTrack3(s.require("axis")), trackOr(s, "center", origin),
+         return TaperMotion{asTrack3(s.require("axis")), placeOr(s, "center", origin),
                             asTrack(s.require("factor")), trackOr(s, "length", 1)};
        }},
       {"sine",
        {"axis", "direction", "center", "amplitude", "wavelength", "phase_deg"},
        [](const Section& s) -> WarpMotion {
          return SineMotion{asTrack3(s.require("axis")),      asTrack3(s.require("direction")),
-                           trackOr(s, "center", origin),     asTrack(s.require("amplitude")),
+                           placeOr(s, "center", origin),     asTrack(s.require("amplitude")),
                            asTrack(s.require("wavelength")), trackOr(s, "phase_deg", 0)};
        }},
       {"expression",
        {"x", "y", "z"},
        [](const Section& s) -> WarpMotion {
-         return ExpressionMotion{asFormula(s.require("x")), asFormula(s.require("y")),
-                                 asFormula(s.require("z"))};
+         const Entry x = s.require("x");
+         return ExpressionMotion{asFormula(x), asFormula(s.require("y")), asFormula(s.require("z")),
+                                 *x.origin};
        }},
       {"lattice",
        {"min", "max", "divisions", "point"},

@@ -15,12 +15,13 @@ Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle) {
   return (mesh.positions[b].cast<double>().raw() - pa).cross(mesh.positions[c].cast<double>().raw() - pa);
 }
 
-TriangleMesh readMeshAsStored(const std::filesystem::path& path, Faces faces, const Progress& progress) {
+TriangleMesh readMeshAsStored(const std::filesystem::path& path, const MeshReading& reading,
+                              const Progress& progress) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](char c) { return c >= 'A' && c <= 'Z' ? c + 32 : c; });
-  if (extension == ".obj") return readObj(path, faces, progress);
-  if (extension == ".ply" || extension.empty()) return readPlyMesh(path, faces, progress);
+  if (extension == ".obj") return readObj(path, reading, progress);
+  if (extension == ".ply" || extension.empty()) return readPlyMesh(path, reading, progress);
   throw Error::mismatch("a mesh as .ply or .obj", extension).in(path);
 }
 
@@ -52,8 +53,9 @@ TriangleMesh withoutUnused(TriangleMesh mesh) {
   return mesh;
 }
 
-TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress) {
-  TriangleMesh stored = readMeshAsStored(path, Faces::cut, progress);
+TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress,
+                      const Vec3<double>& origin) {
+  TriangleMesh stored = readMeshAsStored(path, {.origin = origin}, progress);
   try {
     return withoutUnused(withoutFlat(std::move(stored), progress));
   } catch (Error& error) {

@@ -26,9 +26,14 @@ enum class Faces {
   asFans // around the first corner, wherever the corners lie: alike for all shapes of one topology
 };
 
+struct MeshReading {
+  Faces faces = Faces::cut;
+  Vec3<double> origin = {0, 0, 0}; // subtracted from the file's coordinates before they are rounded to float
+};
+
 // Reads OBJ or PLY, by the extension (a file without one is PLY): faces and triangle strips. An index beyond
 // the vertices or a position that is not finite is an Error. Throws Cancelled, too.
-TriangleMesh readMeshAsStored(const std::filesystem::path& path, Faces faces = Faces::cut,
+TriangleMesh readMeshAsStored(const std::filesystem::path& path, const MeshReading& reading = {},
                               const Progress& progress = {});
 
 // Without the triangles that have no area; an Error when no other is left.
@@ -36,6 +41,7 @@ TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress = {});
 // Without the positions that no triangle uses.
 TriangleMesh withoutUnused(TriangleMesh mesh);
 // As stored, without either.
-TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress = {});
+TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress = {},
+                      const Vec3<double>& origin = {0, 0, 0});
 
 } // namespace surflect

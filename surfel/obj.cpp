@@ -82,10 +82,12 @@ std::string joined(const std::vector<std::string_view>& words) {
   return line.substr(1);
 }
 
-Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words) {
+Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words, const Vec3<double>& origin) {
   if (words.size() < 4) throw Error::mismatch("three coordinates", std::to_string(words.size() - 1)).at("v");
   float xyz[3];
-  for (size_t i = 0; i < 3; ++i) xyz[i] = static_cast<float>(asNumber<double>(words[i + 1], "a number"));
+  for (size_t i = 0; i < 3; ++i)
+    xyz[i] =
+        static_cast<float>(asNumber<double>(words[i + 1], "a number") - origin[static_cast<Eigen::Index>(i)]);
   const Point3<AcquisitionSpace> position(xyz[0], xyz[1], xyz[2]);
   if (!position.raw().allFinite()) throw Error::mismatch("finite coordinates", joined(words)).at("v");
   return position;
@@ -131,7 +133,7 @@ void requireBelow(uint32_t index, size_t count, const char* kind, size_t line) {
 }
 
 // All faces, whose corners are there; without texture coordinates and normals unless they are wanted.
-FaceList parse(std::string_view text, bool wantsAll, const Progress& progress) {
+FaceList parse(std::string_view text, bool wantsAll, const Vec3<double>& origin, const Progress& progress) {
   FaceList content;
   std::vector<size_t> lines; // #faces
   Statements statements(text);
@@ -154,7 +156,7 @@ FaceList parse(std::string_view text, bool wantsAll, const Progress& progress) {
     progress.checkNowAndThen(statements.line());
     const auto& words = statements.words();
     try {
-      if (words[0] == "v") content.positions.push_back(asPosition(words));
+      if (words[0] == "v") content.positions.push_back(asPosition(words, origin));
       if (words[0] == "vt" && wantsAll) content.textureCoordinates.push_back(asTextureCoordinates(words));
       if (words[0] == "vn" && wantsAll) content.normals.push_back(asNormal(words));
       if (words[0] != "f") continue;
@@ -191,16 +193,17 @@ template <class Parse> auto ofFile(const std::filesystem::path& path, const Prog
 
 } // namespace
 
-TriangleMesh parseObj(std::string_view text, Faces faces, const Progress& progress) {
-  return meshOf(parse(text, false, progress), faces, progress);
+TriangleMesh parseObj(std::string_view text, const MeshReading& reading, const Progress& progress) {
+  return meshOf(parse(text, false, reading.origin, progress), reading.faces, progress);
 }
 
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress) {
-  return texturedMeshOf(parse(text, true, progress), Faces::cut, progress);
+  return texturedMeshOf(parse(text, true, {0, 0, 0}, progress), Faces::cut, progress);
 }
 
-TriangleMesh readObj(const std::filesystem::path& path, Faces faces, const Progress& progress) {
-  return ofFile(path, progress, [&](std::string_view text) { return parseObj(text, faces, progress); });
+TriangleMesh readObj(const std::filesystem::path& path, const MeshReading& reading,
+                     const Progress& progress) {
+  return ofFile(path, progress, [&](std::string_view text) { return parseObj(text, reading, progress); });
 }
 
 TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress) {

@@ -24,11 +24,13 @@ bool hasScalar(const PlyElement& element, const char* name) {
   return property && !property->isList;
 }
 
-void addPositions(const PlyElement& vertices, FaceList& list, const Progress& progress) {
+void addPositions(const PlyElement& vertices, const Vec3<double>& origin, FaceList& list,
+                  const Progress& progress) {
   const auto x = vertices.scalars("x"), y = vertices.scalars("y"), z = vertices.scalars("z");
   for (size_t i = 0; i < vertices.count; ++i) {
     progress.checkNowAndThen(i);
-    list.positions.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<float>(z[i]));
+    list.positions.push_back(assume<Point3<AcquisitionSpace>>(
+        Vec3<float>((Vec3<double>(x[i], y[i], z[i]) - origin).cast<float>())));
     if (!list.positions.back().raw().allFinite())
       throw Error::mismatch("finite coordinates",
                             numberText(x[i]) + ' ' + numberText(y[i]) + ' ' + numberText(z[i]))
@@ -125,13 +127,14 @@ void addStrips(const PlyElement&, const PlyProperty& lists, bool, FaceList& list
 }
 
 // Without texture coordinates and normals unless they are wanted.
-FaceList readFaces(const std::filesystem::path& path, bool wantsAll, const Progress& progress) {
+FaceList readFaces(const std::filesystem::path& path, bool wantsAll, const Vec3<double>& origin,
+                   const Progress& progress) {
   const PlyFile ply = readPly(path, progress);
   try {
     FaceList list;
     const PlyElement* vertices = ply.find("vertex");
     if (!vertices) throw Error::mismatch("an element 'vertex'", "none");
-    addPositions(*vertices, list, progress);
+    addPositions(*vertices, origin, list, progress);
     if (wantsAll) {
       addTextureCoordinates(*vertices, list);
       addNormals(*vertices, list);
@@ -154,12 +157,13 @@ FaceList readFaces(const std::filesystem::path& path, bool wantsAll, const Progr
 
 } // namespace
 
-TriangleMesh readPlyMesh(const std::filesystem::path& path, Faces faces, const Progress& progress) {
-  return meshOf(readFaces(path, false, progress), faces, progress);
+TriangleMesh readPlyMesh(const std::filesystem::path& path, const MeshReading& reading,
+                         const Progress& progress) {
+  return meshOf(readFaces(path, false, reading.origin, progress), reading.faces, progress);
 }
 
 TexturedMesh readTexturedPly(const std::filesystem::path& path, const Progress& progress) {
-  return texturedMeshOf(readFaces(path, true, progress), Faces::cut, progress);
+  return texturedMeshOf(readFaces(path, true, {0, 0, 0}, progress), Faces::cut, progress);
 }
 
 } // namespace surflect

@@ -8,7 +8,7 @@
 namespace surflect {
 
 // All vertices and triangles. Throws Error with the file and the element, and Cancelled.
-TriangleMesh readPlyMesh(const std::filesystem::path& path, Faces faces = Faces::cut,
+TriangleMesh readPlyMesh(const std::filesystem::path& path, const MeshReading& reading = {},
                          const Progress& progress = {});
 
 // The same with texture coordinates and normals, see texturedMeshOf; `corner` is the file's vertex. Vertices

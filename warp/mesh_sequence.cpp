@@ -77,9 +77,10 @@ void checkTopology(const TriangleMesh& mesh, const TriangleMesh& rest) {
 
 } // namespace
 
-MeshSequence::MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames)
-    : rest_(readMeshAsStored(rest, Faces::asFans)), field_(fieldOf(readMeshAsStored(rest), rest)),
-      keys_(keysOf(frames)) {
+MeshSequence::MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames,
+                           const Vec3<double>& origin)
+    : origin_(origin), rest_(readMeshAsStored(rest, {Faces::asFans, origin})),
+      field_(fieldOf(readMeshAsStored(rest, {.origin = origin}), rest)), keys_(keysOf(frames)) {
   const auto hashOf = [](const std::filesystem::path& path) {
     const std::string content = readFile(path);
     return surflect::contentHash(std::as_bytes(std::span(content)));
@@ -91,7 +92,7 @@ MeshSequence::MeshSequence(const std::filesystem::path& rest, const std::filesys
 
 std::vector<Vec3<double>> MeshSequence::positionsAt(int key) const {
   const std::filesystem::path& path = keys_.at(key);
-  const TriangleMesh mesh = readMeshAsStored(path, Faces::asFans);
+  const TriangleMesh mesh = readMeshAsStored(path, {Faces::asFans, origin_});
   try {
     checkTopology(mesh, rest_);
   } catch (Error& error) {

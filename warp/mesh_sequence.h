@@ -14,9 +14,10 @@ namespace surflect {
 class MeshSequence {
 public:
   // `frames` is a path with one run of # in its file name, in place of the frame's number, padded with zeros
-  // to the length of the run. The files that are there are the keys. Throws Error where the rest mesh is
-  // none, or no file has such a name.
-  MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames);
+  // to the length of the run. The files that are there are the keys. `origin` is subtracted from the
+  // coordinates of all files. Throws Error where the rest mesh is none, or no file has such a name.
+  MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames,
+               const Vec3<double>& origin = Vec3<double>::Zero());
 
   // Space as the mesh moves it. Between keys each vertex goes straight; before the first and after the last
   // key the mesh stays. Reads one or two files; throws Error with the file whose topology is another.
@@ -28,6 +29,7 @@ public:
 private:
   std::vector<Vec3<double>> positionsAt(int key) const;
 
+  Vec3<double> origin_;
   TriangleMesh rest_;
   MeshField field_;
   std::map<int, std::filesystem::path> keys_;

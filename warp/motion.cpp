@@ -68,7 +68,7 @@ WarpPointer frozen(const SineMotion& m, const ShotTime& time) {
 }
 
 WarpPointer frozen(const ExpressionMotion& m, const ShotTime& time) {
-  return expressionWarp(m.x, m.y, m.z, time);
+  return expressionWarp(m.x, m.y, m.z, time, m.origin);
 }
 
 WarpPointer frozen(const LatticeMotion& m, const ShotTime& time) {

@@ -51,7 +51,8 @@ struct SineMotion {
 };
 
 struct ExpressionMotion {
-  Expression x, y, z; // in warpVariables
+  Expression x, y, z;              // in warpVariables
+  Vec3<double> origin = {0, 0, 0}; // of their coordinates, see expressionWarp()
 };
 
 struct LatticeMotion {

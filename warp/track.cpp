@@ -39,10 +39,17 @@ Track Track::expression(std::string text) {
   return Track(Source(Expression(std::move(text), variables)));
 }
 
+Track Track::plus(double offset) const {
+  Track sum = *this;
+  sum.offset_ += offset;
+  return sum;
+}
+
 double Track::at(const ShotTime& time) const {
-  if (const auto* literal = std::get_if<double>(&source_)) return *literal;
-  if (const auto* keys = std::get_if<std::vector<Keyframe>>(&source_)) return interpolate(*keys, time.frame);
-  return std::get<Expression>(source_)(std::array{time.t, time.frame, time.s});
+  if (const auto* literal = std::get_if<double>(&source_)) return *literal + offset_;
+  if (const auto* keys = std::get_if<std::vector<Keyframe>>(&source_))
+    return interpolate(*keys, time.frame) + offset_;
+  return std::get<Expression>(source_)(std::array{time.t, time.frame, time.s}) + offset_;
 }
 
 double finiteAt(const Track& track, const ShotTime& time, std::string_view field) {

@@ -32,6 +32,9 @@ public:
   // In t, frame and s. Throws Error as Expression does.
   static Track expression(std::string text);
 
+  // The same track with `offset` added to its value at all times.
+  Track plus(double offset) const;
+
   // Not finite only where an expression is not.
   double at(const ShotTime& time) const;
 
@@ -39,6 +42,7 @@ private:
   using Source = std::variant<double, std::vector<Keyframe>, Expression>;
   explicit Track(Source source) : source_(std::move(source)) {}
   Source source_;
+  double offset_ = 0;
 };
 
 using Track3 = std::array<Track, 3>;

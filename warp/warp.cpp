@@ -179,18 +179,20 @@ private:
 
 class Formula final : public Warp {
 public:
-  Formula(Expression x, Expression y, Expression z, const ShotTime& time)
-      : coordinates_{std::move(x), std::move(y), std::move(z)}, time_(time) {}
+  Formula(Expression x, Expression y, Expression z, const ShotTime& time, const Vec3<double>& origin)
+      : coordinates_{std::move(x), std::move(y), std::move(z)}, time_(time), origin_(origin) {}
 
   Vec3<double> position(const Vec3<double>& x) const override {
-    const std::array values{x[0], x[1], x[2], time_.t, time_.frame, time_.s};
-    return {coordinates_[0](values), coordinates_[1](values), coordinates_[2](values)};
+    const Vec3<double> y = x + origin_;
+    const std::array values{y[0], y[1], y[2], time_.t, time_.frame, time_.s};
+    return Vec3<double>(coordinates_[0](values), coordinates_[1](values), coordinates_[2](values)) - origin_;
   }
   std::optional<Mat3<double>> jacobian(const Vec3<double>&) const override { return std::nullopt; }
 
 private:
   std::array<Expression, 3> coordinates_;
   ShotTime time_;
+  Vec3<double> origin_;
 };
 
 class Chain final : public Warp {
@@ -255,8 +257,9 @@ WarpPointer sineWarp(const SineWave& wave) {
   return std::make_unique<Sine>(wave);
 }
 
-WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time) {
-  return std::make_unique<Formula>(std::move(x), std::move(y), std::move(z), time);
+WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time,
+                           const Vec3<double>& origin) {
+  return std::make_unique<Formula>(std::move(x), std::move(y), std::move(z), time, origin);
 }
 
 WarpPointer chainWarp(std::vector<WarpPointer> links) { return std::make_unique<Chain>(std::move(links)); }

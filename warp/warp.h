@@ -79,9 +79,10 @@ struct SineWave {
 WarpPointer sineWarp(const SineWave& wave);
 
 // New coordinates by three formulas, each in the variables x, y, z, t, frame, s in this order. Has no exact
-// Jacobian.
+// Jacobian. In the formulas, coordinates count from a point that lies at -origin here.
 inline constexpr std::array<std::string_view, 6> warpVariables = {"x", "y", "z", "t", "frame", "s"};
-WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time);
+WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time,
+                           const Vec3<double>& origin = Vec3<double>::Zero());
 
 // The first link acts first; none is the identity. Has an exact Jacobian, by the chain rule, when all links
 // do.

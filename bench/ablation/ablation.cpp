@@ -89,11 +89,11 @@ Json measure(int argc, char** argv) {
   const Capture capture = readCapture(argv[2]);
   WarpPointer warp = chainWarp({});
   if (argc == 5) {
-    const Script script = readScript(argv[3]);
+    const Script script = readScript(argv[3], model.rig.origin);
     warp = warpAt(script, shotTime(script, std::atof(argv[4])));
   }
   if (!model.isFullProduct) throw Error("a full product of cameras and lights is needed").in(model.folder);
-  const TriangleMesh mesh = readMesh(capture.folder() / capture.geometry);
+  const TriangleMesh mesh = readMesh(capture.folder() / capture.geometry, {}, capture.origin);
   const RayCastSurface surface(model, mesh, *warp, {});
   BlockCache cache(model.files, kCacheBytes);
   const auto variants = variantsOf(model, *warp, surface, argc == 5, cache);

@@ -100,7 +100,7 @@ bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path&
         if (last.extension() == ".exr")
           const ExrFile header(folder / last);
         else
-          readPngSize(folder / last);
+          readPngHeader(folder / last);
       }
     return true;
   } catch (const Error&) {

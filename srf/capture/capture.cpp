@@ -422,6 +422,7 @@ public:
     if (capture_.colorSpace && capture_.response)
       throw Error::mismatch("either color_space or response", "both").at("response");
     capture_.geometry = optional(root, "geometry", [this](const Json& v) { return fileAt(v); }).value_or("");
+    capture_.origin = optional(root, "origin", boundedTriple).value_or(Vec3<double>::Zero());
     readCalibration(root);
     if (const auto lights = root.find("lights"); lights != root.end())
       within("lights", [&] { listOf(*lights); });

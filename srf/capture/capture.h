@@ -3,7 +3,7 @@
 // On disk a folder with transforms.json, a superset of what nerfstudio and Blender's exporters write:
 //
 //   { "color_space": "linear" or "srgb", or "response": { "r", "g", "b": 256 exposures }, "geometry":
-//   "mesh.ply",
+//   "mesh.ply", "origin": [x, y, z],
 //     "w", "h", "fl_x", "fl_y", "cx", "cy": pixels, "camera_angle_x", "camera_angle_y": radians, "x_fov",
 //     "y_fov": degrees, "k1", "k2", "p1", "p2",
 //     "camera_model": "pinhole" or "orthographic" with "ortho_height", scene units,
@@ -71,6 +71,9 @@ struct Capture {
   std::optional<ColorSpace> colorSpace; // of the pictures; none: as each file says (picture_encoding.h)
   std::optional<Response> response;     // instead of colorSpace: all pictures have 8 bits of this camera
   std::filesystem::path geometry;       // a mesh, relative to the folder; empty: none
+  // Original coordinates of the point from which cameras and lights count. Mesh files, also those given
+  // beside the capture, stay in original coordinates: readMesh() subtracts it.
+  Vec3<double> origin = {0, 0, 0};
   std::vector<Light> lights;
   std::vector<View> views;
   std::vector<Frame> frames; // all with a light, or none; no two of train share view and light

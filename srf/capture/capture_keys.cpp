@@ -17,8 +17,8 @@ using std::to_array;
 // ---------------------------------------------------------------------------------------------------------
 // Read.
 
-constexpr auto kOfCapture =
-    to_array<std::string_view>({"calibration", "color_space", "frames", "geometry", "lights", "response"});
+constexpr auto kOfCapture = to_array<std::string_view>(
+    {"calibration", "color_space", "frames", "geometry", "lights", "origin", "response"});
 
 constexpr auto kOfLight = to_array<std::string_view>(
     {"cluster", "direction", "intensity", "irradiance", "irradiance_gradient", "name", "position", "type"});

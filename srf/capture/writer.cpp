@@ -117,6 +117,7 @@ std::string captureText(const Capture& capture, const std::filesystem::path& fol
     head["response"] = {{"r", r}, {"g", g}, {"b", b}};
   }
   if (!capture.geometry.empty()) head["geometry"] = capture.geometry.generic_string();
+  if (!capture.origin.isZero(0)) head["origin"] = listOf(capture.origin);
   if (!capture.calibration.empty()) head["calibration"] = capture.calibration;
 
   std::string text = "{\n";

@@ -1,8 +1,6 @@
 #include "srf/checks/checks.h"
 
-#include "srf/capture/photograph.h"
 #include "srf/checks/names.h"
-#include "srf/image/mask.h"
 #include "surfel/bounds.h"
 
 #include <fmt/format.h>
@@ -19,11 +17,9 @@ namespace {
 using WorldPoint = Point3<AcquisitionSpace, double>;
 using Severity = Finding::Severity;
 
-constexpr size_t kVertices = 5000;   // of the mesh, evenly chosen, that stand for it
-constexpr double kSpeck = 0.01;      // of the picture's larger side
-constexpr double kFarLight = 1000;   // times the mesh's size
-constexpr int kSide = 512, kRim = 2; // pixels
-constexpr double kMaskShare = 0.02;
+constexpr size_t kVertices = 5000; // of the mesh, evenly chosen, that stand for it
+constexpr double kSpeck = 0.01;    // of the picture's larger side
+constexpr double kFarLight = 1000; // times the mesh's size
 
 std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
   std::vector<WorldPoint> vertices;
@@ -143,61 +139,7 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
   return findings;
 }
 
-std::vector<Finding> checkMasks(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
-                                const Progress& progress) {
-  std::vector<std::optional<size_t>> frameOf(capture.views.size());
-  for (size_t i = capture.frames.size(); i-- > 0;) frameOf[capture.frames[i].view] = i;
-
-  std::vector<Offender> different;
-  size_t checked = 0;
-  for (size_t v = 0; v < capture.views.size(); ++v) {
-    progress("masks", static_cast<double>(v) / static_cast<double>(capture.views.size()));
-    if (!frameOf[v]) continue;
-    const Photograph photograph = readPhotographs(capture, std::span(&*frameOf[v], 1))[0];
-    if (!photograph.hasMatte) continue;
-    ++checked;
-
-    const Camera<AcquisitionSpace>& camera = capture.views[v].camera;
-    const int longest = std::max(camera.lens.width, camera.lens.height), step = (longest + kSide - 1) / kSide;
-    Camera<AcquisitionSpace> small = camera;
-    small.lens =
-        resized(camera.lens, std::max(1, camera.lens.width / step), std::max(1, camera.lens.height / step));
-    const Mask outline = objectMask(silhouette(small, mesh));
-    Mask mask(outline.width, outline.height);
-    for (int y = 0; y < mask.height; ++y)
-      for (int x = 0; x < mask.width; ++x) {
-        const auto at = [](int i, int count, int all) {
-          return std::min(static_cast<int>((i + 0.5) * all / count), all - 1);
-        };
-        mask.inside[static_cast<size_t>(y * mask.width + x)] =
-            photograph.alpha.at(at(x, mask.width, camera.lens.width),
-                                at(y, mask.height, camera.lens.height))[0] > 0.5f;
-      }
-
-    const Mask outlineCore = eroded(outline, kRim), maskCore = eroded(mask, kRim);
-    size_t surplus = 0, missing = 0, all = 0;
-    for (size_t i = 0; i < mask.inside.size(); ++i) {
-      surplus += outlineCore.inside[i] && !mask.inside[i];
-      missing += maskCore.inside[i] && !outline.inside[i];
-      all += outline.inside[i];
-    }
-    const auto share = [&](size_t count) {
-      return static_cast<double>(count) / static_cast<double>(std::max<size_t>(1, all));
-    };
-    if (share(std::max(surplus, missing)) <= kMaskShare) continue;
-    different.push_back(
-        {share(surplus + missing),
-         fmt::format("{} ({:.0f} % of the silhouette outside the mask, the mask {:.0f} % beyond it)",
-                     capture.views[v].identity, 100 * share(surplus), 100 * share(missing))});
-  }
-  if (different.empty()) return {};
-  const bool most = 2 * different.size() > checked;
-  return {{most ? Severity::error : Severity::warning,
-           fmt::format("the mesh and the masks differ in {} of {} views: {}", different.size(), checked,
-                       worst(different))}};
-}
-
-std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh,
+std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh, const CheckEffort& effort,
                                   const Progress& progress) {
   std::vector<Finding> findings = checkCameras(capture, mesh);
   const auto append = [&](const std::vector<Finding>& more) {
@@ -207,8 +149,13 @@ std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& me
   if (std::ranges::any_of(findings, [](const Finding& f) { return f.severity == Severity::error; }))
     return findings;
   const RayCaster<AcquisitionSpace> caster(mesh, progress);
-  append(checkMasks(capture, caster, progress));
-  append(checkLights(capture, mesh, caster, progress));
+  const std::vector<SmallView> views = smallViews(capture, caster, effort.views, progress);
+  if (effort.masks) append(checkMasks(capture, views));
+  const bool hasMattes =
+      std::ranges::any_of(views, [](const SmallView& view) { return view.matte.has_value(); });
+  if (capture.lights.empty() && !hasMattes) append(checkPlacement(views, mesh, caster, progress));
+  append(checkExposures(capture, views));
+  append(checkLights(capture, mesh, caster, effort, progress));
   return findings;
 }
 

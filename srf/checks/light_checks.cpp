@@ -21,7 +21,7 @@ namespace {
 using Severity = Finding::Severity;
 using World = AcquisitionSpace;
 
-constexpr size_t kViews = 6, kPixels = 1500;            // of a view
+constexpr size_t kPixels = 1500;                        // of a view
 constexpr size_t kBytes = size_t{1} << 30;              // of photographs in memory
 constexpr size_t kLightsForAlbedo = 8;                  // fewer do not tell that of a pixel
 constexpr double kRimCosine = 0.25;                     // n . towards camera; below, texels mix with others
@@ -72,11 +72,11 @@ Samples samplePixels(const Camera<World>& camera, const TriangleMesh& mesh, cons
   return all;
 }
 
-// The views to look at, with their frames: some with all their lights, and for every light that these lack
-// one frame more.
-std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture) {
+// The views to look at, with their frames: some with their lights, and for every light that these lack one
+// frame more.
+std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture, const CheckEffort& effort) {
   std::vector<bool> chosen(capture.views.size(), false);
-  const size_t count = std::min(kViews, capture.views.size());
+  const size_t count = std::min(effort.litViews, capture.views.size());
   for (size_t i = 0; i < count; ++i) chosen[i * capture.views.size() / count] = true;
   std::map<size_t, std::vector<size_t>> frames;
   std::vector<bool> hasLight(capture.lights.size(), false);
@@ -86,14 +86,21 @@ std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture) {
   };
   for (size_t i = 0; i < capture.frames.size(); ++i)
     if (chosen[capture.frames[i].view]) take(i);
+  for (auto& [view, ofView] : frames) {
+    const size_t kept = std::min(effort.lightsOfView, ofView.size());
+    for (size_t i = 0; i < kept; ++i) ofView[i] = ofView[i * ofView.size() / kept];
+    ofView.resize(kept);
+  }
+  if (!effort.everyLight) return frames;
   for (size_t i = 0; i < capture.frames.size(); ++i)
     if (!chosen[capture.frames[i].view] && !hasLight[*capture.frames[i].light]) take(i);
   return frames;
 }
 
 std::vector<Samples> readSamples(const Capture& capture, const TriangleMesh& mesh,
-                                 const RayCaster<World>& caster, const Progress& progress) {
-  const auto frames = chooseFrames(capture);
+                                 const RayCaster<World>& caster, const CheckEffort& effort,
+                                 const Progress& progress) {
+  const auto frames = chooseFrames(capture, effort);
   std::vector<Samples> views;
   for (const auto& [view, ofView] : frames) {
     const Camera<World>& camera = capture.views[view].camera;
@@ -298,9 +305,10 @@ std::optional<double> meanOf(const std::vector<Correlation>& ofLight) {
 } // namespace
 
 std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
-                                 const RayCaster<AcquisitionSpace>& caster, const Progress& progress) {
+                                 const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
+                                 const Progress& progress) {
   if (capture.lights.empty()) return {};
-  const std::vector<Samples> views = readSamples(capture, mesh, caster, progress);
+  const std::vector<Samples> views = readSamples(capture, mesh, caster, effort, progress);
   std::vector<Finding> findings;
 
   size_t turned = 0, pixels = 0;
@@ -337,9 +345,10 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
     return findings;
   }
   if (*stated < kNoShading) {
-    findings.push_back({Severity::error, fmt::format("shading does not follow the directions of the lights "
-                                                     "(correlation with the mesh's normals {:.2f})",
-                                                     *stated)});
+    findings.push_back( // no error: fur and glazed surfaces do so where everything is right
+        {Severity::warning, fmt::format("shading does not follow the directions of the lights (correlation "
+                                        "with the mesh's normals {:.2f})",
+                                        *stated)});
     return findings;
   }
 

@@ -1,19 +1,16 @@
 #include "srf/checks/checks.h"
 
+#include "srf/capture/origin.h"
 #include "srf/checks/names.h"
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
-#include <optional>
 
 namespace surflect {
 
 namespace {
 
-constexpr double kAxisSpread = 1e-3; // mean squared sine of the angles between axes: two degrees
 constexpr double kOtherScale = 30;
 
 // Where a camera stands, and where it looks; unit.
@@ -26,30 +23,35 @@ Axis axisOf(const Camera<AcquisitionSpace>& camera) {
   return {camera.center().raw(), -worldFromCamera.rotation().col(2)};
 }
 
-// The point nearest to all axes, by least squares; none where they look along one line.
-std::optional<Vec3<double>> meetingPoint(const std::vector<Axis>& axes) {
-  Mat3<double> sum = Mat3<double>::Zero();
-  Vec3<double> weighted = Vec3<double>::Zero();
-  for (const Axis& axis : axes) {
-    const Mat3<double> aside = Mat3<double>::Identity() - axis.forward * axis.forward.transpose();
-    sum += aside;
-    weighted += aside * axis.center;
-  }
-  const Eigen::SelfAdjointEigenSolver<Mat3<double>> solver(sum);
-  if (!(solver.eigenvalues()[0] > kAxisSpread * static_cast<double>(axes.size()))) return std::nullopt;
-  return solver.eigenvectors() *
-         solver.eigenvalues().cwiseInverse().cwiseProduct(solver.eigenvectors().transpose() * weighted);
+// More than this many pixels of rounding is told, and more than kWrong spoils the picture.
+constexpr double kTold = 0.1, kWrong = 1;
+
+std::optional<Finding> checkPrecision(const Capture& capture,
+                                      const Point3<AcquisitionSpace, double>& middle) {
+  const double pixels = roundingInPixels(capture, middle);
+  if (!(pixels > kTold)) return std::nullopt;
+  return Finding{
+      pixels > kWrong ? Finding::Severity::error : Finding::Severity::warning,
+      fmt::format("the scene lies at ({:.8g}, {:.8g}, {:.8g}), where single precision is off by up "
+                  "to {:.2g} pixels; surflect import shifts the origin",
+                  middle.x(), middle.y(), middle.z(), pixels)};
 }
 
-} // namespace
+// Poses that lack positions, say. Distant cameras have none.
+bool standAtOnePlace(const Capture& capture) {
+  return capture.views.size() > 1 && !middleOfScene(capture) &&
+         std::ranges::all_of(capture.views,
+                             [](const View& view) { return view.camera.lens.model == Lens::Model::pinhole; });
+}
 
-std::vector<Finding> checkPoses(const Capture& capture) {
+std::vector<Finding> checkAxes(const Capture& capture) {
+  const auto meeting = whereAxesMeet(capture);
+  if (!meeting) return {};
+
+  const Vec3<double> middle = meeting->raw();
   std::vector<Axis> axes;
   for (const View& view : capture.views) axes.push_back(axisOf(view.camera));
-  const auto middle = axes.size() < 3 ? std::nullopt : meetingPoint(axes);
-  if (!middle) return {};
-
-  const auto ahead = [&](const Axis& axis) { return (*middle - axis.center).dot(axis.forward); };
+  const auto ahead = [&](const Axis& axis) { return (middle - axis.center).dot(axis.forward); };
   const auto away =
       static_cast<size_t>(std::ranges::count_if(axes, [&](const Axis& a) { return ahead(a) < 0; }));
   if (2 * away > axes.size())
@@ -60,7 +62,7 @@ std::vector<Finding> checkPoses(const Capture& capture) {
                      away, axes.size())}};
 
   std::vector<double> distances;
-  for (const Axis& axis : axes) distances.push_back((*middle - axis.center).norm());
+  for (const Axis& axis : axes) distances.push_back((middle - axis.center).norm());
   std::vector<double> sorted = distances;
   std::ranges::sort(sorted);
   const double median = sorted[sorted.size() / 2];
@@ -74,6 +76,19 @@ std::vector<Finding> checkPoses(const Capture& capture) {
   if (apart.empty()) return {};
   return {{Finding::Severity::warning, fmt::format("{} of {} cameras are much farther away than most: {}",
                                                    apart.size(), axes.size(), worst(apart))}};
+}
+
+} // namespace
+
+std::vector<Finding> checkPoses(const Capture& capture) {
+  if (standAtOnePlace(capture))
+    return {{Finding::Severity::warning,
+             fmt::format("all {} cameras stand at one place: are their positions missing?",
+                         capture.views.size())}};
+  std::vector<Finding> findings = checkAxes(capture);
+  if (const auto middle = middleOfScene(capture))
+    if (auto imprecise = checkPrecision(capture, *middle)) findings.push_back(std::move(*imprecise));
+  return findings;
 }
 
 } // namespace surflect

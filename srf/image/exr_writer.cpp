@@ -9,6 +9,7 @@
 #include <ImfCompression.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <half.h>
 #include <tbb/parallel_for.h>
@@ -75,6 +76,7 @@ std::string headOf(const Planes& planes, const std::map<std::string, std::string
   Imf::Header header(whole.width, whole.height);
   header.dataWindow() = {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
   header.compression() = Imf::ZIP_COMPRESSION;
+  Imf::addChromaticities(header, Imf::Chromaticities()); // Rec. 709's
   bool hasLongNames = false;
   for (const auto& [name, plane] : planes) {
     header.channels().insert(name, Imf::Channel(plane.isHalf() ? Imf::HALF : Imf::FLOAT));

@@ -30,7 +30,7 @@ Image withoutAlpha(const Image& image) {
 
 Picture completed(ForeignPicture read, const std::filesystem::path& path, std::string_view extension) {
   constexpr size_t kExifEnds = size_t{1} << 18; // EXIF's segment is an early one, of at most 2^16 bytes
-  Picture picture{std::move(read.image), read.bits, read.alphaPremultiplied, {}};
+  Picture picture{std::move(read.image), read.bits, read.alphaPremultiplied, {}, read.orientation};
   const int channels = picture.image.channels >= 3 ? 3 : 1;
   const bool isJpeg = extension == ".jpg" || extension == ".jpeg" || extension == ".jpe";
   if (!read.iccProfile.empty())

@@ -103,40 +103,30 @@ Picture readPicture(const std::filesystem::path& path) {
 }
 
 PictureHeader readPictureHeader(const std::filesystem::path& path) {
-  const PictureFormat format = formatOf(path);
-  if (format == PictureFormat::exr) {
-    const ExrFile file(path);
-    return {{file.width(), file.height()}, alphaChannel(file, "").has_value()};
-  }
-  if (format == PictureFormat::png) {
-    const PngSize size = readPngSize(path);
-    return {{size.width, size.height}, size.hasAlpha};
-  }
-  if (format == PictureFormat::radiance) {
-    const RadianceHeader header = readRadianceHeader(path);
-    return {{header.width, header.height}};
-  }
-  const Picture header = readForeignPicture(path, ForeignExtent::header);
-  return {{header.image.width, header.image.height}, header.hasAlpha(), header.orientation};
-}
-
-PictureSize readPictureSize(const std::filesystem::path& path) { return readPictureHeader(path).size; }
-
-PictureColor readPictureColor(const std::filesystem::path& path) {
   switch (formatOf(path)) {
-  case PictureFormat::exr:
-    return {0, ExrFile(path).colorStatement()};
-  case PictureFormat::radiance:
-    return {0, readRadianceHeader(path).color};
+  case PictureFormat::exr: {
+    const ExrFile file(path);
+    return {{file.width(), file.height()}, alphaChannel(file, "").has_value(), 1, 0, file.colorStatement()};
+  }
+  case PictureFormat::radiance: {
+    RadianceHeader header = readRadianceHeader(path);
+    return {{header.width, header.height}, false, 1, 0, std::move(header.color)};
+  }
   case PictureFormat::png: {
     PngHeader header = readPngHeader(path);
-    return {header.bitDepth, std::move(header.color)};
+    return {{header.width, header.height}, header.hasAlpha, 1, header.bitDepth, std::move(header.color)};
   }
   case PictureFormat::foreign:
     break;
   }
-  Picture header = readForeignPicture(path, ForeignExtent::header);
-  return {header.bits, std::move(header.color)};
+  Picture picture = readForeignPicture(path, ForeignExtent::header);
+  return {{picture.image.width, picture.image.height},
+          picture.hasAlpha(),
+          picture.orientation,
+          picture.bits,
+          std::move(picture.color)};
 }
+
+PictureSize readPictureSize(const std::filesystem::path& path) { return readPictureHeader(path).size; }
 
 } // namespace surflect

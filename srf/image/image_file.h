@@ -36,17 +36,12 @@ struct PictureSize {
 struct PictureHeader {
   PictureSize size;
   bool hasAlpha = false; // of an EXR: in the layer without a name
-  int orientation = 1;   // as in Picture
+  int orientation = 1;   // these three as in Picture
+  int bits = 0;
+  std::optional<ColorStatement> color;
 };
 // Read the file's header only.
 PictureHeader readPictureHeader(const std::filesystem::path& path);
 PictureSize readPictureSize(const std::filesystem::path& path);
-
-struct PictureColor {
-  int bits = 0; // these as in Picture
-  std::optional<ColorStatement> color;
-};
-// The same: the file's header only.
-PictureColor readPictureColor(const std::filesystem::path& path);
 
 } // namespace surflect

@@ -128,25 +128,20 @@ PngPicture readPng(const std::filesystem::path& path) {
   return picture;
 }
 
-PngSize readPngSize(const std::filesystem::path& path) {
-  const std::string start = readFileStart(path, size_t{1} << 16); // the chunks before the pixels
+PngHeader readPngHeader(const std::filesystem::path& path) {
+  constexpr size_t kUsually = size_t{1} << 16, kDepth = 24, kColorType = 25; // places in the file, of IHDR's
+  std::string start = readFileStart(path, kUsually);
   const auto* head = reinterpret_cast<const png_byte*>(start.data());
-  if (start.size() < 24 || png_sig_cmp(head, 0, 8) != 0) throw Error("cannot read (not a PNG file)").in(path);
+  if (start.size() <= kColorType || png_sig_cmp(head, 0, 8) != 0)
+    throw Error("cannot read (not a PNG file)").in(path);
   const uint32_t width = png_get_uint_32(head + 16), height = png_get_uint_32(head + 20);
   if (width < 1 || height < 1 || int64_t{width} * height > maximalPixels)
     throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
         .in(path);
-  const bool hasChannel = start.size() > 25 && (start[25] & PNG_COLOR_MASK_ALPHA) != 0;
-  return {static_cast<int>(width), static_cast<int>(height), hasChannel || hasTransparentColors(start)};
-}
-
-PngHeader readPngHeader(const std::filesystem::path& path) {
-  constexpr size_t kUsually = size_t{1} << 16, kDepth = 24; // of IHDR's bit depth
-  std::string start = readFileStart(path, kUsually);
-  if (start.size() <= kDepth || png_sig_cmp(reinterpret_cast<const png_byte*>(start.data()), 0, 8) != 0)
-    throw Error("cannot read (not a PNG file)").in(path);
   if (!reachesPngPixels(start)) start = readFile(path);
-  return {start[kDepth] == 16 ? 16 : 8, pngColorStatement(start)};
+  return {static_cast<int>(width), static_cast<int>(height),
+          (start[kColorType] & PNG_COLOR_MASK_ALPHA) != 0 || hasTransparentColors(start),
+          start[kDepth] == 16 ? 16 : 8, pngColorStatement(start)};
 }
 
 } // namespace surflect

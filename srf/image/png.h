@@ -19,18 +19,13 @@ struct PngPicture {
   std::optional<ColorStatement> color;
 };
 
-struct PngSize {
-  int width = 0, height = 0;
-  bool hasAlpha = false; // a channel of its own, or transparent colours
-};
-
 // Throws Error for a damaged file, any truncated one, and for more than 2^28 pixels.
 PngPicture readPng(const std::filesystem::path& path);
-// Reads the first 64 kB at most.
-PngSize readPngSize(const std::filesystem::path& path);
 
 struct PngHeader {
-  int bitDepth = 8; // as in PngPicture
+  int width = 0, height = 0;
+  bool hasAlpha = false; // a channel of its own, or transparent colours
+  int bitDepth = 8;      // as in PngPicture
   std::optional<ColorStatement> color;
 };
 // Reads what comes before the pixels.

@@ -3,7 +3,7 @@
 #include "srf/image/png.h"
 #include "surfel/file.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
@@ -24,8 +24,8 @@ std::string bigEndian(uint32_t value) {
 // Length, type, data, and a checksum of the last two [PNG 3rd ed., 5.3].
 std::string chunk(std::string_view type, std::string_view data) {
   const std::string body = std::string(type).append(data);
-  const uLong check = ::crc32_z(0, reinterpret_cast<const Bytef*>(body.data()), body.size());
-  return bigEndian(static_cast<uint32_t>(data.size())) + body + bigEndian(static_cast<uint32_t>(check));
+  const uint32_t check = ::libdeflate_crc32(0, body.data(), body.size());
+  return bigEndian(static_cast<uint32_t>(data.size())) + body + bigEndian(check);
 }
 
 // [PNG 3rd ed., 9.4], of bytes left, above, and above to the left. Without branches: a loop becomes lanes.
@@ -60,6 +60,18 @@ std::vector<std::byte> filtered(const PngSamples& picture) {
   return result;
 }
 
+// The sRGB chunk, and for readers that do not know it the closest gamma and the primaries, in units of 1e-5
+// [PNG 3rd ed., 11.3.2.1 to 11.3.2.5].
+std::string srgbChunks() {
+  constexpr uint32_t kGamma = 45455;
+  constexpr char kRelativeColorimetric = 1;
+  std::string primaries; // white, red, green, blue
+  for (const uint32_t coordinate : {31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000})
+    primaries += bigEndian(coordinate);
+  return chunk("sRGB", std::string(1, kRelativeColorimetric)) + chunk("gAMA", bigEndian(kGamma)) +
+         chunk("cHRM", primaries);
+}
+
 } // namespace
 
 std::string pngBytes(const PngSamples& picture) {
@@ -73,14 +85,15 @@ std::string pngBytes(const PngSamples& picture) {
   header.append(3, '\0'); // the only methods of compression and filtering, no interlace
   const std::string data = zlibStream(filtered(picture));
   std::string file = "\x89PNG\r\n\x1a\n" + chunk("IHDR", header);
+  if (picture.colors == PngColors::srgb) file += srgbChunks();
   for (size_t begin = 0; begin < data.size(); begin += kLargestData)
     file += chunk("IDAT", std::string_view(data).substr(begin, kLargestData));
   return file + chunk("IEND", {});
 }
 
-void writePng(const std::filesystem::path& path, const Image& image, int bitDepth) {
+void writePng(const std::filesystem::path& path, const Image& image, int bitDepth, PngColors colors) {
   assert(bitDepth == 8 || bitDepth == 16);
-  PngSamples picture{image.width, image.height, image.channels, bitDepth, {}};
+  PngSamples picture{image.width, image.height, image.channels, bitDepth, colors, {}};
   picture.bytes.reserve(picture.rowBytes() * static_cast<size_t>(image.height));
   for (const float value : image.values) {
     const uint16_t sample = quantized(value, bitDepth == 8 ? 255.f : 65535.f);

@@ -18,7 +18,9 @@ std::string formatDefault(int bits) {
 
 // As what, and by whose word.
 std::pair<std::string, std::string> colorsOf(const Capture& capture, const std::filesystem::path& path) {
-  const auto [bits, stated] = readPictureColor(path);
+  const PictureHeader header = readPictureHeader(path);
+  const auto& stated = header.color;
+  const int bits = header.bits;
   if (capture.response) return {"the capture's response curve", "response"};
   const ColorEncoding encoding = encodingOf(capture.colorSpace, stated, path);
   std::string word = stated ? stated->source : formatDefault(bits);

@@ -2,6 +2,7 @@
 
 #include "srf/calibration/response.h"
 #include "srf/capture/coverage.h"
+#include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"
 #include "srf/image/image_file.h"
@@ -138,6 +139,17 @@ std::vector<std::vector<size_t>> framesOfViews(const Capture& capture) {
   std::vector<std::vector<size_t>> frames(capture.views.size());
   for (size_t f = 0; f < capture.frames.size(); ++f) frames[capture.frames[f].view].push_back(f);
   return frames;
+}
+
+// Lets coordinates count from the middle of a scene that lies too far from 0 for float positions.
+void bringNear(Source& source) {
+  const auto origin = nearerOrigin(source.capture);
+  if (!origin) return;
+  source.capture = countedFrom(std::move(source.capture), *origin);
+  const auto coordinate = [&](Eigen::Index axis) { return numberText((*origin)[axis]); };
+  source.notes.push_back("coordinates are too large for single precision: cameras and lights count from (" +
+                         coordinate(0) + ", " + coordinate(1) + ", " + coordinate(2) +
+                         ") now; a script that says coordinates = \"original\" uses those of the source");
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -388,6 +400,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   fitLenses(source, progress);
   noteUnused(source, report.format == ImportFormat::colmap);
   if (!options.maskThreshold) noteMasks(source, options.invertMasks, progress);
+  bringNear(source);
   Copies copies(source.files.root, folder.temporaryPath());
   if (options.invertMasks) invertMasks(capture, copies, progress); // before they tell what is calibrated
   if (options.recoverResponse) {

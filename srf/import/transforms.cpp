@@ -221,6 +221,7 @@ void append(Capture& all, Capture part, const fs::path& file) {
   agree(all.response, part.response, "response", [](auto& r) { return bool(r); });
   agree(all.geometry, part.geometry, "geometry", [](auto& g) { return !g.empty(); });
   agree(all.time, part.time, "time", [](auto& t) { return bool(t); });
+  agree(all.origin, part.origin, "origin", [](auto&) { return true; });
   if (all.frames[0].light.has_value() != part.frames[0].light.has_value())
     throw Error("one file has lights, another has none").at("frames[0].light");
   std::vector<size_t> newView, newLight;

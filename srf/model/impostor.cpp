@@ -49,7 +49,8 @@ Impostor mendedFile(const std::filesystem::path& path, const Capture& training, 
   std::vector<Camera<AcquisitionSpace>> cameras;
   for (const View& view : training.views) cameras.push_back(view.camera);
   try {
-    MendedMesh mesh = mended(readMeshAsStored(path, Faces::cut, progress), cameras, progress);
+    MendedMesh mesh =
+        mended(readMeshAsStored(path, {.origin = training.origin}, progress), cameras, progress);
     Impostor impostor{std::move(mesh.mesh), Impostor::Origin::given};
     for (const std::string& note : mesh.notes) impostor.notes.push_back(path.string() + ": " + note);
     return impostor;

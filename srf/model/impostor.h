@@ -13,7 +13,7 @@
 namespace surflect {
 
 struct ImpostorOptions {
-  std::filesystem::path mesh; // instead of the capture's geometry; empty: that
+  std::filesystem::path mesh; // instead of the capture's geometry, in original coordinates; empty: that
   bool relief = false;        // from the shading of the only view, instead of either
 };
 

@@ -1,5 +1,6 @@
 #include "srf/model/pack.h"
 
+#include "srf/capture/origin.h"
 #include "srf/model/manifest.h"
 #include "srf/model/matted_view.h"
 #include "srf/model/model.h"
@@ -51,21 +52,6 @@ Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frame
   return rig;
 }
 
-// What one pixel covers at the centre of the mesh, scene units; the median over views.
-double pixelFootprint(const Capture& capture, const TriangleMesh& mesh) {
-  const auto center = middleOf(mesh.positions);
-  std::vector<double> footprints;
-  for (const auto& view : capture.views) {
-    const Lens& lens = view.camera.lens;
-    const double distance =
-        lens.model == Lens::Model::orthographic ? 1 : length(view.camera.center() - center);
-    footprints.push_back(distance / std::sqrt(lens.focalX * lens.focalY));
-  }
-  std::ranges::nth_element(footprints,
-                           footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2));
-  return footprints[footprints.size() / 2];
-}
-
 // A default that no photograph justifies; asked for by number, there may be more.
 constexpr size_t kMostSurfels = 1000000;
 
@@ -74,39 +60,6 @@ std::string packIdentity(const PackSource& source, double tolerance, const Trian
   const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
   return fmt::format("format {} {} {:016x} {:016x} {:.17g}\n", kModelVersion, source.identity(),
                      hash(mesh.positions), hash(mesh.triangles), tolerance);
-}
-
-// From sizes alone, by figures measured on two cores: shares and rates of the vase in examples/.
-PackEstimate estimate(const Capture& capture, std::span<const std::vector<size_t>> frames,
-                      const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& impostor, double spacing,
-                      const Progress& progress) {
-  constexpr double kRatio = 5;                 // half floats to stored bytes, at the default tolerance
-  constexpr double kSecondsPerVertex = 2e-6;   // of the mesh: is it enclosed?
-  constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
-  constexpr double kSecondsPerFade = 1.3e-7;   // per surfel and view
-  constexpr double kSecondsPerValue = 2.2e-8;  // reading and encoding, per channel of an object pixel
-  constexpr double kBytesPerSurfel = 16 * 48;  // candidates of the sampling
-  constexpr size_t kViews = 4;                 // whose silhouettes are looked at
-  double shown = 0, pixelsLooked = 0, values = 0, largest = 0;
-  const size_t count = std::min(kViews, capture.views.size());
-  for (size_t i = 0; i < count; ++i) {
-    progress.checkpoint();
-    const Image outline = silhouette(capture.views[i * capture.views.size() / count].camera, impostor);
-    shown += static_cast<double>(std::ranges::count(outline.values, 1.f));
-    pixelsLooked += static_cast<double>(outline.values.size());
-  }
-  for (size_t view = 0; view < frames.size(); ++view) {
-    const Lens& lens = capture.views[view].camera.lens;
-    const double stack = 1.0 * lens.width * lens.height * static_cast<double>(frames[view].size());
-    values += 3 * stack * shown / pixelsLooked;
-    largest = std::max(largest, stack);
-  }
-  const double surfels = surfelsAt(mesh, spacing), fades = surfels * static_cast<double>(frames.size());
-  return {
-      static_cast<size_t>(surfels), static_cast<uint64_t>(2 * values / kRatio + 44 * surfels + fades / 8),
-      static_cast<uint64_t>(std::max(32 * largest, kBytesPerSurfel * surfels) + 3 * fades + 100 * surfels),
-      kSecondsPerVertex * static_cast<double>(mesh.positions.size()) + kSecondsPerSurfel * surfels +
-          kSecondsPerFade * fades + kSecondsPerValue * values};
 }
 
 NormalsFrom normalsOf(Impostor::Origin origin) {
@@ -131,7 +84,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.fits = geometry.fits;
   report.meshNotes = geometry.notes;
   progress("surfels", 0);
-  const double footprint = pixelFootprint(capture, mesh);
+  const double footprint = pixelFootprint(capture, middleOf(mesh.positions));
   const auto spacingOn = [&](const TriangleMesh& surface) {
     return options.surfels ? spacingFor(surface, *options.surfels)
                            : std::max(footprint / 2, spacingFor(surface, kMostSurfels));
@@ -139,9 +92,11 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const std::string identity = packIdentity(source, options.tolerance, mesh);
   if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
-  if (announce) announce(estimate(capture, frames, mesh, impostor, spacingOn(mesh), progress));
   const TriangleMesh surface =
       withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, kMostSurfels)), progress);
+  if (announce)
+    announce(
+        estimatePack(source, frames, surface, spacingOn(surface), impostor, surfelWatch.seconds(), progress));
   const SurfelCloud cloud = sampleSurfels(surface, spacingOn(surface), 1, progress);
   report.surfels = cloud.size();
   for (const View& view : capture.views) report.views.push_back(view.identity);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/model/light_choice.h"
+#include "srf/model/pack_estimate.h"
 #include "srf/model/pack_source.h"
 #include "srf/store/view_encoder.h"
 #include "surfel/progress.h"
@@ -23,12 +24,6 @@ struct PackOptions {
   bool overwrite = false; // a finished model of other photographs, geometry or tolerance
 };
 
-struct PackEstimate {
-  size_t surfels = 0;
-  uint64_t diskBytes = 0, memoryBytes = 0;
-  double seconds = 0;
-};
-
 struct PackReport {
   Impostor::Origin geometry = Impostor::Origin::given;
   std::vector<std::string> meshNotes; // see Impostor::notes
@@ -45,8 +40,8 @@ struct PackReport {
 
 // Writes the model folder; over a finished model of another identity only if `overwrite`. Views are asked
 // for, encoded and written one after the other, so memory is bounded by one view's photographs; a view file
-// that an interrupted run has finished is kept. `announce` is called once, before the work. Throws Error and
-// Cancelled.
+// that an interrupted run has finished is kept. `announce` is called once, when the surface is known, before
+// photographs are packed. Throws Error and Cancelled.
 PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
 // Of the training frames of a capture on disk.

@@ -3,6 +3,7 @@
 #include "srf/capture/photograph.h"
 #include "surfel/file.h"
 #include "surfel/hash.h"
+#include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
 
@@ -46,6 +47,22 @@ ViewPictures readViewPictures(const Capture& capture, std::span<const size_t> fr
 
 ViewPictures CaptureSource::pictures(std::span<const size_t> frames, bool, const Progress& progress) {
   return readViewPictures(training_, frames, progress);
+}
+
+double CaptureSource::secondsPerPicture(const Progress& progress) const {
+  constexpr size_t kFiles = 4; // of one view, all frames that they hold
+  const size_t view = training_.frames[training_.frames.size() / 2].view;
+  std::set<std::filesystem::path> files;
+  std::vector<size_t> frames;
+  for (size_t i = 0; i < training_.frames.size(); ++i) {
+    const Frame& frame = training_.frames[i];
+    if (frame.view != view || (files.size() == kFiles && !files.contains(frame.picture))) continue;
+    files.insert(frame.picture);
+    frames.push_back(i);
+  }
+  const Stopwatch watch;
+  readViewPictures(training_, frames, progress);
+  return watch.seconds() / static_cast<double>(frames.size());
 }
 
 } // namespace surflect

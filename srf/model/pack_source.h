@@ -36,6 +36,8 @@ public:
   // `isLastTime`. Throws Error and Cancelled; progress is of this view.
   virtual ViewPictures pictures(std::span<const size_t> frames, bool isLastTime,
                                 const Progress& progress) = 0;
+  // How long reading takes for each frame, by reading some; 0 where pictures are made, not read.
+  virtual double secondsPerPicture(const Progress&) const { return 0; }
 };
 
 // Training frames of a capture on disk.
@@ -47,6 +49,7 @@ public:
   Impostor impostor(const ImpostorOptions& options, const Progress& progress) const override;
   std::string identity() const override; // pictures are known by size and time of change
   ViewPictures pictures(std::span<const size_t> frames, bool isLastTime, const Progress& progress) override;
+  double secondsPerPicture(const Progress& progress) const override;
 
 private:
   Capture training_;

@@ -7,9 +7,11 @@
 namespace surflect {
 
 // The mesh without triangles that are enclosed: a little in front of each of their points, tried `pitch`
-// apart at most (scene units, above 0), each of six rays finds a winding above 0. Vertices stay as they are.
-// What lies in a cavity with any opening is not enclosed; nor is what an open surface only covers from some
-// sides. All triangles where none would be left. Cost: six rays a point at most. Throws Cancelled.
+// apart at most (scene units, above 0), each of six rays finds a winding above 0. Vertices between which the
+// way along an edge is free lie in one region of space, for which eight of them tell where they agree.
+// Vertices stay as they are. What lies in a cavity with any opening is not enclosed; nor is what an open
+// surface only covers from some sides. All triangles where none would be left. Cost: a short ray an edge, and
+// at most six long ones for each point within triangles that are larger than the pitch. Throws Cancelled.
 TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays, double pitch,
                              const Progress& progress = {});
 

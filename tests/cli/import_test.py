@@ -6,7 +6,8 @@ import struct
 import unittest
 import zlib
 
-from support import VASE, TestInFolder, content, run, succeed
+from png import read_png
+from support import VASE, TestInFolder, content, run, succeed, write_small_capture
 
 
 def write_png(path, rows):
@@ -17,6 +18,15 @@ def write_png(path, rows):
     pixels = b"".join(b"\0" + bytes(row) for row in rows)
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(pixels)) +
                      chunk(b"IEND", b""))
+
+
+def read_mesh(path):
+    """Vertices and triangles of the vase."""
+    header, data = path.read_bytes().split(b"end_header\n", 1)
+    words = header.split()
+    vertices, faces = (int(words[words.index(element) + 1]) for element in (b"vertex", b"face"))
+    places = [struct.unpack_from("<3f", data, 12 * v) for v in range(vertices)]
+    return places, [struct.unpack_from("<3H", data, 12 * vertices + 7 * f + 1) for f in range(faces)]
 
 
 class Import(TestInFolder):
@@ -32,6 +42,59 @@ class Import(TestInFolder):
         self.assertEqual(report["pictures"], len(pictures))
         for name, data in pictures.items():
             self.assertEqual(data, (VASE / name).read_bytes())
+
+    def test_a_scene_far_from_the_origin_gives_the_picture_of_one_that_is_near(self):
+        """The vase's capture, moved to UTM coordinates with its mesh, and a script that speaks in them."""
+        shift = (500000, 4600000, 30)
+        near, far = self.folder / "near", self.folder / "far"
+        for folder in (near, far):
+            write_small_capture(folder, cameras=4, lights=1)
+        description = json.loads((far / "transforms.json").read_text())
+        for frame in description["frames"]:
+            for row, offset in zip(frame["transform_matrix"], shift):
+                row[3] += offset
+        description["geometry"] = "mesh.obj"
+        (far / "transforms.json").write_text(json.dumps(description))
+        vertices, triangles = read_mesh(VASE / "vase.ply")
+        (far / "mesh.obj").write_text("".join(
+            ["v {!r} {!r} {!r}\n".format(*(x + d for x, d in zip(vertex, shift))) for vertex in vertices] +
+            ["f {} {} {}\n".format(*(corner + 1 for corner in triangle)) for triangle in triangles]))
+        report = succeed("import", far, "-o", self.folder / "far-capture")
+        self.assertIn("cameras and lights count from (500000, 4600000, 3", " ".join(report["notes"]))
+        succeed("import", near, "-o", self.folder / "near-capture")
+        scores, pictures = [], []
+        for name, place in (("near", (0, 0, 0)), ("far", shift)):
+            model = self.folder / f"{name}.srf"
+            self.assertEqual(succeed("pack", self.folder / f"{name}-capture", "-o", model, "--surfels", "20000")["findings"], [])
+            scores += [succeed("evaluate", model, self.folder / f"{name}-capture"), succeed("evaluate", model, self.folder / name)]
+            script = self.folder / f"{name}.toml"
+            script.write_text(f"""
+                model = "{name}.srf"
+                coordinates = "original"
+                frames = {{ first = 1, last = 1 }}
+                output = {{ size = [90, 120], path = "{name}.#.exr", png = true }}
+                [camera]
+                position = [{place[0]}, {place[1] - 4}, {place[2] + 1}]
+                look_at = [{place[0]}, {place[1]}, {place[2]}]
+                up = [0, 0, 1]
+                fov_deg = 30
+                [[light]]
+                type = "directional"
+                direction = [1, -1, 1]
+                [[warp]]
+                type = "twist"
+                axis = [0, 0, 1]
+                center = [{place[0]}, {place[1]}, {place[2]}]
+                angle_deg = 20
+                """)
+            succeed("render", script, "-o", self.folder / "frames")
+            pictures.append(read_png(self.folder / "frames" / f"{name}.1.png"))
+        for score in scores[1:]:
+            self.assertAlmostEqual(score["psnr_srgb_db"], scores[0]["psnr_srgb_db"], delta=0.1)
+        shown = sum(alpha > 0 for _, _, _, alpha in pictures[0])
+        self.assertGreater(shown, 1000)
+        difference = sum(abs(a - b) for p, q in zip(*pictures) for a, b in zip(p, q)) / (4 * shown)
+        self.assertLess(difference, 1)  # of 255 codes: surfels are sampled anew
 
     def test_a_light_file_and_its_pictures_are_a_view(self):
         source = self.folder / "set"

@@ -106,6 +106,25 @@ class Pack(TestInFolder):
         self.assertEqual(self.pack("damaged.srf")["resumed_views"], 4)
         self.assertEqual(content(self.folder / "damaged.srf"), self.whole)
 
+    def test_a_mesh_in_another_frame_than_the_cameras_stops_unless_forced(self):
+        capture = self.folder / "farther"
+        write_small_capture(capture, cameras=5, lights=1)
+        description = json.loads((capture / "transforms.json").read_text())
+        for frame in description["frames"]:
+            for row in frame["transform_matrix"][:3]:
+                row[3] *= 1.4
+        (capture / "transforms.json").write_text(json.dumps(description))
+        model = self.folder / "farther.srf"
+        result = run("pack", capture, "-o", model, "--surfels", "3000")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("error: the mesh and the masks differ in 5 of 5 views: ", result.stderr)
+        self.assertIn("nothing was written; surflect inspect --overlay shows why, --force packs all the same",
+                      result.stderr.splitlines()[-1])
+        self.assertFalse(model.exists())
+        forced = succeed("pack", capture, "-o", model, "--surfels", "3000", "--force")
+        self.assertEqual(forced["findings"][0]["severity"], "error")
+        self.assertEqual(self.report["findings"], [])
+
     def test_without_a_mesh_the_mattes_make_a_hull(self):
         capture = self.folder / "meshless"
         write_small_capture(capture, cameras=6, lights=1)

@@ -1,5 +1,6 @@
 #include "render/evaluate.h"
 
+#include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 
 #include "tests/support/synthetic_capture.h"
@@ -244,6 +245,15 @@ TEST(Evaluate, ExposureMapsThe995thPercentileToOne) {
   std::ranges::sort(values);
   const double white = values[static_cast<size_t>(0.995 * static_cast<double>(values.size()))];
   EXPECT_NEAR(evaluated(packed.model, packed.capture).exposure * white, 1, 1.0 / 4096);
+}
+
+TEST(Evaluate, ACaptureMayCountFromAnotherOriginThanTheModel) {
+  const PackedStudio packed(testStudio(), 300);
+  const auto errorOf = [&](const Vec3<double>& origin) {
+    const Evaluation evaluation = evaluated(packed.model, countedFrom(packed.capture, origin), ofTraining());
+    return evaluation.frames[5].score.interiorError.mean();
+  };
+  EXPECT_NEAR(errorOf({500000, 4600000, 30}) / errorOf({0, 0, 0}), 1, 1e-5);
 }
 
 TEST(Evaluate, FixedIlluminationHasNoLight) {

@@ -281,6 +281,62 @@ TEST(Script, MeshesAndSkeletonsAreReadFromBesideTheScriptAndAreInItsHash) {
   EXPECT_EQ(complaintOf([&] { readScript(folder / "rig.toml"); }).find((folder / "rig.glb").string()), 0u);
 }
 
+// Moving all places of a script and its model's origin together changes nothing.
+TEST(Script, PlacesInOriginalCoordinatesCountFromTheModelsOrigin) {
+  const Vec3<double> origin(500000, 4600000, 30);
+  const auto place = [](const Vec3<double>& p) {
+    return numberText(p[0]) + "," + numberText(p[1]) + "," + numberText(p[2]);
+  };
+  const auto scriptAt = [&](const char* coordinates, const Vec3<double>& moved) {
+    const auto at = [&](double x, double y, double z) {
+      return "[" + place(Vec3<double>(x, y, z) + moved) + "]";
+    };
+    const std::string n = numberText(moved[0]);
+    return std::string("coordinates = \"") + coordinates + "\"\n[camera]\nposition = [\"4 + " + n + "\", " +
+           numberText(moved[1]) + ", [[1, " + numberText(moved[2]) + "]]]\nlook_at = " + at(0, 0, 1) +
+           "\nfov_deg = 30\n[output]\nsize = [8, 8]\npath = \"#.exr\"\n[[light]]\ntype = \"point\"\nposition "
+           "= " +
+           at(1, 2, 3) + "\n[[warp]]\ntype = \"scale\"\nfactor = [2, 3, 4]\ncenter = " + at(0, 1, 0) +
+           "\n[[warp]]\ntype = \"scale\"\nfactor = [2, 2, 2]\n[[warp]]\ntype = \"expression\"\nx = \"x\"\ny "
+           "= \"y + 0.5*(x - " +
+           n + ")\"\nz = \"z\"\n[[warp]]\ntype = \"lattice\"\nmin = " + at(-1, -1, -1) +
+           "\nmax = " + at(1, 1, 1) +
+           "\ndivisions = [1, 1, 1]\npoint = [{at = [0, 0, 0], move = [0, 0, 0.5]}]\n[[warp]]\ntype = "
+           "\"handles\"\nhandle = [{rest = " +
+           at(0, 0, 0) + ", to = " + at(0, 1, 0) + "}, {rest = " + at(0, 0, 2) + ", to = " + at(0, 0, 2) +
+           "}]\n";
+  };
+  const Script near = parse(scriptAt("model", {0, 0, 0})),
+               far = parseScript(scriptAt("original", origin), "shots/shot.toml", origin);
+  EXPECT_LT((cameraAt(far, {}).center().raw() - cameraAt(near, {}).center().raw()).norm(), 1e-8);
+  EXPECT_EQ(std::get<ShotPointLight>(lightsAt(far, {})[0]).position,
+            std::get<ShotPointLight>(lightsAt(near, {})[0]).position);
+  const Vec3<double> x(0.3, 0.4, 0.5);
+  EXPECT_LT((warpAt(far, {})->position(x) - warpAt(near, {})->position(x)).norm(), 1e-7);
+  EXPECT_EQ(complaint("coordinates = \"utm\""),
+            "shots/shot.toml: coordinates: found \"utm\" on line 1, expected one of model, original");
+}
+
+TEST(Script, AMeshInOriginalCoordinatesIsReadToDoublePrecision) {
+  const TemporaryFolder folder;
+  const auto write = [&](const char* name, const std::string& corners) {
+    writeFileAtomically(folder / name, std::string_view(corners + "f 1 2 3\nf 1 2 4\n"));
+  };
+  write("rest.obj", "v 500000 4600000 0\nv 500001 4600000 0\nv 500000 4600001 0\nv 500000 4600000 1\n");
+  write("cage.1.obj",
+        "v 500000 4600000.125 0\nv 500001 4600000.125 0\nv 500000 4600001.125 0\nv 500000 4600000.125 1\n");
+  const std::string text =
+      "coordinates = \"original\"\n[[warp]]\ntype = \"mesh\"\nrest = \"rest.obj\"\nframes = \"cage.#.obj\"\n";
+  const Script script = parseScript(text, folder / "shot.toml", {500000, 4600000, 0});
+  EXPECT_LT((warpAt(script, {})->position({0, 0, 0}) - Vec3<double>(0, 0.125, 0)).norm(), 1e-12);
+  EXPECT_EQ(complaintOf([&] {
+              parseScript("coordinates = \"original\"\n[[warp]]\ntype = \"skeleton\"\nfile = \"a.glb\"\n",
+                          "shot.toml", {1, 2, 3});
+            }),
+            "shot.toml: warp[0].file: glTF is single precision, too coarse for original coordinates: use a "
+            "mesh or handles");
+}
+
 TEST(Script, ReadingKeepsThePathAndTheHashOfTheText) {
   const TemporaryFolder folder;
   const auto path = folder / "shot.toml";

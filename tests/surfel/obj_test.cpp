@@ -55,7 +55,7 @@ TEST(Obj, ConcavePolygonsAreCutUnlessAskedForAsFans) {
   const std::string turned = "v 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nvt 0 0\nvt 0 1\nf 2/1 3/1 4/2 1/1\n";
   EXPECT_EQ(parseObj(turned).triangles.size(), 2u);
   for (size_t t = 0; t < 2; ++t) EXPECT_GT(areaVector(parseObj(turned), t).z(), 0);
-  EXPECT_EQ(parseObj(turned, Faces::asFans).triangles, (Triangles{{1, 2, 3}, {1, 3, 0}}));
+  EXPECT_EQ(parseObj(turned, {.faces = Faces::asFans}).triangles, (Triangles{{1, 2, 3}, {1, 3, 0}}));
   const TexturedMesh textured = parseTexturedObj(turned);
   for (size_t t = 0; t < 2; ++t) EXPECT_GT(areaVector(textured.mesh, t).z(), 0);
 }
@@ -83,6 +83,12 @@ TEST(Obj, TrianglesWithoutAreaStayAsStoredAndGoFromTheMesh) {
   EXPECT_EQ(readMeshAsStored(path).triangles.size(), 2u);
   EXPECT_EQ(readMesh(path).triangles, (Triangles{{0, 1, 2}})); // nor does the third vertex stay
   EXPECT_THROW(readMesh(fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), Error);
+}
+
+TEST(Obj, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
+  const auto path =
+      fileWith("v 500000.125 4600000.0625 30\nv 500001 4600000 30\nv 500000 4600001 30\nf 1 2 3\n");
+  EXPECT_EQ(readMesh(path, {}, {500000, 4600000, 30}).positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
 }
 
 TEST(Obj, ComplaintsNameTheFile) {

@@ -43,7 +43,7 @@ TEST(Ply, ConcaveFacesAreCutAndUnusedVerticesLeftOut) {
   const TriangleMesh mesh = readMesh(fileWith(text));
   ASSERT_EQ(mesh.triangles.size(), 2u);
   for (size_t t = 0; t < 2; ++t) EXPECT_NEAR(areaVector(mesh, t)[2], 0.2, 1e-7);
-  EXPECT_LT(areaVector(readMeshAsStored(fileWith(text), Faces::asFans), 0)[2], 0);
+  EXPECT_LT(areaVector(readMeshAsStored(fileWith(text), {.faces = Faces::asFans}), 0)[2], 0);
 
   text.replace(text.find("4 1 2 3 0"), 9, "3 0 1 3");
   EXPECT_EQ(readMesh(fileWith(text)).positions.size(), 3u);
@@ -97,6 +97,16 @@ TEST(Ply, TextureCoordinatesOfFacesComeFirst) {
             }).find("face[0].texcoord: found 6, expected 8 numbers, two a corner"),
             std::string::npos);
   EXPECT_EQ(readMesh(fileWith(squareWith(ofVertex, values, ofFace, " 6 0 0 1 0 1 1"))).triangles.size(), 2u);
+}
+
+TEST(Ply, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
+  const auto mesh =
+      readMesh(fileWith("ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
+                        "property double z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                        "end_header\n500000.125 4600000.0625 30\n500001 4600000 30\n500000 4600001 30\n"
+                        "3 0 1 2\n"),
+               {}, {500000, 4600000, 30});
+  EXPECT_EQ(mesh.positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
 }
 
 TEST(Ply, StripsAlternateTheirWinding) {

@@ -12,6 +12,7 @@ struct ForeignPicture {
   Image image;
   int bits = 0; // these three as in Picture
   bool alphaPremultiplied = false;
+  int orientation = 1;
   std::string iccProfile; // of JPEG and TIFF; empty: none
 };
 

@@ -1,5 +1,6 @@
 #include "srf/checks/checks.h"
 
+#include "srf/capture/origin.h"
 #include "srf/image/png.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -17,7 +18,7 @@ protected:
     mesh = readMesh(folder / "mesh.ply");
   }
 
-  std::vector<Finding> findings() const { return checkCapture(capture, mesh, {}); }
+  std::vector<Finding> findings() const { return checkCapture(capture, mesh, {}, {}); }
   // The text of the only finding.
   std::string only(Severity severity) const {
     const auto all = findings();
@@ -72,6 +73,90 @@ TEST_F(Checks, FindPosesWithoutAMesh) {
 
   capture.views.resize(2); // two axes may meet behind anybody
   EXPECT_TRUE(checkPoses(capture).empty());
+}
+
+TEST_F(Checks, FindCamerasThatAllStandAtOnePlace) {
+  for (View& view : capture.views) {
+    const Mat3<double> rotation = view.camera.cameraFromWorld.rotation();
+    view.camera.cameraFromWorld = {rotation, -rotation * Vec3<double>(1, 2, 3)};
+  }
+  const auto found = checkPoses(capture);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].text, "all 10 cameras stand at one place: are their positions missing?");
+}
+
+// A pixel covers 4 / focal length, 0.16 here; floats around 4,600,000 are 0.5 apart, around 50,000 0.004.
+TEST_F(Checks, SayHowManyPixelsRoundingCostsFarFromTheOrigin) {
+  EXPECT_TRUE(checkPoses(countedFrom(capture, {0, -5000, 0})).empty());
+  const auto near = checkPoses(countedFrom(capture, {0, 0, 300000})),
+             far = checkPoses(countedFrom(capture, {500000, -4600000, 30}));
+  ASSERT_EQ(near.size(), 1u);
+  EXPECT_EQ(near[0].severity, Severity::warning);
+  ASSERT_EQ(far.size(), 1u);
+  EXPECT_EQ(far[0].severity, Severity::error);
+  EXPECT_TRUE(contains(far[0].text,
+                       "the scene lies at (-500000, 4600000, -30), where single precision is off by up to "))
+      << far[0].text;
+}
+
+// Without masks, and under fixed light.
+class Placement : public Checks {
+protected:
+  Placement() {
+    capture = studio::photograph({.cameras = 14, .lights = 0, .size = 64, .matte = false}, folder / "bare");
+  }
+};
+
+TEST_F(Placement, FindsNothingWhereTheMeshIsWhatPhotographsShow) {
+  for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
+}
+
+TEST_F(Placement, FindsAMeshOfAnotherSize) {
+  for (auto& p : mesh.positions) p = {0.5f * p.x(), 0.5f * p.y(), 0.5f * p.z()};
+  // What depends on the normal alone looks the same on spheres about one centre.
+  EXPECT_TRUE(contains(only(Severity::warning), "photographs may not show the mesh where it is"));
+  for (size_t v = 0; v < capture.views.size(); ++v) {
+    const auto checkered = [](const Vec3<float>& n) {
+      return (1 + std::sin(9 * n[0]) * std::sin(9 * n[1] + 1) * std::sin(9 * n[2])) * Rgb{0.3f, 0.4f, 0.5f};
+    };
+    const std::string name = std::to_string(v) + ".exr";
+    writeExr(folder / "bare" / name,
+             studio::shadeSphere(studio::viewSphere(capture.views[v].camera, 2), checkered));
+    capture.frames[v].picture = name;
+    capture.frames[v].layer = "";
+  }
+  EXPECT_TRUE(contains(only(Severity::error), "photographs do not show the mesh where it is"));
+  mesh = readMesh(folder / "mesh.ply");
+  EXPECT_TRUE(findings().empty());
+}
+
+TEST_F(Checks, FindBlackAndOverexposedPhotographs) {
+  capture = studio::photograph({.cameras = 10, .lights = 0, .size = 64}, folder / "fixed");
+  for (const auto& [value, frame] : {std::pair(0.f, 3), std::pair(1.f, 5)}) {
+    Image picture(64, 64, 4);
+    for (size_t i = 0; i < picture.values.size(); ++i) picture.values[i] = i % 4 == 3 ? 1.f : value;
+    const std::string name = std::to_string(frame) + ".png";
+    writePng(folder / "fixed" / name, picture);
+    capture.frames[static_cast<size_t>(frame)].picture = name;
+    capture.frames[static_cast<size_t>(frame)].layer = capture.frames[static_cast<size_t>(frame)].alphaLayer =
+        "";
+  }
+  capture.colorSpace = ColorSpace::linear;
+  const RayCaster<AcquisitionSpace> caster(mesh);
+  const auto found = checkExposures(capture, smallViews(capture, caster, 10, {}));
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].text, "1 of 10 photographs are black: C3");
+  EXPECT_EQ(found[1].text, "1 of 10 photographs are overexposed: C5 (100 % of the object)");
+}
+
+TEST_F(Checks, ReadSomeDozensOfPhotographsWhereTheyMustBeQuick) {
+  changeDirections([](Vec3<double> d) { return Vec3<double>(d[0], -d[1], d[2]); });
+  for (size_t f = 0; f < capture.frames.size(); ++f)
+    if (capture.frames[f].view % 5 != 0) capture.frames[f].picture = "missing.exr"; // not read
+  const auto found =
+      checkCapture(capture, mesh, {.views = 2, .litViews = 2, .lightsOfView = 12, .everyLight = false}, {});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "light directions look negated in y")) << found[0].text;
 }
 
 TEST_F(Checks, FindNothingUnderFixedLight) {
@@ -173,7 +258,7 @@ TEST_F(Checks, FindMasksThatAreShifted) {
   writePng(folder / "mask.png", mask);
   for (Frame& frame : capture.frames) frame.mask = "mask.png";
   const RayCaster<AcquisitionSpace> caster(mesh);
-  const auto found = checkMasks(capture, caster, {});
+  const auto found = checkMasks(capture, smallViews(capture, caster, 10, {}));
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].severity, Severity::error);
   EXPECT_TRUE(contains(found[0].text, "differ in 10 of 10 views")) << found[0].text;
@@ -186,7 +271,7 @@ TEST_F(Checks, FindFacesThatPointInwards) {
 
 TEST_F(Checks, StopWhenAskedTo) {
   const Progress progress{{}, [] { return true; }};
-  EXPECT_THROW(checkCapture(capture, mesh, progress), Cancelled);
+  EXPECT_THROW(checkCapture(capture, mesh, {}, progress), Cancelled);
 }
 
 } // namespace

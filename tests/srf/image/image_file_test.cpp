@@ -100,7 +100,7 @@ TEST_F(ImageFile, RadianceFilesSayTheirColours) {
   const std::string gray = "\x80\x80\x80\x80"; // 1/2
   const auto color = [&](const std::string& file) {
     writeBytes(folder / "a.hdr", file);
-    const auto header = readPictureColor(folder / "a.hdr");
+    const auto header = readPictureHeader(folder / "a.hdr");
     EXPECT_EQ(header.bits, 0);
     return header.color;
   };
@@ -239,21 +239,21 @@ TEST_F(ImageFile, ProfilesOfTiffAndJpegAreTheirStatements) {
   EXPECT_EQ(tiff.bits, 16);
   EXPECT_EQ(tiff.color->source, "TIFF ICC profile");
   EXPECT_EQ(tiff.color->problem, "");
-  EXPECT_EQ(readPictureColor(folder / "a.tif").color->source, "TIFF ICC profile");
+  EXPECT_EQ(readPictureHeader(folder / "a.tif").color->source, "TIFF ICC profile");
   const auto inJpeg = [](const std::string& bytes) {
     return grayJpeg(jpegSegment('\xe2', std::string("ICC_PROFILE\0\1\1", 14) + bytes));
   };
   writeBytes(folder / "a.jpg", inJpeg(grayProfileBytes(2)));
   EXPECT_EQ(readPicture(folder / "a.jpg").color->problem, "");
   writeBytes(folder / "a.jpg", inJpeg(profile));
-  EXPECT_NE(readPictureColor(folder / "a.jpg").color->problem.find("'RGB' of 'made by a test'"),
+  EXPECT_NE(readPictureHeader(folder / "a.jpg").color->problem.find("'RGB' of 'made by a test'"),
             std::string::npos);
 }
 
 TEST_F(ImageFile, ExifSaysWhatCamerasWithoutProfilesMean) {
   const auto color = [&](uint32_t space, const std::string& index) {
     writeBytes(folder / "a.jpg", grayJpeg(exifSegment(space, index)));
-    return *readPictureColor(folder / "a.jpg").color;
+    return *readPictureHeader(folder / "a.jpg").color;
   };
   EXPECT_EQ(color(1, "R98").encoding.transfer, Transfer{Transfer::Curve::srgb});
   EXPECT_EQ(color(0xffff, "R03").encoding.primaries, kAdobeRgb);
@@ -261,7 +261,7 @@ TEST_F(ImageFile, ExifSaysWhatCamerasWithoutProfilesMean) {
   EXPECT_FALSE(color(0xffff, "").encoding.transfer);
   EXPECT_EQ(color(0xffff, "").source, "EXIF says uncalibrated, no profile");
   writeBytes(folder / "a.jpg", grayJpeg(""));
-  EXPECT_FALSE(readPictureColor(folder / "a.jpg").color);
+  EXPECT_FALSE(readPictureHeader(folder / "a.jpg").color);
 }
 
 TEST_F(ImageFile, ColoursThatAreNoRgbAreRefusedByName) {

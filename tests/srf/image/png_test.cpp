@@ -75,17 +75,17 @@ TEST_F(Png, InterlacedRowsComeInOrder) {
 
 TEST_F(Png, TheSizeIsKnownWithoutThePixels) {
   writePng(folder / "a.png", Image(13, 6, 3));
-  EXPECT_EQ(readPngSize(folder / "a.png").width, 13);
-  EXPECT_EQ(readPngSize(folder / "a.png").height, 6);
+  EXPECT_EQ(readPngHeader(folder / "a.png").width, 13);
+  EXPECT_EQ(readPngHeader(folder / "a.png").height, 6);
 }
 
 TEST_F(Png, AlphaIsKnownWithoutThePixels) {
   for (const int channels : {1, 2, 3, 4}) {
     writePng(folder / "a.png", Image(2, 2, channels));
-    EXPECT_EQ(readPngSize(folder / "a.png").hasAlpha, channels % 2 == 0) << channels;
+    EXPECT_EQ(readPngHeader(folder / "a.png").hasAlpha, channels % 2 == 0) << channels;
   }
   writeBytes(folder / "a.png", palette); // with a transparent colour
-  EXPECT_TRUE(readPngSize(folder / "a.png").hasAlpha);
+  EXPECT_TRUE(readPngHeader(folder / "a.png").hasAlpha);
 }
 
 TEST_F(Png, EveryTruncationIsRejected) {
@@ -109,7 +109,7 @@ TEST_F(Png, AClaimThatTheFileCannotHoldIsRejectedBeforeMemoryIsTaken) {
 
 TEST_F(Png, AMissingFileIsNamed) {
   EXPECT_NE(errorOf([&] { readPng(folder / "none.png"); }).find("none.png"), std::string::npos);
-  EXPECT_NE(errorOf([&] { readPngSize(folder / "none.png"); }).find("none.png"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readPngHeader(folder / "none.png"); }).find("none.png"), std::string::npos);
 }
 
 } // namespace

@@ -49,7 +49,7 @@ protected:
   }
   static std::string findingsIn(const Capture& capture) {
     std::string texts;
-    for (const Finding& finding : checkCapture(capture, mesh(), {})) texts += finding.text + "\n";
+    for (const Finding& finding : checkCapture(capture, mesh(), {}, {})) texts += finding.text + "\n";
     return texts;
   }
 

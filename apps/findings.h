@@ -1,0 +1,16 @@
+// What the checks of a capture have found, as commands tell it.
+#pragma once
+
+#include "apps/command.h"
+#include "srf/checks/checks.h"
+
+#include <span>
+
+namespace surflect {
+
+// Says each finding in a line.
+void announce(std::span<const Finding> findings);
+Json jsonOf(std::span<const Finding> findings);
+size_t countErrors(std::span<const Finding> findings);
+
+} // namespace surflect

@@ -1,0 +1,273 @@
+#include "srf/checks/checks.h"
+#include "srf/checks/names.h"
+#include "srf/image/color.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+using Severity = Finding::Severity;
+using Point = Point3<AcquisitionSpace, double>;
+
+constexpr int kRim = 2; // pixels of a small view
+constexpr double kMaskShare = 0.02;
+constexpr double kClippedShare = 0.5, kBlackShare = 1e-3;
+constexpr size_t kPointsOfView = 400, kFewPairs = 50;
+constexpr double kLeastCosine = 0.4; // of the surface to both cameras
+constexpr double kNearViews = 0.25;  // cosine between the directions to two cameras
+// Of outlineContrast(); wrong places have 0.9 to 1.7.
+constexpr double kSteepOutline = 2, kFlatOutline = 1.5;
+constexpr double kAgreeing = 0.8, kDiffering = 0.5; // correlations
+
+float lumaAt(const Image& image, size_t pixel) {
+  const float* value = &image.values[3 * pixel];
+  return luma({value[0], value[1], value[2]});
+}
+
+Mask complement(Mask mask) {
+  for (uint8_t& inside : mask.inside) inside = !inside;
+  return mask;
+}
+
+// Mean of values over the pixels that `outer` has and `inner` lacks; 0 where there are none.
+double ringMean(const std::vector<float>& values, const Mask& outer, const Mask& inner) {
+  double sum = 0, count = 0;
+  for (size_t i = 0; i < values.size(); ++i)
+    if (outer.inside[i] && !inner.inside[i]) {
+      sum += static_cast<double>(values[i]);
+      ++count;
+    }
+  return count > 0 ? sum / count : 0;
+}
+
+// Logarithm of luminance, dark noise left out: steps count alike in light and in shadow.
+std::vector<float> logLuma(const Image& image) {
+  std::vector<float> values(image.values.size() / 3);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = std::max(0.f, lumaAt(image, i));
+  const float floor = 0.02f * std::max(*std::ranges::max_element(values), 1e-6f);
+  for (float& value : values) value = std::log(value + floor);
+  return values;
+}
+
+std::vector<float> gradientMagnitude(const std::vector<float>& values, int width, int height) {
+  std::vector<float> magnitude(values.size(), 0.f);
+  const auto at = [&](int x, int y) { return values[static_cast<size_t>(y * width + x)]; };
+  for (int y = 1; y + 1 < height; ++y)
+    for (int x = 1; x + 1 < width; ++x)
+      magnitude[static_cast<size_t>(y * width + x)] =
+          std::hypot(at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1));
+  return magnitude;
+}
+
+// How much steeper the picture is at the silhouette's outline than some steps off it; none where there is no
+// outline, or the picture is even.
+std::optional<double> outlineContrast(const SmallView& view) {
+  const Mask &inside = view.outline, outside = complement(view.outline);
+  const auto steep = gradientMagnitude(logLuma(view.radiance), inside.width, inside.height);
+  const int reach = std::max(8, std::max(inside.width, inside.height) / 24);
+  const Mask core = eroded(inside, 4), halo = complement(eroded(outside, 4));
+  const double atOutline = std::max(ringMean(steep, inside, eroded(inside, kRim)),
+                                    ringMean(steep, outside, eroded(outside, kRim)));
+  const double within = ringMean(steep, core, eroded(inside, reach)),
+               beyond = ringMean(steep, complement(halo), eroded(outside, reach));
+  const double off = (within + beyond) / 2;
+  if (!(off > 0)) return std::nullopt;
+  return atOutline / off;
+}
+
+struct Sums {
+  double n = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;
+
+  void add(double x, double y) { n += 1, a += x, b += y, aa += x * x, ab += x * y, bb += y * y; }
+  // Pearson's; none where either side is constant.
+  std::optional<double> correlation() const {
+    const double va = aa / n - a / n * (a / n), vb = bb / n - b / n * (b / n);
+    if (!(va * vb > 0)) return std::nullopt;
+    return (ab / n - a / n * (b / n)) / std::sqrt(va * vb);
+  }
+};
+
+// A point of the mesh that a view shows, and what the view shows there.
+struct SeenPoint {
+  Point place;
+  Vec3<double> normal; // unit, towards the camera
+  float value;
+};
+
+std::vector<SeenPoint> seenPoints(const SmallView& view, const std::vector<float>& values,
+                                  const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& caster) {
+  std::vector<size_t> pixels;
+  const Mask core = eroded(view.outline, kRim);
+  for (size_t i = 0; i < core.inside.size(); ++i)
+    if (core.inside[i]) pixels.push_back(i);
+  std::vector<SeenPoint> points;
+  const auto worldFromCamera = view.camera.cameraFromWorld.inverse();
+  const size_t count = std::min(kPointsOfView, pixels.size());
+  for (size_t k = 0; k < count; ++k) {
+    const size_t pixel = pixels[k * pixels.size() / count], width = static_cast<size_t>(core.width);
+    const auto ray = rayThrough(view.camera.lens, {static_cast<double>(pixel % width) + 0.5,
+                                                   static_cast<double>(pixel / width) + 0.5});
+    if (!ray) continue;
+    const auto origin = worldFromCamera(ray->origin);
+    const auto direction = worldFromCamera(ray->direction);
+    const auto hit = caster.firstHit(origin, direction);
+    if (!hit) continue;
+    Vec3<double> normal = areaVector(mesh, hit->triangle).normalized();
+    if (normal.dot(direction.raw()) > 0) normal = -normal;
+    points.push_back({origin + hit->distance * direction, normal, values[pixel]});
+  }
+  return points;
+}
+
+// How alike views nearby show the same points of the mesh: mean correlation over pairs of views; none where
+// too few points are seen by two.
+std::optional<double> brightnessAgreement(std::span<const SmallView> views, const TriangleMesh& mesh,
+                                          const RayCaster<AcquisitionSpace>& caster,
+                                          const Progress& progress) {
+  std::vector<std::vector<float>> values;
+  for (const SmallView& view : views) values.push_back(logLuma(view.radiance));
+  double sum = 0, weight = 0;
+  for (size_t a = 0; a < views.size(); ++a) {
+    progress.checkpoint();
+    const auto points = seenPoints(views[a], values[a], mesh, caster);
+    const Viewpoint fromA(views[a].camera);
+    for (size_t b = 0; b < views.size(); ++b) {
+      if (a == b) continue;
+      const Camera<AcquisitionSpace>& camera = views[b].camera;
+      const Viewpoint fromB(camera);
+      Sums pairs;
+      for (const auto& [place, normal, value] : points) {
+        const auto towardsA = fromA.towards(place), towardsB = fromB.towards(place);
+        const auto pixel = camera.project(place);
+        if (!pixel || !contains(camera.lens, *pixel) || dot(towardsA, towardsB) < kNearViews ||
+            normal.dot(towardsA.raw()) < kLeastCosine || normal.dot(towardsB.raw()) < kLeastCosine ||
+            caster.occluded(place, towardsB, 4 * caster.selfHitOffset(), fromB.distance(place)))
+          continue;
+        pairs.add(value, values[b][static_cast<size_t>(pixel->y) * static_cast<size_t>(camera.lens.width) +
+                                   static_cast<size_t>(pixel->x)]);
+      }
+      if (pairs.n < kFewPairs) continue;
+      if (const auto correlation = pairs.correlation()) {
+        sum += pairs.n * *correlation;
+        weight += pairs.n;
+      }
+    }
+  }
+  return weight > 0 ? std::optional(sum / weight) : std::nullopt;
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+// What a pixel of a picture of whole numbers is at most, divided by exposure; infinite where numbers may be
+// larger, and in a bracket, whose shorter exposures go on.
+double largestValue(const Capture& capture, const Frame& frame) {
+  const std::string extension = frame.picture.extension().string();
+  if (extension == ".exr" || extension == ".hdr" || !frame.further.empty())
+    return std::numeric_limits<double>::infinity();
+  if (!capture.response) return 1 / frame.exposure;
+  const auto& [r, g, b] = capture.response->exposure;
+  return static_cast<double>(std::max({r.back(), g.back(), b.back()})) / frame.exposure;
+}
+
+} // namespace
+
+std::vector<Finding> checkMasks(const Capture& capture, std::span<const SmallView> views) {
+  std::vector<Offender> different;
+  size_t checked = 0;
+  for (const SmallView& view : views) {
+    if (!view.matte) continue;
+    ++checked;
+    const Mask &mask = *view.matte, &outline = view.outline;
+    const Mask outlineCore = eroded(outline, kRim), maskCore = eroded(mask, kRim);
+    size_t surplus = 0, missing = 0, all = 0;
+    for (size_t i = 0; i < mask.inside.size(); ++i) {
+      surplus += outlineCore.inside[i] && !mask.inside[i];
+      missing += maskCore.inside[i] && !outline.inside[i];
+      all += outline.inside[i];
+    }
+    const auto share = [&](size_t count) {
+      return static_cast<double>(count) / static_cast<double>(std::max<size_t>(1, all));
+    };
+    if (share(std::max(surplus, missing)) <= kMaskShare) continue;
+    different.push_back(
+        {share(surplus + missing),
+         fmt::format("{} ({:.0f} % of the silhouette outside the mask, the mask {:.0f} % beyond it)",
+                     capture.views[view.view].identity, 100 * share(surplus), 100 * share(missing))});
+  }
+  if (different.empty()) return {};
+  const bool most = 2 * different.size() > checked;
+  return {{most ? Severity::error : Severity::warning,
+           fmt::format("the mesh and the masks differ in {} of {} views: {}", different.size(), checked,
+                       worst(different))}};
+}
+
+std::vector<Finding> checkPlacement(std::span<const SmallView> views, const TriangleMesh& mesh,
+                                    const RayCaster<AcquisitionSpace>& caster, const Progress& progress) {
+  std::vector<double> contrasts;
+  for (const SmallView& view : views)
+    if (const auto contrast = outlineContrast(view)) contrasts.push_back(*contrast);
+  if (contrasts.empty()) return {}; // the mesh fills all pictures, or they are even
+  const double contrast = median(contrasts);
+  if (contrast >= kSteepOutline) return {};
+  const auto agreement = brightnessAgreement(views, mesh, caster, progress);
+  if (contrast >= kFlatOutline && agreement.value_or(0) >= kAgreeing) return {};
+  const bool differ = agreement && *agreement < kDiffering;
+  return {{differ ? Severity::error : Severity::warning,
+           fmt::format("photographs {} show the mesh where it is: at its outline they are {:.1f} times as "
+                       "steep as beside it ({:.0f} and more where it fits){}",
+                       differ ? "do not" : "may not", contrast, kSteepOutline,
+                       agreement ? fmt::format(", and views agree about the brightness of its points by a "
+                                               "correlation of {:.2f}",
+                                               *agreement)
+                                 : "")}};
+}
+
+std::vector<Finding> checkExposures(const Capture& capture, std::span<const SmallView> views) {
+  std::vector<double> brightest, clipped;
+  for (const SmallView& view : views) {
+    const Frame& frame = capture.frames[view.frame];
+    double most = 0, count = 0, full = 0;
+    const double largest = largestValue(capture, frame);
+    for (size_t i = 0; i < view.object().inside.size(); ++i) {
+      if (!view.object().inside[i]) continue;
+      const float* value = &view.radiance.values[3 * i];
+      const auto peak = static_cast<double>(std::max({value[0], value[1], value[2]}));
+      most = std::max(most, peak);
+      full += peak >= (1 - 1e-4) * largest;
+      ++count;
+    }
+    brightest.push_back(most);
+    clipped.push_back(count > 0 ? full / count : 0);
+  }
+  if (views.empty()) return {};
+  const double usual = median(brightest);
+  std::vector<Offender> black, white;
+  for (size_t i = 0; i < views.size(); ++i) {
+    const std::string& name = capture.views[views[i].view].identity;
+    if (capture.lights.empty() && brightest[i] < kBlackShare * usual) black.push_back({0, name});
+    if (clipped[i] > kClippedShare)
+      white.push_back({clipped[i], fmt::format("{} ({:.0f} % of the object)", name, 100 * clipped[i])});
+  }
+  std::vector<Finding> findings;
+  const auto tell = [&](const std::vector<Offender>& offenders, const char* what) {
+    if (offenders.empty()) return;
+    findings.push_back({Severity::warning, fmt::format("{} of {} photographs are {}: {}", offenders.size(),
+                                                       views.size(), what, worst(offenders))});
+  };
+  tell(black, "black");
+  tell(white, "overexposed");
+  return findings;
+}
+
+} // namespace surflect
