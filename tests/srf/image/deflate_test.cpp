@@ -49,33 +49,5 @@ TEST(Deflate, ZlibReadsBackWhatWasWritten) {
   }
 }
 
-// Frequencies like Fibonacci's ask for codes of up to 22 bits, where deflate has 15.
-TEST(Deflate, CodesThatWouldBeTooLongAreCutOff) {
-  std::string bytes;
-  size_t count = 1, next = 1;
-  for (char c = 0; c < 22; ++c) {
-    bytes.append(count, c);
-    next = std::exchange(count, next) + next;
-  }
-  std::mt19937 random(2);
-  std::shuffle(bytes.begin(), bytes.end(), random);
-  ASSERT_LT(bytes.size(), 65536u); // in one block
-  expectBack(bytes);
-}
-
-TEST(Deflate, IsAboutAsSmallAsZlibsRunsAndCodes) {
-  const std::string bytes = skewedBytes(500'000, 3);
-  std::string wanted(bytes.size(), '\0');
-  z_stream stream{};
-  ASSERT_EQ(::deflateInit2(&stream, 6, Z_DEFLATED, 15, 9, Z_RLE), Z_OK);
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(wanted.data());
-  stream.avail_out = static_cast<uInt>(wanted.size());
-  EXPECT_EQ(::deflate(&stream, Z_FINISH), Z_STREAM_END);
-  ::deflateEnd(&stream);
-  EXPECT_LT(static_cast<double>(packed(bytes).size()), 1.01 * static_cast<double>(stream.total_out));
-}
-
 } // namespace
 } // namespace surflect

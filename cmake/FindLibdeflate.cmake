@@ -1,0 +1,10 @@
+# Debian's libdeflate-dev has no CMake config.
+find_path(LIBDEFLATE_INCLUDE_DIR libdeflate.h)
+find_library(LIBDEFLATE_LIBRARY deflate)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(Libdeflate REQUIRED_VARS LIBDEFLATE_INCLUDE_DIR LIBDEFLATE_LIBRARY)
+if(Libdeflate_FOUND AND NOT TARGET Libdeflate::Libdeflate)
+  add_library(Libdeflate::Libdeflate INTERFACE IMPORTED)
+  target_include_directories(Libdeflate::Libdeflate SYSTEM INTERFACE "${LIBDEFLATE_INCLUDE_DIR}")
+  target_link_libraries(Libdeflate::Libdeflate INTERFACE "${LIBDEFLATE_LIBRARY}")
+endif()
