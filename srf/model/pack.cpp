@@ -55,11 +55,14 @@ Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frame
 // A default that no photograph justifies; asked for by number, there may be more.
 constexpr size_t kMostSurfels = 1000000;
 
+// Of the encoder's choices, which decide the bytes of a view: what another version wrote is not gone on with.
+constexpr int kEncoderVersion = 2;
+
 // What makes files of an earlier run those that this run would write.
 std::string packIdentity(const PackSource& source, double tolerance, const TriangleMesh& mesh) {
   const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
-  return fmt::format("format {} {} {:016x} {:016x} {:.17g}\n", kModelVersion, source.identity(),
-                     hash(mesh.positions), hash(mesh.triangles), tolerance);
+  return fmt::format("format {} {} {} {:016x} {:016x} {:.17g}\n", kModelVersion, kEncoderVersion,
+                     source.identity(), hash(mesh.positions), hash(mesh.triangles), tolerance);
 }
 
 NormalsFrom normalsOf(Impostor::Origin origin) {
