@@ -23,32 +23,13 @@ ChannelSet channelNames(const std::string& layer, int channels) {
 
 } // namespace
 
-PixelWindow filledWindow(const Image& color) {
-  assert(color.channels == 4);
-  const auto isFilled = [&](int x, int y) {
-    const auto pixel = color.at(x, y);
-    return pixel[0] != 0 || pixel[1] != 0 || pixel[2] != 0 || pixel[3] != 0;
-  };
-  PixelWindow filled{color.width, color.height, 0, 0};
-  for (int y = 0; y < color.height; ++y) {
-    int first = 0, end = color.width;
-    while (first < end && !isFilled(first, y)) ++first;
-    if (first == end) continue;
-    while (!isFilled(end - 1, y)) --end;
-    filled = {std::min(filled.x0, first), std::min(filled.y0, y), std::max(filled.x1, end), y + 1};
-  }
-  if (filled.x1 == 0) return {0, 0, 1, 1};
-  return {std::max(filled.x0 - 1, 0), std::max(filled.y0 - 1, 0), std::min(filled.x1 + 1, color.width),
-          std::min(filled.y1 + 1, color.height)};
-}
-
 std::string filmBytes(const Film& film, const std::map<std::string, std::string>& attributes,
                       const Progress& progress) {
   std::vector<ExrLayer> layers{{{"R", "G", "B", "A"}, &film.color, Precision::half, nullptr, 0}};
   for (const auto& [name, image] : film.aovs)
     layers.push_back(
         {channelNames(name, image.channels), &image, name == "depth" ? Precision::single : Precision::half});
-  return exrBytes(layers, attributes, filledWindow(film.color), progress);
+  return exrBytes(layers, attributes, progress);
 }
 
 void writeFilm(const std::filesystem::path& path, const Film& film,
@@ -58,8 +39,8 @@ void writeFilm(const std::filesystem::path& path, const Film& film,
 
 std::string previewBytes(const Image& color, double exposure) {
   static const SrgbBytes srgbBytes;
-  PngSamples preview{
-      color.width, color.height, 4, 8, PngColors::srgb, std::vector<uint8_t>(color.values.size())};
+  PngSamples preview{color.width, color.height,    4,
+                     8,           PngColors::srgb, std::vector<uint8_t>(color.values.size())};
   for (size_t i = 0; i < color.values.size(); i += 4) {
     const float* pixel = &color.values[i];
     if (pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0 && pixel[3] == 0) continue;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "render/frame.h"
-#include "srf/image/exr.h"
 
 #include <filesystem>
 #include <map>
@@ -12,16 +11,11 @@ namespace surflect {
 
 // Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
 // stretch.V. Colours are half floats, depth is single. What noise and the blending of lights
-// leave below black is black. The attributes say what made the frame. Only pixels of the film's window are
-// stored.
+// leave below black is black. The attributes say what made the frame.
 std::string filmBytes(const Film& film, const std::map<std::string, std::string>& attributes,
                       const Progress& progress = {});
 void writeFilm(const std::filesystem::path& path, const Film& film,
                const std::map<std::string, std::string>& attributes);
-
-// The pixels of an RGBA picture that hold more than zeros, and one more on each side; one pixel where none
-// do.
-PixelWindow filledWindow(const Image& color);
 
 // The picture of a film for the eye, as a PNG: times exposure, sRGB, 8 bits, straight alpha.
 std::string previewBytes(const Image& color, double exposure);

@@ -7,7 +7,6 @@
 
 #include "srf/image/color_encoding.h"
 #include "srf/image/image.h"
-#include "srf/image/resize.h"
 #include "surfel/progress.h"
 
 #include <filesystem>
@@ -84,13 +83,13 @@ struct ExrLayer {
 void setExrThreads(int threads);
 
 // The bytes of a file of layers of one size, with metadata; the same for the same input and any number of
-// threads. `window`: the pixels that are stored, the data window; all others read as zero. Compressed by ZIP,
-// which is lossless, as zlibStream does. Colours are those of Rec. 709, as the attribute `chromaticities` says.
-// Needs memory for the file and, for each thread, 16 lines of pixels. Throws Error and Cancelled.
+// threads. Compressed by ZIP, which is lossless. Colours are those of Rec. 709, as the attribute
+// `chromaticities` says. Needs memory for the file and, for each thread, 16 lines of pixels. Throws Error and
+// Cancelled.
 std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::string, std::string>& attributes,
-                     const PixelWindow& window, const Progress& progress = {});
+                     const Progress& progress = {});
 
-// Writes such a file of all pixels, atomically.
+// Writes such a file, atomically.
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes = {}, const Progress& progress = {});
 // One image of 1 to 4 channels as Y, YA, RGB or RGBA.

@@ -70,11 +70,10 @@ template <class T> void append(std::string& to, T value) {
 
 // Magic number, version and attributes.
 std::string headOf(const Planes& planes, const std::map<std::string, std::string>& attributes,
-                   const Image& whole, const PixelWindow& window) {
+                   const Image& picture) {
   constexpr size_t kLongestShortName = 31;
   constexpr int32_t kMagic = 20000630, kVersion = 2, kHasLongNames = 0x400;
-  Imf::Header header(whole.width, whole.height);
-  header.dataWindow() = {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
+  Imf::Header header(picture.width, picture.height);
   header.compression() = Imf::ZIP_COMPRESSION;
   Imf::addChromaticities(header, Imf::Chromaticities()); // Rec. 709's
   bool hasLongNames = false;
@@ -99,10 +98,10 @@ template <size_t stride> void pick(const float* from, std::span<float> to) {
   for (size_t i = 0; i < to.size(); ++i) to[i] = from[i * stride];
 }
 
-// Samples of a plane in one line of the window.
-void gatherLine(const Plane& plane, const PixelWindow& window, int y, std::span<float> line) {
+// Samples of a plane in one line.
+void gatherLine(const Plane& plane, int y, std::span<float> line) {
   const ExrLayer& layer = *plane.layer;
-  const float* from = layer.image->at(window.x0, y).data() + plane.channel;
+  const float* from = layer.image->at(0, y).data() + plane.channel;
   const auto stride = static_cast<size_t>(layer.image->channels);
   if (stride == 1)
     pick<1>(from, line);
@@ -113,7 +112,7 @@ void gatherLine(const Plane& plane, const PixelWindow& window, int y, std::span<
   else
     for (size_t x = 0; x < line.size(); ++x) line[x] = from[x * stride];
   if (layer.factor) {
-    const float* factor = layer.factor->at(window.x0, y).data();
+    const float* factor = layer.factor->at(0, y).data();
     for (size_t x = 0; x < line.size(); ++x) line[x] *= factor[x];
   }
   for (float& value : line) value = value < layer.least ? layer.least : value;
@@ -128,17 +127,17 @@ struct Bytes {
 };
 
 // Lines [first, end) of all planes, not compressed.
-Bytes samplesOf(const Planes& planes, const PixelWindow& window, int first, int end) {
+Bytes samplesOf(const Planes& planes, int first, int end) {
   size_t pixelBytes = 0;
   for (const auto& [name, plane] : planes) pixelBytes += plane.sampleBytes();
-  const auto width = static_cast<size_t>(window.width());
+  const auto width = static_cast<size_t>(planes.begin()->second.layer->image->width);
   Bytes samples(pixelBytes * width * static_cast<size_t>(end - first));
   std::byte* to = samples.data.get();
   std::vector<float> line(width);
   std::vector<uint16_t> halves(width);
   for (int y = first; y < end; ++y)
     for (const auto& [name, plane] : planes) {
-      gatherLine(plane, window, y, line);
+      gatherLine(plane, y, line);
       if (plane.isHalf()) std::ranges::transform(line, halves.begin(), nearestHalf);
       const size_t bytes = width * plane.sampleBytes();
       std::memcpy(to, plane.isHalf() ? static_cast<const void*>(halves.data()) : line.data(), bytes);
@@ -164,8 +163,8 @@ Bytes predicted(const Bytes& samples) {
 }
 
 // Its first line, its size, and its pixels, as they are where compression does not make them smaller.
-std::string chunkOf(const Planes& planes, const PixelWindow& window, int first, int end) {
-  const Bytes samples = samplesOf(planes, window, first, end), differences = predicted(samples);
+std::string chunkOf(const Planes& planes, int first, int end) {
+  const Bytes samples = samplesOf(planes, first, end), differences = predicted(samples);
   const std::string packed = zlibStream({differences.data.get(), differences.size});
   const auto pixels = packed.size() < samples.size
                           ? std::string_view(packed)
@@ -184,21 +183,22 @@ void roundTo(Precision precision, std::span<float> values) {
 }
 
 std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::string, std::string>& attributes,
-                     const PixelWindow& window, const Progress& progress) {
-  assert(!layers.empty() && window.width() > 0 && window.height() > 0);
-  const Image& whole = *layers[0].image;
+                     const Progress& progress) {
+  assert(!layers.empty());
+  const Image& picture = *layers[0].image;
+  assert(picture.width > 0 && picture.height > 0);
   assert(std::ranges::all_of(layers, [&](const ExrLayer& layer) {
-    const auto fits = [&](const Image& i) { return i.width == whole.width && i.height == whole.height; };
+    const auto fits = [&](const Image& i) { return i.width == picture.width && i.height == picture.height; };
     return fits(*layer.image) && (!layer.factor || fits(*layer.factor));
   }));
   const Planes planes = planesOf(layers);
-  std::vector<std::string> chunks(static_cast<size_t>((window.height() - 1) / kLinesOfChunk + 1));
+  std::vector<std::string> chunks(static_cast<size_t>((picture.height - 1) / kLinesOfChunk + 1));
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t i) {
     progress.checkpoint();
-    const int first = window.y0 + static_cast<int>(i) * kLinesOfChunk;
-    chunks[i] = chunkOf(planes, window, first, std::min(first + kLinesOfChunk, window.y1));
+    const int first = static_cast<int>(i) * kLinesOfChunk;
+    chunks[i] = chunkOf(planes, first, std::min(first + kLinesOfChunk, picture.height));
   });
-  std::string file = headOf(planes, attributes, whole, window);
+  std::string file = headOf(planes, attributes, picture);
   uint64_t offset = file.size() + chunks.size() * sizeof(uint64_t);
   for (const std::string& chunk : chunks) {
     append(file, offset);
@@ -212,7 +212,7 @@ std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::strin
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
               const std::map<std::string, std::string>& attributes, const Progress& progress) {
   assert(!layers.empty());
-  writeFileAtomically(path, exrBytes(layers, attributes, wholeOf(*layers[0].image), progress));
+  writeFileAtomically(path, exrBytes(layers, attributes, progress));
 }
 
 void writeExr(const std::filesystem::path& path, const Image& image, Precision precision) {

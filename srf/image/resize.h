@@ -11,11 +11,7 @@ struct PixelWindow {
 
   int width() const { return x1 - x0; }
   int height() const { return y1 - y0; }
-
-  friend bool operator==(const PixelWindow&, const PixelWindow&) = default;
 };
-
-inline PixelWindow wholeOf(const Image& image) { return {0, 0, image.width, image.height}; }
 
 // The window, which lies in the image, in width x height pixels, each the mean of the area that it covers.
 // Keeps sums of light; a larger picture shows the image's pixels as they are.

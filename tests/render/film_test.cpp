@@ -58,42 +58,6 @@ TEST(Film, LayersAndMetadataComeBack) {
   EXPECT_EQ(file.read(ChannelSet{"depth.Z"}).values, film.aovs.at("depth").values); // with its infinity
 }
 
-TEST(Film, TheDataWindowIsTheObjectAndAPixelMore) {
-  Image color(40, 30, 4);
-  EXPECT_EQ(filledWindow(color), (PixelWindow{0, 0, 1, 1})); // there is no empty one
-  color.at(12, 7)[3] = 0.25f;
-  EXPECT_EQ(filledWindow(color), (PixelWindow{11, 6, 14, 9}));
-  color.at(20, 16)[1] = -0.5f; // colour without alpha
-  EXPECT_EQ(filledWindow(color), (PixelWindow{11, 6, 22, 18}));
-  color.at(39, 0)[0] = color.at(0, 29)[2] = 1;
-  EXPECT_EQ(filledWindow(color), wholeOf(color));
-}
-
-TEST(Film, PixelsAreTheSameInACroppedFile) {
-  const TemporaryFolder folder;
-  Film film{Image(60, 40, 4), {{"depth", Image(60, 40, 1)}}};
-  std::ranges::fill(film.aovs["depth"].values, std::numeric_limits<float>::infinity());
-  for (int y = 12; y < 31; ++y)
-    for (int x = 20; x < 55; ++x) {
-      std::ranges::copy(randomImage(1, 1, 4, 0, 2, static_cast<unsigned>(60 * y + x)).values,
-                        film.color.at(x, y).begin());
-      film.aovs["depth"].at(x, y)[0] = film.color.at(x, y)[0] + 1;
-    }
-  writeFilm(folder / "film.exr", film, {});
-  const ExrFile file(folder / "film.exr");
-  EXPECT_EQ(file.width(), 60);
-  EXPECT_EQ(file.height(), 40);
-  Image rounded = film.color;
-  roundTo(Precision::half, rounded.values);
-  EXPECT_EQ(file.read(ChannelSet{"R", "G", "B", "A"}).values, rounded.values);
-  const Image depth = file.read(ChannelSet{"depth.Z"});
-  for (int y = 0; y < 40; ++y)
-    for (int x = 0; x < 60; ++x) {
-      const bool isStored = x >= 19 && x < 56 && y >= 11 && y < 32;
-      EXPECT_EQ(depth.at(x, y)[0], isStored ? film.aovs["depth"].at(x, y)[0] : 0);
-    }
-}
-
 TEST(Film, SameFilmSameBytes) {
   const TemporaryFolder folder;
   writeFilm(folder / "a.exr", randomFilm(), {{"surflect.frame", "7"}});
