@@ -92,7 +92,7 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
     report["findings"] = jsonOf(findings);
   };
   tell(checkPoses(capture));
-  tell(checkMattes(capture, progress));
+  tell(checkMattes(capture, {}, progress));
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;

@@ -2,6 +2,7 @@
 #include "apps/findings.h"
 #include "apps/option_values.h"
 #include "apps/pack_report.h"
+#include "apps/terminal.h"
 #include "srf/model/pack.h"
 #include "surfel/error.h"
 
@@ -24,13 +25,14 @@ struct Arguments {
 class CheckedSource : public CaptureSource {
 public:
   // What is found is added to `findings`.
-  CheckedSource(const Capture& capture, bool force, std::vector<Finding>& findings)
-      : CaptureSource(capture), force_(force), findings_(findings) {}
+  CheckedSource(const Arguments& arguments, std::vector<Finding>& findings)
+      : CaptureSource(arguments.capture.read()), arguments_(arguments), findings_(findings) {}
 
   Impostor impostor(const ImpostorOptions& options, const Progress& progress) const override {
     tell(checkPoses(training()));
-    tell(checkMattes(training(), progress));
+    tell(checkMattes(training(), kQuickChecks, progress));
     Impostor impostor = CaptureSource::impostor(options, progress);
+    for (const std::string& note : impostor.notes) say(note); // they may explain what is found
     // Other geometry is made of the masks or the shading that it would be compared with.
     CheckEffort effort = kQuickChecks;
     effort.masks = impostor.origin == Impostor::Origin::given;
@@ -40,23 +42,29 @@ public:
   }
 
 private:
+  std::string inspectArguments() const {
+    const std::string mesh = arguments_.options.impostor.mesh.string();
+    return arguments_.capture.path + (mesh.empty() ? "" : " --mesh " + mesh);
+  }
+
   void tell(const std::vector<Finding>& found) const {
     announce(found);
     findings_.insert(findings_.end(), found.begin(), found.end());
-    if (const size_t errors = countErrors(found); errors > 0 && !force_)
-      throw Error(fmt::format("{} above, nothing was written; surflect inspect --overlay shows why, --force "
-                              "packs all the same",
-                              errors == 1 ? "an error" : "errors"))
+    if (const size_t errors = countErrors(found); errors > 0 && !arguments_.force)
+      throw Error(fmt::format("stopped by {} error{}, see above; nothing was written. surflect inspect {} "
+                              "--overlay sheet.png shows {}; --force packs anyway",
+                              errors, errors == 1 ? "" : "s", inspectArguments(),
+                              errors == 1 ? "it" : "them"))
           .in(training().file);
   }
 
-  bool force_;
+  const Arguments& arguments_;
   std::vector<Finding>& findings_;
 };
 
 Json runPack(const Arguments& arguments, const Progress& progress) {
   std::vector<Finding> findings;
-  CheckedSource source(arguments.capture.read(), arguments.force, findings);
+  CheckedSource source(arguments, findings);
   const PackReport report = pack(source, arguments.output, arguments.options, progress, announceEstimate);
   announce(report, arguments.output);
   Json json = jsonOf(report);

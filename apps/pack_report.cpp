@@ -90,7 +90,6 @@ void announceEstimate(const PackEstimate& estimate) {
 }
 
 void announce(const PackReport& report, const std::string& output) {
-  for (const std::string& note : report.meshNotes) say(note);
   if (!report.fits.empty()) announceFits(report.fits);
   if (report.invalidTexels > 0)
     say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));

@@ -15,8 +15,9 @@ inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, PackOptions&
               ->check(finiteIn(0, 1)),
           command.add_option("--surfels", options.surfels, "how many, about; default: two across a pixel")
               ->check(CLI::Range(size_t{1}, size_t{100000000})),
-          command.add_flag("--overwrite", options.overwrite,
-                           "replace a finished model of another capture, geometry or tolerance")};
+          command.add_flag(
+              "--overwrite", options.overwrite,
+              "replace a finished model of another capture, geometry, tolerance or version of surflect")};
 }
 
 void announceEstimate(const PackEstimate& estimate);

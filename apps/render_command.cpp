@@ -144,14 +144,14 @@ std::filesystem::path previewPath(std::filesystem::path picture) { return pictur
 
 // The folders that the frames go to. Throws Error where a frame cannot be written: its folder cannot be made
 // or written to, or something else than a file has its name.
-std::set<std::filesystem::path> writableFolders(const Script& script, const Arguments& arguments,
+std::set<std::filesystem::path> writableFolders(const Output& output, const Arguments& arguments,
                                                 const FrameRange& range) {
   std::set<std::filesystem::path> folders;
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
-    const auto path = framePath(*script.output, arguments.output, frame);
+    const auto path = framePath(output, arguments.output, frame);
     folders.insert(path.parent_path());
     requireReplaceable(path);
-    if (script.output->png) requireReplaceable(previewPath(path));
+    if (output.png) requireReplaceable(previewPath(path));
   }
   for (const auto& folder : folders) requireCreatable(folder);
   return folders;
@@ -206,12 +206,15 @@ bool isAlone() {
 }
 
 Json runRender(const Arguments& arguments, const Progress& progress) {
-  Script script = readScript(arguments.script);
+  const ScriptHead head = readScriptHead(arguments.script);
+  // Original coordinates need the model's origin. Any other script is refused before the model is opened.
+  std::optional<Script> early;
+  if (head.coordinates == Coordinates::model) early = readScript(arguments.script);
+  const FrameRange range = parseRange(arguments.frames, head.frames);
+  const auto folders = writableFolders(head.output, arguments, range);
+  const Model model = openModel(head.model, progress);
+  const Script script = early ? std::move(*early) : readScript(arguments.script, model.rig.origin);
   requireShot(script);
-  const FrameRange range = parseRange(arguments.frames, *script.frames);
-  const auto folders = writableFolders(script, arguments, range);
-  const Model model = openModel(script.model, progress);
-  if (script.coordinates == Coordinates::original) script = readScript(arguments.script, model.rig.origin);
   ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
   for (const PreparedEnvironment& environment : shot.environments())
     for (const std::string& remark : remarksOn(environment)) say(remark);

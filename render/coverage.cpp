@@ -59,37 +59,37 @@ void collectVisible(Coverage& coverage) {
   });
 }
 
-constexpr size_t kMostTriples = 2; // that blendBlock sums at once
+constexpr size_t kMostTriples = 2; // groups of three channels that blendBlock sums at once
 
-// `some` values of each of a tile's splats, from `first` on, and 1 behind every three, times its peak and
-// confidence; returns whether all are finite.
+// Gathers `channelCount` values of each of a tile's splats, from channel `first` on, as blendBlock takes
+// them: in groups of three, one group for up to three channels, two for more. Returns whether all are finite.
 bool gatherValues(const CoverageTile& tile, std::span<const float> values, size_t channels, size_t first,
-                  size_t some, std::span<const float> confidence, std::vector<float>& to) {
+                  size_t channelCount, std::span<const float> confidence, std::vector<float>& to) {
   constexpr uint32_t kAhead = 16;
-  const size_t stride = some > 3 ? 8 : 4;
+  const size_t stride = channelCount > 3 ? 8 : 4;
   const uint32_t count = tile.drawn.count;
   to.resize(std::max(to.size(), stride * count));
   const float* from = values.data() + first;
   const uint32_t* column = tile.column.data();
-  float none = 0; // 0 times what is infinite is no number
+  float none = 0; // 0 unless a value is not finite: 0 times such a value is no number
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
     const float* value = from + column[i] * channels;
     const float weight = tile.drawn.splats[i].shape.peak * (confidence.empty() ? 1 : confidence[column[i]]);
     float* out = &to[stride * i];
     out[3] = weight;
-    for (size_t k = 0; k < some; ++k) none += 0 * (out[k / 3 * 4 + k % 3] = weight * value[k]);
+    for (size_t k = 0; k < channelCount; ++k) none += 0 * (out[k / 3 * 4 + k % 3] = weight * value[k]);
   }
   return none == 0;
 }
 
-// Where a channel of a picture lies: `first` is the one of pixel 0.
+// One channel of a picture: its value at pixel i is first[i * stride].
 struct Plane {
   float* first;
   size_t stride;
 };
 
-// Gives a picture the coverage's size; its values stay what they were, or are zero.
+// Gives a picture the coverage's size; its values are to be overwritten.
 void fit(Image& picture, const Coverage& coverage, int channels) {
   picture.width = coverage.width, picture.height = coverage.height, picture.channels = channels;
   picture.values.resize(coverage.alpha.size() * static_cast<size_t>(channels));
@@ -100,8 +100,8 @@ void clear(Image& picture, const TileFrame& frame, float value) {
     std::fill_n(picture.at(frame.x0, y).data(), frame.width * picture.channels, value);
 }
 
-// Multiplies the matrix with values, six channels at a time, into planes of the pictures; where there is one
-// plane more, it is for alpha.
+// Multiplies the matrix with values, six channels at a time. The pictures' channels, one after another, take
+// the products; a last one beyond `channels` takes alpha.
 void multiply(std::span<Image* const> pictures, const Coverage& coverage, std::span<const float> values,
               size_t channels, std::span<const float> confidence) {
   assert(channels > 0 && values.size() == coverage.visible.size() * channels);
@@ -123,10 +123,10 @@ void multiply(std::span<Image* const> pictures, const Coverage& coverage, std::s
     if (tile.blocks == 0 || coverage.visible.empty()) return;
     std::vector<float>& ofTile = scratches.local();
     for (size_t first = 0; first < channels; first += 3 * kMostTriples) {
-      const size_t some = std::min(3 * kMostTriples, channels - first);
-      const int triples = some > 3 ? 2 : 1;
-      const std::span to = std::span(planes).subspan(first, some);
-      const bool finite = gatherValues(tile, values, channels, first, some, confidence, ofTile);
+      const size_t channelCount = std::min(3 * kMostTriples, channels - first);
+      const int triples = channelCount > 3 ? 2 : 1;
+      const std::span to = std::span(planes).subspan(first, channelCount);
+      const bool finite = gatherValues(tile, values, channels, first, channelCount, confidence, ofTile);
       forBlocks(tile, [&](int block) {
         float alpha[kLanes] = {}, sums[3 * kMostTriples * kLanes];
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
@@ -136,7 +136,7 @@ void multiply(std::span<Image* const> pictures, const Coverage& coverage, std::s
                            ofTile.data(), triples, finite, sums);
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
           const size_t pixel = coverage.pixel(x, y);
-          for (size_t k = 0; k < some; ++k) {
+          for (size_t k = 0; k < channelCount; ++k) {
             float* out = to[k].first + pixel * to[k].stride;
             for (size_t i = lane; i < lane + count; ++i, out += to[k].stride) *out = sums[k * kLanes + i];
           }
@@ -146,11 +146,12 @@ void multiply(std::span<Image* const> pictures, const Coverage& coverage, std::s
         float sums[3 * kMostTriples] = {}, sum = 0;
         for (const Contribution& c : std::span(tile.contributions).subspan(layer.begin, layer.count)) {
           const float* value = &ofTile[4 * static_cast<size_t>(triples) * c.splat];
-          for (size_t k = 0; k < some; ++k) sums[k] += c.weight * value[k / 3 * 4 + k % 3];
+          for (size_t k = 0; k < channelCount; ++k) sums[k] += c.weight * value[k / 3 * 4 + k % 3];
           sum += c.weight * value[3];
         }
         const size_t pixel = pixelOf(coverage, frame, layer);
-        for (size_t k = 0; k < some; ++k) to[k].first[pixel * to[k].stride] += layer.alpha / sum * sums[k];
+        for (size_t k = 0; k < channelCount; ++k)
+          to[k].first[pixel * to[k].stride] += layer.alpha / sum * sums[k];
       }
     }
     for (int y = frame.y0; planes.size() > channels && y < frame.y0 + frame.height; ++y) {

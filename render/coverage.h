@@ -61,8 +61,9 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
 Image blend(const Coverage& coverage, std::span<const float> values, int channels,
             std::span<const float> confidence = {}, Image kept = {});
 
-// The same in several pictures, which takes less time: values are those of all, and each picture has its own
-// number of channels, and gives its memory.
+// The same for several pictures at once, which takes less time than one by one. Each comes with its number of
+// channels; a splat's values are those of the first picture, then of the next. Sizes and values of the
+// pictures are overwritten, their memory is used again.
 void blendInto(std::span<Image* const> pictures, const Coverage& coverage, std::span<const float> values,
                std::span<const float> confidence = {});
 

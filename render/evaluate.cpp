@@ -5,6 +5,7 @@
 #include "srf/capture/photograph.h"
 #include "srf/image/over_black.h"
 #include "srf/image/percentile.h"
+#include "srf/query/mesh_mending.h"
 #include "srf/query/ray_caster.h"
 #include "surfel/error.h"
 #include "warp/deform.h"
@@ -22,8 +23,10 @@ constexpr int kErosion = 2; // pixels
 // or the whole picture of a capture that has one view and no mesh.
 class TruthReader {
 public:
-  // What was photographed is the capture's geometry after the warp.
-  TruthReader(const Capture& capture, const Warp& warp) : capture_(capture), warp_(warp) {}
+  // What was photographed is the capture's geometry after the warp, mended by the views of the rig as pack
+  // did.
+  TruthReader(const Capture& capture, const Capture& rig, const Warp& warp)
+      : capture_(capture), rig_(rig), warp_(warp) {}
 
   std::vector<Image> read(std::span<const size_t> frames, const Progress& progress) {
     std::vector<Image> truths;
@@ -45,7 +48,7 @@ private:
       if (!mesh_) {
         if (capture_.geometry.empty())
           throw Error("neither mattes nor geometry: no object to measure").in(capture_.file);
-        mesh_.emplace(deform(readMesh(capture_.folder() / capture_.geometry, {}, capture_.origin), warp_));
+        mesh_.emplace(deform(readMended(capture_.folder() / capture_.geometry, rig_).mesh, warp_));
       }
       silhouette_ = silhouette(inObjectSpace(capture_.views[view].camera), *mesh_);
       view_ = view;
@@ -53,7 +56,7 @@ private:
     return silhouette_;
   }
 
-  const Capture& capture_;
+  const Capture &capture_, &rig_;
   const Warp& warp_;
   std::optional<RayCaster<ObjectSpace>> mesh_;
   std::optional<size_t> view_;
@@ -76,8 +79,8 @@ std::vector<std::vector<size_t>> framesByView(const Capture& capture) {
 }
 
 // Maps the 99.5th percentile of the true object pixels to 1.
-double exposureOf(const Capture& capture, const Warp& warp, const Progress& progress) {
-  TruthReader truths(capture, warp);
+double exposureOf(const Capture& capture, const Capture& rig, const Warp& warp, const Progress& progress) {
+  TruthReader truths(capture, rig, warp);
   PercentileCounter values;
   const auto frames = framesByView(capture);
   for (size_t view = 0; view < frames.size(); ++view) {
@@ -123,10 +126,10 @@ Evaluation evaluate(const Model& model, const Capture& asRead, const Warp& warp,
   const Capture test = ofSplit(everything, Split::test);
   const Capture training = ofSplit(everything, Split::train);
   Evaluation evaluation;
-  evaluation.exposure = exposureOf(test.frames.empty() ? capture : test, warp, progress);
+  evaluation.exposure = exposureOf(test.frames.empty() ? capture : test, model.rig, warp, progress);
 
   const auto frames = framesByView(capture);
-  TruthReader truths(capture, warp);
+  TruthReader truths(capture, model.rig, warp);
   std::set<std::string> knownCameras, knownLights;
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);

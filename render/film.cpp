@@ -7,8 +7,6 @@
 #include "surfel/file.h"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
 
 namespace surflect {
 
@@ -46,10 +44,7 @@ std::string previewBytes(const Image& color, double exposure) {
     if (pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0 && pixel[3] == 0) continue;
     const float alpha = pixel[3];
     const float scale = alpha > 0 ? static_cast<float>(exposure) / alpha : 1;
-    for (size_t c = 0; c < 3; ++c) {
-      const float straight = pixel[c] * scale;
-      preview.bytes[i + c] = std::isfinite(straight) ? srgbBytes(straight) : 0;
-    }
+    for (size_t c = 0; c < 3; ++c) preview.bytes[i + c] = srgbBytes(pixel[c] * scale);
     preview.bytes[i + 3] = static_cast<uint8_t>(quantized(alpha, 255));
   }
   return pngBytes(preview);

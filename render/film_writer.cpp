@@ -8,7 +8,7 @@
 
 namespace surflect {
 
-FilmWriter::FilmWriter(Thread thread, const Progress& progress) : progress_(progress) {
+FilmWriter::FilmWriter(Thread thread, Progress progress) : progress_(std::move(progress)) {
   if (thread == Thread::own) thread_ = std::thread([this] { work(); });
 }
 

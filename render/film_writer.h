@@ -28,8 +28,9 @@ class FilmWriter {
 public:
   enum class Thread { own, callers };
 
-  // progress must stay. On the caller's thread a frame is on disk when write() returns.
-  FilmWriter(Thread thread, const Progress& progress);
+  // On the caller's thread a frame is on disk when write() returns. With a thread of its own, `progress` is
+  // called from there.
+  FilmWriter(Thread thread, Progress progress);
   // Writes what write() has taken, unless cancelled; errors are lost.
   ~FilmWriter();
   FilmWriter(const FilmWriter&) = delete;
@@ -56,7 +57,7 @@ private:
   void work();
   void close();
 
-  const Progress& progress_;
+  const Progress progress_;
   // Of the writing thread.
   std::vector<std::unique_ptr<AtomicFile>> pending_; // written but not committed
   size_t committedFrames_ = 0;

@@ -43,7 +43,7 @@ private:
   double lastProcessor_ = processorSeconds();
 };
 
-// Of a light with one direction at a surfel: no environment.
+// A light as the query kernels know it. The light has one direction at a surfel: it is no environment.
 QuerySource sourceOf(const ShotLight& light) {
   const auto triple = [](const auto& t) { return std::array{t.x(), t.y(), t.z()}; };
   const auto source = [](bool isDistant, const std::array<double, 3>& place, Rgb strength) {
@@ -61,7 +61,7 @@ QuerySource sourceOf(const Camera<ObjectSpace>& camera) {
                             : ShotLight(ShotPointLight{camera.center(), {}}));
 }
 
-// Three a value.
+// The three floats of each value, one value after another.
 template <class Value> float* floatsOf(std::vector<Value>& values) {
   static_assert(sizeof(Value) == 3 * sizeof(float));
   return reinterpret_cast<float*>(values.data());
@@ -76,7 +76,8 @@ Uncovered uncoveredOf(const ShotLight& light) {
   return std::get<ShotPointLight>(light).uncovered;
 }
 
-// What kernels do not know of: that light l of the batch may be stronger here than there.
+// Multiplies the irradiance of light l of the batch by its gradient's gain at each surfel, which the kernels
+// leave out.
 void shineUnevenly(const ShotLight& light, size_t l, const DeformedCloud& deformed, QueryBatch& batch) {
   const auto* directional = std::get_if<ShotDirectionalLight>(&light);
   if (!directional || directional->irradianceGradient.isZero(0)) return;
@@ -96,11 +97,11 @@ QueryEnvironment queryOf(const ShotEnvironment& light) {
 // An AOV that is blended like colour.
 struct BlendedAov {
   int channels;
-  bool isConfident;                                  // weights are multiplied by the confidence of surfels
-  std::function<void(size_t i, float* to)> valuesOf; // of coverage.visible[i]
+  bool isConfident; // whether weights are multiplied by the surfels' confidence
+  std::function<void(size_t i, float* to)> valuesOf; // writes the values of coverage.visible[i]
 };
 
-// Blends AOVs together, all of them confident or none.
+// Blends AOVs at once, with one confidence for all of them: empty, or per entry of coverage.visible.
 void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
                  const Coverage& coverage, std::span<const float> confidence, Film& film) {
   std::vector<Image*> pictures;

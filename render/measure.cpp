@@ -92,7 +92,7 @@ double psnr(double meanSquaredError) { return -10 * std::log10(meanSquaredError)
 Image exposed(const Image& linear, double exposure) {
   return mapped(linear, [&](float value) {
     const double scaled = value * exposure;
-    return std::isfinite(scaled) ? static_cast<float>(std::clamp(scaled, 0.0, 1.0)) : 0.f;
+    return std::isnan(scaled) ? 0.f : static_cast<float>(std::clamp(scaled, 0.0, 1.0));
   });
 }
 

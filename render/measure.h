@@ -32,7 +32,7 @@ struct PooledMean {
 // Decibels of a mean squared error for a peak of 1; infinite for none.
 double psnr(double meanSquaredError);
 
-// Values times exposure, clipped to [0, 1]; not finite becomes 0. All channels alike.
+// Values times exposure, clipped to [0, 1]; what is no number becomes 0. All channels alike.
 Image exposed(const Image& linear, double exposure);
 // The sRGB curve on every channel, for values in [0, 1].
 Image srgbEncoded(const Image& linear);

@@ -12,7 +12,9 @@ namespace surflect {
 
 namespace {
 
-const Track3 origin{0, 0, 0}, yUp{0, 1, 0}, white{1, 1, 1};
+constexpr uint64_t kLargestScript = uint64_t{1} << 24; // bytes
+
+const Track3 yUp{0, 1, 0}, white{1, 1, 1};
 
 Frames asFrames(const Entry& entry) {
   constexpr int most = 1'000'000;
@@ -76,7 +78,7 @@ CameraMotion asCamera(const Entry& entry) {
   for (const std::string_view other : {"position", "look_at"})
     if (const auto extra = section.find(other)) throw mismatch(*extra, "no such key beside orbit");
   const Section path(*orbit, {"center", "radius", "azimuth_deg", "elevation_deg"});
-  return OrbitCamera{placeOr(path, "center", origin),   up,
+  return OrbitCamera{placeOrOrigin(path, "center"),     up,
                      asTrack(path.require("radius")),   asTrack(path.require("azimuth_deg")),
                      trackOr(path, "elevation_deg", 0), asTrack(section.require("fov_deg"))};
 }
@@ -145,15 +147,38 @@ Section rootOf(const ScriptDocument& document) {
   return {document.root(), {"model", "coordinates", "frames", "output", "camera", "light", "warp"}};
 }
 
-Script asScript(const Section& section) {
+Coordinates coordinatesOf(const Section& root) {
+  return findChoice<Coordinates>(root, "coordinates",
+                                 {{"model", Coordinates::model}, {"original", Coordinates::original}})
+      .value_or(Coordinates::model);
+}
+
+// A script without camera, lights and warps.
+Script asScriptOfFrames(const Section& section) {
   Script script;
+  script.coordinates = coordinatesOf(section);
   if (const auto model = section.find("model")) script.model = asPath(*model);
   if (const auto frames = section.find("frames")) script.frames = asFrames(*frames);
   if (const auto output = section.find("output")) script.output = asOutput(*output);
+  return script;
+}
+
+Script asScript(const Section& section) {
+  Script script = asScriptOfFrames(section);
   if (const auto camera = section.find("camera")) script.camera = asCamera(*camera);
   script.lights = asList(section.find("light"), lightKinds());
   script.warps = asWarps(section.find("warp"));
   return script;
+}
+
+void requireShotOf(const Script& script, bool hasCamera) {
+  const auto require = [](bool given, const char* field) {
+    if (!given) throw Error("missing; a shot needs model, frames, output and camera").at(field);
+  };
+  require(!script.model.empty(), "model");
+  require(script.frames.has_value(), "frames");
+  require(script.output.has_value(), "output");
+  require(hasCamera, "camera");
 }
 
 } // namespace
@@ -162,11 +187,8 @@ Script parseScript(std::string_view text, const std::filesystem::path& path, con
   try {
     ScriptDocument document(text, path);
     const Section root = rootOf(document);
-    const auto coordinates = findChoice<Coordinates>(
-        root, "coordinates", {{"model", Coordinates::model}, {"original", Coordinates::original}});
-    if (coordinates == Coordinates::original) document.countFrom(origin);
+    if (coordinatesOf(root) == Coordinates::original) document.countFrom(origin);
     Script script = asScript(root);
-    script.coordinates = coordinates.value_or(Coordinates::model);
     script.path = path;
     script.hash = contentHash(std::as_bytes(std::span(text)));
     for (const WarpMotion& warp : script.warps)
@@ -181,19 +203,28 @@ Script parseScript(std::string_view text, const std::filesystem::path& path, con
 }
 
 Script readScript(const std::filesystem::path& path, const Vec3<double>& origin) {
-  constexpr uint64_t most = uint64_t{1} << 24;
-  return parseScript(readFile(path, most), path, origin);
+  return parseScript(readFile(path, kLargestScript), path, origin);
+}
+
+ScriptHead readScriptHead(const std::filesystem::path& path) {
+  const std::string text = readFile(path, kLargestScript);
+  try {
+    const ScriptDocument document(text, path);
+    const Section root = rootOf(document);
+    Script script = asScriptOfFrames(root);
+    requireShotOf(script, root.find("camera").has_value());
+    return {std::move(script.model), script.coordinates, *script.frames, std::move(*script.output)};
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
 }
 
 void requireShot(const Script& script) {
-  const auto require = [&](bool given, const char* field) {
-    if (!given)
-      throw Error("missing; a shot needs model, frames, output and camera").at(field).in(script.path);
-  };
-  require(!script.model.empty(), "model");
-  require(script.frames.has_value(), "frames");
-  require(script.output.has_value(), "output");
-  require(script.camera.has_value(), "camera");
+  try {
+    requireShotOf(script, script.camera.has_value());
+  } catch (Error& error) {
+    throw std::move(error).in(script.path);
+  }
 }
 
 } // namespace surflect

@@ -96,9 +96,21 @@ struct Script {
   std::vector<WarpMotion> warps; // in the order in which they act
 };
 
+// What a shot says of its frames: all that is needed before the model is opened.
+struct ScriptHead {
+  std::filesystem::path model; // as in Script
+  Coordinates coordinates = Coordinates::model;
+  Frames frames;
+  Output output;
+};
+
+// Reads the head alone: no lights, no camera, and no warps with their files. Throws Error as readScript does,
+// and where requireShot would.
+ScriptHead readScriptHead(const std::filesystem::path& path);
+
 // Throw Error naming file, field and line. A misspelt key is answered with the nearest known one. Where the
 // script speaks in original coordinates, `origin` is subtracted from its places: Capture::origin of the
-// model's rig. A centre that is not given is the model's 0.
+// model's rig. A centre that is left out is 0; unless `origin` is 0, it is an Error there.
 Script readScript(const std::filesystem::path& path, const Vec3<double>& origin = Vec3<double>::Zero());
 Script parseScript(std::string_view text, const std::filesystem::path& path,
                    const Vec3<double>& origin = Vec3<double>::Zero());

@@ -206,9 +206,12 @@ Track3 trackOr(const Section& section, std::string_view key, const Track3& other
   return entry ? asTrack3(*entry) : otherwise;
 }
 
-Track3 placeOr(const Section& section, std::string_view key, const Track3& otherwise) {
-  const auto entry = section.find(key);
-  return entry ? asPlace(*entry) : otherwise;
+Track3 placeOrOrigin(const Section& section, std::string_view key) {
+  if (const auto entry = section.find(key)) return asPlace(*entry);
+  const Entry& table = section.table();
+  if (!table.origin->isZero(0))
+    throw Error::mismatch("three numbers, as coordinates are original", "nothing").at(fieldOf(table, key));
+  return {0, 0, 0};
 }
 
 size_t typeOf(const Entry& table, const Keys& types) {

@@ -28,7 +28,7 @@ public:
   ~ScriptDocument();
   Entry root() const;
 
-  // From now on places in the script count from another point. Entries of before are not void.
+  // Subtracts `origin` from all places read from now on; entries taken earlier stay valid.
   void countFrom(const Vec3<double>& origin);
 
   // Puts what the table [group.name] holds over what the root has: tables into tables of their name, all else
@@ -49,6 +49,7 @@ public:
   size_t size() const;
   std::optional<Entry> find(std::string_view key) const;
   Entry require(std::string_view key) const; // an Error when it is missing
+  const Entry& table() const { return table_; }
 
 private:
   Entry table_;
@@ -71,7 +72,8 @@ Track3 asTrack3(const Entry& entry);
 Track3 asPlace(const Entry& entry);
 Track trackOr(const Section& section, std::string_view key, double otherwise);
 Track3 trackOr(const Section& section, std::string_view key, const Track3& otherwise);
-Track3 placeOr(const Section& section, std::string_view key, const Track3& otherwise);
+// A place that is 0 where it is left out, which it may be only where the origin is 0, too.
+Track3 placeOrOrigin(const Section& section, std::string_view key);
 
 // Runs `make`, which may refuse what stands at the entry.
 template <class Make> auto at(const Entry& entry, Make make) {

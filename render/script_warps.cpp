@@ -6,7 +6,7 @@ namespace surflect {
 
 namespace {
 
-const Track3 origin{0, 0, 0}, yUp{0, 1, 0};
+const Track3 yUp{0, 1, 0};
 
 Expression asFormula(const Entry& entry) {
   return at(entry, [&] { return Expression(asText(entry), warpVariables); });
@@ -80,38 +80,38 @@ const std::vector<Kind<WarpMotion>>& warpKinds() {
       {"rigid",
        {"axis", "angle_deg", "center", "translate"},
        [](const Section& s) -> WarpMotion {
-         return RigidMotion{trackOr(s, "axis", yUp), placeOr(s, "center", origin), trackOr(s, "angle_deg", 0),
-                            trackOr(s, "translate", origin)};
+         return RigidMotion{trackOr(s, "axis", yUp), placeOrOrigin(s, "center"), trackOr(s, "angle_deg", 0),
+                            trackOr(s, "translate", Track3{0, 0, 0})};
        }},
       {"scale",
        {"factor", "center"},
        [](const Section& s) -> WarpMotion {
-         return ScaleMotion{asTrack3(s.require("factor")), placeOr(s, "center", origin)};
+         return ScaleMotion{asTrack3(s.require("factor")), placeOrOrigin(s, "center")};
        }},
       {"twist",
        {"axis", "center", "angle_deg", "length"},
        [](const Section& s) -> WarpMotion {
-         return TwistMotion{asTrack3(s.require("axis")), placeOr(s, "center", origin),
+         return TwistMotion{asTrack3(s.require("axis")), placeOrOrigin(s, "center"),
                             asTrack(s.require("angle_deg")), trackOr(s, "length", 1)};
        }},
       {"bend",
        {"axis", "direction", "center", "angle_deg", "length"},
        [](const Section& s) -> WarpMotion {
          return BendMotion{asTrack3(s.require("axis")), asTrack3(s.require("direction")),
-                           placeOr(s, "center", origin), asTrack(s.require("angle_deg")),
+                           placeOrOrigin(s, "center"), asTrack(s.require("angle_deg")),
                            trackOr(s, "length", 1)};
        }},
       {"taper",
        {"axis", "center", "factor", "length"},
        [](const Section& s) -> WarpMotion {
-         return TaperMotion{asTrack3(s.require("axis")), placeOr(s, "center", origin),
+         return TaperMotion{asTrack3(s.require("axis")), placeOrOrigin(s, "center"),
                             asTrack(s.require("factor")), trackOr(s, "length", 1)};
        }},
       {"sine",
        {"axis", "direction", "center", "amplitude", "wavelength", "phase_deg"},
        [](const Section& s) -> WarpMotion {
          return SineMotion{asTrack3(s.require("axis")),      asTrack3(s.require("direction")),
-                           placeOr(s, "center", origin),     asTrack(s.require("amplitude")),
+                           placeOrOrigin(s, "center"),       asTrack(s.require("amplitude")),
                            asTrack(s.require("wavelength")), trackOr(s, "phase_deg", 0)};
        }},
       {"expression",

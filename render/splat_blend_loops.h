@@ -1,4 +1,4 @@
-// Sums over the fragments of a block's pixels.
+// Blending: weighted sums over the fragments of a block's pixels.
 #pragma once
 
 #include "render/splat_lanes.h"
@@ -19,13 +19,14 @@ inline Lanes colorWeight(Lanes t) {
   return timesPowerOfTwo(p, whole);
 }
 
-// Where a block's pixels show all of its set, or nothing of it, orders need not be looked at.
+// Whether each pixel of a block shows all of the block's set, or nothing: orders then need not be compared.
 inline bool showAllOrNothing(Lanes limit) {
   const Lanes infinite = broadcast(kInfinity);
   return bitsOf((broadcast(0) - infinite < limit) & (limit < infinite)) == 0;
 }
 
-// Calls add(splat of the tile, where it is seen, weights but for its peak, orders) for each splat of a block.
+// Calls add(splat of the tile, mask of the pixels that show it, weights without its peak, orders) for each
+// splat of a block. Not ordered: pixels show whatever reaches them, and orders are 0.
 template <bool ordered, class Add>
 inline void eachWeight(const TileSplats& tile, int block, Lanes limit, Add add) {
   const Centers at = centersOf(block);
@@ -42,6 +43,7 @@ inline void eachWeight(const TileSplats& tile, int block, Lanes limit, Add add) 
   });
 }
 
+// blendBlock of SplatKernels. Not ordered: limits are all or nothing.
 template <int triples, bool ordered, bool finite>
 inline void blendBlockAs(const TileSplats& tile, int block, const float* limits, const float* alpha,
                          const float* values, float* out) {
@@ -54,7 +56,7 @@ inline void blendBlockAs(const TileSplats& tile, int block, const float* limits,
     sum = mulAdd(seen, broadcast(value[3]), sum);
     for (int k = 0; k < 3 * triples; ++k) {
       const Lanes next = mulAdd(seen, broadcast(value[k / 3 * 4 + k % 3]), sums[k]);
-      // What is infinite stays where it is seen: 0 times it would be no number.
+      // Pixels that do not show an infinite value keep their sum: 0 times the value is no number.
       sums[k] = finite ? next : select(in, next, sums[k]);
     }
   });

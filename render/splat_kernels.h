@@ -106,9 +106,10 @@ struct SplatKernels {
   void (*rankPixel)(uint32_t count, const PixelFragments&);
   // Takes from the block's set what has no order below a limit.
   void (*keepSeen)(const TileSplats&, int block, const BlockFragments&, const float* limits);
-  // Sums of three or six values per splat of the tile over the fragments below the limits, weighted to sum to
-  // alpha. values: `triples` times three and 1 for each splat, times its peak and confidence. finite: all
-  // are. out: kLanes for each of the three or six.
+  // Sums of 3 * triples values per splat of the tile over the fragments below the limits, weighted to sum to
+  // alpha. triples: 1 or 2. values: for each splat `triples` groups of four floats, of which the first group
+  // is three values and 1, the second three values and one float that is not read; all times the splat's peak
+  // and confidence. finite: whether all values are. out: kLanes sums for each of the values.
   void (*blendBlock)(const TileSplats&, int block, const float* limits, const float* alpha,
                      const float* values, int triples, bool finite, float* out);
   // The mean order of these fragments.

@@ -15,7 +15,7 @@ using Point = Vec2<double>;
 // An overlap of the fan's triangles by this share of the polygon's area comes from rounded corners.
 constexpr double kRounding = 1e-6;
 
-// Twice the signed area. Of coordinates that were single precision its sign is exact.
+// Twice the signed area. Rounds once per product; exact for coordinates of similar magnitude.
 double area(const Point& a, const Point& b, const Point& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
@@ -107,8 +107,8 @@ private:
     return least;
   }
 
-  // No other corner lies in the triangle or on its sides. Were there any, one that is not convex were among
-  // them [Meisters 1975], and corners that are convex stay so.
+  // No other corner lies in the triangle or on its sides. A corner in the triangle implies a non-convex one
+  // in it [Meisters 1975]; convex corners stay convex.
   bool isEar(uint32_t i) const {
     if (!isConvex(i)) return false;
     const Point &a = points_[links_[i].before], &b = points_[i], &c = points_[links_[i].next];

@@ -53,9 +53,9 @@ TriangleMesh withoutUnused(TriangleMesh mesh) {
   return mesh;
 }
 
-TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress,
-                      const Vec3<double>& origin) {
-  TriangleMesh stored = readMeshAsStored(path, {.origin = origin}, progress);
+TriangleMesh readMesh(const std::filesystem::path& path, const MeshReading& reading,
+                      const Progress& progress) {
+  TriangleMesh stored = readMeshAsStored(path, reading, progress);
   try {
     return withoutUnused(withoutFlat(std::move(stored), progress));
   } catch (Error& error) {

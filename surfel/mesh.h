@@ -41,7 +41,7 @@ TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress = {});
 // Without the positions that no triangle uses.
 TriangleMesh withoutUnused(TriangleMesh mesh);
 // As stored, without either.
-TriangleMesh readMesh(const std::filesystem::path& path, const Progress& progress = {},
-                      const Vec3<double>& origin = {0, 0, 0});
+TriangleMesh readMesh(const std::filesystem::path& path, const MeshReading& reading = {},
+                      const Progress& progress = {});
 
 } // namespace surflect

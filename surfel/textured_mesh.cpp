@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 
 namespace surflect {
 
@@ -33,13 +34,17 @@ void forEachTriangle(const FaceList& list, Faces faces, const Progress& progress
   }
 }
 
-// Without what not all corners of its face have.
-Corner asItsFace(const FaceList& list, size_t face, Corner corner) {
-  for (size_t i = list.start[face]; i < list.start[face + 1]; ++i) {
-    if (list.corners[i].texture == kNone) corner.texture = kNone;
-    if (list.corners[i].normal == kNone) corner.normal = kNone;
+// Appends the corners of a face, without what not all of them have.
+void appendCorners(std::span<const Corner> face, std::vector<Corner>& corners) {
+  const auto allHave = [&](uint32_t Corner::*what) {
+    return std::ranges::none_of(face, [&](const Corner& corner) { return corner.*what == kNone; });
+  };
+  const bool allHaveTexture = allHave(&Corner::texture), allHaveNormal = allHave(&Corner::normal);
+  for (Corner corner : face) {
+    if (!allHaveTexture) corner.texture = kNone;
+    if (!allHaveNormal) corner.normal = kNone;
+    corners.push_back(corner);
   }
-  return corner;
 }
 
 } // namespace
@@ -58,8 +63,7 @@ TexturedMesh texturedMeshOf(const FaceList& list, Faces faces, const Progress& p
   std::vector<Corner> corners;
   for (size_t f = 0; f < list.faceCount(); ++f) {
     progress.checkNowAndThen(f);
-    for (size_t i = list.start[f]; i < list.start[f + 1]; ++i)
-      corners.push_back(asItsFace(list, f, list.corners[i]));
+    appendCorners(std::span(list.corners).subspan(list.start[f], list.start[f + 1] - list.start[f]), corners);
   }
   const auto anyHas = [&](uint32_t Corner::*what) {
     return std::ranges::any_of(corners, [&](const Corner& corner) { return corner.*what != kNone; });

@@ -15,8 +15,12 @@ namespace {
 // Nodes may share a skin, and a small file have any number of joints.
 constexpr size_t mostJoints = size_t{1} << 20;
 
-// Beginnings of the names of extensions that say nothing of shape and motion.
-constexpr std::array<std::string_view, 8> kOnlyOfLook = {
+// Beginnings of the names of extensions that change neither shape nor motion, nor the place of textures.
+constexpr std::array<std::string_view, 7> kPassedOverByMeshes = {
+    "KHR_materials_", "KHR_lights_", "KHR_xmp",      "KHR_texture_basisu",
+    "EXT_texture_",   "EXT_lights_", "MSFT_texture_"};
+// The same, and the extension that moves textures: a skin has none.
+constexpr std::array<std::string_view, 8> kPassedOverBySkins = {
     "KHR_materials_", "KHR_lights_", "KHR_xmp",       "KHR_texture_basisu",
     "EXT_texture_",   "EXT_lights_", "MSFT_texture_", "KHR_texture_transform"};
 
@@ -386,7 +390,7 @@ auto ofFile(const std::filesystem::path& path, std::span<const std::string_view>
 } // namespace
 
 GltfFile readGltf(const std::filesystem::path& path) {
-  return ofFile(path, kOnlyOfLook, [](GltfDocument& document) {
+  return ofFile(path, kPassedOverBySkins, [](GltfDocument& document) {
     GltfFile file;
     file.skeleton = readSkeleton(document);
     file.animations = readAnimations(document, file.skeleton);
@@ -396,8 +400,7 @@ GltfFile readGltf(const std::filesystem::path& path) {
 }
 
 GltfMesh readGltfMesh(const std::filesystem::path& path) {
-  // The last one places textures, also those that a stage puts on the mesh.
-  return ofFile(path, std::span(kOnlyOfLook).first(kOnlyOfLook.size() - 1), [](GltfDocument& document) {
+  return ofFile(path, kPassedOverByMeshes, [](GltfDocument& document) {
     return GltfMesh{readMeshes(document), document.contentHash()};
   });
 }

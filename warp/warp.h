@@ -79,7 +79,7 @@ struct SineWave {
 WarpPointer sineWarp(const SineWave& wave);
 
 // New coordinates by three formulas, each in the variables x, y, z, t, frame, s in this order. Has no exact
-// Jacobian. In the formulas, coordinates count from a point that lies at -origin here.
+// Jacobian. Formulas see x + origin; `origin` is subtracted from their result.
 inline constexpr std::array<std::string_view, 6> warpVariables = {"x", "y", "z", "t", "frame", "s"};
 WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time,
                            const Vec3<double>& origin = Vec3<double>::Zero());

@@ -7,6 +7,7 @@
 
 #include "bench/ablation/ray_cast.h"
 #include "bench/ablation/variants.h"
+#include "srf/query/mesh_mending.h"
 #include "surfel/error.h"
 
 #include <nlohmann/json.hpp>
@@ -93,7 +94,7 @@ Json measure(int argc, char** argv) {
     warp = warpAt(script, shotTime(script, std::atof(argv[4])));
   }
   if (!model.isFullProduct) throw Error("a full product of cameras and lights is needed").in(model.folder);
-  const TriangleMesh mesh = readMesh(capture.folder() / capture.geometry, {}, capture.origin);
+  const TriangleMesh mesh = readMended(capture.folder() / capture.geometry, model.rig).mesh;
   const RayCastSurface surface(model, mesh, *warp, {});
   BlockCache cache(model.files, kCacheBytes);
   const auto variants = variantsOf(model, *warp, surface, argc == 5, cache);

@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <limits>
 #include <map>
 
 namespace surflect {
@@ -77,16 +76,6 @@ Image cellPicture(const std::filesystem::path& file, const std::string& layer, d
   return rgba;
 }
 
-// Infinite off the object, of which files store only what is near it.
-Image depthOf(const std::filesystem::path& film) {
-  const ExrFile file(film);
-  Image depth = file.read({"depth.Z"});
-  const Image alpha = file.read({"A"});
-  for (size_t i = 0; i < depth.values.size(); ++i)
-    if (alpha.values[i] == 0) depth.values[i] = std::numeric_limits<float>::infinity();
-  return depth;
-}
-
 // A lamp at a depth of the film: a disc with a soft edge, brightest in its middle.
 struct Dot {
   double x, y, radius;
@@ -143,7 +132,7 @@ void composePanels(std::istream& input) {
     const double white = isColor(cell) ? whites[nameOfWhite(cell)] : 1;
     Image picture = cellPicture(cell.at("file").get<std::string>(), cell.value("layer", "color"), white);
     if (cell.contains("dots")) {
-      const Image depth = depthOf(cell.at("file").get<std::string>());
+      const Image depth = ExrFile(cell.at("file").get<std::string>()).read({"depth.Z"});
       for (const auto& dot : cell.at("dots").get<std::vector<std::array<double, 7>>>())
         drawDot(picture, depth, dotOf(dot));
     }

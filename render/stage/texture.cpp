@@ -23,6 +23,12 @@ ColorDecoder decoderOf(const Picture& picture, const std::filesystem::path& path
   return {picture.color->encoding, usual};
 }
 
+bool isUnit(float value) { return value >= 0 && value <= 1; }
+
+Error inPixel(Error e, int x, int y, const std::filesystem::path& path) {
+  return std::move(e).at("pixel[" + std::to_string(x) + ", " + std::to_string(y) + "]").in(path);
+}
+
 } // namespace
 
 Image readTexels(const std::filesystem::path& path, Texels what) {
@@ -33,15 +39,23 @@ Image readTexels(const std::filesystem::path& path, Texels what) {
   Image stored(image.width, image.height, image.channels < 3 ? 1 : 3);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      std::copy_n(image.at(x, y).begin(), stored.channels, stored.at(x, y).begin());
+      for (int c = 0; c < stored.channels; ++c) {
+        const float value = image.at(x, y)[static_cast<size_t>(c)];
+        if (!isUnit(value)) throw inPixel(Error::mismatch("0 to 1", numberText(value)), x, y, path);
+        stored.at(x, y)[static_cast<size_t>(c)] = value;
+      }
+  constexpr float kRounding = 1e-4f; // of conversion, of a profile's white too
   Image linear = decoded(stored, what == Texels::factors ? ColorDecoder() : decoderOf(picture, path));
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      for (const float value : linear.at(x, y))
-        if (!(value >= 0 && value <= 1))
-          throw Error::mismatch("0 to 1", numberText(value))
-              .at("pixel[" + std::to_string(x) + ", " + std::to_string(y) + "]")
-              .in(path);
+      for (float& value : linear.at(x, y)) {
+        const float inside = std::clamp(value, 0.f, 1.f);
+        if (!(std::abs(value - inside) <= kRounding))
+          throw inPixel(Error("the colour lies outside of Rec. 709's gamut (" + numberText(value) +
+                              ", linear); convert the texture to sRGB"),
+                        x, y, path);
+        value = inside;
+      }
   return linear;
 }
 

@@ -13,7 +13,8 @@ namespace surflect {
 enum class Texels { colors, factors };
 
 // 3 channels. Colours in 8 or 16 bits are sRGB, and come out linear; factors are as stored. Alpha plays no
-// part. Throws Error naming the file, also where a float is not in 0..1.
+// part. Throws Error naming the file, also where a float is not in 0..1 or a colour outside of Rec. 709's
+// gamut.
 Image readTexels(const std::filesystem::path& picture, Texels what);
 
 class Texture {

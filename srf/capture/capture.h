@@ -2,18 +2,20 @@
 //
 // On disk a folder with transforms.json, a superset of what nerfstudio and Blender's exporters write:
 //
-//   { "color_space": "linear" or "srgb", or "response": { "r", "g", "b": 256 exposures }, "geometry":
-//   "mesh.ply", "origin": [x, y, z],
+//   { "color_space": "linear" or "srgb", or "response": { "r", "g", "b": 256 exposures },
+//     "geometry": "mesh.ply", "origin": [x, y, z], "calibration": { notes for people },
 //     "w", "h", "fl_x", "fl_y", "cx", "cy": pixels, "camera_angle_x", "camera_angle_y": radians, "x_fov",
 //     "y_fov": degrees, "k1", "k2", "p1", "p2",
 //     "camera_model": "pinhole" or "orthographic" with "ortho_height", scene units,
-//     "lights": [{ "name", "cluster", "type": "directional", "direction", "irradiance": [r, g, b] },
+//     "lights": [{ "name", "cluster", "type": "directional", "direction", "irradiance": [r, g, b],
+//                  "irradiance_gradient": [x, y, z] },
 //                { "name", "cluster", "type": "point", "position", "intensity": [r, g, b] }],
 //     "frames": [{ "file_path", "layer", "alpha_layer", "mask_path", "exposure", "split": "train" or "test",
 //                  "camera", "light", "transform_matrix": camera to world, 4 rows, OpenGL's axes }] }
 //
-// A frame can have its own lens, and instead of "light" its own "pl_pos", "pl_intensity". Needed are only
-// file_path, transform_matrix and a focal length. capture_keys.h says what becomes of other keys.
+// A frame can have its own lens, and instead of "light" its own "pl_pos", "pl_intensity". Required are
+// file_path, transform_matrix and one of fl_x, camera_angle_x, x_fov, ortho_height. capture_keys.h says what
+// becomes of other keys.
 #pragma once
 
 #include "srf/capture/camera.h"

@@ -62,6 +62,9 @@ constexpr Reason kAxes{"OpenGL's axes: x right, y up, looking along -z", "opengl
 constexpr Reason kStill{"none: cameras stand still while they expose", "global"};
 constexpr Reason kMatte{"false: give the pictures alpha, or the frames a mask_path"};
 constexpr Reason kPremultiplied{"false: colours are multiplied by alpha"};
+constexpr Reason kMask{"none: a frame's mask_path is read instead"};
+constexpr Reason kAlpha{"none: alpha is read from the pictures, of an EXR as alpha_layer says"};
+constexpr Reason kColors{"none: color_space is read instead, \"linear\" or \"srgb\""};
 constexpr Reason kLight{"none: light, or pl_pos and pl_intensity, are read instead"};
 constexpr Reason kForImport{"none here: surflect import reads it"};
 constexpr Reason kOfWhole{"none here: it is a key of the whole capture"};
@@ -99,7 +102,7 @@ constexpr auto kUnsupported = to_array<Unsupported>({
     {"val_filenames", kForImport},
 });
 
-// Parts of names, in lower case: "ftheta_p1", "isFisheye", "lens_mode", "distortion_params".
+// Parts of names, in lower case: "ftheta_p1", "isFisheye", "lens_mode", "distortion_params", "mask_file".
 constexpr auto kUnsupportedParts = to_array<Unsupported>({
     {"distort", kLens},
     {"equirect", kLens},
@@ -111,6 +114,12 @@ constexpr auto kUnsupportedParts = to_array<Unsupported>({
     {"convention", kAxes},
     {"coordinate", kAxes},
     {"rolling_shutter", kStill},
+    {"mask", kMask},
+    {"alpha", kAlpha},
+    {"gamma", kColors},
+    {"colorspace", kColors},
+    {"color_space", kColors},
+    {"colour", kColors},
 });
 
 // The beginning of a UTF-8 text, cut between two characters.
@@ -127,6 +136,17 @@ bool isOneOf(const auto& list, std::string_view key) {
   return std::find(list.begin(), list.end(), key) != list.end();
 }
 
+// The key of these lists that differs in letter case alone; empty: none.
+std::string_view rightSpelling(std::string_view key, const auto&... lists) {
+  const std::string lower = lowerCase(key);
+  std::string_view right;
+  const auto look = [&](const auto& list) {
+    if (const auto known = std::ranges::find(list, lower); known != list.end()) right = *known;
+  };
+  (look(lists), ...);
+  return right;
+}
+
 } // namespace
 
 std::string lowerCase(std::string_view ascii) {
@@ -137,13 +157,19 @@ std::string lowerCase(std::string_view ascii) {
 }
 
 KeyRule keyRule(std::string_view key, KeyPlace place) {
-  if (place == KeyPlace::light) return {isOneOf(kOfLight, key) ? KeyUse::read : KeyUse::unknown};
+  if (place == KeyPlace::light) {
+    if (isOneOf(kOfLight, key)) return {KeyUse::read};
+    const std::string_view spelling = rightSpelling(key, kOfLight);
+    return spelling.empty() ? KeyRule{} : unsupported({spelling});
+  }
   const bool ofCapture = isOneOf(kOfCapture, key), ofFrame = isOneOf(kOfFrame, key);
   if (isOneOf(kOfLens, key) || (place == KeyPlace::frame ? ofFrame : ofCapture)) return {KeyUse::read};
   if (ofCapture || ofFrame) return unsupported(ofCapture ? kOfWhole : kOfOne);
   if (isOneOf(kHarmless, key)) return {KeyUse::harmless};
   for (const auto& [name, reason] : kUnsupported)
     if (key == name) return unsupported(reason);
+  if (const auto spelling = rightSpelling(key, kOfCapture, kOfFrame, kOfLens); !spelling.empty())
+    return unsupported({spelling});
   const std::string lower = lowerCase(key);
   for (const auto& [part, reason] : kUnsupportedParts)
     if (lower.find(part) != std::string_view::npos) return unsupported(reason);

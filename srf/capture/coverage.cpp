@@ -1,6 +1,8 @@
 #include "srf/capture/coverage.h"
 
+#include "srf/capture/capture_keys.h"
 #include "srf/image/color.h"
+#include "srf/image/exr.h"
 #include "srf/image/resize.h"
 #include "surfel/error.h"
 
@@ -45,8 +47,9 @@ bool isStencil(const Picture& mask) {
   return white > 0 && static_cast<double>(white + black) >= kShare * static_cast<double>(opaque);
 }
 
-// The brighter of two values of which the other is 0, if it is no more than 1/2; else 1.
-float whiteOf(std::span<const float> values) {
+// The brighter of two values of which the other is 0, if it is no more than 1/2, or the only value if that is
+// the integer 1 of so many bits; else 1.
+float whiteOf(std::span<const float> values, int bits) {
   float other = 0;
   for (const float value : values) {
     if (value == 0 || value == other) continue;
@@ -54,7 +57,8 @@ float whiteOf(std::span<const float> values) {
     other = value;
   }
   const bool hasBlack = std::ranges::find(values, 0.f) != values.end();
-  return other > 0 && hasBlack ? other : 1;
+  const bool isOne = bits > 0 && std::round(other * (std::exp2(bits) - 1)) == 1;
+  return other > 0 && (hasBlack || isOne) ? other : 1;
 }
 
 struct Range {
@@ -75,9 +79,25 @@ struct Range {
 
 std::string shown(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
+// WebP can be lossless, too, but need not be.
+bool isLossy(const std::filesystem::path& file) {
+  const std::string extension = lowerCase(file.extension().string());
+  return extension == ".jpg" || extension == ".jpeg" || extension == ".jpe" || extension == ".webp";
+}
+
+Picture readLayer(const std::filesystem::path& file, const std::string& layer,
+                  const std::string& alphaLayer) {
+  if (formatOf(file) != PictureFormat::exr) return readPicture(file);
+  const ExrFile exr(file);
+  ChannelSet channels = colorChannels(exr, layer);
+  if (const auto alpha = alphaChannel(exr, alphaLayer.empty() ? layer : alphaLayer))
+    channels.push_back(*alpha);
+  return {exr.read(channels), 0, true, exr.colorStatement()};
+}
+
 } // namespace
 
-MaskContent contentOf(const Picture& mask) {
+MaskContent contentOf(const Picture& mask, bool lossy) {
   const auto isOpen = [&](size_t i) { return !(texelOf(mask, i).alpha > 0.5f); };
   const bool hasHoles =
       mask.hasAlpha() && std::ranges::any_of(std::views::iota(size_t{0}, texelCount(mask)), isOpen);
@@ -88,13 +108,15 @@ MaskContent contentOf(const Picture& mask) {
     const auto [white, alpha] = texelOf(mask, i);
     values[i] = alphaAlone ? alpha : mask.alphaPremultiplied ? white : white * alpha;
   }
-  content.white = whiteOf(values);
+  if (!lossy) content.white = whiteOf(values, mask.bits);
   if (content.white < 1)
     for (float& value : values) value /= content.white;
   return content;
 }
 
-MaskContent readMask(const std::filesystem::path& mask) { return contentOf(readPicture(mask)); }
+MaskContent readMask(const std::filesystem::path& mask) {
+  return contentOf(readPicture(mask), isLossy(mask));
+}
 
 Image readCoverage(const std::filesystem::path& mask, PictureSize size) {
   Image coverage = readMask(mask).coverage;
@@ -119,8 +141,9 @@ bool isResized(PictureSize a, PictureSize b) {
   return !isCrop && (std::abs(height - small.height) <= 1 || std::abs(width - small.width) <= 1);
 }
 
-std::string describeMatte(const std::filesystem::path& file) {
-  const Picture picture = readPicture(file);
+std::string describeMatte(const std::filesystem::path& file, const std::string& layer,
+                          const std::string& alphaLayer) {
+  const Picture picture = readLayer(file, layer, alphaLayer);
   Range white, alpha;
   for (size_t i = 0; i < texelCount(picture); ++i) {
     const Texel texel = texelOf(picture, i);

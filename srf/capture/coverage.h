@@ -10,13 +10,14 @@ namespace surflect {
 
 struct MaskContent {
   Image coverage;  // 1 channel, 0..1
-  float white = 1; // the value that stood for all of a pixel
+  float white = 1; // the stored value that was taken for full coverage
 };
 
 // White keeps all of a pixel, black and transparent nothing. Where a mask with alpha is a cut-out of the
-// photograph, or all one colour, its alpha alone counts. In a mask of two values, 0 and one of at most 1/2,
-// as pictures of labels 0 and 1 are, the brighter one is white.
-MaskContent contentOf(const Picture& mask);
+// photograph, or all one colour, its alpha alone counts. Labels, whose brighter value is white: a mask of two
+// values, 0 and one of at most 1/2; or the integer 1 in all pixels. `lossy`: values are not exact, so there
+// are no labels.
+MaskContent contentOf(const Picture& mask, bool lossy = false);
 
 // A mask file in its own size, and its coverage in that of the pictures, to which masks of the same shape are
 // resized by their mean over each pixel. Throws Error, also for another shape.
@@ -28,7 +29,8 @@ Image readCoverage(const std::filesystem::path& mask, PictureSize size);
 bool isResized(PictureSize a, PictureSize b);
 
 // "masks/a.png (640 x 480, values 0 to 3 of 255)", of a mask or of a picture with alpha, whose alpha is
-// described, too.
-std::string describeMatte(const std::filesystem::path& file);
+// described, too. The layers are those of an EXR, as in Frame. Throws Error for what cannot be read.
+std::string describeMatte(const std::filesystem::path& file, const std::string& layer = "",
+                          const std::string& alphaLayer = "");
 
 } // namespace surflect

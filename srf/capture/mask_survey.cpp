@@ -3,6 +3,7 @@
 #include "srf/capture/coverage.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
+#include "surfel/evenly.h"
 #include "surfel/first_names.h"
 
 #include <fmt/format.h>
@@ -26,14 +27,16 @@ struct MaskFile {
   double inside = 0, insideBorder = 0; // shares of the object: of all pixels, and of those along the border
 };
 
-std::vector<MaskFile> masksOf(const Capture& capture) {
+// At most so many, evenly chosen by their names.
+std::vector<MaskFile> masksOf(const Capture& capture, size_t most) {
   std::map<fs::path, PictureSize> sizes;
   for (const Frame& frame : capture.frames) {
     const Lens& lens = capture.views[frame.view].camera.lens;
     if (!frame.mask.empty()) sizes.try_emplace(frame.mask, PictureSize{lens.width, lens.height});
   }
   std::vector<MaskFile> masks;
-  for (const auto& [path, size] : sizes) masks.push_back({path, size, {}});
+  const std::vector<std::pair<fs::path, PictureSize>> all(sizes.begin(), sizes.end());
+  for (const size_t i : evenly(all.size(), most)) masks.push_back({all[i].first, all[i].second, {}});
   return masks;
 }
 
@@ -136,10 +139,10 @@ void noteLabels(const std::vector<MaskFile>& masks, std::vector<std::string>& no
   const auto isLabels = [](const MaskFile& mask) { return mask.white < 1; };
   const auto first = std::ranges::find_if(masks, isLabels);
   if (first == masks.end()) return;
-  notes.push_back(fmt::format("{} of {} masks have two values, 0 and one of at most half of white, which is "
-                              "taken for the object: {} ({:.3g} of white)",
-                              std::ranges::count_if(masks, isLabels), masks.size(), first->path.string(),
-                              first->white));
+  notes.push_back(
+      fmt::format("{} of {} masks are labels: their only value above 0, at most half of white, is "
+                  "taken for the object: {} ({:.3g} of white)",
+                  std::ranges::count_if(masks, isLabels), masks.size(), first->path.string(), first->white));
 }
 
 void noteResized(const std::vector<MaskFile>& masks, std::vector<std::string>& notes) {
@@ -155,8 +158,8 @@ void noteResized(const std::vector<MaskFile>& masks, std::vector<std::string>& n
 
 } // namespace
 
-MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress) {
-  std::vector<MaskFile> masks = masksOf(capture);
+MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress, size_t most) {
+  std::vector<MaskFile> masks = masksOf(capture, most);
   tbb::parallel_for(size_t{0}, masks.size(), [&](size_t i) {
     progress.checkpoint();
     measure(masks[i], capture.folder(), inverted);
@@ -175,7 +178,8 @@ std::optional<std::string> describeFirstMatte(const Capture& capture) {
     const fs::path file = capture.folder() / (frame.mask.empty() ? frame.picture : frame.mask);
     std::error_code ignored;
     if (!fs::is_regular_file(file, ignored)) continue;
-    if (!frame.mask.empty() || hasAlpha(file, frame)) return describeMatte(file);
+    if (!frame.mask.empty()) return describeMatte(file);
+    if (hasAlpha(file, frame)) return describeMatte(file, frame.layer, frame.alphaLayer);
   }
   return std::nullopt;
 }

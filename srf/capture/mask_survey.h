@@ -4,6 +4,7 @@
 #include "srf/capture/capture.h"
 #include "surfel/progress.h"
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,10 +19,12 @@ struct MaskSurvey {
   std::vector<std::string> notes;    // how masks were understood: as labels, as larger or smaller
 };
 
-// Reads all masks, several at a time, and headers of pictures that have none. The black of masks looks like
-// the object where it is at least twice as rare along the border of the pictures as in them, and the border
-// mostly white. `inverted`: black is to be the object. Throws Error for what cannot be read, and Cancelled.
-MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress);
+// Reads all masks or `most`, evenly chosen, several at a time, and headers of pictures that have none. The
+// black of masks looks like the object where it is at least twice as rare along the border of the pictures as
+// in them, and the border mostly white. `inverted`: black is to be the object. Throws Error for what cannot
+// be read, and Cancelled.
+MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress,
+                       size_t most = std::numeric_limits<size_t>::max());
 
 // The first mask or picture with alpha as describeMatte() has it, for messages; none where the capture has no
 // mattes on disk. Reads it.

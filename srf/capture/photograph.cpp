@@ -156,9 +156,22 @@ float largestColor(std::span<const Undeveloped> bracket) {
 // Exposures are merged channel by channel, which the camera's own primaries have in common.
 void checkMixing(std::span<const Undeveloped> bracket, const std::filesystem::path& path) {
   for (const Undeveloped& picture : bracket)
-    if (!sameChannels(picture.decoder, bracket[0].decoder))
+    if (!havePrimariesInCommon(picture.decoder, bracket[0].decoder))
       throw Error::mismatch("one statement of primaries in the pictures of a bracket", "different ones")
           .in(path);
+}
+
+// The stored value by which a pixel that a profile decodes is weighed. A profile mixes channels, so a pixel
+// is trusted as little as its worst channel: NaN where one is no number, and clipped before black.
+float leastTrusted(const Undeveloped& picture, size_t pixel, float zMax) {
+  float worst = straight(picture, pixel, 0);
+  for (size_t c = 0; c < 3; ++c) {
+    const float z = straight(picture, pixel, c);
+    if (!std::isfinite(z)) return NAN;
+    const float weight = hatWeight(z, 0, zMax), least = hatWeight(worst, 0, zMax);
+    if (weight < least || (weight == least && z > worst)) worst = z;
+  }
+  return worst;
 }
 
 // The bracket: pictures of one size, and their exposures.
@@ -184,7 +197,9 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
         const bool isNumber = std::isfinite(z);
         const float linear = byProfile.values.empty() || !isNumber ? encoding.linear(bracket[k], z, c)
                                                                    : byProfile.values[3 * i + c];
-        samples[k] = {isNumber ? z : NAN, linear, static_cast<float>(shots[k].exposure)};
+        const bool isMixed = bracket.size() > 1 && !byProfile.values.empty();
+        const float weighed = isMixed ? leastTrusted(bracket[k], i, zMax) : z;
+        samples[k] = {isNumber ? weighed : NAN, linear, static_cast<float>(shots[k].exposure)};
       }
       radiance[c] = bracket.size() > 1 ? mergedRadiance(samples, zMax)
                                        : samples[0].exposure * static_cast<float>(1 / shots[0].exposure);

@@ -24,7 +24,7 @@ struct Photograph {
 // decompressed once: ask for all frames of one view, whose lights often share a file, and not for more than
 // memory holds: 16 bytes a pixel and frame; while reading 4 for each mask, and up to 32, or 44 where an
 // ICC profile decodes it, for each picture of the files that are being read, one a thread, and of brackets
-// that are not complete. Throws Error naming the picture; of several that are wrong, any.
+// that are not complete. Throws Error naming one picture that is wrong.
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
                                         const Progress& progress = {});
 

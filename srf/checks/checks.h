@@ -9,6 +9,7 @@
 #include "surfel/progress.h"
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,13 +25,14 @@ struct Finding {
   std::string text; // one sentence, without a full stop; names the worst cameras or lights
 };
 
-// How many photographs checks may read.
+// How many photographs checks may read; views, lights and masks are evenly chosen.
 struct CheckEffort {
-  size_t views = std::numeric_limits<size_t>::max(); // evenly chosen, for masks and exposures: one of each
-  size_t litViews = 6;                               // evenly chosen, for lights
-  size_t lightsOfView = std::numeric_limits<size_t>::max(); // evenly chosen
-  bool everyLight = true; // for lights that those views do not have: one photograph more
-  bool masks = true;      // not where the mesh is made of them
+  // At most this many views, one photograph each: masks, placement, exposure.
+  size_t views = std::numeric_limits<size_t>::max();
+  size_t litViews = 6;                                      // at most this many, for lights
+  size_t lightsOfView = std::numeric_limits<size_t>::max(); // at most this many photographs of each lit view
+  bool everyLight = true; // one more photograph for each light not met so far
+  bool masks = true;      // compare masks with the mesh; off where the mesh was made from them
 };
 // Some dozens of photographs whatever the capture: what pack can afford.
 inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
@@ -41,8 +43,11 @@ inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
 std::vector<Finding> checkPoses(const Capture& capture);
 
 // Masks without object or with black and white exchanged, and views without a mask beside those with one: the
-// warnings of srf/capture/mask_survey.h. Reads all masks.
-std::vector<Finding> checkMattes(const Capture& capture, const Progress& progress);
+// warnings of srf/capture/mask_survey.h. Reads at most `effort.views` masks.
+std::vector<Finding> checkMattes(const Capture& capture, const CheckEffort& effort, const Progress& progress);
+
+// A middle of the scene where float positions are off by more than a tenth of a pixel.
+std::optional<Finding> checkPrecision(const Capture& capture, const Point3<AcquisitionSpace, double>& middle);
 
 // Cameras that have none of the mesh in their picture.
 std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& mesh);
@@ -51,33 +56,55 @@ std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& me
 // the box, or a thousand times as far away as the mesh is large.
 std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh);
 
-// Views whose masks and silhouettes of the mesh differ by more than a rim: pixels at least two steps inside
-// of one and outside of the other, more than 2 % of the silhouette. Views without alpha or mask are passed
-// over.
-std::vector<Finding> checkMasks(const Capture& capture, std::span<const SmallView> views);
+// Numbers that stand for a small view.
+struct ViewMeasures {
+  // Pixels at least two steps inside of silhouette or mask and outside of the other, over the silhouette.
+  struct MaskDifference {
+    double surplus = 0, missing = 0; // of the silhouette outside the mask; of the mask beyond it
+  };
+  size_t view = 0;                    // index into the capture's
+  std::optional<MaskDifference> mask; // of views with a matte
+  // Of views without a matte: how many times as steep the photograph is at the silhouette's outline as some
+  // steps off it; none where there is no outline, or the picture is even.
+  std::optional<double> outlineContrast;
+  double brightest = 0; // of the object
+  double clipped = 0;   // share of the object at the largest value of the picture's format
+  bool isBlack = false; // all of the picture
+};
+ViewMeasures measure(const Capture& capture, const SmallView& view);
 
-// Whether the mesh lies where photographs without masks show it: by how much steeper they are at its outline
-// than beside it. Where that is little, because it lies elsewhere or before a wild background, views are
-// asked whether they agree about the brightness of its points, under fixed light: an error where they do not.
-std::vector<Finding> checkPlacement(std::span<const SmallView> views, const TriangleMesh& mesh,
-                                    const RayCaster<AcquisitionSpace>& caster, const Progress& progress);
+// Views whose masks and silhouettes of the mesh differ by more than a rim: more than 2 % of the silhouette.
+std::vector<Finding> checkMasks(const Capture& capture, std::span<const ViewMeasures> views);
 
-// Photographs that are black (under fixed light), or at the largest value of their format in more than half
-// of the object.
-std::vector<Finding> checkExposures(const Capture& capture, std::span<const SmallView> views);
+// Median over the views that have it. Below 1.5 photographs are flat where the mesh has its outline, because
+// it lies elsewhere, or before a wild background.
+std::optional<double> outlineContrast(std::span<const ViewMeasures> views);
+
+// Whether the mesh lies where photographs show it, under fixed light. Where the contrast at its outline is
+// little, `views` are asked whether they agree about the brightness of its points: an error where they do
+// not. Cost: each view is compared with its eight nearest.
+std::vector<Finding> checkPlacement(double outlineContrast, std::span<const SmallView> views,
+                                    const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& caster,
+                                    const Progress& progress);
+
+// Photographs that are black (under fixed light, or all), or at the largest value of their format in more
+// than half of the object.
+std::vector<Finding> checkExposures(const Capture& capture, std::span<const ViewMeasures> views);
 
 // Whether photographs are brighter where the mesh faces the light, by the correlation over pixels between
 // max(0, n . l) and luminance, divided by what a pixel's other photographs tell of its albedo (where a view
 // has eight lights or more). Four kinds of findings: faces point inwards; all directions fit much better with
 // axes negated or exchanged; photographs of one light look lit by another; they do not follow the direction
 // of theirs. The last two need albedo. Lights that leave the visible side dark tell nothing, and so does
-// fixed illumination; cast shadows are not expected. Reads the photographs of up to six views, and one of
-// every light that these do not have; progress names the stage "lights".
+// fixed illumination; cast shadows are not expected. Where shading does not follow the lights and
+// the contrast at the outline is flat, the mesh lies elsewhere: an error. Reads the photographs that `effort`
+// allows; progress names the stage "lights".
 std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
-                                 const Progress& progress);
+                                 std::optional<double> outlineContrast, const Progress& progress);
 
-// All of the above but the first two; where cameras or units are wrong altogether, these alone.
+// checkCameras to checkLights; after an error of checkCameras or checkUnits, no others. And checkPrecision at
+// the mesh, where checkPoses() finds no middle of the scene.
 std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh, const CheckEffort& effort,
                                   const Progress& progress);
 

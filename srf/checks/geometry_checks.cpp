@@ -1,7 +1,9 @@
 #include "srf/checks/checks.h"
 
+#include "srf/capture/origin.h"
 #include "srf/checks/names.h"
 #include "surfel/bounds.h"
+#include "surfel/evenly.h"
 
 #include <fmt/format.h>
 
@@ -20,12 +22,12 @@ using Severity = Finding::Severity;
 constexpr size_t kVertices = 5000; // of the mesh, evenly chosen, that stand for it
 constexpr double kSpeck = 0.01;    // of the picture's larger side
 constexpr double kFarLight = 1000; // times the mesh's size
+constexpr size_t kCompared = 48;   // views whose brightness is compared, all in memory
 
 std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
   std::vector<WorldPoint> vertices;
-  const size_t count = std::min(kVertices, mesh.positions.size());
-  for (size_t i = 0; i < count; ++i)
-    vertices.push_back(mesh.positions[i * mesh.positions.size() / count].cast<double>());
+  for (const size_t i : evenly(mesh.positions.size(), kVertices))
+    vertices.push_back(mesh.positions[i].cast<double>());
   return vertices;
 }
 
@@ -146,16 +148,30 @@ std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& me
     findings.insert(findings.end(), more.begin(), more.end());
   };
   append(checkUnits(capture, mesh));
+  const WorldPoint middle = middleOf(mesh.positions);
+  if (!middleOfScene(capture))
+    if (auto imprecise = checkPrecision(capture, middle)) findings.push_back(std::move(*imprecise));
   if (std::ranges::any_of(findings, [](const Finding& f) { return f.severity == Severity::error; }))
     return findings;
   const RayCaster<AcquisitionSpace> caster(mesh, progress);
-  const std::vector<SmallView> views = smallViews(capture, caster, effort.views, progress);
-  if (effort.masks) append(checkMasks(capture, views));
-  const bool hasMattes =
-      std::ranges::any_of(views, [](const SmallView& view) { return view.matte.has_value(); });
-  if (capture.lights.empty() && !hasMattes) append(checkPlacement(views, mesh, caster, progress));
-  append(checkExposures(capture, views));
-  append(checkLights(capture, mesh, caster, effort, progress));
+  const bool hasFixedLight = capture.lights.empty();
+  std::vector<ViewMeasures> measures;
+  std::vector<SmallView> kept;
+  size_t nextKept = 0;
+  const size_t count = std::min(effort.views, capture.views.size());
+  const std::vector<size_t> compared = evenly(count, kCompared);
+  forEachSmallView(capture, caster, middle, effort.views, progress, [&](SmallView view) {
+    const size_t number = measures.size();
+    measures.push_back(measure(capture, view));
+    if (nextKept == compared.size() || number != compared[nextKept]) return;
+    ++nextKept;
+    if (hasFixedLight && !view.matte) kept.push_back(std::move(view));
+  });
+  if (effort.masks) append(checkMasks(capture, measures));
+  const auto contrast = outlineContrast(measures);
+  if (hasFixedLight && contrast) append(checkPlacement(*contrast, kept, mesh, caster, progress));
+  append(checkExposures(capture, measures));
+  append(checkLights(capture, mesh, caster, effort, contrast, progress));
   return findings;
 }
 

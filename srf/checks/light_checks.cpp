@@ -3,7 +3,9 @@
 #include "srf/capture/photograph.h"
 #include "srf/checks/checks.h"
 #include "srf/checks/names.h"
+#include "srf/checks/outline_contrast.h"
 #include "srf/image/color.h"
+#include "surfel/evenly.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -75,25 +77,21 @@ Samples samplePixels(const Camera<World>& camera, const TriangleMesh& mesh, cons
 // The views to look at, with their frames: some with their lights, and for every light that these lack one
 // frame more.
 std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture, const CheckEffort& effort) {
-  std::vector<bool> chosen(capture.views.size(), false);
-  const size_t count = std::min(effort.litViews, capture.views.size());
-  for (size_t i = 0; i < count; ++i) chosen[i * capture.views.size() / count] = true;
-  std::map<size_t, std::vector<size_t>> frames;
+  std::map<size_t, std::vector<size_t>> ofChosen, frames;
+  for (const size_t view : evenly(capture.views.size(), effort.litViews)) ofChosen[view];
+  for (size_t i = 0; i < capture.frames.size(); ++i)
+    if (const auto chosen = ofChosen.find(capture.frames[i].view); chosen != ofChosen.end())
+      chosen->second.push_back(i);
   std::vector<bool> hasLight(capture.lights.size(), false);
   const auto take = [&](size_t i) {
     frames[capture.frames[i].view].push_back(i);
     hasLight[*capture.frames[i].light] = true;
   };
-  for (size_t i = 0; i < capture.frames.size(); ++i)
-    if (chosen[capture.frames[i].view]) take(i);
-  for (auto& [view, ofView] : frames) {
-    const size_t kept = std::min(effort.lightsOfView, ofView.size());
-    for (size_t i = 0; i < kept; ++i) ofView[i] = ofView[i * ofView.size() / kept];
-    ofView.resize(kept);
-  }
+  for (const auto& [view, ofView] : ofChosen)
+    for (const size_t i : evenly(ofView.size(), effort.lightsOfView)) take(ofView[i]);
   if (!effort.everyLight) return frames;
   for (size_t i = 0; i < capture.frames.size(); ++i)
-    if (!chosen[capture.frames[i].view] && !hasLight[*capture.frames[i].light]) take(i);
+    if (!ofChosen.contains(capture.frames[i].view) && !hasLight[*capture.frames[i].light]) take(i);
   return frames;
 }
 
@@ -306,7 +304,7 @@ std::optional<double> meanOf(const std::vector<Correlation>& ofLight) {
 
 std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
-                                 const Progress& progress) {
+                                 std::optional<double> outlineContrast, const Progress& progress) {
   if (capture.lights.empty()) return {};
   const std::vector<Samples> views = readSamples(capture, mesh, caster, effort, progress);
   std::vector<Finding> findings;
@@ -343,6 +341,17 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
                                       "normals {:.2f}, as they are {:.2f})",
                                       describe(maps[best]), *fits[best], *stated)});
     return findings;
+  }
+  if (*stated < kConvincing && outlineContrast && *outlineContrast < kFlatOutline) {
+    const bool differ = *stated < kNoShading;
+    findings.push_back(
+        {differ ? Severity::error : Severity::warning,
+         fmt::format("the mesh {} lie where the photographs show it: they are {:.1f} times as steep at its "
+                     "outline as beside it (expected {} or more), and shading correlates by {:.2f} with its "
+                     "normals (expected {})",
+                     differ ? "does not" : "may not", *outlineContrast, kSteepOutline, *stated,
+                     kConvincing)});
+    if (differ) return findings;
   }
   if (*stated < kNoShading) {
     findings.push_back( // no error: fur and glazed surfaces do so where everything is right

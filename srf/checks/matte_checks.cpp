@@ -4,9 +4,10 @@
 
 namespace surflect {
 
-std::vector<Finding> checkMattes(const Capture& capture, const Progress& progress) {
+std::vector<Finding> checkMattes(const Capture& capture, const CheckEffort& effort,
+                                 const Progress& progress) {
   std::vector<Finding> findings;
-  for (std::string& warning : surveyMasks(capture, false, progress).warnings)
+  for (std::string& warning : surveyMasks(capture, false, progress, effort.views).warnings)
     findings.push_back({Finding::Severity::warning, std::move(warning)});
   return findings;
 }

@@ -1,14 +1,21 @@
 #include "srf/checks/checks.h"
 #include "srf/checks/names.h"
+#include "srf/checks/outline_contrast.h"
 #include "srf/image/color.h"
+#include "srf/image/image_file.h"
+#include "surfel/bounds.h"
+#include "surfel/evenly.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace surflect {
 
@@ -23,8 +30,7 @@ constexpr double kClippedShare = 0.5, kBlackShare = 1e-3;
 constexpr size_t kPointsOfView = 400, kFewPairs = 50;
 constexpr double kLeastCosine = 0.4; // of the surface to both cameras
 constexpr double kNearViews = 0.25;  // cosine between the directions to two cameras
-// Of outlineContrast(); wrong places have 0.9 to 1.7.
-constexpr double kSteepOutline = 2, kFlatOutline = 1.5;
+constexpr size_t kNeighbours = 8;
 constexpr double kAgreeing = 0.8, kDiffering = 0.5; // correlations
 
 float lumaAt(const Image& image, size_t pixel) {
@@ -67,9 +73,7 @@ std::vector<float> gradientMagnitude(const std::vector<float>& values, int width
   return magnitude;
 }
 
-// How much steeper the picture is at the silhouette's outline than some steps off it; none where there is no
-// outline, or the picture is even.
-std::optional<double> outlineContrast(const SmallView& view) {
+std::optional<double> outlineContrastOf(const SmallView& view) {
   const Mask &inside = view.outline, outside = complement(view.outline);
   const auto steep = gradientMagnitude(logLuma(view.radiance), inside.width, inside.height);
   const int reach = std::max(8, std::max(inside.width, inside.height) / 24);
@@ -110,9 +114,8 @@ std::vector<SeenPoint> seenPoints(const SmallView& view, const std::vector<float
     if (core.inside[i]) pixels.push_back(i);
   std::vector<SeenPoint> points;
   const auto worldFromCamera = view.camera.cameraFromWorld.inverse();
-  const size_t count = std::min(kPointsOfView, pixels.size());
-  for (size_t k = 0; k < count; ++k) {
-    const size_t pixel = pixels[k * pixels.size() / count], width = static_cast<size_t>(core.width);
+  for (const size_t k : evenly(pixels.size(), kPointsOfView)) {
+    const size_t pixel = pixels[k], width = static_cast<size_t>(core.width);
     const auto ray = rayThrough(view.camera.lens, {static_cast<double>(pixel % width) + 0.5,
                                                    static_cast<double>(pixel / width) + 0.5});
     if (!ray) continue;
@@ -127,41 +130,69 @@ std::vector<SeenPoint> seenPoints(const SmallView& view, const std::vector<float
   return points;
 }
 
+// A sum of correlations, times the pairs of values that each has.
+struct Agreement {
+  double sum = 0, weight = 0;
+};
+
+// Correlation between what a view shows of points and what others show of them.
+Agreement agreementOf(const SmallView& a, std::span<const SeenPoint> points, const SmallView& b,
+                      const std::vector<float>& valuesOfB, const RayCaster<AcquisitionSpace>& caster) {
+  const Viewpoint fromA(a.camera), fromB(b.camera);
+  Sums pairs;
+  for (const auto& [place, normal, value] : points) {
+    const auto towardsA = fromA.towards(place), towardsB = fromB.towards(place);
+    const auto pixel = b.camera.project(place);
+    if (!pixel || !contains(b.camera.lens, *pixel) || dot(towardsA, towardsB) < kNearViews ||
+        normal.dot(towardsA.raw()) < kLeastCosine || normal.dot(towardsB.raw()) < kLeastCosine ||
+        caster.occluded(place, towardsB, 4 * caster.selfHitOffset(), fromB.distance(place)))
+      continue;
+    pairs.add(value, valuesOfB[static_cast<size_t>(pixel->y) * static_cast<size_t>(b.camera.lens.width) +
+                               static_cast<size_t>(pixel->x)]);
+  }
+  if (pairs.n < kFewPairs) return {};
+  const auto correlation = pairs.correlation();
+  return correlation ? Agreement{pairs.n * *correlation, pairs.n} : Agreement{};
+}
+
+// The views nearest to view `a`, by the angle between directions from `middle`.
+std::vector<size_t> neighboursOf(size_t a, std::span<const SmallView> views, const Point& middle) {
+  const auto towardsA = Viewpoint(views[a].camera).towards(middle);
+  std::vector<size_t> others(views.size());
+  std::iota(others.begin(), others.end(), size_t{0});
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(a));
+  const auto cosine = [&](size_t b) { return dot(towardsA, Viewpoint(views[b].camera).towards(middle)); };
+  const size_t count = std::min(kNeighbours, others.size());
+  std::ranges::partial_sort(others, others.begin() + static_cast<std::ptrdiff_t>(count),
+                            std::ranges::greater(), cosine);
+  others.resize(count);
+  return others;
+}
+
 // How alike views nearby show the same points of the mesh: mean correlation over pairs of views; none where
 // too few points are seen by two.
 std::optional<double> brightnessAgreement(std::span<const SmallView> views, const TriangleMesh& mesh,
                                           const RayCaster<AcquisitionSpace>& caster,
                                           const Progress& progress) {
+  const Point middle = middleOf(mesh.positions);
   std::vector<std::vector<float>> values;
   for (const SmallView& view : views) values.push_back(logLuma(view.radiance));
-  double sum = 0, weight = 0;
-  for (size_t a = 0; a < views.size(); ++a) {
+  std::vector<Agreement> ofView(views.size());
+  tbb::parallel_for(size_t{0}, views.size(), [&](size_t a) {
     progress.checkpoint();
     const auto points = seenPoints(views[a], values[a], mesh, caster);
-    const Viewpoint fromA(views[a].camera);
-    for (size_t b = 0; b < views.size(); ++b) {
-      if (a == b) continue;
-      const Camera<AcquisitionSpace>& camera = views[b].camera;
-      const Viewpoint fromB(camera);
-      Sums pairs;
-      for (const auto& [place, normal, value] : points) {
-        const auto towardsA = fromA.towards(place), towardsB = fromB.towards(place);
-        const auto pixel = camera.project(place);
-        if (!pixel || !contains(camera.lens, *pixel) || dot(towardsA, towardsB) < kNearViews ||
-            normal.dot(towardsA.raw()) < kLeastCosine || normal.dot(towardsB.raw()) < kLeastCosine ||
-            caster.occluded(place, towardsB, 4 * caster.selfHitOffset(), fromB.distance(place)))
-          continue;
-        pairs.add(value, values[b][static_cast<size_t>(pixel->y) * static_cast<size_t>(camera.lens.width) +
-                                   static_cast<size_t>(pixel->x)]);
-      }
-      if (pairs.n < kFewPairs) continue;
-      if (const auto correlation = pairs.correlation()) {
-        sum += pairs.n * *correlation;
-        weight += pairs.n;
-      }
+    for (const size_t b : neighboursOf(a, views, middle)) {
+      const Agreement agreement = agreementOf(views[a], points, views[b], values[b], caster);
+      ofView[a].sum += agreement.sum;
+      ofView[a].weight += agreement.weight;
     }
+  });
+  Agreement all;
+  for (const Agreement& one : ofView) {
+    all.sum += one.sum;
+    all.weight += one.weight;
   }
-  return weight > 0 ? std::optional(sum / weight) : std::nullopt;
+  return all.weight > 0 ? std::optional(all.sum / all.weight) : std::nullopt;
 }
 
 double median(std::vector<double> values) {
@@ -172,38 +203,65 @@ double median(std::vector<double> values) {
 // What a pixel of a picture of whole numbers is at most, divided by exposure; infinite where numbers may be
 // larger, and in a bracket, whose shorter exposures go on.
 double largestValue(const Capture& capture, const Frame& frame) {
-  const std::string extension = frame.picture.extension().string();
-  if (extension == ".exr" || extension == ".hdr" || !frame.further.empty())
-    return std::numeric_limits<double>::infinity();
+  const auto isFloat = [&] {
+    const PictureFormat format = formatOf(frame.picture);
+    return format == PictureFormat::exr || format == PictureFormat::radiance ||
+           readPictureHeader(capture.folder() / frame.picture).bits == 0;
+  };
+  if (!frame.further.empty() || isFloat()) return std::numeric_limits<double>::infinity();
   if (!capture.response) return 1 / frame.exposure;
   const auto& [r, g, b] = capture.response->exposure;
   return static_cast<double>(std::max({r.back(), g.back(), b.back()})) / frame.exposure;
 }
 
+ViewMeasures::MaskDifference maskDifference(const Mask& outline, const Mask& mask) {
+  const Mask outlineCore = eroded(outline, kRim), maskCore = eroded(mask, kRim);
+  double surplus = 0, missing = 0, all = 0;
+  for (size_t i = 0; i < mask.inside.size(); ++i) {
+    surplus += outlineCore.inside[i] && !mask.inside[i];
+    missing += maskCore.inside[i] && !outline.inside[i];
+    all += outline.inside[i];
+  }
+  all = std::max(1., all);
+  return {surplus / all, missing / all};
+}
+
 } // namespace
 
-std::vector<Finding> checkMasks(const Capture& capture, std::span<const SmallView> views) {
+ViewMeasures measure(const Capture& capture, const SmallView& view) {
+  ViewMeasures measures;
+  measures.view = view.view;
+  if (view.matte)
+    measures.mask = maskDifference(view.outline, *view.matte);
+  else
+    measures.outlineContrast = outlineContrastOf(view);
+  const double largest = largestValue(capture, capture.frames[view.frame]);
+  double count = 0, full = 0;
+  for (size_t i = 0; i < view.object().inside.size(); ++i) {
+    if (!view.object().inside[i]) continue;
+    const float* value = &view.radiance.values[3 * i];
+    const auto peak = static_cast<double>(std::max({value[0], value[1], value[2]}));
+    measures.brightest = std::max(measures.brightest, peak);
+    full += peak >= (1 - 1e-4) * largest;
+    ++count;
+  }
+  measures.clipped = count > 0 ? full / count : 0;
+  measures.isBlack = std::ranges::none_of(view.radiance.values, [](float value) { return value > 0; });
+  return measures;
+}
+
+std::vector<Finding> checkMasks(const Capture& capture, std::span<const ViewMeasures> views) {
   std::vector<Offender> different;
   size_t checked = 0;
-  for (const SmallView& view : views) {
-    if (!view.matte) continue;
+  for (const ViewMeasures& view : views) {
+    if (!view.mask) continue;
     ++checked;
-    const Mask &mask = *view.matte, &outline = view.outline;
-    const Mask outlineCore = eroded(outline, kRim), maskCore = eroded(mask, kRim);
-    size_t surplus = 0, missing = 0, all = 0;
-    for (size_t i = 0; i < mask.inside.size(); ++i) {
-      surplus += outlineCore.inside[i] && !mask.inside[i];
-      missing += maskCore.inside[i] && !outline.inside[i];
-      all += outline.inside[i];
-    }
-    const auto share = [&](size_t count) {
-      return static_cast<double>(count) / static_cast<double>(std::max<size_t>(1, all));
-    };
-    if (share(std::max(surplus, missing)) <= kMaskShare) continue;
+    const auto [surplus, missing] = *view.mask;
+    if (std::max(surplus, missing) <= kMaskShare) continue;
     different.push_back(
-        {share(surplus + missing),
+        {surplus + missing,
          fmt::format("{} ({:.0f} % of the silhouette outside the mask, the mask {:.0f} % beyond it)",
-                     capture.views[view.view].identity, 100 * share(surplus), 100 * share(missing))});
+                     capture.views[view.view].identity, 100 * surplus, 100 * missing)});
   }
   if (different.empty()) return {};
   const bool most = 2 * different.size() > checked;
@@ -212,52 +270,44 @@ std::vector<Finding> checkMasks(const Capture& capture, std::span<const SmallVie
                        worst(different))}};
 }
 
-std::vector<Finding> checkPlacement(std::span<const SmallView> views, const TriangleMesh& mesh,
-                                    const RayCaster<AcquisitionSpace>& caster, const Progress& progress) {
+std::optional<double> outlineContrast(std::span<const ViewMeasures> views) {
   std::vector<double> contrasts;
-  for (const SmallView& view : views)
-    if (const auto contrast = outlineContrast(view)) contrasts.push_back(*contrast);
-  if (contrasts.empty()) return {}; // the mesh fills all pictures, or they are even
-  const double contrast = median(contrasts);
-  if (contrast >= kSteepOutline) return {};
-  const auto agreement = brightnessAgreement(views, mesh, caster, progress);
-  if (contrast >= kFlatOutline && agreement.value_or(0) >= kAgreeing) return {};
-  const bool differ = agreement && *agreement < kDiffering;
-  return {{differ ? Severity::error : Severity::warning,
-           fmt::format("photographs {} show the mesh where it is: at its outline they are {:.1f} times as "
-                       "steep as beside it ({:.0f} and more where it fits){}",
-                       differ ? "do not" : "may not", contrast, kSteepOutline,
-                       agreement ? fmt::format(", and views agree about the brightness of its points by a "
-                                               "correlation of {:.2f}",
-                                               *agreement)
-                                 : "")}};
+  for (const ViewMeasures& view : views)
+    if (view.outlineContrast) contrasts.push_back(*view.outlineContrast);
+  return contrasts.empty() ? std::nullopt : std::optional(median(contrasts));
 }
 
-std::vector<Finding> checkExposures(const Capture& capture, std::span<const SmallView> views) {
-  std::vector<double> brightest, clipped;
-  for (const SmallView& view : views) {
-    const Frame& frame = capture.frames[view.frame];
-    double most = 0, count = 0, full = 0;
-    const double largest = largestValue(capture, frame);
-    for (size_t i = 0; i < view.object().inside.size(); ++i) {
-      if (!view.object().inside[i]) continue;
-      const float* value = &view.radiance.values[3 * i];
-      const auto peak = static_cast<double>(std::max({value[0], value[1], value[2]}));
-      most = std::max(most, peak);
-      full += peak >= (1 - 1e-4) * largest;
-      ++count;
-    }
-    brightest.push_back(most);
-    clipped.push_back(count > 0 ? full / count : 0);
-  }
+std::vector<Finding> checkPlacement(double outlineContrast, std::span<const SmallView> views,
+                                    const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& caster,
+                                    const Progress& progress) {
+  if (outlineContrast >= kSteepOutline) return {};
+  const auto agreement = brightnessAgreement(views, mesh, caster, progress);
+  if (outlineContrast >= kFlatOutline && agreement.value_or(0) >= kAgreeing) return {};
+  const bool differ = agreement && *agreement < kDiffering;
+  return {{differ ? Severity::error : Severity::warning,
+           fmt::format(
+               "the mesh {} lie where the photographs show it: they are {:.1f} times as steep at its outline "
+               "as beside it (expected {} or more){}",
+               differ ? "does not" : "may not", outlineContrast, kSteepOutline,
+               agreement ? fmt::format(", and the brightness of its points correlates by {:.2f} between "
+                                       "views (expected {})",
+                                       *agreement, kAgreeing)
+                         : "")}};
+}
+
+std::vector<Finding> checkExposures(const Capture& capture, std::span<const ViewMeasures> views) {
   if (views.empty()) return {};
+  if (std::ranges::all_of(views, &ViewMeasures::isBlack))
+    return {{Severity::error, fmt::format("all {} photographs are black", views.size())}};
+  std::vector<double> brightest;
+  for (const ViewMeasures& view : views) brightest.push_back(view.brightest);
   const double usual = median(brightest);
   std::vector<Offender> black, white;
-  for (size_t i = 0; i < views.size(); ++i) {
-    const std::string& name = capture.views[views[i].view].identity;
-    if (capture.lights.empty() && brightest[i] < kBlackShare * usual) black.push_back({0, name});
-    if (clipped[i] > kClippedShare)
-      white.push_back({clipped[i], fmt::format("{} ({:.0f} % of the object)", name, 100 * clipped[i])});
+  for (const ViewMeasures& view : views) {
+    const std::string& name = capture.views[view.view].identity;
+    if (capture.lights.empty() && view.brightest < kBlackShare * usual) black.push_back({0, name});
+    if (view.clipped > kClippedShare)
+      white.push_back({view.clipped, fmt::format("{} ({:.0f} % of the object)", name, 100 * view.clipped)});
   }
   std::vector<Finding> findings;
   const auto tell = [&](const std::vector<Offender>& offenders, const char* what) {

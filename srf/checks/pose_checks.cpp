@@ -26,17 +26,6 @@ Axis axisOf(const Camera<AcquisitionSpace>& camera) {
 // More than this many pixels of rounding is told, and more than kWrong spoils the picture.
 constexpr double kTold = 0.1, kWrong = 1;
 
-std::optional<Finding> checkPrecision(const Capture& capture,
-                                      const Point3<AcquisitionSpace, double>& middle) {
-  const double pixels = roundingInPixels(capture, middle);
-  if (!(pixels > kTold)) return std::nullopt;
-  return Finding{
-      pixels > kWrong ? Finding::Severity::error : Finding::Severity::warning,
-      fmt::format("the scene lies at ({:.8g}, {:.8g}, {:.8g}), where single precision is off by up "
-                  "to {:.2g} pixels; surflect import shifts the origin",
-                  middle.x(), middle.y(), middle.z(), pixels)};
-}
-
 // Poses that lack positions, say. Distant cameras have none.
 bool standAtOnePlace(const Capture& capture) {
   return capture.views.size() > 1 && !middleOfScene(capture) &&
@@ -79,6 +68,17 @@ std::vector<Finding> checkAxes(const Capture& capture) {
 }
 
 } // namespace
+
+std::optional<Finding> checkPrecision(const Capture& capture,
+                                      const Point3<AcquisitionSpace, double>& middle) {
+  const double pixels = roundingInPixels(capture, middle);
+  if (!(pixels > kTold)) return std::nullopt;
+  return Finding{
+      pixels > kWrong ? Finding::Severity::error : Finding::Severity::warning,
+      fmt::format("the scene lies at ({:.8g}, {:.8g}, {:.8g}), where single precision is off by up "
+                  "to {:.2g} pixels; surflect import shifts the origin",
+                  middle.x(), middle.y(), middle.z(), pixels)};
+}
 
 std::vector<Finding> checkPoses(const Capture& capture) {
   if (standAtOnePlace(capture))

@@ -1,6 +1,7 @@
 #include "srf/checks/small_view.h"
 
 #include "srf/capture/photograph.h"
+#include "surfel/evenly.h"
 
 #include <algorithm>
 
@@ -45,22 +46,36 @@ SmallView smallView(const Capture& capture, size_t frame, const RayCaster<Acquis
   return view;
 }
 
+// For each view, the frame whose light comes most from the camera's side; none for a view without frames.
+std::vector<std::optional<size_t>> frontallyLit(const Capture& capture,
+                                                const Point3<AcquisitionSpace, double>& middle) {
+  std::vector<std::optional<size_t>> best(capture.views.size());
+  std::vector<double> bestCosine(capture.views.size());
+  for (size_t i = 0; i < capture.frames.size(); ++i) {
+    const Frame& frame = capture.frames[i];
+    const Viewpoint viewpoint(capture.views[frame.view].camera);
+    const double cosine =
+        frame.light ? dot(towardsLight(capture.lights[*frame.light], middle), viewpoint.towards(middle)) : 0;
+    if (best[frame.view] && !(cosine > bestCosine[frame.view])) continue;
+    best[frame.view] = i;
+    bestCosine[frame.view] = cosine;
+  }
+  return best;
+}
+
 } // namespace
 
-std::vector<SmallView> smallViews(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
-                                  size_t most, const Progress& progress) {
-  std::vector<std::optional<size_t>> firstFrame(capture.views.size());
-  for (size_t i = capture.frames.size(); i-- > 0;) firstFrame[capture.frames[i].view] = i;
+void forEachSmallView(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
+                      const Point3<AcquisitionSpace, double>& middle, size_t most, const Progress& progress,
+                      const std::function<void(SmallView)>& look) {
   std::vector<size_t> frames;
-  for (const auto& frame : firstFrame)
+  for (const auto& frame : frontallyLit(capture, middle))
     if (frame) frames.push_back(*frame);
-  std::vector<SmallView> views;
-  const size_t count = std::min(most, frames.size());
-  for (size_t i = 0; i < count; ++i) {
-    progress("photographs", static_cast<double>(i) / static_cast<double>(count));
-    views.push_back(smallView(capture, frames[i * frames.size() / count], mesh));
+  const std::vector<size_t> chosen = evenly(frames.size(), most);
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    progress("photographs", static_cast<double>(i) / static_cast<double>(chosen.size()));
+    look(smallView(capture, frames[chosen[i]], mesh));
   }
-  return views;
 }
 
 } // namespace surflect

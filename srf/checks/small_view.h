@@ -7,8 +7,8 @@
 #include "srf/query/ray_caster.h"
 #include "surfel/progress.h"
 
+#include <functional>
 #include <optional>
-#include <vector>
 
 namespace surflect {
 
@@ -23,9 +23,11 @@ struct SmallView {
   const Mask& object() const { return matte ? *matte : outline; }
 };
 
-// Up to `most` views that have frames, evenly chosen, at no more than 512 pixels a side. Reads one photograph
-// of each; progress names the stage "photographs".
-std::vector<SmallView> smallViews(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
-                                  size_t most, const Progress& progress);
+// Calls look(view) for up to `most` views that have frames, evenly chosen, one after the other, at no more
+// than 512 pixels a side. Reads one photograph of each: that whose light comes most from the camera's side,
+// as seen from `middle`; progress names the stage "photographs".
+void forEachSmallView(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
+                      const Point3<AcquisitionSpace, double>& middle, size_t most, const Progress& progress,
+                      const std::function<void(SmallView)>& look);
 
 } // namespace surflect

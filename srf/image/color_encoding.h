@@ -37,7 +37,7 @@ inline constexpr Primaries kAces{
 inline constexpr Primaries kAcesCg{
     {0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}}; // [Academy S-2014-004]
 
-// Chromaticities that differ by no more than files round them.
+// Whether primaries are those of Rec. 709, within 1e-3, which files lose by rounding.
 bool isRec709(const Primaries& primaries);
 
 // P diag(s) with P s = W.  [SMPTE RP 177, 3.3] Throws Error where the primaries span no colours.
@@ -55,14 +55,15 @@ struct Transfer {
 
   friend bool operator==(const Transfer&, const Transfer&) = default;
 };
-// Below zero, gamma and bt709 go on as they do above. NaN stays NaN.
+// Below zero, gamma is mirrored at 0; sRGB and bt709 continue the straight part of their curve. NaN stays
+// NaN.
 float linearised(const Transfer& transfer, float stored);
 
 class IccTransform;
 
 struct ColorEncoding {
-  std::optional<Transfer> transfer;            // none: what pictures of this format have
-  std::optional<Primaries> primaries;          // none: Rec. 709's
+  std::optional<Transfer> transfer;            // empty: the format's default (usualTransfer)
+  std::optional<Primaries> primaries;          // empty: Rec. 709's
   std::shared_ptr<const IccTransform> profile; // in the place of both
 };
 // "sRGB", "gamma 2.2, Adobe RGB", "linear, other primaries", "ICC profile 'Display P3'".
@@ -82,7 +83,7 @@ public:
   // The fallback is the transfer of an encoding that has none.
   ColorDecoder(const ColorEncoding& encoding, const Transfer& fallback);
 
-  // With a profile, channels cannot be told apart: decodedByProfile() then stands in for both of the others.
+  // With a profile the channels depend on each other: call decoded(), not linear() and toRec709().
   const IccTransform* profile() const { return profile_.get(); }
   float linear(float stored) const {
     return transfer_.curve == Transfer::Curve::linear ? stored : linearised(transfer_, stored);
@@ -90,7 +91,9 @@ public:
   bool mixesChannels() const { return rec709_.has_value(); }
   void toRec709(float* linearRgb) const; // 3 channels, in place
 
-  friend bool sameChannels(const ColorDecoder& a, const ColorDecoder& b) { return a.rec709_ == b.rec709_; }
+  friend bool havePrimariesInCommon(const ColorDecoder& a, const ColorDecoder& b) {
+    return a.rec709_ == b.rec709_;
+  }
 
 private:
   Transfer transfer_;

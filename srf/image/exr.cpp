@@ -21,6 +21,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <initializer_list>
 #include <set>
 #include <unistd.h>
 
@@ -269,9 +270,30 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
+// The channels of a layer, of these names, that are there.
+std::vector<std::string> present(const ExrFile& file, const std::string& layer,
+                                 std::initializer_list<const char*> names) {
+  std::vector<std::string> found;
+  for (const char* name : names)
+    if (file.has(inLayer(layer, name))) found.emplace_back(name);
+  return found;
+}
+
+// Y alone is gray. Beside X or Z it is a coordinate, beside RY or BY the luminance of a colour.
+bool hasGray(const ExrFile& file, const std::string& layer) {
+  return file.has(inLayer(layer, "Y")) && present(file, layer, {"X", "Z", "RY", "BY"}).empty();
+}
+
 bool hasColors(const ExrFile& file, const std::string& layer) {
-  const auto has = [&](const char* channel) { return file.has(inLayer(layer, channel)); };
-  return (has("R") && has("G") && has("B")) || has("Y");
+  return present(file, layer, {"R", "G", "B"}).size() == 3 || hasGray(file, layer);
+}
+
+// What a layer has in the place of R, G, B or Y.
+std::string foundInstead(const ExrFile& file, const std::string& layer) {
+  if (!file.has(inLayer(layer, "Y"))) return listed(file.channels());
+  if (!present(file, layer, {"X", "Z"}).empty())
+    return listed(present(file, layer, {"X", "Y", "Z"})) + " (CIE XYZ, or a vector)";
+  return listed(present(file, layer, {"Y", "RY", "BY"})) + " (luminance and chroma)";
 }
 
 // The layers that have colours, in alphabetical order.
@@ -286,14 +308,13 @@ std::vector<std::string> colorLayers(const ExrFile& file) {
 } // namespace
 
 ChannelSet colorChannels(const ExrFile& file, const std::string& layer) {
-  const ChannelSet rgb{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")};
-  if (std::all_of(rgb.begin(), rgb.end(), [&](const std::string& c) { return file.has(c); })) return rgb;
-  const std::string gray = inLayer(layer, "Y");
-  if (file.has(gray)) return {gray};
+  if (present(file, layer, {"R", "G", "B"}).size() == 3)
+    return {inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")};
+  if (hasGray(file, layer)) return {inLayer(layer, "Y")};
   const std::string what = layer.empty() ? "channels" : "layer " + layer;
   const std::vector<std::string> layers = colorLayers(file);
   const std::string hint = layers.empty() ? "" : " (or as `layer` of the frames: " + listed(layers) + ")";
-  throw Error::mismatch("R, G, B or Y" + hint, listed(file.channels())).at(what).in(file.path());
+  throw Error::mismatch("R, G, B or Y" + hint, foundInstead(file, layer)).at(what).in(file.path());
 }
 
 std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer) {

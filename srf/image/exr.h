@@ -59,8 +59,8 @@ private:
   std::vector<std::string> channels_;
 };
 
-// The channels that hold a layer's colour (R, G, B or Y), throws Error that lists the file's channels where
-// there are none; and its alpha (A), where there is one. The empty layer is the picture itself.
+// The channels that hold a layer's colour: R, G, B, or Y without X, Z, RY and BY. Throws Error that says what
+// is there instead. And its alpha (A), where there is one. The empty layer is the picture itself.
 ChannelSet colorChannels(const ExrFile& file, const std::string& layer);
 std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer);
 

@@ -13,7 +13,8 @@ namespace surflect {
 ColorStatement profileStatement(std::string source, std::string_view profile, int channels);
 
 // By EXIF's colour space: sRGB, or Adobe RGB, which cameras without profiles mean by "uncalibrated" and the
-// interoperability index R03. Uncalibrated alone says nothing but that. None where there is no EXIF.
+// interoperability index R03. An EXIF colour space 'uncalibrated' without R03 gives a statement with an empty
+// encoding. None where there is no EXIF.
 std::optional<ColorStatement> exifColorStatement(std::string_view jpeg);
 
 // The ICC profile of a WebP file; empty where there is none.

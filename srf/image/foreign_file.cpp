@@ -11,8 +11,8 @@ namespace surflect {
 
 namespace {
 
-// A fourth byte that no mask declares, or that is 0 all over, is alpha only where it varies: programs write
-// alpha without declaring it, but cameras and screens leave the byte as it is.
+// A fourth byte that the header does not declare as alpha, or that is 0 all over, is alpha only where it
+// varies: programs write alpha without declaring it, but cameras and screens leave the byte as it is.
 bool isAlpha(const Image& image, bool declared) {
   const float first = image.values[3];
   bool varies = false;
@@ -24,6 +24,25 @@ Image withoutAlpha(const Image& image) {
   Image opaque(image.width, image.height, 3);
   for (size_t i = 0; i < opaque.values.size(); ++i) opaque.values[i] = image.values[i / 3 * 4 + i % 3];
   return opaque;
+}
+
+// The pixels are there, unless only the header was read.
+void keepOnlyAlpha(Image& image, bool declared) {
+  if (image.channels == 4 && !image.values.empty() && !isAlpha(image, declared)) image = withoutAlpha(image);
+}
+
+// [Truevision TGA 2.0, field 24] attribute types: 0 no alpha, 1 and 2 undefined, 3 straight, 4 premultiplied.
+// Without an extension area the header's alpha bits declare alpha, which OpenImageIO then calls straight.
+void settleTargaAlpha(Picture& picture, int type, bool calledStraight) {
+  constexpr int kIgnored = 1, kRetained = 2, kPremultiplied = 4;
+  picture.alphaPremultiplied = type == kPremultiplied;
+  if (picture.image.channels == 4 && (type == kIgnored || type == kRetained)) {
+    if (picture.image.values.empty())
+      picture.image.channels = 3;
+    else
+      picture.image = withoutAlpha(picture.image);
+  }
+  keepOnlyAlpha(picture.image, calledStraight || type == kPremultiplied);
 }
 
 } // namespace
@@ -43,13 +62,12 @@ Picture completed(ForeignPicture read, const std::filesystem::path& path, std::s
     if (const auto profile = webpProfile(file); !profile.empty())
       picture.color = profileStatement("WebP ICC profile", profile, channels);
   }
+  if (extension == ".tga") settleTargaAlpha(picture, read.targaAlphaType, !read.alphaPremultiplied);
   if (extension == ".bmp") try {
       const BmpHeader header = bmpHeader(readFile(path));
       picture.color = header.color;
       picture.alphaPremultiplied = false;
-      if (picture.image.channels == 4 && !picture.image.values.empty() &&
-          !isAlpha(picture.image, header.declaresAlpha))
-        picture.image = withoutAlpha(picture.image);
+      keepOnlyAlpha(picture.image, header.declaresAlpha);
     } catch (Error& e) {
       throw std::move(e).in(path);
     }

@@ -9,8 +9,8 @@
 
 namespace surflect {
 
-// The picture with its statement of colour, and without what a BMP's fourth byte holds where that is no
-// alpha. The extension has small letters. Throws Error.
+// Adds the colour statement, and drops the fourth channel of a BMP or Targa where it is not alpha, which only
+// the pixels tell. `extension` is in lower case. Throws Error.
 Picture completed(ForeignPicture read, const std::filesystem::path& path, std::string_view extension);
 
 } // namespace surflect

@@ -10,6 +10,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <mutex>
+#include <utility>
 #include <vector>
 
 namespace surflect {
@@ -75,8 +77,10 @@ struct IccTransform::Transform {
   cmsContext context = cmsCreateContext(nullptr, &problem);
   cmsHTRANSFORM transform = nullptr;
   // A profile of three curves and a matrix is a sum over channels, which tables give seven times as fast.
-  // Empty: the profile is none of these.
-  std::array<std::vector<Light>, 3> tables;
+  // Made by the first conversion, as a profile is often opened for its picture's header alone. Empty: the
+  // profile is none of these.
+  mutable std::once_flag tabulating;
+  mutable std::array<std::vector<Light>, 3> tables;
 
   Transform() = default;
   Transform(const Transform&) = delete;
@@ -168,13 +172,16 @@ IccTransform::IccTransform(std::string_view bytes, int channels) : channels_(cha
       made->context, profile.get(), channels == 3 ? TYPE_RGB_FLT : TYPE_GRAY_FLT, target.get(), TYPE_RGB_FLT,
       INTENT_RELATIVE_COLORIMETRIC, cmsFLAGS_NOCACHE | cmsFLAGS_NOOPTIMIZE);
   if (!made->transform) throw damaged();
-  if (channels == 3) made->tables = tabulated(made->transform);
-  if (channels == 3 && !addsUp(made->transform, made->tables)) made->tables = {};
   transform_ = std::move(made);
 }
 
 void IccTransform::toRec709(const float* stored, float* rgb, size_t pixels) const {
   const auto& tables = transform_->tables;
+  if (channels_ == 3)
+    std::call_once(transform_->tabulating, [&] {
+      auto made = tabulated(transform_->transform);
+      if (addsUp(transform_->transform, made)) transform_->tables = std::move(made);
+    });
   if (!tables[0].empty()) {
     for (size_t i = 0; i < pixels; ++i, stored += 3, rgb += 3) {
       if (isUnit(stored[0]) && isUnit(stored[1]) && isUnit(stored[2]))

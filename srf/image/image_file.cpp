@@ -50,7 +50,7 @@ constexpr std::array<std::string_view, 11> foreignExtensions = {
     ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp"};
 
 Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent extent) {
-  if (std::ranges::find(foreignExtensions, lowerExtension(path)) == foreignExtensions.end())
+  if (!isPictureName(path))
     throw Error::mismatch("a picture of type .exr, .png, .jpg, .tif, .hdr, .bmp, .tga, .ppm or .webp",
                           "'" + path.extension().string() + "'")
         .in(path);
@@ -91,6 +91,11 @@ PictureFormat formatOf(const std::filesystem::path& path) {
   return extension == ".png" ? PictureFormat::png : PictureFormat::foreign;
 }
 
+bool isPictureName(const std::filesystem::path& path) {
+  return formatOf(path) != PictureFormat::foreign ||
+         std::ranges::find(foreignExtensions, lowerExtension(path)) != foreignExtensions.end();
+}
+
 Picture readPicture(const std::filesystem::path& path) {
   const PictureFormat format = formatOf(path);
   if (format == PictureFormat::exr) return readExrPicture(path);
@@ -120,6 +125,9 @@ PictureHeader readPictureHeader(const std::filesystem::path& path) {
     break;
   }
   Picture picture = readForeignPicture(path, ForeignExtent::header);
+  const std::string extension = lowerExtension(path);
+  const bool pixelsTellAlpha = extension == ".bmp" || extension == ".tga";
+  if (pixelsTellAlpha && picture.hasAlpha()) picture = readForeignPicture(path, ForeignExtent::pixels);
   return {{picture.image.width, picture.image.height},
           picture.hasAlpha(),
           picture.orientation,
@@ -127,6 +135,10 @@ PictureHeader readPictureHeader(const std::filesystem::path& path) {
           std::move(picture.color)};
 }
 
-PictureSize readPictureSize(const std::filesystem::path& path) { return readPictureHeader(path).size; }
+PictureSize readPictureSize(const std::filesystem::path& path) {
+  if (formatOf(path) != PictureFormat::foreign) return readPictureHeader(path).size;
+  const Picture picture = readForeignPicture(path, ForeignExtent::header);
+  return {picture.image.width, picture.image.height};
+}
 
 } // namespace surflect

@@ -13,6 +13,8 @@ namespace surflect {
 enum class PictureFormat { exr, png, radiance, foreign };
 // By the extension alone, in either case of letters.
 PictureFormat formatOf(const std::filesystem::path& path);
+// Whether readPicture() knows the extension, in either case of letters.
+bool isPictureName(const std::filesystem::path& path);
 
 struct Picture {
   Image image;                         // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA
@@ -40,8 +42,9 @@ struct PictureHeader {
   int bits = 0;
   std::optional<ColorStatement> color;
 };
-// Read the file's header only.
+// Reads the file's header, and the pixels of a BMP or Targa of 32 bits, which tell whether there is alpha.
 PictureHeader readPictureHeader(const std::filesystem::path& path);
+// Reads the file's header only.
 PictureSize readPictureSize(const std::filesystem::path& path);
 
 } // namespace surflect

@@ -91,19 +91,6 @@ private:
   png_infop info_;
 };
 
-// Whether a tRNS chunk, which makes colours transparent, comes before the pixels.
-// [PNG 3rd ed., 5.3 and 11.3.1.1]
-bool hasTransparentColors(std::string_view file) {
-  constexpr size_t kSignature = 8, kAround = 12; // length, name and checksum of a chunk
-  for (size_t at = kSignature; at + 8 <= file.size();) {
-    const std::string_view name = file.substr(at + 4, 4);
-    if (name == "tRNS") return true;
-    if (name == "IDAT") return false;
-    at += kAround + png_get_uint_32(reinterpret_cast<const png_byte*>(file.data()) + at);
-  }
-  return false;
-}
-
 } // namespace
 
 PngPicture readPng(const std::filesystem::path& path) {
@@ -138,9 +125,9 @@ PngHeader readPngHeader(const std::filesystem::path& path) {
   if (width < 1 || height < 1 || int64_t{width} * height > maximalPixels)
     throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
         .in(path);
-  if (!reachesPngPixels(start)) start = readFile(path);
+  if (!hasPngChunk(start, "IDAT")) start = readFile(path);
   return {static_cast<int>(width), static_cast<int>(height),
-          (start[kColorType] & PNG_COLOR_MASK_ALPHA) != 0 || hasTransparentColors(start),
+          (start[kColorType] & PNG_COLOR_MASK_ALPHA) != 0 || hasPngChunk(start, "tRNS"),
           start[kDepth] == 16 ? 16 : 8, pngColorStatement(start)};
 }
 

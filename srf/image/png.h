@@ -44,14 +44,15 @@ struct PngSamples {
     return static_cast<size_t>(width) * static_cast<size_t>(channels) * static_cast<size_t>(bitDepth / 8);
   }
 };
+
+// The bytes of a PNG file with these samples. Equal samples give equal bytes.
+std::string pngBytes(const PngSamples& picture);
+
 // The nearest of 0..most to a value clamped to 0..1, ties up; what is no number is black.
 inline uint16_t quantized(float value, float most) {
   const float unit = value > 0 ? std::min(value, 1.f) : 0;
   return static_cast<uint16_t>(static_cast<int>(double{unit * most} + 0.5)); // lround, but in lanes
 }
-
-// A file of them; the same samples give the same bytes.
-std::string pngBytes(const PngSamples& picture);
 
 // Writes an image of 1 to 4 channels (as above) atomically, rounding values clamped to 0..1 to 8 or 16 bits.
 // Throws Error.

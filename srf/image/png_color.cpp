@@ -8,6 +8,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -23,16 +24,28 @@ uint32_t bigEndian(std::string_view bytes, size_t at) {
   return value;
 }
 
-// Calls visit(name, content, checksum is right) for each chunk, until it returns false or the bytes end.
-template <class Visit> void forChunks(std::string_view file, const Visit& visit) {
-  constexpr size_t kSignature = 8, kAround = 12; // length, name and checksum
-  for (size_t at = kSignature; at + kAround <= file.size();) {
-    const size_t length = bigEndian(file, at);
-    if (length > file.size() - at - kAround) return;
-    const std::string_view counted = file.substr(at + 4, 4 + length);
+struct Chunk {
+  std::string_view counted;  // its name and content, as far as the bytes go
+  std::string_view checksum; // 4 bytes, or less where the bytes end
+
+  std::string_view name() const { return counted.substr(0, 4); }
+  // Throws Error where the chunk is damaged.
+  std::string_view content() const {
     const auto sum =
         ::crc32(0, reinterpret_cast<const Bytef*>(counted.data()), static_cast<uInt>(counted.size()));
-    if (!visit(counted.substr(0, 4), counted.substr(4), sum == bigEndian(file, at + 8 + length))) return;
+    if (checksum.size() < 4 || sum != bigEndian(checksum, 0))
+      throw Error("the checksum is wrong").at(std::string(name()));
+    return counted.substr(4);
+  }
+};
+
+// Calls visit(chunk) for each chunk whose name is there, until it returns false.
+template <class Visit> void forChunks(std::string_view file, const Visit& visit) {
+  constexpr size_t kSignature = 8, kName = 4, kAround = 12; // around: length, name and checksum
+  for (size_t at = kSignature; at + 8 <= file.size();) {
+    const size_t length = bigEndian(file, at), end = std::min(at + 8 + length, file.size());
+    if (!visit(Chunk{file.substr(at + 4, std::min(kName + length, end - at - 4)), file.substr(end, 4)}))
+      return;
     at += kAround + length;
   }
 }
@@ -46,23 +59,27 @@ ColorEncoding encodingOfCicp(std::string_view content) {
   if (content.size() != 4) throw lengthError(content, "4");
   const int primaries = static_cast<uint8_t>(content[0]), transfer = static_cast<uint8_t>(content[1]),
             matrix = static_cast<uint8_t>(content[2]), fullRange = static_cast<uint8_t>(content[3]);
-  static const std::map<int, Primaries> knownPrimaries{
+  static const std::map<int, std::optional<Primaries>> knownPrimaries{
       {1, kRec709},
-      {5, {{0.64, 0.33}, {0.29, 0.60}, {0.15, 0.06}, kD65}},
-      {6, {{0.630, 0.340}, {0.310, 0.595}, {0.155, 0.070}, kD65}},
+      {2, std::nullopt}, // unspecified
+      {5, Primaries{{0.64, 0.33}, {0.29, 0.60}, {0.15, 0.06}, kD65}},
+      {6, Primaries{{0.630, 0.340}, {0.310, 0.595}, {0.155, 0.070}, kD65}},
       {9, kRec2020},
-      {11, {{0.680, 0.320}, {0.265, 0.690}, {0.15, 0.06}, {0.314, 0.351}}},
+      {11, Primaries{{0.680, 0.320}, {0.265, 0.690}, {0.15, 0.06}, {0.314, 0.351}}},
       {12, kDisplayP3}};
   using Curve = Transfer::Curve;
-  static const std::map<int, Transfer> knownTransfers{
-      {1, {Curve::bt709}},  {4, {Curve::gamma, 2.2}}, {5, {Curve::gamma, 2.8}}, {6, {Curve::bt709}},
-      {8, {Curve::linear}}, {13, {Curve::srgb}},      {14, {Curve::bt709}},     {15, {Curve::bt709}}};
+  static const std::map<int, std::optional<Transfer>> knownTransfers{
+      {1, Transfer{Curve::bt709}},      {2, std::nullopt}, // unspecified
+      {4, Transfer{Curve::gamma, 2.2}}, {5, Transfer{Curve::gamma, 2.8}},
+      {6, Transfer{Curve::bt709}},      {8, Transfer{Curve::linear}},
+      {13, Transfer{Curve::srgb}},      {14, Transfer{Curve::bt709}},
+      {15, Transfer{Curve::bt709}}};
   if (transfer == 16) throw Error("the curve is PQ, which is not supported");
   if (transfer == 18) throw Error("the curve is HLG, which is not supported");
   if (!knownPrimaries.contains(primaries))
-    throw Error::mismatch("1, 5, 6, 9, 11 or 12", std::to_string(primaries)).at("colour primaries");
+    throw Error::mismatch("1, 2, 5, 6, 9, 11 or 12", std::to_string(primaries)).at("colour primaries");
   if (!knownTransfers.contains(transfer))
-    throw Error::mismatch("1, 4, 5, 6, 8, 13, 14 or 15", std::to_string(transfer)).at("transfer function");
+    throw Error::mismatch("1, 2, 4, 5, 6, 8, 13, 14 or 15", std::to_string(transfer)).at("transfer function");
   if (matrix != 0) throw Error::mismatch("0, RGB", std::to_string(matrix)).at("matrix coefficients");
   if (fullRange != 1) throw Error::mismatch("1, full range", std::to_string(fullRange)).at("range");
   return {knownTransfers.at(transfer), knownPrimaries.at(primaries), nullptr};
@@ -122,61 +139,61 @@ Primaries primariesOfChrm(std::string_view content) {
 
 } // namespace
 
-bool reachesPngPixels(std::string_view start) {
-  bool reached = false;
-  constexpr size_t kSignature = 8;
-  for (size_t at = kSignature; !reached && at + 8 <= start.size(); at += 12 + size_t{bigEndian(start, at)})
-    reached = start.substr(at + 4, 4) == "IDAT";
-  return reached;
+bool hasPngChunk(std::string_view file, std::string_view name) {
+  bool found = false;
+  forChunks(file, [&](const Chunk& chunk) {
+    found = chunk.name() == name;
+    return !found && chunk.name() != "IDAT";
+  });
+  return found;
 }
 
 std::optional<ColorStatement> pngColorStatement(std::string_view file) {
-  std::map<std::string_view, std::string_view> chunks; // the first of each name
-  std::string damaged;
-  forChunks(file, [&](std::string_view name, std::string_view content, bool isWhole) {
-    if (name == "IDAT") return false;
-    if (name == "cICP" || name == "iCCP" || name == "sRGB" || name == "gAMA" || name == "cHRM") {
-      chunks.try_emplace(name, content);
-      if (!isWhole) damaged = name;
-    }
-    return true;
+  std::map<std::string_view, Chunk> chunks; // the first of each name
+  forChunks(file, [&](const Chunk& chunk) {
+    const std::string_view name = chunk.name();
+    if (name == "cICP" || name == "iCCP" || name == "sRGB" || name == "gAMA" || name == "cHRM")
+      chunks.try_emplace(name, chunk);
+    return name != "IDAT";
   });
-  if (chunks.empty()) return std::nullopt;
   const bool isColor = file.size() > 25 && (file[25] & 2) != 0; // colour type of IHDR
   const auto has = [&](const char* name) { return chunks.contains(name); };
-  ColorStatement statement;
-  const auto stated = [&](const char* source, const auto& read) {
-    statement.source = std::string("PNG ") + source + " chunk";
-    if (!damaged.empty())
-      statement.problem = damaged + ": the checksum is wrong";
-    else
-      try {
-        statement.encoding = read();
-      } catch (const Error& e) {
-        statement.problem = e.what();
-      }
+  const auto content = [&](const char* name) { return chunks.at(name).content(); };
+  const auto stated = [&](const std::string& source, const auto& read) {
+    ColorStatement statement{"PNG " + source + " chunk", {}, {}};
+    try {
+      statement.encoding = read();
+    } catch (const Error& e) {
+      statement.problem = e.what();
+    }
     return statement;
   };
-  if (has("cICP")) return stated("cICP", [&] { return encodingOfCicp(chunks["cICP"]); });
+  const auto saysNothing = [](const ColorStatement& statement) { // cICP of 2 and 2, gAMA of 0
+    return statement.problem.empty() && !statement.encoding.transfer && !statement.encoding.primaries;
+  };
+  if (has("cICP"))
+    if (auto statement = stated("cICP", [&] { return encodingOfCicp(content("cICP")); });
+        !saysNothing(statement))
+      return statement;
   if (has("iCCP"))
     return stated("iCCP", [&]() -> ColorEncoding {
-      return {{}, {}, std::make_shared<IccTransform>(profileOf(chunks["iCCP"]), isColor ? 3 : 1)};
+      return {{}, {}, std::make_shared<IccTransform>(profileOf(content("iCCP")), isColor ? 3 : 1)};
     });
   if (has("sRGB"))
     return stated("sRGB", [&]() -> ColorEncoding {
+      content("sRGB"); // which throws where it is damaged
       return {Transfer{Transfer::Curve::srgb}, kRec709, nullptr};
     });
-  statement = stated(has("gAMA") ? "gAMA" : "cHRM", [&] {
+  if (!has("gAMA") && !has("cHRM")) return std::nullopt;
+  const ColorStatement statement = stated(has("gAMA") ? "gAMA" : "cHRM", [&] {
     ColorEncoding encoding;
-    if (has("cHRM")) encoding.primaries = primariesOfChrm(chunks["cHRM"]);
+    if (has("cHRM")) encoding.primaries = primariesOfChrm(content("cHRM"));
     if (has("gAMA"))
       encoding.transfer =
-          transferOfGama(chunks["gAMA"], !encoding.primaries || isRec709(*encoding.primaries));
+          transferOfGama(content("gAMA"), !encoding.primaries || isRec709(*encoding.primaries));
     return encoding;
   });
-  const bool saysNothing = !statement.encoding.transfer && !statement.encoding.primaries; // gAMA of 0
-  if (statement.problem.empty() && saysNothing) return std::nullopt;
-  return statement;
+  return saysNothing(statement) ? std::nullopt : std::optional(statement);
 }
 
 } // namespace surflect

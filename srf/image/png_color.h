@@ -9,10 +9,11 @@
 namespace surflect {
 
 // Of a file, or of its beginning up to the pixels: what its strongest chunk says; cICP before iCCP, sRGB, and
-// gAMA with cHRM. What is wrong with that chunk is the statement's problem.
+// gAMA with cHRM. What is wrong with that chunk is the statement's problem; weaker ones are not read.
 std::optional<ColorStatement> pngColorStatement(std::string_view file);
 
-// Whether the beginning of a file reaches its pixels, so that it has all chunks that say so.
-bool reachesPngPixels(std::string_view start);
+// Whether a chunk of that name begins in a file, or in its beginning, and not after the first with pixels,
+// "IDAT".
+bool hasPngChunk(std::string_view file, std::string_view name);
 
 } // namespace surflect

@@ -204,6 +204,8 @@ RadianceHeader radianceHeader(std::string_view file) {
       if (key == "FORMAT") format = value.substr(std::min(value.find_first_not_of(' '), value.size()));
       if (key == "EXPOSURE") divideOut(header, value, 1);
       if (key == "COLORCORR") divideOut(header, value, 3);
+      if (key == "GAMMA" && numbersIn(value, 1)[0] != 1) // not Radiance's own, but rgbe.c writes it
+        throw Error::mismatch("1", "'" + std::string(value) + "'");
     } catch (Error& e) {
       throw std::move(e).at(key);
     }

@@ -4,6 +4,7 @@
 #include "srf/image/color_encoding.h"
 #include "srf/image/image.h"
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -16,9 +17,9 @@ struct RadianceHeader {
   bool columns = false;   // "+X 4 -Y 2": scanlines are columns
   bool upwards = false;   // "+Y": the first is the lowest
   bool leftwards = false; // "-X": the first is the rightmost
-  double factor[3] = {1, 1,
-                      1}; // from stored to recorded values: EXPOSURE and COLORCORR lines are divided out
-  bool isXyz = false;     // CIE tristimulus values, not RGB
+  // Stored values times this are the recorded ones: EXPOSURE and COLORCORR divided out.
+  std::array<double, 3> factor{1, 1, 1};
+  bool isXyz = false;                  // CIE tristimulus values, not RGB
   std::optional<ColorStatement> color; // of PRIMARIES, or of format XYZE; none: Rec. 709
   size_t bytes = 0;                    // of the header
 };

@@ -261,45 +261,50 @@ template <class Read> auto readAt(const fs::path& file, Read read) {
   }
 }
 
-bool isFile(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
-
 fs::path imagesFileOf(const fs::path& model) {
   return model / (isFile(model / "cameras.bin") ? "images.bin" : "images.txt");
 }
 
-std::vector<Registered> readRegistered(const fs::path& model, RoundedRotations& rotations) {
-  const fs::path file = imagesFileOf(model);
-  return readAt(file, [&](const std::string& content) {
-    return file.extension() == ".bin" ? readImagesBinary(content, rotations)
-                                      : readImagesText(content, rotations);
+// What a model's list of pictures says.
+struct Reconstruction {
+  fs::path folder;
+  std::vector<Registered> images;
+  RoundedRotations rotations;
+};
+
+Reconstruction readReconstruction(const fs::path& folder) {
+  Reconstruction model{folder, {}, {}};
+  const fs::path file = imagesFileOf(folder);
+  model.images = readAt(file, [&](const std::string& content) {
+    return file.extension() == ".bin" ? readImagesBinary(content, model.rotations)
+                                      : readImagesText(content, model.rotations);
   });
+  return model;
 }
 
 // COLMAP writes a model for each part of the photographs that it cannot connect: sparse/0, sparse/1, .. in no
 // order of size. Notes name the others.
-fs::path largestModel(const std::vector<fs::path>& models, const fs::path& folder,
-                      std::vector<std::string>& notes) {
+Reconstruction largestModel(const std::vector<fs::path>& models, const fs::path& folder,
+                            std::vector<std::string>& notes) {
   if (models.empty()) throw Error("no cameras.bin or cameras.txt here or in sparse/0").in(folder);
-  if (models.size() == 1) return models[0];
+  if (models.size() == 1) return readReconstruction(models[0]);
   std::vector<std::string> sizes;
-  size_t largest = 0, most = 0;
+  Reconstruction best;
+  size_t largest = 0;
   for (size_t m = 0; m < models.size(); ++m) try {
-      RoundedRotations ignored; // those of the model that is taken are told
-      const size_t count = readRegistered(models[m], ignored).size();
-      sizes.push_back(std::to_string(count) + " photographs");
-      if (count > most) largest = m, most = count;
+      Reconstruction model = readReconstruction(models[m]);
+      sizes.push_back(std::to_string(model.images.size()) + " photographs");
+      if (model.images.size() > best.images.size()) largest = m, best = std::move(model);
     } catch (const Error& e) {
       sizes.push_back("cannot be read: " + std::string(e.what()));
     }
+  if (best.images.empty()) return readReconstruction(models[0]); // or says why it cannot be read
   std::string others;
   for (size_t m = 0; m < models.size(); ++m)
     if (m != largest) others += (others.empty() ? "" : ", ") + models[m].string() + " (" + sizes[m] + ")";
   notes.push_back("of " + std::to_string(models.size()) + " COLMAP models the largest is taken, " +
                   models[largest].string() + " (" + sizes[largest] + "); left out: " + others);
-  return models[largest];
+  return best;
 }
 
 } // namespace
@@ -354,20 +359,18 @@ std::vector<fs::path> findColmapModels(const fs::path& folder) {
 
 Source readColmap(const fs::path& folder, const fs::path& images, bool allowOutside) {
   Source source;
-  const fs::path model = largestModel(findColmapModels(folder), folder, source.notes);
+  auto [model, registered, rotations] = largestModel(findColmapModels(folder), folder, source.notes);
   const bool binary = isFile(model / "cameras.bin");
   const fs::path camerasFile = model / (binary ? "cameras.bin" : "cameras.txt"),
                  imagesFile = imagesFileOf(model);
   const Cameras cameras = readAt(camerasFile, binary ? readCamerasBinary : readCamerasText);
-  RoundedRotations rotations;
-  std::vector<Registered> registered = readRegistered(model, rotations);
   if (registered.empty()) throw Error("no picture is registered").in(imagesFile);
   // COLMAP numbers pictures as threads finish with them.
   std::sort(registered.begin(), registered.end(),
             [](const Registered& a, const Registered& b) { return a.name < b.name; });
 
   source.files = {images.empty() ? folder / "images" : images, allowOutside};
-  if (std::error_code ignored; !fs::is_directory(source.files.root, ignored))
+  if (!isFolder(source.files.root))
     throw Error("no such folder; --images says where the pictures are").in(source.files.root);
   if (!source.files.root.has_filename()) source.files.root = source.files.root.parent_path(); // "images_2/"
   const fs::path& root = source.files.root;

@@ -1,6 +1,7 @@
 #include "srf/import/import.h"
 
 #include "srf/calibration/response.h"
+#include "srf/capture/counted.h"
 #include "srf/capture/coverage.h"
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
@@ -35,11 +36,6 @@ namespace {
 
 // Where no mask tells the object, strengths come from what is brighter than this share of the brightest.
 constexpr double kStrengthThreshold = 0.1;
-
-bool isFolder(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_directory(path, ignored);
-}
 
 // The *_par.txt of a folder; throws Error if there are several.
 std::optional<fs::path> findParameters(const fs::path& folder) {
@@ -198,9 +194,20 @@ void estimateStrengths(Source& source, const std::vector<Mask>& masks, bool unev
                            "); they are even");
 }
 
+// Removes the masks of the source, so that they need not be right where others are made.
+void dropMasks(Source& source) {
+  std::set<fs::path> masks;
+  for (Frame& frame : source.capture.frames) {
+    if (!frame.mask.empty()) masks.insert(frame.mask);
+    frame.mask.clear();
+  }
+  if (!masks.empty())
+    source.notes.push_back(counted(masks.size(), "mask") + " of the source " +
+                           (masks.size() == 1 ? "is" : "are") + " not used: --mask-threshold makes others");
+}
+
 std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
   std::vector<Mask> masks;
-  for (Frame& frame : source.capture.frames) frame.mask.clear();
   const auto views = framesOfViews(source.capture);
   for (size_t v = 0; v < views.size(); ++v) {
     progress("masks", static_cast<double>(v) / static_cast<double>(views.size()));
@@ -384,6 +391,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   OutputFolder folder(output);
   Source source = readSource(sourcePath, report.format, options);
   Capture& capture = source.capture;
+  if (options.maskThreshold) dropMasks(source);
   if (options.colorSpace) {
     capture.colorSpace = options.colorSpace;
     capture.response.reset();

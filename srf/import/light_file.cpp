@@ -13,7 +13,6 @@ namespace surflect {
 namespace {
 
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
-bool isNumber(std::string_view text) { return !text.empty() && std::ranges::all_of(text, isDigit); }
 
 // "-0,75" or "1,5e-3".
 bool isDecimalComma(std::string_view word) {

@@ -1,11 +1,11 @@
 #include "srf/import/listing.h"
 
+#include "srf/image/image_file.h"
 #include "surfel/error.h"
 
 #include <algorithm>
 #include <cctype>
 #include <map>
-#include <set>
 
 namespace surflect {
 
@@ -53,10 +53,14 @@ bool naturallyBefore(std::string_view a, std::string_view b) {
 
 bool isHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
-bool isPicture(const fs::path& path) {
-  static const std::set<std::string> extensions{".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff",
-                                                ".tga", ".bmp", ".ppm",  ".pgm", ".hdr", ".webp"};
-  return extensions.contains(lowered(path.extension().string()));
+bool isFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+bool isFolder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
 }
 
 bool isMaskName(const fs::path& path) {
@@ -89,7 +93,7 @@ std::vector<fs::path> picturesIn(const fs::path& folder) {
   std::vector<fs::path> pictures;
   std::error_code problem, ignored;
   for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end; entry.increment(problem))
-    if (isPicture(entry->path()) && !isHidden(entry->path()) && entry->is_regular_file(ignored))
+    if (isPictureName(entry->path()) && !isHidden(entry->path()) && entry->is_regular_file(ignored))
       pictures.push_back(entry->path());
   if (problem) throw Error("cannot open (" + problem.message() + ")").in(folder);
   sortNaturally(pictures);
@@ -103,7 +107,7 @@ std::vector<fs::path> picturesBelow(const fs::path& folder) {
        entry.increment(problem)) {
     if (isHidden(entry->path()))
       entry.disable_recursion_pending();
-    else if (isPicture(entry->path()) && entry->is_regular_file(ignored))
+    else if (isPictureName(entry->path()) && entry->is_regular_file(ignored))
       pictures.push_back(entry->path());
   }
   sortNaturally(pictures);

@@ -1,4 +1,4 @@
-// What lies in a folder of pictures, by names alone.
+// What lies in folders. Pictures are told by their names alone.
 #pragma once
 
 #include <filesystem>
@@ -17,8 +17,9 @@ bool naturallyBefore(std::string_view a, std::string_view b);
 // ".DS_Store", or "._photo.jpg", in which macOS keeps a file's attributes where the file system has no room
 // for them (AppleDouble).
 bool isHidden(const std::filesystem::path& path);
-// By the extension.
-bool isPicture(const std::filesystem::path& path);
+// False where there is nothing, and where it cannot be looked at.
+bool isFile(const std::filesystem::path& path);
+bool isFolder(const std::filesystem::path& path);
 // "mask.png", "cat.mask.png", "cat_mask.png", "cat-mask.png".
 bool isMaskName(const std::filesystem::path& path);
 // Pictures that are called otherwise than most, digits apart: "Normal_gt.png" among "001.png", "002.png", ..;

@@ -19,10 +19,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool isNumber(std::string_view text) {
-  return !text.empty() && text.find_first_not_of("0123456789") == text.npos;
-}
-
 // ---------------------------------------------------------------------------------------------------------
 // Photographs.
 

@@ -1,5 +1,6 @@
 #include "srf/import/masks.h"
 
+#include "srf/capture/counted.h"
 #include "srf/import/listing.h"
 #include "surfel/first_names.h"
 
@@ -13,11 +14,6 @@ namespace surflect {
 namespace fs = std::filesystem;
 
 namespace {
-
-bool isFolder(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_directory(path, ignored);
-}
 
 // Pictures of folders by their names without extension, each folder listed once.
 class Listings {
@@ -84,10 +80,6 @@ Candidates candidatesFor(const fs::path& picture, std::span<const Place> places,
     if (look(folder / name.parent_path(), folder.parent_path(), keys)) return found;
   look(picture.parent_path(), picture.parent_path(), std::span(keys).last(withSuffix));
   return found;
-}
-
-std::string counted(size_t count, const char* thing) {
-  return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
 } // namespace

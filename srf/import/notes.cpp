@@ -59,7 +59,7 @@ void noteMasks(Source& source, bool inverted, const Progress& progress) {
       std::ranges::any_of(source.capture.frames, [](const Frame& f) { return !f.mask.empty(); });
   if (inverted && !anyMask) throw Error("the source has no masks").at("--invert-masks").in(source.files.root);
   const auto [warnings, notes] = surveyMasks(source.capture, inverted, progress);
-  source.notes.insert(source.notes.end(), warnings.begin(), warnings.end());
+  for (const std::string& warning : warnings) source.notes.push_back("warning: " + warning); // as inspect
   source.notes.insert(source.notes.end(), notes.begin(), notes.end());
   if (inverted) source.notes.push_back("masks were inverted: black is the object");
 }

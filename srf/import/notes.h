@@ -13,8 +13,8 @@ namespace surflect {
 // orientations are as in Picture.
 void noteTurned(const std::map<std::filesystem::path, int>& orientations, Source& source);
 
-// Pictures in the folders of photographs that no frame names, but not in folders of masks, which findMasks()
-// tells. `below`: all folders below the root hold photographs.
+// Notes pictures beside the photographs that no frame uses, except in folders of masks, which findMasks()
+// reports. `below`: all folders below the root hold photographs.
 void noteUnused(Source& source, bool below);
 
 // How masks were understood, and what about them is hardly meant (srf/capture/mask_survey.h). Throws Error

@@ -1,6 +1,7 @@
 #include "srf/import/source.h"
 
 #include "srf/capture/limits.h"
+#include "srf/import/listing.h"
 #include "srf/import/text.h"
 #include "surfel/error.h"
 
@@ -11,15 +12,6 @@
 namespace surflect {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-bool isFile(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
-
-} // namespace
 
 std::optional<fs::path> SourceFiles::find(std::string_view written) const {
   const auto isControl = [](char c) { return static_cast<unsigned char>(c) < 0x20; };

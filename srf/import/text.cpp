@@ -71,6 +71,10 @@ bool areNumbers(std::span<const std::string_view> words) {
   });
 }
 
+bool isNumber(std::string_view word) {
+  return !word.empty() && word.find_first_not_of("0123456789") == word.npos;
+}
+
 size_t countOf(std::string_view word) {
   uint32_t value = 0;
   const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);

@@ -30,6 +30,8 @@ std::vector<std::string_view> wordsOf(std::string_view text, std::string_view se
 double numberOf(std::string_view word);
 // Whether numberOf() reads them all.
 bool areNumbers(std::span<const std::string_view> words);
+// Whether a word is digits alone, however many.
+bool isNumber(std::string_view word);
 // A whole number from 0 to 2^32 - 1; throws Error.
 size_t countOf(std::string_view word);
 

@@ -1,6 +1,7 @@
 #include "srf/import/transforms.h"
 
 #include "srf/capture/shallow_json.h"
+#include "srf/import/listing.h"
 #include "srf/import/text.h"
 #include "surfel/error.h"
 #include "surfel/file.h"
@@ -245,10 +246,22 @@ void append(Capture& all, Capture part, const fs::path& file) {
 }
 
 std::optional<fs::path> firstFile(const fs::path& folder, std::initializer_list<const char*> names) {
-  std::error_code ignored;
   for (const char* name : names)
-    if (fs::is_regular_file(folder / name, ignored)) return folder / name;
+    if (isFile(folder / name)) return folder / name;
   return std::nullopt;
+}
+
+// Files of splits beside transforms.json, which is all that is read.
+void noteSplitFiles(const fs::path& folder, std::vector<std::string>& notes) {
+  std::vector<std::string> beside;
+  for (const char* name :
+       {"transforms_train.json", "transforms_test.json", "transforms_val.json", "transforms_valid.json"})
+    if (isFile(folder / name)) beside.push_back(name);
+  if (beside.empty()) return;
+  std::string names = beside[0];
+  for (size_t i = 1; i < beside.size(); ++i) names += (i + 1 < beside.size() ? ", " : " and ") + beside[i];
+  notes.push_back("transforms.json is read; " + names + " beside it " + (beside.size() > 1 ? "are" : "is") +
+                  " not");
 }
 
 } // namespace
@@ -258,17 +271,17 @@ std::optional<fs::path> findTransforms(const fs::path& folder) {
 }
 
 Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
-  std::error_code ignored;
-  const bool isFolder = fs::is_directory(folderOrFile, ignored);
+  const bool ofFolder = isFolder(folderOrFile);
   const fs::path file =
-      isFolder ? findTransforms(folderOrFile).value_or(folderOrFile / "transforms.json") : folderOrFile;
+      ofFolder ? findTransforms(folderOrFile).value_or(folderOrFile / "transforms.json") : folderOrFile;
   const fs::path folder = file.parent_path();
   Source source;
   source.files = {folder, allowOutside};
 
   Findings findings;
   Capture all = describe(file, Part::train, allowOutside, findings);
-  if (isFolder && file.filename() == "transforms_train.json") {
+  if (ofFolder && file.filename() == "transforms.json") noteSplitFiles(folder, findings.notes);
+  if (ofFolder && file.filename() == "transforms_train.json") {
     const auto test = firstFile(folder, {"transforms_test.json"}),
                validation = firstFile(folder, {"transforms_val.json", "transforms_valid.json"});
     for (const auto& [other, part] : {std::pair(test, Part::test), std::pair(validation, Part::validation)})

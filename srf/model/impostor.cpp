@@ -46,17 +46,10 @@ Impostor hullOf(const Capture& training, const Progress& progress) {
 }
 
 Impostor mendedFile(const std::filesystem::path& path, const Capture& training, const Progress& progress) {
-  std::vector<Camera<AcquisitionSpace>> cameras;
-  for (const View& view : training.views) cameras.push_back(view.camera);
-  try {
-    MendedMesh mesh =
-        mended(readMeshAsStored(path, {.origin = training.origin}, progress), cameras, progress);
-    Impostor impostor{std::move(mesh.mesh), Impostor::Origin::given};
-    for (const std::string& note : mesh.notes) impostor.notes.push_back(path.string() + ": " + note);
-    return impostor;
-  } catch (Error& error) {
-    throw std::move(error).in(path);
-  }
+  MendedMesh mesh = readMended(path, training, progress);
+  Impostor impostor{std::move(mesh.mesh), Impostor::Origin::given};
+  for (const std::string& note : mesh.notes) impostor.notes.push_back(path.string() + ": " + note);
+  return impostor;
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "srf/model/pack_estimate.h"
 
 #include "srf/query/view_fade.h"
+#include "surfel/evenly.h"
 #include "surfel/memory_use.h"
 #include "surfel/sampling.h"
 #include "surfel/stopwatch.h"
@@ -66,15 +67,20 @@ SurfelEstimate estimateSurfels(const Capture& capture, const TriangleMesh& surfa
   return {count, times * samplingSeconds, times * fading.seconds()};
 }
 
-// The share of pictures that the object fills, of four views.
+// The share of pictures that the object fills, of four views, by as many rays as small pictures have pixels.
 double objectShare(const Capture& capture, const RayCaster<AcquisitionSpace>& impostor,
                    const Progress& progress) {
   constexpr size_t kViews = 4;
+  constexpr int kSide = 256; // pixels
   double shown = 0, all = 0;
-  const size_t count = std::min(kViews, capture.views.size());
-  for (size_t i = 0; i < count; ++i) {
+  for (const size_t i : evenly(capture.views.size(), kViews)) {
     progress.checkpoint();
-    const Image outline = silhouette(capture.views[i * capture.views.size() / count].camera, impostor);
+    Camera<AcquisitionSpace> camera = capture.views[i].camera;
+    const int width = camera.lens.width, height = camera.lens.height, longer = std::max(width, height);
+    if (longer > kSide)
+      camera.lens =
+          resized(camera.lens, std::max(1, width * kSide / longer), std::max(1, height * kSide / longer));
+    const Image outline = silhouette(camera, impostor);
     shown += static_cast<double>(std::ranges::count(outline.values, 1.f));
     all += static_cast<double>(outline.values.size());
   }

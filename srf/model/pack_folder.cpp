@@ -73,7 +73,9 @@ bool isUnfinished(const fs::path& folder) {
 void protectFinished(const fs::path& folder, const std::string& identity) {
   const fs::path identityPath = folder / packIdentityPath();
   if (isFinished(folder) && fs::exists(identityPath) && readFile(identityPath) != identity)
-    throw Error("a finished model of another capture, geometry or tolerance: --overwrite replaces it")
+    throw Error(
+        "a finished model of another capture, geometry, tolerance or version of surflect: --overwrite "
+        "replaces it")
         .in(folder);
 }
 

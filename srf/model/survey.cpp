@@ -5,6 +5,7 @@
 #include "srf/model/white_level.h"
 #include "surfel/bounds.h"
 #include "surfel/error.h"
+#include "surfel/evenly.h"
 #include "surfel/smooth_normals.h"
 #include "surfel/step_progress.h"
 
@@ -76,9 +77,10 @@ Survey survey(PackSource& source, std::span<const std::vector<size_t>> frames, c
   LightSamples samples = lightSamples(capture, middleOf(mesh.positions));
   std::optional<SmoothNormals> surface;
   if (isFullProduct) surface.emplace(mesh, progress);
-  const size_t count = std::min(kViews, frames.size());
+  const std::vector<size_t> surveyed = evenly(frames.size(), kViews);
+  const size_t count = surveyed.size();
   for (size_t i = 0; i < count; ++i) {
-    const size_t number = i * frames.size() / count;
+    const size_t number = surveyed[i];
     const auto& camera = capture.views[number].camera;
     const Progress ofView = stepOf(progress, "survey", i, count);
     ofView("", 0);

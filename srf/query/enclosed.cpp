@@ -1,5 +1,7 @@
 #include "srf/query/enclosed.h"
 
+#include "surfel/evenly.h"
+
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
@@ -132,12 +134,11 @@ std::vector<uint8_t> enclosedVertices(const TriangleMesh& mesh, const RayCaster<
   std::vector<uint8_t> isInside(front.size()), isUnsure(all.size());
   forEach(all.size(), progress, [&](size_t r) {
     const std::vector<uint32_t>& region = members[all[r]];
-    const size_t asked = std::min(kAskedOfRegion, region.size());
+    const std::vector<size_t> asked = evenly(region.size(), kAskedOfRegion);
     size_t enclosed = 0;
-    for (size_t i = 0; i < asked; ++i)
-      enclosed += isEnclosed(rays, *front[region[i * region.size() / asked]]);
-    isUnsure[r] = enclosed > 0 && enclosed < asked;
-    for (const uint32_t v : region) isInside[v] = enclosed == asked;
+    for (const size_t i : asked) enclosed += isEnclosed(rays, *front[region[i]]);
+    isUnsure[r] = enclosed > 0 && enclosed < asked.size();
+    for (const uint32_t v : region) isInside[v] = enclosed == asked.size();
   });
   std::vector<uint32_t>
       unsure; // vertices of regions whose vertices disagree: open surfaces, rays along edges

@@ -10,8 +10,8 @@ namespace surflect {
 // apart at most (scene units, above 0), each of six rays finds a winding above 0. Vertices between which the
 // way along an edge is free lie in one region of space, for which eight of them tell where they agree.
 // Vertices stay as they are. What lies in a cavity with any opening is not enclosed; nor is what an open
-// surface only covers from some sides. All triangles where none would be left. Cost: a short ray an edge, and
-// at most six long ones for each point within triangles that are larger than the pitch. Throws Cancelled.
+// surface only covers from some sides. All triangles where none would be left. Cost: one short ray for each
+// edge; up to twelve long ones (six for hits, six for winding) for each point asked. Throws Cancelled.
 TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays, double pitch,
                              const Progress& progress = {});
 

@@ -3,6 +3,7 @@
 #include "srf/query/mesh_sides.h"
 #include "srf/query/mesh_strays.h"
 #include "surfel/bounds.h"
+#include "surfel/error.h"
 #include "surfel/mesh_topology.h"
 
 #include <fmt/format.h>
@@ -15,9 +16,10 @@ namespace {
 
 using World = AcquisitionSpace;
 
-constexpr double kClearlyBack = 2;  // backs seen for each front
-constexpr double kTwoSided = 0.005; // of what is seen of a part, the lesser side: a back is needed there
-constexpr double kManyBacks = 0.1;  // of what is seen of a part
+constexpr double kClearlyBack = 2; // backs seen for each front
+constexpr double kLeak = 1e-4;     // of what is seen of a part: less comes through cracks
+constexpr double kRounding = 1e-7;  // of what is seen of a part: slivers whose normals are rounded
+constexpr double kManyBacks = 0.1; // of what is seen of a part
 
 std::string placeText(const Vec3<double>& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]);
@@ -139,17 +141,31 @@ Winding windingOf(bool isMixed, const SeenSides& seen) {
 
 struct Counts {
   size_t away = 0, against = 0, left = 0, copies = 0, backs = 0, twoSided = 0, oneSided = 0;
+  double seenBacks = 0; // the largest share of dropped backs in what is seen of a part
 };
 
-// Turns triangles and drops backs.
-Counts settleSides(const Fronts& fronts, std::span<const SeenSides> seen, const Repeats& repeats,
-                   Triangles& triangles) {
-  constexpr uint32_t kNone = ~0u;
-  const size_t all = repeats.first.size();
-  std::vector<uint32_t> backOf(all, kNone);
-  for (uint32_t t = 0; t < all; ++t)
-    if (repeats.isBack[t]) backOf[repeats.first[t]] = t;
+constexpr uint32_t kNone = ~0u;
 
+// For each triangle, the one behind it.
+std::vector<uint32_t> backsIn(const Repeats& repeats) {
+  std::vector<uint32_t> backOf(repeats.first.size(), kNone);
+  for (uint32_t t = 0; t < backOf.size(); ++t)
+    if (repeats.isBack[t]) backOf[repeats.first[t]] = t;
+  return backOf;
+}
+
+// For each part.
+std::vector<bool> hasBacks(const Fronts& fronts, std::span<const uint32_t> backOf) {
+  std::vector<bool> has;
+  for (const MeshParts::Part& part : fronts.parts.parts)
+    has.push_back(std::ranges::any_of(part.triangles,
+                                      [&](uint32_t t) { return backOf[fronts.chosen.numbers[t]] != kNone; }));
+  return has;
+}
+
+// Turns triangles and drops backs.
+Counts settleSides(const Fronts& fronts, std::span<const SeenSides> seen, std::span<const uint32_t> backOf,
+                   Triangles& triangles) {
   Counts counts;
   for (size_t i = 0; i < seen.size(); ++i) {
     const MeshParts::Part& part = fronts.parts.parts[i];
@@ -159,7 +175,7 @@ Counts settleSides(const Fronts& fronts, std::span<const SeenSides> seen, const 
     const double sum = seen[i].front + seen[i].back,
                  back = winding.alike ? (winding.reversed ? seen[i].frontAlike : seen[i].backAlike)
                                       : (winding.reversed ? seen[i].front : seen[i].back);
-    const bool needsBacks = !(sum > 0) || back > kTwoSided * sum; // who knows, if no camera sees it
+    const bool needsBacks = !(sum > 0) || back > kLeak * sum; // who knows, if no camera sees it
     size_t turned = 0, backs = 0;
     for (const uint32_t t : part.triangles) {
       const uint32_t number = fronts.chosen.numbers[t], behind = backOf[number];
@@ -171,6 +187,7 @@ Counts settleSides(const Fronts& fronts, std::span<const SeenSides> seen, const 
       if (!needsBacks) {
         triangles.drop(behind);
         ++counts.backs;
+        counts.seenBacks = std::max(counts.seenBacks, back / sum);
       } else if (turns) {
         triangles.turn(behind);
       }
@@ -187,8 +204,10 @@ void say(const Counts& counts, size_t all, std::vector<std::string>& notes) {
   if (counts.copies > 0)
     notes.push_back(fmt::format("{} of {} triangles repeat others: left out", counts.copies, all));
   if (counts.backs > 0)
-    notes.push_back(fmt::format("{} of {} triangles are backs of others that no camera sees: left out",
-                                counts.backs, all));
+    notes.push_back(fmt::format("{} of {} triangles are backs of others that {}: left out", counts.backs, all,
+                                counts.seenBacks > kRounding
+                                    ? fmt::format("hardly any camera sees ({:.1g} %)", 100 * counts.seenBacks)
+                                    : "no camera sees"));
   if (counts.away > 0)
     notes.push_back(
         fmt::format("{} of {} triangles look away from the cameras that see them: turned", counts.away, all));
@@ -221,8 +240,10 @@ MendedMesh mended(TriangleMesh mesh, std::span<const Camera<World>> cameras, con
   Fronts fronts = frontsOf(triangles, repeats, progress);
   if (dropSpecks(fronts, cameras, triangles, result.notes)) fronts = frontsOf(triangles, repeats, progress);
 
-  const std::vector<SeenSides> seen = seenSides(fronts.chosen.mesh, fronts.parts, cameras, progress);
-  Counts counts = settleSides(fronts, seen, repeats, triangles);
+  const std::vector<uint32_t> backOf = backsIn(repeats);
+  const std::vector<SeenSides> seen =
+      seenSides(fronts.chosen.mesh, fronts.parts, hasBacks(fronts, backOf), cameras, progress);
+  Counts counts = settleSides(fronts, seen, backOf, triangles);
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (triangles.isDropped(repeats.first[t])) triangles.drop(t); // with the speck that it repeats
     if (!repeats.isCopy(t)) continue;
@@ -232,6 +253,16 @@ MendedMesh mended(TriangleMesh mesh, std::span<const Camera<World>> cameras, con
   say(counts, mesh.triangles.size(), result.notes);
   result.mesh = triangles.result();
   return result;
+}
+
+MendedMesh readMended(const std::filesystem::path& path, const Capture& training, const Progress& progress) {
+  std::vector<Camera<World>> cameras;
+  for (const View& view : training.views) cameras.push_back(view.camera);
+  try {
+    return mended(readMeshAsStored(path, {.origin = training.origin}, progress), cameras, progress);
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
 }
 
 } // namespace surflect

@@ -1,6 +1,7 @@
 #include "srf/query/mesh_sides.h"
 
 #include "srf/query/ray_caster.h"
+#include "surfel/evenly.h"
 
 #include <tbb/parallel_for.h>
 
@@ -15,14 +16,6 @@ using World = AcquisitionSpace;
 
 constexpr size_t kTriangles = 16384, kOfPart = 4, kViews = 32;
 constexpr double kGrazing = 0.1; // cosine
-
-// Evenly chosen.
-std::vector<Camera<World>> some(std::span<const Camera<World>> cameras) {
-  std::vector<Camera<World>> chosen;
-  const size_t count = std::min(kViews, cameras.size());
-  for (size_t i = 0; i < count; ++i) chosen.push_back(cameras[i * cameras.size() / count]);
-  return chosen;
-}
 
 // How many cameras see a triangle, from the front and from the back.
 struct Seen {
@@ -52,21 +45,26 @@ Seen seen(const TriangleMesh& mesh, uint32_t triangle, std::span<const Camera<Wo
 } // namespace
 
 std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& parts,
-                                 std::span<const Camera<World>> cameras, const Progress& progress) {
+                                 const std::vector<bool>& asksAll, std::span<const Camera<World>> cameras,
+                                 const Progress& progress) {
   const RayCaster<World> rays(mesh, progress);
-  const std::vector<Camera<World>> asked = some(cameras);
+  std::vector<Camera<World>> some;
+  for (const size_t i : evenly(cameras.size(), kViews)) some.push_back(cameras[i]);
   std::vector<uint32_t> triangles;
-  std::vector<size_t> end; // of each part's
-  for (const auto& part : parts.parts) {
-    const size_t size = part.triangles.size(),
-                 count = std::min(size, std::max(kOfPart, size * kTriangles / mesh.triangles.size()));
-    for (size_t i = 0; i < count; ++i) triangles.push_back(part.triangles[i * size / count]);
+  std::vector<std::span<const Camera<World>>> asked; // #triangles
+  std::vector<size_t> end;                           // of each part's
+  for (size_t part = 0; part < parts.parts.size(); ++part) {
+    const std::vector<uint32_t>& all = parts.parts[part].triangles;
+    for (const size_t i :
+         evenly(all.size(), std::max(kOfPart, all.size() * kTriangles / mesh.triangles.size())))
+      triangles.push_back(all[i]);
     end.push_back(triangles.size());
+    asked.resize(triangles.size(), asksAll[part] ? cameras : some);
   }
   std::vector<Seen> ofTriangle(triangles.size());
   tbb::parallel_for(size_t{0}, triangles.size(), [&](size_t i) {
     progress.checkNowAndThen(i);
-    ofTriangle[i] = seen(mesh, triangles[i], asked, rays);
+    ofTriangle[i] = seen(mesh, triangles[i], asked[i], rays);
   });
 
   std::vector<SeenSides> sides(parts.parts.size());

@@ -16,8 +16,10 @@ struct SeenSides {
 };
 
 // For each part, by rays from the middles of up to 16384 triangles, four of a part at least, to up to 32
-// cameras. Triangles seen at an angle of less than 6 degrees, or beside the picture, tell nothing.
+// cameras, evenly chosen, or to all cameras where `asksAll` (#parts). Triangles seen at an angle of less than
+// 6 degrees, or beside the picture, tell nothing.
 std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& parts,
+                                 const std::vector<bool>& asksAll,
                                  std::span<const Camera<AcquisitionSpace>> cameras, const Progress& progress);
 
 } // namespace surflect

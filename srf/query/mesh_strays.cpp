@@ -1,6 +1,7 @@
 #include "srf/query/mesh_strays.h"
 
 #include "srf/query/ray_caster.h"
+#include "surfel/evenly.h"
 
 #include <algorithm>
 #include <cmath>
@@ -52,10 +53,9 @@ double seenShare(const TriangleMesh& some, const TriangleMesh& others, std::span
                  const Progress& progress) {
   const RayCaster<World> ofSome(some, progress), ofOthers(others, progress); // each at its own precision
   size_t seen = 0, all = 0;
-  const size_t count = std::min(kViews, cameras.size());
-  for (size_t i = 0; i < count; ++i) {
+  for (const size_t i : evenly(cameras.size(), kViews)) {
     progress.checkpoint();
-    const Camera<World>& camera = cameras[i * cameras.size() / count];
+    const Camera<World>& camera = cameras[i];
     const auto worldFromCamera = camera.cameraFromWorld.inverse();
     for (int y = 0; y < kSide; ++y)
       for (int x = 0; x < kSide; ++x) {

@@ -34,7 +34,7 @@ class Import(TestInFolder):
         out = self.folder / "vase"
         report = succeed("import", VASE, "-o", out)
         self.assertEqual(report["format"], "json")
-        self.assertIn("colour: 42 pictures as linear (color_space)", report["notes"])
+        self.assertIn("colour: 46 pictures as linear (color_space)", report["notes"])
         before, after = succeed("inspect", VASE), succeed("inspect", out)
         self.assertEqual({**after, "geometry": ""}, {**before, "geometry": ""})
         self.assertEqual(report["training_frames"], before["training_frames"])
@@ -96,6 +96,23 @@ class Import(TestInFolder):
         difference = sum(abs(a - b) for p, q in zip(*pictures) for a, b in zip(p, q)) / (4 * shown)
         self.assertLess(difference, 1)  # of 255 codes: surfels are sampled anew
 
+        # A mesh too small for single precision there moves the vase as a translation does.
+        corners = [(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0), (0, 0, 0.2)]
+        for mesh, moved in (("rest.obj", (0, 0, 0)), ("cage.1.obj", (0.25, 0, 0.5))):
+            (self.folder / mesh).write_text("".join(
+                "v {!r} {!r} {!r}\n".format(*map(sum, zip(corner, shift, moved))) for corner in corners) +
+                "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        head, _, _ = (self.folder / "far.toml").read_text().partition("[[warp]]")
+        pictures = []
+        for name, warp in (("mesh", 'rest = "rest.obj"\nframes = "cage.#.obj"'),
+                           ("rigid", f"translate = [0.25, 0, 0.5]\ncenter = {list(shift)}")):
+            script = self.folder / f"{name}.toml"
+            script.write_text(f'{head}[[warp]]\ntype = "{name}"\n{warp}\n')
+            succeed("render", script, "-o", self.folder / name)
+            pictures.append(read_png(self.folder / name / "far.1.png"))
+        self.assertGreater(sum(alpha > 0 for _, _, _, alpha in pictures[0]), 1000)
+        self.assertLessEqual(max(abs(a - b) for p, q in zip(*pictures) for a, b in zip(p, q)), 1)
+
     def test_a_light_file_and_its_pictures_are_a_view(self):
         source = self.folder / "set"
         source.mkdir()
@@ -152,7 +169,8 @@ class Import(TestInFolder):
             for note in notes:
                 self.assertEqual(result.stderr.count(note), 1, result.stderr)
             if command[0] == "import":
-                self.assertEqual(json.loads(result.stdout)["notes"], notes)
+                self.assertEqual(json.loads(result.stdout)["notes"],
+                                 notes + ["colour: 1 picture as sRGB (8 bits that state nothing)"])
         capture["frames"][1]["is_fisheye"] = True
         (source / "transforms.json").write_text(json.dumps(capture))
         for command in [["import", source, "-o", self.folder / "fisheye"], *commands[1:]]:

@@ -62,8 +62,8 @@ class Pack(TestInFolder):
         precious = self.folder / "precious.srf"
         result = run(*self.arguments("precious.srf"), "--tolerance", "0.05")
         self.assertEqual(result.returncode, 1)
-        self.assertEqual(result.stderr, f"surflect: {precious}: a finished model of another capture, geometry or "
-                                        "tolerance: --overwrite replaces it\n")
+        self.assertEqual(result.stderr, f"surflect: {precious}: a finished model of another capture, geometry, "
+                                        "tolerance or version of surflect: --overwrite replaces it\n")
         self.assert_same_files(content(precious), self.whole)
         self.pack("precious.srf", "--tolerance", "0.05", "--overwrite")
         self.assertNotEqual(content(precious)["views/identity"], self.whole["views/identity"])
@@ -118,8 +118,8 @@ class Pack(TestInFolder):
         result = run("pack", capture, "-o", model, "--surfels", "3000")
         self.assertEqual(result.returncode, 1)
         self.assertIn("error: the mesh and the masks differ in 5 of 5 views: ", result.stderr)
-        self.assertIn("nothing was written; surflect inspect --overlay shows why, --force packs all the same",
-                      result.stderr.splitlines()[-1])
+        self.assertIn(f"stopped by 1 error, see above; nothing was written. surflect inspect {capture} --overlay "
+                      "sheet.png shows it; --force packs anyway", result.stderr.splitlines()[-1])
         self.assertFalse(model.exists())
         forced = succeed("pack", capture, "-o", model, "--surfels", "3000", "--force")
         self.assertEqual(forced["findings"][0]["severity"], "error")

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 
 namespace surflect {
 namespace {
@@ -254,6 +255,35 @@ TEST(Evaluate, ACaptureMayCountFromAnotherOriginThanTheModel) {
     return evaluation.frames[5].score.interiorError.mean();
   };
   EXPECT_NEAR(errorOf({500000, 4600000, 30}) / errorOf({0, 0, 0}), 1, 1e-5);
+}
+
+// pack leaves it out as well.
+TEST(Evaluate, AFarSpeckInTheGeometryIsNoObject) {
+  Studio studio = testStudio();
+  studio.matte = false;
+  const PackedStudio packed(studio, 300);
+  Capture capture = packed.capture;
+  const auto scores = [&] {
+    std::vector<double> all;
+    for (const FrameScore& frame : evaluated(packed.model, capture, ofTraining()).frames) {
+      all.push_back(frame.maskIou);
+      all.push_back(frame.score.interiorError.mean());
+    }
+    return all;
+  };
+  const auto without = scores();
+  const TriangleMesh mesh = readMesh(capture.folder() / capture.geometry);
+  capture.geometry = "specked.obj";
+  std::ofstream obj(capture.folder() / capture.geometry);
+  const auto add = [&](const Vec3<double>& p) { obj << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n'; };
+  for (const auto& p : mesh.positions) add(p.raw().cast<double>());
+  const auto worldFromCamera = capture.views[5].camera.cameraFromWorld.inverse();
+  for (const auto& [x, y] : {std::pair(0., 0.), {0.5, 0.}, {0., 0.5}}) // beside the sphere, and far behind it
+    add(worldFromCamera(Point3<CameraSpace, double>(2.9 + x, y, -9)).raw());
+  for (const auto& [a, b, c] : mesh.triangles) obj << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
+  obj << "f -3 -2 -1\n";
+  obj.close();
+  EXPECT_EQ(scores(), without);
 }
 
 TEST(Evaluate, FixedIlluminationHasNoLight) {

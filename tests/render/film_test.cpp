@@ -89,6 +89,17 @@ TEST(Preview, ShowsExposedColoursWithStraightAlpha) {
   }
 }
 
+TEST(Preview, AnInfinitePixelIsWhiteAndNoNumberIsBlack) {
+  const TemporaryFolder folder;
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  Image color(2, 1, 4);
+  color.values = {infinite, -infinite, std::numeric_limits<float>::quiet_NaN(), 1, infinite, infinite,
+                  0,        0.6f};
+  writePreview(folder / "preview.png", color, 0.5);
+  const std::vector<float> values = readPng(folder / "preview.png").image.values;
+  EXPECT_EQ(values, (std::vector<float>{1, 0, 0, 1, 1, 1, 0, 0.6f}));
+}
+
 TEST(WhiteOf, IsThe995thPercentileOfTheObject) {
   // A thousand object pixels: in each, channels 3 i, 3 i + 1, 3 i + 2 of 0..2999; and bright ones outside.
   Image color(60, 20, 4);

@@ -3,8 +3,13 @@
 #include "surfel/error.h"
 #include "tests/srf/image/files.h"
 
+#include <unistd.h>
+
 #include <atomic>
+#include <functional>
 #include <map>
+#include <mutex>
+#include <thread>
 
 namespace surflect {
 namespace {
@@ -30,8 +35,77 @@ protected:
     return files;
   }
 
+  std::vector<std::string> names() const { // temporaries are left out
+    std::vector<std::string> finished;
+    for (const auto& [name, bytes] : content())
+      if (!name.ends_with(".tmp")) finished.push_back(name);
+    return finished;
+  }
+
   TemporaryFolder folder;
 };
+
+// A film whose caller is always ahead of the writing thread, so that frames share commits.
+class SharedCommit : public WrittenFilm {
+protected:
+  // Calls during(frame) once for each frame: it is being encoded, and the caller waits to hand over the next
+  // one or to finish.
+  void writeFrames(int count, const std::function<void(int frame)>& during) const {
+    std::atomic<int> handedOver = 0;
+    std::mutex mutex;
+    int seen = 0; // frames
+    Progress progress;
+    progress.cancelled = [&, caller = ::gettid()] {
+      while (!sleeps(caller)) std::this_thread::yield();
+      const std::lock_guard lock(mutex);
+      if (std::exchange(seen, handedOver) < handedOver) during(handedOver - 1);
+      return false;
+    };
+    FilmWriter writer(FilmWriter::Thread::own, progress);
+    for (int frame = 0; frame < count; ++frame) {
+      write(writer, frame);
+      ++handedOver;
+    }
+    writer.finish();
+  }
+
+private:
+  static bool sleeps(pid_t thread) {
+    const std::string status = readFile("/proc/self/task/" + std::to_string(thread) + "/stat");
+    return status.at(status.rfind(')') + 2) == 'S';
+  }
+};
+
+TEST_F(SharedCommit, TakesUpToEightFrames) {
+  std::vector<size_t> finished;
+  writeFrames(kFrames, [&](int) { finished.push_back(names().size()); });
+  EXPECT_EQ(finished, (std::vector<size_t>{0, 0, 0, 0, 0, 0, 0, 0, 16, 16, 16, 16}));
+  EXPECT_EQ(names().size(), size_t{2 * kFrames});
+}
+
+TEST_F(SharedCommit, HasNothingOfAFrameThatFailsAndAllOfThoseBeforeIt) {
+  std::filesystem::create_directory(picture(2));
+  EXPECT_EQ(errorOf([&] { writeFrames(4, [](int) {}); }),
+            picture(2).string() + ": cannot write (a folder is there)");
+  const auto left = content();
+  EXPECT_EQ(left.size(), 4u);
+  for (const int frame : {0, 1}) {
+    EXPECT_EQ(left.at(std::to_string(frame) + ".exr"),
+              filmBytes(film(frame), {{"surflect.frame", std::to_string(frame)}}));
+    EXPECT_EQ(left.at(std::to_string(frame) + ".png"), previewBytes(film(frame).color, 0.5));
+  }
+}
+
+// `render --resume` takes a picture that is there for a sign that its preview is there, too.
+TEST_F(SharedCommit, ThatStopsInBetweenHasNoPictureWithoutItsPreview) {
+  const auto blockFrame2 = [&](int frame) { // once it is encoded
+    if (frame == 3) std::filesystem::create_directory(picture(2));
+  };
+  const std::string error = errorOf([&] { writeFrames(4, blockFrame2); });
+  EXPECT_EQ(error.find(picture(2).string() + ": cannot rename to"), 0u) << error;
+  EXPECT_EQ(names(), (std::vector<std::string>{"0.exr", "0.png", "1.exr", "1.png", "2.png"}));
+  EXPECT_EQ(content().size(), names().size()); // no temporaries
+}
 
 TEST_F(WrittenFilm, ItsFilesAreTheSameFromEitherThread) {
   for (int frame = 0; frame < kFrames; ++frame) {
@@ -57,9 +131,7 @@ TEST_F(WrittenFilm, AFrameThatFailsIsNamedAndThoseBeforeItAreThere) {
       writer.finish();
     });
     EXPECT_EQ(error, picture(3).string() + ": cannot write (a folder is there)");
-    std::vector<std::string> names;
-    for (const auto& [name, bytes] : content()) names.push_back(name);
-    EXPECT_EQ(names, (std::vector<std::string>{"0.exr", "0.png", "1.exr", "1.png", "2.exr", "2.png"}));
+    EXPECT_EQ(names(), (std::vector<std::string>{"0.exr", "0.png", "1.exr", "1.png", "2.exr", "2.png"}));
   }
 }
 

@@ -135,6 +135,13 @@ TEST(Measure, IntersectionOverUnionOfShiftedSquares) {
   EXPECT_DOUBLE_EQ(intersectionOverUnion(square(3), unionOf(square(3), square(13))), 0.5);
 }
 
+TEST(Measure, ExposedClipsWhatIsInfiniteToWhite) {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  Image image(5, 1, 1);
+  image.values = {0.25f, 3, infinite, -infinite, std::numeric_limits<float>::quiet_NaN()};
+  EXPECT_EQ(exposed(image, 2).values, (std::vector<float>{0.5f, 1, 1, 0, 0}));
+}
+
 TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {
   Image truth(4, 1, 4), rendered(4, 1, 4);
   const auto set = [](Image& image, int x, float grey, float alpha) {

@@ -297,7 +297,8 @@ TEST(Script, PlacesInOriginalCoordinatesCountFromTheModelsOrigin) {
            "\nfov_deg = 30\n[output]\nsize = [8, 8]\npath = \"#.exr\"\n[[light]]\ntype = \"point\"\nposition "
            "= " +
            at(1, 2, 3) + "\n[[warp]]\ntype = \"scale\"\nfactor = [2, 3, 4]\ncenter = " + at(0, 1, 0) +
-           "\n[[warp]]\ntype = \"scale\"\nfactor = [2, 2, 2]\n[[warp]]\ntype = \"expression\"\nx = \"x\"\ny "
+           "\n[[warp]]\ntype = \"scale\"\nfactor = [2, 2, 2]\ncenter = " + at(0, 0, 0) +
+           "\n[[warp]]\ntype = \"expression\"\nx = \"x\"\ny "
            "= \"y + 0.5*(x - " +
            n + ")\"\nz = \"z\"\n[[warp]]\ntype = \"lattice\"\nmin = " + at(-1, -1, -1) +
            "\nmax = " + at(1, 1, 1) +
@@ -315,6 +316,43 @@ TEST(Script, PlacesInOriginalCoordinatesCountFromTheModelsOrigin) {
   EXPECT_LT((warpAt(far, {})->position(x) - warpAt(near, {})->position(x)).norm(), 1e-7);
   EXPECT_EQ(complaint("coordinates = \"utm\""),
             "shots/shot.toml: coordinates: found \"utm\" on line 1, expected one of model, original");
+}
+
+TEST(Script, ACenterMayBeLeftOutOnlyWhereTheModelsOriginIsThatOfItsSource) {
+  const std::string orbit = "[camera]\nfov_deg = 30\norbit = { radius = 4, azimuth_deg = 0 }\n",
+                    turn = "[[warp]]\ntype = \"rigid\"\nangle_deg = 20\n",
+                    centered = turn + "center = [0, 0, 0]\n";
+  const auto complaintWith = [](const std::string& coordinates, const std::string& text,
+                                const Vec3<double>& origin) {
+    return complaintOf(
+        [&] { parseScript("coordinates = \"" + coordinates + "\"\n" + text, "shot.toml", origin); });
+  };
+  const std::string end = ".center: found nothing, expected three numbers, as coordinates are original";
+  EXPECT_EQ(complaintWith("original", orbit, {0, 0, 30}), "shot.toml: camera.orbit" + end);
+  EXPECT_EQ(complaintWith("original", centered + turn, {0, 0, 30}), "shot.toml: warp[1]" + end);
+  EXPECT_EQ(complaintWith("original", centered, {0, 0, 30}), "no complaint");
+  EXPECT_EQ(complaintWith("original", orbit + turn, {0, 0, 0}), "no complaint");
+  EXPECT_EQ(complaintWith("model", orbit + turn, {0, 0, 30}), "no complaint");
+}
+
+TEST(Script, ItsHeadIsReadWithoutTheFilesOfWarps) {
+  const TemporaryFolder folder;
+  const auto path = folder / "shot.toml";
+  const std::string frames = "model = \"doll.srf\"\ncoordinates = \"original\"\n"
+                             "frames = { first = 2, last = 5 }\n"
+                             "output = { size = [8, 6], path = \"#.exr\" }\n",
+                    camera = "camera = { from = \"C1\" }\n",
+                    warp = "[[warp]]\ntype = \"mesh\"\nrest = \"none.obj\"\nframes = \"none.#.obj\"\n";
+  writeFileAtomically(path, std::string_view(frames + camera + warp));
+  const ScriptHead head = readScriptHead(path);
+  EXPECT_EQ(head.model, folder / "doll.srf");
+  EXPECT_EQ(head.coordinates, Coordinates::original);
+  EXPECT_EQ(head.frames.last, 5);
+  EXPECT_EQ(head.output.height, 6);
+  EXPECT_THROW(readScript(path), Error);
+  writeFileAtomically(path, std::string_view(frames + warp));
+  EXPECT_EQ(complaintOf([&] { readScriptHead(path); }),
+            path.string() + ": camera: missing; a shot needs model, frames, output and camera");
 }
 
 TEST(Script, AMeshInOriginalCoordinatesIsReadToDoublePrecision) {

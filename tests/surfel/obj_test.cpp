@@ -88,7 +88,7 @@ TEST(Obj, TrianglesWithoutAreaStayAsStoredAndGoFromTheMesh) {
 TEST(Obj, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
   const auto path =
       fileWith("v 500000.125 4600000.0625 30\nv 500001 4600000 30\nv 500000 4600001 30\nf 1 2 3\n");
-  EXPECT_EQ(readMesh(path, {}, {500000, 4600000, 30}).positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
+  EXPECT_EQ(readMesh(path, {.origin = {500000, 4600000, 30}}).positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
 }
 
 TEST(Obj, ComplaintsNameTheFile) {
@@ -144,7 +144,7 @@ TEST(Obj, ReadingAMeshStopsWhereverItIsAskedTo) {
     text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
   const auto path = fileWith(text);
   EXPECT_EQ(readMesh(path).triangles.size(), vertices - 2u);
-  expectStopsWhenAsked([&](const Progress& progress) { readMesh(path, progress); },
+  expectStopsWhenAsked([&](const Progress& progress) { readMesh(path, {}, progress); },
                        3 * vertices / 1024); // of statements, of faces, of triangles
 }
 

@@ -105,7 +105,7 @@ TEST(Ply, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
                         "property double z\nelement face 1\nproperty list uchar int vertex_indices\n"
                         "end_header\n500000.125 4600000.0625 30\n500001 4600000 30\n500000 4600001 30\n"
                         "3 0 1 2\n"),
-               {}, {500000, 4600000, 30});
+               {.origin = {500000, 4600000, 30}});
   EXPECT_EQ(mesh.positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
 }
 
@@ -200,7 +200,7 @@ TEST(Ply, ReadingAMeshStopsWhereverItIsAskedTo) {
     text += "3 " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
   const auto path = fileWith(text);
   EXPECT_EQ(readMesh(path).triangles.size(), vertices - 2u);
-  expectStopsWhenAsked([&](const Progress& progress) { readMesh(path, progress); },
+  expectStopsWhenAsked([&](const Progress& progress) { readMesh(path, {}, progress); },
                        3 * vertices / 1024); // of vertices, of faces, of triangles
 }
 

@@ -98,6 +98,7 @@ bool read(const char* path, ForeignExtent extent, ForeignPicture& picture, std::
   picture.orientation = spec.get_int_attribute("Orientation", 1);
   picture.alphaPremultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
   picture.iccProfile = profileIn(spec);
+  picture.targaAlphaType = spec.get_int_attribute("targa:alpha_type");
   if (extent == ForeignExtent::header) return true;
 
   const int64_t claimed = int64_t{spec.width} * spec.height * spec.nchannels * int64_t{sizeof(float)};

@@ -14,6 +14,7 @@ struct ForeignPicture {
   bool alphaPremultiplied = false;
   int orientation = 1;
   std::string iccProfile; // of JPEG and TIFF; empty: none
+  int targaAlphaType = 0; // of a Targa's extension area; 0: no alpha, or the file does not say
 };
 
 enum class ForeignExtent { header, pixels }; // header: the picture's image has its size and no values

@@ -5,6 +5,7 @@
 #include "srf/image/png.h"
 #include "tests/render/stage/stages.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/color_files.h"
 
 #include <gtest/gtest.h>
 
@@ -49,6 +50,30 @@ TEST(Texture, RefusesWhatIsNoReflectance) {
   writeExr(folder / "alpha.exr", Image(2, 2, 4));
   EXPECT_NE(errorOf([&] { readTexels(folder / "alpha.exr", Texels::colors); }).find("alpha"),
             std::string::npos);
+}
+
+TEST(Texture, WithAProfileIsReadWithinItsGamut) {
+  const TemporaryFolder folder;
+  const auto write = [&](const Rgb& color, const Primaries& primaries) {
+    Image image(1, 1, 3);
+    image.values = {color.r, color.g, color.b};
+    writePng(folder / "t.png", image);
+    const std::string profile = iccpContent(profileBytes(primaries, ProfileCurve::srgb));
+    writeBytes(folder / "t.png", withChunk(readFile(folder / "t.png"), "iCCP", profile));
+  };
+  for (const float level : {0.f, 0.2f, 0.6f, 1.f}) {
+    write({level, level, level}, kRec709);
+    for (const float value : readTexels(folder / "t.png", Texels::colors).values) {
+      EXPECT_NEAR(value, linearFromSrgb(level), 1e-4f);
+      EXPECT_TRUE(value >= 0 && value <= 1) << value;
+    }
+  }
+  write({1, 0, 0}, kDisplayP3);
+  const std::string complaint = errorOf([&] { readTexels(folder / "t.png", Texels::colors); });
+  EXPECT_NE(complaint.find("t.png: pixel[0, 0]: the colour lies outside of Rec. 709's gamut (1.2"),
+            std::string::npos)
+      << complaint;
+  EXPECT_EQ(readTexels(folder / "t.png", Texels::factors).values, (std::vector{1.f, 0.f, 0.f}));
 }
 
 // A box whose side shows half of a texture black: seen straight on, left and right differ as the texture

@@ -169,7 +169,14 @@ TEST_F(CaptureFile, KeysThatChangeTheMeaningAreRefusedUnlessTheySayNothing) {
                                                  {"/frames/0/camera_intrinsics", {3, 2, 10, 10}},
                                                  {"/frames/0/transform_matrix_end", Json::array({1, 0})},
                                                  {"/frames/0/driver_parameters", {{"LightX", 1}}},
-                                                 {"/frames/0/color_space", "srgb"}};
+                                                 {"/frames/0/color_space", "srgb"},
+                                                 {"/mask", "masks"},
+                                                 {"/frames/0/mask_file", "mask.png"},
+                                                 {"/frames/0/alpha_path", "alpha.png"},
+                                                 {"/gamma", 2.2},
+                                                 {"/colorspace", "linear"},
+                                                 {"/frames/0/input_color_space", "ACEScg"},
+                                                 {"/colour_profile", "sRGB"}};
   for (const auto& [pointer, value] : wrongs) {
     Json json = small();
     json[Json::json_pointer(pointer)] = value;
@@ -186,9 +193,23 @@ TEST_F(CaptureFile, KeysThatChangeTheMeaningAreRefusedUnlessTheySayNothing) {
                {"camera_convention", "opengl"},
                {"latlong", nullptr},
                {"distortion_model", "none"},
-               {"driver_parameters", Json::object()}});
+               {"driver_parameters", Json::object()},
+               {"has_foreground_mask", false},
+               {"alpha", nullptr},
+               {"Color_Space", ""}});
   json["frames"][0]["transform_matrix_start"] = json["frames"][0]["transform_matrix"];
   EXPECT_TRUE(read(json).notes.empty());
+}
+
+TEST_F(CaptureFile, KnownKeysInOtherLettersAreRefusedWithTheirSpelling) {
+  for (const auto& [pointer, spelling] :
+       {std::pair("/frames/0/Mask_Path", "mask_path"), std::pair("/Color_Space", "color_space"),
+        std::pair("/frames/0/ALPHA_LAYER", "alpha_layer"), std::pair("/Fl_X", "fl_x"),
+        std::pair("/lights/0/Cluster", "cluster")}) {
+    Json json = full();
+    json[Json::json_pointer(pointer)] = "x";
+    EXPECT_EQ(error(json), fieldOf(pointer) + ": found \"x\", expected " + spelling);
+  }
 }
 
 TEST_F(CaptureFile, UnknownKeysAreNamedInOneNote) {

@@ -2,8 +2,10 @@
 
 #include "srf/capture/coverage.h"
 #include "srf/capture/photograph.h"
+#include "srf/image/exr.h"
 #include "srf/image/png.h"
 #include "tests/srf/image/files.h"
+#include "tests/srf/image/foreign_files.h"
 
 namespace surflect {
 namespace {
@@ -31,7 +33,9 @@ Image joined(const Image& gray, const Image& alpha) {
   return image;
 }
 
-MaskContent contentOf(Image image) { return surflect::contentOf(Picture{std::move(image), 8, false}); }
+MaskContent contentOf(Image image, int bits = 8) {
+  return surflect::contentOf(Picture{std::move(image), bits, false, {}});
+}
 
 TEST(Masks, OfTwoValuesAreLabelsWhereTheBrighterIsDark) {
   const Image wanted = disc(1, 0);
@@ -45,6 +49,29 @@ TEST(Masks, OfTwoValuesAreLabelsWhereTheBrighterIsDark) {
   Image three = disc(1 / 255.f, 0);
   three.values[0] = 2 / 255.f;
   EXPECT_EQ(contentOf(three).coverage.values, three.values);
+}
+
+TEST(Masks, OfLabelsThatAreAllOneAreFull) {
+  const Image one = disc(1 / 255.f, 1 / 255.f), full = disc(1, 1);
+  EXPECT_EQ(contentOf(one).coverage.values, full.values);
+  const Image deep = disc(1 / 65535.f, 1 / 65535.f);
+  EXPECT_EQ(contentOf(deep, 16).coverage.values, full.values);
+  for (const float other : {0.f, 2 / 255.f, 0.5f}) EXPECT_EQ(contentOf(disc(other, other)).white, 1) << other;
+  EXPECT_EQ(contentOf(one, 0).white, 1); // floating point
+}
+
+TEST(Masks, OfJpegHaveNoLabels) {
+  using namespace std::string_literals;
+  TemporaryFolder folder;
+  std::string jpeg = grayJpeg(""); // the blocks become 0 and 1: differences of 8 bits and 1 bit
+  jpeg.replace(jpeg.find("\0\x07"s), 2, "\x08\x01");
+  jpeg.replace(jpeg.size() - 4, 2, "\x1f\xcd");
+  writeBytes(folder / "m.JPG", jpeg);
+  const MaskContent content = readMask(folder / "m.JPG");
+  EXPECT_EQ(content.white, 1);
+  EXPECT_EQ(content.coverage.at(0, 0)[0], 0);
+  EXPECT_EQ(content.coverage.at(15, 7)[0], 1 / 255.f);
+  EXPECT_EQ(surflect::contentOf(readPicture(folder / "m.JPG")).white, 1 / 255.f); // of a lossless file
 }
 
 TEST(Masks, WithAlphaAreCutOutsUnlessBlackAndWhite) {
@@ -131,6 +158,23 @@ TEST_F(MaskSurveys, TellEmptyMasksWithTheirLargestValue) {
   EXPECT_NE(describeFirstMatte(capture)->find("m0.png (20 x 20, values 0 to 255 of 255)"), std::string::npos);
 }
 
+TEST_F(MaskSurveys, DescribeAlphaOfLayers) {
+  add(std::nullopt);
+  Frame& frame = capture.frames[0];
+  frame.picture = "p.exr";
+  frame.layer = "beauty";
+  const Image color(kSide, kSide, 3), clear(kSide, kSide, 1), alpha = disc(0.25f, 0);
+  const ExrLayer layers[] = {{{"beauty.R", "beauty.G", "beauty.B"}, &color},
+                             {{"beauty.A"}, &clear},
+                             {{"matte.R", "matte.G", "matte.B"}, &color},
+                             {{"matte.A"}, &alpha}};
+  writeExr(folder / "p.exr", layers);
+  const std::string file = (folder / "p.exr").string();
+  EXPECT_EQ(describeFirstMatte(capture), file + " (20 x 20, values 0 to 0, alpha 0 to 0)");
+  frame.alphaLayer = "matte";
+  EXPECT_EQ(describeFirstMatte(capture), file + " (20 x 20, values 0 to 0, alpha 0 to 0.25)");
+}
+
 TEST_F(MaskSurveys, TellMasksNoneOfWhichHasBackground) {
   for (int i = 0; i < 2; ++i) add(disc(1, 1));
   ASSERT_EQ(warnings().size(), 1u);
@@ -161,7 +205,7 @@ TEST_F(MaskSurveys, NoteLabelsAndOtherSizes) {
   const MaskSurvey survey = surveyMasks(capture, false, {});
   EXPECT_TRUE(survey.warnings.empty());
   ASSERT_EQ(survey.notes.size(), 2u);
-  EXPECT_EQ(survey.notes[0].find("1 of 2 masks have two values"), 0u);
+  EXPECT_EQ(survey.notes[0].find("1 of 2 masks are labels: "), 0u);
   EXPECT_NE(survey.notes[1].find("m1.png (40 x 40 for 20 x 20)"), std::string::npos);
   const size_t frames[] = {0, 1};
   const auto photographs = readPhotographs(capture, frames);

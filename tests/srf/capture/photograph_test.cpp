@@ -290,6 +290,22 @@ TEST_F(PhotographFile, ABracketIsMergedInItsOwnPrimaries) {
       std::string::npos);
 }
 
+// Linear codes of Adobe RGB's primaries. The longer exposure clips green alone, of which red and blue of
+// Rec. 709 have a part.
+TEST_F(PhotographFile, ABracketWithProfilesIsMergedWhereNoChannelClips) {
+  const Image stored = constant(3, {0.25f, 0.75f, 0.125f});
+  Image longer = stored;
+  for (float& value : longer.values) value = std::min(1.f, 2 * value);
+  const std::string profile = iccpContent(profileBytes(kAdobeRgb, ProfileCurve::linear));
+  for (const auto& [name, codes] : {std::pair{"a.png", &stored}, {"b.png", &longer}}) {
+    writePng(folder / name, *codes, 16);
+    writeBytes(folder / name, withChunk(readFile(folder / name), "iCCP", profile));
+  }
+  add("a.png").further = {{"b.png", "", "", 2}};
+  const Vec3<float> expected = rec709From(kAdobeRgb).cast<float>() * Vec3<float>(0.25f, 0.75f, 0.125f);
+  for (size_t i = 0; const float value : firstRadiance()) EXPECT_NEAR(value, expected[i++ % 3], 4e-5f);
+}
+
 // Masks are values, no colours.
 TEST_F(PhotographFile, WhatAMaskSaysOfColoursDoesNotCount) {
   writeExrPicture(constant(3, {1, 1, 1}));

@@ -19,6 +19,12 @@ protected:
   }
 
   std::vector<Finding> findings() const { return checkCapture(capture, mesh, {}, {}); }
+  std::vector<ViewMeasures> measures() const {
+    std::vector<ViewMeasures> measures;
+    forEachSmallView(capture, RayCaster<AcquisitionSpace>(mesh), {0, 0, 0}, 100, {},
+                     [&](const SmallView& view) { measures.push_back(measure(capture, view)); });
+    return measures;
+  }
   // The text of the only finding.
   std::string only(Severity severity) const {
     const auto all = findings();
@@ -114,7 +120,8 @@ TEST_F(Placement, FindsNothingWhereTheMeshIsWhatPhotographsShow) {
 TEST_F(Placement, FindsAMeshOfAnotherSize) {
   for (auto& p : mesh.positions) p = {0.5f * p.x(), 0.5f * p.y(), 0.5f * p.z()};
   // What depends on the normal alone looks the same on spheres about one centre.
-  EXPECT_TRUE(contains(only(Severity::warning), "photographs may not show the mesh where it is"));
+  EXPECT_TRUE(
+      contains(only(Severity::warning), "the mesh may not lie where the photographs show it: they are "));
   for (size_t v = 0; v < capture.views.size(); ++v) {
     const auto checkered = [](const Vec3<float>& n) {
       return (1 + std::sin(9 * n[0]) * std::sin(9 * n[1] + 1) * std::sin(9 * n[2])) * Rgb{0.3f, 0.4f, 0.5f};
@@ -125,7 +132,8 @@ TEST_F(Placement, FindsAMeshOfAnotherSize) {
     capture.frames[v].picture = name;
     capture.frames[v].layer = "";
   }
-  EXPECT_TRUE(contains(only(Severity::error), "photographs do not show the mesh where it is"));
+  EXPECT_TRUE(
+      contains(only(Severity::error), "the mesh does not lie where the photographs show it: they are "));
   mesh = readMesh(folder / "mesh.ply");
   EXPECT_TRUE(findings().empty());
 }
@@ -142,11 +150,81 @@ TEST_F(Checks, FindBlackAndOverexposedPhotographs) {
         "";
   }
   capture.colorSpace = ColorSpace::linear;
-  const RayCaster<AcquisitionSpace> caster(mesh);
-  const auto found = checkExposures(capture, smallViews(capture, caster, 10, {}));
+  const auto found = checkExposures(capture, measures());
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].text, "1 of 10 photographs are black: C3");
   EXPECT_EQ(found[1].text, "1 of 10 photographs are overexposed: C5 (100 % of the object)");
+}
+
+TEST_F(Checks, FloatingPointIsNeverOverexposed) {
+  capture = studio::photograph({.cameras = 2, .lights = 0, .size = 64}, folder / "fixed");
+  capture.colorSpace = ColorSpace::linear;
+  for (Frame& frame : capture.frames) {
+    frame.picture = "A.EXR";
+    frame.layer = frame.alphaLayer = "";
+  }
+  writeExr(folder / "fixed/A.EXR", randomImage(64, 64, 3, 1, 1, 1));
+  EXPECT_TRUE(checkExposures(capture, measures()).empty());
+}
+
+TEST_F(Checks, FindThatAllPhotographsAreBlack) {
+  for (Frame& frame : capture.frames) {
+    frame.picture = "black.exr";
+    frame.layer = frame.alphaLayer = "";
+  }
+  writeExr(folder / "black.exr", Image(64, 64, 3));
+  const auto found = checkExposures(capture, measures());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].severity, Severity::error);
+  EXPECT_EQ(found[0].text, "all 10 photographs are black");
+}
+
+TEST_F(Checks, ReadAsManyMasksAsTheyMay) {
+  for (size_t f = 0; f < capture.frames.size(); ++f)
+    capture.frames[f].mask = std::to_string(f + 100) + ".png";
+  for (const char* read : {"100.png", "220.png"}) writePng(folder / read, Image(64, 64, 1)); // of 240
+  const auto found = checkMattes(capture, {.views = 2}, {});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "2 of 2 masks show nothing of the object")) << found[0].text;
+}
+
+// Of one view there is no middle of the scene but the mesh's.
+TEST_F(Checks, SayWhatRoundingCostsASingleView) {
+  const Vec3<double> origin(500000, -4600000, 30);
+  capture = countedFrom(subset(capture, [](const Frame& frame) { return frame.view == 0; }), origin);
+  EXPECT_TRUE(checkPoses(capture).empty());
+  for (auto& p : mesh.positions)
+    p = assume<Point3<AcquisitionSpace>>(Vec3<double>(p.cast<double>().raw() - origin));
+  const auto all = findings();
+  EXPECT_TRUE(std::ranges::any_of(all, [](const Finding& finding) {
+    return finding.severity == Severity::error && contains(finding.text, "single precision is off");
+  }));
+}
+
+TEST_F(Checks, FindAMeshThatLiesElsewhereUnderLights) {
+  capture = studio::photograph({.cameras = 10, .lights = 24, .size = 64, .matte = false}, folder / "bare");
+  EXPECT_TRUE(findings().empty());
+  for (auto& p : mesh.positions) p = p + Direction3<AcquisitionSpace>(0, 0.9f, 0);
+  const auto near = findings();
+  ASSERT_FALSE(near.empty());
+  EXPECT_EQ(near[0].severity, Severity::warning);
+  EXPECT_TRUE(
+      contains(near[0].text, "the mesh may not lie where the photographs show it: they are 0.9 times"))
+      << near[0].text;
+  for (auto& p : mesh.positions) p = p + Direction3<AcquisitionSpace>(0, 0, 1.2f);
+  const std::string text = only(Severity::error);
+  EXPECT_TRUE(contains(text, "the mesh does not lie where the photographs show it: they are 1.0 times") &&
+              contains(text, "and shading correlates by 0.01 with its normals (expected 0.5)"))
+      << text;
+}
+
+TEST_F(Checks, MeetLightsThatAViewIsTooRichFor) {
+  std::swap(capture.lights[1].kind, capture.lights[13].kind); // of a dozen, every second is taken
+  for (const bool everyLight : {false, true}) {
+    const auto found =
+        checkCapture(capture, mesh, {.litViews = 1, .lightsOfView = 12, .everyLight = everyLight}, {});
+    EXPECT_EQ(found.size(), everyLight ? 1u : 0u);
+  }
 }
 
 TEST_F(Checks, ReadSomeDozensOfPhotographsWhereTheyMustBeQuick) {
@@ -257,8 +335,7 @@ TEST_F(Checks, FindMasksThatAreShifted) {
   }();
   writePng(folder / "mask.png", mask);
   for (Frame& frame : capture.frames) frame.mask = "mask.png";
-  const RayCaster<AcquisitionSpace> caster(mesh);
-  const auto found = checkMasks(capture, smallViews(capture, caster, 10, {}));
+  const auto found = checkMasks(capture, measures());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].severity, Severity::error);
   EXPECT_TRUE(contains(found[0].text, "differ in 10 of 10 views")) << found[0].text;

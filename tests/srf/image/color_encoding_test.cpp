@@ -56,6 +56,8 @@ TEST(ColorEncoding, CurvesAreThoseOfTheirStandards) {
   EXPECT_EQ(linearised({Curve::srgb}, 0.3f), linearFromSrgb(0.3f));
   EXPECT_FLOAT_EQ(linearised({Curve::gamma, 2}, 0.5f), 0.25f);
   EXPECT_FLOAT_EQ(linearised({Curve::gamma, 2}, -0.5f), -0.25f);
+  EXPECT_FLOAT_EQ(linearised({Curve::srgb}, -0.5f), -0.5f / 12.92f);
+  EXPECT_FLOAT_EQ(linearised({Curve::bt709}, -0.5f), -0.5f / 4.5f);
   EXPECT_NEAR(linearised({Curve::bt709}, 0.4090f), 0.18f, 1.2e-5f); // mid gray
   EXPECT_NEAR(linearised({Curve::bt709}, 0.0405f), 0.009f, 1e-7f);
   for (const Curve curve : {Curve::linear, Curve::srgb, Curve::bt709, Curve::gamma}) {
@@ -126,8 +128,14 @@ TEST(ColorEncoding, ProfilesOfOtherPicturesAndDamagedOnesAreRefused) {
   EXPECT_NE(
       errorOf([] { IccTransform(std::string_view("\0\0\0\0 no profile", 15), 3); }).find("cannot be read ("),
       std::string::npos);
-  for (size_t length = 0; length < rgb.size(); length += 7)
-    EXPECT_NE(errorOf([&] { IccTransform(rgb.substr(0, length), 3); }), "") << length;
+  const std::string whole = ", expected the " + std::to_string(rgb.size()) + " bytes that its header says";
+  for (size_t length = 0; length < rgb.size(); ++length) {
+    const std::string complaint = errorOf([&] { IccTransform(rgb.substr(0, length), 3); });
+    const bool saysSize = length >= 4; // the number of bytes, which comes first
+    EXPECT_TRUE(saysSize ? complaint == "found " + std::to_string(length) + whole
+                         : complaint.starts_with("cannot be read ("))
+        << complaint;
+  }
 }
 
 } // namespace

@@ -331,6 +331,25 @@ TEST_F(Exr, ChannelsAreListedWhereColoursAreMissing) {
       << complaint;
 }
 
+TEST_F(Exr, YIsGrayOnlyWhereItIsNoCoordinateAndNoLuminance) {
+  const auto complaint = [&](const std::vector<std::string>& names, const std::string& layer) {
+    std::vector<FileBuilder::Channel> channels;
+    for (const std::string& name : names) channels.push_back({name, FileBuilder::half, 0});
+    writeBytes(file(), FileBuilder::multiPart(2, 2, {{"part", channels}}));
+    const std::string text = errorOf([&] { colorChannels(ExrFile(file()), layer); });
+    return text.substr(std::min(text.size(), file().string().size()));
+  };
+  EXPECT_EQ(complaint({"X", "Y", "Z"}, ""),
+            ": channels: found X, Y, Z (CIE XYZ, or a vector), expected R, G, B or Y");
+  EXPECT_EQ(complaint({"Image.Y", "Normal.X", "Normal.Y", "Normal.Z"}, "Normal"),
+            ": layer Normal: found X, Y, Z (CIE XYZ, or a vector), expected R, G, B or Y "
+            "(or as `layer` of the frames: Image)");
+  EXPECT_EQ(complaint({"Motion.X", "Motion.Y"}, "Motion"),
+            ": layer Motion: found X, Y (CIE XYZ, or a vector), expected R, G, B or Y");
+  EXPECT_EQ(complaint({"BY", "RY", "Y"}, ""),
+            ": channels: found Y, RY, BY (luminance and chroma), expected R, G, B or Y");
+}
+
 TEST_F(Exr, ChromaticitiesAreItsStatement) {
   writeExr(file(), Image(2, 2, 3));
   const std::string written = readFile(file());

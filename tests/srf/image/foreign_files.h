@@ -1,8 +1,9 @@
-// Small JPEG, TIFF, BMP and Radiance files, made byte by byte.
+// Small JPEG, TIFF, BMP, Targa and Radiance files, made byte by byte.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,17 +34,23 @@ inline std::string grayJpeg(const std::string& segments) {
   return file;
 }
 
-// EXIF of a colour space and, unless it is empty, an interoperability index.
-inline std::string exifSegment(uint32_t colorSpace, const std::string& index) {
-  const auto entry = [](uint32_t tag, uint32_t type, const std::string& value) {
-    return littleEndianBytes(tag, 2) + littleEndianBytes(type, 2) + littleEndianBytes(1) + value;
+// EXIF of a colour space and, unless it is empty, an interoperability index; in little-endian order, "II", or
+// big-endian order, "MM".
+inline std::string exifSegment(uint32_t colorSpace, const std::string& index,
+                               const std::string& order = "II") {
+  const auto number = [&](uint32_t value, size_t count) {
+    const std::string bytes = littleEndianBytes(value, count);
+    return order == "II" ? bytes : std::string(bytes.rbegin(), bytes.rend());
   };
-  const std::string end = littleEndianBytes(0); // no further directory
-  std::string tiff = std::string("II") + littleEndianBytes(42, 2) + littleEndianBytes(8);
-  tiff += littleEndianBytes(1, 2) + entry(0x8769, 4, littleEndianBytes(26)) + end;
-  tiff += littleEndianBytes(2, 2) + entry(0xa001, 3, littleEndianBytes(colorSpace)) +
-          entry(0xa005, 4, littleEndianBytes(56)) + end;
-  tiff += littleEndianBytes(index.empty() ? 0 : 1, 2);
+  const auto entry = [&](uint32_t tag, uint32_t type, const std::string& value) {
+    return number(tag, 2) + number(type, 2) + number(1, 4) + value;
+  };
+  const std::string end = number(0, 4); // no further directory
+  std::string tiff = order + number(42, 2) + number(8, 4);
+  tiff += number(1, 2) + entry(0x8769, 4, number(26, 4)) + end;
+  tiff += number(2, 2) + entry(0xa001, 3, number(colorSpace, 2) + number(0, 2)) +
+          entry(0xa005, 4, number(56, 4)) + end;
+  tiff += number(index.empty() ? 0 : 1, 2);
   if (!index.empty()) tiff += entry(1, 2, index + '\0');
   return jpegSegment('\xe1', std::string("Exif\0\0", 6) + tiff + end);
 }
@@ -107,6 +114,22 @@ inline std::string bmpFile(uint32_t headerSize, const std::string& pixels, uint3
   header.resize(headerSize);
   return "BM" + littleEndianBytes(14 + headerSize + bytes) + littleEndianBytes(0) +
          littleEndianBytes(14 + headerSize) + header + pixels;
+}
+
+// 32 bits a pixel, blue first, one row from the top; so many bits of alpha by its header, and an extension
+// area with a type of alpha where one is given.
+inline std::string targaFile(int alphaBits, const std::string& pixels, std::optional<int> type = {}) {
+  std::string file(18, '\0');
+  file[2] = 2; // true colour, not packed
+  file[12] = static_cast<char>(pixels.size() / 4), file[14] = 1;
+  file[16] = 32, file[17] = static_cast<char>(0x20 | alphaBits);
+  file += pixels;
+  if (!type) return file;
+  std::string extension = littleEndianBytes(495, 2) + std::string(493, '\0'); // its length comes first
+  extension[494] = static_cast<char>(*type);
+  const auto place = static_cast<uint32_t>(file.size());
+  return file + extension + littleEndianBytes(place) + littleEndianBytes(0) +
+         std::string("TRUEVISION-XFILE.\0", 18);
 }
 
 // One pixel of mantissas and exponent, after header lines that each end with a line feed.

@@ -6,6 +6,7 @@
 #include "tests/srf/image/foreign_files.h"
 #include "tests/support/color_files.h"
 
+#include <Eigen/LU>
 #include <sys/stat.h>
 
 namespace surflect {
@@ -110,11 +111,24 @@ TEST_F(ImageFile, RadianceFilesSayTheirColours) {
             kRec2020);
   EXPECT_EQ(color(radianceFile("PRIMARIES=0.708 0.292\n", gray))->problem,
             "found '0.708 0.292', expected 8 numbers");
-  // D65's XYZ of Y = 1/2 is the gray.
-  EXPECT_EQ(color(radianceFile("", "\x79\x80\x8b\x80", "32-bit_rle_xyze"))->source, "Radiance XYZE");
-  for (const float value : readPicture(folder / "a.hdr").image.values) EXPECT_NEAR(value, 0.5f, 0.01f);
+  const Mat3<double> rgbFromXyz = xyzFromRgb(kRec709).inverse();
+  for (const std::string mantissas : {"\x79\x80\x8b", "\xd0\x20\x08"}) { // nearly D65, and a red
+    EXPECT_EQ(color(radianceFile("", mantissas + "\x80", "32-bit_rle_xyze"))->source, "Radiance XYZE");
+    const auto at = [&](size_t i) { return static_cast<uint8_t>(mantissas[i]) / 256.; };
+    const Vec3<double> expected = rgbFromXyz * Vec3<double>(at(0), at(1), at(2));
+    for (int c = 0; const float value : readPicture(folder / "a.hdr").image.values)
+      EXPECT_NEAR(value, expected[c++], 1e-6);
+  }
   writeBytes(folder / "a.hdr", radianceFile("", gray, "32-bit_rle_luv"));
   EXPECT_NE(errorOf([&] { readPicture(folder / "a.hdr"); }).find("FORMAT: found '32-bit_rle_luv', expected"),
+            std::string::npos);
+}
+
+TEST_F(ImageFile, RadianceFilesAreLinear) {
+  writeBytes(folder / "a.hdr", radianceFile("GAMMA=1\n", "\x80\x80\x80\x80"));
+  EXPECT_EQ(readPicture(folder / "a.hdr").image.values, std::vector<float>(3, 0.5f));
+  writeBytes(folder / "a.hdr", radianceFile("GAMMA=2.2\n", "\x80\x80\x80\x80"));
+  EXPECT_NE(errorOf([&] { readPicture(folder / "a.hdr"); }).find("a.hdr: GAMMA: found '2.2', expected 1"),
             std::string::npos);
 }
 
@@ -176,23 +190,44 @@ TEST_F(ImageFile, ForeignIntegersAreEncodedValues) {
   for (size_t i = 0; i < 6; ++i) EXPECT_FLOAT_EQ(picture.image.values[i], expected[i]);
 }
 
-// 32-bit Targa, whose alpha is straight.
 TEST_F(ImageFile, ForeignStraightAlphaIsNotMultipliedIn) {
-  std::string file(18, '\0');
-  file[2] = 2;                    // true colour, not packed
-  file[12] = file[14] = 1;        // 1 x 1
-  file[16] = 32, file[17] = 0x28; // bits a pixel; eight of alpha, row 0 on top
-  file += std::string("\x33\x66\xff\x80", 4);
-  // The extension area that says what alpha means, and the footer that finds it.
-  std::string extension(495, '\0');
-  extension[0] = '\xef', extension[1] = '\x01', extension[494] = 3;
-  std::string footer("\x16\0\0\0\0\0\0\0TRUEVISION-XFILE.\0", 26);
-  writeBytes(folder / "a.tga", file + extension + footer);
+  writeBytes(folder / "a.tga", targaFile(8, "\x33\x66\xff\x80", 3));
   const Picture picture = readPicture(folder / "a.tga");
   ASSERT_EQ(picture.image.channels, 4);
   EXPECT_FALSE(picture.alphaPremultiplied);
   const float expected[] = {1, 0.4f, 0.2f, 128.f / 255};
   for (size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(picture.image.values[i], expected[i]);
+}
+
+TEST_F(ImageFile, AlphaOfTargasIsWhatTheyDeclare) {
+  const auto channels = [&](const std::string& file, bool premultiplied = false) {
+    writeBytes(folder / "a.tga", file);
+    const Picture picture = readPicture(folder / "a.tga");
+    EXPECT_EQ(picture.alphaPremultiplied, premultiplied);
+    EXPECT_EQ(readPictureHeader(folder / "a.tga").hasAlpha, picture.hasAlpha());
+    EXPECT_EQ(readPictureSize(folder / "a.tga"), (PictureSize{2, 1}));
+    for (size_t c = 0; c < 3; ++c)
+      EXPECT_FLOAT_EQ(picture.image.values[c], (48.f - 16 * static_cast<float>(c)) / 255);
+    return picture.image.channels;
+  };
+  using namespace std::string_literals;
+  const std::string zero = "\x10\x20\x30\0\x11\x21\x31\0"s, full = "\x10\x20\x30\xff\x11\x21\x31\xff"s,
+                    varied = "\x10\x20\x30\xff\x11\x21\x31\x40"s;
+  // Without an extension area: by the header's bits of alpha, or where it varies.
+  EXPECT_EQ(channels(targaFile(0, zero)), 3);
+  EXPECT_EQ(channels(targaFile(0, full)), 3);
+  EXPECT_EQ(channels(targaFile(0, varied)), 4);
+  EXPECT_EQ(channels(targaFile(8, zero)), 3);
+  EXPECT_EQ(channels(targaFile(8, full)), 4);
+  EXPECT_EQ(channels(targaFile(8, varied)), 4);
+  // Its types: none, undefined twice, straight and premultiplied.
+  EXPECT_EQ(channels(targaFile(8, full, 0)), 3);
+  EXPECT_EQ(channels(targaFile(8, varied, 0)), 4);
+  EXPECT_EQ(channels(targaFile(8, varied, 1)), 3);
+  EXPECT_EQ(channels(targaFile(8, varied, 2)), 3);
+  EXPECT_EQ(channels(targaFile(8, zero, 3)), 3);
+  EXPECT_EQ(channels(targaFile(8, full, 3)), 4);
+  EXPECT_EQ(channels(targaFile(8, full, 4), true), 4);
 }
 
 TEST_F(ImageFile, AlphaOfTiffIsStraightOrNotAsItSays) {
@@ -212,6 +247,7 @@ TEST_F(ImageFile, AlphaOfBitmapsIsWhatTheHeaderDeclares) {
     writeBytes(folder / "a.bmp", file);
     const Picture picture = readPicture(folder / "a.bmp");
     EXPECT_FALSE(picture.alphaPremultiplied);
+    EXPECT_EQ(readPictureHeader(folder / "a.bmp").hasAlpha, picture.hasAlpha());
     EXPECT_FLOAT_EQ(picture.image.values[0], 48.f / 255);
     EXPECT_FLOAT_EQ(picture.image.values[2], 16.f / 255);
     return picture.image.channels;

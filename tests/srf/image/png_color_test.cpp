@@ -82,11 +82,23 @@ TEST_F(PngColor, TheStrongestChunkCounts) {
 TEST_F(PngColor, CodePointsThatAreNotUnderstoodAreNamed) {
   EXPECT_NE(problem("cICP", {9, 16, 0, 1}).find("PQ"), std::string::npos);
   EXPECT_NE(problem("cICP", {9, 18, 0, 1}).find("HLG"), std::string::npos);
-  EXPECT_EQ(problem("cICP", {2, 13, 0, 1}), "colour primaries: found 2, expected 1, 5, 6, 9, 11 or 12");
-  EXPECT_EQ(problem("cICP", {1, 2, 0, 1}),
-            "transfer function: found 2, expected 1, 4, 5, 6, 8, 13, 14 or 15");
+  EXPECT_EQ(problem("cICP", {3, 13, 0, 1}), "colour primaries: found 3, expected 1, 2, 5, 6, 9, 11 or 12");
+  EXPECT_EQ(problem("cICP", {1, 3, 0, 1}),
+            "transfer function: found 3, expected 1, 2, 4, 5, 6, 8, 13, 14 or 15");
   EXPECT_EQ(problem("cICP", {1, 13, 1, 1}), "matrix coefficients: found 1, expected 0, RGB");
   EXPECT_EQ(problem("cICP", {1, 13, 0, 0}), "range: found 0, expected 1, full range");
+}
+
+TEST_F(PngColor, WhatCodePointsLeaveOpenIsUnstated) {
+  const ColorStatement curve = stated(withChunk(plain, "cICP", {2, 13, 0, 1})),
+                       primaries = stated(withChunk(plain, "cICP", {9, 2, 0, 1}));
+  EXPECT_EQ(curve.encoding.transfer, Transfer{Curve::srgb});
+  EXPECT_FALSE(curve.encoding.primaries);
+  EXPECT_FALSE(primaries.encoding.transfer);
+  EXPECT_EQ(primaries.encoding.primaries, kRec2020);
+  const std::string open = withChunk(plain, "cICP", {2, 2, 0, 1});
+  EXPECT_FALSE(pngColorStatement(open));
+  EXPECT_EQ(stated(withChunk(open, "gAMA", gamaContent(1))).source, "PNG gAMA chunk");
 }
 
 TEST_F(PngColor, ProfilesMustBeWholeAndOfThePicturesChannels) {
@@ -104,6 +116,21 @@ TEST_F(PngColor, ADamagedStatementIsAProblemAndNotPassedOver) {
   std::string file = withChunk(plain, "gAMA", gamaContent(1));
   file[33 + 8] ^= 1; // in the content
   EXPECT_EQ(pngColorStatement(file)->problem, "gAMA: the checksum is wrong");
+  for (size_t length = 0; length < file.size(); ++length) {
+    const auto statement = pngColorStatement(std::string_view(file).substr(0, length));
+    EXPECT_TRUE(!statement || statement->problem == "gAMA: the checksum is wrong") << length;
+  }
+}
+
+TEST_F(PngColor, ADamagedChunkDoesNotMatterBesideAStrongerOne) {
+  std::string file = withChunk(plain, "cHRM", chrmContent(kRec709));
+  file[33 + 8] ^= 1;
+  EXPECT_EQ(pngColorStatement(file)->problem, "cHRM: the checksum is wrong");
+  file = withChunk(file, "sRGB", std::string(1, '\0'));
+  EXPECT_EQ(stated(file).source, "PNG sRGB chunk");
+  EXPECT_EQ(stated(file).problem, "");
+  file[33 + 8] ^= 1;
+  EXPECT_EQ(stated(file).problem, "sRGB: the checksum is wrong");
 }
 
 TEST_F(PngColor, APictureWrittenAsSrgbSaysSo) {
@@ -113,6 +140,16 @@ TEST_F(PngColor, APictureWrittenAsSrgbSaysSo) {
     EXPECT_EQ(statement.encoding.transfer, Transfer{Curve::srgb});
   }
   EXPECT_EQ(readPngHeader(folder / "a.png").bitDepth, 8);
+}
+
+TEST_F(PngColor, ChunksAreFoundUpToThePixels) {
+  const std::string file = withChunk(plain, "tRNS", "abcdef");
+  EXPECT_TRUE(hasPngChunk(file, "tRNS") && hasPngChunk(file, "IDAT"));
+  EXPECT_FALSE(hasPngChunk(file, "IEND")); // after them
+  EXPECT_FALSE(hasPngChunk(plain, "tRNS"));
+  const size_t pixels = file.find("IDAT");
+  EXPECT_TRUE(hasPngChunk(file.substr(0, pixels + 4), "IDAT")); // begun
+  EXPECT_FALSE(hasPngChunk(file.substr(0, pixels + 3), "IDAT"));
 }
 
 TEST_F(PngColor, ChunksAfterThePixelsSayNothing) {

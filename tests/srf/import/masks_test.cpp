@@ -19,13 +19,14 @@ protected:
          {"transform_matrix", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}});
     return json["frames"].back();
   }
-  void writeMask(const std::string& name) const {
+  // White is one column.
+  void writeMask(const std::string& name, int column = 8) const {
     std::filesystem::create_directories((folder / name).parent_path());
     Image mask(16, 12, 1);
-    for (int y = 3; y < 9; ++y) mask.at(8, y)[0] = 1;
+    for (int y = 3; y < 9; ++y) mask.at(column, y)[0] = 1;
     writePng(folder / name, mask);
   }
-  // The notes, and the masks of the frames as the source has them, one after the other.
+  // The masks of the frames in the output, one after the other.
   std::string import(const ImportOptions& options = {}) {
     writeBytes(folder / "transforms.json", json.dump());
     std::filesystem::remove_all(folder / "out");
@@ -44,18 +45,34 @@ protected:
 };
 
 TEST_F(MasksByName, AreNamedByFileByStemOrWithASuffix) {
-  add("images/a.png");
-  for (const char* mask :
-       {"masks/a.png.png", "masks/a.png", "mask/a_mask.png", "mask/mask_a.png", "images/masks/a.png",
-        "images/mask/a.png.png", "masks/a.png.mask.png", "images/a_mask.png", "images/a.png.mask.png"}) {
-    writeMask(mask);
-    EXPECT_NE(import().find("a"), std::string::npos) << mask;
-    EXPECT_TRUE(
-        noted("1 mask found by name for 1 of 1 photograph: " + std::string(mask) + " for images/a.png"))
-        << mask;
-    std::filesystem::remove(folder / mask);
+  for (const char* picture : {"images/a.png", "images/b.png"}) add(picture);
+  const auto of = [](const std::string& pattern, const char* name) {
+    return std::string(pattern).replace(pattern.find('*'), 1, name);
+  };
+  // In the source, and below masks/ of the output.
+  const std::pair<const char*, const char*> patterns[] = {{"masks/*.png.png", "*.png.png"},
+                                                          {"masks/*.png", "*.png"},
+                                                          {"mask/*_mask.png", "mask/*_mask.png"},
+                                                          {"mask/mask_*.png", "mask/mask_*.png"},
+                                                          {"images/masks/*.png", "images/masks/*.png"},
+                                                          {"images/mask/*.png.png", "images/mask/*.png.png"},
+                                                          {"masks/*.png.mask.png", "*.png.mask.png"},
+                                                          {"images/*_mask.png", "images/*_mask.png"},
+                                                          {"images/*.png.mask.png", "images/*.png.mask.png"}};
+  for (const auto& [pattern, output] : patterns) {
+    const std::string a = of(pattern, "a"), b = of(pattern, "b");
+    writeMask(a, 3);
+    writeMask(b, 12);
+    const std::string outputA = "masks/" + of(output, "a"), outputB = "masks/" + of(output, "b");
+    EXPECT_EQ(import(), outputA + " " + outputB + " ");
+    EXPECT_EQ(readFile(folder / "out" / outputA), readFile(folder / a));
+    EXPECT_EQ(readFile(folder / "out" / outputB), readFile(folder / b));
+    EXPECT_TRUE(noted("2 masks found by name for 2 of 2 photographs: " + a + " for images/a.png, " + b +
+                      " for images/b.png"))
+        << pattern;
+    for (const std::string& mask : {a, b}) std::filesystem::remove(folder / mask);
   }
-  EXPECT_EQ(import(), " ");
+  EXPECT_EQ(import(), "  ");
 }
 
 TEST_F(MasksByName, ThatFitNothingOrAreSeveralAreTold) {
@@ -65,7 +82,7 @@ TEST_F(MasksByName, ThatFitNothingOrAreSeveralAreTold) {
   EXPECT_EQ(import(), "masks/a.png  ");
   EXPECT_TRUE(noted("several masks fit 1 photograph by name; taken: masks/a.png, not a_mask.png"));
   EXPECT_TRUE(noted("files among masks that are not used: 2 (masks/a_mask.png, masks/c.png)"));
-  EXPECT_TRUE(noted("masks: 1 of 2 views; the other one shows all of its picture (images/b.png)"));
+  EXPECT_TRUE(noted("warning: masks: 1 of 2 views; the other one shows all of its picture (images/b.png)"));
 }
 
 TEST_F(MasksByName, ThatSeveralViewsCouldClaimAreLeft) {
@@ -105,9 +122,10 @@ TEST_F(MasksByName, PicturesThatNoFrameNamesAreTold) {
   add("images/a.png");
   for (const char* other : {"images/b.png", "images/a_normal.png", "images/.hidden.png"})
     writePicture(folder / other);
+  writeBytes(folder / "images/c.JPE", "told by its name alone");
   import();
-  EXPECT_TRUE(
-      noted("pictures beside the photographs that are not used: 2 (images/a_normal.png, images/b.png)"));
+  EXPECT_TRUE(noted("pictures beside the photographs that are not used: 3 (images/a_normal.png, "
+                    "images/b.png, images/c.JPE)"));
 }
 
 } // namespace

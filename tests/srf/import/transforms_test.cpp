@@ -1,5 +1,6 @@
 #include "srf/import/transforms.h"
 
+#include "srf/image/image_file.h"
 #include "srf/import/import.h"
 #include "tests/srf/import/vision_camera.h"
 #include "tests/support/foreign_formats.h"
@@ -71,6 +72,17 @@ TEST_F(Transforms, WithoutTestPhotographsValidationIsTheTest) {
   EXPECT_EQ(source.notes[0], "1 validation photographs are the test");
 }
 
+TEST_F(Transforms, FilesOfSplitsBesideTheWholeAreSaidToBeLeft) {
+  writeSplits({{"train", 2}, {"test", 1}});
+  std::filesystem::copy_file(folder / "transforms_train.json", folder / "transforms.json");
+  const Source source = read();
+  EXPECT_EQ(source.capture.frames.size(), 2u);
+  EXPECT_EQ(source.notes,
+            std::vector<std::string>{
+                "transforms.json is read; transforms_train.json and transforms_test.json beside it are not"});
+  EXPECT_TRUE(readTransforms(folder / "transforms.json", false).notes.empty()); // as the user has said
+}
+
 TEST_F(Transforms, ListsOfNerfstudioAreSplits) {
   Json json{{"fl_x", 20}, {"frames", Json::array()}, {"applied_transform", Json::array()}};
   for (int i = 0; i < 5; ++i) {
@@ -104,7 +116,8 @@ TEST_F(Transforms, NotesOfTheReaderComeThroughOnceAFileWhereTheyDiffer) {
   change("transforms_test.json", nullptr);
   const std::string foo = "1 key is not known and passed over: \"foo\"";
   EXPECT_EQ(read().notes, std::vector<std::string>{foo});
-  EXPECT_EQ(importCapture(folder.path(), folder / "out", {}).notes, std::vector<std::string>{foo});
+  EXPECT_EQ(importCapture(folder.path(), folder / "out", {}).notes,
+            (std::vector<std::string>{foo, "colour: 3 pictures as sRGB (8 bits that state nothing)"}));
   change("transforms_test.json", "bar");
   EXPECT_EQ(read().notes,
             (std::vector<std::string>{foo, "transforms_test.json: 2 keys are not known and passed over: "
@@ -305,6 +318,24 @@ TEST_F(Transforms, PicturesOfOneViewHaveOneSize) {
               importCapture(folder.path(), folder / "out", {});
             }).find("mask.png: size: found 16 x 11, expected 16 x 12"),
             std::string::npos);
+}
+
+TEST_F(Transforms, MasksOfTheSourceNeedNotBeRightWhereOthersAreMade) {
+  Json json{{"fl_x", 20}, {"frames", Json::array()}};
+  json["frames"].push_back(frame("a", rig.camera(false)));
+  json["frames"][0]["mask_path"] = "masks/a.png";
+  write("transforms.json", json);
+  ImportOptions options;
+  options.maskThreshold = 0.5;
+  writePicture(folder / "masks/a.png", 16, 11);
+  for (const bool readable : {true, false}) {
+    if (!readable) writeBytes(folder / "masks/a.png", "no picture");
+    std::filesystem::remove_all(folder / "out");
+    const std::vector<std::string> notes = importCapture(folder.path(), folder / "out", options).notes;
+    EXPECT_EQ(notes.at(0), "1 mask of the source is not used: --mask-threshold makes others");
+    const std::filesystem::path mask = readCapture(folder / "out").frames[0].mask;
+    EXPECT_EQ(readPictureSize(folder / "out" / mask), (PictureSize{16, 12}));
+  }
 }
 
 TEST_F(Transforms, PathsOutOfTheFolderNeedPermission) {
