@@ -206,13 +206,25 @@ void dropMasks(Source& source) {
                            (masks.size() == 1 ? "is" : "are") + " not used: --mask-threshold makes others");
 }
 
+// One a view; empty for views whose silhouettes are poor.
 std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
-  std::vector<Mask> masks;
   const auto views = framesOfViews(source.capture);
+  std::vector<Mask> masks(views.size());
+  size_t poor = 0;
   for (size_t v = 0; v < views.size(); ++v) {
     progress("masks", static_cast<double>(v) / static_cast<double>(views.size()));
-    masks.push_back(objectOfView(source.capture, views[v], threshold, progress));
+    if (source.poorSilhouettes.contains(source.capture.frames[views[v][0]].picture))
+      ++poor;
+    else
+      masks[v] = objectOfView(source.capture, views[v], threshold, progress);
   }
+  if (poor == views.size())
+    throw Error("the source lists no good silhouette, so no mask can be made by threshold")
+        .in(source.files.root);
+  if (poor > 0)
+    source.notes.push_back(std::to_string(views.size() - poor) + " of " + std::to_string(views.size()) +
+                           " views have masks by threshold; silhouettes of the others are not good, as the "
+                           "source's list says");
   source.capture.calibration["masks"] = "by threshold, " + std::to_string(std::lround(1000 * threshold)) +
                                         " thousandths of the 99.5th percentile of each view";
   return masks;
@@ -306,7 +318,7 @@ void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies,
     progress("copying", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
     if (!masks.empty()) {
       fs::path& mask = maskOf[frame.view];
-      if (mask.empty()) {
+      if (mask.empty() && !masks[frame.view].inside.empty()) {
         mask = copies.claim(fs::path(frame.picture).replace_extension(".png"), "masks");
         writePng(output / mask, imageOf(masks[frame.view]));
         copies.count(mask);

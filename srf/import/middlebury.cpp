@@ -6,6 +6,7 @@
 #include "surfel/file.h"
 
 #include <cmath>
+#include <optional>
 #include <set>
 
 namespace surflect {
@@ -48,6 +49,24 @@ void addPicture(Source& source, const TextLine& line, RoundedRotations& rotation
       {std::string(words[0]), {lens, poseFromVisionAxes(matrixAt(words, 10), translation, rotations)}});
 }
 
+// Names of the pictures whose silhouettes can be trusted, where the set lists them: dino_par.txt has
+// dino_good_silhouette_images.txt beside it.
+std::optional<std::set<std::string>> goodSilhouettes(const fs::path& list) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(list, ignored)) return std::nullopt;
+  const std::string content = readFile(list);
+  std::set<std::string> names;
+  for (const TextLine& line : sayingLinesOf(content)) names.emplace(line.text);
+  return names;
+}
+
+fs::path silhouetteList(const fs::path& parameters) {
+  constexpr std::string_view kEnd = "par.txt";
+  std::string name = parameters.filename().string();
+  if (name.ends_with(kEnd)) name.resize(name.size() - kEnd.size());
+  return parameters.parent_path() / (name + "good_silhouette_images.txt");
+}
+
 } // namespace
 
 Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
@@ -67,6 +86,9 @@ Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
       throw std::move(e).at(fieldOf(lines[i]));
     }
   if (source.capture.frames.empty()) throw Error("it lists no picture");
+  if (const auto good = goodSilhouettes(silhouetteList(parameters)))
+    for (const Frame& frame : source.capture.frames)
+      if (!good->contains(frame.picture.filename().string())) source.poorSilhouettes.insert(frame.picture);
 
   std::vector<fs::path> names;
   std::set<std::string> different;

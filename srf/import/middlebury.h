@@ -11,7 +11,8 @@
 
 namespace surflect {
 
-// K without skew, of any scale. Throws Error with the line.
+// K without skew, of any scale. Where NAME_good_silhouette_images.txt lies beside, pictures that it does not
+// list have poor silhouettes. Throws Error with the line.
 Source readMiddlebury(const std::filesystem::path& parameters, bool allowOutside);
 
 } // namespace surflect

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +32,9 @@ struct SourceFiles {
 struct Source {
   SourceFiles files;
   std::vector<std::filesystem::path> maskFolders; // those with masks by the pictures' names below the root
-  Capture capture;                // its paths can be opened as they are; capture.file is empty
+  Capture capture; // its paths can be opened as they are; capture.file is empty
+  std::set<std::filesystem::path>
+      poorSilhouettes;            // pictures whose object no threshold tells, by the source's word
   bool strengthsUnknown = false;  // the lights' irradiance is 1 for all, and stands for nothing
   std::vector<std::string> notes; // what a user should know of how the files were understood
 };

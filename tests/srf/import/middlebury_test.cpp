@@ -101,6 +101,26 @@ TEST_F(Middlebury, ARoundedRotationIsSaidAndAScaledOneRefused) {
             std::string::npos);
 }
 
+TEST_F(Middlebury, OnlyGoodSilhouettesBecomeMasksByThreshold) {
+  read(whole());
+  ImportOptions options;
+  options.maskThreshold = 0.05;
+  EXPECT_EQ(importCapture(folder / "ring_par.txt", folder / "all", options).masks, 4u);
+  writeBytes(folder / "ring_good_silhouette_images.txt", "ring1.png\nring3.png\nring7.png\n");
+  const ImportReport report = importCapture(folder / "ring_par.txt", folder / "good", options);
+  EXPECT_EQ(report.masks, 2u);
+  EXPECT_TRUE(std::ranges::any_of(report.notes, [](const std::string& note) {
+    return note.starts_with("2 of 4 views have masks by threshold");
+  }));
+  for (const Frame& frame : readCapture(folder / "good").frames)
+    EXPECT_EQ(frame.mask.empty(), frame.picture == "images/ring0.png" || frame.picture == "images/ring2.png");
+  writeBytes(folder / "ring_good_silhouette_images.txt", "ring7.png\n");
+  EXPECT_NE(errorOf([&] {
+              importCapture(folder / "ring_par.txt", folder / "none", options);
+            }).find("lists no good silhouette"),
+            std::string::npos);
+}
+
 TEST_F(Middlebury, CountsAndNamesMustFit) {
   EXPECT_NE(error("3\n" + line(0)).find("line 1: found 3, expected 1, as many as lines follow"),
             std::string::npos);
