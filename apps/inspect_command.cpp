@@ -7,6 +7,7 @@
 #include "srf/model/impostor.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
+#include "surfel/bounds.h"
 #include "surfel/error.h"
 #include "surfel/replaceable.h"
 
@@ -34,6 +35,8 @@ Json describe(const Model& model) {
     bytes += std::filesystem::file_size(file.path());
     blocks += file.blockCount();
   }
+  const Eigen::AlignedBox3d box = boundsOf(model.cloud.p0);
+  const auto corner = [](const Vec3<double>& p) { return Json::array({p.x(), p.y(), p.z()}); };
   size_t unseen = 0;
   for (size_t i = 0; i < model.cloud.size(); ++i) {
     const auto fades = model.fades.of(i);
@@ -43,7 +46,7 @@ Json describe(const Model& model) {
           {"views", model.rig.views.size()},     {"lights", model.rig.lights.size()},
           {"full_product", model.isFullProduct}, {"blocks", blocks},
           {"reflectance_bytes", bytes},          {"white", model.white},
-          {"tolerance", model.tolerance}};
+          {"tolerance", model.tolerance},        {"box", {corner(box.min()), corner(box.max())}}};
 }
 
 struct Arguments {

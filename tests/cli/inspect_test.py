@@ -68,6 +68,9 @@ class Overlay(TestInFolder):
     def test_a_model_has_nothing_to_draw_over(self):
         model = self.folder / "model.srf"
         succeed("pack", self.capture, "-o", model, "--surfels", "500")
+        least, largest = succeed("inspect", model)["box"]
+        for axis in range(3):
+            self.assertTrue(-1.5 < least[axis] < largest[axis] < 1.5, (least, largest))
         result = run("inspect", model, "--overlay", self.folder / "model.png")
         self.assertEqual(result.returncode, 1)
         self.assertIn("--overlay", result.stderr)
