@@ -18,7 +18,7 @@ using World = AcquisitionSpace;
 
 constexpr double kClearlyBack = 2; // backs seen for each front
 constexpr double kLeak = 1e-4;     // of what is seen of a part: less comes through cracks
-constexpr double kRounding = 1e-7;  // of what is seen of a part: slivers whose normals are rounded
+constexpr double kRounding = 1e-7; // of what is seen of a part: slivers whose normals are rounded
 constexpr double kManyBacks = 0.1; // of what is seen of a part
 
 std::string placeText(const Vec3<double>& p) {

@@ -88,7 +88,8 @@ TEST(Obj, TrianglesWithoutAreaStayAsStoredAndGoFromTheMesh) {
 TEST(Obj, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
   const auto path =
       fileWith("v 500000.125 4600000.0625 30\nv 500001 4600000 30\nv 500000 4600001 30\nf 1 2 3\n");
-  EXPECT_EQ(readMesh(path, {.origin = {500000, 4600000, 30}}).positions[0].raw(), Vec3<float>(0.125f, 0.0625f, 0));
+  EXPECT_EQ(readMesh(path, {.origin = {500000, 4600000, 30}}).positions[0].raw(),
+            Vec3<float>(0.125f, 0.0625f, 0));
 }
 
 TEST(Obj, ComplaintsNameTheFile) {
