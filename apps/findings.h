@@ -1,4 +1,4 @@
-// What the checks of a capture have found, as commands tell it.
+// Findings of the checks of a capture, as commands print them and as JSON.
 #pragma once
 
 #include "apps/command.h"

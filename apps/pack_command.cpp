@@ -24,7 +24,7 @@ struct Arguments {
 // A capture whose checks stop pack, before anything is written, where they find errors.
 class CheckedSource : public CaptureSource {
 public:
-  // What is found is added to `findings`.
+  // Adds findings to `findings`.
   CheckedSource(const Arguments& arguments, std::vector<Finding>& findings)
       : CaptureSource(arguments.capture.read()), arguments_(arguments), findings_(findings) {}
 

@@ -86,7 +86,7 @@ Json jsonOf(const PreparedEnvironment& environment) {
           {"seconds", environment.seconds}};
 }
 
-// What was changed in an environment, a line each.
+// Returns one line for each kind of sample that was changed in an environment.
 std::vector<std::string> remarksOn(const PreparedEnvironment& environment) {
   const std::string image = environment.image.string();
   std::vector<std::string> remarks;

@@ -61,7 +61,7 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
 Image blend(const Coverage& coverage, std::span<const float> values, int channels,
             std::span<const float> confidence = {}, Image kept = {});
 
-// The same for several pictures at once, which takes less time than one by one. Each comes with its number of
+// Blends several pictures at once, which takes less time than one by one. Each comes with its number of
 // channels; a splat's values are those of the first picture, then of the next. Sizes and values of the
 // pictures are overwritten, their memory is used again.
 void blendInto(std::span<Image* const> pictures, const Coverage& coverage, std::span<const float> values,

@@ -23,7 +23,7 @@ constexpr int kErosion = 2; // pixels
 // or the whole picture of a capture that has one view and no mesh.
 class TruthReader {
 public:
-  // What was photographed is the capture's geometry after the warp, mended by the views of the rig as pack
+  // The photographs show the capture's geometry after the warp, mended by the views of the rig as pack
   // did.
   TruthReader(const Capture& capture, const Capture& rig, const Warp& warp)
       : capture_(capture), rig_(rig), warp_(warp) {}

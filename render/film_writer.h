@@ -58,11 +58,11 @@ private:
   void close();
 
   const Progress progress_;
-  // Of the writing thread.
+  // State of the writing thread.
   std::vector<std::unique_ptr<AtomicFile>> pending_; // written but not committed
   size_t committedFrames_ = 0;
   std::vector<double> seconds_;
-  // Of both threads.
+  // State shared by both threads.
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Frame> frame_; // to be encoded; the writing thread's until it is emptied

@@ -57,7 +57,7 @@ struct FrameOptions {
   std::vector<std::string> aovs;
 };
 
-// What one frame leaves to the next: memory, which is filled anew. Whoever is done with a film gives it back
+// Memory that one frame leaves to the next, to be filled anew. Whoever is done with a film gives it back
 // in `film`.
 struct FrameMemory {
   DeformedCloud deformed;

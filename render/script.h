@@ -80,8 +80,8 @@ struct EnvironmentLightMotion {
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 
-// What places in a script count from: as the model's cameras and lights do, or as what it was made from did
-// before import moved the origin (Capture::origin).
+// The origin that places in a script count from: as the model's cameras and lights do, or as what it was made
+// from did before import moved the origin (Capture::origin).
 enum class Coordinates { model, original };
 
 struct Script {
@@ -96,7 +96,7 @@ struct Script {
   std::vector<WarpMotion> warps; // in the order in which they act
 };
 
-// What a shot says of its frames: all that is needed before the model is opened.
+// Head of a shot: all that is needed before the model is opened.
 struct ScriptHead {
   std::filesystem::path model; // as in Script
   Coordinates coordinates = Coordinates::model;

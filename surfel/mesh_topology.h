@@ -33,7 +33,7 @@ struct MeshParts {
   std::vector<uint8_t> isAgainst; // #triangles; wound against most of their part, by area
 };
 
-// Of triangles with an area. Throws Cancelled.
+// Works on triangles with an area. Throws Cancelled.
 MeshParts partsOf(const TriangleMesh& mesh, const Progress& progress = {});
 
 } // namespace surflect

@@ -14,7 +14,7 @@ namespace surflect {
 // (-1 is the last vertex so far); texture coordinates, normals, materials, lines and free-form curves are
 // passed over. Throws Error at the line that is wrong.
 TriangleMesh parseObj(std::string_view text, const MeshReading& reading = {}, const Progress& progress = {});
-// The same with texture coordinates and normals, see texturedMeshOf; `corner` is the file's vertex.
+// Reads the mesh with texture coordinates and normals, see texturedMeshOf; `corner` is the file's vertex.
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress = {});
 // Throw Error with the file and the line, and Cancelled.
 TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress = {});

@@ -11,9 +11,9 @@ namespace surflect {
 TriangleMesh readPlyMesh(const std::filesystem::path& path, const MeshReading& reading = {},
                          const Progress& progress = {});
 
-// The same with texture coordinates and normals, see texturedMeshOf; `corner` is the file's vertex. Vertices
-// have coordinates as s and t, u and v, or texture_u and texture_v, normals as nx, ny and nz; the list
-// `texcoord` of a face, two numbers a corner, comes first where it has them.
+// Reads the mesh with texture coordinates and normals, see texturedMeshOf; `corner` is the file's vertex.
+// Vertices have coordinates as s and t, u and v, or texture_u and texture_v, normals as nx, ny and nz; the
+// list `texcoord` of a face, two numbers a corner, comes first where it has them.
 TexturedMesh readTexturedPly(const std::filesystem::path& path, const Progress& progress = {});
 
 } // namespace surflect

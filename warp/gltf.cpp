@@ -19,7 +19,7 @@ constexpr size_t mostJoints = size_t{1} << 20;
 constexpr std::array<std::string_view, 7> kPassedOverByMeshes = {
     "KHR_materials_", "KHR_lights_", "KHR_xmp",      "KHR_texture_basisu",
     "EXT_texture_",   "EXT_lights_", "MSFT_texture_"};
-// The same, and the extension that moves textures: a skin has none.
+// Extensions passed over by skins: those of meshes, and the one that moves textures, as a skin has none.
 constexpr std::array<std::string_view, 8> kPassedOverBySkins = {
     "KHR_materials_", "KHR_lights_", "KHR_xmp",       "KHR_texture_basisu",
     "EXT_texture_",   "EXT_lights_", "MSFT_texture_", "KHR_texture_transform"};
@@ -219,7 +219,7 @@ std::vector<uint8_t> movesSkin(const Skeleton& skeleton) {
   return moves;
 }
 
-// What it does to the skin: nothing if empty.
+// Its effect on the skin; none if empty.
 std::optional<Channel> readChannel(GltfDocument& document, const GltfField& field,
                                    const std::vector<GltfField>& samplers, const Skeleton& skeleton,
                                    const std::vector<GltfField>& nodes, const std::vector<uint8_t>& moves) {
@@ -298,7 +298,7 @@ std::vector<GltfAnimation> readAnimations(GltfDocument& document, const Skeleton
 
 // ---- Meshes at rest ----
 
-// What some primitives say of their vertices: 0 for those of the others.
+// Attribute that only some primitives have: 0 for vertices of the others.
 template <class Vector> void fillUp(std::vector<Vector>& vectors, size_t count) {
   vectors.resize(count, Vector::Zero());
 }

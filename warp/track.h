@@ -32,7 +32,7 @@ public:
   // In t, frame and s. Throws Error as Expression does.
   static Track expression(std::string text);
 
-  // The same track with `offset` added to its value at all times.
+  // Returns this track with `offset` added to its value at all times.
   Track plus(double offset) const;
 
   // Not finite only where an expression is not.

@@ -340,7 +340,8 @@ Lens::Model lensModel(const Json& value) {
                                     {"OPENCV", pinhole}});
 }
 
-// What is not stated of the size is the picture's; or of its shape, as pictures may be shrunk copies.
+// Fills in the size where it is not stated: the picture's, or one of its shape, as pictures may be shrunk
+// copies.
 LensFields withSize(LensFields lens, PictureSize picture) {
   const double shape = static_cast<double>(picture.width) / picture.height;
   const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1., kMostPixels)); };

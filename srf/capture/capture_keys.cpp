@@ -27,7 +27,7 @@ constexpr auto kOfFrame =
     to_array<std::string_view>({"alpha_layer", "camera", "exposure", "file_path", "layer", "light",
                                 "mask_path", "pl_intensity", "pl_pos", "split", "time", "transform_matrix"});
 
-// Of the capture, or of a frame.
+// Keys of a lens, which may stand in the capture or in a frame.
 constexpr auto kOfLens =
     to_array<std::string_view>({"camera_angle_x", "camera_angle_y", "camera_model", "cx", "cy", "fl_x",
                                 "fl_y", "h", "k1", "k2", "ortho_height", "p1", "p2", "w", "x_fov", "y_fov"});
@@ -41,7 +41,7 @@ constexpr auto kHarmless = to_array<std::string_view>(
      // Which photographs a NeRF trains with, and how [instant-ngp].
      "enable_depth_loading", "enable_ray_loading", "envmap", "importance_sampling", "n_extra_learnable_dims",
      "n_frames", "sharpen", "sharpness", "sharpness_discard_threshold",
-     // What was done to the poses that follow; how a NeRF is to turn and scale them [nerfstudio].
+     // Motions that the poses already contain; how a NeRF is to turn and scale them [nerfstudio].
      "applied_scale", "applied_transform", "auto_scale_poses_override", "orientation_override",
      // Points and depths, which nothing here needs [instant-ngp, nerfstudio].
      "depth_file_path", "depth_path", "depth_unit_scale_factor", "integer_depth_scale", "ply_file_path",

@@ -1,4 +1,4 @@
-// What the masks of a capture are like together, told to people before the capture is used.
+// Survey of all masks of a capture together, for people, before the capture is used.
 #pragma once
 
 #include "srf/capture/capture.h"

@@ -12,7 +12,7 @@ namespace surflect {
 // three, or look along one line.
 std::optional<Point3<AcquisitionSpace, double>> whereAxesMeet(const Capture& capture);
 
-// What one pixel covers at a point, scene units; the median over views.
+// Footprint of one pixel at a point, scene units; the median over views.
 double pixelFootprint(const Capture& capture, const Point3<AcquisitionSpace, double>& point);
 
 // How far rounding to float can move a point there along an axis, in pixels of the median view.
@@ -26,7 +26,7 @@ std::optional<Point3<AcquisitionSpace, double>> middleOfScene(const Capture& cap
 // pixel: the middle of the scene, rounded to whole units, or to less where all cameras stand within one unit.
 std::optional<Vec3<double>> nearerOrigin(const Capture& capture);
 
-// The same capture with coordinates that count from another origin, to about 1e-15 of the larger.
+// Returns the capture with coordinates that count from another origin, to about 1e-15 of the larger.
 Capture countedFrom(Capture capture, const Vec3<double>& origin);
 
 } // namespace surflect

@@ -123,7 +123,7 @@ public:
     picture.decoder = {encodingOf(capture_.colorSpace, picture.stated, path), usualTransfer(picture.bits)};
     if (picture.decoder.profile()) picture.radiance = decodedByProfile(picture);
   }
-  // Of one channel, before channels are mixed. Not of pictures that a profile decodes.
+  // Linear value of one channel, before channels are mixed. Not for pictures that a profile decodes.
   float linear(const Undeveloped& picture, float stored, size_t channel) const {
     return capture_.response ? (*capture_.response)(channel, stored) : picture.decoder.linear(stored);
   }

@@ -1,4 +1,4 @@
-// What the stored values of a capture's pictures stand for: as the capture says, or each picture's file, or
+// Colour encoding of a capture's pictures: as the capture says, or each picture's file, or
 // its format, in this order.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace surflect {
 
-// Of pictures of which nothing is said: 8 bits are sRGB, all others linear. Bits as in Picture.
+// Encoding of pictures of which nothing is said: 8 bits are sRGB, all others linear. Bits as in Picture.
 Transfer usualTransfer(int bits);
 
 // Throws Error naming the picture where its file's statement counts and cannot be understood.

@@ -45,7 +45,7 @@ Mat3<double> RoundedRotations::nearest(const Mat3<double>& matrix) {
                           "a matrix that is not orthonormal by " + numberText(deviation));
   if (matrix.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
   count(deviation);
-  // What is exact stays as it is, to the bit.
+  // An exact rotation stays as it is, to the bit.
   return deviation > 1e-14 ? nearestRotation(matrix) : matrix;
 }
 

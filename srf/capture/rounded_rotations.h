@@ -16,13 +16,13 @@ public:
   // Returns the rotation nearest to a finite matrix whose entries were rounded to three decimals or more.
   // Throws Error for a reflection, scale and shear.
   Mat3<double> nearest(const Mat3<double>& matrix);
-  // The same of a camera-to-world matrix, which may be scaled: its columns are the camera's axes, so that the
-  // rays keep their directions.
+  // Nearest rotation to that of a camera-to-world matrix, which may be scaled: its columns are the camera's
+  // axes, so that the rays keep their directions.
   Mat3<double> nearestUnscaled(const Mat3<double>& worldFromCamera);
   // Counts a rotation that was made orthonormal already, for notes().
   void count(double deviation);
 
-  // What a user should know: how many rotations were off by more than 1e-4, and how many were scaled.
+  // Notes for the user: how many rotations were off by more than 1e-4, and how many were scaled.
   std::vector<std::string> notes() const;
 
 private:

@@ -34,7 +34,7 @@ struct CheckEffort {
   bool everyLight = true; // one more photograph for each light not met so far
   bool masks = true;      // compare masks with the mesh; off where the mesh was made from them
 };
-// Some dozens of photographs whatever the capture: what pack can afford.
+// Effort of pack: some dozens of photographs whatever the capture.
 inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
 
 // Without a mesh: most cameras look away from where their axes meet, as where axes or matrices are others
@@ -64,7 +64,7 @@ struct ViewMeasures {
   };
   size_t view = 0;                    // index into the capture's
   std::optional<MaskDifference> mask; // of views with a matte
-  // Of views without a matte: how many times as steep the photograph is at the silhouette's outline as some
+  // In views without a matte: how many times as steep the photograph is at the silhouette's outline as some
   // steps off it; none where there is no outline, or the picture is even.
   std::optional<double> outlineContrast;
   double brightest = 0; // of the object

@@ -200,7 +200,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// What a pixel of a picture of whole numbers is at most, divided by exposure; infinite where numbers may be
+// Largest value of a pixel of a picture of whole numbers, divided by exposure; infinite where numbers may be
 // larger, and in a bracket, whose shorter exposures go on.
 double largestValue(const Capture& capture, const Frame& frame) {
   const auto isFloat = [&] {

@@ -19,7 +19,7 @@ struct SmallView {
   std::optional<Mask> matte;       // of the photograph, where it has one
   Mask outline;                    // of the mesh
 
-  // What shows the object, as far as it is known.
+  // Pixels that show the object, as far as they are known.
   const Mask& object() const { return matte ? *matte : outline; }
 };
 

@@ -1,4 +1,4 @@
-// What the header of a Windows bitmap says of its fourth byte and of its colours.
+// Fourth byte and colours of a Windows bitmap, as its header states them.
 #pragma once
 
 #include "srf/image/color_encoding.h"
@@ -14,7 +14,7 @@ struct BmpHeader {
 };
 
 // Throws Error without the file's name where 32 bits are in another order than blue, green, red and alpha.
-// What else is wrong is for the reader of the pixels to say.
+// Other faults are for the reader of the pixels to say.
 BmpHeader bmpHeader(std::string_view file);
 
 } // namespace surflect

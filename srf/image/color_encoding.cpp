@@ -27,7 +27,7 @@ bool isNear(const Primaries& a, const Primaries& b) {
          isNear(a.white, b.white);
 }
 
-// Of Y = 1.
+// XYZ of a white point, scaled to Y = 1.
 Vec3<double> xyzOf(const Chromaticity& c) { return {c.x / c.y, 1, (1 - c.x - c.y) / c.y}; }
 
 Error noColors() {

@@ -1,4 +1,4 @@
-// What a picture's stored values stand for, and the way to the working space: linear light of Rec. 709's
+// Colour encoding of a picture's stored values, and the way to the working space: linear light of Rec. 709's
 // primaries and white.
 //
 // [BT.709] the primaries, white and curve of HDTV; [IEC 61966-2-1] sRGB: the same primaries, another curve.
@@ -69,7 +69,7 @@ struct ColorEncoding {
 // "sRGB", "gamma 2.2, Adobe RGB", "linear, other primaries", "ICC profile 'Display P3'".
 std::string described(const ColorEncoding& encoding, const Transfer& fallback);
 
-// What a picture's file says of its colours.
+// Statement of a picture's file about its colours.
 struct ColorStatement {
   std::string source; // "PNG gAMA chunk"
   ColorEncoding encoding = {};

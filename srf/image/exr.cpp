@@ -288,7 +288,7 @@ bool hasColors(const ExrFile& file, const std::string& layer) {
   return present(file, layer, {"R", "G", "B"}).size() == 3 || hasGray(file, layer);
 }
 
-// What a layer has in the place of R, G, B or Y.
+// Channels that a layer has in the place of R, G, B or Y.
 std::string foundInstead(const ExrFile& file, const std::string& layer) {
   if (!file.has(inLayer(layer, "Y"))) return listed(file.channels());
   if (!present(file, layer, {"X", "Z"}).empty())

@@ -55,7 +55,7 @@ public:
 
   void write(const char bytes[], int count) override { bytes_.append(bytes, static_cast<size_t>(count)); }
   uint64_t tellp() override { return bytes_.size(); }
-  void seekp(uint64_t) override { assert(!"headers are written in one go"); }
+  void seekp(uint64_t) override { assert(false && "headers are written in one go"); }
 
   const std::string& bytes() const { return bytes_; }
 

@@ -41,7 +41,7 @@ std::optional<size_t> entryOf(const Numbers& tiff, size_t directory, uint32_t ta
   return std::nullopt;
 }
 
-// What follows "Exif" in the APP1 segment; empty where there is none. Segments are a marker and a length.
+// Content behind "Exif" in the APP1 segment; empty where there is none. Segments are a marker and a length.
 std::string_view exifOf(std::string_view jpeg) {
   constexpr uint32_t kApp1 = 0xffe1, kStartOfScan = 0xffda;
   constexpr std::string_view kName("Exif\0\0", 6);

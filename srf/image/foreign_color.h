@@ -1,4 +1,4 @@
-// What JPEG and WebP files say of their colours that OpenImageIO does not pass on.
+// Statements of JPEG and WebP files about their colours that OpenImageIO does not pass on.
 #pragma once
 
 #include "srf/image/color_encoding.h"

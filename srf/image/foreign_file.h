@@ -1,4 +1,4 @@
-// What OpenImageIO does not say of a foreign file is read beside it.
+// Reads what OpenImageIO does not say of a foreign file.
 #pragma once
 
 #include "srf/image/foreign/foreign.h"

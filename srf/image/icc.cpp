@@ -93,7 +93,7 @@ struct IccTransform::Transform {
 
 namespace {
 
-// What one channel adds, at each step of its value.
+// Contribution of one channel, at each step of its value.
 std::array<std::vector<Light>, 3> tabulated(cmsHTRANSFORM transform) {
   std::array<std::vector<Light>, 3> tables;
   Light black{};
@@ -113,7 +113,7 @@ std::array<std::vector<Light>, 3> tabulated(cmsHTRANSFORM transform) {
 
 bool isUnit(float value) { return value >= 0 && value <= 1; }
 
-// Of stored values in 0..1.
+// Converts stored values in 0..1.
 Light sumOf(const std::array<std::vector<Light>, 3>& tables, const float* stored) {
   Light sum{};
   for (size_t c = 0; c < 3; ++c) {

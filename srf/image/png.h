@@ -33,7 +33,7 @@ PngHeader readPngHeader(const std::filesystem::path& path);
 
 enum class PngColors { unstated, srgb }; // srgb: the file says so, in a chunk
 
-// What a file holds: rows of samples, of 16 bits with the high byte first.
+// Content of a file: rows of samples, of 16 bits with the high byte first.
 struct PngSamples {
   int width = 0, height = 0, channels = 0; // 1 to 4, as above
   int bitDepth = 8;                        // 8 or 16

@@ -8,8 +8,9 @@
 
 namespace surflect {
 
-// Of a file, or of its beginning up to the pixels: what its strongest chunk says; cICP before iCCP, sRGB, and
-// gAMA with cHRM. What is wrong with that chunk is the statement's problem; weaker ones are not read.
+// Colour statement of a file, or of its beginning up to the pixels, by its strongest chunk: cICP before iCCP,
+// sRGB, and gAMA with cHRM. What is wrong with that chunk is the statement's problem; weaker ones are not
+// read.
 std::optional<ColorStatement> pngColorStatement(std::string_view file);
 
 // Whether a chunk of that name begins in a file, or in its beginning, and not after the first with pixels,

@@ -265,7 +265,7 @@ fs::path imagesFileOf(const fs::path& model) {
   return model / (isFile(model / "cameras.bin") ? "images.bin" : "images.txt");
 }
 
-// What a model's list of pictures says.
+// List of a model's pictures.
 struct Reconstruction {
   fs::path folder;
   std::vector<Registered> images;

@@ -112,7 +112,8 @@ std::string withDecimalPoints(std::string_view content) {
   if (!hasDecimalCommas(lines)) return points;
   for (const TextLine& line : lines) {
     const std::vector<std::string_view> words = wordsOf(line.text, ";");
-    // Of a line that has a name, which may have a comma of its own, the last three; else all.
+    // Returns the last three words of a line that has a name, which may have a comma of its own; else all
+    // words.
     const bool isNamed = std::ranges::any_of(words, [](std::string_view word) {
       return !isDecimalComma(word) && !areNumbers({&word, 1});
     });

@@ -1,4 +1,4 @@
-// What lies in folders. Pictures are told by their names alone.
+// Listings of folders. Pictures are told by their names alone.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ std::vector<std::string> oddNames(const std::vector<std::filesystem::path>& pict
 
 // The pictures of a folder, hidden ones left out, in natural order. Throws Error if it cannot be opened.
 std::vector<std::filesystem::path> picturesIn(const std::filesystem::path& folder);
-// The same for a folder that need not be there, with all folders below it. Links to folders are not followed.
+// Pictures of a folder that need not be there, with all folders below it. Links to folders are not followed.
 std::vector<std::filesystem::path> picturesBelow(const std::filesystem::path& folder);
 
 } // namespace surflect

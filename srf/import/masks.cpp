@@ -58,7 +58,7 @@ struct Candidates {
   fs::path bounds;             // the folder that a link must not leave
 };
 
-// Those of the first folder that has any but pictures in use.
+// Files of the first folder that has any but pictures in use.
 Candidates candidatesFor(const fs::path& picture, std::span<const Place> places,
                          const std::set<fs::path>& inUse, Listings& listings) {
   const std::string file = picture.filename(), stem = picture.stem();

@@ -1,4 +1,4 @@
-// What a user should know of the files of a source, added to its notes.
+// Adds notes on the files of a source.
 #pragma once
 
 #include "srf/import/source.h"

@@ -40,7 +40,7 @@ std::string shownText(std::string_view text);
 
 // "line 12": the field of an Error about a line.
 std::string fieldOf(const TextLine& line);
-// What work() returns; its Errors get the line as their field.
+// Returns work(); its Errors get the line as their field.
 template <class Work> auto inLine(const TextLine& line, Work work) {
   try {
     return work();

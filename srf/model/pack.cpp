@@ -55,7 +55,8 @@ Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frame
 // A default that no photograph justifies; asked for by number, there may be more.
 constexpr size_t kMostSurfels = 1000000;
 
-// Of the encoder's choices, which decide the bytes of a view: what another version wrote is not gone on with.
+// Version of the encoder's choices, which decide the bytes of a view: pack does not resume views of another
+// one.
 constexpr int kEncoderVersion = 2;
 
 // What makes files of an earlier run those that this run would write.

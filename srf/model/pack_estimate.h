@@ -1,4 +1,4 @@
-// What a model will take, told before the work: from a part of the surface that is sampled, and some
+// Estimate of what a model will take, before the work: from a part of the surface that is sampled, and some
 // photographs that are read, as long as they take on this machine as it is now.
 #pragma once
 

@@ -135,7 +135,7 @@ EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping, 
 
 namespace {
 
-// Of a picture in floating point.
+// Reads a picture in floating point.
 Image linearRec709(Picture picture, const std::filesystem::path& path) {
   if (!picture.color) return std::move(picture.image);
   if (!picture.color->problem.empty()) throw Error(picture.color->problem).at(picture.color->source).in(path);

@@ -25,7 +25,7 @@ std::string placeText(const Vec3<double>& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]);
 }
 
-// What becomes of each triangle of a mesh.
+// Fate of each triangle of a mesh.
 class Triangles {
 public:
   explicit Triangles(const TriangleMesh& mesh) : mesh_(mesh), fate_(mesh.triangles.size(), Fate::stays) {}

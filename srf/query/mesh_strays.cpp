@@ -22,7 +22,7 @@ constexpr double kSeenShare = 0.1;
 constexpr size_t kViews = 16;
 constexpr int kSide = 64; // rays along each side of a picture
 
-// What the coordinates of all vertices cover along each axis but for the outermost, one at least at each end.
+// Box of the vertices without the outermost along each axis, one at least at each end.
 Box boxOfMost(const std::vector<Point3<World>>& positions) {
   const size_t count = positions.size(),
                trimmed = std::min(static_cast<size_t>(std::ceil(kTrimmed * static_cast<double>(count))),

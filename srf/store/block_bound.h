@@ -35,8 +35,8 @@ double weightedSquares(const BlockSquares& squares, const BlockWeights& weights)
 double blockErrorBound(const BlockSquares& squares, const BlockWeights& weights, double tolerance,
                        double white);
 
-// Of the mean of one channel over texels and lights, whatever the tolerance: 0.2 % of that mean, where one
-// below 0.001 white counts as that.
+// Error bound of the mean of one channel over texels and lights, whatever the tolerance: 0.2 % of that mean,
+// where one below 0.001 white counts as that.
 double channelMeanBound(double mean, double white);
 
 } // namespace surflect

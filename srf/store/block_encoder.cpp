@@ -169,7 +169,8 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   const auto mayKeepBound = [&](const auto& solution) { // NaN does not
     return solution.squaredError <= kLowered * bound;
   };
-  // Of the first upgrades with these coefficients, if they keep the bounds once their levels are fitted.
+  // Encoding by the first upgrades with these coefficients; empty if it breaks the bounds once levels are
+  // fitted.
   const auto attempt = [&](size_t upgrades, auto solution) -> std::optional<Encoding> {
     fit.addLevels(chosen(first(upgrades)), solution.stored);
     if (!fitLevels(weighted, block.channels, block.kernels, solution.stored)) return std::nullopt;

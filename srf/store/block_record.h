@@ -49,7 +49,7 @@ struct StoredTerms {
   std::vector<StoredTerm> terms; // bits falling
 };
 
-// What one level of an image shows under each light, as a reader has it: [terms][lights].
+// Radiance that one level of an image adds under each light, as a reader has it: [terms][lights].
 PaddedRows<double> shownPerLevel(const StoredTerms& stored, size_t lights);
 
 std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored);

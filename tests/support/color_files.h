@@ -1,4 +1,4 @@
-// What files say of their colours, made for tests: ICC profiles, and chunks of PNG.
+// Colour statements of files, made for tests: ICC profiles, and chunks of PNG.
 #pragma once
 
 #include "srf/image/color_encoding.h"
@@ -9,16 +9,16 @@ namespace surflect {
 
 enum class ProfileCurve { srgb, linear };
 
-// Of a matrix and three equal curves; called "made by a test".
+// Profile of a matrix and three equal curves; called "made by a test".
 std::string profileBytes(const Primaries& primaries, ProfileCurve kind);
 std::string grayProfileBytes(double gamma);
-// Of a table, not a matrix: RGB is a gray of the CIE lightness 100 min(R, G, B).
+// Profile of a table, not a matrix: RGB is a gray of the CIE lightness 100 min(R, G, B).
 std::string tableProfileBytes();
 
 // The file with one chunk more, right after its header.
 std::string withChunk(std::string png, const std::string& name, const std::string& content);
 
-// What the chunks hold that have these names.
+// Contents of the chunks that have these names.
 std::string gamaContent(double gamma);
 std::string chrmContent(const Primaries& primaries);
 std::string iccpContent(const std::string& profile);

@@ -95,7 +95,7 @@ TEST_F(File, TheDestructorDropsWhatWasNotCommitted) {
   EXPECT_EQ(entries(), 0u);
 }
 
-// What a killed process leaves of a batch are temporaries, and whole files from the first on.
+// A killed process leaves temporaries of a batch, and whole files from the first on.
 TEST_F(File, ABatchIsCommittedInOrderUpToTheFileThatFails) {
   const auto begun = [&](const char* name) {
     auto file = std::make_unique<AtomicFile>(folder / name);

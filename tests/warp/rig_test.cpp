@@ -105,7 +105,7 @@ TEST_F(RigTest, TheAnimationIsTheOneNamedOrTheOnlyOne) {
   maker.document["animations"][1]["name"] = "Wave";
   EXPECT_EQ(complaint("Wave"), "no complaint");
   EXPECT_EQ(complaint(""), "animation: found no name, expected one of \"Turn\", \"Wave\"");
-  // What is wrong with another animation does not matter.
+  // Faults of another animation do not matter.
   maker.document["animations"][1]["samplers"][0]["interpolation"] = "CURVE";
   EXPECT_EQ(complaint("Turn"), "no complaint");
   EXPECT_EQ(complaint("Wave"), "animations[1].samplers[0].interpolation: found \"CURVE\", expected LINEAR, "

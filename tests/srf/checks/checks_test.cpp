@@ -119,7 +119,7 @@ TEST_F(Placement, FindsNothingWhereTheMeshIsWhatPhotographsShow) {
 
 TEST_F(Placement, FindsAMeshOfAnotherSize) {
   for (auto& p : mesh.positions) p = {0.5f * p.x(), 0.5f * p.y(), 0.5f * p.z()};
-  // What depends on the normal alone looks the same on spheres about one centre.
+  // Shading that depends on the normal alone looks the same on spheres about one centre.
   EXPECT_TRUE(
       contains(only(Severity::warning), "the mesh may not lie where the photographs show it: they are "));
   for (size_t v = 0; v < capture.views.size(); ++v) {
@@ -188,7 +188,7 @@ TEST_F(Checks, ReadAsManyMasksAsTheyMay) {
   EXPECT_TRUE(contains(found[0].text, "2 of 2 masks show nothing of the object")) << found[0].text;
 }
 
-// Of one view there is no middle of the scene but the mesh's.
+// One view has no middle of the scene but the mesh's.
 TEST_F(Checks, SayWhatRoundingCostsASingleView) {
   const Vec3<double> origin(500000, -4600000, 30);
   capture = countedFrom(subset(capture, [](const Frame& frame) { return frame.view == 0; }), origin);

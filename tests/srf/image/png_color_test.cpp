@@ -18,7 +18,7 @@ protected:
     writePng(folder / "a.png", Image(3, 2, channels), bits, colors);
     return readFile(folder / "a.png");
   }
-  // What both readers say of the file.
+  // Statement of the file, alike by both readers.
   ColorStatement stated(const std::string& file) const {
     writeBytes(folder / "a.png", file);
     const auto whole = readPng(folder / "a.png").color, header = readPngHeader(folder / "a.png").color;

@@ -154,7 +154,7 @@ Eigen::Vector3d channelMeans(const MatrixXd& x) {
   return x.rowwise().mean().reshaped(3, x.rows() / 3).rowwise().mean();
 }
 
-// Of three channels up to four orders of magnitude apart.
+// A block of three channels up to four orders of magnitude apart.
 MatrixXf unlikeChannels(int texels, int lights, int rank, std::mt19937& generator) {
   MatrixXf x = MatrixXf::Zero(3 * texels, lights);
   for (int k = 0; k < rank; ++k)
