@@ -1,12 +1,12 @@
 #include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
-#include "render/shot.h"
+#include "render/scene/shot.h"
 #include "render/stage/stage_capture.h"
 #include "render/stage/stage_source.h"
-#include "surfel/hash.h"
-#include "surfel/memory_use.h"
-#include "surfel/stopwatch.h"
+#include "surfel/base/hash.h"
+#include "surfel/base/memory_use.h"
+#include "surfel/base/stopwatch.h"
 
 #include <fmt/format.h>
 

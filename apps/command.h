@@ -1,7 +1,7 @@
 // A subcommand of `surflect`: its options, and what it does once they are parsed.
 #pragma once
 
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 #include "apps/model_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
-#include "render/evaluate.h"
+#include "render/evaluation/evaluate.h"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "apps/command.h"
-#include "srf/checks/checks.h"
+#include "srf/validation/checks.h"
 
 #include <span>
 

@@ -2,14 +2,14 @@
 #include "apps/findings.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
-#include "render/contact_sheet.h"
+#include "render/evaluation/contact_sheet.h"
 #include "srf/image/png.h"
-#include "srf/model/impostor.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
-#include "surfel/bounds.h"
-#include "surfel/error.h"
-#include "surfel/replaceable.h"
+#include "srf/proxy/impostor.h"
+#include "surfel/base/error.h"
+#include "surfel/base/replaceable.h"
+#include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
 

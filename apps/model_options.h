@@ -3,9 +3,9 @@
 
 #include "apps/command.h"
 #include "apps/option_values.h"
-#include "render/frame.h"
-#include "srf/query/ulr.h"
-#include "surfel/simd.h"
+#include "render/surfels/frame.h"
+#include "srf/ulr/ulr.h"
+#include "surfel/math/simd.h"
 
 #include <map>
 #include <string>

@@ -4,7 +4,7 @@
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
 #include "srf/model/pack.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <fmt/format.h>
 

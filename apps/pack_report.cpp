@@ -1,7 +1,7 @@
 #include "apps/pack_report.h"
 
 #include "apps/terminal.h"
-#include "surfel/memory_use.h"
+#include "surfel/base/memory_use.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // What people see while they wait: everything on stderr, so that stdout is the report's.
 #pragma once
 
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <string_view>
 

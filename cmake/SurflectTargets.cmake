@@ -18,18 +18,27 @@ if(SURFLECT_FUZZ)
   target_compile_options(surflect_settings INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# surflect_library(NAME SOURCES a.cpp ... [DEPENDS PUBLIC x PRIVATE y ...])
-# Every header of the folder must compile alone. x.h does where x.cpp does, which includes it first (a test sees to
-# that, and libraries have no precompiled headers); those without a source of their name are compiled for it.
+# surflect_library(NAME [DEPENDS PUBLIC x PRIVATE y ...])
+# The library of the current folder's sources. Every header must compile alone: x.h does where x.cpp does, which
+# includes it first (a test sees to that, and libraries have no precompiled headers); headers without a source of their
+# name are compiled for it.
 function(surflect_library name)
-  cmake_parse_arguments(LIB "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(LIB "" "" "DEPENDS" ${ARGN})
+  file(GLOB sources RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
   file(GLOB headers RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
-  list(TRANSFORM LIB_SOURCES REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE proven)
+  list(TRANSFORM sources REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE proven)
   list(REMOVE_ITEM headers ${proven})
-  add_library(${name} STATIC ${LIB_SOURCES})
+  add_library(${name} STATIC ${sources})
   target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
   set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
   target_link_libraries(${name} PUBLIC surflect_settings ${LIB_DEPENDS})
+  foreach(simd avx2 avx512)
+    set(compiled_for_simd ${sources})
+    list(FILTER compiled_for_simd INCLUDE REGEX "_${simd}[.]cpp$")
+    if(compiled_for_simd)
+      surflect_simd_source(${simd} ${compiled_for_simd})
+    endif()
+  endforeach()
 endfunction()
 
 # surflect_simd_source(avx2|avx512 FILE...)

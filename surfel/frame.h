@@ -5,7 +5,7 @@
 //          u-bar, v-bar, n-bar the orthonormal frame nearest to them.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <cmath>
 #include <optional>

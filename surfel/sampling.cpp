@@ -1,7 +1,7 @@
 #include "surfel/sampling.h"
 
-#include "surfel/neighbors.h"
-#include "surfel/smooth_normals.h"
+#include "surfel/geometry/neighbors.h"
+#include "surfel/geometry/smooth_normals.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>

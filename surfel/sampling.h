@@ -1,9 +1,9 @@
 // Surfels from a mesh, evenly spaced.
 #pragma once
 
+#include "surfel/base/progress.h"
 #include "surfel/cloud.h"
-#include "surfel/mesh.h"
-#include "surfel/progress.h"
+#include "surfel/geometry/mesh.h"
 
 #include <cstdint>
 

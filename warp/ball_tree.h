@@ -1,7 +1,7 @@
 // Which of many balls hold a point.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,10 +1,10 @@
 // What a warp does to a surfel cloud, or to a mesh.
 #pragma once
 
+#include "surfel/base/progress.h"
 #include "surfel/cloud.h"
-#include "surfel/mesh.h"
-#include "surfel/progress.h"
-#include "surfel/simd.h"
+#include "surfel/geometry/mesh.h"
+#include "surfel/math/simd.h"
 #include "warp/warp.h"
 
 namespace surflect {

@@ -1,6 +1,6 @@
 #include "warp/expression.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <muParser.h>
 #include <tbb/enumerable_thread_specific.h>

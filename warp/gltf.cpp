@@ -1,6 +1,6 @@
 #include "warp/gltf.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "warp/gltf_document.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Skinned meshes and their animation from glTF 2.0 files; and their meshes alone, at rest.
 #pragma once
 
-#include "surfel/error.h"
-#include "surfel/textured_mesh.h"
+#include "surfel/base/error.h"
+#include "surfel/geometry/textured_mesh.h"
 #include "warp/skeleton.h"
 
 #include <filesystem>

@@ -1,8 +1,8 @@
 #include "warp/gltf_document.h"
 
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/hash.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/hash.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 // [glTF] The Khronos Group: glTF 2.0 Specification, 2.0.1.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <filesystem>
 #include <memory>

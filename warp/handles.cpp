@@ -1,6 +1,6 @@
 #include "warp/handles.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <Eigen/Dense>
 

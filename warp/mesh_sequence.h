@@ -1,7 +1,7 @@
 // A mesh that moves, as files: one at rest and one for each key frame.
 #pragma once
 
-#include "surfel/mesh.h"
+#include "surfel/geometry/mesh.h"
 #include "warp/mesh_field.h"
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 // [glTF] Khronos Group: glTF 2.0 Specification. §3.7.3 skins, §3.11 and Appendix C animations.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <Eigen/Geometry>
 

@@ -1,7 +1,7 @@
 // A number over the time of a shot: a literal, keyframes, or an expression.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 #include "warp/expression.h"
 
 #include <array>

@@ -7,8 +7,8 @@
 // at points between the two, so warps themselves speak of bare vectors, in scene units.
 #pragma once
 
-#include "surfel/angle.h"
-#include "surfel/space.h"
+#include "surfel/math/angle.h"
+#include "surfel/math/space.h"
 #include "warp/expression.h"
 #include "warp/track.h"
 #include "warp/warp_batch.h"

@@ -3,7 +3,7 @@
 // The polynomials are near-minimax: interpolated at Chebyshev's nodes of the interval given, in 40 digits.
 #pragma once
 
-#include "surfel/double_lanes.h"
+#include "surfel/math/double_lanes.h"
 
 namespace surflect {
 namespace {

@@ -2,7 +2,7 @@
 // and lattice.cpp, where each warp is written down for one point.
 #pragma once
 
-#include "surfel/vector_lanes.h"
+#include "surfel/math/vector_lanes.h"
 #include "warp/warp_functions.h"
 #include "warp/warp_kernels.h"
 

@@ -1,6 +1,6 @@
 #include "warp/warp_kernels.h"
 
-#include "surfel/simd.h"
+#include "surfel/math/simd.h"
 
 namespace surflect {
 

@@ -1,5 +1,5 @@
 // Warps of many points at once, and what is before and after them, compiled for each kind of vector
-// instructions. Raw pointers only: see surfel/simd.h. avx2 and avx512 give the same bits; scalar rounds
+// instructions. Raw pointers only: see surfel/math/simd.h. avx2 and avx512 give the same bits; scalar rounds
 // a b + c twice. What becomes of a point does not depend on its neighbours.
 #pragma once
 

@@ -7,8 +7,8 @@
 
 #include "bench/ablation/ray_cast.h"
 #include "bench/ablation/variants.h"
-#include "srf/query/mesh_mending.h"
-#include "surfel/error.h"
+#include "srf/proxy/mesh/mesh_mending.h"
+#include "surfel/base/error.h"
 
 #include <nlohmann/json.hpp>
 

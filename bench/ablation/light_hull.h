@@ -5,7 +5,7 @@
 // the convex hull of all lights through; b_a, b_b, b_c its barycentric coordinates there.
 #pragma once
 
-#include "srf/query/ulr.h"
+#include "srf/ulr/ulr.h"
 
 #include <Eigen/Core>
 

@@ -11,10 +11,10 @@
 
 #include "bench/ablation/sweep.h"
 #include "bench/ablation/variants.h"
-#include "render/film.h"
+#include "render/film/film.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/over_black.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <nlohmann/json.hpp>
 

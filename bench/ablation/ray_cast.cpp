@@ -1,7 +1,7 @@
 #include "bench/ablation/ray_cast.h"
 
-#include "srf/query/view_fade.h"
-#include "surfel/smooth_normals.h"
+#include "srf/ulr/view_fade.h"
+#include "surfel/geometry/smooth_normals.h"
 
 #include <tbb/parallel_for.h>
 

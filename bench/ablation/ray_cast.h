@@ -2,8 +2,8 @@
 // pixel's rays meet. What splatting adds to the error is the difference.
 #pragma once
 
-#include "render/frame.h"
-#include "srf/query/ray_caster.h"
+#include "render/surfels/frame.h"
+#include "surfel/geometry/ray_caster.h"
 #include "warp/deform.h"
 
 #include <functional>

@@ -1,6 +1,6 @@
 #include "bench/ablation/sweep.h"
 
-#include "render/measure.h"
+#include "render/evaluation/measure.h"
 
 #include <algorithm>
 #include <cassert>

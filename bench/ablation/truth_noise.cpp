@@ -3,7 +3,7 @@
 #include "srf/capture/photograph.h"
 #include "srf/image/over_black.h"
 #include "srf/image/percentile.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <vector>

@@ -1,10 +1,10 @@
-// How far two captures of the same photographs are apart, by the protocol of render/measure.h: of two seeds
-// of a light stage, what the noise of its pictures lets any rendering reach.
+// How far two captures of the same photographs are apart, by the protocol of render/evaluation/measure.h: of
+// two seeds of a light stage, what the noise of its pictures lets any rendering reach.
 #pragma once
 
-#include "render/measure.h"
+#include "render/evaluation/measure.h"
 #include "srf/capture/capture.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 namespace surflect {
 

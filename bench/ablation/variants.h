@@ -3,7 +3,7 @@
 
 #include "bench/ablation/directions.h"
 #include "bench/ablation/light_hull.h"
-#include "render/evaluate.h"
+#include "render/evaluation/evaluate.h"
 
 #include <functional>
 

@@ -4,11 +4,11 @@
 #include "bench/claims/fibre_azimuth.h"
 #include "bench/claims/impostor_limit.h"
 #include "bench/claims/texture_parallax.h"
-#include "render/label.h"
+#include "render/evaluation/label.h"
 #include "render/stage/material/shading.h"
 #include "srf/image/color.h"
 #include "srf/image/png.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

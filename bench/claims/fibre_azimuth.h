@@ -8,8 +8,8 @@
 // clockwise, as seen from outside. Fibres along x stay where they are, fibres along y turn by atan(s).
 #pragma once
 
-#include "render/frame.h"
-#include "surfel/angle.h"
+#include "render/surfels/frame.h"
+#include "surfel/math/angle.h"
 
 #include <filesystem>
 #include <functional>

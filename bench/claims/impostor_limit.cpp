@@ -1,7 +1,7 @@
 #include "bench/claims/impostor_limit.h"
 
-#include "render/frame.h"
 #include "render/stage/material/ward.h"
+#include "render/surfels/frame.h"
 #include "warp/deform.h"
 
 #include <random>

@@ -2,7 +2,7 @@
 
 #include "srf/capture/writer.h"
 #include "srf/model/pack.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "bench/claims/texture_parallax.h"
 
 #include "bench/claims/plate.h"
-#include "render/frame.h"
+#include "render/surfels/frame.h"
 
 namespace surflect {
 

@@ -8,8 +8,8 @@
 //   s_x (x_seen - x_answered) = h tan(theta) (s_x - s_z).
 #pragma once
 
-#include "surfel/angle.h"
-#include "surfel/space.h"
+#include "surfel/math/angle.h"
+#include "surfel/math/space.h"
 
 #include <filesystem>
 

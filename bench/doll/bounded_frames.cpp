@@ -1,6 +1,6 @@
 #include "bench/doll/bounded_frames.h"
 
-#include "surfel/memory_use.h"
+#include "surfel/base/memory_use.h"
 
 namespace surflect {
 

@@ -1,9 +1,9 @@
 #include "bench/doll/doll_blocks.h"
 
 #include "bench/doll/spiral.h"
-#include "srf/store/block.h"
-#include "srf/store/block_encoder.h"
-#include "srf/store/bytes.h"
+#include "srf/codec/block.h"
+#include "srf/codec/block_encoder.h"
+#include "srf/codec/bytes.h"
 
 #include <tbb/parallel_for.h>
 

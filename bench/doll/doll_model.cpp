@@ -6,9 +6,9 @@
 #include "srf/model/manifest.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/folder.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
 #include "surfel/sampling.h"
 
 #include <fmt/format.h>

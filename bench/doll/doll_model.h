@@ -5,9 +5,9 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "srf/query/view_fade.h"
+#include "srf/ulr/view_fade.h"
+#include "surfel/base/progress.h"
 #include "surfel/cloud.h"
-#include "surfel/progress.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "srf/capture/camera.h"
-#include "surfel/mesh.h"
+#include "surfel/geometry/mesh.h"
 
 #include <array>
 #include <cstdint>

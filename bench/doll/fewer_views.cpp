@@ -1,7 +1,7 @@
 // [Gonzalez 1985] Clustering to minimize the maximum intercluster distance. Theoretical Computer Science 38.
 #include "bench/doll/fewer_views.h"
 
-#include "surfel/bounds.h"
+#include "surfel/math/bounds.h"
 
 #include <algorithm>
 #include <cassert>

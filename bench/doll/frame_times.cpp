@@ -2,8 +2,8 @@
 
 #include "bench/doll/spiral.h"
 #include "bench/plain_splats/slow_coverage.h"
-#include "surfel/bounds.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
+#include "surfel/math/bounds.h"
 #include "warp/deform.h"
 
 #include <tbb/parallel_for.h>

@@ -3,7 +3,7 @@
 
 #include "bench/doll/stage_bounds.h"
 #include "bench/timing/laps.h"
-#include "render/frame.h"
+#include "render/surfels/frame.h"
 
 #include <map>
 #include <span>

@@ -3,7 +3,7 @@
 #include "bench/doll/doll_model.h"
 #include "bench/doll/fewer_views.h"
 #include "bench/doll/studio.h"
-#include "surfel/bounds.h"
+#include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>

@@ -3,7 +3,7 @@
 
 #include "bench/doll/frame_times.h"
 #include "bench/timing/time_ratio.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <optional>
 #include <string>

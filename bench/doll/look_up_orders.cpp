@@ -1,7 +1,7 @@
 #include "bench/doll/look_up_orders.h"
 
-#include "srf/store/look_up_kernel.h"
-#include "srf/store/view_taps.h"
+#include "srf/codec/look_up_kernel.h"
+#include "srf/codec/view_taps.h"
 #include "warp/deform.h"
 
 #include <tbb/global_control.h>

@@ -1,7 +1,7 @@
 #include "bench/doll/machine.h"
 
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,9 +1,9 @@
 #include "bench/doll/paper_frame.h"
 
-#include "srf/query/stand_in.h"
-#include "srf/query/ulr.h"
-#include "surfel/bounds.h"
-#include "surfel/error.h"
+#include "srf/ulr/stand_in.h"
+#include "srf/ulr/ulr.h"
+#include "surfel/base/error.h"
+#include "surfel/math/bounds.h"
 #include "warp/deform.h"
 
 #include <tbb/task_arena.h>

@@ -3,7 +3,7 @@
 // program's own frame must show, and what it is measured against.  [Weyrich 2005, §4 and §5]
 #pragma once
 
-#include "render/frame.h"
+#include "render/surfels/frame.h"
 
 #include <functional>
 #include <map>

@@ -1,7 +1,7 @@
 // Directions spread evenly over a zone of the sphere.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <algorithm>
 #include <cmath>

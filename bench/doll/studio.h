@@ -1,7 +1,7 @@
 // Light from all around, as a photographic studio has it.
 #pragma once
 
-#include "srf/query/environment.h"
+#include "srf/ulr/environment.h"
 
 namespace surflect {
 

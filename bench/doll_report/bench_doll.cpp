@@ -5,9 +5,9 @@
 #include "bench/doll/doll_model.h"
 #include "bench/doll_report/doll_report.h"
 #include "bench/quality/traced_blocks.h"
-#include "render/film.h"
-#include "render/measure.h"
-#include "surfel/error.h"
+#include "render/evaluation/measure.h"
+#include "render/film/film.h"
+#include "surfel/base/error.h"
 
 #include <CLI/CLI.hpp>
 

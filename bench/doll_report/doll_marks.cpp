@@ -1,6 +1,6 @@
 #include "bench/doll_report/doll_marks.h"
 
-#include "surfel/simd.h"
+#include "surfel/math/simd.h"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film.h"
+#include "render/film/film.h"
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/exr.h"
 #include "srf/image/over_black.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <array>

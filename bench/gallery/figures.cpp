@@ -4,7 +4,7 @@
 //   figures splats FOLDER
 #include "bench/gallery/figures.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <cstdio>
 #include <iostream>

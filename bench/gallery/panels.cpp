@@ -1,12 +1,12 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film.h"
-#include "render/label.h"
+#include "render/evaluation/label.h"
+#include "render/film/film.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
 #include "srf/image/resize.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <nlohmann/json.hpp>
 

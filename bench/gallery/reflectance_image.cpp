@@ -1,14 +1,14 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film.h"
+#include "render/film/film.h"
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
 #include "srf/image/over_black.h"
 #include "srf/image/png.h"
-#include "srf/query/environment.h"
-#include "surfel/error.h"
+#include "srf/ulr/environment.h"
+#include "surfel/base/error.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film.h"
+#include "render/film/film.h"
 #include "warp/deform.h"
 
 namespace surflect {

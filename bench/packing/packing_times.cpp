@@ -2,9 +2,9 @@
 
 #include "bench/doll/doll_blocks.h"
 #include "bench/doll/spiral.h"
-#include "srf/store/block.h"
-#include "srf/store/block_encoder.h"
-#include "surfel/error.h"
+#include "srf/codec/block.h"
+#include "srf/codec/block_encoder.h"
+#include "surfel/base/error.h"
 
 #include <Eigen/SVD>
 #include <fmt/format.h>

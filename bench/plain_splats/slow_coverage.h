@@ -1,8 +1,8 @@
-// The splatter of render/coverage.h written plainly: footprints in double precision, fragments of a pixel
-// gathered and sorted, the matrix stored. What the fast one is held to, and timed beside.
+// The splatter of render/splat/coverage.h written plainly: footprints in double precision, fragments of a
+// pixel gathered and sorted, the matrix stored. What the fast one is held to, and timed beside.
 #pragma once
 
-#include "render/coverage.h"
+#include "render/splat/coverage.h"
 
 namespace surflect::slow {
 
@@ -50,7 +50,7 @@ std::vector<uint32_t> visibleSplats(const Coverage& coverage);
 
 // attributes: splats x channels, those of one splat together; only those of visible splats are read.
 // Returns the sums weighted by coverage, hence premultiplied by alpha. confidence: per splat, see
-// render/coverage.h.
+// render/splat/coverage.h.
 Image blend(const Coverage& coverage, std::span<const float> attributes, int channels,
             std::span<const float> confidence = {});
 

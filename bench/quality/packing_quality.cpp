@@ -1,7 +1,7 @@
 #include "bench/quality/packing_quality.h"
 
 #include "srf/model/white_level.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <cmath>
 #include <string>

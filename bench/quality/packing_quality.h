@@ -1,8 +1,8 @@
 // How near compressed photographs of an object are to it, at a given size.
 #pragma once
 
-#include "srf/store/view_encoder.h"
-#include "surfel/progress.h"
+#include "srf/codec/view_encoder.h"
+#include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <span>

@@ -1,7 +1,7 @@
 #include "bench/quality/traced_blocks.h"
 
 #include "render/stage/stage_pictures.h"
-#include "surfel/step_progress.h"
+#include "surfel/base/step_progress.h"
 
 #include <tbb/parallel_for.h>
 

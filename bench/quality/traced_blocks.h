@@ -3,8 +3,8 @@
 #pragma once
 
 #include "render/stage/stage_file.h"
-#include "srf/store/view_encoder.h"
-#include "surfel/progress.h"
+#include "srf/codec/view_encoder.h"
+#include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <vector>

@@ -1,8 +1,8 @@
 #include "bench/splat/splat_times.h"
 
 #include "bench/plain_splats/slow_coverage.h"
-#include "render/measure.h"
-#include "surfel/error.h"
+#include "render/evaluation/measure.h"
+#include "surfel/base/error.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>

@@ -1,6 +1,6 @@
 #include "bench/timing/laps.h"
 
-#include "surfel/processor_time.h"
+#include "surfel/base/processor_time.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,8 +1,8 @@
 #include "bench/warp/warp_times.h"
 
 #include "bench/plain_splats/doll_cloud.h"
-#include "surfel/bounds.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
+#include "surfel/math/bounds.h"
 #include "warp/deform.h"
 #include "warp/lattice.h"
 

@@ -3,7 +3,7 @@
 // [Wang 2008] Wang, Juettler, Zheng, Liu: Computation of rotation minimizing frames. ACM TOG 27(1), 2008.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <optional>
 #include <span>

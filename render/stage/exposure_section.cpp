@@ -2,7 +2,7 @@
 
 #include "render/stage/stage_fields.h"
 #include "srf/image/color.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // The [exposure] of a stage file.
 #pragma once
 
-#include "render/script_fields.h"
+#include "render/scene/script_fields.h"
 #include "render/stage/exposure.h"
 
 #include <filesystem>

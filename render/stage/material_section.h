@@ -1,7 +1,7 @@
 // The materials of a stage file: its [[material]] tables.
 #pragma once
 
-#include "render/script_fields.h"
+#include "render/scene/script_fields.h"
 #include "render/stage/material/material.h"
 #include "render/stage/texture.h"
 

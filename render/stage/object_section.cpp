@@ -5,7 +5,7 @@
 #include "render/stage/stage_fields.h"
 #include "render/stage/surface_file.h"
 #include "render/stage/sweep.h"
-#include "surfel/angle.h"
+#include "surfel/math/angle.h"
 
 #include <fmt/format.h>
 

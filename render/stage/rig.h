@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/capture/camera.h"
-#include "surfel/angle.h"
+#include "surfel/math/angle.h"
 
 #include <span>
 #include <vector>

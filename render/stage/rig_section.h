@@ -1,9 +1,9 @@
 // The cameras and lights of a stage file: its [camera], [views] and [lights].
 #pragma once
 
-#include "render/script_fields.h"
+#include "render/scene/script_fields.h"
 #include "srf/capture/capture.h"
-#include "surfel/angle.h"
+#include "surfel/math/angle.h"
 
 #include <filesystem>
 #include <vector>

@@ -2,7 +2,7 @@
 
 #include "render/stage/curve.h"
 #include "render/stage/net.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cmath>

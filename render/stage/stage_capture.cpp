@@ -2,9 +2,9 @@
 
 #include "render/stage/stage_pictures.h"
 #include "srf/capture/writer.h"
-#include "surfel/file.h"
-#include "surfel/folder.h"
-#include "surfel/step_progress.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
+#include "surfel/base/step_progress.h"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/stage/stage_plan.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 #include "warp/warp.h"
 
 #include <filesystem>

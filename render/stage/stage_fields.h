@@ -1,9 +1,9 @@
 // Values of a stage file. All throw Error where a value is out of the bounds, which it names.
 #pragma once
 
-#include "render/script_fields.h"
-#include "surfel/rgb.h"
-#include "surfel/space.h"
+#include "render/scene/script_fields.h"
+#include "surfel/math/rgb.h"
+#include "surfel/math/space.h"
 
 #include <string_view>
 

@@ -3,8 +3,8 @@
 #include "render/stage/exposure_section.h"
 #include "render/stage/object_section.h"
 #include "render/stage/stage_fields.h"
-#include "surfel/file.h"
-#include "surfel/hash.h"
+#include "surfel/base/file.h"
+#include "surfel/base/hash.h"
 
 #include <fmt/format.h>
 

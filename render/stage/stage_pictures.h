@@ -3,7 +3,7 @@
 
 #include "render/stage/stage_plan.h"
 #include "srf/model/pack_source.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <filesystem>
 

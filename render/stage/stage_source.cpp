@@ -2,8 +2,8 @@
 
 #include "render/stage/stage_pictures.h"
 #include "srf/capture/writer.h"
-#include "surfel/file.h"
-#include "surfel/folder.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 
 #include "render/stage/stage_file.h"
 #include "srf/model/pack.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <filesystem>
 #include <functional>

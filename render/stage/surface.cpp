@@ -1,6 +1,6 @@
 #include "render/stage/surface.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "warp/deform.h"
 
 #include <fmt/format.h>

@@ -2,8 +2,8 @@
 // of them.
 #pragma once
 
-#include "surfel/angle.h"
-#include "surfel/mesh.h"
+#include "surfel/geometry/mesh.h"
+#include "surfel/math/angle.h"
 #include "warp/expression.h"
 #include "warp/warp.h"
 

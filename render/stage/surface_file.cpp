@@ -1,10 +1,10 @@
 #include "render/stage/surface_file.h"
 
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/hash.h"
-#include "surfel/obj.h"
-#include "surfel/ply_mesh.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/hash.h"
+#include "surfel/geometry/obj.h"
+#include "surfel/geometry/ply_mesh.h"
 #include "warp/gltf.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "render/stage/texture.h"
 
 #include "srf/image/image_file.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cassert>

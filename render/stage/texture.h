@@ -2,8 +2,8 @@
 #pragma once
 
 #include "srf/image/image.h"
-#include "surfel/rgb.h"
-#include "surfel/space.h"
+#include "surfel/math/rgb.h"
+#include "surfel/math/space.h"
 
 #include <filesystem>
 #include <memory>

@@ -18,8 +18,8 @@
 #include "srf/capture/camera.h"
 #include "srf/capture/rig.h"
 #include "srf/image/image.h"
-#include "surfel/angle.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
+#include "surfel/math/angle.h"
 
 #include <cstdint>
 #include <span>

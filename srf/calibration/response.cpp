@@ -3,7 +3,7 @@
 #include "srf/image/bracket.h"
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <Eigen/Cholesky>
 

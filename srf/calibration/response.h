@@ -5,7 +5,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/image/response.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <array>
 #include <cstdint>

@@ -16,7 +16,7 @@
 //   n       number of lights                      p     place in the picture, from its middle
 #include "srf/calibration/strengths.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -10,8 +10,8 @@
 
 #include "srf/image/image.h"
 #include "srf/image/mask.h"
-#include "surfel/rgb.h"
-#include "surfel/space.h"
+#include "surfel/math/rgb.h"
+#include "surfel/math/space.h"
 
 #include <span>
 #include <vector>

@@ -4,7 +4,7 @@
 // x right, y up, looking along -z.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <limits>
 #include <optional>

@@ -7,10 +7,10 @@
 #include "srf/capture/limits.h"
 #include "srf/capture/rounded_rotations.h"
 #include "srf/capture/shallow_json.h"
-#include "surfel/angle.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/nearest_name.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/nearest_name.h"
+#include "surfel/math/angle.h"
 
 #include <nlohmann/json.hpp>
 

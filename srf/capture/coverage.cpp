@@ -4,7 +4,7 @@
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/resize.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cmath>

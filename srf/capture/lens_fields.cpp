@@ -1,6 +1,6 @@
 #include "srf/capture/lens_fields.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <cassert>
 #include <cmath>

@@ -3,8 +3,8 @@
 #include "srf/capture/coverage.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
-#include "surfel/evenly.h"
-#include "surfel/first_names.h"
+#include "surfel/base/evenly.h"
+#include "surfel/base/first_names.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

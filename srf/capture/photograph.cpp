@@ -6,7 +6,7 @@
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <tbb/parallel_for_each.h>
 

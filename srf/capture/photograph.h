@@ -3,7 +3,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <span>

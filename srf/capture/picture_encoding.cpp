@@ -1,6 +1,6 @@
 #include "srf/capture/picture_encoding.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 namespace surflect {
 

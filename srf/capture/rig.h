@@ -3,8 +3,8 @@
 // Lights keep their captured strength, so that a look-up can divide by what fell on the surface then.
 #pragma once
 
-#include "surfel/rgb.h"
-#include "surfel/space.h"
+#include "surfel/math/rgb.h"
+#include "surfel/math/space.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "srf/capture/rounded_rotations.h"
 
 #include "srf/capture/counted.h"
-#include "surfel/error.h"
-#include "surfel/nearest_rotation.h"
+#include "surfel/base/error.h"
+#include "surfel/math/nearest_rotation.h"
 
 #include <algorithm>
 #include <cmath>

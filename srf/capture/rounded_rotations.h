@@ -1,7 +1,7 @@
 // Rotations of a file whose digits were rounded, or that carry a scale, made orthonormal.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <cstddef>
 #include <limits>

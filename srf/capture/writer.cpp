@@ -1,7 +1,7 @@
 #include "srf/capture/writer.h"
 
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 #include "srf/image/bmp_header.h"
 
 #include "srf/image/icc.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <array>
 #include <cstdio>

@@ -3,7 +3,7 @@
 // [IEC 61966-2-1] the sRGB standard; [BT.709] the weights of its primaries.
 #pragma once
 
-#include "surfel/rgb.h"
+#include "surfel/math/rgb.h"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 
 #include "srf/image/color.h"
 #include "srf/image/icc.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <Eigen/LU>
 

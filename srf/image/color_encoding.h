@@ -7,7 +7,7 @@
 #pragma once
 
 #include "srf/image/image.h"
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <memory>
 #include <optional>

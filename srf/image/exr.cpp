@@ -1,8 +1,8 @@
 #include "srf/image/exr.h"
 
 #include "srf/image/exr_attributes.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>

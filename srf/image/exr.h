@@ -7,7 +7,7 @@
 
 #include "srf/image/color_encoding.h"
 #include "srf/image/image.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <filesystem>
 #include <limits>

@@ -3,7 +3,7 @@
 // empty one. Texts end with a zero byte, numbers are little-endian.
 #include "srf/image/exr_attributes.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <ImfVersion.h>
 

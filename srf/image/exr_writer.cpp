@@ -3,7 +3,7 @@
 #include "srf/image/deflate.h"
 #include "srf/image/exr.h"
 #include "srf/image/half_float.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 
 #include <ImfChannelList.h>
 #include <ImfCompression.h>

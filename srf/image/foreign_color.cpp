@@ -4,7 +4,7 @@
 #include "srf/image/foreign_color.h"
 
 #include "srf/image/icc.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <bit>
 

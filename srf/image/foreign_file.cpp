@@ -2,8 +2,8 @@
 
 #include "srf/image/bmp_header.h"
 #include "srf/image/foreign_color.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 #include "srf/image/icc.h"
 
 #include "srf/image/color_encoding.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <lcms2.h>
 

@@ -5,8 +5,8 @@
 #include "srf/image/foreign_file.h"
 #include "srf/image/png.h"
 #include "srf/image/radiance.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <algorithm>
 #include <array>

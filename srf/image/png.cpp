@@ -1,8 +1,8 @@
 #include "srf/image/png.h"
 
 #include "srf/image/png_color.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <png.h>
 

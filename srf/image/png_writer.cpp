@@ -1,7 +1,7 @@
 // [PNG 3rd ed.] Portable Network Graphics (PNG) Specification, W3C 2025.
 #include "srf/image/deflate.h"
 #include "srf/image/png.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 
 #include <libdeflate.h>
 

@@ -2,8 +2,8 @@
 // pixel.
 #include "srf/image/radiance.h"
 
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <Eigen/LU>
 

@@ -4,7 +4,7 @@
 #include "srf/calibration/threshold_mask.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cassert>

@@ -5,7 +5,7 @@
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
 #include "srf/image/mask.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <span>
 #include <string>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <string>
 

@@ -18,10 +18,10 @@
 #include "srf/import/output_folder.h"
 #include "srf/import/text.h"
 #include "srf/import/transforms.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/folder.h"
-#include "surfel/nearest_name.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
+#include "surfel/base/nearest_name.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/import/lit_view.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <cstdint>
 #include <filesystem>

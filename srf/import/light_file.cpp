@@ -1,7 +1,7 @@
 #include "srf/import/light_file.h"
 
 #include "srf/import/text.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 // up, z from the object to the camera. [HP Labs, "Making PTMs with a .lp File"]
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <cstddef>
 #include <string>

@@ -1,7 +1,7 @@
 #include "srf/import/listing.h"
 
 #include "srf/image/image_file.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cctype>

@@ -4,9 +4,9 @@
 #include "srf/import/light_file.h"
 #include "srf/import/listing.h"
 #include "srf/import/text.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/first_names.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/first_names.h"
 
 #include <algorithm>
 #include <cctype>

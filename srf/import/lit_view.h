@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/import/source.h"
-#include "surfel/angle.h"
+#include "surfel/math/angle.h"
 
 #include <filesystem>
 #include <optional>

@@ -2,7 +2,7 @@
 
 #include "srf/capture/counted.h"
 #include "srf/import/listing.h"
-#include "surfel/first_names.h"
+#include "surfel/base/first_names.h"
 
 #include <algorithm>
 #include <map>

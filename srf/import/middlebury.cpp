@@ -2,8 +2,8 @@
 
 #include "srf/image/image_file.h"
 #include "srf/import/text.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <cmath>
 #include <optional>

@@ -2,8 +2,8 @@
 
 #include "srf/capture/mask_survey.h"
 #include "srf/import/listing.h"
-#include "surfel/error.h"
-#include "surfel/first_names.h"
+#include "surfel/base/error.h"
+#include "surfel/base/first_names.h"
 
 #include <algorithm>
 #include <iterator>

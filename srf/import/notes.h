@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/import/source.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <filesystem>
 #include <map>

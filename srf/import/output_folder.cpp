@@ -1,6 +1,6 @@
 #include "srf/import/output_folder.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <cerrno>
 #include <cstring>

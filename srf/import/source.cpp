@@ -3,7 +3,7 @@
 #include "srf/capture/limits.h"
 #include "srf/import/listing.h"
 #include "srf/import/text.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "srf/import/text.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,7 +1,7 @@
 // Lines, words and numbers of other people's text files, and errors that say which line.
 #pragma once
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <filesystem>
 #include <span>

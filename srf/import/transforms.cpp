@@ -3,8 +3,8 @@
 #include "srf/capture/shallow_json.h"
 #include "srf/import/listing.h"
 #include "srf/import/text.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 #include "srf/model/fade_file.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <zlib.h>
 

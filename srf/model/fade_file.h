@@ -1,8 +1,8 @@
 // fades.bin of a model: a zlib stream of the fades, view by view. Specified in docs/format.md.
 #pragma once
 
-#include "srf/query/view_fade.h"
-#include "surfel/progress.h"
+#include "srf/ulr/view_fade.h"
+#include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <span>

@@ -1,8 +1,8 @@
 #include "srf/model/light_choice.h"
 
 #include "srf/image/color.h"
-#include "srf/query/foreshortening.h"
-#include "srf/relief/photometric.h"
+#include "srf/proxy/relief/photometric.h"
+#include "srf/ulr/foreshortening.h"
 
 #include <tbb/parallel_for.h>
 

@@ -2,9 +2,9 @@
 // photographs are made of the others'. Cross-validation asks nothing about the material.
 #pragma once
 
-#include "srf/query/light_blend.h"
-#include "surfel/progress.h"
-#include "surfel/rgb.h"
+#include "srf/ulr/light_blend.h"
+#include "surfel/base/progress.h"
+#include "surfel/math/rgb.h"
 
 #include <optional>
 #include <span>

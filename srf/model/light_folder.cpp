@@ -1,7 +1,7 @@
 #include "srf/model/light_folder.h"
 
 #include "srf/model/planning.h"
-#include "srf/query/foreshortening.h"
+#include "srf/ulr/foreshortening.h"
 
 #include <algorithm>
 #include <array>

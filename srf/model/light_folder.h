@@ -4,8 +4,8 @@
 #include "srf/model/light_row.h"
 #include "srf/model/rig_lights.h"
 #include "srf/model/shading_plan.h"
-#include "srf/query/choice_lanes.h"
-#include "srf/query/light_coverage.h"
+#include "srf/ulr/choice_lanes.h"
+#include "srf/ulr/light_coverage.h"
 
 #include <Eigen/Core>
 

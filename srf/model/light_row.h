@@ -1,7 +1,7 @@
 // A weight for each captured light, summed up for one query.
 #pragma once
 
-#include "srf/store/light_rows.h"
+#include "srf/codec/light_rows.h"
 
 #include <Eigen/Core>
 

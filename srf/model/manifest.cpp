@@ -1,8 +1,8 @@
 #include "srf/model/manifest.h"
 
 #include "srf/capture/shallow_json.h"
-#include "surfel/error.h"
-#include "surfel/hash.h"
+#include "surfel/base/error.h"
+#include "surfel/base/hash.h"
 
 #include <nlohmann/json.hpp>
 

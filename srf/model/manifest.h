@@ -2,7 +2,7 @@
 // is a checksum of its own, so that no digit of it can change unseen. Specified in docs/format.md.
 #pragma once
 
-#include "srf/query/light_blend.h"
+#include "srf/ulr/light_blend.h"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,4 +1,5 @@
 #include "srf/model/matted_view.h"
+#include "srf/capture/silhouette.h"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 
 #include "srf/image/mask.h"
 #include "srf/model/pack_source.h"
-#include "srf/query/ray_caster.h"
+#include "surfel/geometry/ray_caster.h"
 
 #include <cstddef>
 

@@ -4,11 +4,11 @@
 #include "srf/model/fade_file.h"
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
-#include "surfel/bounds.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/hash.h"
-#include "surfel/ply.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/hash.h"
+#include "surfel/geometry/ply.h"
+#include "surfel/math/bounds.h"
 
 #include <cmath>
 #include <numeric>

@@ -6,11 +6,11 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "srf/query/light_blend.h"
-#include "srf/query/view_fade.h"
-#include "srf/store/view_file.h"
+#include "srf/codec/view_file.h"
+#include "srf/ulr/light_blend.h"
+#include "srf/ulr/view_fade.h"
+#include "surfel/base/progress.h"
 #include "surfel/cloud.h"
-#include "surfel/progress.h"
 
 #include <cstdint>
 #include <filesystem>

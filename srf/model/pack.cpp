@@ -6,15 +6,15 @@
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
 #include "srf/model/survey.h"
-#include "srf/query/enclosed.h"
-#include "srf/query/ray_caster.h"
-#include "surfel/bounds.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/hash.h"
+#include "srf/proxy/mesh/enclosed.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/hash.h"
+#include "surfel/base/step_progress.h"
+#include "surfel/base/stopwatch.h"
+#include "surfel/geometry/ray_caster.h"
+#include "surfel/math/bounds.h"
 #include "surfel/sampling.h"
-#include "surfel/step_progress.h"
-#include "surfel/stopwatch.h"
 
 #include <fmt/format.h>
 

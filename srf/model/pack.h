@@ -1,11 +1,11 @@
 // From a capture to a model.
 #pragma once
 
+#include "srf/codec/view_encoder.h"
 #include "srf/model/light_choice.h"
 #include "srf/model/pack_estimate.h"
 #include "srf/model/pack_source.h"
-#include "srf/store/view_encoder.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <filesystem>

@@ -1,10 +1,11 @@
 #include "srf/model/pack_estimate.h"
 
-#include "srf/query/view_fade.h"
-#include "surfel/evenly.h"
-#include "surfel/memory_use.h"
+#include "srf/capture/silhouette.h"
+#include "srf/ulr/view_fade.h"
+#include "surfel/base/evenly.h"
+#include "surfel/base/memory_use.h"
+#include "surfel/base/stopwatch.h"
 #include "surfel/sampling.h"
-#include "surfel/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>

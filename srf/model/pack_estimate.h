@@ -3,8 +3,8 @@
 #pragma once
 
 #include "srf/model/pack_source.h"
-#include "srf/query/ray_caster.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
+#include "surfel/geometry/ray_caster.h"
 
 #include <cstddef>
 #include <cstdint>

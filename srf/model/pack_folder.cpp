@@ -1,10 +1,10 @@
 #include "srf/model/pack_folder.h"
 
 #include "srf/model/model.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
-#include "surfel/folder.h"
-#include "surfel/hash.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
+#include "surfel/base/hash.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // The folder of a model while pack writes it: what earlier runs left there, and what of it is kept.
 #pragma once
 
-#include "srf/store/view_encoder.h"
+#include "srf/codec/view_encoder.h"
 
 #include <cstddef>
 #include <filesystem>

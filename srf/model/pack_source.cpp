@@ -1,9 +1,9 @@
 #include "srf/model/pack_source.h"
 
 #include "srf/capture/photograph.h"
-#include "surfel/file.h"
-#include "surfel/hash.h"
-#include "surfel/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/hash.h"
+#include "surfel/base/stopwatch.h"
 
 #include <fmt/format.h>
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "srf/model/impostor.h"
-#include "srf/store/view_encoder.h"
-#include "surfel/progress.h"
+#include "srf/codec/view_encoder.h"
+#include "srf/proxy/impostor.h"
+#include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <span>

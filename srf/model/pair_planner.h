@@ -5,7 +5,7 @@
 #include "srf/model/rig_lights.h"
 #include "srf/model/shading_plan.h"
 #include "srf/model/view_penalties.h"
-#include "srf/query/light_coverage.h"
+#include "srf/ulr/light_coverage.h"
 
 #include <vector>
 

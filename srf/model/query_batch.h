@@ -1,10 +1,10 @@
 // What srf/ is asked: directions in acquisition space go in.
 #pragma once
 
-#include "srf/query/environment.h"
-#include "srf/query/light_table.h"
-#include "surfel/rgb.h"
-#include "surfel/space.h"
+#include "srf/ulr/environment.h"
+#include "srf/ulr/light_table.h"
+#include "surfel/math/rgb.h"
+#include "surfel/math/space.h"
 
 #include <cstddef>
 #include <cstdint>

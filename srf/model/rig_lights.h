@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/capture/rig.h"
-#include "srf/query/choice_lanes.h"
+#include "srf/ulr/choice_lanes.h"
 
 #include <Eigen/Core>
 

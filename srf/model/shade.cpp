@@ -1,6 +1,6 @@
 #include "srf/model/shade.h"
 
-#include "surfel/stopwatch.h"
+#include "surfel/base/stopwatch.h"
 
 #include <tbb/parallel_for.h>
 

@@ -2,7 +2,7 @@
 
 #include "srf/model/pair_planner.h"
 #include "srf/model/product_planner.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <tbb/enumerable_thread_specific.h>
 

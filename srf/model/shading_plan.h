@@ -2,10 +2,10 @@
 // rendering, folded into operations of the shading queue.
 #pragma once
 
+#include "srf/codec/shading_queue.h"
 #include "srf/model/model.h"
 #include "srf/model/query_batch.h"
-#include "srf/store/shading_queue.h"
-#include "surfel/simd.h"
+#include "surfel/math/simd.h"
 
 #include <cstddef>
 #include <memory>

@@ -3,11 +3,11 @@
 #include "srf/capture/mask_survey.h"
 #include "srf/model/matted_view.h"
 #include "srf/model/white_level.h"
-#include "surfel/bounds.h"
-#include "surfel/error.h"
-#include "surfel/evenly.h"
-#include "surfel/smooth_normals.h"
-#include "surfel/step_progress.h"
+#include "surfel/base/error.h"
+#include "surfel/base/evenly.h"
+#include "surfel/base/step_progress.h"
+#include "surfel/geometry/smooth_normals.h"
+#include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,8 @@
 
 #include "srf/model/light_choice.h"
 #include "srf/model/pack_source.h"
-#include "srf/query/ray_caster.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
+#include "surfel/geometry/ray_caster.h"
 
 #include <optional>
 #include <span>

@@ -4,7 +4,7 @@
 #include "srf/model/query_batch.h"
 #include "srf/model/shading_plan.h"
 #include "srf/model/view_penalties.h"
-#include "srf/query/choice_lanes.h"
+#include "srf/ulr/choice_lanes.h"
 
 namespace surflect {
 

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "srf/model/model.h"
-#include "srf/query/choice_lanes.h"
-#include "srf/query/stand_in.h"
-#include "srf/query/ulr.h"
+#include "srf/ulr/choice_lanes.h"
+#include "srf/ulr/stand_in.h"
+#include "srf/ulr/ulr.h"
 
 #include <algorithm>
 #include <limits>

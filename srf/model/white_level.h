@@ -1,10 +1,10 @@
 // What counts as white in photographs of an object.
 #pragma once
 
+#include "srf/codec/view_encoder.h"
 #include "srf/image/mask.h"
 #include "srf/image/percentile.h"
-#include "srf/store/view_encoder.h"
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 namespace surflect {
 

@@ -6,11 +6,12 @@
 // Checks every STEP-th frame of the script (default 1), at whatever size it was rendered, and exits with 1
 // where one is missing or wrong. The mesh must be fine enough to be bent by moving its vertices.
 
-#include "render/measure.h"
-#include "render/shot.h"
+#include "render/evaluation/measure.h"
+#include "render/scene/shot.h"
+#include "srf/capture/silhouette.h"
 #include "srf/image/exr.h"
-#include "srf/query/ray_caster.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
+#include "surfel/geometry/ray_caster.h"
 #include "warp/deform.h"
 
 #include <algorithm>

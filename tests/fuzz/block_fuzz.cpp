@@ -1,4 +1,4 @@
-#include "srf/store/block.h"
+#include "srf/codec/block.h"
 #include "tests/fuzz/fuzz.h"
 
 // The first byte says under how many lights the block was seen.

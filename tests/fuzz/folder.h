@@ -3,7 +3,7 @@
 
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 
 #include <cstdlib>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #include "srf/image/foreign/foreign.h"
 #include "srf/image/foreign_file.h"
 #include "srf/image/radiance.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/fuzz/fuzz.h"
 
 #include <unistd.h>

@@ -1,6 +1,6 @@
 #include "tests/fuzz/fuzz.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/fuzz/folder.h"
 #include "tests/fuzz/fuzz.h"
 #include "warp/rig.h"

@@ -1,4 +1,4 @@
-#include "surfel/obj.h"
+#include "surfel/geometry/obj.h"
 #include "tests/fuzz/fuzz.h"
 
 void surflect::fuzz(std::string_view input) {

@@ -1,4 +1,4 @@
-#include "surfel/mesh.h"
+#include "surfel/geometry/mesh.h"
 #include "tests/fuzz/fuzz.h"
 
 void surflect::fuzz(std::string_view input) { readMesh(memoryFile(input)); }

@@ -1,5 +1,5 @@
-#include "srf/store/view_file.h"
-#include "surfel/hash.h"
+#include "srf/codec/view_file.h"
+#include "surfel/base/hash.h"
 #include "tests/fuzz/fuzz.h"
 
 #include <cstring>

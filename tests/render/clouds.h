@@ -1,7 +1,7 @@
 // Clouds for the tests of this folder.
 #pragma once
 
-#include "render/splat.h"
+#include "render/splat/splat.h"
 #include "surfel/sampling.h"
 
 #include <functional>

@@ -1,7 +1,7 @@
 // Films of the synthetic sphere, for tests that compare them.
 #pragma once
 
-#include "render/frame.h"
+#include "render/surfels/frame.h"
 #include "srf/image/mask.h"
 #include "tests/support/synthetic_capture.h"
 

@@ -1,7 +1,7 @@
 // Scenes of coloured surfels, and their pictures.
 #pragma once
 
-#include "render/coverage.h"
+#include "render/splat/coverage.h"
 #include "tests/render/clouds.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-"""Includes point downwards only: tests -> apps -> render -> srf, warp -> surfel, and likewise inside srf.
+"""Includes point downwards only: tests -> apps -> render -> srf, warp -> surfel, and likewise inside these, leaf by leaf.
 
     include_direction.py SOURCE_ROOT
 
@@ -10,28 +10,44 @@ import pathlib
 import re
 import sys
 
-# What a folder may include, beside itself and its subfolders.
+# The rooms, each with those that it may include beside itself. A file belongs to the longest that it is in.
+SURFEL = ["surfel/base", "surfel/math", "surfel/geometry"]
+CAPTURE = SURFEL + ["srf/image", "srf/capture"]
+PROXY = CAPTURE + ["srf/proxy/mesh", "srf/proxy/hull", "srf/proxy/relief"]
+ASKED = PROXY + ["surfel", "srf/proxy", "srf/codec", "srf/ulr"]
+SCENE = ["surfel/base", "surfel/math", "srf/image", "srf/capture", "srf/ulr", "warp", "render/scene"]
+LIBRARY = ["surfel", "srf", "warp", "render"]
 BELOW = {
-    "surfel": [],
-    "srf/image": ["surfel"],
-    "srf/capture": ["surfel", "srf/image"],
-    "srf/calibration": ["surfel", "srf/image", "srf/capture"],
-    "srf/import": ["surfel", "srf/image", "srf/capture", "srf/calibration"],
-    "srf/store": ["surfel", "srf/image"],
-    "srf/query": ["surfel", "srf/image", "srf/capture"],
-    "srf/relief": ["surfel", "srf/image", "srf/capture"],
-    "srf/hull": ["surfel", "srf/image", "srf/capture"],
-    "srf/model": ["surfel", "srf/image", "srf/capture", "srf/store", "srf/query", "srf/relief", "srf/hull"],
-    "srf/checks": ["surfel", "srf/image", "srf/capture", "srf/query"],
-    "warp": ["surfel"],
-    "render/stage/material": ["surfel"],
-    "render": ["surfel", "srf/image", "srf/capture", "srf/store", "srf/query", "srf/relief", "srf/model", "warp"],
-    "apps": ["surfel", "srf", "warp", "render"],
-    "tests": ["surfel", "srf", "warp", "render", "apps", "bench"],
-    "bench": ["surfel", "srf", "warp", "render"],
+    "surfel/base": [],
+    "surfel/math": ["surfel/base"],
+    "surfel/geometry": ["surfel/base", "surfel/math"],
+    "surfel": SURFEL,
+    "srf/image": ["surfel/base", "surfel/math"],
+    "srf/capture": SURFEL + ["srf/image"],
+    "srf/calibration": CAPTURE,
+    "srf/import": CAPTURE + ["srf/calibration"],
+    "srf/proxy/mesh": CAPTURE,
+    "srf/proxy/hull": CAPTURE,
+    "srf/proxy/relief": CAPTURE,
+    "srf/proxy": PROXY,
+    "srf/validation": CAPTURE + ["srf/proxy/mesh"],
+    "srf/codec": ["surfel/base", "surfel/math", "srf/image"],
+    "srf/ulr": SURFEL + ["surfel", "srf/image", "srf/capture"],
+    "srf/model": ASKED,
+    "warp": SURFEL + ["surfel"],
+    "render/scene": SCENE + ["srf/model"],
+    "render/splat": SURFEL + ["surfel", "srf/image", "srf/capture"],
+    "render/surfels": SURFEL + SCENE + ["surfel", "srf/model", "render/splat"],
+    "render/film": SURFEL + SCENE + ["srf/model", "render/splat", "render/surfels"],
+    "render/evaluation": ASKED + SCENE + ["srf/model", "render/splat", "render/surfels"],
+    "render/stage/material": ["surfel/base", "surfel/math"],
+    "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],
+    "apps": LIBRARY,
+    "bench": LIBRARY,
+    "tests": LIBRARY + ["apps", "bench"],
 }
 # Beside the standard library and Eigen, which every header may use. immintrin.h is the compiler's own.
-HEADERS_MAY_USE = {"apps": ["CLI/", "nlohmann/"], "bench": ["nlohmann/"], "surfel": ["immintrin.h"],
+HEADERS_MAY_USE = {"apps": ["CLI/", "nlohmann/"], "bench": ["nlohmann/"], "surfel/math": ["immintrin.h"],
                    "tests": ["gtest/", "unistd.h", "nlohmann/"]}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<|")([^>"]+)[>"]', re.MULTILINE)
@@ -41,9 +57,18 @@ def is_in(path, folder):
     return path == folder or path.startswith(folder + "/")
 
 
-def layer_of(path):
-    """The layer of a file, or None where no layer has been given a place."""
-    return next((folder for folder in BELOW if is_in(path, folder)), None)
+def room_of(path):
+    """The room of a file, or None where it is in none."""
+    return max((folder for folder in BELOW if is_in(path, folder)), key=len, default=None)
+
+
+def may_include(room, header):
+    """Whether files of a room may include a header of the library: of their own room, or one that BELOW names.
+
+    apps, bench and tests may use whole floors of the house; others name each room.
+    """
+    whole = room in ("apps", "bench", "tests")
+    return any(is_in(header, folder) if whole else room_of(header) == folder for folder in [room] + BELOW[room])
 
 
 def is_standard(header):
@@ -52,17 +77,17 @@ def is_standard(header):
 
 def complaint(root, file, opening, header):
     """What is wrong with `#include header` in `file`; None if nothing is."""
-    layer = layer_of(file)
+    room = room_of(file)
     if opening == "<":
-        allowed = ["Eigen/"] + HEADERS_MAY_USE.get(layer, [])
+        allowed = ["Eigen/"] + HEADERS_MAY_USE.get(room, [])
         if not file.endswith(".h") or is_standard(header) or any(header.startswith(a) for a in allowed):
             return None
         return "third-party headers belong in .cpp files"
     if not (root / header).is_file():
         return "not a path from the root"
-    if any(is_in(header, folder) for folder in [layer] + BELOW[layer]):
+    if may_include(room, header):
         return None
-    return f"{layer} must not know {pathlib.PurePath(header).parent}"
+    return f"{room} must not know {pathlib.PurePath(header).parent}"
 
 
 def violations(root):
@@ -71,8 +96,8 @@ def violations(root):
              for path in (root / top).rglob("*") if path.suffix in (".h", ".cpp")]
     for path in sorted(files):
         file = path.relative_to(root).as_posix()
-        if layer_of(file) is None:
-            found.append(f"{file}: in no known layer")
+        if room_of(file) is None:
+            found.append(f"{file}: in no known room")
             continue
         includes = INCLUDE.findall(path.read_text())
         own = pathlib.PurePath(file).with_suffix(".h").as_posix()

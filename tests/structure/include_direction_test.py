@@ -7,32 +7,32 @@ import unittest
 from include_direction import violations
 
 CLEAN = {
-    "surfel/space.h": "#include <Eigen/Core>\n#include <vector>\n",
-    "srf/image/image.h": '#include "surfel/space.h"\n',
+    "surfel/math/space.h": "#include <Eigen/Core>\n#include <vector>\n",
+    "srf/image/image.h": '#include "surfel/math/space.h"\n',
     "srf/image/png.h": '#include "srf/image/image.h"\n',
     "srf/image/png.cpp": '#include "srf/image/png.h"\n#include <png.h>\n',
     "srf/capture/capture.h": '#include "srf/image/image.h"\n',
-    "srf/store/block.h": '#include "surfel/space.h"\n',
-    "srf/query/ulr.h": '#include "srf/capture/capture.h"\n',
-    "srf/model/model.h": '#include "srf/query/ulr.h"\n#include "srf/store/block.h"\n',
-    "warp/warp.h": '#include "surfel/space.h"\n',
-    "render/frame.h": '#include "srf/model/model.h"\n#include "warp/warp.h"\n',
-    "apps/command.h": '#include "render/frame.h"\n#include <nlohmann/json.hpp>\n',
-    "tests/render/frame_test.cpp": '#include "render/frame.h"\n#include <gtest/gtest.h>\n',
+    "srf/codec/block.h": '#include "surfel/math/space.h"\n',
+    "srf/ulr/ulr.h": '#include "srf/capture/capture.h"\n',
+    "srf/model/model.h": '#include "srf/ulr/ulr.h"\n#include "srf/codec/block.h"\n',
+    "warp/warp.h": '#include "surfel/math/space.h"\n',
+    "render/surfels/frame.h": '#include "srf/model/model.h"\n#include "warp/warp.h"\n',
+    "apps/command.h": '#include "render/surfels/frame.h"\n#include <nlohmann/json.hpp>\n',
+    "tests/render/surfels/frame_test.cpp": '#include "render/surfels/frame.h"\n#include <gtest/gtest.h>\n',
 }
 
 PLANTED = {
-    "surfel/space.h": '#include "warp/warp.h"',
+    "surfel/math/space.h": '#include "warp/warp.h"',
     "srf/image/image.h": '#include "srf/capture/capture.h"',
-    "srf/capture/capture.h": '#include "srf/query/ulr.h"',
-    "srf/store/block.h": '#include "srf/capture/capture.h"',
-    "srf/query/ulr.h": '#include "srf/store/block.h"',
-    "srf/model/model.h": '  #  include "render/frame.h"',
+    "srf/capture/capture.h": '#include "srf/ulr/ulr.h"',
+    "srf/codec/block.h": '#include "srf/capture/capture.h"',
+    "srf/ulr/ulr.h": '#include "srf/codec/block.h"',
+    "srf/model/model.h": '  #  include "render/surfels/frame.h"',
     "srf/image/png.cpp": '#include "warp/warp.h"',
     "warp/warp.h": '#include "srf/image/image.h"',
-    "render/frame.h": '#include "apps/command.h"',
-    "apps/command.h": '#include "tests/render/frame_test.cpp"',
-    "tests/render/frame_test.cpp": '#include "frame.h"',
+    "render/surfels/frame.h": '#include "apps/command.h"',
+    "apps/command.h": '#include "tests/render/surfels/frame_test.cpp"',
+    "tests/render/surfels/frame_test.cpp": '#include "frame.h"',
 }
 
 
@@ -67,7 +67,7 @@ class IncludeDirection(unittest.TestCase):
                        "flann/flann.hpp", "ImfHeader.h", "png.h", "OpenImageIO/imageio.h", "zlib.h",
                        "fmt/format.h", "tbb/parallel_for.h"):
             with self.subTest(header=header):
-                name = "render/frame.h"
+                name = "render/surfels/frame.h"
                 found = violations_of({**CLEAN, name: CLEAN[name] + f"#include <{header}>\n"})
                 self.assertEqual(len(found), 1)
                 self.assertIn(header, found[0])

@@ -4,7 +4,7 @@
 #include "srf/image/color.h"
 #include "srf/image/percentile.h"
 #include "srf/image/png.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 #include "tests/support/foreign_formats.h"
 
 #include <numbers>

@@ -1,7 +1,7 @@
 // A caller who asks work to stop, sooner or later.
 #pragma once
 
-#include "surfel/progress.h"
+#include "surfel/base/progress.h"
 
 #include <gtest/gtest.h>
 

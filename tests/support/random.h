@@ -1,7 +1,7 @@
 // Seeded random values that tests of many areas draw.
 #pragma once
 
-#include "surfel/space.h"
+#include "surfel/math/space.h"
 
 #include <Eigen/Geometry>
 

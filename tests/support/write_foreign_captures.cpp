@@ -1,5 +1,5 @@
 // Writes a capture in other people's formats, and with two mistakes: what scripts/overlays draws.
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/support/foreign_captures.h"
 
 #include <cstdio>

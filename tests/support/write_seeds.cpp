@@ -1,14 +1,14 @@
 // write_seeds FOLDER: valid files for the targets of tests/fuzz whose formats are not text, in
 // FOLDER/TARGET/.
 
+#include "srf/codec/block_encoder.h"
+#include "srf/codec/view_encoder.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
 #include "srf/model/fade_file.h"
 #include "srf/model/manifest.h"
-#include "srf/store/block_encoder.h"
-#include "srf/store/view_encoder.h"
-#include "surfel/file.h"
-#include "surfel/ply.h"
+#include "surfel/base/file.h"
+#include "surfel/geometry/ply.h"
 #include "tests/support/color_files.h"
 #include "tests/warp/gltf_files.h"
 

@@ -1,6 +1,6 @@
 #include "surfel/sampling.h"
 
-#include "surfel/neighbors.h"
+#include "surfel/geometry/neighbors.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>

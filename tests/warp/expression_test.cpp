@@ -1,6 +1,6 @@
 #include "warp/expression.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>

@@ -1,6 +1,6 @@
 #include "warp/gltf.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/srf/image/files.h"
 #include "tests/warp/gltf_files.h"
 

@@ -1,6 +1,6 @@
 #include "warp/lattice.h"
 
-#include "surfel/simd.h"
+#include "surfel/math/simd.h"
 #include "tests/warp/random_warps.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "warp/mesh_sequence.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/srf/image/files.h"
 #include "tests/warp/meshes.h"
 #include "tests/warp/random_warps.h"

@@ -1,7 +1,7 @@
 // Meshes for tests of what follows them.
 #pragma once
 
-#include "surfel/mesh.h"
+#include "surfel/geometry/mesh.h"
 #include "warp/mesh_field.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "warp/motion.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/warp/random_warps.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "warp/track.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <gtest/gtest.h>
 

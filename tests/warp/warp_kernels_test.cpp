@@ -1,7 +1,7 @@
 #include "warp/warp_kernels.h"
 
 #include "surfel/frame.h"
-#include "surfel/simd.h"
+#include "surfel/math/simd.h"
 #include "tests/warp/random_warps.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "render/stage/material/material.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <cassert>
 #include <cstdint>

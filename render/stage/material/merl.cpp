@@ -1,7 +1,7 @@
 #include "render/stage/material/merl.h"
 
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <bit>
 #include <cassert>

@@ -4,8 +4,8 @@
 // wo is where the light goes (towards the camera), wi where it comes from; both point away from the surface.
 #pragma once
 
-#include "surfel/rgb.h"
-#include "surfel/space.h"
+#include "surfel/math/rgb.h"
+#include "surfel/math/space.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include "bench/ablation/sweep.h"
 
 #include "bench/ablation/light_hull.h"
-#include "srf/query/ulr.h"
+#include "srf/ulr/ulr.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <gtest/gtest.h>

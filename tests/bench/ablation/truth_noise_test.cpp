@@ -1,7 +1,7 @@
 #include "bench/ablation/truth_noise.h"
 
 #include "render/stage/stage_capture.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/srf/image/files.h"
 
 #include <fmt/format.h>

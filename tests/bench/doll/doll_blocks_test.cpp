@@ -1,8 +1,8 @@
 #include "bench/doll/doll_blocks.h"
 
 #include "bench/doll/spiral.h"
-#include "srf/store/block.h"
-#include "srf/store/block_encoder.h"
+#include "srf/codec/block.h"
+#include "srf/codec/block_encoder.h"
 
 #include <gtest/gtest.h>
 

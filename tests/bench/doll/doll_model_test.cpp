@@ -3,11 +3,11 @@
 #include "bench/doll/doll_shape.h"
 #include "bench/doll/frame_times.h"
 #include "bench/doll/paper_frame.h"
-#include "render/film.h"
-#include "render/measure.h"
+#include "render/evaluation/measure.h"
+#include "render/film/film.h"
 #include "srf/model/model.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include "bench/doll/doll_shape.h"
 
 #include "bench/doll/doll_model.h"
-#include "srf/query/ray_caster.h"
+#include "surfel/geometry/ray_caster.h"
 
 #include <gtest/gtest.h>
 

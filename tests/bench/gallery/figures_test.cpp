@@ -1,10 +1,10 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film.h"
+#include "render/film/film.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
-#include "srf/query/environment.h"
+#include "srf/ulr/environment.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "bench/quality/packing_quality.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <gtest/gtest.h>
 

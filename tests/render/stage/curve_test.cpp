@@ -1,6 +1,6 @@
 #include "render/stage/curve.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include "render/stage/stage_capture.h"
 #include "srf/calibration/response.h"
 #include "srf/capture/photograph.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 #include "tests/render/stage/stages.h"
 #include "tests/srf/image/files.h"
 

@@ -1,7 +1,7 @@
 #include "render/stage/fur.h"
 
 #include "render/stage/shapes.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/render/stage/surfaces.h"
 
 #include <gtest/gtest.h>

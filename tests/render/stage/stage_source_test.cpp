@@ -2,7 +2,7 @@
 #include "render/stage/stage_source.h"
 #include "srf/capture/photograph.h"
 #include "srf/model/model.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 #include "tests/render/stage/stages.h"
 #include "tests/srf/image/files.h"
 

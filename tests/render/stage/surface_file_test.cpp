@@ -1,7 +1,7 @@
 #include "render/stage/surface_file.h"
 
 #include "render/stage/shapes.h"
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/render/stage/surfaces.h"
 #include "tests/srf/image/files.h"
 #include "tests/warp/gltf_files.h"

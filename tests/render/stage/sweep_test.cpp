@@ -1,6 +1,6 @@
 #include "render/stage/sweep.h"
 
-#include "surfel/error.h"
+#include "surfel/base/error.h"
 #include "tests/render/stage/surfaces.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #include "srf/capture/writer.h"
 
 #include "srf/image/png.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 #include "tests/srf/image/files.h"
 
 #include <cmath>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "srf/image/image.h"
-#include "surfel/error.h"
-#include "surfel/file.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "srf/image/png.h"
 
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 #include "tests/srf/image/files.h"
 
 namespace surflect {

@@ -1,6 +1,6 @@
 #include "srf/import/import.h"
 
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 #include "tests/srf/import/vision_camera.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // The example capture in every format: imported, it must be the same cameras and lamps again.
-#include "srf/checks/checks.h"
 #include "srf/import/import.h"
+#include "srf/validation/checks.h"
 #include "tests/srf/import/vision_camera.h"
 #include "tests/support/foreign_captures.h"
 

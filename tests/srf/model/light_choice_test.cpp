@@ -1,7 +1,7 @@
 #include "srf/model/light_choice.h"
 
-#include "srf/query/foreshortening.h"
-#include "srf/relief/photometric.h"
+#include "srf/proxy/relief/photometric.h"
+#include "srf/ulr/foreshortening.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "srf/model/model.h"
 
-#include "surfel/file.h"
+#include "surfel/base/file.h"
 #include "tests/support/synthetic_capture.h"
 
 namespace surflect {

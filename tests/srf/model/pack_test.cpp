@@ -1,11 +1,12 @@
 #include "srf/model/pack.h"
 
 #include "srf/capture/photograph.h"
+#include "srf/capture/silhouette.h"
 #include "srf/image/mask.h"
 #include "srf/image/png.h"
 #include "srf/model/shade.h"
-#include "srf/query/ray_caster.h"
-#include "surfel/file.h"
+#include "surfel/base/file.h"
+#include "surfel/geometry/ray_caster.h"
 #include "surfel/sampling.h"
 #include "tests/support/synthetic_capture.h"
 

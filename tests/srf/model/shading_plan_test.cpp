@@ -1,8 +1,8 @@
 #include "srf/model/shading_plan.h"
 
-#include "srf/query/foreshortening.h"
-#include "srf/query/stand_in.h"
-#include "srf/query/ulr.h"
+#include "srf/ulr/foreshortening.h"
+#include "srf/ulr/stand_in.h"
+#include "srf/ulr/ulr.h"
 #include "tests/srf/model/queries.h"
 
 #include <limits>

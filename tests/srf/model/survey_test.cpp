@@ -1,6 +1,6 @@
 #include "srf/model/survey.h"
 
-#include "srf/query/ulr.h"
+#include "srf/ulr/ulr.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,75 @@
+// A film's files, written while its next frames are rendered.
+#pragma once
+
+#include "render/film/film.h"
+#include "surfel/base/file.h"
+
+#include <condition_variable>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+namespace surflect {
+
+struct FrameFiles {
+  std::filesystem::path picture; // EXR
+  std::map<std::string, std::string> attributes;
+  std::optional<std::filesystem::path> preview; // PNG
+  double exposure = 1;                          // of the preview
+};
+
+// Frames appear in order, each whole, and its preview before its picture: a picture that is there has been
+// written to the disk, and its preview, too. Where the disk is slower than the renderer, up to eight frames
+// share one commit.
+class FilmWriter {
+public:
+  enum class Thread { own, callers };
+
+  // On the caller's thread a frame is on disk when write() returns. With a thread of its own, `progress` is
+  // called from there.
+  FilmWriter(Thread thread, Progress progress);
+  // Writes what write() has taken, unless cancelled; errors are lost.
+  ~FilmWriter();
+  FilmWriter(const FilmWriter&) = delete;
+  FilmWriter& operator=(const FilmWriter&) = delete;
+
+  // Takes a frame; waits until the one before is encoded, so that one film is held at most. Throws what
+  // befell an earlier frame, Error or Cancelled; nothing is written after that.
+  void write(FrameFiles files, Film film);
+
+  // Waits until all is on disk. Returns the seconds that writing took, of each frame. Throws as write() does.
+  std::vector<double> finish();
+
+  // A film that is no longer needed, for its memory.
+  Film spare();
+
+private:
+  struct Frame {
+    FrameFiles files;
+    Film film;
+  };
+
+  void encode(const Frame& frame);
+  void commit();
+  void work();
+  void close();
+
+  const Progress progress_;
+  // State of the writing thread.
+  std::vector<std::unique_ptr<AtomicFile>> pending_; // written but not committed
+  size_t committedFrames_ = 0;
+  std::vector<double> seconds_;
+  // State shared by both threads.
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<Frame> frame_; // to be encoded; the writing thread's until it is emptied
+  Film spare_;
+  bool callerWaits_ = false, isClosed_ = false;
+  std::exception_ptr problem_;
+  std::thread thread_; // last: it uses the others
+};
+
+} // namespace surflect

@@ -1,0 +1,43 @@
+#include "render/scene/environment.h"
+
+#include "surfel/base/hash.h"
+#include "surfel/base/stopwatch.h"
+
+#include <algorithm>
+
+namespace surflect {
+
+PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
+                                       const Model& model, const ShadeOptions& options,
+                                       const Progress& progress) {
+  PreparedEnvironment prepared;
+  prepared.texels = map.texels.size();
+  prepared.replaced = map.replaced;
+  prepared.clamped = map.clamped;
+  const double spacing = std::min(1.0, lightSpacing(model));
+  prepared.lights = gathered(map.texels, 0.9 * error * spacing * spacing, progress);
+  prepared.uncovered = uncovered;
+  prepared.table = lightTable(model, options, uncovered);
+  static_assert(sizeof(EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
+  prepared.hash = contentHash(std::as_bytes(std::span(prepared.lights)));
+  return prepared;
+}
+
+std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const Model& model,
+                                                     const ShadeOptions& options, const Progress& progress) {
+  std::vector<PreparedEnvironment> environments;
+  for (size_t i = 0; i < script.lights.size(); ++i) {
+    const auto* light = std::get_if<EnvironmentLightMotion>(&script.lights[i]);
+    if (!light) continue;
+    progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
+    const Stopwatch watch;
+    const EnvironmentMap map = readEnvironment(light->image, light->mapping, progress);
+    auto& prepared = environments.emplace_back(
+        prepareEnvironment(map, light->error, light->uncovered, model, options, progress));
+    prepared.image = light->image;
+    prepared.seconds = watch.seconds();
+  }
+  return environments;
+}
+
+} // namespace surflect

@@ -1,0 +1,230 @@
+#include "render/scene/script.h"
+
+#include "render/scene/script_fields.h"
+#include "render/scene/script_warps.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/hash.h"
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+constexpr uint64_t kLargestScript = uint64_t{1} << 24; // bytes
+
+const Track3 yUp{0, 1, 0}, white{1, 1, 1};
+
+Frames asFrames(const Entry& entry) {
+  constexpr int most = 1'000'000;
+  const Section section(entry, {"first", "last", "fps"});
+  Frames frames;
+  frames.first = asInteger(section.require("first"), 0, most);
+  frames.last = asInteger(section.require("last"), frames.first, most);
+  if (const auto fps = section.find("fps")) {
+    frames.fps = asNumber(*fps);
+    if (frames.fps < 1e-3 || frames.fps > 1e6) throw mismatch(*fps, "frames per second in 0.001..1000000");
+  }
+  return frames;
+}
+
+Output asOutput(const Entry& entry) {
+  const Section section(entry, {"size", "path", "png", "aov"});
+  Output output;
+  const Entry size = section.require("size");
+  const std::vector<Entry> sides = asArray(size, "[width, height]");
+  if (sides.size() != 2) throw mismatch(size, "[width, height]");
+  output.width = asInteger(sides[0], 1, 16384);
+  output.height = asInteger(sides[1], 1, 16384);
+
+  const Entry path = section.require("path");
+  output.path = asText(path);
+  const size_t run = std::count(output.path.begin(), output.path.end(), '#');
+  const bool together = output.path.find(std::string(run, '#')) != std::string::npos;
+  const bool plain = output.path.find('\0') == std::string::npos;
+  if (run < 1 || run > 16 || !together || !plain || !output.path.ends_with(".exr"))
+    throw mismatch(path, "a name such as \"frame.####.exr\"");
+  // A script that somebody else has written must not choose where on the disk it writes.
+  const std::filesystem::path place = std::filesystem::path(output.path).lexically_normal();
+  if (place.is_absolute() || *place.begin() == "..")
+    throw mismatch(path, "a name inside the folder of --output");
+
+  if (const auto png = section.find("png")) output.png = asBoolean(*png);
+  if (const auto aov = section.find("aov"))
+    for (const Entry& name : asArray(*aov, "an array of names")) {
+      const std::string text = asText(name);
+      if (std::find(aovNames.begin(), aovNames.end(), text) == aovNames.end())
+        throw mismatch(name, "one of " + listed(aovNames));
+      if (std::find(output.aov.begin(), output.aov.end(), text) != output.aov.end())
+        throw mismatch(name, "each name once");
+      output.aov.push_back(text);
+    }
+  return output;
+}
+
+CameraMotion asCamera(const Entry& entry) {
+  const Section section(entry, {"position", "look_at", "up", "fov_deg", "from", "orbit"});
+  const auto from = section.find("from"), orbit = section.find("orbit");
+  if (from) {
+    if (section.size() > 1) throw mismatch(*from, "no other key beside it");
+    return NamedCamera{asText(*from)};
+  }
+  const Track3 up = trackOr(section, "up", yUp);
+  if (!orbit)
+    return LookAtCamera{asPlace(section.require("position")), asPlace(section.require("look_at")), up,
+                        asTrack(section.require("fov_deg"))};
+
+  for (const std::string_view other : {"position", "look_at"})
+    if (const auto extra = section.find(other)) throw mismatch(*extra, "no such key beside orbit");
+  const Section path(*orbit, {"center", "radius", "azimuth_deg", "elevation_deg"});
+  return OrbitCamera{placeOrOrigin(path, "center"),     up,
+                     asTrack(path.require("radius")),   asTrack(path.require("azimuth_deg")),
+                     trackOr(path, "elevation_deg", 0), asTrack(section.require("fov_deg"))};
+}
+
+template <class Value>
+std::optional<Value> findChoice(const Section& section, std::string_view key,
+                                const std::vector<std::pair<std::string_view, Value>>& choices) {
+  const auto entry = section.find(key);
+  if (!entry) return std::nullopt;
+  const std::string text = asText(*entry);
+  Keys names;
+  for (const auto& [name, value] : choices) {
+    if (text == name) return value;
+    names.push_back(name);
+  }
+  throw mismatch(*entry, "one of " + listed(names));
+}
+
+Uncovered uncoveredOr(const Section& section, Uncovered otherwise) {
+  return findChoice<Uncovered>(section, "uncovered",
+                               {{"extrapolate", Uncovered::extrapolate}, {"fade", Uncovered::fade}})
+      .value_or(otherwise);
+}
+
+LightMotion asEnvironment(const Section& section) {
+  EnvironmentLightMotion light;
+  light.image = asPath(section.require("image"));
+  light.mapping = findChoice<EnvironmentMapping>(
+      section, "mapping",
+      {{"latlong", EnvironmentMapping::latLong}, {"angular", EnvironmentMapping::angular}});
+  light.up = trackOr(section, "up", yUp);
+  light.rotateDeg = trackOr(section, "rotate_deg", 0);
+  light.color = trackOr(section, "color", white);
+  light.intensity = trackOr(section, "intensity", 1);
+  if (const auto error = section.find("error")) {
+    light.error = asNumber(*error);
+    if (light.error < 1e-4 || light.error > 1) throw mismatch(*error, "a number in 0.0001..1");
+  }
+  light.uncovered = uncoveredOr(section, Uncovered::fade);
+  return light;
+}
+
+const std::vector<Kind<LightMotion>>& lightKinds() {
+  static const std::vector<Kind<LightMotion>> kinds = {
+      {"directional",
+       {"direction", "color", "intensity", "uncovered"},
+       [](const Section& s) -> LightMotion {
+         return DirectionalLightMotion{asTrack3(s.require("direction")), trackOr(s, "color", white),
+                                       trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
+       }},
+      {"point",
+       {"position", "color", "intensity", "uncovered"},
+       [](const Section& s) -> LightMotion {
+         return PointLightMotion{asPlace(s.require("position")), trackOr(s, "color", white),
+                                 trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
+       }},
+      {"environment",
+       {"image", "mapping", "up", "rotate_deg", "color", "intensity", "error", "uncovered"},
+       asEnvironment},
+  };
+  return kinds;
+}
+
+// Throws Error for unknown keys of the root.
+Section rootOf(const ScriptDocument& document) {
+  return {document.root(), {"model", "coordinates", "frames", "output", "camera", "light", "warp"}};
+}
+
+Coordinates coordinatesOf(const Section& root) {
+  return findChoice<Coordinates>(root, "coordinates",
+                                 {{"model", Coordinates::model}, {"original", Coordinates::original}})
+      .value_or(Coordinates::model);
+}
+
+// A script without camera, lights and warps.
+Script asScriptOfFrames(const Section& section) {
+  Script script;
+  script.coordinates = coordinatesOf(section);
+  if (const auto model = section.find("model")) script.model = asPath(*model);
+  if (const auto frames = section.find("frames")) script.frames = asFrames(*frames);
+  if (const auto output = section.find("output")) script.output = asOutput(*output);
+  return script;
+}
+
+Script asScript(const Section& section) {
+  Script script = asScriptOfFrames(section);
+  if (const auto camera = section.find("camera")) script.camera = asCamera(*camera);
+  script.lights = asList(section.find("light"), lightKinds());
+  script.warps = asWarps(section.find("warp"));
+  return script;
+}
+
+void requireShotOf(const Script& script, bool hasCamera) {
+  const auto require = [](bool given, const char* field) {
+    if (!given) throw Error("missing; a shot needs model, frames, output and camera").at(field);
+  };
+  require(!script.model.empty(), "model");
+  require(script.frames.has_value(), "frames");
+  require(script.output.has_value(), "output");
+  require(hasCamera, "camera");
+}
+
+} // namespace
+
+Script parseScript(std::string_view text, const std::filesystem::path& path, const Vec3<double>& origin) {
+  try {
+    ScriptDocument document(text, path);
+    const Section root = rootOf(document);
+    if (coordinatesOf(root) == Coordinates::original) document.countFrom(origin);
+    Script script = asScript(root);
+    script.path = path;
+    script.hash = contentHash(std::as_bytes(std::span(text)));
+    for (const WarpMotion& warp : script.warps)
+      if (const uint64_t files = filesHash(warp)) {
+        const std::array both = {script.hash, files};
+        script.hash = contentHash(std::as_bytes(std::span(both)));
+      }
+    return script;
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+Script readScript(const std::filesystem::path& path, const Vec3<double>& origin) {
+  return parseScript(readFile(path, kLargestScript), path, origin);
+}
+
+ScriptHead readScriptHead(const std::filesystem::path& path) {
+  const std::string text = readFile(path, kLargestScript);
+  try {
+    const ScriptDocument document(text, path);
+    const Section root = rootOf(document);
+    Script script = asScriptOfFrames(root);
+    requireShotOf(script, root.find("camera").has_value());
+    return {std::move(script.model), script.coordinates, *script.frames, std::move(*script.output)};
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+void requireShot(const Script& script) {
+  try {
+    requireShotOf(script, script.camera.has_value());
+  } catch (Error& error) {
+    throw std::move(error).in(script.path);
+  }
+}
+
+} // namespace surflect

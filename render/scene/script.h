@@ -1,0 +1,122 @@
+// The shot script: a TOML file that says which model, camera, lights and warps make the frames of a shot.
+//
+// Any number is a literal, a list of keyframes [[frame, value], [frame, value, "smooth"], ...] or an
+// expression in t, frame and s (warp/track.h).
+#pragma once
+
+#include "srf/ulr/environment.h"
+#include "srf/ulr/light_coverage.h"
+#include "warp/motion.h"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace surflect {
+
+struct Frames {
+  int first = 1, last = 1; // 0 <= first <= last <= 1000000
+  double fps = 24;
+
+  int count() const { return last - first + 1; }
+};
+
+struct Output {
+  int width = 0, height = 0; // 1..16384
+  std::string path;          // as written: "frame.####.exr"; see framePath in shot.h
+  bool png = false;
+  std::vector<std::string> aov; // each one of aovNames, none twice
+};
+inline constexpr std::array<std::string_view, 5> aovNames = {"depth", "normal", "camera_blend", "light_blend",
+                                                             "stretch"};
+
+// The captured camera of this name.
+struct NamedCamera {
+  std::string from;
+};
+struct LookAtCamera {
+  Track3 position, lookAt, up;
+  Track fovDeg; // vertical
+};
+// Looks at `center` from `radius` away. With y up, azimuth 0 stands on +z and grows towards +x; another `up`
+// turns all of this along the shortest arc, so that z up starts on -y.
+struct OrbitCamera {
+  Track3 center, up;
+  Track radius, azimuthDeg, elevationDeg;
+  Track fovDeg; // vertical
+};
+using CameraMotion = std::variant<NamedCamera, LookAtCamera, OrbitCamera>;
+
+// color * intensity is irradiance on a surface that faces the light.
+struct DirectionalLightMotion {
+  Track3 direction; // towards the light, any length
+  Track3 color;
+  Track intensity;
+  Uncovered uncovered = Uncovered::extrapolate;
+};
+// color * intensity is in W/sr.
+struct PointLightMotion {
+  Track3 position;
+  Track3 color;
+  Track intensity;
+  Uncovered uncovered = Uncovered::extrapolate;
+};
+// color * intensity multiplies the picture's radiance. The picture's own up (y) is turned to `up` along the
+// shortest arc, as an orbit is, after a turn by rotate_deg about it, counter-clockwise seen from above.
+struct EnvironmentLightMotion {
+  std::filesystem::path image;               // resolved against the script's folder
+  std::optional<EnvironmentMapping> mapping; // by the picture's shape where not given
+  Track3 up;
+  Track rotateDeg;
+  Track3 color;
+  Track intensity;
+  double error = 0.01; // of the captured lights' weights, about; 0.0001..1
+  Uncovered uncovered = Uncovered::fade;
+};
+using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
+
+// The origin that places in a script count from: as the model's cameras and lights do, or as what it was made
+// from did before import moved the origin (Capture::origin).
+enum class Coordinates { model, original };
+
+struct Script {
+  std::filesystem::path path;
+  uint64_t hash = 0;           // contentHash of the text, and of the files that its warps read
+  std::filesystem::path model; // resolved against the script's folder; empty: not given
+  Coordinates coordinates = Coordinates::model;
+  std::optional<Frames> frames;
+  std::optional<Output> output;
+  std::optional<CameraMotion> camera;
+  std::vector<LightMotion> lights;
+  std::vector<WarpMotion> warps; // in the order in which they act
+};
+
+// Head of a shot: all that is needed before the model is opened.
+struct ScriptHead {
+  std::filesystem::path model; // as in Script
+  Coordinates coordinates = Coordinates::model;
+  Frames frames;
+  Output output;
+};
+
+// Reads the head alone: no lights, no camera, and no warps with their files. Throws Error as readScript does,
+// and where requireShot would.
+ScriptHead readScriptHead(const std::filesystem::path& path);
+
+// Throw Error naming file, field and line. A misspelt key is answered with the nearest known one. Where the
+// script speaks in original coordinates, `origin` is subtracted from its places: Capture::origin of the
+// model's rig. A centre that is left out is 0; unless `origin` is 0, it is an Error there.
+Script readScript(const std::filesystem::path& path, const Vec3<double>& origin = Vec3<double>::Zero());
+Script parseScript(std::string_view text, const std::filesystem::path& path,
+                   const Vec3<double>& origin = Vec3<double>::Zero());
+
+// Throws Error unless model, frames, output and camera are given (a script for `evaluate` may have warps
+// alone).
+void requireShot(const Script& script);
+
+} // namespace surflect

@@ -1,0 +1,127 @@
+// What a script's tables hold: values with the way to them, tables whose keys are all known, tracks.
+#pragma once
+
+#include "surfel/base/error.h"
+#include "warp/track.h"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace surflect {
+
+// A value in a script. It lives as long as its ScriptDocument.
+struct Entry {
+  const void* node;                    // a toml::node, which script_fields.cpp alone knows
+  std::string field;                   // "warp[1].axis"
+  const std::filesystem::path* folder; // the script's own, from which its paths start
+  const Vec3<double>* origin;          // subtracted from places
+};
+
+class ScriptDocument {
+public:
+  // Throws Error where the text is not TOML, or deeper than kDeepestToml. `path` is the script's.
+  ScriptDocument(std::string_view text, const std::filesystem::path& path);
+  ~ScriptDocument();
+  Entry root() const;
+
+  // Subtracts `origin` from all places read from now on; entries taken earlier stay valid.
+  void countFrom(const Vec3<double>& origin);
+
+  // Puts what the table [group.name] holds over what the root has: tables into tables of their name, all else
+  // instead. Entries of before are void. Throws Error where there is no such table.
+  void prefer(std::string_view group, std::string_view name);
+
+private:
+  struct Parsed;
+  std::unique_ptr<Parsed> parsed_;
+};
+
+using Keys = std::vector<std::string_view>;
+
+// A table whose keys are all known; an unknown one is an Error that names the nearest.
+class Section {
+public:
+  Section(const Entry& table, const Keys& known);
+  size_t size() const;
+  std::optional<Entry> find(std::string_view key) const;
+  Entry require(std::string_view key) const; // an Error when it is missing
+  const Entry& table() const { return table_; }
+
+private:
+  Entry table_;
+};
+
+// "found ..., expected ..." at the entry.
+Error mismatch(const Entry& entry, std::string_view expected);
+
+// Throw Error at the entry where it is something else.
+std::string asText(const Entry& entry); // not empty
+std::filesystem::path asPath(const Entry& entry);
+double asNumber(const Entry& entry); // finite
+int asInteger(const Entry& entry, int least, int most);
+bool asBoolean(const Entry& entry);
+std::vector<Entry> asArray(const Entry& entry, std::string_view expected);
+
+Track asTrack(const Entry& entry);
+Track3 asTrack3(const Entry& entry);
+// Coordinates of a place, from which the origin is subtracted.
+Track3 asPlace(const Entry& entry);
+Track trackOr(const Section& section, std::string_view key, double otherwise);
+Track3 trackOr(const Section& section, std::string_view key, const Track3& otherwise);
+// A place that is 0 where it is left out, which it may be only where the origin is 0, too.
+Track3 placeOrOrigin(const Section& section, std::string_view key);
+
+// Runs `make`, which may refuse what stands at the entry.
+template <class Make> auto at(const Entry& entry, Make make) {
+  try {
+    return make();
+  } catch (Error& error) {
+    throw std::move(error).at(entry.field);
+  }
+}
+
+// Runs `make`, which reads a file that the entry names: what is wrong with it is said after the entry.
+template <class Make> auto atFile(const Entry& entry, Make make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    throw Error(error.what()).at(entry.field);
+  }
+}
+
+template <class Names> std::string listed(const Names& names) {
+  std::string list;
+  for (const std::string_view name : names) list += (list.empty() ? "" : ", ") + std::string(name);
+  return list;
+}
+
+// A choice by `type`: what each one is called, which other keys it has, how it is read.
+template <class Value> struct Kind {
+  std::string_view type;
+  Keys keys;
+  Value (*read)(const Section&);
+};
+
+// The entry's `type`, one of the given; an Error otherwise.
+size_t typeOf(const Entry& table, const Keys& types);
+
+template <class Value>
+std::vector<Value> asList(const std::optional<Entry>& entry, const std::vector<Kind<Value>>& kinds) {
+  std::vector<Value> values;
+  if (!entry) return values;
+  Keys types;
+  for (const auto& kind : kinds) types.push_back(kind.type);
+  for (const Entry& element : asArray(*entry, "tables under [[" + entry->field + "]]")) {
+    const Kind<Value>& kind = kinds[typeOf(element, types)];
+    Keys known = kind.keys;
+    known.push_back("type");
+    values.push_back(kind.read(Section(element, known)));
+  }
+  return values;
+}
+
+} // namespace surflect

@@ -1,0 +1,15 @@
+// The [[warp]] tables of a script.
+#pragma once
+
+#include "render/scene/script_fields.h"
+#include "warp/motion.h"
+
+#include <optional>
+#include <vector>
+
+namespace surflect {
+
+// In the order written; none when there is no entry. Throws Error at the field.
+std::vector<WarpMotion> asWarps(const std::optional<Entry>& entry);
+
+} // namespace surflect

@@ -1,0 +1,169 @@
+#include "render/scene/shot.h"
+
+#include "surfel/base/error.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace surflect {
+
+namespace {
+
+// Rows right, up, back: the camera at `position` looks at `target`.
+Rigid<CameraSpace, ObjectSpace> lookAt(const Vec3<double>& position, const Vec3<double>& target,
+                                       const Vec3<double>& up) {
+  const Vec3<double> back = (position - target).stableNormalized();
+  if (!(back.squaredNorm() > 0.5))
+    throw Error::mismatch("some distance", "the camera at the point it looks at");
+  const Vec3<double> across = up.cross(back);
+  if (!(across.norm() > 1e-9)) throw Error::mismatch("another direction", "the viewing direction").at("up");
+  const Vec3<double> right = across.normalized();
+  Mat3<double> rotation;
+  rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
+  return {rotation, -(rotation * position)};
+}
+
+Lens lensOf(const Output& output, const Track& fovDeg, const ShotTime& time) {
+  const double degrees = finiteAt(fovDeg, time, "fov_deg");
+  if (!(degrees > 1e-3 && degrees < 179.999))
+    throw Error::mismatch("more than 0.001 and less than 179.999", numberText(degrees)).at("fov_deg");
+  Lens lens;
+  lens.width = output.width;
+  lens.height = output.height;
+  lens.centerX = output.width / 2.0;
+  lens.centerY = output.height / 2.0;
+  lens.focalX = lens.focalY = lens.centerY / std::tan(Angle::fromDegrees(degrees).radians() / 2);
+  return lens;
+}
+
+Rigid<CameraSpace, ObjectSpace> placed(const LookAtCamera& camera, const ShotTime& time) {
+  return lookAt(finiteAt(camera.position, time, "position"), finiteAt(camera.lookAt, time, "look_at"),
+                unitAt(camera.up, time, "up"));
+}
+
+// The shortest turn from y to a unit vector; by half a turn about z where that is -y. Eigen's FromTwoVectors
+// takes long to compile, and is off by up to 1e-4 where up is nearly -y.
+Eigen::Quaterniond turnFromY(const Vec3<double>& up) {
+  const double x = up.x(), y = up.y(), z = up.z();
+  const double onePlusY = y > 0 ? 1 + y : (x * x + z * z) / (1 - y); // without cancellation
+  const Eigen::Quaterniond turn(onePlusY, z, 0, -x); // times twice the cosine of half the angle
+  if (turn.coeffs().isZero(0)) return {0, 0, 0, 1};
+  return Eigen::Quaterniond(turn.coeffs().stableNormalized());
+}
+
+Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const ShotTime& time) {
+  const Vec3<double> center = finiteAt(camera.center, time, "orbit.center"),
+                     up = unitAt(camera.up, time, "up");
+  const double radius = finiteAt(camera.radius, time, "orbit.radius");
+  const double azimuth = Angle::fromDegrees(finiteAt(camera.azimuthDeg, time, "orbit.azimuth_deg")).radians();
+  const double elevation =
+      Angle::fromDegrees(finiteAt(camera.elevationDeg, time, "orbit.elevation_deg")).radians();
+  if (!(radius > 0)) throw Error::mismatch("more than 0", numberText(radius)).at("orbit.radius");
+  const Vec3<double> outward(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                             std::cos(elevation) * std::cos(azimuth)); // y up
+  return lookAt(center + radius * (turnFromY(up) * outward), center, up);
+}
+
+Rgb strengthAt(const Track3& color, const Track& intensity, const ShotTime& time) {
+  const Vec3<double> rgb = finiteAt(color, time, "color") * finiteAt(intensity, time, "intensity");
+  if (!(rgb.minCoeff() >= 0 && rgb.maxCoeff() <= std::numeric_limits<float>::max()))
+    throw Error::mismatch("none below 0 or beyond float", "such a strength").at("intensity");
+  return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
+}
+
+ShotLight lit(const DirectionalLightMotion& light, const ShotTime& time) {
+  return ShotDirectionalLight{
+      assume<Direction3<ObjectSpace, double>>(unitAt(light.direction, time, "direction")),
+      strengthAt(light.color, light.intensity, time), light.uncovered};
+}
+
+ShotLight lit(const PointLightMotion& light, const ShotTime& time) {
+  return ShotPointLight{assume<Point3<ObjectSpace, double>>(finiteAt(light.position, time, "position")),
+                        strengthAt(light.color, light.intensity, time), light.uncovered};
+}
+
+ShotLight lit(const EnvironmentLightMotion& light, const ShotTime& time,
+              const PreparedEnvironment& environment) {
+  const Vec3<double> up = unitAt(light.up, time, "up");
+  const double turn = Angle::fromDegrees(finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
+  const Mat3<double> objectFromEnvironment =
+      (turnFromY(up) * Eigen::AngleAxisd(turn, Vec3<double>::UnitY())).toRotationMatrix();
+  return ShotEnvironment{&environment, Turn<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
+                         strengthAt(light.color, light.intensity, time)};
+}
+
+// make(element) for each, errors told with the element's place in the script.
+template <class Result, class Element, class Make>
+std::vector<Result> each(const Script& script, const std::vector<Element>& elements, const std::string& name,
+                         Make make) {
+  std::vector<Result> results;
+  for (size_t i = 0; i < elements.size(); ++i) {
+    try {
+      results.push_back(make(elements[i]));
+    } catch (Error& error) {
+      throw std::move(error).at(name + '[' + std::to_string(i) + ']').in(script.path);
+    }
+  }
+  return results;
+}
+
+} // namespace
+
+ShotTime shotTime(const Script& script, double frame) {
+  if (!script.frames) return {0, frame, 0};
+  const Frames& frames = *script.frames;
+  const double elapsed = frame - frames.first;
+  return {elapsed / frames.fps, frame, elapsed / std::max(1, frames.last - frames.first)};
+}
+
+std::filesystem::path framePath(const Output& output, const std::filesystem::path& folder, int frame) {
+  const size_t begin = output.path.find('#'), length = output.path.rfind('#') - begin + 1;
+  std::string digits = std::to_string(frame);
+  if (digits.size() < length) digits.insert(0, length - digits.size(), '0');
+  return folder / std::string(output.path).replace(begin, length, digits);
+}
+
+Camera<ObjectSpace> cameraAt(const Script& script, const ShotTime& time) {
+  assert(script.camera && script.output && !std::holds_alternative<NamedCamera>(*script.camera));
+  try {
+    if (const auto* orbit = std::get_if<OrbitCamera>(&*script.camera))
+      return {lensOf(*script.output, orbit->fovDeg, time), placed(*orbit, time)};
+    const LookAtCamera& camera = std::get<LookAtCamera>(*script.camera);
+    return {lensOf(*script.output, camera.fovDeg, time), placed(camera, time)};
+  } catch (Error& error) {
+    throw std::move(error).at("camera").in(script.path);
+  }
+}
+
+std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time,
+                                std::span<const PreparedEnvironment> environments) {
+  size_t prepared = 0;
+  return each<ShotLight>(script, script.lights, "light", [&](const LightMotion& light) {
+    if (const auto* directional = std::get_if<DirectionalLightMotion>(&light)) return lit(*directional, time);
+    if (const auto* point = std::get_if<PointLightMotion>(&light)) return lit(*point, time);
+    assert(prepared < environments.size());
+    return lit(std::get<EnvironmentLightMotion>(light), time, environments[prepared++]);
+  });
+}
+
+WarpPointer warpAt(const Script& script, const ShotTime& time) {
+  return chainWarp(each<WarpPointer>(script, script.warps, "warp",
+                                     [&](const WarpMotion& motion) { return freeze(motion, time); }));
+}
+
+Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
+  return {camera.lens, {camera.cameraFromWorld.rotation(), camera.cameraFromWorld.translation()}};
+}
+
+ShotLight inObjectSpace(const Light& light) {
+  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
+    return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
+                                directional->irradiance, Uncovered::extrapolate,
+                                directional->irradianceGradient};
+  const auto& point = std::get<PointLight>(light.kind);
+  return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};
+}
+
+} // namespace surflect

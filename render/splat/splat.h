@@ -1,0 +1,71 @@
+// One surfel as a Gaussian on the screen.
+//
+// A surfel spreads coverage * exp(-(a^2 + b^2) / (2 s^2)) over its surface p + a u + b v, where s is
+// kSigmaPerRadius * radius. Warps and lenses are locally affine in (a, b), so Gaussians that summed to 1 on
+// the surface at rest, and to 1/2 at its borders, still do after any of them: the sum over splats is the
+// coverage of a pixel, whatever the stretch and the zoom.
+//
+// [Botsch 2005]  Botsch, Hornung, Zwicker, Kobbelt: High-Quality Surface Splatting on Today's GPUs (the wider
+//                of reconstruction kernel and low-pass, instead of their convolution).
+// [Zwicker 2001] Zwicker, Pfister, van Baar, Gross: EWA Volume Splatting (resampling filter = warped
+//                reconstruction kernel + low-pass).
+// [Zwicker 2004] Zwicker, Rasanen, Botsch, Dachsbacher, Pauly: Perspective Accurate Splatting (contours by
+//                homographies).
+//
+// Depth is handled as "order": a number that grows away from the viewer and is affine over the image of a
+// plane. Orthographic lens: the depth d along the viewing axis. Pinhole: -1/d.
+#pragma once
+
+#include "render/splat/footprint.h"
+#include "srf/capture/camera.h"
+#include "surfel/math/simd.h"
+#include "surfel/sampling.h"
+
+#include <span>
+#include <variant>
+
+namespace surflect {
+
+// What splatting reads of a cloud; every span has one entry per surfel.
+struct Splats {
+  std::span<const Point3<ObjectSpace>> p;
+  std::span<const Direction3<ObjectSpace>> u, v; // warped tangents
+  std::span<const Handedness> handedness;
+  std::span<const float> radius;   // of the rest splat, acquisition units
+  std::span<const float> coverage; // peak of the rest Gaussian
+
+  size_t size() const { return p.size(); }
+};
+
+// Views both clouds, which must be of the same surfels and outlive the result.
+Splats splatsOf(const SurfelCloud& rest, const DeformedCloud& deformed);
+
+struct SplatOptions {
+  // Least standard deviation of a splat on the screen, pixels; of its colour's weights a root of two less. At
+  // 0.44 what a tiny splat covers depends least on where in a pixel it falls: by 2 %, at 0.4 by 8 %.
+  double lowPass = 0.44;
+  double nearDepth = 0.0; // scene units; a pinhole draws no splat that reaches nearer
+  Simd simd = bestSimd();
+};
+
+// A splat's Gaussian in (x, y, order), x and y in pixels: a flat disc, so the covariance has rank two.
+struct ScreenGaussian {
+  Vec3<double> mean;
+  Mat3<double> covariance;
+};
+
+// The Gaussian whose 1-sigma ellipse is the exact image of the circle a^2 + b^2 = s^2 around p, of which no
+// part may lie at or behind the viewer. Lens distortion enters by its affine map at the ellipse's centre.
+ScreenGaussian project(const Lens& lens, const Point3<CameraSpace, double>& p,
+                       const Direction3<CameraSpace, double>& u, const Direction3<CameraSpace, double>& v,
+                       double s);
+
+std::variant<Footprint, Rejection> footprintOf(const Camera<ObjectSpace>& camera, const Splats& splats,
+                                               size_t index, const SplatOptions& options);
+
+// The depth along the viewing axis that belongs to an order.
+inline double depthOfOrder(const Lens& lens, double order) {
+  return lens.model == Lens::Model::orthographic ? order : -1 / order;
+}
+
+} // namespace surflect

@@ -1,0 +1,45 @@
+// Which splats are drawn in which tile of a picture.
+#pragma once
+
+#include "render/splat/splat.h"
+#include "render/splat/splat_kernels.h"
+#include "surfel/base/progress.h"
+#include "surfel/base/room.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// How many splats were drawn, and why the others were not; see Rejection.
+struct SplatCounts {
+  size_t drawn = 0, dead = 0, notFinite = 0, backFacing = 0, tooNear = 0, outside = 0;
+};
+
+// The tiles under a splat: from (x0, y0) to (x1, y1), both among them.
+struct TileRange {
+  uint16_t x0, y0, x1, y1;
+};
+
+struct TileBins {
+  SplatCounts counts;
+  Room<ScreenSplat> screen; // those drawn, with gaps
+  Room<TileRange> ranges;   // of each, so that filling reads no splat again
+  Room<uint32_t> entries;   // in `screen`, tile by tile, each in the order of the cloud
+  std::vector<size_t> begin;
+  std::vector<uint32_t> counters; // of filling
+
+  std::span<const uint32_t> of(size_t tile) const {
+    return {entries.data() + begin[tile], entries.data() + begin[tile + 1]};
+  }
+};
+
+// Projects the cloud into tiles of kTileSize pixels, row by row. Memory: 72 bytes a splat that is drawn, 4
+// for each tile it touches.
+void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+               const Progress& progress, TileBins& bins);
+
+inline int tilesAlong(int pixels) { return (pixels + kTileSize - 1) / kTileSize; }
+
+} // namespace surflect

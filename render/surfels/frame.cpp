@@ -1,0 +1,280 @@
+#include "render/surfels/frame.h"
+
+#include "render/surfels/query_kernels.h"
+#include "surfel/base/processor_time.h"
+#include "warp/deform.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <functional>
+
+namespace surflect {
+
+namespace {
+
+class StageClock {
+public:
+  explicit StageClock(FrameStats& stats) : stats_(stats) {}
+  // Credits the time since the last call to a stage,
+  void finish(const std::string& stage) { finish(stage, 1, stage); }
+  // or a share of it to one and the rest to another.
+  void finish(const std::string& stage, double share, const std::string& rest) {
+    const auto now = std::chrono::steady_clock::now();
+    const double processor = processorSeconds();
+    const double passed = std::chrono::duration<double>(now - last_).count();
+    const double used = processor - lastProcessor_;
+    stats_.seconds[stage] += share * passed;
+    stats_.processorSeconds[stage] += share * used;
+    stats_.seconds[rest] += (1 - share) * passed;
+    stats_.processorSeconds[rest] += (1 - share) * used;
+    last_ = now;
+    lastProcessor_ = processor;
+  }
+
+private:
+  FrameStats& stats_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  double lastProcessor_ = processorSeconds();
+};
+
+// A light as the query kernels know it. The light has one direction at a surfel: it is no environment.
+QuerySource sourceOf(const ShotLight& light) {
+  const auto triple = [](const auto& t) { return std::array{t.x(), t.y(), t.z()}; };
+  const auto source = [](bool isDistant, const std::array<double, 3>& place, Rgb strength) {
+    return QuerySource{isDistant, {place[0], place[1], place[2]}, {strength.r, strength.g, strength.b}};
+  };
+  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light))
+    return source(true, triple(directional->towards), directional->irradiance);
+  const auto& point = std::get<ShotPointLight>(light);
+  return source(false, triple(point.position), point.intensity);
+}
+
+QuerySource sourceOf(const Camera<ObjectSpace>& camera) {
+  const bool isDistant = camera.lens.model == Lens::Model::orthographic;
+  return sourceOf(isDistant ? ShotLight(ShotDirectionalLight{Viewpoint(camera).towards({}), {}})
+                            : ShotLight(ShotPointLight{camera.center(), {}}));
+}
+
+// The three floats of each value, one value after another.
+template <class Value> float* floatsOf(std::vector<Value>& values) {
+  static_assert(sizeof(Value) == 3 * sizeof(float));
+  return reinterpret_cast<float*>(values.data());
+}
+template <class Value> const float* floatsOf(const std::vector<Value>& values) {
+  static_assert(sizeof(Value) == 3 * sizeof(float));
+  return reinterpret_cast<const float*>(values.data());
+}
+
+Uncovered uncoveredOf(const ShotLight& light) {
+  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light)) return directional->uncovered;
+  return std::get<ShotPointLight>(light).uncovered;
+}
+
+// Multiplies the irradiance of light l of the batch by its gradient's gain at each surfel, which the kernels
+// leave out.
+void shineUnevenly(const ShotLight& light, size_t l, const DeformedCloud& deformed, QueryBatch& batch) {
+  const auto* directional = std::get_if<ShotDirectionalLight>(&light);
+  if (!directional || directional->irradianceGradient.isZero(0)) return;
+  for (size_t query = 0; query < batch.size(); ++query) {
+    const Vec3<double> place = deformed.p[batch.surfels[query]].raw().cast<double>();
+    Rgb& irradiance = batch.irradiance[query * batch.lights + l];
+    irradiance = static_cast<float>(gainAt(directional->irradianceGradient, place)) * irradiance;
+  }
+}
+
+QueryEnvironment queryOf(const ShotEnvironment& light) {
+  const PreparedEnvironment& environment = *light.environment;
+  return {environment.lights, light.strength, environment.uncovered,
+          environment.table ? &*environment.table : nullptr};
+}
+
+// An AOV that is blended like colour.
+struct BlendedAov {
+  int channels;
+  bool isConfident; // whether weights are multiplied by the surfels' confidence
+  std::function<void(size_t i, float* to)> valuesOf; // writes the values of coverage.visible[i]
+};
+
+// Blends AOVs at once, with one confidence for all of them: empty, or per entry of coverage.visible.
+void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
+                 const Coverage& coverage, std::span<const float> confidence, Film& film) {
+  std::vector<Image*> pictures;
+  size_t channels = 0;
+  for (const std::string& name : names) {
+    pictures.push_back(&film.aovs[name]);
+    pictures.back()->channels = aovs.at(name).channels;
+    channels += static_cast<size_t>(aovs.at(name).channels);
+  }
+  std::vector<float> values(coverage.visible.size() * channels);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, coverage.visible.size(), 1024),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      size_t channel = 0;
+                      for (const std::string& name : names) {
+                        const BlendedAov& aov = aovs.at(name);
+                        for (size_t i = range.begin(); i < range.end(); ++i)
+                          aov.valuesOf(i, &values[i * channels + channel]);
+                        channel += static_cast<size_t>(aov.channels);
+                      }
+                    });
+  blendInto(pictures, coverage, values, confidence);
+}
+
+} // namespace
+
+double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
+  const double mean = (uu + vv) / 2, spread = std::hypot((uu - vv) / 2, uv);
+  const double smaller = u.cross(v).squaredNorm() / (mean + spread); // product over the larger root
+  return std::sqrt((mean + spread) / smaller);
+}
+
+Coverage look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+              const SplatOptions& options, const Progress& progress, Coverage kept) {
+  return cover(camera, splatsOf(rest, deformed), options, progress, std::move(kept));
+}
+
+LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel) {
+  const auto frame =
+      polarFrame<double>(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>());
+  assert(frame && deformed.handedness[surfel] != Handedness::dead);
+  return {rotationOf<double>(rest.r0[surfel]), *frame, static_cast<double>(deformed.handedness[surfel])};
+}
+
+QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                     std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
+                     std::span<const ShotLight> lights, const Progress& progress, Simd simd,
+                     QueryBatch kept) {
+  QueryBatch batch = std::move(kept);
+  batch.environments.clear();
+  batch.uncovered.clear();
+  std::vector<QuerySource> sources{sourceOf(camera)}; // then lights with one direction at a surfel
+  std::vector<const ShotEnvironment*> environments;
+  for (const ShotLight& light : lights) {
+    if (const auto* environment = std::get_if<ShotEnvironment>(&light)) {
+      environments.push_back(environment);
+      batch.environments.push_back(queryOf(*environment));
+    } else {
+      sources.push_back(sourceOf(light));
+      batch.uncovered.push_back(uncoveredOf(light));
+    }
+  }
+  batch.lights = sources.size() - 1;
+  batch.surfels.assign(surfels.begin(), surfels.end());
+  batch.towardsView.resize(surfels.size());
+  batch.towardsLight.resize(surfels.size() * batch.lights);
+  batch.irradiance.resize(surfels.size() * batch.lights);
+  batch.acquisitionFromEnvironment.resize(surfels.size() * environments.size());
+  if (surfels.empty()) return batch;
+  sources[0].towards = floatsOf(batch.towardsView);
+  sources[0].stride = 3;
+  for (size_t l = 0; l < batch.lights; ++l) {
+    sources[l + 1].towards = floatsOf(batch.towardsLight) + 3 * l;
+    sources[l + 1].irradiance = floatsOf(batch.irradiance) + 3 * l;
+    sources[l + 1].stride = 3 * batch.lights;
+  }
+  const auto turnEnvironments = [&](size_t query) {
+    const Turn<AcquisitionSpace, ObjectSpace> acquisitionFromObject(
+        lookUpAt(rest, deformed, surfels[query]).matrix());
+    for (size_t e = 0; e < environments.size(); ++e)
+      batch.acquisitionFromEnvironment[query * environments.size() + e] =
+          (acquisitionFromObject * environments[e]->objectFromEnvironment).cast<float>();
+  };
+  const QueryJob job{floatsOf(rest.r0),
+                     floatsOf(deformed.p),
+                     floatsOf(deformed.u),
+                     floatsOf(deformed.v),
+                     reinterpret_cast<const int8_t*>(deformed.handedness.data()),
+                     batch.surfels.data(),
+                     sources.data(),
+                     sources.size()};
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, surfels.size(), 1024), [&](const tbb::blocked_range<size_t>& range) {
+        progress.checkpoint();
+        queryKernels(simd).direct(job, range.begin(), range.end());
+        for (size_t query = range.begin(); !environments.empty() && query < range.end(); ++query)
+          turnEnvironments(query);
+      });
+  size_t l = 0;
+  for (const ShotLight& light : lights)
+    if (!std::holds_alternative<ShotEnvironment>(light)) shineUnevenly(light, l++, deformed, batch);
+  return batch;
+}
+
+Image developRadiance(const Coverage& coverage, const Shaded& shaded, Image kept) {
+  const std::span values(floatsOf(shaded.radiance), 3 * shaded.radiance.size());
+  return blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(kept));
+}
+
+Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+                 std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
+                 FrameStats& stats, const Progress& progress, FrameMemory* memory) {
+  StageClock clock(stats);
+  FrameMemory own;
+  auto& [deformed, coverage, kept] = memory ? *memory : own;
+  deformed = deform(model.cloud, warp, progress, options.splats.simd, std::move(deformed));
+  clock.finish("warp");
+  coverage = look(camera, model.cloud, deformed, options.splats, progress, std::move(coverage));
+  stats.splats = coverage.counts;
+  stats.visible = coverage.visible.size();
+  clock.finish("splat");
+  ShadeOptions shading = options.shade;
+  shading.showsBlends = std::ranges::any_of(
+      options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
+  const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& batch) {
+    const std::span surfels = std::span<const uint32_t>(coverage.visible).subspan(begin, end - begin);
+    batch = queriesAt(model.cloud, deformed, surfels, camera, lights, progress, options.splats.simd,
+                      std::move(batch));
+    clock.finish("queries");
+  };
+  const Shaded shaded = shade(model, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
+                              [&](double planning) { clock.finish("ulr", planning, "look-up"); });
+  stats.unseen = shaded.unseen;
+
+  Film film = std::move(kept);
+  film.color = developRadiance(coverage, shaded, std::move(film.color));
+  clock.finish("develop");
+  const auto blendOf = [](const std::vector<Rgb>& blends) {
+    return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
+  };
+  const auto normal = [&](size_t i, float* to) {
+    const size_t surfel = coverage.visible[i];
+    const auto tangents =
+        polarFrame<double>(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>());
+    assert(tangents); // of surfels that are not dead
+    const Vec3<double> outward = static_cast<double>(deformed.handedness[surfel]) * tangents->n;
+    for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(outward[k]);
+  };
+  const auto stretch = [&](size_t i, float* to) {
+    const size_t surfel = coverage.visible[i];
+    *to = static_cast<float>(
+        stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>()));
+  };
+  const std::map<std::string_view, BlendedAov> blended{
+      {"normal", {3, false, normal}},
+      {"stretch", {1, false, stretch}},
+      {"camera_blend", {3, true, blendOf(shaded.cameraBlend)}},
+      {"light_blend", {3, true, blendOf(shaded.lightBlend)}}};
+  std::erase_if(film.aovs, [&](const auto& aov) { return std::ranges::count(options.aovs, aov.first) == 0; });
+  for (const bool isConfident : {false, true}) {
+    progress.checkpoint();
+    std::vector<std::string> names;
+    for (const std::string& name : options.aovs)
+      if (const auto aov = blended.find(name); aov != blended.end() && aov->second.isConfident == isConfident)
+        names.push_back(name);
+    if (!names.empty())
+      developAovs(blended, names, coverage,
+                  isConfident ? std::span(shaded.confidence) : std::span<const float>(), film);
+  }
+  if (std::ranges::count(options.aovs, "depth") > 0)
+    film.aovs["depth"] = depthImage(coverage, std::move(film.aovs["depth"]));
+  if (!options.aovs.empty()) clock.finish("aov");
+  return film;
+}
+
+} // namespace surflect

@@ -1,0 +1,75 @@
+// One frame: a deformed cloud seen by a camera, asked for radiance, and put on film.
+//
+//   deform -> look -> queriesAt -> shade -> develop
+#pragma once
+
+#include "render/scene/shot.h"
+#include "render/splat/coverage.h"
+#include "srf/model/shade.h"
+#include "surfel/lookup.h"
+#include "warp/warp.h"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+// What a camera sees of a cloud. `kept`, a coverage that is no longer needed, gives its memory.
+Coverage look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+              const SplatOptions& options = {}, const Progress& progress = {}, Coverage kept = {});
+
+// L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
+LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
+
+// Directions to viewer and lights, and the lights' irradiance at the deformed surfels, brought back to
+// acquisition space by L; environments are turned by it. One query per entry of `surfels`, none of which may
+// be dead. In double precision; the same bits for any number of threads, and for avx2 and avx512. `kept`, a
+// batch that is no longer needed, gives its memory.
+QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                     std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
+                     std::span<const ShotLight> lights, const Progress& progress = {}, Simd simd = bestSimd(),
+                     QueryBatch kept = {});
+
+// RGBA, premultiplied, from radiance per entry of coverage.visible, and its confidence if it has one. `kept`,
+// a picture that is no longer needed, gives its memory.
+Image developRadiance(const Coverage& coverage, const Shaded& shaded, Image kept = {});
+
+// The frame's layers beside its colour, by name (script.h: aovNames).
+struct Film {
+  Image color;                       // RGBA, premultiplied
+  std::map<std::string, Image> aovs; // premultiplied but for depth, which is infinite off the object
+};
+
+struct FrameStats {
+  SplatCounts splats;
+  size_t visible = 0, unseen = 0;
+  ShadingStats shading;
+  // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" where
+  // there are any.
+  std::map<std::string, double> seconds;          // per stage
+  std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
+};
+
+struct FrameOptions {
+  ShadeOptions shade;
+  SplatOptions splats;
+  std::vector<std::string> aovs;
+};
+
+// Memory that one frame leaves to the next, to be filled anew. Whoever is done with a film gives it back
+// in `film`.
+struct FrameMemory {
+  DeformedCloud deformed;
+  Coverage coverage;
+  Film film;
+};
+
+Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+                 std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
+                 FrameStats& stats, const Progress& progress = {}, FrameMemory* memory = nullptr);
+
+// The ratio of the principal axes of a warped splat, 1 for a circle [Weyrich 2005, Fig. 15].
+double stretchOf(const Vec3<double>& u, const Vec3<double>& v);
+
+} // namespace surflect

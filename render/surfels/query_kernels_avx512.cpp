@@ -1,0 +1,12 @@
+#ifdef __AVX512F__
+#include "render/surfels/query_kernels.h"
+
+#include "render/surfels/query_kernel_loops.h"
+
+namespace surflect {
+
+extern const QueryKernels avx512QueryKernels;
+const QueryKernels avx512QueryKernels = kernelsOfTheseLanes;
+
+} // namespace surflect
+#endif

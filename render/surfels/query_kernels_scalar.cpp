@@ -1,0 +1,10 @@
+#include "render/surfels/query_kernels.h"
+
+#include "render/surfels/query_kernel_loops.h"
+
+namespace surflect {
+
+extern const QueryKernels scalarQueryKernels;
+const QueryKernels scalarQueryKernels = kernelsOfTheseLanes;
+
+} // namespace surflect

@@ -1,0 +1,190 @@
+#include "srf/codec/block.h"
+
+#include "srf/codec/block_record.h"
+#include "srf/codec/bytes.h"
+#include "srf/codec/transpose.h"
+#include "surfel/base/error.h"
+#include "surfel/base/unset.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace surflect {
+
+namespace {
+
+constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
+
+// Of two's complement.
+constexpr int8_t signedNibble(int nibble) { return static_cast<int8_t>((nibble ^ 8) - 8); }
+
+// Levels of 8 or 4 bits, none below -levelsOf(bits): there is one more below than above.
+void takeLevels(ByteReader& reader, int bits, size_t count, int8_t* levels) {
+  const std::byte* const raw = reader.take(levelBytes(count, bits)).data();
+  const auto least = static_cast<int8_t>(-levelsOf(bits));
+  if (bits == 8) {
+    for (size_t i = 0; i < count; ++i) levels[i] = std::max(static_cast<int8_t>(raw[i]), least);
+    return;
+  }
+  const auto levelOf = [=](int nibble) { return std::max(signedNibble(nibble), least); };
+  for (size_t i = 0; i < count / 2; ++i) {
+    levels[2 * i] = levelOf(std::to_integer<int>(raw[i] & std::byte{15}));
+    levels[2 * i + 1] = levelOf(std::to_integer<int>(raw[i] >> 4));
+  }
+  if (count % 2 != 0) levels[count - 1] = levelOf(std::to_integer<int>(raw[count / 2] & std::byte{15}));
+}
+
+// Of 16 bits, as high and low ones of 8.
+void takeWideLevels(ByteReader& reader, size_t count, int8_t* high, int8_t* low) {
+  const std::byte* const raw = reader.take(levelBytes(count, 16)).data();
+  const int last = levelsOf(16);
+  for (size_t i = 0; i < count; ++i) {
+    int16_t stored;
+    std::memcpy(&stored, raw + 2 * i, sizeof stored);
+    const int level = std::clamp<int>(stored, -last, last);
+    low[i] = static_cast<int8_t>(level);
+    high[i] = static_cast<int8_t>((level - low[i]) / 256);
+  }
+}
+
+float takeCoefficient(ByteReader& reader, CoefficientType type) {
+  const float a =
+      type == CoefficientType::half ? imath_half_to_float(reader.take<uint16_t>()) : reader.take<float>();
+  if (!(std::abs(a) < coefficientLimit))
+    throw Error::mismatch("a number below 1e33", numberText(a)).at("coefficients");
+  return a;
+}
+
+// Terms as they are in memory, each a row: one at 16 bits is two.
+struct TermRows {
+  size_t lights, texelChannels;
+  UnsetVector<float> coefficients;      // times what a level stands for
+  UnsetVector<int8_t> levels, ofLights; // the latter of one term after the other
+
+  TermRows(size_t rows, size_t lightCount, size_t channelCount)
+      : lights(lightCount), texelChannels(channelCount), coefficients(rows * lights),
+        levels(rows * texelChannels), ofLights(lights) {}
+  float* coefficientsOf(size_t row) { return coefficients.data() + row * lights; }
+  int8_t* imageOf(size_t row) { return levels.data() + row * texelChannels; }
+
+  // Of 16 bits, to the row and the one after it.
+  void takeWide(ByteReader& reader, CoefficientType type, size_t row) {
+    float *high = coefficientsOf(row), *low = coefficientsOf(row + 1);
+    for (size_t l = 0; l < lights; ++l) {
+      low[l] = inImageSteps(takeCoefficient(reader, type));
+      high[l] = 256 * low[l];
+    }
+    takeWideLevels(reader, texelChannels, imageOf(row), imageOf(row + 1));
+  }
+  // Of 8 or 4 bits.
+  void take(ByteReader& reader, int bits, size_t row) {
+    const double ofLevel = levelInImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
+    takeLevels(reader, bits, lights, ofLights.data());
+    float* const to = coefficientsOf(row);
+    for (size_t l = 0; l < lights; ++l) to[l] = static_cast<float>(ofLevel * ofLights[l]);
+    takeLevels(reader, bits, texelChannels, imageOf(row));
+  }
+  void clearFrom(size_t row) {
+    std::fill(coefficients.begin() + static_cast<std::ptrdiff_t>(row * lights), coefficients.end(), 0.f);
+    std::fill(levels.begin() + static_cast<std::ptrdiff_t>(row * texelChannels), levels.end(), int8_t{0});
+  }
+};
+
+// Of a row of texels of which the set ones are present, which is nearest to the x-th: the left one of two;
+// blockSize where there is none.
+using NearestInRow = std::array<std::array<uint8_t, blockSize>, 1 << blockSize>;
+constexpr NearestInRow nearestInRow = [] {
+  NearestInRow nearest{};
+  for (int set = 0; set < 1 << blockSize; ++set)
+    for (int x = 0; x < blockSize; ++x) {
+      const auto distance = [x](int other) { return other < x ? x - other : other - x; };
+      int found = blockSize;
+      for (int other = 0; other < blockSize; ++other)
+        if ((set >> other & 1) != 0 && (found == blockSize || distance(other) < distance(found)))
+          found = other;
+      nearest[static_cast<size_t>(set)][static_cast<size_t>(x)] = static_cast<uint8_t>(found);
+    }
+  return nearest;
+}();
+
+// The present texel nearest to an absent one, the first of those equally near.
+int nearestPresent(uint64_t present, int texel) {
+  const int x = texel % blockSize, y = texel / blockSize;
+  int nearest = 0, least = 2 * blockTexels;
+  for (int row = 0; row < blockSize; ++row) {
+    const uint64_t set = present >> row * blockSize & ((1 << blockSize) - 1);
+    const int other = nearestInRow[set][static_cast<size_t>(x)];
+    const int squared = (other - x) * (other - x) + (row - y) * (row - y);
+    if (other == blockSize || squared >= least) continue;
+    least = squared;
+    nearest = row * blockSize + other;
+  }
+  return nearest;
+}
+
+// Those that are absent are filled.
+void spreadTexels(const int8_t* stored, uint64_t present, size_t texelLevels, int8_t* texels) {
+  for (int t = 0; t < blockTexels; ++t) {
+    const int source = present >> t & 1 ? t : nearestPresent(present, t);
+    const int place = std::popcount(present & ((uint64_t{1} << source) - 1));
+    std::copy_n(stored + place * texelLevels, texelLevels, texels + t * texelLevels);
+  }
+}
+
+} // namespace
+
+Block decodeBlock(std::span<const std::byte> record, size_t lights) {
+  ByteReader reader(record);
+  const auto flags = reader.take<uint8_t>();
+  if ((flags & ~(floatCoefficients | partialBlock)) != 0)
+    throw Error::mismatch("0..3", std::to_string(flags)).at("flags");
+  std::array<int, precisions.size()> terms{}; // at each precision
+  for (int& count : terms) count = reader.take<uint8_t>();
+
+  Block block;
+  block.present = flags & partialBlock ? reader.take<uint64_t>() : allPresent;
+  if (block.present == 0) throw Error::mismatch("at least one texel", "none").at("present");
+  for (const int count : terms) block.rank += count;
+  const size_t rows = 3 * std::popcount(block.present);
+  if (const size_t limit = std::min(rows, lights); static_cast<size_t>(block.rank) > limit)
+    throw Error::mismatch("at most " + std::to_string(limit), std::to_string(block.rank)).at("rank");
+  block.stride = (block.rank + terms[0] + 7) / 8 * 8; // those at 16 bits are two
+
+  const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
+  size_t bytes = 0;
+  for (size_t p = 0; p < precisions.size(); ++p)
+    bytes += terms[p] * (coefficientBytes(lights, precisions[p], type) + levelBytes(rows, precisions[p]));
+  if (reader.left() != bytes)
+    throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
+  block.lights = lights;
+  if (block.rank == 0) return block;
+
+  const auto stride = static_cast<size_t>(block.stride);
+  TermRows termRows(stride, lights, rows);
+  size_t row = 0;
+  static_assert(precisions[0] == 16);
+  for (int i = 0; i < terms[0]; ++i, row += 2) termRows.takeWide(reader, type, row);
+  for (size_t p = 1; p < precisions.size(); ++p)
+    for (int i = 0; i < terms[p]; ++i) termRows.take(reader, precisions[p], row++);
+  termRows.clearFrom(row);
+
+  block.values = CacheLines(valuesBytes(block.stride, lights));
+  auto* const coefficients = reinterpret_cast<float*>(block.values.data());
+  auto* const levels = reinterpret_cast<int8_t*>(block.values.data() + levelsOffset(block.stride, lights));
+  transpose(termRows.coefficients.data(), lights, stride, lights, coefficients, stride);
+  if (block.present == allPresent) {
+    transpose(termRows.levels.data(), rows, stride, rows, levels, stride);
+    return block;
+  }
+  UnsetVector<int8_t> ofPresent(rows * stride);
+  transpose(termRows.levels.data(), rows, stride, rows, ofPresent.data(), stride);
+  spreadTexels(ofPresent.data(), block.present, 3 * stride, levels);
+  return block;
+}
+
+} // namespace surflect

@@ -1,0 +1,87 @@
+// The loops over whole matrices that encoding a block spends its time in, compiled for each kind of vector
+// instructions; all give the same bits: every number is summed in the order of the rows, and nothing is
+// contracted. Raw pointers only: see surfel/math/simd.h.
+//
+// Matrices lie row by row; a row has a multiple of eight numbers, where what is too many is zero.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+
+namespace surflect {
+
+// x + it - it is x to the nearest whole number: one and a half times the power of two from which on a Real
+// has no fraction.
+template <class Real>
+inline constexpr Real wholeShift = Real(3ull << (std::numeric_limits<Real>::digits - 2));
+
+// C = A B. A(i, k) = a[i aRow + k aColumn]. `upper`: of a symmetric C only the squares of 8 x 8 on the
+// diagonal and right of it.
+template <class Real> struct MatrixProduct {
+  const Real* a;
+  size_t aRow, aColumn;
+  const Real* b;
+  size_t bRow;
+  Real* c;
+  size_t cRow;
+  size_t rows, inner, columns; // of C, summed over, of C as padded
+  bool upper;
+};
+
+// a_j . v for each row a_j of a matrix: the sums of each eighth product, and these by halves. `length`: as
+// padded.
+template <class Real> struct ScalarProducts {
+  const Real* a;
+  size_t aRow, rows;
+  const Real* v;
+  size_t length;
+  Real* products; // [rows]
+};
+
+// What rounding to levels -last .. last leaves of the columns of a matrix, of which row i is stored divided
+// by weights[i]: the squared error of a column whose largest stored value is put on last / clip, and larger
+// levels on last. Of several pairs of last and clip at once.
+inline constexpr size_t roundings = 9;
+template <class Real> struct Rounding {
+  const Real* values;
+  size_t rows, columns; // as padded
+  const Real* weights;
+  const Real* inverseWeights;
+  Real last[roundings], clip[roundings];
+  Real* squaredErrors; // [roundings][columns]
+};
+
+// |X - levels P|^2 for each channel and light, over texels; and, where it is wanted, for each light over
+// texels and channels that of X and levels P clipped to [0, white].
+struct BlockErrors {
+  const float* x; // [texels][3 channels][lights]
+  size_t texels, lights;
+  const double* levels;   // [texels][terms][3 channels]
+  const double* perLevel; // P [terms][lights]
+  size_t terms;
+  double white;
+  double* squares; // [3 channels][lights]
+  double* clipped; // [lights], or null
+};
+
+struct BlockKernels {
+  void (*product)(const MatrixProduct<float>&);
+  void (*doubleProduct)(const MatrixProduct<double>&);
+  void (*scalarProducts)(const ScalarProducts<float>&);
+  void (*doubleScalarProducts)(const ScalarProducts<double>&);
+  void (*rounding)(const Rounding<float>&);
+  void (*doubleRounding)(const Rounding<double>&);
+  void (*errors)(const BlockErrors&);
+
+  void run(const MatrixProduct<float>& job) const { product(job); }
+  void run(const MatrixProduct<double>& job) const { doubleProduct(job); }
+  void run(const ScalarProducts<float>& job) const { scalarProducts(job); }
+  void run(const ScalarProducts<double>& job) const { doubleScalarProducts(job); }
+  void run(const Rounding<float>& job) const { rounding(job); }
+  void run(const Rounding<double>& job) const { doubleRounding(job); }
+};
+
+enum class Simd;
+const BlockKernels& blockKernels(Simd simd);
+
+} // namespace surflect

@@ -1,0 +1,14 @@
+#ifdef __AVX512F__
+#include "srf/codec/block_kernels.h"
+
+#include <immintrin.h>
+
+#include "srf/codec/block_kernels_loops.h"
+
+namespace surflect {
+
+extern const BlockKernels avx512BlockKernels;
+const BlockKernels avx512BlockKernels = kernelsOf<64>();
+
+} // namespace surflect
+#endif

@@ -1,0 +1,29 @@
+// Levels of a block's eigenimages, fitted to the coefficients that are stored with them.
+//
+// Rounding to the nearest level errs alike in all texels of a plain surface: a channel of 3.2 levels
+// everywhere comes back as 3, and the surface has another hue under every light. So as many levels as the
+// mean of the channel asks for are rounded the other way, where that costs the least.
+#pragma once
+
+#include "srf/codec/block_factors.h"
+#include "srf/codec/block_record.h"
+#include "srf/codec/padded_rows.h"
+
+#include <array>
+
+namespace surflect {
+
+// Sum of each colour channel over texels and lights, and the error that channelMeanBound allows it.
+struct ChannelSums {
+  std::array<double, 3> sums{}, bounds{};
+};
+// x: [texels x channels][lights]
+ChannelSums channelSums(const PaddedRows<float>& x, double white);
+
+// Moves levels to lower |V (X - X') W|, then until the sum of each channel keeps its bound. Returns whether
+// all do.
+template <class Real>
+bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, const BlockKernels& kernels,
+               StoredTerms& stored);
+
+} // namespace surflect

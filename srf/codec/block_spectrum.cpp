@@ -1,0 +1,132 @@
+// Symbols: G the Gram matrix, n x n; Q the Lanczos vectors, orthonormal; T = Q' G Q, tridiagonal: alpha,
+// beta.
+#include "srf/codec/block_spectrum.h"
+
+#include "srf/codec/block_kernels.h"
+#include "srf/codec/transpose.h"
+#include "srf/codec/tridiagonal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace surflect {
+
+namespace {
+
+constexpr double kMissed = 0.01; // of what is tolerated, by vectors that are not quite eigenvectors
+constexpr size_t kSpare = 2;     // vectors more than are needed
+// Lanczos vectors before the first look at what they make; from look to look half as many more.
+constexpr size_t kFirst = 12;
+
+// The sum of so many rows of M times these numbers.
+template <class Real>
+void combine(const Real* weights, const PaddedRows<Real>& m, size_t rows, Real* sum,
+             const BlockKernels& kernels) {
+  kernels.run(MatrixProduct<Real>{weights, rows, 1, m.row(0), m.stride(), sum, m.stride(), 1, rows,
+                                  m.stride(), false});
+}
+
+// Directions that no block has reason to be orthogonal to.
+template <class Real> void takeAny(PaddedRows<Real>& v, uint32_t& state) {
+  std::generate_n(v.row(0), v.columns(), [&] {
+    state = state * 1664525 + 1013904223;
+    return static_cast<Real>(state >> 8) / (1 << 23) - 1;
+  });
+}
+
+// How many vectors leave at most `tolerated`, and some to spare; none where that takes more than three of
+// four that there are, or where vectors miss too much. What a vector v = Q s with value theta misses is at
+// most |G v - theta v|^2 / (theta - the strongest left out), and |G v - theta v| = beta |last of s|.
+template <class Real>
+size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, double tolerated) {
+  const size_t size = ritz.values.size();
+  size_t terms = 0;
+  for (double left = trace; left > tolerated; ++terms) {
+    if (terms == 3 * size / 4) return 0;
+    left -= static_cast<double>(ritz.values[terms]);
+  }
+  const size_t all = std::min(terms + kSpare, size - 1);
+  double missed = 0;
+  for (size_t k = 0; k < terms; ++k) {
+    const Real residual = beta * ritz.vectors.row(k)[size - 1];
+    missed += static_cast<double>(residual * residual / (ritz.values[k] - ritz.values[all]));
+  }
+  return missed <= kMissed * tolerated ? all : 0;
+}
+
+} // namespace
+
+template <class Real>
+Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, const BlockKernels& kernels) {
+  const size_t n = gram.rows();
+  double trace = 0;
+  for (size_t i = 0; i < n; ++i) trace += static_cast<double>(gram.row(i)[i]);
+  const double lost = trace * std::numeric_limits<Real>::epsilon(); // in rounding
+
+  PaddedRows<Real> q(n, n), next(1, n), sum(1, n); // q: a vector a row
+  std::vector<Real> products(n);
+  const auto productsOf = [&](const PaddedRows<Real>& m, size_t rows, const Real* v) {
+    kernels.run(ScalarProducts<Real>{m.row(0), m.stride(), rows, v, m.stride(), products.data()});
+    return products.data();
+  };
+  // To the first rows of Q. Returns the length that remains.
+  const auto makeOrthogonal = [&](size_t size) {
+    for (int pass = 0; pass < 2 && size > 0; ++pass) { // twice is enough [Parlett 1980]
+      combine(productsOf(q, size, next.row(0)), q, size, sum.row(0), kernels);
+      for (size_t i = 0; i < next.stride(); ++i) next.row(0)[i] -= sum.row(0)[i];
+    }
+    return std::sqrt(*productsOf(next, 1, next.row(0)));
+  };
+  std::vector<Real> alpha, beta;
+  alpha.reserve(n);
+  beta.reserve(n);
+  uint32_t state = 1;
+  takeAny(sum, state);
+  combine(sum.row(0), gram, n, next.row(0), kernels);
+  TridiagonalSpectrum<Real> ritz{{}, PaddedRows<Real>(0, 0)};
+  size_t terms = 0;
+  double left = trace;
+  size_t look = kFirst;
+  for (size_t size = 0;; ++size) {
+    Real length = makeOrthogonal(size), remains = length;
+    if (!(static_cast<double>(length) > lost)) { // these are all that the first one leads to
+      length = 0;
+      takeAny(next, state);
+      remains = makeOrthogonal(size);
+    }
+    if (size == n || (size > 0 && left <= lost)) {
+      ritz = tridiagonalSpectrum<Real>(alpha, beta);
+      terms = static_cast<size_t>(
+          std::ranges::count_if(ritz.values, [&](Real value) { return static_cast<double>(value) > lost; }));
+      break;
+    }
+    if (size >= look && left <= tolerated) {
+      look = size + size / 2;
+      ritz = tridiagonalSpectrum<Real>(alpha, beta);
+      terms = enough(ritz, trace, length, tolerated);
+      if (terms > 0) break;
+    }
+    if (size > 0) beta.push_back(length);
+    for (size_t i = 0; i < next.stride(); ++i) q.row(size)[i] = next.row(0)[i] / remains;
+    combine(q.row(size), gram, n, next.row(0), kernels);
+    alpha.push_back(*productsOf(next, 1, q.row(size)));
+    left -= static_cast<double>(alpha.back());
+  }
+
+  const size_t size = alpha.size();
+  PaddedRows<Real> chosen(size, terms);
+  transpose(ritz.vectors.row(0), ritz.vectors.stride(), terms, size, chosen.row(0), chosen.stride());
+  Spectrum<Real> spectrum{PaddedRows<Real>(n, terms), trace};
+  kernels.run(MatrixProduct<Real>{q.row(0), 1, q.stride(), chosen.row(0), chosen.stride(),
+                                  spectrum.vectors.row(0), spectrum.vectors.stride(), n, size,
+                                  chosen.stride(), false});
+  return spectrum;
+}
+
+template Spectrum<float> strongestVectors(const PaddedRows<float>&, float, const BlockKernels&);
+template Spectrum<double> strongestVectors(const PaddedRows<double>&, double, const BlockKernels&);
+
+} // namespace surflect

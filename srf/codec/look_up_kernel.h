@@ -1,0 +1,41 @@
+// Look-ups in blocks, compiled for each kind of vector instructions. Raw pointers only: see
+// surfel/math/simd.h.
+#pragma once
+
+#include "srf/codec/blended_light.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace surflect {
+
+// The taps of a bilinear interpolation that fall into a block: of the upper left texel, the one right of it,
+// the one below, and the one below right. What is not needed has weight 0.
+struct BlockTaps {
+  float weights[4];
+  uint8_t texel;       // the upper left
+  uint8_t right, down; // texels from it to the next, 0 where that is not in the block
+};
+
+// One place in one block.
+struct LookUpJob {
+  const int8_t* levels; // as Block has them, of the upper left texel
+  const float* coefficients;
+  float* rgb;           // what is added to: a number for each channel, and one that means nothing
+  uint32_t stride;      // a multiple of 8
+  uint32_t right, down; // levels from a texel to the next
+  float weights[4];     // of the taps
+};
+
+// Adds to each job's numbers
+//   sum_k (sum_i color_i sum_l w_il a_lk) (sum over taps of tap * e_k)
+// over the lights i of a row, whose weights are w_il. Jobs that share a row are answered together: each
+// weight is loaded once for several. What a job gets does not depend on the others, and those that add to the
+// same numbers do so in their order; all kinds but scalar, which rounds each product, give the same bits.
+using LookUpKernel = void (*)(const BlendedLight* row, size_t lights, const LightWeight* weights,
+                              const LookUpJob* jobs, size_t count);
+
+enum class Simd;
+LookUpKernel lookUpKernel(Simd simd);
+
+} // namespace surflect

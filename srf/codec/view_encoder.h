@@ -1,0 +1,54 @@
+// From the photographs of one view, one a light, to its view file.
+#pragma once
+
+#include "srf/codec/view_file.h"
+#include "srf/image/image.h"
+#include "surfel/base/progress.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect {
+
+// The photographs of one view. All images are width x height.
+struct ReflectanceStack {
+  int width = 0, height = 0;
+  std::vector<Image> lights; // linear radiance, 3 channels; one image a light, at least one
+  Image alpha;               // 1 channel: the part of a pixel that shows the object
+};
+
+struct StoreOptions {
+  double tolerance = 0.02;   // of every block, see blockErrorBound
+  double white = 1;          // radiance of a white pixel, 1e-20..1e20
+  double presentAlpha = 0.5; // texels with at least this alpha are stored
+};
+
+// What encoding cost and lost; summaries of several views add up.
+struct ViewSummary {
+  uint64_t fileBytes = 0;
+  uint64_t objectTexels = 0;
+  uint64_t values = 0; // object texels x lights x RGB
+  std::vector<uint64_t> blocksOfRank;
+  double squaredError = 0;        // over all values
+  double clippedSquaredError = 0; // with both sides clipped to [0, white]
+
+  ViewSummary& operator+=(const ViewSummary& other);
+};
+
+// How much smaller the file is than the object's values as half floats.
+double compressionRatio(const ViewSummary& summary);
+// Peak signal-to-noise ratio of the clipped values, in linear light; infinite without error.
+double psnrDb(const ViewSummary& summary, double white);
+
+struct EncodedView {
+  std::vector<std::byte> file; // write it with writeFileAtomically
+  ViewSummary summary;
+};
+
+// Runs over blocks in parallel; the bytes do not depend on the number of threads. Throws Error where sizes
+// disagree or a radiance is not finite or not below 1e30, and Cancelled.
+EncodedView encodeView(const ReflectanceStack& stack, const StoreOptions& options,
+                       const Progress& progress = {});
+
+} // namespace surflect

@@ -1,0 +1,125 @@
+// The file of one view: the blocks of its reflectance image, each found and checked by itself. Blocks that
+// show no object are left out. Specified to the byte in docs/format.md.
+//
+// [Warren 2012] Hacker's Delight, 2nd ed.
+#pragma once
+
+#include "srf/codec/block.h"
+#include "surfel/base/unset.h"
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace surflect {
+
+inline constexpr int largestViewSide = 32768; // pixels
+inline constexpr int mostLights = 65535;
+
+struct ViewHeader {
+  int width = 0, height = 0; // pixels
+  int lights = 0;
+  float white = 1;     // radiance of a white pixel
+  float tolerance = 0; // of every block, see blockErrorBound
+
+  int blocksAcross() const { return (width + blockSize - 1) / blockSize; }
+  int blocksDown() const { return (height + blockSize - 1) / blockSize; }
+  // Positions of blocks, row by row.
+  size_t cells() const { return static_cast<size_t>(blocksAcross()) * static_cast<size_t>(blocksDown()); }
+};
+
+// Where a block lies, counted in blocks.
+struct BlockPosition {
+  int x = 0, y = 0;
+  friend bool operator==(const BlockPosition&, const BlockPosition&) = default;
+};
+
+struct PlacedRecord {
+  BlockPosition position;
+  std::vector<std::byte> record; // of encodeBlock
+};
+
+// A whole view file; `blocks` row by row. Write it with writeFileAtomically.
+std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const PlacedRecord> blocks);
+
+// An open view file. Stored blocks are numbered from 0, row by row. Safe to read from many threads at once.
+class ViewFile {
+public:
+  // Checks everything but the blocks themselves; throws Error naming file and field.
+  explicit ViewFile(std::filesystem::path path);
+  ~ViewFile();
+  ViewFile(ViewFile&&) noexcept;
+  ViewFile(const ViewFile&) = delete;
+  ViewFile& operator=(const ViewFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  const ViewHeader& header() const { return header_; }
+  // Of header and index, and so, through the checksums in the index, of the whole file.
+  uint64_t checksum() const { return checksum_; }
+  size_t blockCount() const { return positions_.size(); }
+  size_t storedBytes(uint32_t block) const { return offsets_[block + 1] - offsets_[block]; }
+  BlockPosition position(uint32_t block) const;
+  // Where that is, row by row.
+  uint32_t cell(uint32_t block) const { return positions_[block]; }
+
+  // The number of the block at a position inside the image; empty where it was left out. Constant time.
+  std::optional<uint32_t> find(BlockPosition position) const {
+    assert(position.x >= 0 && position.x < header_.blocksAcross());
+    assert(position.y >= 0 && position.y < header_.blocksDown());
+    const auto place = static_cast<uint32_t>(position.y * header_.blocksAcross() + position.x);
+    const auto& [bits, before] = stored_[place / 64];
+    const uint64_t bit = uint64_t{1} << place % 64;
+    if ((bits & bit) == 0) return std::nullopt;
+    return before + bitCount(bits & (bit - 1));
+  }
+
+  // How many of these blocks, ascending and at least one, are best read in one piece, with what lies between
+  // them: the first of them, up to one that is far away.
+  size_t stretchLength(std::span<const uint32_t> blocks) const;
+  // Says that a stretch will be read soon: the disk may have it ready by then.
+  void announce(std::span<const uint32_t> stretch) const;
+  // Reads it: use(i, block), one after the other. Throws Error with the field "block (x, y)": of the first
+  // that does not match its checksum, or that begins what cannot be read.
+  void read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const;
+  Block read(uint32_t block) const;
+
+private:
+  // Side by side: looked for in no order that a processor could guess.
+  struct Stored {
+    uint64_t bits = 0;   // one a position
+    uint32_t before = 0; // how many are set before these
+  };
+
+  // std::popcount, which is a call where the compiler does not know the processor.  [Warren 2012, §5-1]
+  static uint32_t bitCount(uint64_t bits) {
+    constexpr uint64_t kPairs = ~uint64_t{0} / 3, kFours = ~uint64_t{0} / 5, kBytes = ~uint64_t{0} / 17,
+                       kOnes = ~uint64_t{0} / 255;
+    bits -= bits >> 1 & kPairs;
+    bits = (bits & kFours) + (bits >> 2 & kFours);
+    bits = (bits + (bits >> 4)) & kBytes;
+    return static_cast<uint32_t>(bits * kOnes >> 56);
+  }
+
+  void parse(std::span<const std::byte> head, uint64_t fileSize);
+  UnsetVector<std::byte> bytesAt(uint64_t offset, size_t count) const;
+  Block decode(uint32_t block, std::span<const std::byte> record) const;
+  std::string nameOf(uint32_t block) const;
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  ViewHeader header_;
+  uint64_t checksum_ = 0;
+  // Of each stored block.
+  std::vector<uint32_t> positions_; // y * blocksAcross + x, rising
+  std::vector<uint32_t> checksums_;
+  std::vector<uint64_t> offsets_; // in the file; one more, for the end
+  std::vector<Stored> stored_;    // of 64 positions each
+};
+
+} // namespace surflect

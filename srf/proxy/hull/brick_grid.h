@@ -1,0 +1,64 @@
+// A field on the corners of a regular grid, kept only near where it changes sign.
+#pragma once
+
+#include "srf/proxy/hull/sight.h"
+#include "surfel/base/progress.h"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace surflect {
+
+struct GridShape {
+  Vec3<double> origin = Vec3<double>::Zero(); // of corner (0, 0, 0), acquisition space
+  double voxel = 1;                           // scene units
+  std::array<int, 3> bricks{};                // of 8 x 8 x 8 corners
+
+  Point3<AcquisitionSpace, double> corner(int x, int y, int z) const {
+    return assume<Point3<AcquisitionSpace, double>>(origin + voxel * Vec3<double>(x, y, z));
+  }
+};
+
+// Values are scene units, positive inside, cut off at +-2 voxels. All that lies on the border of the grid or
+// beyond is outside.
+class BrickGrid {
+public:
+  static constexpr int kSide = 8;
+  using Corner = std::array<int, 3>;
+
+  // `regionOf` says of a ball whether the field is known to have one sign in it, `valueAt` is the field. Both
+  // are called from many threads.
+  BrickGrid(const GridShape& shape, const std::function<Region(const Ball&)>& regionOf,
+            const std::function<double(const Point3<AcquisitionSpace, double>&)>& valueAt,
+            const Progress& progress);
+
+  const GridShape& shape() const { return shape_; }
+  double limit() const { return 2 * shape_.voxel; }
+
+  float at(const Corner& corner) const;
+  void set(const Corner& corner, float value); // not on the border
+
+  size_t brickCount() const { return directory_.size(); }
+  Corner firstCorner(size_t brick) const;
+  size_t brickOf(const Corner& corner) const; // of one in the grid
+  bool contains(const Corner& corner) const;
+  // Is one of the cells that start in this brick crossed, or may it be?
+  bool mayHaveSurface(size_t brick) const;
+
+private:
+  using Values = std::array<float, kSide * kSide * kSide>;
+  static constexpr int32_t kOutside = -1, kInside = -2;
+
+  static size_t indexInBrick(const Corner& corner);
+  bool onBorder(const Corner& corner) const;
+  float constant(int32_t state) const;
+  void keepApart();
+
+  GridShape shape_;
+  std::vector<int32_t> directory_; // per brick: an index into values_, or the sign of all of it
+  std::vector<Values> values_;
+};
+
+} // namespace surflect

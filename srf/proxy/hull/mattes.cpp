@@ -1,0 +1,61 @@
+#include "srf/proxy/hull/mattes.h"
+
+#include "srf/capture/photograph.h"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <tuple>
+
+namespace surflect {
+
+namespace {
+
+// Frames of a view, one for each matte that they have.
+std::vector<std::vector<size_t>> framesByMatte(const Capture& capture) {
+  std::vector<std::vector<size_t>> frames(capture.views.size());
+  std::set<std::tuple<size_t, std::string, std::string, std::string>> known;
+  for (size_t i = 0; i < capture.frames.size(); ++i) {
+    const Frame& frame = capture.frames[i];
+    const std::string& layer = frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer;
+    if (known.emplace(frame.view, frame.picture.string(), layer, frame.mask.string()).second)
+      frames[frame.view].push_back(i);
+  }
+  return frames;
+}
+
+// Pictures often have an alpha channel that is opaque throughout.
+bool showsBackground(const Image& matte) {
+  return std::ranges::any_of(matte.values, [](float alpha) { return !(alpha > 0.5f); });
+}
+
+std::optional<Image> matteOf(const Capture& capture, std::span<const size_t> frames) {
+  std::optional<Image> matte;
+  for (const size_t frame : frames) {
+    Photograph photograph = std::move(readPhotographs(capture, std::span(&frame, 1))[0]);
+    if (!photograph.hasMatte) continue;
+    if (!matte) {
+      matte = std::move(photograph.alpha);
+      continue;
+    }
+    for (size_t i = 0; i < matte->values.size(); ++i)
+      matte->values[i] = std::max(matte->values[i], photograph.alpha.values[i]);
+  }
+  return matte;
+}
+
+} // namespace
+
+std::vector<Sight> sightsOf(const Capture& capture, const Progress& progress) {
+  const auto frames = framesByMatte(capture);
+  std::vector<Sight> sights;
+  for (size_t view = 0; view < frames.size(); ++view) {
+    progress("silhouettes", static_cast<double>(view) / static_cast<double>(frames.size()));
+    const auto matte = matteOf(capture, frames[view]);
+    if (matte && showsBackground(*matte))
+      sights.push_back({capture.views[view].identity, capture.views[view].camera, Outline(*matte)});
+  }
+  return sights;
+}
+
+} // namespace surflect

@@ -1,0 +1,84 @@
+#include "srf/proxy/impostor.h"
+
+#include "srf/capture/mask_survey.h"
+#include "srf/capture/silhouette.h"
+#include "srf/proxy/hull/mattes.h"
+#include "srf/proxy/hull/visual_hull.h"
+#include "srf/proxy/mesh/mesh_mending.h"
+#include "srf/proxy/one_view.h"
+#include "surfel/base/error.h"
+#include "surfel/geometry/ray_caster.h"
+
+#include <algorithm>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+Impostor hullOf(const Capture& training, const Progress& progress) {
+  const std::vector<Sight> sights = sightsOf(training, progress);
+  const auto isEmpty = [](const Sight& sight) { return sight.outline.isEmpty(); };
+  if (std::ranges::all_of(sights, isEmpty)) { // or there is none
+    const auto matte = describeFirstMatte(training);
+    const std::string found = !matte ? "neither geometry nor mattes"
+                                     : std::string("no geometry, and mattes that show no ") +
+                                           (sights.empty() ? "background (nothing is below half of white)"
+                                                           : "object (nothing is above half of white)") +
+                                           "; the first is " + *matte;
+    throw Error("several views, but " + found +
+                ": give a mesh with --mesh, or masks (surflect import --mask-threshold makes them)")
+        .in(training.file);
+  }
+  try {
+    VisualHull hull = visualHull(sights, {}, progress);
+    Impostor impostor{std::move(hull.mesh), Impostor::Origin::hull};
+    const RayCaster<AcquisitionSpace> caster(impostor.mesh, progress);
+    for (size_t i = 0; i < sights.size(); ++i) {
+      progress.checkpoint();
+      const Mask outline = objectMask(silhouette(sights[i].camera, caster));
+      impostor.fits.push_back({sights[i].name, intersectionOverUnion(outline, sights[i].outline.mask()),
+                               std::ranges::binary_search(hull.leftOut, i)});
+    }
+    return impostor;
+  } catch (Error& error) {
+    throw std::move(error).in(training.file);
+  }
+}
+
+Impostor mendedFile(const std::filesystem::path& path, const Capture& training, const Progress& progress) {
+  MendedMesh mesh = readMended(path, training, progress);
+  Impostor impostor{std::move(mesh.mesh), Impostor::Origin::given};
+  for (const std::string& note : mesh.notes) impostor.notes.push_back(path.string() + ": " + note);
+  return impostor;
+}
+
+} // namespace
+
+Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress) {
+  progress("geometry", 0);
+  if (options.relief && training.views.size() != 1)
+    throw Error::mismatch("one view, for a relief", std::to_string(training.views.size())).in(training.file);
+  if (options.relief) return {meshOfOneView(training, true, progress), Impostor::Origin::relief};
+  if (!options.mesh.empty()) return mendedFile(options.mesh, training, progress);
+  if (!training.geometry.empty())
+    return mendedFile(training.folder() / training.geometry, training, progress);
+  if (training.views.size() == 1) return {meshOfOneView(training, false, progress), Impostor::Origin::plane};
+  return hullOf(training, progress);
+}
+
+std::string_view nameOf(Impostor::Origin origin) {
+  switch (origin) {
+  case Impostor::Origin::given:
+    return "mesh";
+  case Impostor::Origin::hull:
+    return "hull";
+  case Impostor::Origin::plane:
+    return "plane";
+  case Impostor::Origin::relief:
+    return "relief";
+  }
+  return {};
+}
+
+} // namespace surflect

@@ -1,0 +1,12 @@
+#ifdef __AVX512F__
+#include "srf/ulr/choice_kernels.h"
+
+#include "srf/ulr/choice_kernel_loops.h"
+
+namespace surflect {
+
+extern const ChoiceKernels avx512ChoiceKernels;
+const ChoiceKernels avx512ChoiceKernels = kernelsOfTheseLanes;
+
+} // namespace surflect
+#endif

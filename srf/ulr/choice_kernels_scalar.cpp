@@ -1,0 +1,10 @@
+#include "srf/ulr/choice_kernels.h"
+
+#include "srf/ulr/choice_kernel_loops.h"
+
+namespace surflect {
+
+extern const ChoiceKernels scalarChoiceKernels;
+const ChoiceKernels scalarChoiceKernels = kernelsOfTheseLanes;
+
+} // namespace surflect

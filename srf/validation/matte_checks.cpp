@@ -1,0 +1,15 @@
+#include "srf/validation/checks.h"
+
+#include "srf/capture/mask_survey.h"
+
+namespace surflect {
+
+std::vector<Finding> checkMattes(const Capture& capture, const CheckEffort& effort,
+                                 const Progress& progress) {
+  std::vector<Finding> findings;
+  for (std::string& warning : surveyMasks(capture, false, progress, effort.views).warnings)
+    findings.push_back({Finding::Severity::warning, std::move(warning)});
+  return findings;
+}
+
+} // namespace surflect

@@ -1,0 +1,94 @@
+#include "srf/validation/checks.h"
+
+#include "srf/capture/origin.h"
+#include "srf/validation/names.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+constexpr double kOtherScale = 30;
+
+// Where a camera stands, and where it looks; unit.
+struct Axis {
+  Vec3<double> center, forward;
+};
+
+Axis axisOf(const Camera<AcquisitionSpace>& camera) {
+  const auto worldFromCamera = camera.cameraFromWorld.inverse();
+  return {camera.center().raw(), -worldFromCamera.rotation().col(2)};
+}
+
+// More than this many pixels of rounding is told, and more than kWrong spoils the picture.
+constexpr double kTold = 0.1, kWrong = 1;
+
+// Poses that lack positions, say. Distant cameras have none.
+bool standAtOnePlace(const Capture& capture) {
+  return capture.views.size() > 1 && !middleOfScene(capture) &&
+         std::ranges::all_of(capture.views,
+                             [](const View& view) { return view.camera.lens.model == Lens::Model::pinhole; });
+}
+
+std::vector<Finding> checkAxes(const Capture& capture) {
+  const auto meeting = whereAxesMeet(capture);
+  if (!meeting) return {};
+
+  const Vec3<double> middle = meeting->raw();
+  std::vector<Axis> axes;
+  for (const View& view : capture.views) axes.push_back(axisOf(view.camera));
+  const auto ahead = [&](const Axis& axis) { return (middle - axis.center).dot(axis.forward); };
+  const auto away =
+      static_cast<size_t>(std::ranges::count_if(axes, [&](const Axis& a) { return ahead(a) < 0; }));
+  if (2 * away > axes.size())
+    return {
+        {Finding::Severity::error,
+         fmt::format("{} of {} cameras look away from where their axes meet; expected are camera-to-world "
+                     "matrices with OpenGL's axes: x right, y up, looking along -z",
+                     away, axes.size())}};
+
+  std::vector<double> distances;
+  for (const Axis& axis : axes) distances.push_back((middle - axis.center).norm());
+  std::vector<double> sorted = distances;
+  std::ranges::sort(sorted);
+  const double median = sorted[sorted.size() / 2];
+  std::vector<Offender> apart;
+  for (size_t v = 0; v < axes.size(); ++v) {
+    const bool isPinhole = capture.views[v].camera.lens.model == Lens::Model::pinhole;
+    if (isPinhole && distances[v] > kOtherScale * median)
+      apart.push_back(
+          {distances[v], fmt::format("{} ({:.3g} times)", capture.views[v].identity, distances[v] / median)});
+  }
+  if (apart.empty()) return {};
+  return {{Finding::Severity::warning, fmt::format("{} of {} cameras are much farther away than most: {}",
+                                                   apart.size(), axes.size(), worst(apart))}};
+}
+
+} // namespace
+
+std::optional<Finding> checkPrecision(const Capture& capture,
+                                      const Point3<AcquisitionSpace, double>& middle) {
+  const double pixels = roundingInPixels(capture, middle);
+  if (!(pixels > kTold)) return std::nullopt;
+  return Finding{
+      pixels > kWrong ? Finding::Severity::error : Finding::Severity::warning,
+      fmt::format("the scene lies at ({:.8g}, {:.8g}, {:.8g}), where single precision is off by up "
+                  "to {:.2g} pixels; surflect import shifts the origin",
+                  middle.x(), middle.y(), middle.z(), pixels)};
+}
+
+std::vector<Finding> checkPoses(const Capture& capture) {
+  if (standAtOnePlace(capture))
+    return {{Finding::Severity::warning,
+             fmt::format("all {} cameras stand at one place: are their positions missing?",
+                         capture.views.size())}};
+  std::vector<Finding> findings = checkAxes(capture);
+  if (const auto middle = middleOfScene(capture))
+    if (auto imprecise = checkPrecision(capture, *middle)) findings.push_back(std::move(*imprecise));
+  return findings;
+}
+
+} // namespace surflect

@@ -1,0 +1,82 @@
+#include "srf/validation/small_view.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/capture/silhouette.h"
+#include "surfel/base/evenly.h"
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+constexpr int kSide = 512; // pixels
+
+// The range of large pixels that small pixel i of `count` stands for.
+std::pair<int, int> coveredBy(int i, int count, int all) {
+  const int first = static_cast<int>(static_cast<int64_t>(i) * all / count);
+  return {first, std::max(first + 1, static_cast<int>(static_cast<int64_t>(i + 1) * all / count))};
+}
+
+Image shrunkTo(const Image& image, int width, int height) {
+  Image small(width, height, image.channels);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const auto [top, bottom] = coveredBy(y, height, image.height);
+      const auto [left, right] = coveredBy(x, width, image.width);
+      const float weight = 1.f / static_cast<float>((bottom - top) * (right - left));
+      for (int row = top; row < bottom; ++row)
+        for (int column = left; column < right; ++column)
+          for (int channel = 0; channel < image.channels; ++channel)
+            small.at(x, y)[channel] += weight * image.at(column, row)[channel];
+    }
+  return small;
+}
+
+SmallView smallView(const Capture& capture, size_t frame, const RayCaster<AcquisitionSpace>& mesh) {
+  const size_t number = capture.frames[frame].view;
+  const Lens& lens = capture.views[number].camera.lens;
+  const int step = (std::max(lens.width, lens.height) + kSide - 1) / kSide;
+  const int width = std::max(1, lens.width / step), height = std::max(1, lens.height / step);
+  SmallView view{number, frame, capture.views[number].camera, {}, {}, {}};
+  view.camera.lens = resized(lens, width, height);
+  const Photograph photograph = readPhotographs(capture, std::span(&frame, 1))[0];
+  view.radiance = shrunkTo(photograph.radiance, width, height);
+  if (photograph.hasMatte) view.matte = objectMask(shrunkTo(photograph.alpha, width, height));
+  view.outline = objectMask(silhouette(view.camera, mesh));
+  return view;
+}
+
+// For each view, the frame whose light comes most from the camera's side; none for a view without frames.
+std::vector<std::optional<size_t>> frontallyLit(const Capture& capture,
+                                                const Point3<AcquisitionSpace, double>& middle) {
+  std::vector<std::optional<size_t>> best(capture.views.size());
+  std::vector<double> bestCosine(capture.views.size());
+  for (size_t i = 0; i < capture.frames.size(); ++i) {
+    const Frame& frame = capture.frames[i];
+    const Viewpoint viewpoint(capture.views[frame.view].camera);
+    const double cosine =
+        frame.light ? dot(towardsLight(capture.lights[*frame.light], middle), viewpoint.towards(middle)) : 0;
+    if (best[frame.view] && !(cosine > bestCosine[frame.view])) continue;
+    best[frame.view] = i;
+    bestCosine[frame.view] = cosine;
+  }
+  return best;
+}
+
+} // namespace
+
+void forEachSmallView(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
+                      const Point3<AcquisitionSpace, double>& middle, size_t most, const Progress& progress,
+                      const std::function<void(SmallView)>& look) {
+  std::vector<size_t> frames;
+  for (const auto& frame : frontallyLit(capture, middle))
+    if (frame) frames.push_back(*frame);
+  const std::vector<size_t> chosen = evenly(frames.size(), most);
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    progress("photographs", static_cast<double>(i) / static_cast<double>(chosen.size()));
+    look(smallView(capture, frames[chosen[i]], mesh));
+  }
+}
+
+} // namespace surflect

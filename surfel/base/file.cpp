@@ -1,0 +1,222 @@
+#include "surfel/base/file.h"
+
+#include "surfel/base/error.h"
+#include "surfel/base/replaceable.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <new>
+#include <optional>
+#include <set>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace surflect {
+
+namespace {
+
+constexpr std::string_view kTemporaryEnd = ".tmp";
+
+Error systemError(const std::filesystem::path& path, std::string_view action) {
+  return Error("cannot " + std::string(action) + " (" + std::strerror(errno) + ")").in(path);
+}
+
+void syncFolder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return; // some file systems do not open folders; the rename itself stands
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+} // namespace
+
+int openForReading(const std::filesystem::path& path) {
+  // Not blocking, or a pipe that nobody writes into would keep us here.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) throw systemError(path, "open");
+  struct stat status {};
+  const bool known = ::fstat(descriptor, &status) == 0;
+  if (known && S_ISREG(status.st_mode)) return descriptor;
+  const Error error =
+      known ? Error(S_ISDIR(status.st_mode) ? "cannot read (a folder)" : "cannot read (not a regular file)")
+                  .in(path)
+            : systemError(path, "read");
+  ::close(descriptor);
+  throw error;
+}
+
+namespace {
+
+struct Descriptor {
+  int number;
+
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+};
+
+// As many bytes as there are and the buffer can hold; 0 at the end.
+size_t readSome(int descriptor, std::span<char> buffer, const std::filesystem::path& path) {
+  for (;;) {
+    const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
+    if (got >= 0) return static_cast<size_t>(got);
+    if (errno != EINTR) throw systemError(path, "read");
+  }
+}
+
+void writeAll(int descriptor, std::span<const std::byte> bytes, const std::filesystem::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw systemError(path, "write");
+    bytes = bytes.subspan(static_cast<size_t>(count));
+  }
+}
+
+constexpr size_t kPortion = 1 << 16; // bytes between two questions whether to go on
+
+// At most `count` bytes of a file.
+std::string readUpTo(const std::filesystem::path& path, uint64_t count, const Progress& progress) {
+  const Descriptor file{openForReading(path)};
+  try {
+    std::string content;
+    char buffer[kPortion];
+    while (content.size() < count) {
+      progress.checkpoint();
+      const size_t most = static_cast<size_t>(std::min<uint64_t>(kPortion, count - content.size()));
+      const size_t got = readSome(file.number, {buffer, most}, path);
+      if (got == 0) break;
+      content.append(buffer, got);
+    }
+    return content;
+  } catch (const std::bad_alloc&) {
+    throw Error("does not fit into memory").in(path);
+  }
+}
+
+} // namespace
+
+std::string readFile(const std::filesystem::path& path, uint64_t most, const Progress& progress) {
+  std::error_code ignored; // reading it will say so
+  const auto size = std::filesystem::file_size(path, ignored);
+  std::string content;
+  if (ignored || size <= most) content = readUpTo(path, most + 1, progress);
+  if ((!ignored && size > most) || content.size() > most)
+    throw Error::mismatch("at most " + std::to_string(most) + " bytes", "more").in(path);
+  return content;
+}
+
+std::string readFileStart(const std::filesystem::path& path, size_t count) {
+  return readUpTo(path, count, {});
+}
+
+// Not std::filesystem::copy_file: where the disk is full, it says "Input/output error", and it cannot be
+// stopped.
+void copyFile(const std::filesystem::path& source, const std::filesystem::path& target,
+              const Progress& progress) {
+  const Descriptor from{openForReading(source)};
+  Descriptor to{::open(target.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)};
+  if (to.number < 0) throw systemError(target, "write");
+  char buffer[kPortion];
+  while (const size_t got = readSome(from.number, buffer, source)) {
+    progress.checkpoint();
+    writeAll(to.number, std::as_bytes(std::span(buffer, got)), target);
+  }
+  ::fchmod(to.number, 0644); // whatever the umask, as AtomicFile does
+  if (::close(std::exchange(to.number, -1)) != 0) throw systemError(target, "write");
+}
+
+// While a temporary lives, its process holds a lock on it, which goes with the process: see removeAbandoned.
+AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {
+  requireReplaceable(target_);
+  for (;;) {
+    std::string name = target_.string() + ".XXXXXX" + std::string(kTemporaryEnd);
+    descriptor_ = ::mkostemps(name.data(), static_cast<int>(kTemporaryEnd.size()), O_CLOEXEC);
+    if (descriptor_ < 0) throw systemError(target_, "write");
+    temporary_ = name;
+    ::flock(descriptor_, LOCK_EX); // where a file system has no locks, none is taken for abandoned either
+    struct stat status {};
+    if (::fstat(descriptor_, &status) != 0 || status.st_nlink > 0) return;
+    ::close(descriptor_); // taken for abandoned before it was locked
+  }
+}
+
+AtomicFile::~AtomicFile() {
+  if (!committed_) ::unlink(temporary_.c_str());
+  ::close(descriptor_);
+}
+
+void AtomicFile::write(std::span<const std::byte> bytes) { writeAll(descriptor_, bytes, target_); }
+
+void AtomicFile::sync() {
+  ::fchmod(descriptor_, 0644);
+  if (::fsync(descriptor_) != 0) throw systemError(target_, "write");
+}
+
+void AtomicFile::rename() {
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw systemError(target_, "rename to");
+  committed_ = true;
+}
+
+void AtomicFile::commit() {
+  sync();
+  rename();
+  syncFolder(target_.parent_path());
+}
+
+void AtomicFile::commit(std::span<const std::unique_ptr<AtomicFile>> files) {
+  for (const auto& file : files) file->sync();
+  std::set<std::filesystem::path> folders;
+  for (const auto& file : files) {
+    file->rename();
+    folders.insert(file->target_.parent_path());
+  }
+  for (const auto& folder : folders) syncFolder(folder);
+}
+
+void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  file.commit();
+}
+
+void writeFileAtomically(const std::filesystem::path& path, std::string_view text) {
+  writeFileAtomically(path, std::as_bytes(std::span(text)));
+}
+
+namespace {
+
+// The target that a file is a temporary of, by its name: "frame.0001.exr.k3ZxQ1.tmp".
+std::optional<std::string> targetOf(const std::string& name) {
+  constexpr size_t kRandom = 7; // ".k3ZxQ1"
+  if (!name.ends_with(kTemporaryEnd) || name.size() <= kRandom + kTemporaryEnd.size()) return std::nullopt;
+  const size_t end = name.size() - kTemporaryEnd.size() - kRandom;
+  const auto isRandom = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+  if (name[end] != '.' || !std::all_of(&name[end + 1], &name[end + kRandom], isRandom)) return std::nullopt;
+  return name.substr(0, end);
+}
+
+void removeUnlessHeld(const std::filesystem::path& temporary) {
+  const int descriptor = ::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+  if (descriptor < 0) return;
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(temporary.c_str());
+  ::close(descriptor);
+}
+
+} // namespace
+
+void removeAbandoned(const std::filesystem::path& folder,
+                     const std::function<bool(const std::string& targetName)>& owned) {
+  std::error_code failure; // nothing was asked for that could fail: litter stays where it cannot be removed
+  for (std::filesystem::directory_iterator entry(folder, failure), end; !failure && entry != end;
+       entry.increment(failure))
+    if (const auto target = targetOf(entry->path().filename().string()); target && owned(*target))
+      removeUnlessHeld(entry->path());
+}
+
+} // namespace surflect

@@ -1,0 +1,20 @@
+#include "surfel/base/folder.h"
+
+#include <cerrno>
+#include <cstring>
+#include <unistd.h>
+
+namespace surflect {
+
+void requireCreatable(const std::filesystem::path& folder) {
+  std::error_code unknown; // making it will say so
+  auto nearest = std::filesystem::absolute(folder, unknown);
+  while (!std::filesystem::exists(nearest, unknown) && nearest.has_relative_path())
+    nearest = nearest.parent_path();
+  if (!std::filesystem::is_directory(nearest, unknown))
+    throw Error("cannot be created (" + nearest.string() + " is not a folder)").in(folder);
+  if (::access(nearest.c_str(), W_OK | X_OK) != 0)
+    throw Error("cannot write into " + nearest.string() + " (" + std::strerror(errno) + ")").in(folder);
+}
+
+} // namespace surflect

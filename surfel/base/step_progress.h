@@ -1,0 +1,18 @@
+// Work of many steps, each of which reports on itself.
+#pragma once
+
+#include "surfel/base/progress.h"
+
+namespace surflect {
+
+// For step i of n: what it reports counts as its part of the stage. `whole` must outlive it.
+inline Progress stepOf(const Progress& whole, std::string_view stage, size_t i, size_t n) {
+  Progress step = whole;
+  if (whole.report)
+    step.report = [&whole, stage, i, n](std::string_view, double fraction) {
+      whole.report(stage, (static_cast<double>(i) + fraction) / static_cast<double>(n));
+    };
+  return step;
+}
+
+} // namespace surflect

@@ -1,0 +1,38 @@
+// Nearest neighbours among points, exact.
+#pragma once
+
+#include "surfel/base/progress.h"
+#include "surfel/math/space.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+class NeighborIndex {
+public:
+  // The points are copied. Quickest where those that follow each other are near each other. A tree holds at
+  // most `mostInTree` > 0 of them: building one cannot be stopped, and is more than linear; a million points
+  // take it half a second. Throws Cancelled between two trees.
+  explicit NeighborIndex(std::span<const Point3<AcquisitionSpace>> points, const Progress& progress = {},
+                         size_t mostInTree = size_t{1} << 20);
+  ~NeighborIndex();
+
+  struct Neighbor {
+    uint32_t index;
+    float distance; // scene units
+  };
+  // The k nearest, nearest first; fewer where there are fewer points. A point of the set finds itself first.
+  std::vector<Neighbor> nearest(const Point3<AcquisitionSpace>& p, size_t k) const;
+  // All within the radius, in order of index.
+  std::vector<Neighbor> within(const Point3<AcquisitionSpace>& p, float radius) const;
+
+private:
+  struct Tree;
+  std::unique_ptr<const Tree> tree_;
+};
+
+} // namespace surflect

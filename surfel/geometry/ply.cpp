@@ -1,0 +1,288 @@
+#include "surfel/geometry/ply.h"
+
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+
+namespace surflect {
+
+namespace {
+
+enum class Encoding { ascii, littleEndian, bigEndian };
+enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+struct PropertyDeclaration {
+  Type value{};
+  std::optional<Type> listCount;
+};
+
+size_t sizeOf(Type type) {
+  switch (type) {
+  case Type::int8:
+  case Type::uint8:
+    return 1;
+  case Type::int16:
+  case Type::uint16:
+    return 2;
+  case Type::int32:
+  case Type::uint32:
+  case Type::float32:
+    return 4;
+  case Type::float64:
+    return 8;
+  }
+  return 0;
+}
+
+Type parseType(std::string_view word) {
+  constexpr std::pair<std::string_view, Type> names[] = {
+      {"char", Type::int8},      {"int8", Type::int8},       {"uchar", Type::uint8},
+      {"uint8", Type::uint8},    {"short", Type::int16},     {"int16", Type::int16},
+      {"ushort", Type::uint16},  {"uint16", Type::uint16},   {"int", Type::int32},
+      {"int32", Type::int32},    {"uint", Type::uint32},     {"uint32", Type::uint32},
+      {"float", Type::float32},  {"float32", Type::float32}, {"double", Type::float64},
+      {"float64", Type::float64}};
+  for (const auto& [name, type] : names)
+    if (name == word) return type;
+  throw Error::mismatch("a PLY number type", "'" + std::string(word) + "'");
+}
+
+std::vector<std::string_view> wordsOf(std::string_view line) {
+  std::vector<std::string_view> words;
+  for (size_t i = 0; i < line.size();) {
+    const size_t begin = line.find_first_not_of(" \t\r", i);
+    if (begin == std::string_view::npos) break;
+    const size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    i = end;
+  }
+  return words;
+}
+
+template <class T> T bigOrLittle(const char* bytes, bool swap) {
+  std::array<char, sizeof(T)> raw;
+  std::memcpy(raw.data(), bytes, sizeof(T));
+  if (swap) std::reverse(raw.begin(), raw.end());
+  return std::bit_cast<T>(raw);
+}
+
+// Hands out the numbers of the body one after the other.
+class Body {
+public:
+  Body(std::string_view bytes, Encoding encoding) : rest_(bytes), encoding_(encoding) {}
+
+  size_t bytesLeft() const { return rest_.size(); }
+  // A lower bound of the bytes that one number takes, so that counts can be checked before memory is taken.
+  size_t smallestSize(Type type) const { return encoding_ == Encoding::ascii ? 1 : sizeOf(type); }
+
+  double next(Type type) { return encoding_ == Encoding::ascii ? nextWord() : nextBinary(type); }
+
+private:
+  double nextWord() {
+    const size_t begin = rest_.find_first_not_of(" \t\r\n");
+    if (begin == std::string_view::npos) throw Error("ends too early");
+    const size_t end = std::min(rest_.find_first_of(" \t\r\n", begin), rest_.size());
+    const std::string_view word = rest_.substr(begin, end - begin);
+    double value = 0;
+    const auto [stop, status] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (status != std::errc() || stop != word.data() + word.size())
+      throw Error::mismatch("a number", "'" + std::string(word.substr(0, 40)) + "'");
+    rest_.remove_prefix(end);
+    return value;
+  }
+
+  double nextBinary(Type type) {
+    const size_t size = sizeOf(type);
+    if (rest_.size() < size) throw Error("ends too early");
+    const char* bytes = rest_.data();
+    rest_.remove_prefix(size);
+    const bool swap = encoding_ == Encoding::bigEndian;
+    switch (type) {
+    case Type::int8:
+      return bigOrLittle<int8_t>(bytes, swap);
+    case Type::uint8:
+      return bigOrLittle<uint8_t>(bytes, swap);
+    case Type::int16:
+      return bigOrLittle<int16_t>(bytes, swap);
+    case Type::uint16:
+      return bigOrLittle<uint16_t>(bytes, swap);
+    case Type::int32:
+      return bigOrLittle<int32_t>(bytes, swap);
+    case Type::uint32:
+      return bigOrLittle<uint32_t>(bytes, swap);
+    case Type::float32:
+      return bigOrLittle<float>(bytes, swap);
+    case Type::float64:
+      return bigOrLittle<double>(bytes, swap);
+    }
+    return 0;
+  }
+
+  std::string_view rest_;
+  Encoding encoding_;
+};
+
+struct Header {
+  Encoding encoding{};
+  std::vector<PlyElement> elements;                         // still without values
+  std::vector<std::vector<PropertyDeclaration>> properties; // one list per element
+  size_t bodyOffset = 0;
+};
+
+Header parseHeader(std::string_view text) {
+  Header header;
+  bool hasFormat = false;
+  size_t lineNumber = 0;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = text.find('\n', begin);
+    if (end == std::string_view::npos) break;
+    const auto words = wordsOf(text.substr(begin, end - begin));
+    begin = end + 1;
+    const std::string where = "header line " + std::to_string(++lineNumber);
+    try {
+      if (lineNumber == 1) {
+        if (words.size() != 1 || words[0] != "ply") throw Error::mismatch("the word 'ply'", "something else");
+      } else if (words.empty() || words[0] == "comment" || words[0] == "obj_info") {
+        continue;
+      } else if (words[0] == "format" && words.size() == 3) {
+        hasFormat = true;
+        if (words[1] == "ascii")
+          header.encoding = Encoding::ascii;
+        else if (words[1] == "binary_little_endian")
+          header.encoding = Encoding::littleEndian;
+        else if (words[1] == "binary_big_endian")
+          header.encoding = Encoding::bigEndian;
+        else
+          throw Error::mismatch("ascii, binary_little_endian or binary_big_endian", words[1]);
+      } else if (words[0] == "element" && words.size() == 3) {
+        size_t count = 0;
+        const auto [stop, status] =
+            std::from_chars(words[2].data(), words[2].data() + words[2].size(), count);
+        if (status != std::errc() || stop != words[2].data() + words[2].size())
+          throw Error::mismatch("a count", "'" + std::string(words[2]) + "'");
+        header.elements.push_back({std::string(words[1]), count, {}});
+        header.properties.emplace_back();
+      } else if (words[0] == "property" && !header.elements.empty() &&
+                 (words.size() == 3 || words.size() == 5)) {
+        const bool isList = words.size() == 5;
+        if (isList && words[1] != "list") throw Error::mismatch("'list'", "'" + std::string(words[1]) + "'");
+        header.properties.back().push_back(
+            {parseType(words[words.size() - 2]), isList ? std::optional(parseType(words[2])) : std::nullopt});
+        header.elements.back().properties.push_back({std::string(words.back()), isList, {}, {}});
+      } else if (words[0] == "end_header" && words.size() == 1) {
+        if (!hasFormat) throw Error("no format line before end_header");
+        header.bodyOffset = begin;
+        return header;
+      } else {
+        throw Error::mismatch("format, element, property, comment or end_header",
+                              "'" + std::string(words[0].substr(0, 40)) + "'");
+      }
+    } catch (Error& error) {
+      throw std::move(error).at(where);
+    }
+  }
+  throw Error("no end_header").at("header");
+}
+
+void readElement(Body& body, const std::vector<PropertyDeclaration>& declarations, PlyElement& element,
+                 const Progress& progress) {
+  size_t smallestItem = 0;
+  for (const auto& d : declarations) smallestItem += body.smallestSize(d.listCount.value_or(d.value));
+  if (smallestItem == 0 ? element.count > 0 : element.count > body.bytesLeft() / smallestItem)
+    throw Error::mismatch("at most as many items as the file has bytes for", std::to_string(element.count))
+        .at(element.name);
+  for (size_t p = 0; p < declarations.size(); ++p) {
+    PlyProperty& property = element.properties[p];
+    if (property.isList) property.start.assign(1, 0);
+    property.values.reserve(element.count);
+  }
+  for (size_t item = 0; item < element.count; ++item) {
+    progress.checkNowAndThen(item);
+    for (size_t p = 0; p < declarations.size(); ++p) {
+      const auto& [type, listCount] = declarations[p];
+      PlyProperty& property = element.properties[p];
+      try {
+        if (!listCount) {
+          property.values.push_back(body.next(type));
+          continue;
+        }
+        const double length = body.next(*listCount);
+        if (!(length >= 0) || length > static_cast<double>(body.bytesLeft() / body.smallestSize(type) + 1))
+          throw Error::mismatch("a list that fits the file", "length " + std::to_string(length));
+        for (size_t i = 0; i < static_cast<size_t>(length); ++i) {
+          property.values.push_back(body.next(type));
+          progress.checkNowAndThen(property.values.size());
+        }
+        property.start.push_back(property.values.size());
+      } catch (Error& error) {
+        throw std::move(error).at(property.name).at("[" + std::to_string(item) + "]").at(element.name);
+      }
+    }
+  }
+}
+
+} // namespace
+
+const PlyProperty* PlyElement::find(std::string_view property) const {
+  for (const auto& p : properties)
+    if (p.name == property) return &p;
+  return nullptr;
+}
+
+std::span<const double> PlyElement::scalars(std::string_view property) const {
+  const PlyProperty* found = find(property);
+  if (!found || found->isList)
+    throw Error::mismatch("a number property '" + std::string(property) + "'", found ? "a list" : "none")
+        .at(name);
+  return found->values;
+}
+
+const PlyElement* PlyFile::find(std::string_view element) const {
+  for (const auto& e : elements)
+    if (e.name == element) return &e;
+  return nullptr;
+}
+
+PlyFile readPly(const std::filesystem::path& path, const Progress& progress) {
+  const std::string text = readFile(path, kLargestFile, progress);
+  try {
+    Header header = parseHeader(text);
+    Body body(std::string_view(text).substr(header.bodyOffset), header.encoding);
+    for (size_t e = 0; e < header.elements.size(); ++e)
+      readElement(body, header.properties[e], header.elements[e], progress);
+    return {std::move(header.elements)};
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+void writePly(const std::filesystem::path& path, std::string_view element, std::span<const PlyColumn> columns,
+              std::string_view comment) {
+  static_assert(std::endian::native == std::endian::little);
+  const size_t count = columns.empty() ? 0 : columns[0].values.size();
+  std::string header = "ply\nformat binary_little_endian 1.0\ncomment " + std::string(comment) +
+                       "\nelement " + std::string(element) + " " + std::to_string(count) + "\n";
+  for (const auto& column : columns) {
+    assert(column.values.size() == count);
+    header += "property float " + column.name + "\n";
+  }
+  header += "end_header\n";
+  std::vector<float> body;
+  body.reserve(count * columns.size());
+  for (size_t i = 0; i < count; ++i)
+    for (const auto& column : columns) body.push_back(column.values[i]);
+  AtomicFile file(path);
+  file.write(header);
+  file.write(std::as_bytes(std::span(body)));
+  file.commit();
+}
+
+} // namespace surflect

@@ -1,0 +1,53 @@
+// PLY files, ASCII and binary of either byte order, as columns of numbers.
+#pragma once
+
+#include "surfel/base/progress.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace surflect {
+
+// One property of an element: a number per item, or a list per item as values[start[i]] to
+// values[start[i+1]].
+struct PlyProperty {
+  std::string name;
+  bool isList = false;
+  std::vector<double> values;
+  std::vector<size_t> start; // lists only: items + 1 entries
+};
+
+struct PlyElement {
+  std::string name;
+  size_t count = 0;
+  std::vector<PlyProperty> properties;
+
+  const PlyProperty* find(std::string_view property) const;
+  // Throws Error naming element and property when it is missing or a list.
+  std::span<const double> scalars(std::string_view property) const;
+};
+
+struct PlyFile {
+  std::vector<PlyElement> elements;
+
+  const PlyElement* find(std::string_view element) const;
+};
+
+// Throws Error with the file and the element, item or header line that is wrong; and Cancelled.
+PlyFile readPly(const std::filesystem::path& path, const Progress& progress = {});
+
+// A column to write: float32 values.
+struct PlyColumn {
+  std::string name;
+  std::vector<float> values;
+};
+
+// One element of float32 columns, binary little-endian, written atomically.
+void writePly(const std::filesystem::path& path, std::string_view element, std::span<const PlyColumn> columns,
+              std::string_view comment);
+
+} // namespace surflect

@@ -1,0 +1,329 @@
+#include "render/evaluation/evaluate.h"
+
+#include "srf/capture/origin.h"
+#include "srf/capture/photograph.h"
+
+#include "tests/support/synthetic_capture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+namespace surflect {
+namespace {
+
+using studio::PackedStudio;
+using studio::Studio;
+
+constexpr int pictureSize = 32; // pixels
+
+Studio testStudio() { return {.cameras = 9, .lights = 12, .size = pictureSize}; }
+
+Evaluation evaluated(const Model& model, const Capture& capture, const EvaluateOptions& options = {}) {
+  BlockCache cache(model.files, size_t{1} << 28);
+  return evaluate(model, capture, *chainWarp({}), options, cache, {});
+}
+
+EvaluateOptions ofTraining() {
+  EvaluateOptions options;
+  options.split = Split::train;
+  return options;
+}
+
+// Cameras 2 and 5 and lights 3 and 7 have no frame that trains.
+std::optional<Split> heldOut(size_t view, size_t light) {
+  return view == 2 || view == 5 || light == 3 || light == 7 || (view == 0 && light == 0) ? Split::test
+                                                                                         : Split::train;
+}
+
+TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
+  Studio studio = testStudio();
+  const PackedStudio packed(studio, 1200);
+  Capture capture = packed.capture;
+  const auto folder = packed.folder / "rendered";
+  std::filesystem::create_directories(folder);
+  capture.frames.clear();
+  BlockCache cache(packed.model.files, size_t{1} << 28);
+  const auto turn = rigidWarp({0.6, 0, 0.8}, Angle::fromDegrees(50), {0, 0, 0}, {0.05, 0, 0});
+  for (size_t v = 0; v < 4; ++v) {
+    const auto& pose = capture.views[v].camera.cameraFromWorld;
+    const Camera<ObjectSpace> camera{capture.views[v].camera.lens, {pose.rotation(), pose.translation()}};
+    const auto& light = std::get<DirectionalLight>(capture.lights[v].kind);
+    const std::vector<ShotLight> lights{
+        ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(light.towards.raw()), light.irradiance}};
+    FrameStats stats;
+    const Image film = renderFrame(packed.model, *turn, camera, lights, {}, cache, stats).color;
+    Image straight(pictureSize, pictureSize, 3), alpha(pictureSize, pictureSize, 1);
+    for (size_t i = 0; i < alpha.values.size(); ++i) {
+      alpha.values[i] = film.values[4 * i + 3];
+      for (size_t c = 0; alpha.values[i] > 0 && c < 3; ++c)
+        straight.values[3 * i + c] = film.values[4 * i + c] / alpha.values[i];
+    }
+    const std::string name = studio::numbered("frame", v) + ".exr";
+    writeViewPictures(folder / name, std::vector<RadianceLayer>{{"", &straight}}, &alpha, "",
+                      Precision::single);
+    Frame frame;
+    frame.view = v;
+    frame.light = v;
+    frame.picture = name;
+    frame.split = Split::test;
+    capture.frames.push_back(frame);
+  }
+  capture.geometry.clear();
+  writeCapture(capture, folder);
+
+  const Evaluation evaluation = evaluate(packed.model, readCapture(folder), *turn, {}, cache, {});
+  ASSERT_EQ(evaluation.frames.size(), 4u);
+  constexpr double single = 160; // dB; a rounding of floats here and there, measured 163.7
+  for (const FrameScore& frame : evaluation.frames) {
+    EXPECT_GT(frame.score.difference.psnrLinear(), single);
+    EXPECT_GT(frame.score.difference.psnrSrgb(), single);
+    EXPECT_NEAR(frame.score.difference.ssim(), 1, 8e-15); // twenty roundings of its own, measured 4.4e-15
+    EXPECT_GT(psnr(frame.score.interiorError.mean()), single);
+    EXPECT_EQ(frame.maskIou, 1);
+  }
+}
+
+TEST(Evaluate, CapturedFramesComeBack) {
+  const PackedStudio packed(testStudio(), 2000);
+  Score pooled;
+  for (const FrameScore& frame : evaluated(packed.model, packed.capture, ofTraining()).frames) {
+    EXPECT_EQ(frame.group, "known");
+    EXPECT_GT(frame.maskIou, 0.95);
+    pooled += frame.score;
+  }
+  EXPECT_EQ(pooled.frames, 9u * 12u);
+  EXPECT_GT(psnr(pooled.interiorError.mean()), 47);
+}
+
+// New lights between captured ones, all of them brighter here than there, each in its own way. Blends are of
+// what fell on the surfel, so that it does not matter.
+TEST(Evaluate, UnevenLightsAreAsGoodAsEvenOnes) {
+  const auto interior = [](double unevenness, bool isKnown) {
+    Studio studio = testStudio();
+    studio.lights = 40;
+    studio.unevenness = unevenness;
+    studio.split = [](size_t, size_t light) { return light % 5 == 0 ? Split::test : Split::train; };
+    PackedStudio packed(studio, 2000);
+    if (!isKnown)
+      for (Light& light : packed.model.rig.lights)
+        std::get<DirectionalLight>(light.kind).irradianceGradient.setZero();
+    Score pooled;
+    for (const FrameScore& frame : evaluated(packed.model, packed.capture).frames) pooled += frame.score;
+    return psnr(pooled.interiorError.mean());
+  };
+  const double even = interior(0, true);
+  EXPECT_GT(even, 54);
+  EXPECT_GT(interior(0.5, true), 52);
+  EXPECT_LT(interior(0.5, false), 27);
+}
+
+TEST(Evaluate, GroupsGoByIdentity) {
+  Studio studio = testStudio();
+  studio.split = heldOut;
+  PackedStudio packed(studio, 300);
+  // A test light of another name, in the place where a training light was, is known.
+  auto& lights = packed.capture.lights;
+  lights[7].identity = lights[6].identity;
+  writeCapture(packed.capture, packed.folder / "capture");
+  const Capture capture = readCapture(packed.folder / "capture");
+  const Evaluation evaluation = evaluated(packed.model, capture);
+  EXPECT_EQ(evaluation.frames.size(), 2u * 12 + 7 * 2 + 1);
+  for (const FrameScore& frame : evaluation.frames) {
+    const bool knownCamera = frame.camera != "C2" && frame.camera != "C5";
+    const bool knownLight = frame.light != "L3";
+    EXPECT_EQ(frame.group,
+              knownCamera ? (knownLight ? "known" : "new_light") : (knownLight ? "new_camera" : "new_both"))
+        << frame.camera << ' ' << frame.light;
+  }
+}
+
+TEST(Evaluate, ScoresAreTheSameInAnyOrderOfFrames) {
+  Studio studio = testStudio();
+  studio.split = heldOut;
+  const PackedStudio packed(studio, 300);
+  Capture reversed = packed.capture;
+  std::ranges::reverse(reversed.frames);
+  const Evaluation a = evaluated(packed.model, packed.capture), b = evaluated(packed.model, reversed);
+  EXPECT_EQ(a.exposure, b.exposure);
+  for (const FrameScore& frame : a.frames) {
+    const auto same = std::ranges::find_if(b.frames, [&](const FrameScore& other) {
+      return other.camera == frame.camera && other.light == frame.light;
+    });
+    ASSERT_NE(same, b.frames.end());
+    EXPECT_EQ(same->score.interiorError.sum, frame.score.interiorError.sum);
+  }
+}
+
+TEST(Evaluate, BaselineOnlyWhenAsked) {
+  Studio studio = testStudio();
+  studio.split = heldOut;
+  const PackedStudio packed(studio, 300);
+  for (const FrameScore& frame : evaluated(packed.model, packed.capture).frames)
+    EXPECT_TRUE(frame.baselines.empty());
+  EvaluateOptions options;
+  options.baselines = {Baseline::nearest};
+  size_t different = 0;
+  for (const FrameScore& frame : evaluated(packed.model, packed.capture, options).frames) {
+    ASSERT_TRUE(frame.baselines.contains(Baseline::nearest));
+    different += frame.baselines.at(Baseline::nearest).interiorError.sum != frame.score.interiorError.sum;
+  }
+  EXPECT_GT(different, 0u);
+}
+
+// One camera and no mesh. Every third light is kept back.
+Studio oneViewStudio() {
+  Studio studio = testStudio();
+  studio.cameras = 1;
+  studio.lights = 24;
+  studio.split = [](size_t, size_t light) { return light % 3 == 0 ? Split::test : Split::train; };
+  return studio;
+}
+
+struct OneView {
+  TemporaryFolder folder;
+  Capture capture;
+  Model model;
+
+  explicit OneView(const Studio& studio) : capture(photograph(studio, folder / "capture")) {
+    capture.geometry.clear();
+    writeCapture(capture, folder / "capture");
+    pack(capture, folder / "model", studio::packOptions(4000), {}, nullptr);
+    model = openModel(folder / "model");
+  }
+};
+
+double interiorPsnr(const Evaluation& evaluation, Baseline baseline) {
+  Score pooled;
+  for (const FrameScore& frame : evaluation.frames) pooled += frame.baselines.at(baseline);
+  return psnr(pooled.interiorError.mean());
+}
+
+// The studio's sphere is one.
+TEST(Evaluate, TheLambertBaselineOfALambertSurfaceIsExactWhateverLightIsNew) {
+  const OneView view(oneViewStudio());
+  EvaluateOptions options;
+  options.baselines = {Baseline::nearest, Baseline::lambert};
+  const Evaluation evaluation = evaluated(view.model, view.capture, options);
+  EXPECT_EQ(evaluation.frames.size(), 8u);
+  EXPECT_GT(interiorPsnr(evaluation, Baseline::lambert), 50);
+  EXPECT_LT(interiorPsnr(evaluation, Baseline::nearest), 30);
+}
+
+TEST(Evaluate, TheLambertBaselineNeedsPhotographsOfTheFramesCamera) {
+  Studio studio = testStudio();
+  studio.split = heldOut;
+  const PackedStudio packed(studio, 300);
+  EvaluateOptions options;
+  options.baselines = {Baseline::lambert};
+  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture, options); });
+  EXPECT_NE(line.find("the Lambert baseline of C2: found 0, expected photographs under three"),
+            std::string::npos)
+      << line;
+}
+
+TEST(Evaluate, AViewWithoutMatteIsMeasuredOnItsWholePicture) {
+  Studio studio = oneViewStudio();
+  studio.matte = false;
+  const OneView view(studio);
+  for (const FrameScore& frame : evaluated(view.model, view.capture).frames)
+    EXPECT_EQ(frame.score.interiorError.count, 3u * pictureSize * pictureSize);
+}
+
+TEST(Evaluate, ExposureMapsThe995thPercentileToOne) {
+  Studio studio = testStudio();
+  studio.split = heldOut;
+  const PackedStudio packed(studio, 300);
+  std::vector<float> values;
+  for (size_t i = 0; i < packed.capture.frames.size(); ++i) {
+    if (packed.capture.frames[i].split != Split::test) continue;
+    const Photograph photograph = readPhotographs(packed.capture, std::vector{i})[0];
+    for (size_t v = 0; v < photograph.radiance.values.size(); ++v)
+      if (const float alpha = photograph.alpha.values[v / 3]; alpha > 0.5f)
+        values.push_back(alpha * photograph.radiance.values[v]);
+  }
+  std::ranges::sort(values);
+  const double white = values[static_cast<size_t>(0.995 * static_cast<double>(values.size()))];
+  EXPECT_NEAR(evaluated(packed.model, packed.capture).exposure * white, 1, 1.0 / 4096);
+}
+
+TEST(Evaluate, ACaptureMayCountFromAnotherOriginThanTheModel) {
+  const PackedStudio packed(testStudio(), 300);
+  const auto errorOf = [&](const Vec3<double>& origin) {
+    const Evaluation evaluation = evaluated(packed.model, countedFrom(packed.capture, origin), ofTraining());
+    return evaluation.frames[5].score.interiorError.mean();
+  };
+  EXPECT_NEAR(errorOf({500000, 4600000, 30}) / errorOf({0, 0, 0}), 1, 1e-5);
+}
+
+// pack leaves it out as well.
+TEST(Evaluate, AFarSpeckInTheGeometryIsNoObject) {
+  Studio studio = testStudio();
+  studio.matte = false;
+  const PackedStudio packed(studio, 300);
+  Capture capture = packed.capture;
+  const auto scores = [&] {
+    std::vector<double> all;
+    for (const FrameScore& frame : evaluated(packed.model, capture, ofTraining()).frames) {
+      all.push_back(frame.maskIou);
+      all.push_back(frame.score.interiorError.mean());
+    }
+    return all;
+  };
+  const auto without = scores();
+  const TriangleMesh mesh = readMesh(capture.folder() / capture.geometry);
+  capture.geometry = "specked.obj";
+  std::ofstream obj(capture.folder() / capture.geometry);
+  const auto add = [&](const Vec3<double>& p) { obj << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n'; };
+  for (const auto& p : mesh.positions) add(p.raw().cast<double>());
+  const auto worldFromCamera = capture.views[5].camera.cameraFromWorld.inverse();
+  for (const auto& [x, y] : {std::pair(0., 0.), {0.5, 0.}, {0., 0.5}}) // beside the sphere, and far behind it
+    add(worldFromCamera(Point3<CameraSpace, double>(2.9 + x, y, -9)).raw());
+  for (const auto& [a, b, c] : mesh.triangles) obj << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
+  obj << "f -3 -2 -1\n";
+  obj.close();
+  EXPECT_EQ(scores(), without);
+}
+
+TEST(Evaluate, FixedIlluminationHasNoLight) {
+  Studio studio = testStudio();
+  studio.lights = 0;
+  studio.split = [](size_t view, size_t) { return view == 4 ? Split::test : Split::train; };
+  const PackedStudio packed(studio, 1000);
+  const Evaluation evaluation = evaluated(packed.model, packed.capture);
+  ASSERT_EQ(evaluation.frames.size(), 1u);
+  EXPECT_EQ(evaluation.frames[0].light, "");
+  EXPECT_EQ(evaluation.frames[0].group, "new_camera");
+  EXPECT_GT(psnr(evaluation.frames[0].score.interiorError.mean()), 44);
+}
+
+TEST(Evaluate, FrontLitIsWhenLightAndCameraStandOnOneSide) {
+  const PackedStudio packed(testStudio(), 300);
+  for (const FrameScore& frame : evaluated(packed.model, packed.capture, ofTraining()).frames) {
+    const Vec3<double> camera = studio::spiral(9)[static_cast<size_t>(std::stoi(frame.camera.substr(1)))];
+    const Vec3<double> light = studio::spiral(12)[static_cast<size_t>(std::stoi(frame.light.substr(1)))];
+    if (std::abs(camera.dot(light)) > 0.05) {
+      EXPECT_EQ(frame.frontLit, camera.dot(light) > 0);
+    }
+  }
+}
+
+TEST(Evaluate, AnEmptySplitIsSaid) {
+  const PackedStudio packed(testStudio(), 300);
+  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture); });
+  EXPECT_NE(line.find("frames: found none, expected test frames"), std::string::npos) << line;
+}
+
+TEST(Evaluate, FramesWithoutAnObjectHaveNoScore) {
+  Studio studio = testStudio();
+  studio.matte = false;
+  PackedStudio packed(studio, 300);
+  for (View& view : packed.capture.views) // the object is far aside
+    view.camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(1e4, 0, -10)};
+  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture, ofTraining()); });
+  EXPECT_NE(line.find("frames: no pixel of an object"), std::string::npos) << line;
+}
+
+} // namespace
+} // namespace surflect

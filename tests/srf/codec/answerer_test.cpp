@@ -1,0 +1,81 @@
+#include "srf/codec/answerer.h"
+
+#include "srf/codec/view_taps.h"
+#include "tests/srf/codec/synthetic.h"
+
+namespace surflect {
+namespace {
+
+// Many look-ups, few blocks.
+class AnswererTest : public testing::Test {
+protected:
+  AnswererTest() {
+    writeFileAtomically(folder_ / "0.view",
+                        encodeView(synthetic::glossySphere(64, 3), {.tolerance = 0.01}).file);
+    views_.emplace_back(folder_ / "0.view");
+    std::mt19937 generator(1);
+    std::uniform_real_distribution<float> anywhere(0, 64);
+    for (const uint32_t light : {0, 2}) rows_.add(light, {1, 1, 1});
+    for (uint32_t target = 0; target < 1000; ++target)
+      ops_.push_back({target, 0, anywhere(generator), anywhere(generator), 1, 0, 2});
+  }
+
+  // What is in the cache is answered, what the others need is sorted.
+  AnsweredPart answered(BlockCache& cache) const {
+    AnsweredPart part;
+    part.begin({ops_, &rows_, ops_.size()});
+    const Progress progress;
+    Answerer(cache, bestSimd(), progress).answerResident(part);
+    std::ranges::sort(part.needed);
+    return part;
+  }
+  // The blocks of the view that an operation looks into.
+  std::vector<BlockKey> blocksOf(const ShadingOp& op) const {
+    std::vector<BlockKey> blocks;
+    forEachBlock(TexelPlace::at(views_[0].header(), op.x, op.y), [&](BlockPosition position) {
+      if (const auto block = views_[0].find(position)) blocks.push_back({0, *block});
+    });
+    return blocks;
+  }
+
+  TemporaryFolder folder_;
+  std::vector<ViewFile> views_;
+  LightRows rows_;
+  std::vector<ShadingOp> ops_;
+};
+
+TEST_F(AnswererTest, NotesEachBlockThatIsWaitedForOnceWhereTheyAreFew) {
+  BlockCache cache(views_, 0);
+  const AnsweredPart part = answered(cache);
+  EXPECT_EQ(part.waiting.size() + part.lost, ops_.size());
+  EXPECT_EQ(std::ranges::adjacent_find(part.needed), part.needed.end());
+  EXPECT_EQ(part.needed.size(), views_[0].blockCount()); // all were asked for
+}
+
+// What is in memory might leave it before the rest has come.
+TEST_F(AnswererTest, WhatWaitsForOneBlockNotesAllThatItLooksInto) {
+  BlockCache cache(views_, size_t{1} << 30);
+  for (uint32_t block = 0; block < views_[0].blockCount(); block += 2) cache.get(0, block);
+  const AnsweredPart part = answered(cache);
+  std::vector<uint32_t> waiting;
+  std::vector<BlockKey> needed;
+  uint64_t tasks = 0;
+  for (uint32_t i = 0; i < ops_.size(); ++i) {
+    const std::vector<BlockKey> blocks = blocksOf(ops_[i]);
+    if (std::ranges::none_of(blocks, [](BlockKey key) { return key.block % 2 != 0; })) {
+      tasks += blocks.size();
+      continue;
+    }
+    waiting.push_back(i);
+    needed.insert(needed.end(), blocks.begin(), blocks.end());
+  }
+  std::ranges::sort(needed);
+  needed.erase(std::ranges::unique(needed).begin(), needed.end());
+  EXPECT_EQ(part.waiting, waiting);
+  EXPECT_EQ(part.needed, needed);
+  EXPECT_EQ(part.tasks, tasks);
+  EXPECT_TRUE(std::ranges::any_of(needed, [](BlockKey key) { return key.block % 2 == 0; }));
+}
+
+} // namespace
+} // namespace surflect

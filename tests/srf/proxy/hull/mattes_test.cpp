@@ -1,0 +1,84 @@
+#include "srf/proxy/hull/mattes.h"
+
+#include "srf/image/png.h"
+#include "srf/proxy/impostor.h"
+#include "tests/srf/proxy/hull/shapes.h"
+
+namespace surflect {
+namespace {
+
+// Two views under two lights; picture and mask of each frame are files of their own.
+class Mattes : public testing::Test {
+protected:
+  Mattes() {
+    for (const auto& camera : shapes::camerasAround(2, 16))
+      capture.views.push_back({studio::numbered("C", capture.views.size()), camera});
+    capture.lights = studio::studioLights(2);
+    capture.file = folder / "transforms.json";
+  }
+
+  void add(size_t view, size_t light, const std::optional<Image>& mask) {
+    Frame frame;
+    frame.view = view;
+    frame.light = light;
+    frame.picture = studio::numbered("picture", capture.frames.size()) + ".png";
+    writePng(folder / frame.picture.string(), Image(16, 16, 3));
+    if (mask) {
+      frame.mask = studio::numbered("mask", capture.frames.size()) + ".png";
+      writePng(folder / frame.mask.string(), *mask);
+    }
+    capture.frames.push_back(frame);
+  }
+  static Image columns(int from, int to) {
+    Image mask(16, 16, 1);
+    for (int y = 0; y < 16; ++y)
+      for (int x = from; x < to; ++x) mask.at(x, y)[0] = 1;
+    return mask;
+  }
+
+  TemporaryFolder folder;
+  Capture capture;
+};
+
+TEST_F(Mattes, AreUnitedOverTheFramesOfAView) {
+  add(0, 0, columns(3, 6));
+  add(0, 1, columns(5, 9));
+  add(1, 0, std::nullopt);
+  add(1, 1, columns(2, 4));
+  const auto sights = sightsOf(capture, {});
+  ASSERT_EQ(sights.size(), 2u);
+  EXPECT_EQ(sights[0].name, "C0");
+  EXPECT_EQ(sights[0].outline.mask(), objectMask(columns(3, 9)));
+  EXPECT_EQ(sights[1].outline.mask(), objectMask(columns(2, 4)));
+}
+
+TEST_F(Mattes, ThatAreMissingOrWithoutBackgroundAreNone) {
+  add(0, 0, std::nullopt);
+  add(1, 0, columns(0, 16));
+  EXPECT_TRUE(sightsOf(capture, {}).empty());
+}
+
+TEST_F(Mattes, ThatAreAllEmptyOrFullAreExplainedByTheFirst) {
+  for (size_t view = 0; view < 2; ++view) add(view, 0, columns(0, 0));
+  EXPECT_NE(
+      errorOf([&] { impostorOf(capture, {}, {}); })
+          .find(
+              "no geometry, and mattes that show no object (nothing is above half of white); the first is " +
+              (folder / "mask0.png").string() + " (16 x 16, values 0 to 0 of 255)"),
+      std::string::npos);
+  for (const char* mask : {"mask0.png", "mask1.png"}) writePng(folder / mask, columns(0, 16));
+  EXPECT_NE(errorOf([&] { impostorOf(capture, {}, {}); }).find("mattes that show no background"),
+            std::string::npos);
+  for (Frame& frame : capture.frames) frame.mask.clear();
+  EXPECT_NE(errorOf([&] { impostorOf(capture, {}, {}); }).find("neither geometry nor mattes: give a mesh"),
+            std::string::npos);
+}
+
+TEST_F(Mattes, ThatCannotBeReadAreNamed) {
+  add(0, 0, columns(3, 6));
+  writeBytes(folder / "mask0.png", "nothing");
+  EXPECT_NE(errorOf([&] { sightsOf(capture, {}); }).find("mask0.png"), std::string::npos);
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,137 @@
+// Silhouettes of unions of balls, by exact rays; and what a closed mesh must be.
+#pragma once
+
+#include "srf/proxy/hull/sight.h"
+#include "surfel/geometry/mesh.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace surflect::shapes {
+
+using Point = Point3<AcquisitionSpace, double>;
+
+struct Sphere {
+  Vec3<double> center = Vec3<double>::Zero();
+  double radius = 1;
+};
+
+inline std::vector<Sphere> sphere() { return {{}}; }
+inline std::vector<Sphere> twoLobes() { return {{{-0.45, 0, 0}, 0.5}, {{0.35, 0.1, 0}, 0.45}}; }
+// A tube of radius 0.2 about a circle of radius 0.75 around the y axis, nearly: one hole.
+inline std::vector<Sphere> ring() {
+  std::vector<Sphere> spheres;
+  for (int i = 0; i < 48; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 48;
+    spheres.push_back({{0.75 * std::cos(angle), 0, 0.75 * std::sin(angle)}, 0.2});
+  }
+  return spheres;
+}
+inline std::vector<Sphere> randomCluster(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<Sphere> spheres;
+  for (int i = 0; i < 6; ++i)
+    spheres.push_back(
+        {0.5 * Vec3<double>(unit(random), unit(random), unit(random)), 0.2 + 0.1 * unit(random)});
+  return spheres;
+}
+
+inline bool meets(const std::vector<Sphere>& spheres, const Vec3<double>& origin,
+                  const Vec3<double>& direction) {
+  return std::ranges::any_of(spheres, [&](const Sphere& s) {
+    const Vec3<double> toCenter = s.center - origin;
+    return (toCenter - toCenter.dot(direction) * direction).squaredNorm() < s.radius * s.radius;
+  });
+}
+
+// The share of samples x samples rays through each pixel that meet the balls.
+inline Image matte(const Camera<AcquisitionSpace>& camera, const std::vector<Sphere>& spheres,
+                   int samples = 4) {
+  Image alpha(camera.lens.width, camera.lens.height, 1);
+  const auto worldFromCamera = camera.cameraFromWorld.inverse();
+  for (int y = 0; y < alpha.height; ++y)
+    for (int x = 0; x < alpha.width; ++x)
+      for (int s = 0; s < samples * samples; ++s)
+        if (const auto ray = rayThrough(
+                camera.lens, {x + (s % samples + 0.5) / samples, y + (s / samples + 0.5) / samples}))
+          alpha.at(x, y)[0] +=
+              meets(spheres, worldFromCamera(ray->origin).raw(), worldFromCamera(ray->direction).raw())
+                  ? 1.f / static_cast<float>(samples * samples)
+                  : 0.f;
+  return alpha;
+}
+
+// See studio::cameraFrom: the unit sphere nearly fills the picture.
+inline std::vector<Camera<AcquisitionSpace>> camerasAround(int count, int size) {
+  std::vector<Camera<AcquisitionSpace>> cameras;
+  for (const auto& direction : studio::spiral(count))
+    cameras.push_back(studio::cameraFrom<AcquisitionSpace>(direction, size));
+  return cameras;
+}
+
+inline Camera<AcquisitionSpace> orthographic(Camera<AcquisitionSpace> camera) {
+  camera.lens.model = Lens::Model::orthographic;
+  camera.lens.focalX = camera.lens.focalY = 0.42 * camera.lens.width;
+  return camera;
+}
+
+inline Sight sightOf(const Camera<AcquisitionSpace>& camera, const Image& alpha, size_t number) {
+  return {studio::numbered("C", number), camera, Outline(alpha)};
+}
+inline std::vector<Sight> sights(const std::vector<Camera<AcquisitionSpace>>& cameras,
+                                 const std::vector<Sphere>& spheres) {
+  std::vector<Sight> result;
+  for (const auto& camera : cameras) result.push_back(sightOf(camera, matte(camera, spheres), result.size()));
+  return result;
+}
+
+inline double volume(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)
+    sum += mesh.positions[mesh.triangles[t][0]].cast<double>().raw().dot(areaVector(mesh, t)) / 6;
+  return sum;
+}
+
+// 2 - 2 handles, for each part.
+inline long eulerCharacteristic(const TriangleMesh& mesh) {
+  return static_cast<long>(mesh.positions.size()) - static_cast<long>(mesh.triangles.size() / 2);
+}
+
+// Every edge in exactly two triangles, once in each direction; around each vertex one closed fan of
+// triangles.
+inline void expectClosedManifold(const TriangleMesh& mesh) {
+  std::map<std::pair<uint32_t, uint32_t>, int> halfEdges;
+  std::vector<std::map<uint32_t, uint32_t>> next(
+      mesh.positions.size()); // around a vertex, neighbour to neighbour
+  for (const auto& triangle : mesh.triangles)
+    for (size_t c = 0; c < 3; ++c) {
+      const uint32_t a = triangle[c], b = triangle[(c + 1) % 3];
+      ASSERT_LT(a, mesh.positions.size());
+      ASSERT_NE(a, b);
+      ++halfEdges[{a, b}];
+      next[a][b] = triangle[(c + 2) % 3];
+    }
+  for (const auto& [edge, count] : halfEdges) {
+    ASSERT_EQ(count, 1) << "an edge in two triangles of one winding";
+    ASSERT_TRUE(halfEdges.contains({edge.second, edge.first})) << "an edge in one triangle only";
+  }
+  for (const auto& fan : next) {
+    ASSERT_FALSE(fan.empty()) << "a vertex without triangles";
+    size_t steps = 0;
+    uint32_t at = fan.begin()->first;
+    do {
+      at = fan.at(at);
+      ++steps;
+    } while (at != fan.begin()->first && steps <= fan.size());
+    ASSERT_EQ(steps, fan.size()) << "a vertex with two fans";
+  }
+}
+
+} // namespace surflect::shapes

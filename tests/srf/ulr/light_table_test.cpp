@@ -1,0 +1,247 @@
+#include "srf/ulr/light_table.h"
+
+#include "surfel/math/simd.h"
+#include "tests/srf/ulr/lights.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using lights::Direction;
+using lights::inDouble;
+using lights::randomDirection;
+using lights::spiral;
+using lights::sumOf;
+using lights::weightsOf;
+using ToAcquisition = Turn<AcquisitionSpace, EnvironmentSpace, float>;
+
+LightTable tableOf(std::span<const Direction> lights, const LightBlend& how, Uncovered uncovered) {
+  return LightTable(inDouble(lights), how, uncovered);
+}
+
+// What the table gives to each light, of 1 from this direction.
+std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d,
+                             Simd simd = Simd::scalar) {
+  std::vector<Eigen::Array4f> row(lights, Eigen::Array4f::Zero());
+  const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 2, 3}};
+  table.spread({{&light, 1}, simd}, ToAcquisition(), row);
+  std::vector<float> weights;
+  for (const auto& sum : row) {
+    EXPECT_EQ(sum[1], 2 * sum[0]);
+    EXPECT_NEAR(sum[2], 3 * sum[0], 5e-7);
+    weights.push_back(sum[0]);
+  }
+  return weights;
+}
+
+constexpr LightBlend meanOfThree{3, LightFit::mean}, planeOfFour{4, LightFit::plane};
+
+TEST(LightTable, WeightsOfAMeanAndThoseToBeForeshortenedSumToOne) {
+  std::mt19937 random(1);
+  for (const int count : {1, 2, 6, 30, 200})
+    for (const LightBlend& how :
+         {LightBlend{1}, LightBlend{3}, LightBlend{8}, LightBlend{4, LightFit::plane, true}}) {
+      const LightTable table = tableOf(spiral(count), how, Uncovered::extrapolate);
+      for (int i = 0; i < 300; ++i) {
+        const auto weights = tabulated(table, count, randomDirection(random));
+        EXPECT_NEAR(sumOf(weights), 1, 1e-6);
+        if (how.fit == LightFit::mean) {
+          EXPECT_GE(*std::ranges::min_element(weights), 0);
+        }
+      }
+    }
+}
+
+double totalError(std::span<const float> got, std::span<const float> wanted) {
+  double error = 0;
+  for (size_t l = 0; l < got.size(); ++l) error += std::abs(got[l] - wanted[l]);
+  return error;
+}
+
+// In the mean over directions, and for a source as wide as a quarter of the lights' spacing. At single
+// directions it can be far off: ULR turns steeply where its last lights are about as far as the threshold.
+class LightTableOf : public testing::TestWithParam<LightBlend> {};
+
+TEST_P(LightTableOf, EqualsTheBlend) {
+  const LightBlend how = GetParam();
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal;
+  for (const int count : {12, 30, 100})
+    for (const double lowest : {-1.0, 0.2}) {
+      const auto lights = spiral(count, lowest);
+      const LightCoverage coverage = surflect::lights::coverageOf(lights);
+      for (const auto uncovered : {Uncovered::extrapolate, Uncovered::fade}) {
+        const LightTable table = tableOf(lights, how, uncovered);
+        double mean = 0, worst = 0;
+        constexpr int sources = 40, rays = 150;
+        for (int source = 0; source < sources; ++source) {
+          const Vec3<float> middle = randomDirection(random).raw();
+          std::vector<float> gotSum(lights.size()), wantedSum(lights.size());
+          for (int ray = 0; ray < rays; ++ray) {
+            const float x = normal(random), y = normal(random), z = normal(random);
+            const auto d = assume<Direction3<AcquisitionSpace>>(
+                (middle + static_cast<float>(coverage.spacing()) / 4 * Vec3<float>(x, y, z)).normalized());
+            const auto got = tabulated(table, lights.size(), d);
+            const auto wanted = weightsOf(lights, d, how, coverage, uncovered);
+            mean += totalError(got, wanted) / (sources * rays);
+            for (size_t l = 0; l < lights.size(); ++l) {
+              gotSum[l] += got[l] / rays;
+              wantedSum[l] += wanted[l] / rays;
+            }
+          }
+          worst = std::max(worst, totalError(gotSum, wantedSum));
+        }
+        EXPECT_LT(mean, 0.005) << count << ' ' << lowest;
+        EXPECT_LT(worst, 0.0075) << count << ' ' << lowest;
+      }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(, LightTableOf, testing::Values(meanOfThree, planeOfFour));
+
+TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal;
+  const auto lights = spiral(30);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
+  // No weight falls by more than a half over the width of a cell, 2 / 262 on the square (measured: 40 a
+  // radian); a jump would be steeper by a hundred times.
+  constexpr float steepest = 0.5f / (2 / 262.f);
+  for (int i = 0; i < 5000; ++i) {
+    auto d = randomDirection(random).raw();
+    if (i % 2) d[i % 3] = 0; // the seams of the unfolded octahedron, too
+    d.normalize();
+    const float x = normal(random), y = normal(random), z = normal(random);
+    const Vec3<float> moved = (d + 1e-5f * Vec3<float>(x, y, z)).normalized();
+    for (const Simd simd : supportedSimd()) {
+      const auto a = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(d), simd);
+      const auto b = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(moved), simd);
+      for (size_t l = 0; l < lights.size(); ++l)
+        EXPECT_NEAR(a[l], b[l], steepest * (moved - d).norm()) << nameOf(simd);
+    }
+  }
+}
+
+// [Praun, Hoppe 2003], written down plainly: onto the square [-1, 1]^2.
+std::array<double, 2> unfolded(const Vec3<double>& d) {
+  const double sum = std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]), a = d[0] / sum, b = d[1] / sum;
+  if (d[2] >= 0) return {a, b};
+  return {std::copysign(1 - std::abs(b), a), std::copysign(1 - std::abs(a), b)};
+}
+
+TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
+  std::mt19937 random(7);
+  constexpr size_t groups = 40, cells = 371;
+  std::vector<float> directions, cell(groups * kChoiceLanes), right(cell.size()), down(cell.size());
+  std::vector<Vec3<double>> all;
+  for (const double x : {-1., -0., 0., 1.}) // corners, edges and the middle, of either zero
+    for (const double y : {-1., -0., 0., 1.})
+      for (const double z : {-1., -0., 0., 1.})
+        if (x != 0 || y != 0 || z != 0) all.push_back(Vec3<double>(x, y, z).normalized());
+  while (all.size() < cell.size()) all.push_back(randomDirection(random).raw().cast<double>());
+  for (size_t g = 0; g < groups; ++g)
+    for (int axis = 0; axis < 3; ++axis)
+      for (size_t lane = 0; lane < kChoiceLanes; ++lane)
+        directions.push_back(static_cast<float>(all[g * kChoiceLanes + lane][axis]));
+  const Mat3<double> random3 = Eigen::Quaterniond(0.2, -0.4, 0.8, 0.3).normalized().toRotationMatrix();
+  for (const Mat3<double>& turn : {Mat3<double>(Mat3<double>::Identity()), random3})
+    for (const Simd simd : supportedSimd()) {
+      const Mat3<float> single = turn.cast<float>();
+      choiceKernels(simd).unfold(directions.data(), groups, single.data(), cells, cell.data(), right.data(),
+                                 down.data());
+      for (size_t i = 0; i < all.size(); ++i) {
+        ASSERT_TRUE(cell[i] >= 0 && cell[i] < cells * cells && cell[i] == std::floor(cell[i]));
+        EXPECT_TRUE(right[i] >= 0 && right[i] <= 1 && down[i] >= 0 && down[i] <= 1)
+            << right[i] << ' ' << down[i];
+        const auto place = [&](double inCells) { return 2 * inCells / cells - 1; };
+        const double a = place(std::fmod(cell[i], cells) + right[i]),
+                     b = place(std::floor(cell[i] / cells) + down[i]);
+        const auto [wantedA, wantedB] = unfolded(turn * all[i]);
+        // Where the octahedron is cut open a direction has two places.
+        const bool isCut = std::max(std::abs(wantedA), std::abs(wantedB)) > 1 - 1e-6;
+        EXPECT_NEAR(isCut ? std::abs(a) : a, isCut ? std::abs(wantedA) : wantedA, 1e-6) << nameOf(simd) << i;
+        EXPECT_NEAR(isCut ? std::abs(b) : b, isCut ? std::abs(wantedB) : wantedB, 1e-6) << nameOf(simd) << i;
+      }
+    }
+}
+
+TEST(LightTable, ForeshortensWhatItHasTabulated) {
+  std::mt19937 random(5);
+  const auto lights = spiral(30);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::fade);
+  for (int i = 0; i < 500; ++i) {
+    const auto normal = assume<Normal3<AcquisitionSpace>>(randomDirection(random).raw());
+    std::vector<float> cosines;
+    for (const auto& light : lights) cosines.push_back(foreshortenedCosine(normal, light));
+    const auto d = randomDirection(random);
+    const auto plain = tabulated(table, lights.size(), d);
+    BlendSet blend;
+    for (uint32_t l = 0; l < lights.size(); ++l)
+      if (plain[l] != 0) blend.push({l, plain[l]});
+    const float factor = foreshortening(foreshortenedCosine(normal, d), blendedCosine(blend, cosines));
+    std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero());
+    const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 1, 1}};
+    const Foreshortened surface{normal, cosines};
+    table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(), row, &surface);
+    for (size_t l = 0; l < lights.size(); ++l) {
+      EXPECT_NEAR(row[l][0], factor * plain[l], 1e-6f);
+      EXPECT_NEAR(row[l][3], 3 * plain[l], 1e-6f); // of three channels, and plain
+    }
+  }
+}
+
+TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
+  std::mt19937 random(4);
+  const auto lights = spiral(20);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
+  const Mat3<float> turn = Eigen::Quaternionf(0.5f, 0.1f, -0.7f, 0.5f).normalized().toRotationMatrix();
+  for (const Mat3<float>& matrix : {turn, Mat3<float>(-turn)}) {
+    const auto d = randomDirection(random);
+    std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Constant(5));
+    const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(matrix.transpose() * d.raw()),
+                                 {1, 1, 1}};
+    table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(matrix), row);
+    const auto direct = tabulated(table, lights.size(), d);
+    for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(row[l][0], 5 + direct[l], 2e-5);
+  }
+}
+
+// Two rounds of four groups of lanes and some lights more.
+TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> strength(0.1f, 1);
+  const auto lights = spiral(20);
+  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
+  std::vector<EnvironmentLight> environment;
+  Rgb total;
+  for (int i = 0; i < 150; ++i) {
+    const float r = strength(random), g = strength(random), b = strength(random);
+    environment.push_back({assume<Direction3<EnvironmentSpace>>(randomDirection(random).raw()), {r, g, b}});
+    total = total + environment.back().irradiance;
+  }
+  const ToAcquisition turn(Eigen::Quaternionf(0.3f, -0.6f, 0.2f, 0.7f).normalized().toRotationMatrix());
+  for (const Simd simd : supportedSimd())
+    for (const size_t count :
+         {size_t{0}, size_t{1}, size_t{16}, size_t{64}, size_t{65}, environment.size()}) {
+      std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero()), wanted = row;
+      table.spread({std::span(environment).first(count), simd}, turn, row);
+      for (size_t i = 0; i < count; ++i)
+        table.spread({std::span(environment).subspan(i, 1), Simd::scalar}, turn, wanted);
+      Eigen::Array4f sum = Eigen::Array4f::Zero();
+      for (size_t l = 0; l < lights.size(); ++l) {
+        EXPECT_LT((row[l] - wanted[l]).abs().maxCoeff(), 6e-6f) << nameOf(simd) << ' ' << count << ' ' << l;
+        sum += row[l];
+      }
+      if (count < environment.size()) continue;
+      EXPECT_NEAR(sum[0], total.r, 1e-4);
+      EXPECT_NEAR(sum[1], total.g, 1e-4);
+      EXPECT_NEAR(sum[2], total.b, 1e-4);
+    }
+}
+
+} // namespace
+} // namespace surflect

@@ -1,0 +1,59 @@
+// Rigs of lights for tests, and what is asked of their weights.
+#pragma once
+
+#include "srf/ulr/light_blend.h"
+
+#include <cmath>
+#include <random>
+#include <span>
+#include <vector>
+
+namespace surflect::lights {
+
+using Direction = Direction3<AcquisitionSpace>;
+
+inline Direction directionOf(const Vec3<double>& v) {
+  return assume<Direction>(Vec3<float>(v.normalized().cast<float>()));
+}
+
+inline Direction randomDirection(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const double x = normal(random), y = normal(random), z = normal(random);
+  return directionOf({x, y, z});
+}
+
+// Evenly over the sphere above z = lowest.
+inline std::vector<Direction> spiral(int count, double lowest = -1) {
+  std::vector<Direction> lights;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (1 - lowest) * (i + 0.5) / count, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
+    lights.push_back(directionOf({r * std::cos(turn), r * std::sin(turn), z}));
+  }
+  return lights;
+}
+
+inline std::vector<Direction3<AcquisitionSpace, double>> inDouble(std::span<const Direction> lights) {
+  std::vector<Direction3<AcquisitionSpace, double>> exact;
+  for (const Direction& light : lights) exact.push_back(light.cast<double>());
+  return exact;
+}
+
+inline LightCoverage coverageOf(std::span<const Direction> lights) { return LightCoverage(inDouble(lights)); }
+
+// Per light.
+inline std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
+                                    const LightBlend& how, const LightCoverage& coverage,
+                                    Uncovered uncovered = Uncovered::extrapolate) {
+  std::vector<float> weights(lights.size());
+  for (const auto& [light, weight] : blendOfLights(lights, towards, how, coverage, uncovered))
+    weights[light] = weight;
+  return weights;
+}
+
+inline double sumOf(std::span<const float> weights) {
+  double sum = 0;
+  for (const float weight : weights) sum += weight;
+  return sum;
+}
+
+} // namespace surflect::lights

@@ -1,0 +1,192 @@
+#include "srf/ulr/ulr.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using Direction = Direction3<AcquisitionSpace>;
+
+Direction randomDirection(std::mt19937_64& random) {
+  std::normal_distribution<float> normal;
+  return assume<Direction>(Vec3<float>(normal(random), normal(random), normal(random)).normalized());
+}
+
+std::vector<Direction> randomRig(size_t count, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<Direction> rig;
+  while (rig.size() < count) rig.push_back(randomDirection(random));
+  return rig;
+}
+
+BlendSet blendOf(std::span<const float> penalties, size_t k) {
+  NearestCandidates nearest(k);
+  for (uint32_t i = 0; i < penalties.size(); ++i) nearest.offer({i, penalties[i]});
+  return ulrWeights(nearest);
+}
+
+BlendSet blendOf(const std::vector<Direction>& rig, const Direction& query, size_t k) {
+  std::vector<float> penalties;
+  for (const auto& d : rig) penalties.push_back(anglePenalty(d, query));
+  return blendOf(penalties, k);
+}
+
+TEST(Ulr, WeightsArePositiveAndSumToOne) {
+  std::mt19937_64 random(1);
+  for (const size_t candidates : {1u, 2u, 3u, 5u, 40u})
+    for (const size_t k : {1u, 3u, 4u, 16u})
+      for (int i = 0; i < 200; ++i) {
+        const auto blend = blendOf(randomRig(candidates, random()), randomDirection(random), k);
+        ASSERT_GE(blend.size(), 1u);
+        ASSERT_LE(blend.size(), std::min(k, candidates));
+        float sum = 0;
+        for (const auto& [index, weight] : blend) {
+          EXPECT_GT(weight, 0);
+          sum += weight;
+        }
+        EXPECT_NEAR(sum, 1, 1e-6);
+      }
+}
+
+TEST(Ulr, AQueryAlongACamerasOwnRayGetsThatCameraAlone) {
+  const auto rig = randomRig(40, 2);
+  for (uint32_t i = 0; i < rig.size(); ++i)
+    for (const auto& [index, weight] : blendOf(rig, rig[i], 4)) EXPECT_NEAR(weight, index == i ? 1 : 0, 1e-6);
+}
+
+TEST(Ulr, MatchesAPlainSortInDoublePrecision) {
+  std::mt19937_64 random(3);
+  for (int trial = 0; trial < 500; ++trial) {
+    const auto rig = randomRig(40, random());
+    const auto query = randomDirection(random);
+    constexpr size_t k = 4;
+    std::vector<std::pair<double, uint32_t>> sorted;
+    for (uint32_t i = 0; i < rig.size(); ++i)
+      sorted.emplace_back((rig[i].raw().cast<double>() - query.raw().cast<double>()).squaredNorm() / 2, i);
+    std::ranges::sort(sorted);
+    std::map<uint32_t, double> expected;
+    double sum = 0;
+    for (size_t i = 0; i < k; ++i)
+      sum += expected[sorted[i].second] =
+          std::max(0.0, (1 - sorted[i].first / std::min(1.0, sorted[k].first))) / sorted[i].first;
+    for (const auto& [index, weight] : blendOf(rig, query, k))
+      EXPECT_NEAR(weight, expected[index] / sum, 2e-5);
+  }
+}
+
+TEST(Ulr, EqualPenaltiesGetEqualShares) {
+  for (const float p : {0.f, 0.2f, 1.f, 1.7f}) {
+    const std::vector<float> penalties(5, p);
+    const auto blend = blendOf(penalties, 4);
+    ASSERT_EQ(blend.size(), 4u);
+    for (uint32_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(blend[i].index, i); // ties by index
+      EXPECT_FLOAT_EQ(blend[i].weight, 0.25f);
+    }
+  }
+}
+
+TEST(Ulr, ACandidateBeyondNinetyDegreesCountsOnlyWhenNoneIsWithinSixty) {
+  const auto near = blendOf(std::vector<float>{1.2f, 0.49f, 1.01f}, 4);
+  ASSERT_EQ(near.size(), 1u);
+  EXPECT_EQ(near[0].index, 1u);
+  const auto far = blendOf(std::vector<float>{0.9f, 1.81f, 1.5f}, 4);
+  ASSERT_EQ(far.size(), 2u); // those below 2 * 0.9
+  EXPECT_EQ(far[0].index, 0u);
+  EXPECT_EQ(far[1].index, 2u);
+}
+
+TEST(Ulr, BeyondNinetyDegreesWeightsDependOnTheRatioOfPenalties) {
+  const auto once = blendOf(std::vector<float>{1.f, 1.3f, 1.9f}, 4),
+             thrice = blendOf(std::vector<float>{3.f, 3.9f, 5.7f}, 4);
+  ASSERT_EQ(once.size(), 3u);
+  ASSERT_EQ(thrice.size(), 3u);
+  for (size_t i = 0; i < 3; ++i) EXPECT_FLOAT_EQ(once[i].weight, thrice[i].weight);
+}
+
+TEST(Ulr, HiddenCandidatesAreNeverChosen) {
+  const float hidden = std::numeric_limits<float>::infinity();
+  const auto blend = blendOf(std::vector<float>{hidden, 0.5f, hidden, std::nanf("")}, 4);
+  ASSERT_EQ(blend.size(), 1u);
+  EXPECT_EQ(blend[0].index, 1u);
+  EXPECT_TRUE(blendOf(std::vector<float>{hidden, hidden}, 4).empty());
+}
+
+// The largest change of any weight between neighbouring steps of a path over penalties.
+template <class PenaltiesAt> double largestJump(const PenaltiesAt& penaltiesAt, size_t steps, size_t k) {
+  double largest = 0;
+  std::map<uint32_t, float> before;
+  for (size_t i = 0; i <= steps; ++i) {
+    std::map<uint32_t, float> now;
+    const std::vector<float> penalties = penaltiesAt(static_cast<double>(i) / static_cast<double>(steps));
+    for (const auto& [index, weight] : blendOf(penalties, k)) now[index] = weight;
+    if (i > 0) {
+      for (const auto& [index, weight] : now)
+        largest = std::max(largest, std::abs(static_cast<double>(weight - before[index])));
+      for (const auto& [index, weight] : before)
+        largest = std::max(largest, std::abs(static_cast<double>(weight - now[index])));
+    }
+    before = std::move(now);
+  }
+  return largest;
+}
+
+// Steps so small that the law's limit shows; single precision still carries the change.
+constexpr size_t kSteps = 32000;
+
+TEST(Ulr, HalvingTheStepHalvesTheLargestChangeAlongAGreatCircle) {
+  std::mt19937_64 random(4);
+  for (const size_t lights : {3u, 5u, 28u, 60u})
+    for (int trial = 0; trial < 4; ++trial) {
+      const auto rig = randomRig(lights, random());
+      const Vec3<float> a = randomDirection(random).raw(), b = a.unitOrthogonal();
+      const auto path = [&](double s) {
+        const auto angle = static_cast<float>(6.2831853 * s);
+        const auto query = assume<Direction>(a * std::cos(angle) + b * std::sin(angle));
+        std::vector<float> penalties;
+        for (const auto& d : rig) penalties.push_back(anglePenalty(d, query));
+        return penalties;
+      };
+      EXPECT_LE(largestJump(path, 2 * kSteps, 4), 0.55 * largestJump(path, kSteps, 4)) << lights << " lights";
+    }
+}
+
+TEST(Ulr, ACameraThatFadesOutLeavesWithoutAJump) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<float> uniform(0.02f, 0.6f);
+  for (const size_t cameras : {1u, 2u, 4u, 5u, 12u})
+    for (int trial = 0; trial < 10; ++trial) {
+      std::vector<float> rest;
+      for (size_t i = 0; i < cameras; ++i) rest.push_back(uniform(random));
+      const auto path = [&](double s) { // every camera fades, one after the other, but the last
+        std::vector<float> penalties = rest;
+        for (size_t i = 0; i + 1 < cameras; ++i) {
+          const double x =
+              std::clamp(1 - (s * static_cast<double>(cameras) - static_cast<double>(i)), 0.0, 1.0);
+          penalties[i] /= static_cast<float>(x * x * (3 - 2 * x));
+        }
+        return penalties;
+      };
+      EXPECT_LE(largestJump(path, 2 * kSteps, 4), 0.55 * largestJump(path, kSteps, 4) + 1e-5)
+          << cameras << " cameras";
+    }
+}
+
+TEST(Ulr, ConfidenceFallsWithThePenaltyAndIsNeverNothing) {
+  EXPECT_EQ(confidenceOf(0), 1);
+  EXPECT_EQ(confidenceOf(1), 1 / 16.f);
+  float before = 1;
+  for (float penalty = 0.01f; penalty < 30; penalty *= 1.3f) {
+    EXPECT_LT(confidenceOf(penalty), before);
+    before = confidenceOf(penalty);
+  }
+  EXPECT_GT(confidenceOf(std::numeric_limits<float>::infinity()), 1e-6f);
+}
+
+} // namespace
+} // namespace surflect

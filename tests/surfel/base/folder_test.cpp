@@ -1,0 +1,40 @@
+#include "surfel/base/folder.h"
+
+#include "tests/srf/image/files.h"
+
+namespace surflect {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Folder, IsThereWithThoseItLiesInUntilItIsRemoved) {
+  const TemporaryFolder folder;
+  createFolder(folder / "a/b/c");
+  EXPECT_TRUE(fs::is_directory(folder / "a/b/c"));
+  createFolder(folder / "a/b");
+  writeBytes(folder / "a/b/file", "x");
+  removeFolder(folder / "a");
+  EXPECT_FALSE(fs::exists(folder / "a"));
+  removeFolder(folder / "a");
+}
+
+TEST(Folder, OneThatCannotBeIsNamed) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "file", "x");
+  const std::string line = errorOf([&] { createFolder(folder / "file/b"); });
+  EXPECT_TRUE(line.starts_with((folder / "file/b").string() + ": cannot be created (")) << line;
+}
+
+TEST(Folder, ThatOneCannotBeIsKnownWithoutMakingIt) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "file", "x");
+  EXPECT_EQ(errorOf([&] { requireCreatable(folder / "file/b/c"); }),
+            (folder / "file/b/c").string() + ": cannot be created (" + (folder / "file").string() +
+                " is not a folder)");
+  requireCreatable(folder / "a/b");
+  requireCreatable(folder.path());
+  EXPECT_FALSE(fs::exists(folder / "a"));
+}
+
+} // namespace
+} // namespace surflect

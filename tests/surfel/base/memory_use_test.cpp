@@ -1,0 +1,41 @@
+#include "surfel/base/memory_use.h"
+
+#include <cstring>
+#include <sys/mman.h>
+
+namespace surflect {
+namespace {
+
+constexpr size_t kBytes = size_t{64} << 20;
+
+// Pages that nobody keeps when they are no longer used.
+class Pages {
+public:
+  Pages() : begin_(::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)) {
+    EXPECT_NE(begin_, MAP_FAILED);
+    std::memset(begin_, 1, kBytes);
+  }
+  ~Pages() { ::munmap(begin_, kBytes); }
+
+private:
+  void* begin_;
+};
+
+TEST(MemoryUse, CountsWhatIsWritten) {
+  const MemoryUse before = memoryUse();
+  const Pages pages;
+  const MemoryUse during = memoryUse();
+  EXPECT_GE(during.anonymousBytes, before.anonymousBytes + 0.9 * kBytes);
+  EXPECT_GE(during.peakBytes, during.anonymousBytes);
+}
+
+TEST(MemoryUse, PeakStaysUntilItIsForgotten) {
+  { const Pages pages; }
+  const double peak = memoryUse().peakBytes;
+  EXPECT_GE(peak, memoryUse().anonymousBytes + 0.9 * kBytes);
+  forgetPeakMemory();
+  EXPECT_LT(memoryUse().peakBytes, peak - 0.9 * kBytes);
+}
+
+} // namespace
+} // namespace surflect

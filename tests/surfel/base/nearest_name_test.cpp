@@ -1,0 +1,42 @@
+#include "surfel/base/nearest_name.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <random>
+#include <string>
+
+namespace surflect {
+namespace {
+
+std::string randomWord(std::mt19937_64& random) {
+  std::string word(random() % 8, ' ');
+  for (char& c : word) c = static_cast<char>('a' + random() % 3);
+  return word;
+}
+
+TEST(EditDistance, IsAMetric) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 2000; ++i) {
+    const auto a = randomWord(random), b = randomWord(random), c = randomWord(random);
+    EXPECT_EQ(editDistance(a, a), 0u);
+    EXPECT_EQ(editDistance(a, b), editDistance(b, a));
+    EXPECT_EQ(editDistance(a, b) == 0, a == b);
+    EXPECT_LE(editDistance(a, c), editDistance(a, b) + editDistance(b, c));
+  }
+}
+
+TEST(EditDistance, CountsInsertionsDeletionsAndReplacements) {
+  EXPECT_EQ(editDistance("", "warp"), 4u);
+  EXPECT_EQ(editDistance("angel_deg", "angle_deg"), 2u);
+  EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
+}
+
+TEST(NearestName, FindsTheOneThatWasMeant) {
+  constexpr std::array<std::string_view, 3> known = {"position", "intensity", "color"};
+  EXPECT_EQ(nearestName("colour", known), "color");
+  EXPECT_EQ(nearestName("postion", known), "position");
+}
+
+} // namespace
+} // namespace surflect
