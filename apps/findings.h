@@ -2,7 +2,7 @@
 #pragma once
 
 #include "apps/command.h"
-#include "srf/validation/checks.h"
+#include "srf/validation/validation.h"
 
 #include <span>
 

@@ -43,7 +43,7 @@ void announceFits(std::vector<Impostor::Fit> fits) {
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }
 
-Json jsonOfChoice(const LightChoice& choice) {
+Json jsonOfChoice(const LightBlendSelection& choice) {
   Json json = {{"lights", choice.blend.lights},
                {"fit", nameOf(choice.blend.fit)},
                {"foreshortened", choice.blend.foreshortened}};

@@ -2,7 +2,7 @@
 #include "apps/model_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
-#include "render/evaluation/misfit.h"
+#include "render/evaluation/diagnostics.h"
 #include "render/film/film_writer.h"
 #include "render/film/shot_renderer.h"
 #include "srf/image/exr.h"
@@ -221,7 +221,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   for (const auto& folder : folders) createFolder(folder);
   removeLitter(script, arguments);
 
-  if (const auto misfit = unreached(script, shotTime(script, range.first), model.cloud)) say(*misfit);
+  if (const auto misfit = beyondRestMesh(script, shotTime(script, range.first), model.cloud)) say(*misfit);
 
   const std::string identity = filmIdentity(script, model, shot, arguments);
   Json report = {{"model", model.folder.string()},
@@ -254,8 +254,8 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
       const Stopwatch watch;
       FrameStats stats;
       shot.reuse(writer.spare());
-      Film picture = shot.render(frame, arguments.scale, stats);
-      if (const auto misfit = emptied(stats, model.cloud.size()); misfit && !saidEmpty) {
+      FrameLayers picture = shot.render(frame, arguments.scale, stats);
+      if (const auto misfit = emptyFrame(stats, model.cloud.size()); misfit && !saidEmpty) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *misfit));
         saidEmpty = true;
       }

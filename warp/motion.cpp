@@ -108,7 +108,7 @@ uint64_t filesHash(const WarpMotion& motion) {
   return std::visit([](const auto& m) { return hashOf(m); }, motion);
 }
 
-WarpPointer freeze(const WarpMotion& motion, const ShotTime& time) {
+WarpPointer evaluateAt(const WarpMotion& motion, const ShotTime& time) {
   return std::visit([&](const auto& m) { return frozen(m, time); }, motion);
 }
 

@@ -85,7 +85,7 @@ using WarpMotion = std::variant<RigidMotion, ScaleMotion, TwistMotion, BendMotio
 
 // The warp at one time. Throws Error, at the parameter's name in the script, where a parameter is not finite
 // or makes no warp (an axis or length of 0), and with the file that does not fit.
-WarpPointer freeze(const WarpMotion& motion, const ShotTime& time);
+WarpPointer evaluateAt(const WarpMotion& motion, const ShotTime& time);
 
 // A hash of the contents of all files that the motion reads; 0 when there are none.
 uint64_t filesHash(const WarpMotion& motion);

@@ -11,7 +11,7 @@
 
 #include "bench/ablation/sweep.h"
 #include "bench/ablation/variants.h"
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/over_black.h"
 #include "surfel/base/error.h"

@@ -1,6 +1,6 @@
 #include "bench/ablation/ray_cast.h"
 
-#include "srf/ulr/view_fade.h"
+#include "srf/ulr/visibility_weights.h"
 #include "surfel/geometry/smooth_normals.h"
 
 #include <tbb/parallel_for.h>
@@ -23,14 +23,14 @@ struct RayCastSurface::Scene {
   const Warp& warp;
   RayCaster<ObjectSpace> deformed;
   std::vector<Camera<AcquisitionSpace>> cameras;
-  Openness openness;
+  SmoothedVisibility visibility;
   SmoothNormals normals;
 
   Scene(const Model& from, const TriangleMesh& rest, const Warp& bent, const Progress& progress)
       : model(from), mesh(rest), warp(bent), deformed(deform(rest, bent), progress), cameras(camerasOf(from)),
-        openness(from.cloud, cameras,
+        visibility(from.cloud, cameras,
                  lineOfSight(from.cloud, cameras, RayCaster<AcquisitionSpace>(rest, progress), progress),
-                 opennessRadius(from.cloud), progress),
+                 visibilityRadius(from.cloud), progress),
         normals(rest, progress) {}
 
   // Where on the mesh at rest a ray meets the deformed one.
@@ -44,16 +44,16 @@ struct RayCastSurface::Scene {
     cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(normal)));
   }
 
-  ViewFades fadesAt(const SurfelCloud& cloud) const {
-    ViewFades fades{cameras.size(), std::vector<uint8_t>(cloud.size() * cameras.size())};
+  VisibilityWeights fadesAt(const SurfelCloud& cloud) const {
+    VisibilityWeights fades{cameras.size(), std::vector<uint8_t>(cloud.size() * cameras.size())};
     const std::vector<Viewpoint<AcquisitionSpace>> viewpoints(cameras.begin(), cameras.end());
     tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
       std::vector<float> open(cameras.size());
       const auto n = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2));
-      openness.at(cloud.p0[i], n, open);
+      visibility.at(cloud.p0[i], n, open);
       for (size_t view = 0; view < cameras.size(); ++view)
-        fades.values[i * cameras.size() + view] = ViewFades::encode(
-            viewFade(cameras[view], viewpoints[view], cloud.p0[i], n, static_cast<double>(open[view])));
+        fades.values[i * cameras.size() + view] = VisibilityWeights::encode(
+            visibilityWeight(cameras[view], viewpoints[view], cloud.p0[i], n, static_cast<double>(open[view])));
     });
     return fades;
   }

@@ -14,7 +14,7 @@ using Turned = std::function<void(const DeformedCloud& deformed, QueryBatch& bat
 // deform -> look once; then, by frame, queriesAt -> adjust -> shade -> develop.
 Renderer adjusted(const SplatView& view, const Turned& adjust, const Queries& shaded) {
   const auto deformed = std::make_shared<const DeformedCloud>(deform(view.model.cloud, view.warp));
-  const auto coverage = std::make_shared<const Coverage>(
+  const auto coverage = std::make_shared<const SplatRaster>(
       look(view.camera, view.model.cloud, *deformed, view.options.splats, view.progress));
   return [=](std::span<const ShotLight> lights) {
     QueryBatch batch =

@@ -107,7 +107,7 @@ Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const {
   const auto camera = cameraAbove<ObjectSpace>(Angle(), kPixels, kWindow);
   const SurfelCloud& rest = model_.cloud;
   const DeformedCloud bent = deform(rest, *shearWarp(shear));
-  const Coverage coverage = look(camera, rest, bent);
+  const SplatRaster coverage = look(camera, rest, bent);
   QueryBatch batch;
   batch.lights = 1;
   batch.surfels = coverage.visible;

@@ -46,7 +46,7 @@ double measuredParallax(double height, Angle theta, const Vec3<double>& factors,
   const auto viewer = cameraAbove<ObjectSpace>(theta, 160, 1.6);
   BlockCache cache(model.files, size_t{1} << 26);
   FrameStats stats;
-  const Film film = renderFrame(model, *scaleWarp(factors, {0, 0, 0}), viewer, {}, {}, cache, stats);
+  const FrameLayers film = renderFrame(model, *scaleWarp(factors, {0, 0, 0}), viewer, {}, {}, cache, stats);
 
   // Centre of what is brighter than the background, within six sigmas of where the spot should be. A camera
   // that looks along the plate's own parallels keeps x on the plate and x on the picture in proportion.

@@ -29,7 +29,7 @@ BoundedFrames boundedFrames(const Model& model, const Shot& shot, size_t cacheBy
     };
     result.coldSeconds = lapOf(render).seconds;
     result.warmSeconds = lapOf(render).seconds;
-    result.filmBytes =
+    result.frameBytes =
         static_cast<double>(memory.film.color.values.size() * sizeof memory.film.color.values[0]);
     result.anonymousBytes = memoryUse().anonymousBytes;
   }

@@ -7,14 +7,14 @@ namespace surflect {
 
 struct BoundedFrames {
   size_t cacheBytes = 0;
-  double surfelBytes = 0, filmBytes = 0; // of the cloud with its fades; of the picture
+  double surfelBytes = 0, frameBytes = 0; // of the cloud with its fades; of the picture
   double peakBytes = 0;                  // resident while the frames were rendered
   double anonymousBytes = 0;             // resident afterwards
   double coldSeconds = 0, warmSeconds = 0;
 
   // What may be resident: this much beside surfels, film and cache.
   static constexpr double kBeside = 256 * 1024 * 1024;
-  double allowedBytes() const { return surfelBytes + filmBytes + static_cast<double>(cacheBytes) + kBeside; }
+  double allowedBytes() const { return surfelBytes + frameBytes + static_cast<double>(cacheBytes) + kBeside; }
 };
 
 // A frame from the disk and one more, whose blocks the system has in memory. The peak is that of the process:

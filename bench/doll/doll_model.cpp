@@ -139,7 +139,7 @@ DollSurface dollSurface(size_t surfels, uint64_t seed, std::span<const Camera<Ac
                         const Progress& progress) {
   const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
   DollSurface surface{sampleSurfels(mesh, spacingFor(mesh, surfels), seed, progress), {}};
-  surface.fades = surfelFades(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
+  surface.fades = visibilityWeights(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
   return surface;
 }
 

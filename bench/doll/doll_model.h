@@ -5,7 +5,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "srf/ulr/view_fade.h"
+#include "srf/ulr/visibility_weights.h"
 #include "surfel/base/progress.h"
 #include "surfel/cloud.h"
 
@@ -38,7 +38,7 @@ std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size);
 // The doll's surface, and how well each camera sees it.
 struct DollSurface {
   SurfelCloud cloud;
-  ViewFades fades;
+  VisibilityWeights fades;
 };
 // Of about so many surfels. Memory: three bytes for each surfel and camera. Throws Cancelled.
 DollSurface dollSurface(size_t surfels, uint64_t seed, std::span<const Camera<AcquisitionSpace>> cameras,

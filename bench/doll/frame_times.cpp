@@ -20,7 +20,7 @@ namespace {
 // Pairs of pixel and surfel: the splatter does not store them, the plain one does.
 size_t contributionsOf(const Shot& shot, const Splats& splats) {
   size_t count = 0;
-  for (const auto& tile : slow::cover(shot.camera, splats, shot.options.splats).tiles) count += tile.size();
+  for (const auto& tile : slow::rasterize(shot.camera, splats, shot.options.splats).tiles) count += tile.size();
   return count;
 }
 
@@ -120,7 +120,7 @@ FrameTimer::FrameTimer(const Model& model, const Shot& shot, BlockCache& cache, 
   counts_.blockBytes = stats.shading.bytesRead;
   counts_.rank = static_cast<double>(stats.shading.taskRanks) / static_cast<double>(stats.shading.tasks);
   const DeformedCloud deformed = deform(model.cloud, *shot_.warp);
-  const Coverage coverage = look(shot_.camera, model.cloud, deformed, shot_.options.splats);
+  const SplatRaster coverage = look(shot_.camera, model.cloud, deformed, shot_.options.splats);
   counts_.contributions = contributionsOf(shot_, splatsOf(model.cloud, deformed));
   const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, shot_.camera, shot_.lights);
   ofViews_ = viewShare(model, batch, shot_.options.shade, runs);

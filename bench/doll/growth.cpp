@@ -33,19 +33,19 @@ public:
   // Adds a row for each to `rows`; the number of the first of them.
   size_t time(int frames, const Progress& progress, std::vector<GrowthRow>& rows) {
     for (int i = 0; i < frames; ++i)
-      for (Turn& turn : turns_) {
+      for (Rotation& turn : turns_) {
         progress.checkpoint();
         turn.timer.lap();
       }
     const size_t first = rows.size();
-    for (const Turn& turn : turns_) rows.push_back({turn.name, turn.timer.times()});
+    for (const Rotation& turn : turns_) rows.push_back({turn.name, turn.timer.times()});
     return first;
   }
   const FrameTimer& operator[](size_t i) const { return turns_[i].timer; }
 
 private:
-  struct Turn {
-    Turn(std::string name_, const Model& model, Shot shot_, int frames)
+  struct Rotation {
+    Rotation(std::string name_, const Model& model, Shot shot_, int frames)
         : name(std::move(name_)), shot(std::move(shot_)), cache(model.files, kCacheBytes),
           timer(model, shot, cache, frames) {}
     std::string name;
@@ -53,7 +53,7 @@ private:
     BlockCache cache;
     FrameTimer timer;
   };
-  std::deque<Turn> turns_; // which stay where they are
+  std::deque<Rotation> turns_; // which stay where they are
 };
 
 // A sweep over rows of which `turns` are those from `base` on; steps that are none are left out.
@@ -81,10 +81,10 @@ void measureShots(const Model& model, const Model& half, const Model& quarter, i
   Shot inStudio = shot(model, 1, 1);
   const ShadeOptions& options = inStudio.options.shade;
   const PreparedEnvironment studio =
-      prepareEnvironment(studioLight(), 0.01, Uncovered::fade, model, options, progress);
+      prepareEnvironment(studioLight(), 0.01, LightExtrapolation::fade, model, options, progress);
   const Mat3<double> upright = // y of the studio to z
       Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
-  inStudio.lights = {ShotEnvironment{&studio, Turn<ObjectSpace, EnvironmentSpace>(upright)}};
+  inStudio.lights = {ShotEnvironment{&studio, Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
 
   Turns turns;
   enum : size_t { kQuarter, kHalf, kAll, kLarge, kOneLight, kManyLights, kStudio };

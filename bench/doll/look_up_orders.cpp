@@ -87,7 +87,7 @@ void executeFrom(std::span<const ShadingOp> ops, const LightRows& rows, uint32_t
 
 std::vector<OrderCost> costOfOrders(const Model& model, const Shot& shot, std::span<const size_t> images) {
   const DeformedCloud deformed = deform(model.cloud, *shot.warp);
-  const Coverage coverage = look(shot.camera, model.cloud, deformed, shot.options.splats);
+  const SplatRaster coverage = look(shot.camera, model.cloud, deformed, shot.options.splats);
   const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, shot.camera, shot.lights);
   const ShadingPlan plan = planShading(model, batch, shot.options.shade);
   const auto targets = static_cast<uint32_t>(batch.size());

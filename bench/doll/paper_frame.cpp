@@ -1,6 +1,6 @@
 #include "bench/doll/paper_frame.h"
 
-#include "srf/ulr/stand_in.h"
+#include "srf/ulr/fallback_view.h"
 #include "srf/ulr/ulr.h"
 #include "surfel/base/error.h"
 #include "surfel/math/bounds.h"
@@ -117,10 +117,10 @@ private:
       penalties_[view] = kInfinity;
       if (fades[view] == 0) continue;
       const float angle = anglePenalty(viewpoints_[view].towards(p0).template cast<float>(), towardsView);
-      penalties_[view] = angle / ViewFades::decode(fades[view]);
+      penalties_[view] = angle / VisibilityWeights::decode(fades[view]);
       best = std::min(best, penalties_[view]);
     }
-    if (!(best <= kStandInFrom)) addStandIns(surfel, p0, towardsView);
+    if (!(best <= kFallbackFrom)) addStandIns(surfel, p0, towardsView);
     NearestCandidates nearest(options_.cameras);
     for (uint32_t view = 0; view < penalties_.size(); ++view) nearest.offer({view, penalties_[view]});
     return ulrWeights(nearest);
@@ -134,10 +134,10 @@ private:
       const auto pixel = camera.project(p0);
       if (!pixel || !contains(camera.lens, *pixel)) continue;
       const auto towards = viewpoints_[view].towards(p0);
-      const float scale = standInScale(normal.dot(towards.raw()), borderFade(camera.lens, *pixel),
-                                       ViewFades::decode(model_.fades.of(surfel)[view]));
+      const float scale = fallbackScale(normal.dot(towards.raw()), borderFade(camera.lens, *pixel),
+                                       VisibilityWeights::decode(model_.fades.of(surfel)[view]));
       const float angle = anglePenalty(towards.template cast<float>(), towardsView);
-      penalties_[view] = std::min(penalties_[view], standInPenalty(angle, scale));
+      penalties_[view] = std::min(penalties_[view], fallbackPenalty(angle, scale));
     }
   }
 
@@ -157,7 +157,7 @@ private:
       const size_t entry = query * batch_.lights + l;
       const Rgb now = batch_.irradiance[entry];
       for (const auto& [light, weight] :
-           blendOfLights(towards, batch_.towardsLight[entry], blend_, coverage_, batch_.uncovered[l])) {
+           blendOfLights(towards, batch_.towardsLight[entry], blend_, coverage_, batch_.extrapolation[l])) {
         answers.push_back({light, weight * irradianceRatio(now, irradianceAt(model_.rig.lights[light], p0))});
       }
     }
@@ -239,7 +239,7 @@ PaperFrame paperFrame(const Model& model, const Warp& warp, const Camera<ObjectS
   tbb::task_arena(1).execute([&] {
     const DeformedCloud cloud = deformed(model.cloud, warp);
     clock.finish("warp");
-    const Coverage coverage = look(camera, model.cloud, cloud, options.splats);
+    const SplatRaster coverage = look(camera, model.cloud, cloud, options.splats);
     frame.visible = coverage.visible.size();
     clock.finish("splat");
     const QueryBatch batch = queriesAt(model.cloud, cloud, coverage.visible, camera, lights);

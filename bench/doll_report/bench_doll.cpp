@@ -6,7 +6,7 @@
 #include "bench/doll_report/doll_report.h"
 #include "bench/quality/traced_blocks.h"
 #include "render/evaluation/measure.h"
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "surfel/base/error.h"
 
 #include <CLI/CLI.hpp>

@@ -55,7 +55,7 @@ Json jsonOf(const OrderCost& cost) {
 Json jsonOf(const BoundedFrames& bounded) {
   return {{"cache_bytes", bounded.cacheBytes},
           {"surfel_bytes", bounded.surfelBytes},
-          {"film_bytes", bounded.filmBytes},
+          {"film_bytes", bounded.frameBytes},
           {"allowed_bytes", bounded.allowedBytes()},
           {"peak_bytes", bounded.peakBytes},
           {"anonymous_bytes", bounded.anonymousBytes},

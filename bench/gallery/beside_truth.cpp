@@ -1,6 +1,6 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/exr.h"
@@ -35,8 +35,8 @@ void writeTruthAndDifference(const std::filesystem::path& captureFolder, const s
   for (size_t i = 0; i < truth.values.size(); ++i)
     difference.values[i] = i % 4 == 3 ? std::max(truth.values[i], rendered.values[i])
                                       : std::abs(truth.values[i] - rendered.values[i]);
-  writeFilm(folder / "truth.exr", {truth, {}}, {});
-  writeFilm(folder / "difference.exr", {difference, {}}, {});
+  writeFrame(folder / "truth.exr", {truth, {}}, {});
+  writeFrame(folder / "difference.exr", {difference, {}}, {});
 }
 
 } // namespace surflect

@@ -1,7 +1,7 @@
 #include "bench/gallery/figures.h"
 
 #include "render/evaluation/label.h"
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"

@@ -1,6 +1,6 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
@@ -110,14 +110,14 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   std::vector<size_t> heaviest = frames;
   std::ranges::stable_sort(heaviest, std::greater(), [&](size_t f) { return light[f]; });
   for (size_t k = 0; k < std::min<size_t>(5, heaviest.size()); ++k) {
-    writeFilm(folder / fmt::format("captured-{}.exr", k), {filmOf(photographs[heaviest[k]]), {}}, {});
-    writeFilm(folder / fmt::format("weighted-{}.exr", k), {films[heaviest[k]], {}}, {});
+    writeFrame(folder / fmt::format("captured-{}.exr", k), {filmOf(photographs[heaviest[k]]), {}}, {});
+    writeFrame(folder / fmt::format("weighted-{}.exr", k), {films[heaviest[k]], {}}, {});
   }
   Image sum = films[0];
   for (size_t f = 1; f < films.size(); ++f)
     for (size_t i = 0; i < sum.values.size(); i += 4)
       for (size_t c = 0; c < 3; ++c) sum.values[i + c] += films[f].values[i + c];
-  writeFilm(folder / "sum.exr", {sum, {}}, {});
+  writeFrame(folder / "sum.exr", {sum, {}}, {});
 }
 
 } // namespace surflect

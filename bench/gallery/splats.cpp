@@ -1,6 +1,6 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "warp/deform.h"
 
 namespace surflect {
@@ -65,10 +65,10 @@ void drawSplats(const std::filesystem::path& folder) {
   camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -10)};
 
   const auto draw = [&](const char* name, const SurfelCloud& cloud, const DeformedCloud& deformed) {
-    const Coverage coverage = look(camera, cloud, deformed);
+    const SplatRaster coverage = look(camera, cloud, deformed);
     Shaded shaded;
     for (const uint32_t surfel : coverage.visible) shaded.radiance.push_back(colorAt(cloud.p0[surfel]));
-    writeFilm(folder / name, {developRadiance(coverage, shaded), {}}, {});
+    writeFrame(folder / name, {developRadiance(coverage, shaded), {}}, {});
   };
   const DeformedCloud circles = circular(ellipses);
   draw("circular-reduced.exr", alone(rest, 0.3f, 2), circles);

@@ -122,7 +122,7 @@ ResolvedPixel resolvePixel(std::span<Fragment> fragments, std::vector<Contributi
 
 // Draws a box of one tile. Boxes with too many fragments are halved first; pixels do not notice.
 void coverBox(const Lens& lens, std::span<const Footprint> footprints, std::span<const uint32_t> splats,
-              const PixelBox& box, Scratch& scratch, Coverage& coverage) {
+              const PixelBox& box, Scratch& scratch, SplatRaster& coverage) {
   size_t fragmentBound = 0;
   for (const uint32_t splat : splats) fragmentBound += area(intersection(footprints[splat].box, box));
   if (fragmentBound > kMaxFragments && area(box) > 1) {
@@ -210,9 +210,9 @@ struct TileBins {
   std::vector<uint32_t> splats;
 };
 
-TileBins binned(std::span<const Footprint> footprints, const Coverage& coverage) {
+TileBins binned(std::span<const Footprint> footprints, const SplatRaster& coverage) {
   const auto forTiles = [&](size_t splat, auto visit) {
-    constexpr int size = Coverage::tileSize;
+    constexpr int size = SplatRaster::tileSize;
     const PixelBox& box = footprints[splat].box;
     if (box.empty()) return;
     for (int y = box.y0 / size; y <= (box.y1 - 1) / size; ++y)
@@ -231,16 +231,16 @@ TileBins binned(std::span<const Footprint> footprints, const Coverage& coverage)
 
 } // namespace
 
-Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
                const Progress& progress) {
   const int width = camera.lens.width, height = camera.lens.height;
   assert(width > 0 && height > 0);
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
-  constexpr int size = Coverage::tileSize;
+  constexpr int size = SplatRaster::tileSize;
   const int tilesX = (width + size - 1) / size, tilesY = (height + size - 1) / size;
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
 
-  Coverage coverage;
+  SplatRaster coverage;
   coverage.width = width;
   coverage.height = height;
   coverage.splatCount = splats.size();
@@ -267,7 +267,7 @@ Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   return coverage;
 }
 
-std::vector<uint32_t> visibleSplats(const Coverage& coverage) {
+std::vector<uint32_t> visibleSplats(const SplatRaster& coverage) {
   std::vector<uint8_t> seen(coverage.splatCount, 0);
   for (const auto& tile : coverage.tiles)
     for (const Contribution& c : tile) seen[c.splat] = 1;
@@ -277,7 +277,7 @@ std::vector<uint32_t> visibleSplats(const Coverage& coverage) {
   return visible;
 }
 
-Image blend(const Coverage& coverage, std::span<const float> attributes, int channels,
+Image blend(const SplatRaster& coverage, std::span<const float> attributes, int channels,
             std::span<const float> confidence) {
   assert(channels > 0 && attributes.size() == coverage.splatCount * static_cast<size_t>(channels));
   Image image(coverage.width, coverage.height, channels);

@@ -1,8 +1,8 @@
-// The splatter of render/splat/coverage.h written plainly: footprints in double precision, fragments of a
+// The splatter of render/splat/splat_raster.h written plainly: footprints in double precision, fragments of a
 // pixel gathered and sorted, the matrix stored. What the fast one is held to, and timed beside.
 #pragma once
 
-#include "render/splat/coverage.h"
+#include "render/splat/splat_raster.h"
 
 namespace surflect::slow {
 
@@ -12,7 +12,7 @@ struct Contribution {
   bool endsLayer; // it is the last of its layer
 };
 
-struct Coverage {
+struct SplatRaster {
   static constexpr int tileSize = 32;
 
   struct Range {
@@ -43,15 +43,15 @@ struct Coverage {
   }
 };
 
-Coverage cover(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
+SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
                const Progress& progress = {});
 
-std::vector<uint32_t> visibleSplats(const Coverage& coverage);
+std::vector<uint32_t> visibleSplats(const SplatRaster& coverage);
 
 // attributes: splats x channels, those of one splat together; only those of visible splats are read.
 // Returns the sums weighted by coverage, hence premultiplied by alpha. confidence: per splat, see
-// render/splat/coverage.h.
-Image blend(const Coverage& coverage, std::span<const float> attributes, int channels,
+// render/splat/splat_raster.h.
+Image blend(const SplatRaster& coverage, std::span<const float> attributes, int channels,
             std::span<const float> confidence = {});
 
 } // namespace surflect::slow

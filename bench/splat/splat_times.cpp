@@ -23,7 +23,7 @@ constexpr double kLeastDb = 115, kMostFlipped = 2e-5;
 constexpr float kFlipped = 1e-3f;
 constexpr int kRoundsToOnePlain = 3;
 
-std::vector<float> ofVisible(const Coverage& coverage, const std::vector<float>& colors) {
+std::vector<float> ofVisible(const SplatRaster& coverage, const std::vector<float>& colors) {
   std::vector<float> values;
   values.reserve(3 * coverage.visible.size());
   for (const uint32_t i : coverage.visible)
@@ -66,13 +66,13 @@ struct Way {
 Way fastWay(Simd simd, const Camera<ObjectSpace>& camera, const Splats& splats, std::span<const float> colors,
             const Image& plain) {
   struct Kept {
-    Coverage coverage;
+    SplatRaster coverage;
     std::vector<float> values;
     Image image;
   };
   const auto kept = std::make_shared<Kept>();
   const auto covers = [=, &camera, &splats] {
-    kept->coverage = cover(camera, splats, {.simd = simd}, {}, std::move(kept->coverage));
+    kept->coverage = rasterize(camera, splats, {.simd = simd}, {}, std::move(kept->coverage));
   };
   const auto blends = [=] {
     kept->image = blend(kept->coverage, kept->values, 3, {}, std::move(kept->image));
@@ -121,13 +121,13 @@ std::vector<SplatTimes> timeSplats(int rounds) {
   for (const auto order : {SurfelOrder::coherent, SurfelOrder::shuffled}) {
     const DollCloud doll = dollCloud(kDollSurfels, order);
     const Splats splats = splatsOf(doll.rest, doll.deformed);
-    slow::Coverage plain = slow::cover(camera, splats);
+    slow::SplatRaster plain = slow::rasterize(camera, splats);
     const Image image = slow::blend(plain, doll.colors, 3);
     std::vector<Way> ways;
     for (const Simd simd : supportedSimd()) ways.push_back(fastWay(simd, camera, splats, doll.colors, image));
-    ways.push_back({"plain", 999, 0, [&] { plain = slow::cover(camera, splats); },
+    ways.push_back({"plain", 999, 0, [&] { plain = slow::rasterize(camera, splats); },
                     [&] { slow::blend(plain, doll.colors, 3); }, true});
-    const size_t visible = cover(camera, splats).visible.size();
+    const size_t visible = rasterize(camera, splats).visible.size();
     for (const int threads : {1, 2}) {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                       static_cast<size_t>(threads));

@@ -140,7 +140,7 @@ Evaluation evaluate(const Model& model, const Capture& asRead, const Warp& warp,
     progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto truth = truths.read(frames[view], progress);
     const auto camera = inObjectSpace(capture.views[view].camera);
-    const Coverage coverage = look(camera, model.cloud, deformed, options.frame.splats, progress);
+    const SplatRaster coverage = look(camera, model.cloud, deformed, options.frame.splats, progress);
     std::vector<Renderer> others;
     for (const auto& renderer : options.others) others.push_back(renderer(camera));
     std::optional<LambertView> lambert;

@@ -14,7 +14,7 @@ FilmWriter::FilmWriter(Thread thread, Progress progress) : progress_(std::move(p
 
 FilmWriter::~FilmWriter() { close(); }
 
-void FilmWriter::write(FrameFiles files, Film film) {
+void FilmWriter::write(FrameFiles files, FrameLayers film) {
   std::unique_lock lock(mutex_);
   callerWaits_ = true;
   changed_.wait(lock, [&] { return !frame_ || problem_; });
@@ -37,7 +37,7 @@ std::vector<double> FilmWriter::finish() {
   return seconds_;
 }
 
-Film FilmWriter::spare() {
+FrameLayers FilmWriter::spare() {
   const std::lock_guard lock(mutex_);
   return std::exchange(spare_, {});
 }
@@ -57,7 +57,7 @@ void FilmWriter::encode(const Frame& frame) {
   // Another script may have left one, which a resumed film would keep beside the new picture.
   if (previewPath) std::filesystem::remove(*previewPath);
   std::string picture, preview;
-  tbb::parallel_invoke([&] { picture = filmBytes(frame.film, attributes, progress_); },
+  tbb::parallel_invoke([&] { picture = frameBytes(frame.film, attributes, progress_); },
                        [&] {
                          if (previewPath) preview = previewBytes(frame.film.color, exposure);
                        });

@@ -1,7 +1,7 @@
 // A film's files, written while its next frames are rendered.
 #pragma once
 
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "surfel/base/file.h"
 
 #include <condition_variable>
@@ -38,18 +38,18 @@ public:
 
   // Takes a frame; waits until the one before is encoded, so that one film is held at most. Throws what
   // befell an earlier frame, Error or Cancelled; nothing is written after that.
-  void write(FrameFiles files, Film film);
+  void write(FrameFiles files, FrameLayers film);
 
   // Waits until all is on disk. Returns the seconds that writing took, of each frame. Throws as write() does.
   std::vector<double> finish();
 
   // A film that is no longer needed, for its memory.
-  Film spare();
+  FrameLayers spare();
 
 private:
   struct Frame {
     FrameFiles files;
-    Film film;
+    FrameLayers film;
   };
 
   void encode(const Frame& frame);
@@ -66,7 +66,7 @@ private:
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Frame> frame_; // to be encoded; the writing thread's until it is emptied
-  Film spare_;
+  FrameLayers spare_;
   bool callerWaits_ = false, isClosed_ = false;
   std::exception_ptr problem_;
   std::thread thread_; // last: it uses the others

@@ -1,6 +1,6 @@
 #include "render/film/shot_renderer.h"
 
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
@@ -54,11 +54,11 @@ Camera<ObjectSpace> ShotRenderer::camera(int frame, double scale) const {
   return camera;
 }
 
-Film ShotRenderer::render(int frame, double scale, FrameStats& stats) {
+FrameLayers ShotRenderer::render(int frame, double scale, FrameStats& stats) {
   return render(frame, scale, script_.output->aov, stats);
 }
 
-Film ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs, FrameStats& stats) {
+FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs, FrameStats& stats) {
   const ShotTime time = shotTime(script_, frame);
   FrameOptions options = options_;
   options.aovs = aovs;

@@ -22,10 +22,10 @@ public:
   Camera<ObjectSpace> camera(int frame, double scale) const;
 
   // With the AOVs that the script asks for. Throws Error where a track has no value that serves.
-  Film render(int frame, double scale, FrameStats& stats);
+  FrameLayers render(int frame, double scale, FrameStats& stats);
 
   // A film that is no longer needed gives its memory to the next.
-  void reuse(Film film) { memory_.film = std::move(film); }
+  void reuse(FrameLayers film) { memory_.film = std::move(film); }
 
   // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
   // spread over it is white. 1 where nothing shines. Renders them at a quarter of the size on the first call.
@@ -35,7 +35,7 @@ public:
   const std::vector<PreparedEnvironment>& environments() const { return environments_; }
 
 private:
-  Film render(int frame, double scale, const std::vector<std::string>& aovs, FrameStats& stats);
+  FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs, FrameStats& stats);
 
   const Script& script_;
   const Model& model_;

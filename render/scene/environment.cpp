@@ -7,7 +7,7 @@
 
 namespace surflect {
 
-PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
+PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, LightExtrapolation extrapolation,
                                        const Model& model, const ShadeOptions& options,
                                        const Progress& progress) {
   PreparedEnvironment prepared;
@@ -16,8 +16,8 @@ PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, 
   prepared.clamped = map.clamped;
   const double spacing = std::min(1.0, lightSpacing(model));
   prepared.lights = gathered(map.texels, 0.9 * error * spacing * spacing, progress);
-  prepared.uncovered = uncovered;
-  prepared.table = lightTable(model, options, uncovered);
+  prepared.extrapolation = extrapolation;
+  prepared.table = lightTable(model, options, extrapolation);
   static_assert(sizeof(EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
   prepared.hash = contentHash(std::as_bytes(std::span(prepared.lights)));
   return prepared;
@@ -33,7 +33,7 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
     const Stopwatch watch;
     const EnvironmentMap map = readEnvironment(light->image, light->mapping, progress);
     auto& prepared = environments.emplace_back(
-        prepareEnvironment(map, light->error, light->uncovered, model, options, progress));
+        prepareEnvironment(map, light->error, light->extrapolation, model, options, progress));
     prepared.image = light->image;
     prepared.seconds = watch.seconds();
   }

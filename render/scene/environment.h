@@ -15,7 +15,7 @@ struct PreparedEnvironment {
   size_t texels = 0;                    // that shine
   size_t replaced = 0, clamped = 0;     // see EnvironmentMap
   std::vector<EnvironmentLight> lights; // they stand for the picture
-  Uncovered uncovered = Uncovered::fade;
+  LightExtrapolation extrapolation = LightExtrapolation::fade;
   std::optional<LightTable> table; // where lightTable has one
   uint64_t hash = 0;               // of the lights
   double seconds = 0;              // it took
@@ -29,7 +29,7 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
 // `error` of the whole: their spread is error s^2, s the spacing of the captured lights in radians but at
 // most 1. Measured over rigs of 28, 60 and 200 lights, a constant and a lively map and errors of 0.01 to 0.1,
 // the absolute errors of weights sum to 0.4 to 1 of `error`. kMostGathered bounds how small it can be.
-PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, Uncovered uncovered,
+PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, LightExtrapolation extrapolation,
                                        const Model& model, const ShadeOptions& options,
                                        const Progress& progress = {});
 

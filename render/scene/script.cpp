@@ -97,9 +97,9 @@ std::optional<Value> findChoice(const Section& section, std::string_view key,
   throw mismatch(*entry, "one of " + listed(names));
 }
 
-Uncovered uncoveredOr(const Section& section, Uncovered otherwise) {
-  return findChoice<Uncovered>(section, "uncovered",
-                               {{"extrapolate", Uncovered::extrapolate}, {"fade", Uncovered::fade}})
+LightExtrapolation uncoveredOr(const Section& section, LightExtrapolation otherwise) {
+  return findChoice<LightExtrapolation>(section, "uncovered",
+                               {{"extrapolate", LightExtrapolation::clamp}, {"fade", LightExtrapolation::fade}})
       .value_or(otherwise);
 }
 
@@ -117,7 +117,7 @@ LightMotion asEnvironment(const Section& section) {
     light.error = asNumber(*error);
     if (light.error < 1e-4 || light.error > 1) throw mismatch(*error, "a number in 0.0001..1");
   }
-  light.uncovered = uncoveredOr(section, Uncovered::fade);
+  light.extrapolation = uncoveredOr(section, LightExtrapolation::fade);
   return light;
 }
 
@@ -127,13 +127,13 @@ const std::vector<Kind<LightMotion>>& lightKinds() {
        {"direction", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
          return DirectionalLightMotion{asTrack3(s.require("direction")), trackOr(s, "color", white),
-                                       trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
+                                       trackOr(s, "intensity", 1), uncoveredOr(s, LightExtrapolation::clamp)};
        }},
       {"point",
        {"position", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
          return PointLightMotion{asPlace(s.require("position")), trackOr(s, "color", white),
-                                 trackOr(s, "intensity", 1), uncoveredOr(s, Uncovered::extrapolate)};
+                                 trackOr(s, "intensity", 1), uncoveredOr(s, LightExtrapolation::clamp)};
        }},
       {"environment",
        {"image", "mapping", "up", "rotate_deg", "color", "intensity", "error", "uncovered"},

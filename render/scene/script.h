@@ -5,7 +5,7 @@
 #pragma once
 
 #include "srf/ulr/environment.h"
-#include "srf/ulr/light_coverage.h"
+#include "srf/ulr/light_extrapolation.h"
 #include "warp/motion.h"
 
 #include <array>
@@ -57,14 +57,14 @@ struct DirectionalLightMotion {
   Track3 direction; // towards the light, any length
   Track3 color;
   Track intensity;
-  Uncovered uncovered = Uncovered::extrapolate;
+  LightExtrapolation extrapolation = LightExtrapolation::clamp;
 };
 // color * intensity is in W/sr.
 struct PointLightMotion {
   Track3 position;
   Track3 color;
   Track intensity;
-  Uncovered uncovered = Uncovered::extrapolate;
+  LightExtrapolation extrapolation = LightExtrapolation::clamp;
 };
 // color * intensity multiplies the picture's radiance. The picture's own up (y) is turned to `up` along the
 // shortest arc, as an orbit is, after a turn by rotate_deg about it, counter-clockwise seen from above.
@@ -76,7 +76,7 @@ struct EnvironmentLightMotion {
   Track3 color;
   Track intensity;
   double error = 0.01; // of the captured lights' weights, about; 0.0001..1
-  Uncovered uncovered = Uncovered::fade;
+  LightExtrapolation extrapolation = LightExtrapolation::fade;
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 

@@ -76,12 +76,12 @@ Rgb strengthAt(const Track3& color, const Track& intensity, const ShotTime& time
 ShotLight lit(const DirectionalLightMotion& light, const ShotTime& time) {
   return ShotDirectionalLight{
       assume<Direction3<ObjectSpace, double>>(unitAt(light.direction, time, "direction")),
-      strengthAt(light.color, light.intensity, time), light.uncovered};
+      strengthAt(light.color, light.intensity, time), light.extrapolation};
 }
 
 ShotLight lit(const PointLightMotion& light, const ShotTime& time) {
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(finiteAt(light.position, time, "position")),
-                        strengthAt(light.color, light.intensity, time), light.uncovered};
+                        strengthAt(light.color, light.intensity, time), light.extrapolation};
 }
 
 ShotLight lit(const EnvironmentLightMotion& light, const ShotTime& time,
@@ -90,7 +90,7 @@ ShotLight lit(const EnvironmentLightMotion& light, const ShotTime& time,
   const double turn = Angle::fromDegrees(finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
   const Mat3<double> objectFromEnvironment =
       (turnFromY(up) * Eigen::AngleAxisd(turn, Vec3<double>::UnitY())).toRotationMatrix();
-  return ShotEnvironment{&environment, Turn<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
+  return ShotEnvironment{&environment, Rotation<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
                          strengthAt(light.color, light.intensity, time)};
 }
 
@@ -150,7 +150,7 @@ std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time,
 
 WarpPointer warpAt(const Script& script, const ShotTime& time) {
   return chainWarp(each<WarpPointer>(script, script.warps, "warp",
-                                     [&](const WarpMotion& motion) { return freeze(motion, time); }));
+                                     [&](const WarpMotion& motion) { return evaluateAt(motion, time); }));
 }
 
 Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
@@ -160,7 +160,7 @@ Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
 ShotLight inObjectSpace(const Light& light) {
   if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
     return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
-                                directional->irradiance, Uncovered::extrapolate,
+                                directional->irradiance, LightExtrapolation::clamp,
                                 directional->irradianceGradient};
   const auto& point = std::get<PointLight>(light.kind);
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};

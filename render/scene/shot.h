@@ -26,17 +26,17 @@ Camera<ObjectSpace> cameraAt(const Script& script, const ShotTime& time);
 struct ShotDirectionalLight {
   Direction3<ObjectSpace, double> towards; // the light; unit
   Rgb irradiance;
-  Uncovered uncovered = Uncovered::extrapolate;
+  LightExtrapolation extrapolation = LightExtrapolation::clamp;
   Vec3<double> irradianceGradient = {0, 0, 0}; // as that of a captured light (rig.h); object space
 };
 struct ShotPointLight {
   Point3<ObjectSpace, double> position;
   Rgb intensity; // W/sr
-  Uncovered uncovered = Uncovered::extrapolate;
+  LightExtrapolation extrapolation = LightExtrapolation::clamp;
 };
 struct ShotEnvironment {
   const PreparedEnvironment* environment = nullptr; // never null
-  Turn<ObjectSpace, EnvironmentSpace> objectFromEnvironment;
+  Rotation<ObjectSpace, EnvironmentSpace> objectFromEnvironment;
   Rgb strength{1, 1, 1}; // radiance scale
 };
 using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight, ShotEnvironment>;

@@ -4,7 +4,7 @@
 #include "render/splat/splat.h"
 #include "render/splat/splat_kernels.h"
 #include "surfel/base/progress.h"
-#include "surfel/base/room.h"
+#include "surfel/base/scratch_buffer.h"
 
 #include <cstdint>
 #include <span>
@@ -24,9 +24,9 @@ struct TileRange {
 
 struct TileBins {
   SplatCounts counts;
-  Room<ScreenSplat> screen; // those drawn, with gaps
-  Room<TileRange> ranges;   // of each, so that filling reads no splat again
-  Room<uint32_t> entries;   // in `screen`, tile by tile, each in the order of the cloud
+  ScratchBuffer<ScreenSplat> screen; // those drawn, with gaps
+  ScratchBuffer<TileRange> ranges;   // of each, so that filling reads no splat again
+  ScratchBuffer<uint32_t> entries;   // in `screen`, tile by tile, each in the order of the cloud
   std::vector<size_t> begin;
   std::vector<uint32_t> counters; // of filling
 

@@ -1,7 +1,7 @@
 #include "render/stage/fur.h"
 
 #include "render/stage/random.h"
-#include "render/stage/sweep.h"
+#include "render/stage/tube_mesh.h"
 
 #include <algorithm>
 #include <array>

@@ -13,7 +13,7 @@
 namespace surflect {
 
 struct MaterialTables {
-  std::unique_ptr<const LossTable> mirror;
+  std::unique_ptr<const EnergyCompensation> mirror;
   std::map<double, std::unique_ptr<const DielectricLosses>> glass; // by eta
   std::map<double, std::unique_ptr<const CoatTransmission>> coat;
   std::map<std::filesystem::path, std::unique_ptr<const MerlTable>> measured;
@@ -92,7 +92,7 @@ private:
     Conductor metal{asColor(s.require("color"), 0, 1), fractionsOr(s, "grazing_tint", {1, 1, 1}),
                     asRoughness(s.require("alpha"))};
     if (!isSpecular(metal)) {
-      if (!tables_->mirror) tables_->mirror = std::make_unique<const LossTable>(mirrorLossTable());
+      if (!tables_->mirror) tables_->mirror = std::make_unique<const EnergyCompensation>(mirrorEnergyCompensation());
       metal.mirrorLoss = tables_->mirror.get();
     }
     return metal;

@@ -4,7 +4,7 @@
 #include "render/stage/shapes.h"
 #include "render/stage/stage_fields.h"
 #include "render/stage/surface_file.h"
-#include "render/stage/sweep.h"
+#include "render/stage/tube_mesh.h"
 #include "surfel/math/angle.h"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #include "render/stage/shapes.h"
 
 #include "render/stage/curve.h"
-#include "render/stage/net.h"
+#include "render/stage/grid_mesh.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
@@ -80,7 +80,7 @@ std::vector<SmoothCurve> smoothPieces(std::span<const ProfilePoint> profile) {
 
 Surface sphere(const Point3<AcquisitionSpace, double>& center, double radius, int segments) {
   Surface surface;
-  addNet(surface, segments, rowsOf(segments), [&](double s, double t) -> SurfacePoint {
+  addGridMesh(surface, segments, rowsOf(segments), [&](double s, double t) -> SurfacePoint {
     const Vector d = sphereDirection(s, t);
     return {center.raw() + radius * d, d, eastOf(aroundAxis(s)), {s, t}};
   });
@@ -90,7 +90,7 @@ Surface sphere(const Point3<AcquisitionSpace, double>& center, double radius, in
 Surface bumpySphere(const Point3<AcquisitionSpace, double>& center, double radius, double amplitude,
                     double frequency, int segments) {
   Surface surface;
-  addNet(surface, segments, rowsOf(segments), [&](double s, double t) -> SurfacePoint {
+  addGridMesh(surface, segments, rowsOf(segments), [&](double s, double t) -> SurfacePoint {
     const Vector d = sphereDirection(s, t), p = bumpyRadius(d, radius, amplitude, frequency) * d,
                  n = bumpyNormal(p, radius, amplitude, frequency), east = eastOf(aroundAxis(s));
     return {center.raw() + p, n, east - east.dot(n) * n, {s, t}};
@@ -104,7 +104,7 @@ Surface cylinder(const Point3<AcquisitionSpace, double>& center, double radius, 
   const int rings = std::max(1, segments / 8);
   const auto net = [&](int rows, const std::function<Vector(double t, const Vector& outward)>& position,
                        const std::function<Vector(const Vector& outward)>& normal) {
-    addNet(surface, segments, rows, [&](double s, double t) -> SurfacePoint {
+    addGridMesh(surface, segments, rows, [&](double s, double t) -> SurfacePoint {
       const Vector outward = aroundAxis(s);
       return {c + position(t, outward), normal(outward), eastOf(outward), {s, t}};
     });
@@ -129,7 +129,7 @@ Surface box(const Point3<AcquisitionSpace, double>& center, const Vec3<double>& 
       const Vector normal = side * Vector::Unit(axis);
       const Vector along = axis == 2 ? Vector(Vector::UnitX()) : eastOf(normal);
       const Vector across = normal.cross(along);
-      addNet(surface, segments, segments, [&](double s, double t) -> SurfacePoint {
+      addGridMesh(surface, segments, segments, [&](double s, double t) -> SurfacePoint {
         const Vector p = normal + (2 * s - 1) * along + (2 * t - 1) * across;
         return {center.raw() + Vector(p.cwiseProduct(size / 2)), normal, along, {s, t}};
       });
@@ -156,7 +156,7 @@ Surface lathe(std::span<const ProfilePoint> profile, bool closed, int segments) 
   for (const SmoothCurve& piece : pieces) {
     const double squares = piece.length() * segments / (2 * kPi * widest);
     const int rows = static_cast<int>(std::clamp(std::ceil(squares), 1.0, 4.0 * segments));
-    addNet(surface, segments, rows, [&](double s, double t) -> SurfacePoint {
+    addGridMesh(surface, segments, rows, [&](double s, double t) -> SurfacePoint {
       const Vector p = piece.at(t).position, along = piece.direction(t), outward = aroundAxis(s);
       return {std::max(0.0, p.x()) * outward + p.z() * Vector::UnitZ(),
               along.z() * outward - along.x() * Vector::UnitZ(),

@@ -199,7 +199,7 @@ private:
     path.hasHit = true;
     path.throughput = path.throughput.cwiseProduct(vectorOf(transmittance(path.absorption, hit->distance)));
     const ShadingFrame frame = frameAt(*hit, -path.direction);
-    const MaterialView view = viewFrom(frame.toLocal(-path.direction), hit->material);
+    const Bsdf view = bsdfAt(frame.toLocal(-path.direction), hit->material);
     if (!isSpecular(hit->material)) askLights(path, *hit, frame, view, bounce);
     if (transport_ != Transport::full && !seesLights_) return false;
 
@@ -244,10 +244,10 @@ private:
     return true;
   }
 
-  void askLights(Path& path, const SurfaceHit& hit, const ShadingFrame& frame, const MaterialView& view,
+  void askLights(Path& path, const SurfaceHit& hit, const ShadingFrame& frame, const Bsdf& view,
                  int bounce) {
     const auto [u, v] = square(path, bounce, 0);
-    const bool isOpaque = !std::holds_alternative<DielectricView>(view);
+    const bool isOpaque = !std::holds_alternative<DielectricBsdf>(view);
     const bool isHindered = transport_ != Transport::local;
     asked_.clear();
     for (const size_t light : order_) {

@@ -71,9 +71,9 @@ template <class Value> const float* floatsOf(const std::vector<Value>& values) {
   return reinterpret_cast<const float*>(values.data());
 }
 
-Uncovered uncoveredOf(const ShotLight& light) {
-  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light)) return directional->uncovered;
-  return std::get<ShotPointLight>(light).uncovered;
+LightExtrapolation uncoveredOf(const ShotLight& light) {
+  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light)) return directional->extrapolation;
+  return std::get<ShotPointLight>(light).extrapolation;
 }
 
 // Multiplies the irradiance of light l of the batch by its gradient's gain at each surfel, which the kernels
@@ -90,7 +90,7 @@ void shineUnevenly(const ShotLight& light, size_t l, const DeformedCloud& deform
 
 QueryEnvironment queryOf(const ShotEnvironment& light) {
   const PreparedEnvironment& environment = *light.environment;
-  return {environment.lights, light.strength, environment.uncovered,
+  return {environment.lights, light.strength, environment.extrapolation,
           environment.table ? &*environment.table : nullptr};
 }
 
@@ -103,7 +103,7 @@ struct BlendedAov {
 
 // Blends AOVs at once, with one confidence for all of them: empty, or per entry of coverage.visible.
 void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
-                 const Coverage& coverage, std::span<const float> confidence, Film& film) {
+                 const SplatRaster& coverage, std::span<const float> confidence, FrameLayers& film) {
   std::vector<Image*> pictures;
   size_t channels = 0;
   for (const std::string& name : names) {
@@ -134,9 +134,9 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
   return std::sqrt((mean + spread) / smaller);
 }
 
-Coverage look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-              const SplatOptions& options, const Progress& progress, Coverage kept) {
-  return cover(camera, splatsOf(rest, deformed), options, progress, std::move(kept));
+SplatRaster look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+              const SplatOptions& options, const Progress& progress, SplatRaster kept) {
+  return rasterize(camera, splatsOf(rest, deformed), options, progress, std::move(kept));
 }
 
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel) {
@@ -152,7 +152,7 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                      QueryBatch kept) {
   QueryBatch batch = std::move(kept);
   batch.environments.clear();
-  batch.uncovered.clear();
+  batch.extrapolation.clear();
   std::vector<QuerySource> sources{sourceOf(camera)}; // then lights with one direction at a surfel
   std::vector<const ShotEnvironment*> environments;
   for (const ShotLight& light : lights) {
@@ -161,7 +161,7 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
       batch.environments.push_back(queryOf(*environment));
     } else {
       sources.push_back(sourceOf(light));
-      batch.uncovered.push_back(uncoveredOf(light));
+      batch.extrapolation.push_back(uncoveredOf(light));
     }
   }
   batch.lights = sources.size() - 1;
@@ -179,7 +179,7 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
     sources[l + 1].stride = 3 * batch.lights;
   }
   const auto turnEnvironments = [&](size_t query) {
-    const Turn<AcquisitionSpace, ObjectSpace> acquisitionFromObject(
+    const Rotation<AcquisitionSpace, ObjectSpace> acquisitionFromObject(
         lookUpAt(rest, deformed, surfels[query]).matrix());
     for (size_t e = 0; e < environments.size(); ++e)
       batch.acquisitionFromEnvironment[query * environments.size() + e] =
@@ -206,12 +206,12 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
   return batch;
 }
 
-Image developRadiance(const Coverage& coverage, const Shaded& shaded, Image kept) {
+Image developRadiance(const SplatRaster& coverage, const Shaded& shaded, Image kept) {
   const std::span values(floatsOf(shaded.radiance), 3 * shaded.radiance.size());
   return blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(kept));
 }
 
-Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+FrameLayers renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
                  FrameStats& stats, const Progress& progress, FrameMemory* memory) {
   StageClock clock(stats);
@@ -236,7 +236,7 @@ Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>
                               [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
 
-  Film film = std::move(kept);
+  FrameLayers film = std::move(kept);
   film.color = developRadiance(coverage, shaded, std::move(film.color));
   clock.finish("develop");
   const auto blendOf = [](const std::vector<Rgb>& blends) {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "render/scene/shot.h"
-#include "render/splat/coverage.h"
+#include "render/splat/splat_raster.h"
 #include "srf/model/shade.h"
 #include "surfel/lookup.h"
 #include "warp/warp.h"
@@ -16,8 +16,8 @@
 namespace surflect {
 
 // What a camera sees of a cloud. `kept`, a coverage that is no longer needed, gives its memory.
-Coverage look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-              const SplatOptions& options = {}, const Progress& progress = {}, Coverage kept = {});
+SplatRaster look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
+              const SplatOptions& options = {}, const Progress& progress = {}, SplatRaster kept = {});
 
 // L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
@@ -33,10 +33,10 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
 
 // RGBA, premultiplied, from radiance per entry of coverage.visible, and its confidence if it has one. `kept`,
 // a picture that is no longer needed, gives its memory.
-Image developRadiance(const Coverage& coverage, const Shaded& shaded, Image kept = {});
+Image developRadiance(const SplatRaster& coverage, const Shaded& shaded, Image kept = {});
 
 // The frame's layers beside its colour, by name (script.h: aovNames).
-struct Film {
+struct FrameLayers {
   Image color;                       // RGBA, premultiplied
   std::map<std::string, Image> aovs; // premultiplied but for depth, which is infinite off the object
 };
@@ -61,11 +61,11 @@ struct FrameOptions {
 // in `film`.
 struct FrameMemory {
   DeformedCloud deformed;
-  Coverage coverage;
-  Film film;
+  SplatRaster coverage;
+  FrameLayers film;
 };
 
-Film renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+FrameLayers renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                  std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
                  FrameStats& stats, const Progress& progress = {}, FrameMemory* memory = nullptr);
 

@@ -1,9 +1,9 @@
 #include "srf/capture/mask_survey.h"
 
-#include "srf/capture/coverage.h"
+#include "srf/capture/mask_file.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 #include "surfel/base/first_names.h"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ std::vector<MaskFile> masksOf(const Capture& capture, size_t most) {
   }
   std::vector<MaskFile> masks;
   const std::vector<std::pair<fs::path, PictureSize>> all(sizes.begin(), sizes.end());
-  for (const size_t i : evenly(all.size(), most)) masks.push_back({all[i].first, all[i].second, {}});
+  for (const size_t i : evenlySpaced(all.size(), most)) masks.push_back({all[i].first, all[i].second, {}});
   return masks;
 }
 

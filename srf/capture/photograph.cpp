@@ -1,6 +1,6 @@
 #include "srf/capture/photograph.h"
 
-#include "srf/capture/coverage.h"
+#include "srf/capture/mask_file.h"
 #include "srf/capture/picture_encoding.h"
 #include "srf/image/bracket.h"
 #include "srf/image/color.h"

@@ -4,7 +4,7 @@
 #include "srf/codec/bytes.h"
 #include "srf/codec/transpose.h"
 #include "surfel/base/error.h"
-#include "surfel/base/unset.h"
+#include "surfel/base/uninitialized_vector.h"
 
 #include <Imath/half.h>
 
@@ -63,8 +63,8 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
 // Terms as they are in memory, each a row: one at 16 bits is two.
 struct TermRows {
   size_t lights, texelChannels;
-  UnsetVector<float> coefficients;      // times what a level stands for
-  UnsetVector<int8_t> levels, ofLights; // the latter of one term after the other
+  UninitializedVector<float> coefficients;      // times what a level stands for
+  UninitializedVector<int8_t> levels, ofLights; // the latter of one term after the other
 
   TermRows(size_t rows, size_t lightCount, size_t channelCount)
       : lights(lightCount), texelChannels(channelCount), coefficients(rows * lights),
@@ -181,7 +181,7 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
     transpose(termRows.levels.data(), rows, stride, rows, levels, stride);
     return block;
   }
-  UnsetVector<int8_t> ofPresent(rows * stride);
+  UninitializedVector<int8_t> ofPresent(rows * stride);
   transpose(termRows.levels.data(), rows, stride, rows, ofPresent.data(), stride);
   spreadTexels(ofPresent.data(), block.present, 3 * stride, levels);
   return block;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/codec/blended_light.h"
-#include "surfel/base/unset.h"
+#include "surfel/base/uninitialized_vector.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace surflect {
 // colours of their own cost 4 n.
 struct LightRows {
   std::vector<BlendedLight> lights;
-  UnsetVector<LightWeight> weights; // of the first light, of the second, and so on
+  UninitializedVector<LightWeight> weights; // of the first light, of the second, and so on
 
   void clear() {
     lights.clear();

@@ -37,7 +37,7 @@ std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const u
 }
 
 // What remains of a target when some of its operations are lost.
-struct Coverage {
+struct SplatRaster {
   double all = 0, kept = 0; // sums of weights
 
   float scale() const { return all == kept || kept == 0 ? 1.f : static_cast<float>(all / kept); }
@@ -56,7 +56,7 @@ void sumUp(AnsweredPart& answered) {
     for (size_t i = 0; i < ops.size(); ++i) add(i);
     return;
   }
-  std::vector<Coverage> coverage(targets);
+  std::vector<SplatRaster> coverage(targets);
   for (size_t i = 0; i < ops.size(); ++i) {
     coverage[ops[i].target].all += ops[i].weight;
     if (answered.isLost[i]) continue;

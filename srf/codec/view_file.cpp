@@ -172,8 +172,8 @@ void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
   }
 }
 
-UnsetVector<std::byte> ViewFile::bytesAt(uint64_t offset, size_t count) const {
-  UnsetVector<std::byte> bytes(count);
+UninitializedVector<std::byte> ViewFile::bytesAt(uint64_t offset, size_t count) const {
+  UninitializedVector<std::byte> bytes(count);
   for (size_t done = 0; done < count;) {
     const ssize_t got =
         ::pread(descriptor_, bytes.data() + done, count - done, static_cast<off_t>(offset + done));
@@ -216,7 +216,7 @@ void ViewFile::announce(std::span<const uint32_t> stretch) const {
 void ViewFile::read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const {
   assert(!stretch.empty() && stretch.back() < blockCount() && std::ranges::is_sorted(stretch));
   const uint64_t begin = offsets_[stretch.front()];
-  UnsetVector<std::byte> bytes;
+  UninitializedVector<std::byte> bytes;
   try {
     bytes = bytesAt(begin, offsets_[stretch.back() + 1] - begin);
   } catch (Error& error) {

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "srf/codec/block.h"
-#include "surfel/base/unset.h"
+#include "surfel/base/uninitialized_vector.h"
 
 #include <cassert>
 #include <cstddef>
@@ -107,7 +107,7 @@ private:
   }
 
   void parse(std::span<const std::byte> head, uint64_t fileSize);
-  UnsetVector<std::byte> bytesAt(uint64_t offset, size_t count) const;
+  UninitializedVector<std::byte> bytesAt(uint64_t offset, size_t count) const;
   Block decode(uint32_t block, std::span<const std::byte> record) const;
   std::string nameOf(uint32_t block) const;
 

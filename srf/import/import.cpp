@@ -2,7 +2,7 @@
 
 #include "srf/calibration/response.h"
 #include "srf/capture/counted.h"
-#include "srf/capture/coverage.h"
+#include "srf/capture/mask_file.h"
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"

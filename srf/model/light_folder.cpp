@@ -153,8 +153,8 @@ template <class Use> void LightFolder::foldLights(size_t lane, const Use& use) {
 
 // From the lane's ULR weights, with the blended lights faced.
 BlendSet LightFolder::finish(const LaneBlends& blends, size_t lane,
-                             const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) {
-  const Uncovered beyond = nearest_ ? Uncovered::extrapolate : uncovered;
+                             const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation) {
+  const LightExtrapolation beyond = nearest_ ? LightExtrapolation::clamp : extrapolation;
   if (!blends.isSure(lane)) {
     lights_.faceAll();
     return blendOfLights(lights_.towards(), towards, how_, coverage_, beyond);
@@ -198,7 +198,7 @@ void LightFolder::foldEnvironment(size_t query, size_t e) {
 }
 
 void LightFolder::shareEnvironment(
-    size_t e, const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment) {
+    size_t e, const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment) {
   const QueryEnvironment& environment = batch_.environments[e];
   const Foreshortened surface{normal_, cosine_};
   if (environment.table) {
@@ -215,7 +215,7 @@ void LightFolder::shareEnvironment(
     for (size_t i = 0; i < lights.size(); ++i) towards[i] = acquisitionFromEnvironment(lights[i].towards);
     near_.blend({towards.data(), lights.size()}, how_.lights, blends_);
     for (size_t i = 0; i < lights.size(); ++i) {
-      const BlendSet blend = finish(blends_, i, towards[i], environment.uncovered);
+      const BlendSet blend = finish(blends_, i, towards[i], environment.extrapolation);
       const Rgb& irradiance = lights[i].irradiance;
       const Rgb scaled = foreshorteningOf(blend, towards[i]) * irradiance;
       for (const auto& [light, weight] : blend)

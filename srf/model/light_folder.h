@@ -5,7 +5,7 @@
 #include "srf/model/rig_lights.h"
 #include "srf/model/shading_plan.h"
 #include "srf/ulr/choice_lanes.h"
-#include "srf/ulr/light_coverage.h"
+#include "srf/ulr/light_extrapolation.h"
 
 #include <Eigen/Core>
 
@@ -38,9 +38,9 @@ public:
 private:
   void foldOne(size_t lane, LightRows& rows);
   void foldTogether(LightRows& rows);
-  bool isPlain(Uncovered uncovered) const {
+  bool isPlain(LightExtrapolation extrapolation) const {
     return how_.fit == LightFit::mean && !how_.foreshortened &&
-           (uncovered == Uncovered::extrapolate || nearest_);
+           (extrapolation == LightExtrapolation::clamp || nearest_);
   }
   template <class Use> void foldLights(size_t lane, const Use& use);
   template <class ForEach>
@@ -49,12 +49,12 @@ private:
     if (showsColors_) color_ = color_ + share * lightColor_[light];
   }
   BlendSet finish(const LaneBlends& blends, size_t lane, const Direction3<AcquisitionSpace>& towards,
-                  Uncovered uncovered);
+                  LightExtrapolation extrapolation);
   void faceLights(uint32_t surfel);
   float foreshorteningOf(const BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const;
   void foldEnvironment(size_t query, size_t e);
   void shareEnvironment(size_t e,
-                        const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment);
+                        const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment);
 
   const Model& model_;
   const LightCoverage& coverage_;

@@ -1,7 +1,7 @@
 #include "srf/model/model.h"
 
 #include "srf/capture/writer.h"
-#include "srf/model/fade_file.h"
+#include "srf/model/visibility_file.h"
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
 #include "surfel/base/error.h"
@@ -82,11 +82,11 @@ Manifest readManifest(const std::filesystem::path& path) {
   return parseManifest(readFile(path, kLargestText), path);
 }
 
-ViewFades readFades(const std::filesystem::path& path, size_t surfels, size_t views,
+VisibilityWeights readFades(const std::filesystem::path& path, size_t surfels, size_t views,
                     const Progress& progress) {
   const std::string packed = readFile(path, kLargestFile, progress);
   try {
-    return unpackFades(std::as_bytes(std::span(packed)), surfels, views, progress);
+    return unpackVisibility(std::as_bytes(std::span(packed)), surfels, views, progress);
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
@@ -178,7 +178,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
   writeCapture(content.rig, folder);
   writeCloud(folder / kSurfelFile, content.cloud);
   progress.checkpoint();
-  writeFileAtomically(folder / kFadeFile, packFades(content.fades, progress));
+  writeFileAtomically(folder / kFadeFile, packVisibility(content.fades, progress));
   Manifest manifest{.white = content.white,
                     .tolerance = content.tolerance,
                     .lightBlend = content.lightBlend,

@@ -8,7 +8,7 @@
 #include "srf/capture/capture.h"
 #include "srf/codec/view_file.h"
 #include "srf/ulr/light_blend.h"
-#include "srf/ulr/view_fade.h"
+#include "srf/ulr/visibility_weights.h"
 #include "surfel/base/progress.h"
 #include "surfel/cloud.h"
 
@@ -24,12 +24,12 @@ struct Model {
   Capture rig;           // training views and lights only
   SurfelCloud cloud;
   Point3<AcquisitionSpace, double> middle; // of the cloud's box
-  ViewFades fades;
+  VisibilityWeights fades;
   std::vector<ViewFile> files;                // one per view of the rig
   std::vector<std::vector<uint32_t>> columns; // per view: the light of each column; empty: fixed illumination
   double white = 1;                           // radiance of a white pixel
   double tolerance = 0;                       // of every block
-  LightBlend lightBlend;                      // which the photographs are best told by, see light_choice.h
+  LightBlend lightBlend;                      // which the photographs are best told by, see light_blend_selection.h
 
   // Does every view hold every light, in the order of the rig? Then cameras and lights are chosen apart.
   bool isFullProduct = false;
@@ -43,7 +43,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress = 
 struct ModelContent {
   const Capture& rig;
   const SurfelCloud& cloud;
-  const ViewFades& fades;
+  const VisibilityWeights& fades;
   double white, tolerance;
   LightBlend lightBlend;
 };

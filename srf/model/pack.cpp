@@ -5,7 +5,7 @@
 #include "srf/model/matted_view.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
-#include "srf/model/survey.h"
+#include "srf/model/pack_survey.h"
 #include "srf/proxy/mesh/enclosed.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -110,17 +110,17 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const Stopwatch fadeWatch;
   std::vector<Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
-  const ViewFades fades = surfelFades(cloud, cameras, impostor, progress);
+  const VisibilityWeights fades = visibilityWeights(cloud, cameras, impostor, progress);
   report.fadeSeconds = fadeWatch.seconds();
 
   const Stopwatch storeWatch;
   const auto identityPath = folder / packIdentityPath();
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
-  std::optional<Survey> surveyed;
+  std::optional<PackSurvey> surveyed;
   if (resumes && std::filesystem::exists(folder / surveyPath()))
-    surveyed = parseSurvey(readFile(folder / surveyPath()));
+    surveyed = parsePackSurvey(readFile(folder / surveyPath()));
   if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
-  if (!surveyed) surveyed = survey(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
+  if (!surveyed) surveyed = surveyCapture(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
   StoreOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
@@ -130,7 +130,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     removeViews(folder); // or a run that stops here would leave them to be taken for its own
     writeFileAtomically(identityPath, identity);
   }
-  writeFileAtomically(folder / surveyPath(), surveyText(*surveyed));
+  writeFileAtomically(folder / surveyPath(), packSurveyText(*surveyed));
 
   std::vector<size_t> missing;
   report.ofView.resize(frames.size());

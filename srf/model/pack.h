@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/codec/view_encoder.h"
-#include "srf/model/light_choice.h"
+#include "srf/model/light_blend_selection.h"
 #include "srf/model/pack_estimate.h"
 #include "srf/model/pack_source.h"
 #include "surfel/base/progress.h"
@@ -31,7 +31,7 @@ struct PackReport {
   size_t surfels = 0, lights = 0, resumedViews = 0;
   std::vector<std::string> views; // identities
   double white = 0;
-  LightChoice lightChoice;
+  LightBlendSelection lightChoice;
   size_t invalidTexels = 0;        // NaN or infinite in the photographs of views that were not resumed
   std::vector<ViewSummary> ofView; // as `views`, also of resumed ones
   ViewSummary store;               // their sum

@@ -1,8 +1,8 @@
 #include "srf/model/pack_estimate.h"
 
 #include "srf/capture/silhouette.h"
-#include "srf/ulr/view_fade.h"
-#include "surfel/base/evenly.h"
+#include "srf/ulr/visibility_weights.h"
+#include "surfel/base/evenly_spaced.h"
 #include "surfel/base/memory_use.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/sampling.h"
@@ -64,7 +64,7 @@ SurfelEstimate estimateSurfels(const Capture& capture, const TriangleMesh& surfa
   const SurfelCloud probe = sampleSurfels(part, isFine ? spacing : spacing / std::sqrt(share), 1, progress);
   const double samplingSeconds = sampling.seconds();
   const Stopwatch fading;
-  surfelFades(probe, cameras, impostor, progress);
+  visibilityWeights(probe, cameras, impostor, progress);
   return {count, times * samplingSeconds, times * fading.seconds()};
 }
 
@@ -74,7 +74,7 @@ double objectShare(const Capture& capture, const RayCaster<AcquisitionSpace>& im
   constexpr size_t kViews = 4;
   constexpr int kSide = 256; // pixels
   double shown = 0, all = 0;
-  for (const size_t i : evenly(capture.views.size(), kViews)) {
+  for (const size_t i : evenlySpaced(capture.views.size(), kViews)) {
     progress.checkpoint();
     Camera<AcquisitionSpace> camera = capture.views[i].camera;
     const int width = camera.lens.width, height = camera.lens.height, longer = std::max(width, height);

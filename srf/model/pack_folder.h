@@ -12,7 +12,7 @@ namespace surflect {
 
 // views/identity: what the files of an earlier run were made of.
 std::filesystem::path packIdentityPath();
-// views/survey: see surveyText().
+// views/survey: see packSurveyText().
 std::filesystem::path surveyPath();
 
 // A manifest is written last and makes a model finished.

@@ -61,7 +61,7 @@ void PairPlanner::planEnvironment(size_t query, size_t e, size_t target, Shading
   const auto& acquisitionFromEnvironment = batch_.turnOf(query, e);
   pairShare_.assign(pairs_, Rgb{});
   for (const auto& [towards, irradiance] : environment.lights) {
-    const float covered = rate(acquisitionFromEnvironment(towards), environment.uncovered);
+    const float covered = rate(acquisitionFromEnvironment(towards), environment.extrapolation);
     for (const auto& [pair, weight] : blend())
       pairShare_[pair] = pairShare_[pair] + covered * weight * irradiance;
   }
@@ -90,13 +90,13 @@ void PairPlanner::planEnvironment(size_t query, size_t e, size_t target, Shading
 }
 
 // Penalties of the rig's lights for a direction, and its coverage.
-float PairPlanner::rate(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered) {
+float PairPlanner::rate(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation) {
   float smallest = std::numeric_limits<float>::infinity();
   for (size_t light = 0; light < lights_.size(); ++light) {
     lightPenalty_[light] = anglePenalty(lights_.towards(light), towards);
     smallest = std::min(smallest, lightPenalty_[light]);
   }
-  return uncovered == Uncovered::fade && !options_.nearest ? coverage_.at(smallest) : 1.f;
+  return extrapolation == LightExtrapolation::fade && !options_.nearest ? coverage_.at(smallest) : 1.f;
 }
 
 BlendSet PairPlanner::blend() const {

@@ -5,7 +5,7 @@
 #include "srf/model/rig_lights.h"
 #include "srf/model/shading_plan.h"
 #include "srf/model/view_penalties.h"
-#include "srf/ulr/light_coverage.h"
+#include "srf/ulr/light_extrapolation.h"
 
 #include <vector>
 
@@ -32,7 +32,7 @@ private:
 
   BlendColors planQuery(size_t query, size_t target, ShadingPlan& plan);
   void planEnvironment(size_t query, size_t e, size_t target, ShadingPlan& plan, BlendColors& colors);
-  float rate(const Direction3<AcquisitionSpace>& towards, Uncovered uncovered);
+  float rate(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation);
   BlendSet blend() const;
   Pair placeOf(uint32_t pair) const;
 

@@ -17,7 +17,7 @@ namespace surflect {
 struct QueryEnvironment {
   std::span<const EnvironmentLight> lights;
   Rgb strength{1, 1, 1}; // of them all
-  Uncovered uncovered = Uncovered::fade;
+  LightExtrapolation extrapolation = LightExtrapolation::fade;
   const LightTable* table = nullptr; // see lightTable; without it every light is answered by ULR of its own
 };
 
@@ -29,18 +29,18 @@ struct QueryBatch {
   // Row by row, `lights` per query: unit direction to the light, and the irradiance on a surface facing it.
   std::vector<Direction3<AcquisitionSpace>> towardsLight;
   std::vector<Rgb> irradiance;
-  std::vector<Uncovered> uncovered; // one per light of a query; none: they extrapolate
+  std::vector<LightExtrapolation> extrapolation; // one per light of a query; none: they extrapolate
   std::vector<QueryEnvironment> environments;
   // Row by row, one per environment: L after the environment's own place in the world.
-  std::vector<Turn<AcquisitionSpace, EnvironmentSpace, float>> acquisitionFromEnvironment;
+  std::vector<Rotation<AcquisitionSpace, EnvironmentSpace, float>> acquisitionFromEnvironment;
 
   size_t size() const { return surfels.size(); }
   size_t targets() const { return lights + environments.size(); } // of light, per query
 
-  Uncovered uncoveredOf(size_t light) const {
-    return uncovered.empty() ? Uncovered::extrapolate : uncovered[light];
+  LightExtrapolation uncoveredOf(size_t light) const {
+    return extrapolation.empty() ? LightExtrapolation::clamp : extrapolation[light];
   }
-  const Turn<AcquisitionSpace, EnvironmentSpace, float>& turnOf(size_t query, size_t environment) const {
+  const Rotation<AcquisitionSpace, EnvironmentSpace, float>& turnOf(size_t query, size_t environment) const {
     return acquisitionFromEnvironment[query * environments.size() + environment];
   }
 };

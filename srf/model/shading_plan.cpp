@@ -43,10 +43,10 @@ LightBlend lightBlend(const Model& model, const ShadeOptions& options) {
 
 double lightSpacing(const Model& model) { return LightCoverage(lightDirections(model)).spacing(); }
 
-std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered) {
+std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, LightExtrapolation extrapolation) {
   if (!model.isFullProduct || !std::ranges::all_of(model.rig.lights, isDirectional)) return std::nullopt;
   return LightTable(lightDirections(model), lightBlend(model, options),
-                    options.nearest ? Uncovered::extrapolate : uncovered);
+                    options.nearest ? LightExtrapolation::clamp : extrapolation);
 }
 
 struct ShadingPlanner::Parts {
@@ -85,7 +85,7 @@ ShadingPlanner::ShadingPlanner(const Model& model, const QueryBatch& batch, cons
   assert(batch.towardsView.size() == batch.size());
   assert(batch.towardsLight.size() == batch.size() * batch.lights &&
          batch.irradiance.size() == batch.towardsLight.size());
-  assert(batch.uncovered.empty() || batch.uncovered.size() == batch.lights);
+  assert(batch.extrapolation.empty() || batch.extrapolation.size() == batch.lights);
   assert(batch.acquisitionFromEnvironment.size() == batch.size() * batch.environments.size());
   const size_t lights = batch.targets();
   if (model.rig.lights.empty() && lights > 0)

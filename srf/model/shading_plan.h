@@ -49,7 +49,7 @@ struct ShadingPlan {
   // Colours of their own for cameras and lights, blended as they are [Weyrich 2005, Fig. 16]; one per query,
   // none where the options do not ask for them.
   std::vector<Rgb> cameraBlend, lightBlend;
-  size_t unseen = 0; // queries that no camera sees: others stand in (stand_in.h)
+  size_t unseen = 0; // queries that no camera sees: others stand in (fallback_view.h)
 
   size_t targets() const { return queries * targetsPerQuery; }
 };
@@ -63,7 +63,7 @@ double lightSpacing(const Model& model);
 
 // For the environments of queries to this model, with these options; nothing where weights depend on more
 // than the direction: lights near the object, or a capture that is not a full product.
-std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, Uncovered uncovered);
+std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, LightExtrapolation extrapolation);
 
 // Plans a few queries at a time, by many threads at once; holds what it would otherwise allocate anew.
 class ShadingPlanner {

@@ -18,7 +18,7 @@ public:
 
   // use(view, weight) of each that is blended for the lane-th of them.
   template <class Use> Sight forEach(size_t lane, const Use& use) {
-    if (!options_.nearest && blends_->isSure(lane) && blends_->penalty(lane) <= kStandInFrom) {
+    if (!options_.nearest && blends_->isSure(lane) && blends_->penalty(lane) <= kFallbackFrom) {
       blends_->forEach(lane, use);
       return {blends_->penalty(lane), true};
     }

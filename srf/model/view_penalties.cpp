@@ -24,7 +24,7 @@ ViewPenalties::ViewPenalties(const Model& model, bool nearest, Simd simd)
 float ViewPenalties::penaltyOf(size_t view, const Point3<AcquisitionSpace, double>& p0, uint8_t fade,
                                const Direction3<AcquisitionSpace>& towardsView) const {
   const float penalty = anglePenalty(viewpoints_[view].towards(p0).cast<float>(), towardsView);
-  return nearest_ ? penalty : penalty / ViewFades::decode(fade);
+  return nearest_ ? penalty : penalty / VisibilityWeights::decode(fade);
 }
 
 float ViewPenalties::rateSeeing(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
@@ -62,7 +62,7 @@ public:
     const auto& camera = views_.model_.rig.views[view_].camera;
     const auto pixel = camera.project(p0_);
     if (!pixel || !contains(camera.lens, *pixel)) return kInfinity;
-    return standInScale(cosine_, borderFade(camera.lens, *pixel), ViewFades::decode(fades_[view_]));
+    return fallbackScale(cosine_, borderFade(camera.lens, *pixel), VisibilityWeights::decode(fades_[view_]));
   }
 
 private:
@@ -104,10 +104,10 @@ ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<Acqu
   const auto fades = model_.fades.of(surfel);
   for (uint32_t view = 0; view < penalty_.size(); ++view) {
     float penalty = penalty_[view];
-    const float least = leastStandInPenalty(angles[view], cosines[view], fades[view] > 0, SourceLook::kError);
+    const float least = leastFallbackPenalty(angles[view], cosines[view], fades[view] > 0, SourceLook::kError);
     if (!(least >= nearest.worst())) { // else it would not be kept
       standIns.look(view, towardsView);
-      penalty = std::min(penalty, standInPenalty(standIns.angle(), standIns.scale()));
+      penalty = std::min(penalty, fallbackPenalty(standIns.angle(), standIns.scale()));
     }
     nearest.offer({view, penalty});
   }

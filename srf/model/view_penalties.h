@@ -4,7 +4,7 @@
 
 #include "srf/model/model.h"
 #include "srf/ulr/choice_lanes.h"
-#include "srf/ulr/stand_in.h"
+#include "srf/ulr/fallback_view.h"
 #include "srf/ulr/ulr.h"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ public:
   float with(size_t view, float lightPenalty) const {
     const float own = penalty_[view] + lightPenalty;
     if (standInScale_[view] == std::numeric_limits<float>::infinity()) return own;
-    return std::min(own, standInPenalty(anglePenalty_[view] + lightPenalty, standInScale_[view]));
+    return std::min(own, fallbackPenalty(anglePenalty_[view] + lightPenalty, standInScale_[view]));
   }
 
 private:
@@ -52,7 +52,7 @@ private:
                   const Direction3<AcquisitionSpace>& towardsView) const;
   float rateSeeing(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
   bool asksStandIns(float best) const {
-    return best == std::numeric_limits<float>::infinity() || (best > kStandInFrom && !nearest_);
+    return best == std::numeric_limits<float>::infinity() || (best > kFallbackFrom && !nearest_);
   }
 
   class StandIns;

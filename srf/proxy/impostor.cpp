@@ -17,13 +17,13 @@ namespace surflect {
 namespace {
 
 Impostor hullOf(const Capture& training, const Progress& progress) {
-  const std::vector<Sight> sights = sightsOf(training, progress);
-  const auto isEmpty = [](const Sight& sight) { return sight.outline.isEmpty(); };
-  if (std::ranges::all_of(sights, isEmpty)) { // or there is none
+  const std::vector<SilhouetteView> silhouetteViews = silhouetteViewsOf(training, progress);
+  const auto isEmpty = [](const SilhouetteView& silhouetteView) { return silhouetteView.outline.isEmpty(); };
+  if (std::ranges::all_of(silhouetteViews, isEmpty)) { // or there is none
     const auto matte = describeFirstMatte(training);
     const std::string found = !matte ? "neither geometry nor mattes"
                                      : std::string("no geometry, and mattes that show no ") +
-                                           (sights.empty() ? "background (nothing is below half of white)"
+                                           (silhouetteViews.empty() ? "background (nothing is below half of white)"
                                                            : "object (nothing is above half of white)") +
                                            "; the first is " + *matte;
     throw Error("several views, but " + found +
@@ -31,13 +31,13 @@ Impostor hullOf(const Capture& training, const Progress& progress) {
         .in(training.file);
   }
   try {
-    VisualHull hull = visualHull(sights, {}, progress);
+    VisualHull hull = visualHull(silhouetteViews, {}, progress);
     Impostor impostor{std::move(hull.mesh), Impostor::Origin::hull};
     const RayCaster<AcquisitionSpace> caster(impostor.mesh, progress);
-    for (size_t i = 0; i < sights.size(); ++i) {
+    for (size_t i = 0; i < silhouetteViews.size(); ++i) {
       progress.checkpoint();
-      const Mask outline = objectMask(silhouette(sights[i].camera, caster));
-      impostor.fits.push_back({sights[i].name, intersectionOverUnion(outline, sights[i].outline.mask()),
+      const Mask outline = objectMask(silhouette(silhouetteViews[i].camera, caster));
+      impostor.fits.push_back({silhouetteViews[i].name, intersectionOverUnion(outline, silhouetteViews[i].outline.mask()),
                                std::ranges::binary_search(hull.leftOut, i)});
     }
     return impostor;

@@ -177,7 +177,7 @@ void SourceLook::look(const Point3<AcquisitionSpace>& place, const Direction3<Ac
                 sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
 }
 
-ViewLanes::ViewLanes(std::span<const Source> views, const ViewFades& fades, Simd simd)
+ViewLanes::ViewLanes(std::span<const Source> views, const VisibilityWeights& fades, Simd simd)
     : kernels_(choiceKernels(simd)), fades_(fades), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
   assert(views.size() == fades.views && views.size() < size_t{1} << 24);
   for (const Source& view : views)
@@ -185,7 +185,7 @@ ViewLanes::ViewLanes(std::span<const Source> views, const ViewFades& fades, Simd
       farthest_ = std::max(farthest_, static_cast<float>(view.place.cwiseAbs().maxCoeff()));
   inverseFade_[0] = kInfinity;
   for (size_t byte = 1; byte < 256; ++byte)
-    inverseFade_[byte] = 1 / ViewFades::decode(static_cast<uint8_t>(byte));
+    inverseFade_[byte] = 1 / VisibilityWeights::decode(static_cast<uint8_t>(byte));
   found_.resize(lanes_.x.size() + kChoiceLanes);
   towards_.resize(3 * kChoiceLanes * views.size());
   inverseFades_.resize(kChoiceLanes * views.size());

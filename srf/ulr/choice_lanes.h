@@ -4,7 +4,7 @@
 
 #include "srf/ulr/choice_kernels.h"
 #include "srf/ulr/ulr.h"
-#include "srf/ulr/view_fade.h"
+#include "srf/ulr/visibility_weights.h"
 #include "surfel/math/simd.h"
 #include "surfel/math/space.h"
 
@@ -121,7 +121,7 @@ ChoiceCone coneAround(const std::array<float, 3>& place, float radius, float dis
 class ViewLanes {
 public:
   // The fades are those of as many views, and must outlive this.
-  ViewLanes(std::span<const Source> views, const ViewFades& fades, Simd simd); // fewer than 2^24
+  ViewLanes(std::span<const Source> views, const VisibilityWeights& fades, Simd simd); // fewer than 2^24
 
   // From surfels and their places, 1..kChoiceLanes, of the unit directions asked for the `count` nearest,
   // 1..kMaxBlended. Views of no fade are not asked. Valid until the next call.
@@ -144,7 +144,7 @@ private:
   bool seeNoMore(size_t lane, size_t most, uint32_t surfel) const;
 
   const ChoiceKernels& kernels_;
-  const ViewFades& fades_;
+  const VisibilityWeights& fades_;
   std::vector<SplitSource> sources_;
   SourceLanes lanes_;
   float farthest_ = 0;                 // coordinate of a place

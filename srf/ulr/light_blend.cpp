@@ -53,26 +53,26 @@ void normalize(BlendSet& blend) {
 
 BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                       const LightCoverage& coverage, Uncovered uncovered) {
+                       const LightCoverage& coverage, LightExtrapolation extrapolation) {
   NearestCandidates nearest(how.lights);
   for (uint32_t light = 0; light < lights.size(); ++light)
     nearest.offer({light, anglePenalty(lights[light], towards)});
   const auto sorted = nearest.sorted();
   if (sorted.empty()) return {}; // none has a direction
-  return fitted(ulrWeights(nearest), sorted[0].penalty, lights, towards, how, coverage, uncovered);
+  return fitted(ulrWeights(nearest), sorted[0].penalty, lights, towards, how, coverage, extrapolation);
 }
 
 BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
                 const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                const LightCoverage& coverage, Uncovered uncovered) {
+                const LightCoverage& coverage, LightExtrapolation extrapolation) {
   BlendSet blend = ulr;
-  if (how.fit == LightFit::mean && uncovered == Uncovered::extrapolate) return blend;
+  if (how.fit == LightFit::mean && extrapolation == LightExtrapolation::clamp) return blend;
   const float covered = coverage.at(nearest);
   if (how.fit == LightFit::plane) {
     lean(blend, lights, towards, covered);
     if (how.foreshortened) normalize(blend);
   }
-  if (uncovered == Uncovered::fade)
+  if (extrapolation == LightExtrapolation::fade)
     for (auto& blended : blend) blended.weight *= covered;
   return blend;
 }

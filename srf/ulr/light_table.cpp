@@ -32,7 +32,7 @@ size_t cellsFor(size_t lights) {
 } // namespace
 
 LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
-                       Uncovered uncovered)
+                       LightExtrapolation extrapolation)
     : cells_(cellsFor(lights.size())) {
   const LightCoverage coverage(lights);
   std::vector<Direction3<AcquisitionSpace>> towards;
@@ -45,7 +45,7 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
     for (int x = 0; x < side; ++x) {
       const auto direction = assume<Direction3<AcquisitionSpace>>(folded({place(x), place(y)}));
       vertices[static_cast<size_t>(y * side + x)] =
-          blendOfLights(towards, direction, how, coverage, uncovered);
+          blendOfLights(towards, direction, how, coverage, extrapolation);
     }
   });
 
@@ -82,7 +82,7 @@ EnvironmentLanes::EnvironmentLanes(std::span<const EnvironmentLight> lights, Sim
 }
 
 void LightTable::spread(const EnvironmentLanes& environment,
-                        const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
+                        const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
                         std::span<Eigen::Array4f> row, const Foreshortened* surface) const {
   constexpr size_t kGroupsAtOnce = 4, kAtOnce = kGroupsAtOnce * kChoiceLanes;
   const Mat3<float> turn = acquisitionFromEnvironment.matrix();

@@ -40,14 +40,14 @@ public:
   // blendOfLights of these (unit directions). A grid about 54 times finer than the lights are dense, of at
   // most 512 x 512 cells of 80 bytes for each four lights that have weight at a corner.
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
-             Uncovered uncovered);
+             LightExtrapolation extrapolation);
 
   // row[l] += the irradiance (r, g, b) that captured light l takes over from an environment; a row has one
   // entry per captured light. The weights behind it are continuous in the turn and those of
   // blendOfLights; where they are foreshortened, times the ratio of foreshortening.h. The fourth number is
   // r + g + b as it is before that.
   void spread(const EnvironmentLanes& environment,
-              const Turn<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
+              const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
               std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;
 
 private:

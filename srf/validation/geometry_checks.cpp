@@ -1,8 +1,8 @@
-#include "srf/validation/checks.h"
+#include "srf/validation/validation.h"
 
 #include "srf/capture/origin.h"
 #include "srf/validation/names.h"
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ constexpr size_t kCompared = 48;   // views whose brightness is compared, all in
 
 std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
   std::vector<WorldPoint> vertices;
-  for (const size_t i : evenly(mesh.positions.size(), kVertices))
+  for (const size_t i : evenlySpaced(mesh.positions.size(), kVertices))
     vertices.push_back(mesh.positions[i].cast<double>());
   return vertices;
 }
@@ -159,7 +159,7 @@ std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& me
   std::vector<SmallView> kept;
   size_t nextKept = 0;
   const size_t count = std::min(effort.views, capture.views.size());
-  const std::vector<size_t> compared = evenly(count, kCompared);
+  const std::vector<size_t> compared = evenlySpaced(count, kCompared);
   forEachSmallView(capture, caster, middle, effort.views, progress, [&](SmallView view) {
     const size_t number = measures.size();
     measures.push_back(measure(capture, view));

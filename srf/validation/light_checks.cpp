@@ -2,10 +2,10 @@
 // cosine c = max(0, n . d).
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
-#include "srf/validation/checks.h"
+#include "srf/validation/validation.h"
 #include "srf/validation/names.h"
 #include "srf/validation/outline_contrast.h"
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -78,7 +78,7 @@ Samples samplePixels(const Camera<World>& camera, const TriangleMesh& mesh, cons
 // frame more.
 std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture, const CheckEffort& effort) {
   std::map<size_t, std::vector<size_t>> ofChosen, frames;
-  for (const size_t view : evenly(capture.views.size(), effort.litViews)) ofChosen[view];
+  for (const size_t view : evenlySpaced(capture.views.size(), effort.litViews)) ofChosen[view];
   for (size_t i = 0; i < capture.frames.size(); ++i)
     if (const auto chosen = ofChosen.find(capture.frames[i].view); chosen != ofChosen.end())
       chosen->second.push_back(i);
@@ -88,7 +88,7 @@ std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture, const
     hasLight[*capture.frames[i].light] = true;
   };
   for (const auto& [view, ofView] : ofChosen)
-    for (const size_t i : evenly(ofView.size(), effort.lightsOfView)) take(ofView[i]);
+    for (const size_t i : evenlySpaced(ofView.size(), effort.lightsOfView)) take(ofView[i]);
   if (!effort.everyLight) return frames;
   for (size_t i = 0; i < capture.frames.size(); ++i)
     if (!ofChosen.contains(capture.frames[i].view) && !hasLight[*capture.frames[i].light]) take(i);

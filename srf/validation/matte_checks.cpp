@@ -1,4 +1,4 @@
-#include "srf/validation/checks.h"
+#include "srf/validation/validation.h"
 
 #include "srf/capture/mask_survey.h"
 

@@ -1,9 +1,9 @@
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
-#include "srf/validation/checks.h"
+#include "srf/validation/validation.h"
 #include "srf/validation/names.h"
 #include "srf/validation/outline_contrast.h"
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
@@ -114,7 +114,7 @@ std::vector<SeenPoint> seenPoints(const SmallView& view, const std::vector<float
     if (core.inside[i]) pixels.push_back(i);
   std::vector<SeenPoint> points;
   const auto worldFromCamera = view.camera.cameraFromWorld.inverse();
-  for (const size_t k : evenly(pixels.size(), kPointsOfView)) {
+  for (const size_t k : evenlySpaced(pixels.size(), kPointsOfView)) {
     const size_t pixel = pixels[k], width = static_cast<size_t>(core.width);
     const auto ray = rayThrough(view.camera.lens, {static_cast<double>(pixel % width) + 0.5,
                                                    static_cast<double>(pixel / width) + 0.5});

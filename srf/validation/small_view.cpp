@@ -2,7 +2,7 @@
 
 #include "srf/capture/photograph.h"
 #include "srf/capture/silhouette.h"
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 
 #include <algorithm>
 
@@ -72,7 +72,7 @@ void forEachSmallView(const Capture& capture, const RayCaster<AcquisitionSpace>&
   std::vector<size_t> frames;
   for (const auto& frame : frontallyLit(capture, middle))
     if (frame) frames.push_back(*frame);
-  const std::vector<size_t> chosen = evenly(frames.size(), most);
+  const std::vector<size_t> chosen = evenlySpaced(frames.size(), most);
   for (size_t i = 0; i < chosen.size(); ++i) {
     progress("photographs", static_cast<double>(i) / static_cast<double>(chosen.size()));
     look(smallView(capture, frames[chosen[i]], mesh));

@@ -129,10 +129,10 @@ Rigid<A, C, T> operator*(const Rigid<A, B, T>& aFromB, const Rigid<B, C, T>& bFr
 }
 
 // A rotation, or a rotation and a mirroring, of directions; named target-from-source.
-template <class To, class From, class T = double> class Turn {
+template <class To, class From, class T = double> class Rotation {
 public:
   // Stored as bare scalars, so that arrays of turns can be copied as bytes.
-  explicit Turn(const Mat3<T>& orthogonal = Mat3<T>::Identity()) {
+  explicit Rotation(const Mat3<T>& orthogonal = Mat3<T>::Identity()) {
     Eigen::Map<Mat3<T>>(matrix_.data()) = orthogonal;
   }
 
@@ -142,15 +142,15 @@ public:
     return assume<Direction3<To, U>>(Eigen::Map<const Mat3<T>>(matrix_.data()) * d.raw().template cast<T>());
   }
 
-  template <class U> Turn<To, From, U> cast() const { return Turn<To, From, U>(matrix().template cast<U>()); }
+  template <class U> Rotation<To, From, U> cast() const { return Rotation<To, From, U>(matrix().template cast<U>()); }
 
 private:
   std::array<T, 9> matrix_;
 };
 
 template <class A, class B, class C, class T>
-Turn<A, C, T> operator*(const Turn<A, B, T>& aFromB, const Turn<B, C, T>& bFromC) {
-  return Turn<A, C, T>(aFromB.matrix() * bFromC.matrix());
+Rotation<A, C, T> operator*(const Rotation<A, B, T>& aFromB, const Rotation<B, C, T>& bFromC) {
+  return Rotation<A, C, T>(aFromB.matrix() * bFromC.matrix());
 }
 
 } // namespace surflect

@@ -1,4 +1,4 @@
-#include "srf/model/fade_file.h"
+#include "srf/model/visibility_file.h"
 #include "tests/fuzz/fuzz.h"
 
 #include <cstring>
@@ -10,5 +10,5 @@ void surflect::fuzz(std::string_view input) {
   if (input.size() < 8) return;
   std::memcpy(&surfels, input.data(), 4);
   std::memcpy(&views, input.data() + 4, 4);
-  unpackFades(std::as_bytes(std::span(input.substr(8))), surfels, views);
+  unpackVisibility(std::as_bytes(std::span(input.substr(8))), surfels, views);
 }

@@ -16,7 +16,7 @@ namespace surflect::studio {
 
 inline constexpr int pictureSize = 40; // pixels
 
-inline Film filmOf(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
+inline FrameLayers filmOf(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
                    const std::vector<ShotLight>& lights, const FrameOptions& options = {}) {
   BlockCache cache(model.files, size_t{1} << 28);
   FrameStats stats;

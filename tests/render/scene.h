@@ -1,7 +1,7 @@
 // Scenes of coloured surfels, and their pictures.
 #pragma once
 
-#include "render/splat/coverage.h"
+#include "render/splat/splat_raster.h"
 #include "tests/render/clouds.h"
 
 #include <cmath>
@@ -36,7 +36,7 @@ inline auto constant(const V3& color) {
 }
 inline const V3 red(1, 0, 0), green(0, 1, 0);
 
-inline std::vector<float> ofVisible(const Coverage& coverage, const std::vector<float>& colors) {
+inline std::vector<float> ofVisible(const SplatRaster& coverage, const std::vector<float>& colors) {
   std::vector<float> values;
   for (const uint32_t i : coverage.visible)
     for (size_t k = 0; k < 3; ++k) values.push_back(colors[3 * size_t{i} + k]);
@@ -46,7 +46,7 @@ inline std::vector<float> ofVisible(const Coverage& coverage, const std::vector<
 // cover and blend, with alpha as fourth channel.
 inline Image rendered(const Scene& scene, const Camera<ObjectSpace>& camera,
                       const SplatOptions& options = {}) {
-  const Coverage coverage = cover(camera, scene.splats(), options);
+  const SplatRaster coverage = rasterize(camera, scene.splats(), options);
   return blendWithAlpha(coverage, ofVisible(coverage, scene.colors), 3);
 }
 

@@ -5,7 +5,7 @@
 #include "srf/codec/view_encoder.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
-#include "srf/model/fade_file.h"
+#include "srf/model/visibility_file.h"
 #include "srf/model/manifest.h"
 #include "surfel/base/file.h"
 #include "surfel/geometry/ply.h"
@@ -84,11 +84,11 @@ void writeViews(const fs::path& folder) {
 void writeFades(const fs::path& folder) {
   for (const uint32_t surfels : {0u, 1u, 50u}) {
     const uint32_t views = 3;
-    ViewFades fades{views, std::vector<uint8_t>(surfels * views)};
+    VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
     for (uint8_t& fade : fades.values) fade = static_cast<uint8_t>(randomBits());
     std::string seed =
         textOf(std::as_bytes(std::span(&surfels, 1))) + textOf(std::as_bytes(std::span(&views, 1)));
-    writeFileAtomically(folder / std::to_string(surfels), seed + textOf(packFades(fades)));
+    writeFileAtomically(folder / std::to_string(surfels), seed + textOf(packVisibility(fades)));
   }
 }
 

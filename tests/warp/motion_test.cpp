@@ -14,7 +14,7 @@ const Track3 yAxis{0, 3, 0}; // any length will do
 
 std::string complaint(const WarpMotion& motion) {
   try {
-    freeze(motion, {0, 12, 0});
+    evaluateAt(motion, {0, 12, 0});
   } catch (const Error& error) {
     return error.what();
   }
@@ -23,15 +23,15 @@ std::string complaint(const WarpMotion& motion) {
 
 TEST(Freeze, TwistsByTheAngleOverTheLength) {
   const TwistMotion motion{yAxis, {}, Track::keyframes({{0, 0}, {10, 90}}), 2};
-  const WarpPointer warp = freeze(motion, {0, 10, 0});
+  const WarpPointer warp = evaluateAt(motion, {0, 10, 0});
   EXPECT_LT((warp->position({1, 2, 0}) - Vec3<double>(0, 2, -1)).norm(), 2e-16);
-  EXPECT_LT((freeze(motion, {0, 0, 0})->position({1, 2, 0}) - Vec3<double>(1, 2, 0)).norm(), 1e-15);
+  EXPECT_LT((evaluateAt(motion, {0, 0, 0})->position({1, 2, 0}) - Vec3<double>(1, 2, 0)).norm(), 1e-15);
 }
 
 // A rod of length 2 bent by 180 degrees ends beside its foot, at twice the radius 2/pi.
 TEST(Freeze, BendsByTheAngleOverTheLengthTowardsTheDirectionAcross) {
   const BendMotion motion{yAxis, {1, 7, 0}, {}, 180, 2};
-  const WarpPointer warp = freeze(motion, {});
+  const WarpPointer warp = evaluateAt(motion, {});
   EXPECT_LT((warp->position({0, 2, 0}) - Vec3<double>(4 / std::numbers::pi, 0, 0)).norm(), 2e-16);
 }
 
@@ -40,7 +40,7 @@ TEST(Freeze, TakesEachParameterAtItsTime) {
   for (int i = 0; i < 50; ++i) {
     const Vec3<double> x = randomVector(random);
     const ShotTime time{randomBetween(0, 2, random), 5, 0.5};
-    const WarpPointer sine = freeze(
+    const WarpPointer sine = evaluateAt(
         SineMotion{yAxis, {1, 0, 0}, {0, 1, 0}, Track::expression("t"), Track::expression("1 + t"), 30},
         time);
     const WarpPointer expected = sineWarp({.axis = {0, 1, 0},
@@ -52,17 +52,17 @@ TEST(Freeze, TakesEachParameterAtItsTime) {
     EXPECT_EQ(sine->position(x), expected->position(x));
 
     const WarpPointer rigid =
-        freeze(RigidMotion{yAxis, {1, 0, 0}, Track::expression("90*t"), {0, 0, 2}}, time);
+        evaluateAt(RigidMotion{yAxis, {1, 0, 0}, Track::expression("90*t"), {0, 0, 2}}, time);
     EXPECT_EQ(rigid->position(x),
               rigidWarp({0, 1, 0}, Angle::fromDegrees(90 * time.t), {1, 0, 0}, {0, 0, 2})->position(x));
 
-    const WarpPointer scale = freeze(ScaleMotion{{Track::expression("t"), 2, -1}, {1, 1, 1}}, time);
+    const WarpPointer scale = evaluateAt(ScaleMotion{{Track::expression("t"), 2, -1}, {1, 1, 1}}, time);
     EXPECT_EQ(scale->position(x), scaleWarp({time.t, 2, -1}, {1, 1, 1})->position(x));
   }
 }
 
 TEST(Freeze, TapersByTheFactorAtTheLength) {
-  const WarpPointer warp = freeze(TaperMotion{yAxis, {0, 1, 0}, 0.25, 2}, {});
+  const WarpPointer warp = evaluateAt(TaperMotion{yAxis, {0, 1, 0}, 0.25, 2}, {});
   EXPECT_LT((warp->position({1, 3, 0}) - Vec3<double>(0.25, 3, 0)).norm(), 1e-16);
   EXPECT_LT((warp->position({1, 2, 0}) - Vec3<double>(0.5, 2, 0)).norm(), 1e-15);
   EXPECT_EQ(complaint(TaperMotion{yAxis, {}, Track::expression("12 - frame"), 1}),

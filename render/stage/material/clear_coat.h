@@ -25,13 +25,13 @@ struct CoatTransmission {
   explicit CoatTransmission(double eta);
 
   double eta;
-  LossTable table; // what reflection loses
+  EnergyCompensation table; // what reflection loses
 };
 
 using CoatBase = std::variant<Lambert, RoughDiffuse, Conductor, Ward, Measured>;
 
 struct ClearCoat {
-  using View = struct ClearCoatView;
+  using Bsdf = struct ClearCoatBsdf;
 
   double eta = 1.5; // above 1
   double alpha = 0; // 0..1; below kSmooth: smooth
@@ -39,8 +39,8 @@ struct ClearCoat {
   const CoatTransmission* transmission = nullptr; // for this eta; not read where smooth
 };
 
-struct ClearCoatView {
-  ClearCoatView(const ClearCoat& coat, const ShadingDirection& towards);
+struct ClearCoatBsdf {
+  ClearCoatBsdf(const ClearCoat& coat, const ShadingDirection& towards);
 
   double eta;
   bool isSmooth;
@@ -49,11 +49,11 @@ struct ClearCoatView {
   LossesAtRoughness coatT; // where the coat is rough and seen from above
   double To = 0;           // T(wo)
   Rgb throughCoat;         // of what a Lambert base reflects, times T(wi) T(wo)
-  std::variant<LambertView, RoughDiffuseView, ConductorView, WardView, MeasuredView> base;
+  std::variant<LambertBsdf, RoughDiffuseBsdf, ConductorBsdf, WardBsdf, MeasuredBsdf> base;
 };
 
-Rgb evaluate(const ClearCoatView& view, const ShadingDirection& wi);
-double pdf(const ClearCoatView& view, const ShadingDirection& wi);
-std::optional<ScatterSample> sample(const ClearCoatView& view, const Uniforms& u);
+Rgb evaluate(const ClearCoatBsdf& bsdf, const ShadingDirection& wi);
+double pdf(const ClearCoatBsdf& bsdf, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const ClearCoatBsdf& bsdf, const Uniforms& u);
 
 } // namespace surflect

@@ -21,21 +21,21 @@ double multipleReflectance(double meanF, double meanLoss) {
   return meanF * meanF * meanE / (1 - meanF * meanLoss);
 }
 
-bool scatters(const ConductorView& view, const ShadingDirection& wi) {
-  return !view.isMirror && isAbove(wi) && isAbove(view.wo);
+bool scatters(const ConductorBsdf& bsdf, const ShadingDirection& wi) {
+  return !bsdf.isMirror && isAbove(wi) && isAbove(bsdf.wo);
 }
 
 } // namespace
 
-LossTable mirrorLossTable() {
-  return LossTable([](const ShadingDirection& wo, const ShadingDirection& h,
+EnergyCompensation mirrorEnergyCompensation() {
+  return EnergyCompensation([](const ShadingDirection& wo, const ShadingDirection& h,
                       const Roughness& alpha) { return ggx::unshadowed(mirrored(wo, h), wo, alpha); },
-                   LossTable::Shape::anisotropic, LossTable::Coordinate::stretched);
+                   EnergyCompensation::Shape::anisotropic, EnergyCompensation::Coordinate::stretched);
 }
 
 bool isSpecular(const Conductor& conductor) { return isSmooth(conductor.alpha); }
 
-ConductorView::ConductorView(const Conductor& seen, const ShadingDirection& towards)
+ConductorBsdf::ConductorBsdf(const Conductor& seen, const ShadingDirection& towards)
     : conductor(seen), wo(towards), isMirror(isSpecular(seen)), alpha(bounded(seen.alpha)) {
   if (isMirror || !isAbove(wo)) return;
   assert(conductor.mirrorLoss);
@@ -46,30 +46,30 @@ ConductorView::ConductorView(const Conductor& seen, const ShadingDirection& towa
   });
 }
 
-Rgb evaluate(const ConductorView& view, const ShadingDirection& wi) {
-  if (!scatters(view, wi)) return {};
-  const double single = ggx::reflected(wi, view.wo, view.alpha);
-  const Rgb fresnel = fresnelOf(view.conductor, halfCosine(wi, view.wo));
-  return scaled(single, fresnel) + scaled(view.losses.loss(wi) * cosineDensity(wi), view.multiple);
+Rgb evaluate(const ConductorBsdf& bsdf, const ShadingDirection& wi) {
+  if (!scatters(bsdf, wi)) return {};
+  const double single = ggx::reflected(wi, bsdf.wo, bsdf.alpha);
+  const Rgb fresnel = fresnelOf(bsdf.conductor, halfCosine(wi, bsdf.wo));
+  return scaled(single, fresnel) + scaled(bsdf.losses.loss(wi) * cosineDensity(wi), bsdf.multiple);
 }
 
-double pdf(const ConductorView& view, const ShadingDirection& wi) {
-  if (!scatters(view, wi)) return 0;
-  return (1 - view.lost) * ggx::reflectedDensity(wi, view.wo, view.alpha) +
-         view.lost * grazingDensity(wi, view.alpha);
+double pdf(const ConductorBsdf& bsdf, const ShadingDirection& wi) {
+  if (!scatters(bsdf, wi)) return 0;
+  return (1 - bsdf.lost) * ggx::reflectedDensity(wi, bsdf.wo, bsdf.alpha) +
+         bsdf.lost * grazingDensity(wi, bsdf.alpha);
 }
 
-std::optional<ScatterSample> sample(const ConductorView& view, const Uniforms& u) {
-  const ShadingDirection& wo = view.wo;
+std::optional<ScatterSample> sample(const ConductorBsdf& bsdf, const Uniforms& u) {
+  const ShadingDirection& wo = bsdf.wo;
   if (!isAbove(wo)) return std::nullopt;
-  if (view.isMirror)
-    return ScatterSample{{-wo.x(), -wo.y(), wo.z()}, fresnelOf(view.conductor, wo.z()), 0, true};
-  const ShadingDirection wi = u[0] < view.lost ? grazingDirection(view.alpha, u[1], u[2])
-                                               : mirrored(wo, ggx::visibleNormal(wo, view.alpha, u[1], u[2]));
+  if (bsdf.isMirror)
+    return ScatterSample{{-wo.x(), -wo.y(), wo.z()}, fresnelOf(bsdf.conductor, wo.z()), 0, true};
+  const ShadingDirection wi = u[0] < bsdf.lost ? grazingDirection(bsdf.alpha, u[1], u[2])
+                                               : mirrored(wo, ggx::visibleNormal(wo, bsdf.alpha, u[1], u[2]));
   if (!isAbove(wi)) return std::nullopt; // hidden by the surface
-  const double density = pdf(view, wi);
+  const double density = pdf(bsdf, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{wi, scaled(1 / density, evaluate(view, wi)), density};
+  return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
 } // namespace surflect

@@ -6,27 +6,27 @@
 // complex index of refraction: textures can hold it, and it fits measured metals closely.
 #pragma once
 
-#include "render/stage/material/loss_table.h"
-#include "render/stage/material/view.h"
+#include "render/stage/material/energy_compensation.h"
+#include "render/stage/material/bsdf.h"
 
 namespace surflect {
 
 struct Conductor {
-  using View = struct ConductorView;
+  using Bsdf = struct ConductorBsdf;
 
   Rgb color{1, 1, 1};                    // reflectance at normal incidence, 0..1
   Rgb grazingTint{1, 1, 1};              // 0..1, factor on Schlick's curve at 82 degrees
   Roughness alpha{0.1, 0.1};             // 0..1; both below kSmooth: a mirror
-  const LossTable* mirrorLoss = nullptr; // mirrorLossTable(), shared; not read where smooth
+  const EnergyCompensation* mirrorLoss = nullptr; // mirrorEnergyCompensation(), shared; not read where smooth
 };
 
 // Of facets that reflect everything; what every Conductor refers to.
-LossTable mirrorLossTable();
+EnergyCompensation mirrorEnergyCompensation();
 
 bool isSpecular(const Conductor& conductor);
 
-struct ConductorView {
-  ConductorView(const Conductor& seen, const ShadingDirection& towards);
+struct ConductorBsdf {
+  ConductorBsdf(const Conductor& seen, const ShadingDirection& towards);
 
   Conductor conductor;
   ShadingDirection wo;
@@ -38,8 +38,8 @@ struct ConductorView {
   Rgb multiple;    // of light reflected more than once, for what is lost along wi
 };
 
-Rgb evaluate(const ConductorView& view, const ShadingDirection& wi);
-double pdf(const ConductorView& view, const ShadingDirection& wi);
-std::optional<ScatterSample> sample(const ConductorView& view, const Uniforms& u);
+Rgb evaluate(const ConductorBsdf& bsdf, const ShadingDirection& wi);
+double pdf(const ConductorBsdf& bsdf, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const ConductorBsdf& bsdf, const Uniforms& u);
 
 } // namespace surflect

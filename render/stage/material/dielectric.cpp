@@ -40,7 +40,7 @@ double facetsPerRefracted(const ShadingDirection& wi, const ShadingDirection& wo
 // f cos of L / n^2; masking on both sides is not correlated.  [Walter 2007, Eq. 21]
 double transmitted(const ShadingDirection& wi, const ShadingDirection& wo, const ShadingDirection& h,
                    double eta, const Roughness& alpha) {
-  return ggx::visibleDensity(h, wo, alpha) * ggx::masking(flipped(wi), alpha) *
+  return ggx::visibleDensity(h, wo, alpha) * ggx::G1(flipped(wi), alpha) *
          facetsPerRefracted(wi, wo, h, eta);
 }
 
@@ -54,18 +54,18 @@ double shareBeyond(double passHere, double passBeyond, double meanLossHere, doub
 
 bool isOff(const ShadingDirection& w) { return isAbove(w) || isBelow(w); } // the horizon
 
-bool scatters(const DielectricView& view, const ShadingDirection& wi) {
-  return !view.isClear && isOff(wi) && isAbove(view.wo);
+bool scatters(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
+  return !bsdf.isClear && isOff(wi) && isAbove(bsdf.wo);
 }
 
 // To wo's side and back.
-ShadingDirection turned(const DielectricView& view, const ShadingDirection& wi) {
-  return view.isOutside ? wi : flipped(wi);
+ShadingDirection turned(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
+  return bsdf.isOutside ? wi : flipped(wi);
 }
 
 // wi as turned() says, here and below.
-double evaluateTurned(const DielectricView& view, const ShadingDirection& wi) {
-  const auto& [isClear, isOutside, wo, eta, alpha, here, beyond, lost, x] = view;
+double evaluateTurned(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
+  const auto& [isClear, isOutside, wo, eta, alpha, here, beyond, lost, x] = bsdf;
   if (isAbove(wi)) {
     const double F = dielectricFresnel(halfCosine(wi, wo), eta);
     const double multiple = (1 - x) * lost * here.loss(wi) / here.meanLoss;
@@ -77,8 +77,8 @@ double evaluateTurned(const DielectricView& view, const ShadingDirection& wi) {
   return (1 - dielectricFresnel(dot(wo, *h), eta)) * transmitted(wi, wo, *h, eta, alpha) + multiple;
 }
 
-double pdfTurned(const DielectricView& view, const ShadingDirection& wi) {
-  const auto& [isClear, isOutside, wo, eta, alpha, here, beyond, lost, x] = view;
+double pdfTurned(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
+  const auto& [isClear, isOutside, wo, eta, alpha, here, beyond, lost, x] = bsdf;
   const double grazing = grazingDensity(wi, alpha);
   if (isAbove(wi)) {
     const double F = dielectricFresnel(halfCosine(wi, wo), eta);
@@ -100,23 +100,23 @@ double facetAlbedo(const ShadingDirection& wo, const ShadingDirection& h, const 
   double albedo = F * ggx::unshadowed(mirrored(wo, h), wo, alpha);
   if (F < 1) {
     const ShadingDirection wi = refracted(wo, h, mu, refractedCosine(mu, eta), eta);
-    if (wi.z() < 0) albedo += (1 - F) * ggx::masking(wi, alpha);
+    if (wi.z() < 0) albedo += (1 - F) * ggx::G1(wi, alpha);
   }
   return albedo;
 }
 
-LossTable lossesFrom(double eta) {
-  return LossTable([eta](const ShadingDirection& wo, const ShadingDirection& h,
+EnergyCompensation lossesFrom(double eta) {
+  return EnergyCompensation([eta](const ShadingDirection& wo, const ShadingDirection& h,
                          const Roughness& alpha) { return facetAlbedo(wo, h, alpha, eta); },
-                   LossTable::Shape::isotropic, LossTable::Coordinate::stretched);
+                   EnergyCompensation::Shape::isotropic, EnergyCompensation::Coordinate::stretched);
 }
 
-ScatterSample sampleClear(const DielectricView& view, double u) {
-  const ShadingDirection& wo = view.wo;
-  if (u < dielectricFresnel(wo.z(), view.eta))
-    return {turned(view, {-wo.x(), -wo.y(), wo.z()}), {1, 1, 1}, 0, true};
-  const ShadingDirection wi = refracted(wo, {0, 0, 1}, wo.z(), refractedCosine(wo.z(), view.eta), view.eta);
-  return {turned(view, wi), {1, 1, 1}, 0, true};
+ScatterSample sampleClear(const DielectricBsdf& bsdf, double u) {
+  const ShadingDirection& wo = bsdf.wo;
+  if (u < dielectricFresnel(wo.z(), bsdf.eta))
+    return {turned(bsdf, {-wo.x(), -wo.y(), wo.z()}), {1, 1, 1}, 0, true};
+  const ShadingDirection wi = refracted(wo, {0, 0, 1}, wo.z(), refractedCosine(wo.z(), bsdf.eta), bsdf.eta);
+  return {turned(bsdf, wi), {1, 1, 1}, 0, true};
 }
 
 } // namespace
@@ -131,7 +131,7 @@ Rgb transmittance(const Rgb& absorption, double distance) {
 
 bool isSpecular(const Dielectric& dielectric) { return dielectric.alpha < kSmooth; }
 
-DielectricView::DielectricView(const Dielectric& dielectric, const ShadingDirection& towards)
+DielectricBsdf::DielectricBsdf(const Dielectric& dielectric, const ShadingDirection& towards)
     : isClear(isSpecular(dielectric)), isOutside(isAbove(towards)),
       wo(isOutside ? towards : flipped(towards)), eta(isOutside ? dielectric.eta : 1 / dielectric.eta),
       alpha(bounded({dielectric.alpha, dielectric.alpha})) {
@@ -146,33 +146,33 @@ DielectricView::DielectricView(const Dielectric& dielectric, const ShadingDirect
                                       here.meanLoss, beyond.meanLoss);
 }
 
-Rgb evaluate(const DielectricView& view, const ShadingDirection& wi) {
-  return scatters(view, wi) ? gray(evaluateTurned(view, turned(view, wi))) : Rgb{};
+Rgb evaluate(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
+  return scatters(bsdf, wi) ? gray(evaluateTurned(bsdf, turned(bsdf, wi))) : Rgb{};
 }
 
-double pdf(const DielectricView& view, const ShadingDirection& wi) {
-  return scatters(view, wi) ? pdfTurned(view, turned(view, wi)) : 0;
+double pdf(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
+  return scatters(bsdf, wi) ? pdfTurned(bsdf, turned(bsdf, wi)) : 0;
 }
 
-std::optional<ScatterSample> sample(const DielectricView& view, const Uniforms& u) {
-  if (!isAbove(view.wo)) return std::nullopt;
-  if (view.isClear) return sampleClear(view, u[0]);
+std::optional<ScatterSample> sample(const DielectricBsdf& bsdf, const Uniforms& u) {
+  if (!isAbove(bsdf.wo)) return std::nullopt;
+  if (bsdf.isClear) return sampleClear(bsdf, u[0]);
   ShadingDirection wi;
   bool reflects;
-  if (u[0] < view.lost) {
-    reflects = u[0] >= view.lost * view.shareBeyond;
-    wi = grazingDirection(view.alpha, u[1], u[2]);
+  if (u[0] < bsdf.lost) {
+    reflects = u[0] >= bsdf.lost * bsdf.shareBeyond;
+    wi = grazingDirection(bsdf.alpha, u[1], u[2]);
     if (!reflects) wi = flipped(wi);
   } else {
-    const ShadingDirection h = ggx::visibleNormal(view.wo, view.alpha, u[1], u[2]);
-    const double mu = dot(view.wo, h), F = dielectricFresnel(mu, view.eta);
-    reflects = u[0] < view.lost + (1 - view.lost) * F;
-    wi = reflects ? mirrored(view.wo, h) : refracted(view.wo, h, mu, refractedCosine(mu, view.eta), view.eta);
+    const ShadingDirection h = ggx::visibleNormal(bsdf.wo, bsdf.alpha, u[1], u[2]);
+    const double mu = dot(bsdf.wo, h), F = dielectricFresnel(mu, bsdf.eta);
+    reflects = u[0] < bsdf.lost + (1 - bsdf.lost) * F;
+    wi = reflects ? mirrored(bsdf.wo, h) : refracted(bsdf.wo, h, mu, refractedCosine(mu, bsdf.eta), bsdf.eta);
   }
   if (reflects ? !isAbove(wi) : !isBelow(wi)) return std::nullopt; // hidden by the surface
-  const double density = pdfTurned(view, wi);
+  const double density = pdfTurned(bsdf, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{turned(view, wi), gray(evaluateTurned(view, wi) / density), density};
+  return ScatterSample{turned(bsdf, wi), gray(evaluateTurned(bsdf, wi) / density), density};
 }
 
 } // namespace surflect

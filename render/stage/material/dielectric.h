@@ -9,8 +9,8 @@
 // then reads f(wi, wo) / n_i^2 = f(wo, wi) / n_o^2, n_i and n_o the indices where wi and wo are.
 #pragma once
 
-#include "render/stage/material/loss_table.h"
-#include "render/stage/material/view.h"
+#include "render/stage/material/energy_compensation.h"
+#include "render/stage/material/bsdf.h"
 
 namespace surflect {
 
@@ -20,11 +20,11 @@ struct DielectricLosses {
 
   double eta;
   double passed; // 1 - meanDielectricFresnel(eta): share of even light outside that enters
-  LossTable outside, inside;
+  EnergyCompensation outside, inside;
 };
 
 struct Dielectric {
-  using View = struct DielectricView;
+  using Bsdf = struct DielectricBsdf;
 
   double eta = 1.5;        // index of refraction inside over that outside; not 1
   double alpha = 0;        // 0..1; below kSmooth: smooth
@@ -39,8 +39,8 @@ Rgb transmittance(const Rgb& absorption, double distance);
 bool isSpecular(const Dielectric& dielectric);
 
 // As seen from the side of wo, which is made to be above.
-struct DielectricView {
-  DielectricView(const Dielectric& dielectric, const ShadingDirection& towards);
+struct DielectricBsdf {
+  DielectricBsdf(const Dielectric& dielectric, const ShadingDirection& towards);
 
   bool isClear, isOutside;
   ShadingDirection wo;
@@ -52,8 +52,8 @@ struct DielectricView {
   double shareBeyond = 0;         // of it, what is given back on the other side
 };
 
-Rgb evaluate(const DielectricView& view, const ShadingDirection& wi);
-double pdf(const DielectricView& view, const ShadingDirection& wi);
-std::optional<ScatterSample> sample(const DielectricView& view, const Uniforms& u);
+Rgb evaluate(const DielectricBsdf& bsdf, const ShadingDirection& wi);
+double pdf(const DielectricBsdf& bsdf, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const DielectricBsdf& bsdf, const Uniforms& u);
 
 } // namespace surflect

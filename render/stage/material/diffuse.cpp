@@ -12,22 +12,22 @@ double evenShare(const RoughDiffuse& rough) { return rough.roughness / 2; }
 
 } // namespace
 
-Rgb evaluate(const LambertView& view, const ShadingDirection& wi) {
-  return view.isSeen ? scaled(cosineDensity(wi), view.albedo) : Rgb{};
+Rgb evaluate(const LambertBsdf& bsdf, const ShadingDirection& wi) {
+  return bsdf.isSeen ? scaled(cosineDensity(wi), bsdf.albedo) : Rgb{};
 }
 
-double pdf(const LambertView& view, const ShadingDirection& wi) {
-  return view.isSeen ? cosineDensity(wi) : 0;
+double pdf(const LambertBsdf& bsdf, const ShadingDirection& wi) {
+  return bsdf.isSeen ? cosineDensity(wi) : 0;
 }
 
-std::optional<ScatterSample> sample(const LambertView& view, const Uniforms& u) {
-  if (!view.isSeen) return std::nullopt;
+std::optional<ScatterSample> sample(const LambertBsdf& bsdf, const Uniforms& u) {
+  if (!bsdf.isSeen) return std::nullopt;
   const ShadingDirection wi = cosineDirection(u[1], u[2]);
   if (!isAbove(wi)) return std::nullopt;
-  return ScatterSample{wi, view.albedo, cosineDensity(wi)};
+  return ScatterSample{wi, bsdf.albedo, cosineDensity(wi)};
 }
 
-RoughDiffuseView::RoughDiffuseView(const RoughDiffuse& material, const ShadingDirection& towards)
+RoughDiffuseBsdf::RoughDiffuseBsdf(const RoughDiffuse& material, const ShadingDirection& towards)
     : rough(material), wo(towards) {
   if (!isAbove(wo)) return;
   const double meanE = eon::meanAlbedo(rough.roughness);
@@ -36,26 +36,26 @@ RoughDiffuseView::RoughDiffuseView(const RoughDiffuse& material, const ShadingDi
   multiple = byChannel(rough.albedo, [&](double rho) { return eon::multipleAlbedo(rho, meanE) * lost; });
 }
 
-Rgb evaluate(const RoughDiffuseView& view, const ShadingDirection& wi) {
-  if (!isAbove(wi) || !isAbove(view.wo)) return {};
-  const double single = eon::single(view.rough.roughness, wi, view.wo);
-  const Rgb f = scaled(single, view.rough.albedo) + scaled(loss(view.rough.roughness, wi.z()), view.multiple);
+Rgb evaluate(const RoughDiffuseBsdf& bsdf, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(bsdf.wo)) return {};
+  const double single = eon::single(bsdf.rough.roughness, wi, bsdf.wo);
+  const Rgb f = scaled(single, bsdf.rough.albedo) + scaled(loss(bsdf.rough.roughness, wi.z()), bsdf.multiple);
   return scaled(cosineDensity(wi), f);
 }
 
-double pdf(const RoughDiffuseView& view, const ShadingDirection& wi) {
-  if (!isAbove(wi) || !isAbove(view.wo)) return 0;
-  const double even = evenShare(view.rough);
+double pdf(const RoughDiffuseBsdf& bsdf, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(bsdf.wo)) return 0;
+  const double even = evenShare(bsdf.rough);
   return even * hemisphereDensity(wi) + (1 - even) * cosineDensity(wi);
 }
 
-std::optional<ScatterSample> sample(const RoughDiffuseView& view, const Uniforms& u) {
-  if (!isAbove(view.wo)) return std::nullopt;
+std::optional<ScatterSample> sample(const RoughDiffuseBsdf& bsdf, const Uniforms& u) {
+  if (!isAbove(bsdf.wo)) return std::nullopt;
   const ShadingDirection wi =
-      u[0] < evenShare(view.rough) ? hemisphereDirection(u[1], u[2]) : cosineDirection(u[1], u[2]);
-  const double density = pdf(view, wi);
+      u[0] < evenShare(bsdf.rough) ? hemisphereDirection(u[1], u[2]) : cosineDirection(u[1], u[2]);
+  const double density = pdf(bsdf, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{wi, scaled(1 / density, evaluate(view, wi)), density};
+  return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
 } // namespace surflect

@@ -6,48 +6,48 @@
 // scattering once.
 #pragma once
 
-#include "render/stage/material/view.h"
+#include "render/stage/material/bsdf.h"
 
 namespace surflect {
 
 struct Lambert {
-  using View = struct LambertView;
+  using Bsdf = struct LambertBsdf;
 
   Rgb albedo{0.5f, 0.5f, 0.5f}; // 0..1
 };
 
-struct LambertView {
-  LambertView(const Lambert& lambert, const ShadingDirection& wo)
+struct LambertBsdf {
+  LambertBsdf(const Lambert& lambert, const ShadingDirection& wo)
       : albedo(lambert.albedo), isSeen(isAbove(wo)) {}
 
   Rgb albedo;
   bool isSeen;
 };
 
-Rgb evaluate(const LambertView& view, const ShadingDirection& wi);
-double pdf(const LambertView& view, const ShadingDirection& wi);
-std::optional<ScatterSample> sample(const LambertView& view, const Uniforms& u);
+Rgb evaluate(const LambertBsdf& bsdf, const ShadingDirection& wi);
+double pdf(const LambertBsdf& bsdf, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const LambertBsdf& bsdf, const Uniforms& u);
 
 // Cloth, plaster, clay: flatter than Lambert's and brighter towards the light. Oren and Nayar's in Fujii's
 // form, with the light that it loses between facets given back: white is white.
 struct RoughDiffuse {
-  using View = struct RoughDiffuseView;
+  using Bsdf = struct RoughDiffuseBsdf;
 
   Rgb albedo{0.5f, 0.5f, 0.5f}; // 0..1, of a single scattering: rough surfaces are more saturated
   double roughness = 0;         // 0..1
 };
 
-struct RoughDiffuseView {
-  RoughDiffuseView(const RoughDiffuse& rough, const ShadingDirection& towards);
+struct RoughDiffuseBsdf {
+  RoughDiffuseBsdf(const RoughDiffuse& rough, const ShadingDirection& towards);
 
   RoughDiffuse rough;
   ShadingDirection wo;
   Rgb multiple; // of light scattered more than once, for what a white surface loses of that along wi
 };
 
-Rgb evaluate(const RoughDiffuseView& view, const ShadingDirection& wi);
-double pdf(const RoughDiffuseView& view, const ShadingDirection& wi);
-std::optional<ScatterSample> sample(const RoughDiffuseView& view, const Uniforms& u);
+Rgb evaluate(const RoughDiffuseBsdf& bsdf, const ShadingDirection& wi);
+double pdf(const RoughDiffuseBsdf& bsdf, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const RoughDiffuseBsdf& bsdf, const Uniforms& u);
 
 namespace eon {
 

@@ -47,18 +47,18 @@ inline double lambda(const ShadingDirection& w, const Roughness& alpha) {
 }
 
 // Share of the facets facing w that is not hidden from it.  [Heitz 2014, Eq. 43]
-inline double masking(const ShadingDirection& w, const Roughness& alpha) {
+inline double G1(const ShadingDirection& w, const Roughness& alpha) {
   return 1 / (1 + lambda(w, alpha));
 }
 
 // The same for two directions on one side, correlated by height.  [Heitz 2014, Eq. 99]
-inline double maskingOfBoth(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
+inline double G2(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
   return 1 / (1 + lambda(wi, alpha) + lambda(wo, alpha));
 }
 
 // Density of the facets that w sees; integrates to 1.  [Heitz 2014, Eq. 16]
 inline double visibleDensity(const ShadingDirection& h, const ShadingDirection& w, const Roughness& alpha) {
-  return masking(w, alpha) * std::max(0.0, dot(w, h)) * density(h, alpha) / w.z();
+  return G1(w, alpha) * std::max(0.0, dot(w, h)) * density(h, alpha) / w.z();
 }
 
 // One of them. Seen from w, a hemisphere's visible normals halve the directions of an even cap.

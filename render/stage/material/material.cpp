@@ -85,31 +85,31 @@ void requireValid(const Material& material) {
   std::visit([](const auto& m) { require(m); }, material);
 }
 
-MaterialView viewFrom(const ShadingDirection& wo, const Material& material) {
-  return std::visit([&]<class Kind>(const Kind& m) -> MaterialView { return typename Kind::View(m, wo); },
+Bsdf bsdfAt(const ShadingDirection& wo, const Material& material) {
+  return std::visit([&]<class Kind>(const Kind& m) -> Bsdf { return typename Kind::Bsdf(m, wo); },
                     material);
 }
 
-void evaluate(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<Rgb> values) {
+void evaluate(const Bsdf& bsdf, std::span<const ShadingDirection> wi, std::span<Rgb> values) {
   assert(wi.size() == values.size());
   std::visit(
       [&](const auto& v) {
         for (size_t i = 0; i < wi.size(); ++i) values[i] = evaluate(v, wi[i]);
       },
-      view);
+      bsdf);
 }
 
-void pdf(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<double> densities) {
+void pdf(const Bsdf& bsdf, std::span<const ShadingDirection> wi, std::span<double> densities) {
   assert(wi.size() == densities.size());
   std::visit(
       [&](const auto& v) {
         for (size_t i = 0; i < wi.size(); ++i) densities[i] = pdf(v, wi[i]);
       },
-      view);
+      bsdf);
 }
 
-std::optional<ScatterSample> sample(const MaterialView& view, const Uniforms& u) {
-  return std::visit([&](const auto& v) { return sample(v, u); }, view);
+std::optional<ScatterSample> sample(const Bsdf& bsdf, const Uniforms& u) {
+  return std::visit([&](const auto& v) { return sample(v, u); }, bsdf);
 }
 
 Rgb evaluate(const Material& material, const ShadingDirection& wi, const ShadingDirection& wo) {

@@ -20,14 +20,14 @@ using Material = std::variant<Lambert, RoughDiffuse, Conductor, Dielectric, Ward
 void requireValid(const Material& material);
 
 // As seen from wo: view.h.
-using MaterialView = std::variant<LambertView, RoughDiffuseView, ConductorView, DielectricView, WardView,
-                                  MeasuredView, ClearCoatView>;
-MaterialView viewFrom(const ShadingDirection& wo, const Material& material);
+using Bsdf = std::variant<LambertBsdf, RoughDiffuseBsdf, ConductorBsdf, DielectricBsdf, WardBsdf,
+                                  MeasuredBsdf, ClearCoatBsdf>;
+Bsdf bsdfAt(const ShadingDirection& wo, const Material& material);
 
 // Of all wi at once: those below, and pdf. Spans have one length.
-void evaluate(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<Rgb> values);
-void pdf(const MaterialView& view, std::span<const ShadingDirection> wi, std::span<double> densities);
-std::optional<ScatterSample> sample(const MaterialView& view, const Uniforms& u);
+void evaluate(const Bsdf& bsdf, std::span<const ShadingDirection> wi, std::span<Rgb> values);
+void pdf(const Bsdf& bsdf, std::span<const ShadingDirection> wi, std::span<double> densities);
+std::optional<ScatterSample> sample(const Bsdf& bsdf, const Uniforms& u);
 
 // f |wi . n|, per steradian; without lobes that are specular.
 Rgb evaluate(const Material& material, const ShadingDirection& wi, const ShadingDirection& wo);

@@ -149,25 +149,25 @@ double MerlTable::halfDensity(const ShadingDirection& h) const {
   return share / (2 * kPi * (low - high));
 }
 
-Rgb evaluate(const MeasuredView& view, const ShadingDirection& wi) {
-  if (!isAbove(wi) || !isAbove(view.wo)) return {};
-  assert(view.table);
-  return scaled(wi.z(), view.table->at(wi, view.wo));
+Rgb evaluate(const MeasuredBsdf& bsdf, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(bsdf.wo)) return {};
+  assert(bsdf.table);
+  return scaled(wi.z(), bsdf.table->at(wi, bsdf.wo));
 }
 
-double pdf(const MeasuredView& view, const ShadingDirection& wi) {
-  if (!isAbove(wi) || !isAbove(view.wo)) return 0;
-  const ShadingDirection h = normalized(wi + view.wo);
-  return 0.5 * view.table->halfDensity(h) / (4 * halfCosine(wi, view.wo)) + 0.5 * cosineDensity(wi);
+double pdf(const MeasuredBsdf& bsdf, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(bsdf.wo)) return 0;
+  const ShadingDirection h = normalized(wi + bsdf.wo);
+  return 0.5 * bsdf.table->halfDensity(h) / (4 * halfCosine(wi, bsdf.wo)) + 0.5 * cosineDensity(wi);
 }
 
-std::optional<ScatterSample> sample(const MeasuredView& view, const Uniforms& u) {
-  if (!isAbove(view.wo)) return std::nullopt;
+std::optional<ScatterSample> sample(const MeasuredBsdf& bsdf, const Uniforms& u) {
+  if (!isAbove(bsdf.wo)) return std::nullopt;
   const ShadingDirection wi =
-      u[0] < 0.5 ? mirrored(view.wo, view.table->halfDirection(u[1], u[2])) : cosineDirection(u[1], u[2]);
-  const double density = pdf(view, wi);
+      u[0] < 0.5 ? mirrored(bsdf.wo, bsdf.table->halfDirection(u[1], u[2])) : cosineDirection(u[1], u[2]);
+  const double density = pdf(bsdf, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{wi, scaled(1 / density, evaluate(view, wi)), density};
+  return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
 } // namespace surflect

@@ -7,7 +7,7 @@
 // vector, d the direction of light in its frame.
 #pragma once
 
-#include "render/stage/material/view.h"
+#include "render/stage/material/bsdf.h"
 
 #include <filesystem>
 #include <vector>
@@ -38,21 +38,21 @@ private:
 
 // Nothing bounds what such files reflect: the tracer may meet weights above 1.
 struct Measured {
-  using View = struct MeasuredView;
+  using Bsdf = struct MeasuredBsdf;
 
   const MerlTable* table = nullptr;
 };
 
-struct MeasuredView {
-  MeasuredView(const Measured& measured, const ShadingDirection& towards)
+struct MeasuredBsdf {
+  MeasuredBsdf(const Measured& measured, const ShadingDirection& towards)
       : table(measured.table), wo(towards) {}
 
   const MerlTable* table;
   ShadingDirection wo;
 };
 
-Rgb evaluate(const MeasuredView& view, const ShadingDirection& wi);
-double pdf(const MeasuredView& view, const ShadingDirection& wi);
-std::optional<ScatterSample> sample(const MeasuredView& view, const Uniforms& u);
+Rgb evaluate(const MeasuredBsdf& bsdf, const ShadingDirection& wi);
+double pdf(const MeasuredBsdf& bsdf, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const MeasuredBsdf& bsdf, const Uniforms& u);
 
 } // namespace surflect

@@ -10,14 +10,14 @@ namespace surflect::ggx {
 // f cos of facets that reflect everything; wi and wo above.  [Walter 2007, Eq. 20]
 inline double reflected(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
   const ShadingDirection h = normalized(wi + wo);
-  return density(h, alpha) * maskingOfBoth(wi, wo, alpha) / (4 * wo.z());
+  return density(h, alpha) * G2(wi, wo, alpha) / (4 * wo.z());
 }
 
 // Density of mirrored(wo, visibleNormal(wo)).  [Walter 2007, Eq. 14]
 inline double reflectedDensity(const ShadingDirection& wi, const ShadingDirection& wo,
                                const Roughness& alpha) {
   const ShadingDirection h = normalized(wi + wo);
-  return masking(wo, alpha) * density(h, alpha) / (4 * wo.z());
+  return G1(wo, alpha) * density(h, alpha) / (4 * wo.z());
 }
 
 // reflected / reflectedDensity for wo above and a wi that h mirrors it to: share of what wo sees that the

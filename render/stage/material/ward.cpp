@@ -31,31 +31,31 @@ double glossShare(const Ward& ward) {
 
 } // namespace
 
-WardView::WardView(const Ward& ward, const ShadingDirection& towards)
+WardBsdf::WardBsdf(const Ward& ward, const ShadingDirection& towards)
     : diffuse(ward.diffuse), specular(ward.specular), alpha(bounded(ward.alpha)),
       glossShare(surflect::glossShare(ward)), wo(towards) {}
 
-Rgb evaluate(const WardView& view, const ShadingDirection& wi) {
-  if (!isAbove(wi) || !isAbove(view.wo)) return {};
-  return scaled(cosineDensity(wi), view.diffuse) +
-         scaled(gloss(wi, view.wo, view.alpha) * wi.z(), view.specular);
+Rgb evaluate(const WardBsdf& bsdf, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(bsdf.wo)) return {};
+  return scaled(cosineDensity(wi), bsdf.diffuse) +
+         scaled(gloss(wi, bsdf.wo, bsdf.alpha) * wi.z(), bsdf.specular);
 }
 
-double pdf(const WardView& view, const ShadingDirection& wi) {
-  if (!isAbove(wi) || !isAbove(view.wo)) return 0;
-  const ShadingDirection h = normalized(wi + view.wo);
-  return view.glossShare * halfDensity(h, view.alpha) / (4 * halfCosine(wi, view.wo)) +
-         (1 - view.glossShare) * cosineDensity(wi);
+double pdf(const WardBsdf& bsdf, const ShadingDirection& wi) {
+  if (!isAbove(wi) || !isAbove(bsdf.wo)) return 0;
+  const ShadingDirection h = normalized(wi + bsdf.wo);
+  return bsdf.glossShare * halfDensity(h, bsdf.alpha) / (4 * halfCosine(wi, bsdf.wo)) +
+         (1 - bsdf.glossShare) * cosineDensity(wi);
 }
 
-std::optional<ScatterSample> sample(const WardView& view, const Uniforms& u) {
-  if (!isAbove(view.wo)) return std::nullopt;
-  const ShadingDirection wi = u[0] < view.glossShare
-                                  ? mirrored(view.wo, halfDirection(view.alpha, u[1], u[2]))
+std::optional<ScatterSample> sample(const WardBsdf& bsdf, const Uniforms& u) {
+  if (!isAbove(bsdf.wo)) return std::nullopt;
+  const ShadingDirection wi = u[0] < bsdf.glossShare
+                                  ? mirrored(bsdf.wo, halfDirection(bsdf.alpha, u[1], u[2]))
                                   : cosineDirection(u[1], u[2]);
-  const double density = pdf(view, wi);
+  const double density = pdf(bsdf, wi);
   if (!(density > 0)) return std::nullopt;
-  return ScatterSample{wi, scaled(1 / density, evaluate(view, wi)), density};
+  return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
 } // namespace surflect

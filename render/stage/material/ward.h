@@ -8,20 +8,20 @@
 #pragma once
 
 #include "render/stage/material/ggx.h"
-#include "render/stage/material/view.h"
+#include "render/stage/material/bsdf.h"
 
 namespace surflect {
 
 struct Ward {
-  using View = struct WardView;
+  using Bsdf = struct WardBsdf;
 
   Rgb diffuse{0.5f, 0.5f, 0.5f};
   Rgb specular{0.04f, 0.04f, 0.04f}; // with diffuse at most 1
   Roughness alpha{0.1, 0.1};         // 0..1
 };
 
-struct WardView {
-  WardView(const Ward& ward, const ShadingDirection& towards);
+struct WardBsdf {
+  WardBsdf(const Ward& ward, const ShadingDirection& towards);
 
   Rgb diffuse, specular;
   Roughness alpha; // bounded
@@ -29,8 +29,8 @@ struct WardView {
   ShadingDirection wo;
 };
 
-Rgb evaluate(const WardView& view, const ShadingDirection& wi);
-double pdf(const WardView& view, const ShadingDirection& wi);
-std::optional<ScatterSample> sample(const WardView& view, const Uniforms& u);
+Rgb evaluate(const WardBsdf& bsdf, const ShadingDirection& wi);
+double pdf(const WardBsdf& bsdf, const ShadingDirection& wi);
+std::optional<ScatterSample> sample(const WardBsdf& bsdf, const Uniforms& u);
 
 } // namespace surflect

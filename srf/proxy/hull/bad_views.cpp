@@ -42,11 +42,11 @@ struct Ballot {
   std::span<const uint64_t> opponents(size_t i) const { return {against.data() + i * words, words}; }
 };
 
-Ballot voteOnCells(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
+Ballot voteOnCells(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
                    const Progress& progress) {
-  const auto cubes = possibleCubes(sights, quorum, box, kCells, true, progress);
+  const auto cubes = possibleCubes(silhouetteViews, quorum, box, kCells, true, progress);
   Ballot all;
-  all.words = wordsFor(sights.size());
+  all.words = wordsFor(silhouetteViews.size());
   all.against.resize(cubes.size() * all.words);
   for (const Cube& cube : cubes) {
     all.radius = cube.ball().radius; // of all the same
@@ -54,8 +54,8 @@ Ballot voteOnCells(std::span<const Sight> sights, size_t quorum, const Eigen::Al
   }
   tbb::parallel_for(size_t{0}, cubes.size(), [&](size_t i) {
     const std::span<uint64_t> against(all.against.data() + i * all.words, all.words);
-    for (size_t view = 0; view < sights.size(); ++view)
-      if (voteOn(sights[view], cubes[i].ball()).outside) insert(against, view);
+    for (size_t view = 0; view < silhouetteViews.size(); ++view)
+      if (voteOn(silhouetteViews[view], cubes[i].ball()).outside) insert(against, view);
   });
   return all;
 }
@@ -63,17 +63,17 @@ Ballot voteOnCells(std::span<const Sight> sights, size_t quorum, const Eigen::Al
 // The picture of one view in cells as large as those of the space.
 class Witness {
 public:
-  Witness(const Sight& sight, const Ballot& ballot) : sight_(sight), words_(ballot.words) {
+  Witness(const SilhouetteView& silhouetteView, const Ballot& ballot) : sight_(silhouetteView), words_(ballot.words) {
     std::vector<double> footprints;
     for (const auto& center : ballot.centers)
-      if (const double here = pixelFootprint(sight.camera, center); here > 0) footprints.push_back(here);
+      if (const double here = pixelFootprint(silhouetteView.camera, center); here > 0) footprints.push_back(here);
     if (!footprints.empty()) {
       const auto middle = footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2);
       std::ranges::nth_element(footprints, middle);
       cell_ = std::max(1.0, ballot.radius / std::sqrt(0.75) / *middle);
     }
-    width_ = static_cast<int>(std::ceil(sight.outline.width() / cell_));
-    height_ = static_cast<int>(std::ceil(sight.outline.height() / cell_));
+    width_ = static_cast<int>(std::ceil(silhouetteView.outline.width() / cell_));
+    height_ = static_cast<int>(std::ceil(silhouetteView.outline.height() / cell_));
   }
 
   // For every view the share of this silhouette that it is blamed for, among the views that take part.
@@ -129,7 +129,7 @@ private:
           use(static_cast<size_t>(row) * static_cast<size_t>(width_) + static_cast<size_t>(column));
   }
 
-  const Sight& sight_;
+  const SilhouetteView& sight_;
   size_t words_;
   double cell_ = 1; // pixels
   int width_ = 0, height_ = 0;
@@ -162,17 +162,17 @@ std::optional<size_t> worstView(std::span<const Witness> witnesses, const Ballot
 
 } // namespace
 
-std::vector<size_t> badViews(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
+std::vector<size_t> badViews(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
                              const Progress& progress) {
-  const Ballot ballot = voteOnCells(sights, quorum, box, progress);
+  const Ballot ballot = voteOnCells(silhouetteViews, quorum, box, progress);
   std::vector<Witness> witnesses;
   Bits taking(ballot.words);
-  for (size_t view = 0; view < sights.size(); ++view) {
-    witnesses.emplace_back(sights[view], ballot);
+  for (size_t view = 0; view < silhouetteViews.size(); ++view) {
+    witnesses.emplace_back(silhouetteViews[view], ballot);
     insert(taking, view);
   }
   std::vector<size_t> bad;
-  while (bad.size() < allowedDissent(sights.size())) {
+  while (bad.size() < allowedDissent(silhouetteViews.size())) {
     progress.checkpoint();
     const auto worst = worstView(witnesses, ballot, taking);
     if (!worst) break;

@@ -1,7 +1,7 @@
 // Which mattes cut away what the others show.
 #pragma once
 
-#include "srf/proxy/hull/sight.h"
+#include "srf/proxy/hull/silhouette_view.h"
 #include "surfel/base/progress.h"
 
 #include <Eigen/Geometry>
@@ -21,7 +21,7 @@ namespace surflect {
 // large does no harm and stays.
 //
 // `box` holds what is possible with dissent, see boundsOf. Returns indices in rising order.
-std::vector<size_t> badViews(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
+std::vector<size_t> badViews(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
                              const Progress& progress);
 
 } // namespace surflect

@@ -10,10 +10,10 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-bool isPossible(std::span<const Sight> sights, size_t quorum, const Ball& ball, bool dissent) {
+bool isPossible(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Ball& ball, bool dissent) {
   size_t against = 0, mayAgree = 0;
-  for (const Sight& sight : sights) {
-    const BallVote vote = voteOn(sight, ball);
+  for (const SilhouetteView& silhouetteView : silhouetteViews) {
+    const BallVote vote = voteOn(silhouetteView, ball);
     if (vote.outside && !dissent) return false;
     against += vote.outside;
     mayAgree += vote.mayAgree;
@@ -43,7 +43,7 @@ std::vector<Cube> split(const std::vector<Cube>& cubes) {
 
 } // namespace
 
-std::vector<Cube> possibleCubes(std::span<const Sight> sights, size_t quorum, const Box& box, int across,
+std::vector<Cube> possibleCubes(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Box& box, int across,
                                 bool dissent, const Progress& progress) {
   constexpr int kLevels = 4;
   std::vector<Cube> cubes = fill(box, box.sizes().maxCoeff() / across * (1 << (kLevels - 1)));
@@ -52,7 +52,7 @@ std::vector<Cube> possibleCubes(std::span<const Sight> sights, size_t quorum, co
     if (level > 0) cubes = split(cubes);
     std::vector<uint8_t> possible(cubes.size());
     tbb::parallel_for(size_t{0}, cubes.size(),
-                      [&](size_t i) { possible[i] = isPossible(sights, quorum, cubes[i].ball(), dissent); });
+                      [&](size_t i) { possible[i] = isPossible(silhouetteViews, quorum, cubes[i].ball(), dissent); });
     size_t kept = 0;
     for (size_t i = 0; i < cubes.size(); ++i)
       if (possible[i]) cubes[kept++] = cubes[i];
@@ -61,27 +61,27 @@ std::vector<Cube> possibleCubes(std::span<const Sight> sights, size_t quorum, co
   return cubes;
 }
 
-Box startingBox(std::span<const Sight> sights) {
-  const auto center = pointInView(sights);
+Box startingBox(std::span<const SilhouetteView> silhouetteViews) {
+  const auto center = pointInView(silhouetteViews);
   std::vector<double> reach;
-  for (const Sight& sight : sights) {
-    const Lens& lens = sight.camera.lens;
+  for (const SilhouetteView& silhouetteView : silhouetteViews) {
+    const Lens& lens = silhouetteView.camera.lens;
     reach.push_back(lens.model == Lens::Model::orthographic
                         ? std::hypot(lens.width / lens.focalX, lens.height / lens.focalY)
-                        : length(sight.camera.center() - center));
+                        : length(silhouetteView.camera.center() - center));
   }
   std::ranges::sort(reach);
   const double half = std::min(reach.back(), 2 * reach[reach.size() / 2]);
   return Box(center.raw().array() - half, center.raw().array() + half);
 }
 
-Box boundsOf(std::span<const Sight> sights, size_t quorum, bool dissent, const Progress& progress) {
+Box boundsOf(std::span<const SilhouetteView> silhouetteViews, size_t quorum, bool dissent, const Progress& progress) {
   constexpr int kAcross = 48, kRounds = 30;
-  Box box = startingBox(sights);
+  Box box = startingBox(silhouetteViews);
   const double point = 1e-9 * box.sizes().maxCoeff(); // where silhouettes only touch
   for (int round = 0; round < kRounds; ++round) {
     Box rest;
-    for (const Cube& cube : possibleCubes(sights, quorum, box, kAcross, dissent, progress))
+    for (const Cube& cube : possibleCubes(silhouetteViews, quorum, box, kAcross, dissent, progress))
       rest.extend(Box(cube.low, cube.low.array() + cube.edge));
     if (rest.isEmpty() || rest.sizes().maxCoeff() < point) return Box();
     const bool settled = rest.volume() > 0.7 * box.volume();

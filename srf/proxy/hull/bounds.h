@@ -1,7 +1,7 @@
 // Where the object must be, from silhouettes alone.
 #pragma once
 
-#include "srf/proxy/hull/sight.h"
+#include "srf/proxy/hull/silhouette_view.h"
 #include "surfel/base/progress.h"
 
 #include <Eigen/Geometry>
@@ -29,16 +29,16 @@ struct Cube {
 
 // Of the cubes that fill the box, `across` along its longest side, those in which a point may have a quorum
 // and no vote against it, or with `dissent` no more than allowed. By an octree, in its order.
-std::vector<Cube> possibleCubes(std::span<const Sight> sights, size_t quorum, const Eigen::AlignedBox3d& box,
+std::vector<Cube> possibleCubes(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
                                 int across, bool dissent, const Progress& progress);
 
 // A cube about pointInView that reaches to the farthest camera, or twice as far as the one in the middle,
 // where some stand elsewhere altogether: hulls are cut off there.
-Eigen::AlignedBox3d startingBox(std::span<const Sight> sights);
+Eigen::AlignedBox3d startingBox(std::span<const SilhouetteView> silhouetteViews);
 
 // A box that holds all such points. By carving the starting box again and again, 48 cubes across. Empty where
 // there are none.
-Eigen::AlignedBox3d boundsOf(std::span<const Sight> sights, size_t quorum, bool dissent,
+Eigen::AlignedBox3d boundsOf(std::span<const SilhouetteView> silhouetteViews, size_t quorum, bool dissent,
                              const Progress& progress);
 
 } // namespace surflect

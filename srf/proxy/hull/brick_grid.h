@@ -1,7 +1,7 @@
 // A field on the corners of a regular grid, kept only near where it changes sign.
 #pragma once
 
-#include "srf/proxy/hull/sight.h"
+#include "srf/proxy/hull/silhouette_view.h"
 #include "surfel/base/progress.h"
 
 #include <array>

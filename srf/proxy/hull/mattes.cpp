@@ -46,16 +46,16 @@ std::optional<Image> matteOf(const Capture& capture, std::span<const size_t> fra
 
 } // namespace
 
-std::vector<Sight> sightsOf(const Capture& capture, const Progress& progress) {
+std::vector<SilhouetteView> silhouetteViewsOf(const Capture& capture, const Progress& progress) {
   const auto frames = framesByMatte(capture);
-  std::vector<Sight> sights;
+  std::vector<SilhouetteView> silhouetteViews;
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("silhouettes", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto matte = matteOf(capture, frames[view]);
     if (matte && showsBackground(*matte))
-      sights.push_back({capture.views[view].identity, capture.views[view].camera, Outline(*matte)});
+      silhouetteViews.push_back({capture.views[view].identity, capture.views[view].camera, Outline(*matte)});
   }
-  return sights;
+  return silhouetteViews;
 }
 
 } // namespace surflect

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "srf/proxy/hull/sight.h"
+#include "srf/proxy/hull/silhouette_view.h"
 #include "surfel/base/progress.h"
 
 #include <vector>
@@ -12,6 +12,6 @@ namespace surflect {
 // Of each view that has a matte, the union of all its frames' mattes, each read once. A matte without
 // background says nothing and counts as none. Throws Error for what
 // cannot be read.
-std::vector<Sight> sightsOf(const Capture& capture, const Progress& progress);
+std::vector<SilhouetteView> silhouetteViewsOf(const Capture& capture, const Progress& progress);
 
 } // namespace surflect

@@ -19,17 +19,17 @@ namespace {
 constexpr double kMostVoxels = 512; // along the longest side of the grid
 constexpr int kSmoothing = 3;       // pairs
 
-std::string namesOf(std::span<const Sight> sights, std::span<const size_t> which) {
+std::string namesOf(std::span<const SilhouetteView> silhouetteViews, std::span<const size_t> which) {
   constexpr size_t kMost = 8;
   std::string names;
   for (size_t i = 0; i < std::min(kMost, which.size()); ++i)
-    names += (i > 0 ? ", " : "") + sights[which[i]].name;
+    names += (i > 0 ? ", " : "") + silhouetteViews[which[i]].name;
   if (names.empty()) return "none (they meet in less than a voxel)";
   return names + (which.size() > kMost ? ", ..." : "");
 }
 
 // At the point where most views agree, those that do not.
-std::vector<size_t> dissenters(std::span<const Sight> sights, const Eigen::AlignedBox3d& box) {
+std::vector<size_t> dissenters(std::span<const SilhouetteView> silhouetteViews, const Eigen::AlignedBox3d& box) {
   constexpr int kAcross = 64;
   std::vector<size_t> fewest;
   size_t most = 0;
@@ -39,8 +39,8 @@ std::vector<size_t> dissenters(std::span<const Sight> sights, const Eigen::Align
         Vec3<double>(box.min() + box.sizes().cwiseProduct(share) / kAcross));
     std::vector<size_t> against;
     size_t agree = 0;
-    for (size_t view = 0; view < sights.size(); ++view) {
-      const auto distance = coneDistance(sights[view], p);
+    for (size_t view = 0; view < silhouetteViews.size(); ++view) {
+      const auto distance = coneDistance(silhouetteViews[view], p);
       if (distance && !(*distance > 0)) against.push_back(view);
       agree += distance && *distance > 0;
     }
@@ -51,10 +51,10 @@ std::vector<size_t> dissenters(std::span<const Sight> sights, const Eigen::Align
   return fewest;
 }
 
-double medianFootprint(std::span<const Sight> sights, const Point3<AcquisitionSpace, double>& p) {
+double medianFootprint(std::span<const SilhouetteView> silhouetteViews, const Point3<AcquisitionSpace, double>& p) {
   std::vector<double> footprints;
-  for (const Sight& sight : sights)
-    if (const double here = pixelFootprint(sight.camera, p); here > 0) footprints.push_back(here);
+  for (const SilhouetteView& silhouetteView : silhouetteViews)
+    if (const double here = pixelFootprint(silhouetteView.camera, p); here > 0) footprints.push_back(here);
   const auto middle = footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2);
   std::ranges::nth_element(footprints, middle);
   return *middle;
@@ -75,14 +75,14 @@ GridShape gridAround(const Eigen::AlignedBox3d& box, double voxel) {
 
 // Moves vertices along their normals to where the field is zero: a net lies inside of what it spans, by most
 // at ridges. No more than half a voxel, for the field has steps where images end.
-void project(TriangleMesh& mesh, std::span<const Sight> sights, size_t quorum, double voxel) {
+void project(TriangleMesh& mesh, std::span<const SilhouetteView> silhouetteViews, size_t quorum, double voxel) {
   std::vector<Vec3<double>> normals(mesh.positions.size(), Vec3<double>::Zero());
   for (size_t t = 0; t < mesh.triangles.size(); ++t)
     for (const uint32_t corner : mesh.triangles[t]) normals[corner] += areaVector(mesh, t);
   tbb::parallel_for(size_t{0}, normals.size(), [&](size_t i) {
     if (!(normals[i].norm() > 0)) return;
     const auto p = mesh.positions[i].cast<double>();
-    const double inside = hullDistance(sights, quorum, p, voxel / 2);
+    const double inside = hullDistance(silhouetteViews, quorum, p, voxel / 2);
     mesh.positions[i] =
         assume<Point3<AcquisitionSpace>>(Vec3<double>(p.raw() + inside * normals[i].normalized()));
   });
@@ -90,58 +90,58 @@ void project(TriangleMesh& mesh, std::span<const Sight> sights, size_t quorum, d
 
 } // namespace
 
-VisualHull visualHull(std::span<const Sight> all, const HullOptions& options, const Progress& progress) {
+VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& options, const Progress& progress) {
   VisualHull hull;
-  std::vector<Sight> sights;
+  std::vector<SilhouetteView> silhouetteViews;
   std::vector<size_t> indices;
   for (size_t view = 0; view < all.size(); ++view) {
     if (all[view].outline.isEmpty()) {
       hull.leftOut.push_back(view);
       continue;
     }
-    sights.push_back(all[view]);
+    silhouetteViews.push_back(all[view]);
     indices.push_back(view);
   }
-  if (sights.size() < 2)
-    throw Error::mismatch("silhouettes of two views or more", std::to_string(sights.size()));
+  if (silhouetteViews.size() < 2)
+    throw Error::mismatch("silhouettes of two views or more", std::to_string(silhouetteViews.size()));
 
   progress("visual hull", 0);
-  const size_t fewest = quorumOf(sights);
-  const auto possible = boundsOf(sights, fewest, true, progress);
+  const size_t fewest = quorumOf(silhouetteViews);
+  const auto possible = boundsOf(silhouetteViews, fewest, true, progress);
   if (!possible.isEmpty()) {
-    const auto bad = badViews(sights, fewest, possible, progress);
+    const auto bad = badViews(silhouetteViews, fewest, possible, progress);
     for (auto view = bad.rbegin(); view != bad.rend(); ++view) {
       hull.leftOut.push_back(indices[*view]);
-      sights.erase(sights.begin() + static_cast<std::ptrdiff_t>(*view));
+      silhouetteViews.erase(silhouetteViews.begin() + static_cast<std::ptrdiff_t>(*view));
     }
     std::ranges::sort(hull.leftOut);
   }
   progress("visual hull", 0.2);
 
-  const size_t quorum = quorumOf(sights); // of those that are left
-  const auto box = boundsOf(sights, quorum, false, progress);
+  const size_t quorum = quorumOf(silhouetteViews); // of those that are left
+  const auto box = boundsOf(silhouetteViews, quorum, false, progress);
   const auto empty = [&] {
-    const auto against = dissenters(sights, possible.isEmpty() ? startingBox(sights) : possible);
-    return Error("the silhouettes of the " + std::to_string(sights.size()) +
+    const auto against = dissenters(silhouetteViews, possible.isEmpty() ? startingBox(silhouetteViews) : possible);
+    return Error("the silhouettes of the " + std::to_string(silhouetteViews.size()) +
                  " views have no point in common; where most of them agree, these do not: " +
-                 namesOf(sights, against) +
+                 namesOf(silhouetteViews, against) +
                  " (poses are camera to world, by OpenGL's axes: surflect inspect tells more)");
   };
   if (box.isEmpty()) throw empty();
 
-  const double footprint = medianFootprint(sights, assume<Point3<AcquisitionSpace, double>>(box.center()));
+  const double footprint = medianFootprint(silhouetteViews, assume<Point3<AcquisitionSpace, double>>(box.center()));
   hull.voxel = std::max(options.voxelPixels * footprint, box.sizes().maxCoeff() / kMostVoxels);
   const GridShape shape = gridAround(box, hull.voxel);
   BrickGrid grid(
-      shape, [&](const Ball& ball) { return classify(sights, quorum, ball); },
+      shape, [&](const Ball& ball) { return classify(silhouetteViews, quorum, ball); },
       [&](const Point3<AcquisitionSpace, double>& p) {
-        return hullDistance(sights, quorum, p, 2 * shape.voxel);
+        return hullDistance(silhouetteViews, quorum, p, 2 * shape.voxel);
       },
       progress);
   progress("visual hull", 0.8);
   hull.mesh = surfaceNet(std::move(grid), progress);
   if (hull.mesh.triangles.empty()) throw empty(); // what is there is smaller than a voxel
-  project(hull.mesh, sights, quorum, hull.voxel);
+  project(hull.mesh, silhouetteViews, quorum, hull.voxel);
   hull.mesh = smoothed(std::move(hull.mesh), kSmoothing, progress);
   return hull;
 }

@@ -2,7 +2,7 @@
 // It touches the object along its outlines and closes its concavities.
 #pragma once
 
-#include "srf/proxy/hull/sight.h"
+#include "srf/proxy/hull/silhouette_view.h"
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 
@@ -25,6 +25,6 @@ struct VisualHull {
 // A point is of the hull if all images that contain it show it inside of the silhouette, and these are a
 // quorum. The grid has at most 512 voxels a side. Throws Error, which names the views at fault, where the
 // silhouettes have no common point or all look along one line; Cancelled.
-VisualHull visualHull(std::span<const Sight> sights, const HullOptions& options, const Progress& progress);
+VisualHull visualHull(std::span<const SilhouetteView> silhouetteViews, const HullOptions& options, const Progress& progress);
 
 } // namespace surflect

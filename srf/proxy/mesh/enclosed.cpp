@@ -1,6 +1,6 @@
 #include "srf/proxy/mesh/enclosed.h"
 
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
@@ -134,7 +134,7 @@ std::vector<uint8_t> enclosedVertices(const TriangleMesh& mesh, const RayCaster<
   std::vector<uint8_t> isInside(front.size()), isUnsure(all.size());
   forEach(all.size(), progress, [&](size_t r) {
     const std::vector<uint32_t>& region = members[all[r]];
-    const std::vector<size_t> asked = evenly(region.size(), kAskedOfRegion);
+    const std::vector<size_t> asked = evenlySpaced(region.size(), kAskedOfRegion);
     size_t enclosed = 0;
     for (const size_t i : asked) enclosed += isEnclosed(rays, *front[region[i]]);
     isUnsure[r] = enclosed > 0 && enclosed < asked.size();

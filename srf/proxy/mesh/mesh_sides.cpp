@@ -1,6 +1,6 @@
 #include "srf/proxy/mesh/mesh_sides.h"
 
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 #include "surfel/geometry/ray_caster.h"
 
 #include <tbb/parallel_for.h>
@@ -49,14 +49,14 @@ std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& part
                                  const Progress& progress) {
   const RayCaster<World> rays(mesh, progress);
   std::vector<Camera<World>> some;
-  for (const size_t i : evenly(cameras.size(), kViews)) some.push_back(cameras[i]);
+  for (const size_t i : evenlySpaced(cameras.size(), kViews)) some.push_back(cameras[i]);
   std::vector<uint32_t> triangles;
   std::vector<std::span<const Camera<World>>> asked; // #triangles
   std::vector<size_t> end;                           // of each part's
   for (size_t part = 0; part < parts.parts.size(); ++part) {
     const std::vector<uint32_t>& all = parts.parts[part].triangles;
     for (const size_t i :
-         evenly(all.size(), std::max(kOfPart, all.size() * kTriangles / mesh.triangles.size())))
+         evenlySpaced(all.size(), std::max(kOfPart, all.size() * kTriangles / mesh.triangles.size())))
       triangles.push_back(all[i]);
     end.push_back(triangles.size());
     asked.resize(triangles.size(), asksAll[part] ? cameras : some);

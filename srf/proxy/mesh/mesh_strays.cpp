@@ -1,6 +1,6 @@
 #include "srf/proxy/mesh/mesh_strays.h"
 
-#include "surfel/base/evenly.h"
+#include "surfel/base/evenly_spaced.h"
 #include "surfel/geometry/ray_caster.h"
 
 #include <algorithm>
@@ -53,7 +53,7 @@ double seenShare(const TriangleMesh& some, const TriangleMesh& others, std::span
                  const Progress& progress) {
   const RayCaster<World> ofSome(some, progress), ofOthers(others, progress); // each at its own precision
   size_t seen = 0, all = 0;
-  for (const size_t i : evenly(cameras.size(), kViews)) {
+  for (const size_t i : evenlySpaced(cameras.size(), kViews)) {
     progress.checkpoint();
     const Camera<World>& camera = cameras[i];
     const auto worldFromCamera = camera.cameraFromWorld.inverse();

@@ -4,7 +4,7 @@
 #include "bench/doll/frame_times.h"
 #include "bench/doll/paper_frame.h"
 #include "render/evaluation/measure.h"
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "srf/model/model.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -99,7 +99,7 @@ TEST_F(DollModel, FramesAreThoseOfThePaper) {
     const Shot shot = dollShot(model, 160, 120, 3);
     BlockCache cache(model.files, size_t{1} << 28);
     FrameStats stats;
-    const Film film = renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats);
+    const FrameLayers film = renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats);
     ResidentBlocks blocks(cache);
     const PaperFrame paper = paperFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
     EXPECT_EQ(paper.visible, stats.visible);

@@ -1,6 +1,6 @@
 #include "bench/gallery/figures.h"
 
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
@@ -83,13 +83,13 @@ TEST(Panels, ZoomRepeatsThePixelsOfTheCrop) {
 
 // A film of one radiance, opaque, at depth 1 in its left half, and of nothing in its right.
 std::filesystem::path filmOf(const TemporaryFolder& folder, const std::string& name, float radiance) {
-  Film film{Image(20, 10, 4), {{"depth", Image(20, 10, 1)}}};
+  FrameLayers film{Image(20, 10, 4), {{"depth", Image(20, 10, 1)}}};
   for (size_t i = 0; i < 200; ++i) {
     const bool isObject = i % 20 < 10;
     if (isObject) std::ranges::copy(std::array{radiance, radiance, radiance, 1.f}, &film.color.values[4 * i]);
     film.aovs["depth"].values[i] = isObject ? 1 : std::numeric_limits<float>::infinity();
   }
-  writeFilm(folder / name, film, {});
+  writeFrame(folder / name, film, {});
   return folder / name;
 }
 
@@ -223,7 +223,7 @@ TEST(BesideTruth, APhotographStandsBesideWhatARenderingIsOffIt) {
   studio.cameras = 2, studio.lights = 3, studio.size = 20;
   const Capture capture = photograph(studio, folder / "capture");
   const auto beside = [&](const std::string& camera, const std::string& light, const Image& rendered) {
-    writeFilm(folder / "rendered.exr", {rendered, {}}, {});
+    writeFrame(folder / "rendered.exr", {rendered, {}}, {});
     writeTruthAndDifference(folder / "capture", camera, light, folder / "rendered.exr", folder / "out");
     return std::pair(ExrFile(folder / "out/truth.exr").read({"R", "G", "B", "A"}),
                      ExrFile(folder / "out/difference.exr").read({"R", "G", "B", "A"}));

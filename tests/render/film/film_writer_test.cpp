@@ -18,7 +18,7 @@ constexpr int kFrames = 12; // more than share a commit
 
 class WrittenFilm : public testing::Test {
 protected:
-  static Film film(int frame) {
+  static FrameLayers film(int frame) {
     const auto seed = static_cast<unsigned>(frame);
     return {randomImage(40, 30, 4, 0, 1, seed), {{"stretch", randomImage(40, 30, 1, 1, 2, seed)}}};
   }
@@ -91,7 +91,7 @@ TEST_F(SharedCommit, HasNothingOfAFrameThatFailsAndAllOfThoseBeforeIt) {
   EXPECT_EQ(left.size(), 4u);
   for (const int frame : {0, 1}) {
     EXPECT_EQ(left.at(std::to_string(frame) + ".exr"),
-              filmBytes(film(frame), {{"surflect.frame", std::to_string(frame)}}));
+              frameBytes(film(frame), {{"surflect.frame", std::to_string(frame)}}));
     EXPECT_EQ(left.at(std::to_string(frame) + ".png"), previewBytes(film(frame).color, 0.5));
   }
 }
@@ -109,7 +109,7 @@ TEST_F(SharedCommit, ThatStopsInBetweenHasNoPictureWithoutItsPreview) {
 
 TEST_F(WrittenFilm, ItsFilesAreTheSameFromEitherThread) {
   for (int frame = 0; frame < kFrames; ++frame) {
-    writeFileAtomically(picture(frame), filmBytes(film(frame), {{"surflect.frame", std::to_string(frame)}}));
+    writeFileAtomically(picture(frame), frameBytes(film(frame), {{"surflect.frame", std::to_string(frame)}}));
     writeFileAtomically(preview(frame), previewBytes(film(frame).color, 0.5));
   }
   const auto expected = content();

@@ -1,6 +1,6 @@
 #include "render/film/shot_renderer.h"
 
-#include "render/film/film.h"
+#include "render/film/frame_file.h"
 #include "tests/render/films.h"
 
 namespace surflect {
@@ -32,11 +32,11 @@ protected:
 TEST_F(ShotOfSphere, AFrameIsTheScriptAtItsTime) {
   const Script shot = script(placed);
   FrameStats stats;
-  const Film film = rendererOf(shot).render(7, 1, stats);
+  const FrameLayers film = rendererOf(shot).render(7, 1, stats);
   const ShotTime time = shotTime(shot, 7);
   FrameOptions options;
   options.aovs = {"depth"};
-  const Film expected =
+  const FrameLayers expected =
       filmOf(model(), *warpAt(shot, time), cameraAt(shot, time), lightsAt(shot, time), options);
   EXPECT_EQ(film.color.values, expected.color.values);
   ASSERT_EQ(film.aovs.size(), 1u);

@@ -46,7 +46,7 @@ EnvironmentMap liveliest(int height) {
 
 std::vector<ShotLight> lightOf(const PreparedEnvironment& environment,
                                const Mat3<double>& objectFromEnvironment = Mat3<double>::Identity()) {
-  return {ShotEnvironment{&environment, Turn<ObjectSpace, EnvironmentSpace>(objectFromEnvironment)}};
+  return {ShotEnvironment{&environment, Rotation<ObjectSpace, EnvironmentSpace>(objectFromEnvironment)}};
 }
 
 TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
@@ -55,7 +55,7 @@ TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
   Image white(64, 32, 3);
   std::ranges::fill(white.values, 1.f);
   const auto map = environmentOf(white, EnvironmentMapping::latLong);
-  const auto environment = prepareEnvironment(map, 0.01, Uncovered::fade, packed.model, {});
+  const auto environment = prepareEnvironment(map, 0.01, LightExtrapolation::fade, packed.model, {});
   const auto camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, pictureSize);
   studio::expectAlbedo(filmOf(packed.model, *noWarp(), camera, lightOf(environment)).color, camera,
                        studio.albedo);
@@ -64,7 +64,7 @@ TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
 class EnvironmentOfSphere : public studio::PackedSphere<1500> {
 protected:
   const EnvironmentMap map = liveliest(32);
-  const PreparedEnvironment environment = prepareEnvironment(map, 0.01, Uncovered::fade, model(), {});
+  const PreparedEnvironment environment = prepareEnvironment(map, 0.01, LightExtrapolation::fade, model(), {});
 };
 
 // Through a script and a picture on disk, against where the texel's light must come from, by hand: with z up
@@ -131,7 +131,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   plain.shade.foreshortened = false; // else weights depend on the normal, too
   plain.shade.lights = 4;
   plain.shade.lightFit = LightFit::plane; // which turns less steeply than the mean
-  const auto prepared = prepareEnvironment(map, 0.01, Uncovered::fade, model(), plain.shade);
+  const auto prepared = prepareEnvironment(map, 0.01, LightExtrapolation::fade, model(), plain.shade);
   const auto& rig = model().rig.lights;
   std::vector<Vec3<double>> filtered(rig.size(), Vec3<double>::Zero());
   std::vector<Direction3<AcquisitionSpace>> towardsCaptured;
@@ -144,7 +144,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   for (const auto& texel : map.texels) {
     const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
     for (const auto& [light, weight] :
-         blendOfLights(towardsCaptured, towards, lightBlend(model(), plain.shade), coverage, Uncovered::fade))
+         blendOfLights(towardsCaptured, towards, lightBlend(model(), plain.shade), coverage, LightExtrapolation::fade))
       filtered[light] += weight * Vec3<double>(texel.irradiance.r, texel.irradiance.g, texel.irradiance.b);
   }
   Image relit(pictureSize, pictureSize, 4);
@@ -182,7 +182,7 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   const Image truth = filmOf(model(), *warp, camera, lightOf(exact)).color;
   const float brightest = *std::ranges::max_element(truth.values);
   for (const double error : {0.1, 0.01}) {
-    const auto prepared = prepareEnvironment(map, error, Uncovered::fade, model(), {});
+    const auto prepared = prepareEnvironment(map, error, LightExtrapolation::fade, model(), {});
     EXPECT_LT(prepared.lights.size(), map.texels.size() / 5);
     const Image film = filmOf(model(), *warp, camera, lightOf(prepared)).color;
     EXPECT_LT(rootMeanSquare(film, truth) / brightest, error / 10);
@@ -215,7 +215,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
       for (const auto& [direction, irradiance] : environment) {
         const auto towards = assume<Direction3<AcquisitionSpace>>(turn * direction.raw());
         for (const auto& [light, weight] :
-             blendOfLights(captured, towards, how, coverage, Uncovered::extrapolate))
+             blendOfLights(captured, towards, how, coverage, LightExtrapolation::clamp))
           weights[light] += weight * irradiance.g;
         whole += irradiance.g;
       }
@@ -230,7 +230,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
         exact.push_back(weightsOf(map.texels, turns.back()));
       }
       for (const double error : {0.1, 0.03, 0.01}) {
-        const auto prepared = prepareEnvironment(map, error, Uncovered::extrapolate, model, {});
+        const auto prepared = prepareEnvironment(map, error, LightExtrapolation::clamp, model, {});
         for (size_t trial = 0; trial < turns.size(); ++trial) {
           const auto got = weightsOf(prepared.lights, turns[trial]);
           double sum = 0;
@@ -267,7 +267,7 @@ TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
   const ShotPointLight lamp{{2, 1, 2}, {9, 8, 7}};
   FrameOptions options;
   options.aovs = {"light_blend"};
-  const Film mapAlone = filmOf(model(), *noWarp(), camera, lightOf(environment), options),
+  const FrameLayers mapAlone = filmOf(model(), *noWarp(), camera, lightOf(environment), options),
              lampAlone = filmOf(model(), *noWarp(), camera, {lamp}, options),
              both = filmOf(model(), *noWarp(), camera, {lamp, lightOf(environment)[0]}, options);
   Image sum = mapAlone.color, mean = mapAlone.aovs.at("light_blend");

@@ -216,8 +216,8 @@ warp = [
   const Vec3<double> x(0.3, 0.4, 0.5);
   ASSERT_EQ(script.warps.size(), 9u);
   for (size_t i = 0; i < expected.size(); ++i)
-    EXPECT_LT((freeze(script.warps[i], {})->position(x) - expected[i]->position(x)).norm(), 1e-15) << i;
-  const auto at7 = [&](size_t warp) { return freeze(script.warps[warp], {0, 7, 0})->position(x); };
+    EXPECT_LT((evaluateAt(script.warps[i], {})->position(x) - expected[i]->position(x)).norm(), 1e-15) << i;
+  const auto at7 = [&](size_t warp) { return evaluateAt(script.warps[warp], {0, 7, 0})->position(x); };
   EXPECT_LT((at7(5) - Vec3<double>(0.7, 0.8, 7)).norm(), 1e-15);
   EXPECT_LT((at7(6) - taperWarp(axis, std::log(0.25) / 2, center)->position(x)).norm(), 1e-15);
   Lattice lattice{{-1, -1, -1}, {1, 1, 7}, {1, 2, 1}, std::vector<Vec3<double>>(12, Vec3<double>(0, 0, 0))};
@@ -449,13 +449,13 @@ TEST(Script, AnEnvironmentHoldsWhatItSays) {
   EXPECT_EQ(full.color[1].at({}), 0.5);
   EXPECT_EQ(full.intensity.at({}), 2);
   EXPECT_EQ(full.error, 0.05);
-  EXPECT_EQ(full.uncovered, Uncovered::extrapolate);
+  EXPECT_EQ(full.extrapolation, LightExtrapolation::clamp);
   const auto bare = std::get<EnvironmentLightMotion>(
       parse("[[light]]\ntype = \"environment\"\nimage = \"/a.hdr\"").lights[0]);
   EXPECT_EQ(bare.image, "/a.hdr");
   EXPECT_FALSE(bare.mapping);
   EXPECT_EQ(bare.up[1].at({}), 1);
-  EXPECT_EQ(bare.uncovered, Uncovered::fade);
+  EXPECT_EQ(bare.extrapolation, LightExtrapolation::fade);
 }
 
 TEST(Script, WhatIsNoEnvironmentIsToldWithWhatWasExpected) {
@@ -475,8 +475,8 @@ TEST(Script, LampsFadeWhenAsked) {
   const Script script = parse("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nuncovered = \"fade\"\n"
                               "[[light]]\ntype = \"directional\"\ndirection = [1, 2, 3]");
   const auto lights = lightsAt(script, {});
-  EXPECT_EQ(std::get<ShotPointLight>(lights[0]).uncovered, Uncovered::fade);
-  EXPECT_EQ(std::get<ShotDirectionalLight>(lights[1]).uncovered, Uncovered::extrapolate);
+  EXPECT_EQ(std::get<ShotPointLight>(lights[0]).extrapolation, LightExtrapolation::fade);
+  EXPECT_EQ(std::get<ShotDirectionalLight>(lights[1]).extrapolation, LightExtrapolation::clamp);
 }
 
 TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {

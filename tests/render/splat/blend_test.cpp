@@ -1,4 +1,4 @@
-#include "render/splat/coverage.h"
+#include "render/splat/splat_raster.h"
 
 #include "render/evaluation/measure.h"
 #include "tests/render/scene.h"
@@ -26,7 +26,7 @@ TEST(Blend, ALinearRampOnAWarpedSheetIsReproduced) {
   for (const double focal : {60., 200., 600., 2400., 9000.}) { // surfels from 0.2 to 60 pixels apart
     const int size = 192;
     const auto camera = lookAt(eye, {0, 0, 0}, size, size, focal);
-    const Coverage coverage = cover(camera, scene.splats());
+    const SplatRaster coverage = rasterize(camera, scene.splats());
     const Image image = blend(coverage, ofVisible(coverage, scene.colors), 3);
     double sum = 0, low = 1e9, high = 0, worst = 0;
     size_t pixels = 0;
@@ -88,7 +88,7 @@ TEST(Blend, ACheckerboardToTheHorizonIsAntialiased) {
 TEST(Blend, RowsSumToAlphaWhateverTheConfidence) {
   Rng rng(21);
   const Scene scene = sphereBeforePlane(rng);
-  const Coverage coverage = cover(lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150), scene.splats());
+  const SplatRaster coverage = rasterize(lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150), scene.splats());
   const std::vector<float> ones(coverage.visible.size(), 1);
   std::vector<float> confidence;
   for (size_t i = 0; i < ones.size(); ++i) confidence.push_back(static_cast<float>(uniform(rng, 1e-6, 1)));
@@ -100,7 +100,7 @@ TEST(Blend, RowsSumToAlphaWhateverTheConfidence) {
 TEST(Blend, ConfidenceThatIsTheSameForAllChangesNothing) {
   Rng rng(22);
   const Scene scene = sphereBeforePlane(rng);
-  const Coverage coverage = cover(lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150), scene.splats());
+  const SplatRaster coverage = rasterize(lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150), scene.splats());
   const auto colors = ofVisible(coverage, scene.colors);
   const std::vector<float> alike(coverage.visible.size(), 0.03f);
   const Image plain = blend(coverage, colors, 3), weighted = blend(coverage, colors, 3, alike);
@@ -117,7 +117,7 @@ TEST(Blend, ConfidenceActsWithinALayer) {
   scene.add(doubted, unmoved, constant(green));
   scene.add(
       sheet(2, 2, 0.03, 0.1, rng), [](const V3& p) { return V3(p - V3(0, 0, 0.5)); }, constant(V3(0, 0, 1)));
-  const Coverage coverage = cover(lookAt({0, 0, 4}, {0, 0, 0}, 96, 96, 200), scene.splats());
+  const SplatRaster coverage = rasterize(lookAt({0, 0, 4}, {0, 0, 0}, 96, 96, 200), scene.splats());
   std::vector<float> confidence;
   for (const uint32_t splat : coverage.visible) {
     const bool isDoubted = splat >= trusted.size() && splat < trusted.size() + doubted.size();
@@ -137,7 +137,7 @@ TEST(Blend, WhatIsInfiniteStaysWhereItIsSeen) {
   Rng rng(17);
   const Scene scene = sphereBeforePlane(rng);
   for (const Simd simd : supportedSimd()) {
-    const Coverage coverage = cover(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats(), {.simd = simd});
+    const SplatRaster coverage = rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats(), {.simd = simd});
     std::vector<float> values(coverage.visible.size(), 0);
     for (size_t i = 0; i < values.size(); i += 50) {
       values[i] = 1;

@@ -137,7 +137,7 @@ TEST(Texture, VariesColourAndRoughness) {
 TEST(Texture, OfRoughnessPolishes) {
   Image halves(64, 1, 3);
   for (int x = 32; x < 64; ++x) std::ranges::fill(halves.at(x, 0), 1.f);
-  const LossTable losses = mirrorLossTable();
+  const EnergyCompensation losses = mirrorEnergyCompensation();
   const Conductor metal{{0.9f, 0.9f, 0.9f}, {1, 1, 1}, {0.3, 0.3}, &losses};
   std::vector<StageObject> objects = oneObject(box({0, 0, 0}, {2, 2, 2}, 8), metal);
   objects[0].textures.roughness =

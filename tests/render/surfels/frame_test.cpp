@@ -149,7 +149,7 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
   const auto warp = twistWarp({0, 1, 0}, Angle::fromDegrees(40), {0, 0, 0});
   FrameOptions options;
   options.aovs.assign(aovNames.begin(), aovNames.end());
-  const Film expected = filmOf(model(), *warp, camera, lights, options);
+  const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
   for (const int threads : {1, 2})
     for (const auto& [cacheBytes, targets] :
          {std::pair<size_t, size_t>{0, 700}, {size_t{1} << 28, 33}, {size_t{1} << 28, kTargetsAtOnce}})
@@ -157,7 +157,7 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
         BlockCache cache(model().files, cacheBytes);
         FrameStats stats;
         options.shade.targetsAtOnce = targets;
-        const Film film = renderFrame(model(), *warp, camera, lights, options, cache, stats);
+        const FrameLayers film = renderFrame(model(), *warp, camera, lights, options, cache, stats);
         EXPECT_EQ(film.color.values, expected.color.values);
         for (const auto& [name, image] : expected.aovs)
           EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
@@ -177,7 +177,7 @@ TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
     const auto picture = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, size);
     return renderFrame(model(), warp, picture, lights, options, cache, stats, progress, kept);
   };
-  const auto expectSame = [](const Film& film, const Film& wanted) {
+  const auto expectSame = [](const FrameLayers& film, const FrameLayers& wanted) {
     EXPECT_EQ(film.color.values, wanted.color.values);
     ASSERT_EQ(film.aovs.size(), wanted.aovs.size());
     for (const auto& [name, image] : wanted.aovs) EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
@@ -185,11 +185,11 @@ TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
   const Expression x("x", warpVariables), nan("sqrt(-1 - x^2)", warpVariables);
   const auto still = noWarp(), flat = scaleWarp({1, 1, 0.3}, Vec3<double>::Zero()),
              nowhere = expressionWarp(nan, x, x, {});
-  const Film expected = render(*noWarp(), pictureSize, nullptr, {"normal", "light_blend"});
+  const FrameLayers expected = render(*noWarp(), pictureSize, nullptr, {"normal", "light_blend"});
   for (const auto& [warp, size] :
        {std::pair{still.get(), pictureSize}, {flat.get(), 3 * pictureSize}, {nowhere.get(), 20}}) {
-    const Film fresh = render(*warp, size, nullptr, all);
-    Film kept = render(*warp, size, &memory, all);
+    const FrameLayers fresh = render(*warp, size, nullptr, all);
+    FrameLayers kept = render(*warp, size, &memory, all);
     expectSame(kept, fresh);
     memory.film = std::move(kept);
     expectSame(render(*noWarp(), pictureSize, &memory, {"normal", "light_blend"}), expected);
@@ -209,7 +209,7 @@ TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
 TEST_F(FrameOfSphere, AovsAskedForTogetherAreThoseAskedForAlone) {
   FrameOptions options;
   options.aovs.assign(aovNames.begin(), aovNames.end());
-  const Film together = filmOf(model(), *noWarp(), camera, lights, options);
+  const FrameLayers together = filmOf(model(), *noWarp(), camera, lights, options);
   for (const std::string_view name : aovNames) {
     options.aovs = {std::string(name)};
     EXPECT_EQ(filmOf(model(), *noWarp(), camera, lights, options).aovs.at(options.aovs[0]).values,
@@ -221,7 +221,7 @@ TEST_F(FrameOfSphere, AovsAskedForTogetherAreThoseAskedForAlone) {
 TEST_F(FrameOfSphere, NormalAndDepthAreThoseOfTheSphere) {
   FrameOptions options;
   options.aovs = {"normal", "depth"};
-  const Film film = filmOf(model(), *noWarp(), camera, lights, options);
+  const FrameLayers film = filmOf(model(), *noWarp(), camera, lights, options);
   const studio::SphereView view = viewSphere(camera, 1);
   const Mask interior = interiorOf(view);
   for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
@@ -240,7 +240,7 @@ TEST_F(FrameOfSphere, NormalAndDepthAreThoseOfTheSphere) {
 TEST_F(FrameOfSphere, TheNormalOfAMirroredSurfaceStillPointsOutwards) {
   FrameOptions options;
   options.aovs = {"normal"};
-  const Film film = filmOf(model(), *scaleWarp({1, 1, -1}, {0, 0, 0}), camera, lights, options);
+  const FrameLayers film = filmOf(model(), *scaleWarp({1, 1, -1}, {0, 0, 0}), camera, lights, options);
   const studio::SphereView view = viewSphere(camera, 1);
   const Mask interior = interiorOf(view);
   for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
@@ -257,7 +257,7 @@ TEST_F(FrameOfSphere, ACapturedCameraIsBlendedAlone) {
   for (const View& captured : {model().rig.views[3], model().rig.views[8]}) {
     const auto& pose = captured.camera.cameraFromWorld;
     const Camera<ObjectSpace> same{captured.camera.lens, {pose.rotation(), pose.translation()}};
-    const Film film = filmOf(model(), *noWarp(), same, lights, options);
+    const FrameLayers film = filmOf(model(), *noWarp(), same, lights, options);
     const Mask interior = interiorOf(viewSphere(same, 1));
     std::optional<Vec3<float>> color;
     for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
@@ -276,7 +276,7 @@ TEST_F(FrameOfSphere, StretchIsThatOfTheWarp) {
   options.aovs = {"stretch"};
   const auto front = cameraFrom<ObjectSpace>({0, 0, 1}, pictureSize);
   const auto stretchAtCenter = [&](const Vec3<double>& factors) {
-    const Film film = filmOf(model(), *scaleWarp(factors, {0, 0, 0}), front, lights, options);
+    const FrameLayers film = filmOf(model(), *scaleWarp(factors, {0, 0, 0}), front, lights, options);
     return film.aovs.at("stretch").at(pictureSize / 2, pictureSize / 2)[0];
   };
   EXPECT_NEAR(stretchAtCenter({1, 1, 1}), 1, 1.2e-7);
@@ -299,14 +299,14 @@ TEST_F(FrameOfSphere, CountsAddUp) {
 
 TEST_F(FrameOfSphere, AWarpWithoutValuesLeavesAnEmptyFrame) {
   const Expression x("x", warpVariables), nan("sqrt(-1 - x^2)", warpVariables);
-  const Film film = filmOf(model(), *expressionWarp(nan, x, x, {}), camera, lights);
+  const FrameLayers film = filmOf(model(), *expressionWarp(nan, x, x, {}), camera, lights);
   for (const float value : film.color.values) EXPECT_EQ(value, 0);
 }
 
 TEST_F(FrameOfSphere, ALightOnASurfelLeavesEveryPixelFinite) {
   for (const uint32_t surfel : {7u, 700u}) {
     const Vec3<double> p = model().cloud.p0[surfel].raw().cast<double>();
-    const Film film = filmOf(model(), *noWarp(), camera, std::vector<ShotLight>{pointLight(p, {5, 0, 5})});
+    const FrameLayers film = filmOf(model(), *noWarp(), camera, std::vector<ShotLight>{pointLight(p, {5, 0, 5})});
     for (const float value : film.color.values) EXPECT_TRUE(std::isfinite(value));
   }
 }

@@ -163,7 +163,7 @@ TEST(Quality, BlendingFieldsHaveNoSeams) {
     for (int place = 0; place < 5; ++place) {
       const auto camera = cameraFrom<ObjectSpace>(alongPath(place / 4.0), 50 * fineness);
       const Mask interior = eroded(objectMask(studio::viewSphere(camera, 3).alpha), 3 * fineness);
-      const Film film = filmOf(model, *chainWarp({}), camera, lights, options);
+      const FrameLayers film = filmOf(model, *chainWarp({}), camera, lights, options);
       for (const auto& [name, field] : film.aovs)
         jumps[{name, place}][fineness] = largestJump(field, interior);
     }
@@ -205,7 +205,7 @@ TEST(Quality, AStretchedSurfaceStaysClosed) {
       const double distance = 3 * box.diagonal().norm() / 2;
       camera.cameraFromWorld = {camera.cameraFromWorld.rotation(),
                                 -(camera.cameraFromWorld.rotation() * box.center()) - V3(0, 0, distance)};
-      const Coverage coverage = look(camera, cloud, deformed);
+      const SplatRaster coverage = look(camera, cloud, deformed);
       const Mask truth = objectMask(silhouette(camera, caster));
       const Mask interior = eroded(truth, 2);
       Image alpha(coverage.width, coverage.height, 1);
@@ -228,7 +228,7 @@ TEST(Quality, StretchOfAPulledSphereIsThatOfItsTangentPlanes) {
   for (const double factor : {0.125, 0.25, 4.0, 8.0}) {
     auto camera = cameraFrom<ObjectSpace>({0.2, 0.3, 1}, 100);
     camera.lens.focalX = camera.lens.focalY = 100 / std::max(1.0, factor / 2);
-    const Film film = filmOf(packed.model, *scaleWarp({1, factor, 1}, {0, 0, 0}), camera, lights, options);
+    const FrameLayers film = filmOf(packed.model, *scaleWarp({1, factor, 1}, {0, 0, 0}), camera, lights, options);
     const Mask interior = eroded(objectMask(film.color), 3);
     const auto worldFromCamera = camera.cameraFromWorld.inverse();
     double sum = 0, worst = 0;

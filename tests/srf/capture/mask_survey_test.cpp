@@ -1,6 +1,6 @@
 #include "srf/capture/mask_survey.h"
 
-#include "srf/capture/coverage.h"
+#include "srf/capture/mask_file.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"

@@ -1,6 +1,6 @@
 // The example capture in every format: imported, it must be the same cameras and lamps again.
 #include "srf/import/import.h"
-#include "srf/validation/checks.h"
+#include "srf/validation/validation.h"
 #include "tests/srf/import/vision_camera.h"
 #include "tests/support/foreign_captures.h"
 

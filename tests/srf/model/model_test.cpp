@@ -34,7 +34,7 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   const PackedStudio packed(smallStudio, fewSurfels);
   std::mt19937 random(1);
   const SurfelCloud cloud = randomCloud(333, random);
-  ViewFades fades{4, std::vector<uint8_t>(4 * cloud.size())};
+  VisibilityWeights fades{4, std::vector<uint8_t>(4 * cloud.size())};
   for (auto& fade : fades.values) fade = static_cast<uint8_t>(random());
   const auto copy = packed.folder / "copy";
   std::filesystem::create_directories(copy);

@@ -12,7 +12,7 @@ namespace {
 using studio::gappyStudio;
 using studio::PackedStudio;
 using studio::Studio;
-using ToAcquisition = Turn<AcquisitionSpace, EnvironmentSpace, float>;
+using ToAcquisition = Rotation<AcquisitionSpace, EnvironmentSpace, float>;
 
 constexpr size_t everything = size_t{1} << 30; // bytes of cache
 
@@ -61,7 +61,7 @@ QueryBatch unrolled(const QueryBatch& batch) {
   result.acquisitionFromEnvironment.clear();
   const QueryEnvironment& environment = batch.environments[0];
   result.lights = environment.lights.size();
-  result.uncovered.assign(result.lights, environment.uncovered);
+  result.extrapolation.assign(result.lights, environment.extrapolation);
   for (size_t q = 0; q < batch.size(); ++q)
     for (const auto& light : environment.lights) {
       result.towardsLight.push_back(batch.acquisitionFromEnvironment[q](light.towards));
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(, ShadeEnvironment, testing::Bool(),
 TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
   const auto lights = randomEnvironment(9, random);
   QueryBatch batch = darkBatch(model, 300, random);
-  addEnvironment(batch, {lights, {0.5f, 1, 2}, Uncovered::extrapolate, nullptr}, random);
+  addEnvironment(batch, {lights, {0.5f, 1, 2}, LightExtrapolation::clamp, nullptr}, random);
   const auto together = shaded(model, batch), apart = shaded(model, unrolled(batch));
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 1.5e-6);
 }
@@ -137,12 +137,12 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
   for (const bool foreshortened : {false, true}) {
     if (foreshortened && !GetParam()) continue;
     const ShadeOptions options{.foreshortened = foreshortened};
-    const auto table = lightTable(model, options, Uncovered::extrapolate);
+    const auto table = lightTable(model, options, LightExtrapolation::clamp);
     for (const bool tabulated : {false, true}) {
       if (tabulated && !table) continue;
       std::mt19937 turns(7);
       QueryBatch batch = dark;
-      addEnvironment(batch, {lights, {0.5f, 1, 2}, Uncovered::extrapolate, tabulated ? &*table : nullptr},
+      addEnvironment(batch, {lights, {0.5f, 1, 2}, LightExtrapolation::clamp, tabulated ? &*table : nullptr},
                      turns);
       const auto got = shaded(model, batch, options), wanted = shaded(model, unrolled(batch), options);
       EXPECT_LT(largestDifference(got, wanted) / largest(wanted), tabulated ? 0.02 : 4e-7);
@@ -160,7 +160,7 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
 
 TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
   QueryBatch batch = darkBatch(model, 100, random);
-  addEnvironment(batch, {{}, {1, 1, 1}, Uncovered::fade, nullptr}, random);
+  addEnvironment(batch, {{}, {1, 1, 1}, LightExtrapolation::fade, nullptr}, random);
   EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
   for (const Rgb& color : planShading(model, batch, {.showsBlends = true}).lightBlend)
     EXPECT_EQ(color, Rgb{});
@@ -170,11 +170,11 @@ TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
   const auto lights = randomEnvironment(40, random);
   const Rgb total = totalIrradiance(lights);
   const ShadeOptions mean{.lightFit = LightFit::mean, .foreshortened = false};
-  const auto table = lightTable(model, mean, Uncovered::extrapolate);
+  const auto table = lightTable(model, mean, LightExtrapolation::clamp);
   EXPECT_EQ(table.has_value(), GetParam());
   for (const LightTable* used : {static_cast<const LightTable*>(nullptr), table ? &*table : nullptr}) {
     QueryBatch batch = darkBatch(model, 300, random);
-    addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::extrapolate, used}, random);
+    addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::clamp, used}, random);
     const ShadingPlan plan = planShading(model, batch, mean);
     for (const Rgb& sum : irradianceOf(model, batch, plan)) {
       EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
@@ -234,7 +234,7 @@ TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
 TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
   const auto lights = randomEnvironment(1, random); // several differ in strength, hence in share
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights, {3, 3, 3}, Uncovered::extrapolate, nullptr}, random);
+  addEnvironment(batch, {lights, {3, 3, 3}, LightExtrapolation::clamp, nullptr}, random);
   const ShadingPlan one = planShading(model, batch, {.showsBlends = true}),
                     other = planShading(model, unrolled(batch), {.showsBlends = true});
   EXPECT_LT(largestDifference(one.lightBlend, other.lightBlend), 1e-6);
@@ -247,10 +247,10 @@ TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
   const auto lights = randomEnvironment(20, random);
   ShadeOptions off{.lightFit = LightFit::mean, .foreshortened = false, .showsBlends = true}, on = off;
   on.foreshortened = true;
-  const auto table = lightTable(model, off, Uncovered::fade); // a mean's is the same for both
+  const auto table = lightTable(model, off, LightExtrapolation::fade); // a mean's is the same for both
   for (const LightTable* used : {static_cast<const LightTable*>(nullptr), &*table}) {
     QueryBatch batch = darkBatch(model, 200, random);
-    addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, used}, random);
+    addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::fade, used}, random);
     const ShadingPlan plain = planShading(model, batch, off), scaled = planShading(model, batch, on);
     EXPECT_GT(largestDifference(irradianceOf(model, batch, plain), irradianceOf(model, batch, scaled)), 0.1);
     EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
@@ -259,9 +259,9 @@ TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
 
 TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {
   const auto lights = randomEnvironment(20, random);
-  const auto table = lightTable(model, {}, Uncovered::fade);
+  const auto table = lightTable(model, {}, LightExtrapolation::fade);
   QueryBatch batch = darkBatch(model, 1500, random);
-  addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, table ? &*table : nullptr}, random);
+  addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::fade, table ? &*table : nullptr}, random);
   const auto expected = shaded(model, batch);
   for (const int threads : {1, 2})
     tbb::task_arena(threads).execute([&] { EXPECT_EQ(shaded(model, batch), expected); });
@@ -288,7 +288,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
   }
   const ShadeOptions plain{.lightFit = LightFit::mean, .foreshortened = false};
   const auto extrapolated = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
-  batch.uncovered = {Uncovered::fade};
+  batch.extrapolation = {LightExtrapolation::fade};
   const auto faded = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
   size_t inside = 0, outside = 0;
   for (size_t q = 0; q < batch.size(); ++q) {
@@ -308,15 +308,15 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
 
   // An environment of the same lamp fades as the lamp does.
   for (const bool tabulated : {false, true}) {
-    const auto table = lightTable(dome.model, plain, Uncovered::fade);
+    const auto table = lightTable(dome.model, plain, LightExtrapolation::fade);
     if (tabulated && !table) continue;
     QueryBatch maps = batch;
     maps.lights = 0;
     maps.towardsLight.clear();
     maps.irradiance.clear();
-    maps.uncovered.clear();
+    maps.extrapolation.clear();
     const EnvironmentLight lamp{{0, 0, 1}, {1, 1, 1}};
-    maps.environments.push_back({{&lamp, 1}, {1, 1, 1}, Uncovered::fade, tabulated ? &*table : nullptr});
+    maps.environments.push_back({{&lamp, 1}, {1, 1, 1}, LightExtrapolation::fade, tabulated ? &*table : nullptr});
     for (const auto& towards : batch.towardsLight)
       maps.acquisitionFromEnvironment.emplace_back(
           Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
@@ -338,7 +338,7 @@ TEST_P(ShadeEnvironment, TheNearestLightAnswersForItInTheBaseline) {
   ShadeOptions nearest;
   nearest.nearest = true;
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights, {1, 1, 1}, Uncovered::fade, nullptr}, random);
+  addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::fade, nullptr}, random);
   const auto together = shaded(model, batch, nearest), apart = shaded(model, unrolled(batch), nearest);
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 2e-6);
 }

@@ -1,7 +1,7 @@
 #include "srf/model/shading_plan.h"
 
 #include "srf/ulr/foreshortening.h"
-#include "srf/ulr/stand_in.h"
+#include "srf/ulr/fallback_view.h"
 #include "srf/ulr/ulr.h"
 #include "tests/srf/model/queries.h"
 
@@ -106,9 +106,9 @@ void expectConfidenceIsThatOfTheBestView(const Model& model, const QueryBatch& b
       const auto towards = Viewpoint(model.rig.views[view].camera).towards(place).cast<float>();
       if (fades[view] > 0)
         best =
-            std::min(best, anglePenalty(towards, batch.towardsView[query]) / ViewFades::decode(fades[view]));
+            std::min(best, anglePenalty(towards, batch.towardsView[query]) / VisibilityWeights::decode(fades[view]));
     }
-    ASSERT_LE(best, kStandInFrom);
+    ASSERT_LE(best, kFallbackFrom);
     EXPECT_NEAR(plan.confidence[query], confidenceOf(best), 2e-5);
   }
 }

@@ -29,14 +29,14 @@ Direction towards(const Source& source, const Place& place) {
   return assume<Direction>(to.cast<float>());
 }
 
-double penaltyOf(const Source& source, const Query& query, const ViewFades* fades, size_t index) {
+double penaltyOf(const Source& source, const Query& query, const VisibilityWeights* fades, size_t index) {
   const double penalty = anglePenalty(towards(source, query.place), query.towards);
   if (!fades) return penalty;
   const uint8_t fade = fades->of(query.surfel)[index];
-  return fade == 0 ? std::numeric_limits<double>::infinity() : penalty / ViewFades::decode(fade);
+  return fade == 0 ? std::numeric_limits<double>::infinity() : penalty / VisibilityWeights::decode(fade);
 }
 
-NearestCandidates rated(std::span<const Source> sources, const Query& query, const ViewFades* fades,
+NearestCandidates rated(std::span<const Source> sources, const Query& query, const VisibilityWeights* fades,
                         size_t k) {
   NearestCandidates nearest(k);
   for (uint32_t i = 0; i < sources.size(); ++i)
@@ -73,8 +73,8 @@ protected:
     return sources;
   }
   // Rows for as many surfels as there are queries in a group.
-  ViewFades randomFades(size_t views, double share) {
-    ViewFades fades{views, std::vector<uint8_t>(views * kChoiceLanes)};
+  VisibilityWeights randomFades(size_t views, double share) {
+    VisibilityWeights fades{views, std::vector<uint8_t>(views * kChoiceLanes)};
     for (auto& fade : fades.values)
       if (std::uniform_real_distribution()(random) < share) fade = static_cast<uint8_t>(1 + random() % 255);
     return fades;
@@ -121,12 +121,12 @@ private:
 
 // Who is chosen is among the k nearest in double precision but for ties within rounding, and nobody else is.
 void expectNearest(const BlendSet& got, std::span<const Source> sources, const Query& query,
-                   const ViewFades* fades, size_t k) {
+                   const VisibilityWeights* fades, size_t k) {
   constexpr double u = 0x1p-24;
   const auto nearest = rated(sources, query, fades, k);
   const auto wanted = weightsOf(ulrWeights(nearest));
   const auto rounding = [&](uint32_t i) { // of a penalty, on both ways
-    const double fade = fades ? ViewFades::decode(fades->of(query.surfel)[i]) : 1;
+    const double fade = fades ? VisibilityWeights::decode(fades->of(query.surfel)[i]) : 1;
     const double angle = fade * penaltyOf(sources[i], query, fades, i);
     return (10 * u * std::sqrt(2 * angle) + 100 * u * u + 10 * u * angle) / fade;
   };
@@ -173,7 +173,7 @@ TEST_P(ChoiceLanes, ViewsAreBlendedAsInDoublePrecision) {
     for (const double distant : {0.0, 0.5})
       for (const double share : {1.0, 0.4, 0.03, 0.0}) {
         const auto views = randomSources(count, distant);
-        const ViewFades fades = randomFades(count, share);
+        const VisibilityWeights fades = randomFades(count, share);
         ViewLanes lanes(views, fades, GetParam());
         for (const size_t k : {1, 4, 16})
           for (const double spread : {0.01, 0.02, 0.1, 1.0}) { // each begins with views of the one before
@@ -198,7 +198,7 @@ TEST_P(ChoiceLanes, ViewsThatFadeLittleAreFoundBehindThoseThatFadeMuch) {
     for (const size_t k : {3, 4, 7}) {
       const Query query{{0, 0, 0}, randomDirection()};
       std::vector<Source> views;
-      ViewFades fades{0, {}};
+      VisibilityWeights fades{0, {}};
       for (size_t i = 0; i < 15; ++i) {
         const bool isFar = i % 3 == 0;
         const Vec3<double> at = query.towards.raw().cast<double>() + (isFar ? 0.7 : 0.05) * randomVector();
@@ -215,7 +215,7 @@ TEST_P(ChoiceLanes, ViewsThatFadeLittleAreFoundBehindThoseThatFadeMuch) {
 
 TEST_P(ChoiceLanes, WhatAQueryGetsDoesNotDependOnTheOthers) {
   const auto views = randomSources(300, 0.2), lights = randomSources(70, 0.5);
-  const ViewFades fades = randomFades(views.size(), 0.5);
+  const VisibilityWeights fades = randomFades(views.size(), 0.5);
   ViewLanes viewLanes(views, fades, GetParam());
   LightLanes lightLanes(lights, GetParam());
   LaneBlends ofLights;
@@ -239,7 +239,7 @@ TEST_P(ChoiceLanes, WhatAQueryGetsDoesNotDependOnTheOthers) {
 TEST_P(ChoiceLanes, TheVectorInstructionsGiveTheSameBits) {
   if (GetParam() != Simd::avx512) return; // it is compared with AVX2
   const auto sources = randomSources(200, 0.3);
-  const ViewFades fades = randomFades(sources.size(), 0.6);
+  const VisibilityWeights fades = randomFades(sources.size(), 0.6);
   LightLanes lights(sources, Simd::avx2), others(sources, GetParam());
   ViewLanes views(sources, fades, Simd::avx2), otherViews(sources, fades, GetParam());
   for (const size_t k : {3, 8, 16})
@@ -272,7 +272,7 @@ TEST_P(ChoiceLanes, SourcesThatCoincideAreTakenInTheirOrder) {
     const std::vector<Source> pair = randomSources(2, distant);
     std::vector<Source> sources;
     for (int i = 0; i < 20; ++i) sources.insert(sources.end(), pair.begin(), pair.end());
-    ViewFades fades = randomFades(sources.size(), 1);
+    VisibilityWeights fades = randomFades(sources.size(), 1);
     std::ranges::fill(fades.values, uint8_t{200});
     LightLanes lights(sources, GetParam());
     ViewLanes views(sources, fades, GetParam());
@@ -294,7 +294,7 @@ TEST_P(ChoiceLanes, SourcesThatCoincideAreTakenInTheirOrder) {
 TEST_P(ChoiceLanes, SourcesThatAreMetAreTakenInTheirOrderWhateverCameBefore) {
   const Query query{{0, 0, 0}, randomDirection()};
   const std::vector<Source> sources(6, {query.towards.raw().cast<double>(), true});
-  ViewFades fades = randomFades(sources.size(), 1);
+  VisibilityWeights fades = randomFades(sources.size(), 1);
   std::ranges::fill(fades.values, uint8_t{200});
   fades.values[0] = 0; // of the first surfel
   ViewLanes lanes(sources, fades, GetParam());
@@ -323,7 +323,7 @@ TEST_P(ChoiceLanes, PlacesFarFromTheOriginLoseNothing) {
 TEST_P(ChoiceLanes, LostDirectionsAreToldAndDisturbNobody) {
   auto sources = randomSources(40, 0.2);
   sources[7] = {{0.25, 0.5, -0.125}, false};
-  const ViewFades fades = randomFades(sources.size(), 0.8);
+  const VisibilityWeights fades = randomFades(sources.size(), 0.8);
   LightLanes lights(sources, GetParam());
   ViewLanes views(sources, fades, GetParam());
   const auto alone = randomGroup(kChoiceLanes, 0.1);
@@ -354,7 +354,7 @@ TEST_P(ChoiceLanes, LostDirectionsAreToldAndDisturbNobody) {
 
 TEST_P(ChoiceLanes, WithoutSourcesThereIsNothing) {
   LightLanes lights({}, GetParam());
-  const ViewFades none{0, {}};
+  const VisibilityWeights none{0, {}};
   ViewLanes views({}, none, GetParam());
   const auto group = randomGroup(3, 0.1);
   EXPECT_TRUE(blendLights(lights, group, 3).of(1).empty());

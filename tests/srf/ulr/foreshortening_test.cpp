@@ -36,7 +36,7 @@ TEST(Foreshortening, AMatteSurfaceComesOutExactly) {
     const Face face(lights, normalOf(randomDirection(random)));
     const auto towards = randomDirection(random);
     for (const LightFit fit : {LightFit::mean, LightFit::plane}) {
-      const BlendSet blend = blendOfLights(lights, towards, {4, fit}, coverage, Uncovered::extrapolate);
+      const BlendSet blend = blendOfLights(lights, towards, {4, fit}, coverage, LightExtrapolation::clamp);
       const float wanted = foreshortenedCosine(face.normal, towards);
       const float mean = blendedCosine(blend, face.cosines), factor = face.factor(towards, blend);
       if (factor == 2) { // where light grazes, and all blended ones even more so
@@ -59,7 +59,7 @@ TEST(Foreshortening, ACapturedLightKeepsItsWeight) {
   for (size_t light = 0; light < lights.size(); ++light) {
     const Face face(lights, normalOf(randomDirection(random)));
     const BlendSet blend =
-        blendOfLights(lights, lights[light], {3, LightFit::mean}, coverage, Uncovered::extrapolate);
+        blendOfLights(lights, lights[light], {3, LightFit::mean}, coverage, LightExtrapolation::clamp);
     EXPECT_NEAR(face.factor(lights[light], blend), 1, 1e-6);
   }
 }
@@ -73,7 +73,7 @@ TEST(Foreshortening, ASurfaceTurnedAwayIsAlmostDark) {
     const auto towards = randomDirection(random);
     if (dot(face.normal, towards) > 0) continue;
     const BlendSet blend =
-        blendOfLights(lights, towards, {3, LightFit::mean}, coverage, Uncovered::extrapolate);
+        blendOfLights(lights, towards, {3, LightFit::mean}, coverage, LightExtrapolation::clamp);
     EXPECT_LT(face.factor(towards, blend) * blendedCosine(blend, face.cosines), 1e-3);
     EXPECT_GT(face.factor(towards, blend), 0);
   }
@@ -86,14 +86,14 @@ TEST(Foreshortening, WhatFadesIsForeshortenedAlike) {
   for (int i = 0; i < 2000; ++i) {
     const Face face(lights, normalOf(randomDirection(random)));
     const auto towards = randomDirection(random);
-    const auto factor = [&](Uncovered uncovered) {
-      return face.factor(towards, blendOfLights(lights, towards, {3, LightFit::mean}, coverage, uncovered));
+    const auto factor = [&](LightExtrapolation extrapolation) {
+      return face.factor(towards, blendOfLights(lights, towards, {3, LightFit::mean}, coverage, extrapolation));
     };
-    const BlendSet faded = blendOfLights(lights, towards, {3, LightFit::mean}, coverage, Uncovered::fade);
+    const BlendSet faded = blendOfLights(lights, towards, {3, LightFit::mean}, coverage, LightExtrapolation::fade);
     if (std::ranges::any_of(faded, [](const Blended& b) { return b.weight > 1e-3f; })) {
-      EXPECT_NEAR(factor(Uncovered::fade), factor(Uncovered::extrapolate), 1e-4f);
+      EXPECT_NEAR(factor(LightExtrapolation::fade), factor(LightExtrapolation::clamp), 1e-4f);
     } else {
-      EXPECT_TRUE(std::isfinite(factor(Uncovered::fade)));
+      EXPECT_TRUE(std::isfinite(factor(LightExtrapolation::fade)));
     }
   }
 }

@@ -21,8 +21,8 @@ using lights::sumOf;
 constexpr LightFit fits[] = {LightFit::mean, LightFit::plane};
 
 std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
-                             const LightBlend& how, Uncovered uncovered = Uncovered::extrapolate) {
-  return surflect::lights::weightsOf(lights, towards, how, coverageOf(lights), uncovered);
+                             const LightBlend& how, LightExtrapolation extrapolation = LightExtrapolation::clamp) {
+  return surflect::lights::weightsOf(lights, towards, how, coverageOf(lights), extrapolation);
 }
 
 double largestDifference(std::span<const float> a, std::span<const float> b) {
@@ -46,7 +46,7 @@ TEST(LightBlend, WeightsOfAMeanAndThoseToBeForeshortenedSumToTheCoverage) {
             EXPECT_NEAR(sumOf(weightsOf(lights, towards, how)), 1, 5e-7);
             float nearest = 2;
             for (const auto& light : lights) nearest = std::min(nearest, anglePenalty(light, towards));
-            EXPECT_NEAR(sumOf(weightsOf(lights, towards, how, Uncovered::fade)), coverage.at(nearest), 5e-7);
+            EXPECT_NEAR(sumOf(weightsOf(lights, towards, how, LightExtrapolation::fade)), coverage.at(nearest), 5e-7);
           }
         }
 }
@@ -109,7 +109,7 @@ TEST(LightBlend, FadingMultipliesByTheCoverage) {
     const float covered = coverage.at(nearest);
     auto expected = weightsOf(lights, towards, {4, LightFit::plane});
     for (float& weight : expected) weight *= covered;
-    const auto faded = weightsOf(lights, towards, {4, LightFit::plane}, Uncovered::fade);
+    const auto faded = weightsOf(lights, towards, {4, LightFit::plane}, LightExtrapolation::fade);
     EXPECT_LT(largestDifference(faded, expected), 1e-6);
     within += covered > 0 && covered < 1;
   }

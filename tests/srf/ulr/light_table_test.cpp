@@ -17,10 +17,10 @@ using lights::randomDirection;
 using lights::spiral;
 using lights::sumOf;
 using lights::weightsOf;
-using ToAcquisition = Turn<AcquisitionSpace, EnvironmentSpace, float>;
+using ToAcquisition = Rotation<AcquisitionSpace, EnvironmentSpace, float>;
 
-LightTable tableOf(std::span<const Direction> lights, const LightBlend& how, Uncovered uncovered) {
-  return LightTable(inDouble(lights), how, uncovered);
+LightTable tableOf(std::span<const Direction> lights, const LightBlend& how, LightExtrapolation extrapolation) {
+  return LightTable(inDouble(lights), how, extrapolation);
 }
 
 // What the table gives to each light, of 1 from this direction.
@@ -45,7 +45,7 @@ TEST(LightTable, WeightsOfAMeanAndThoseToBeForeshortenedSumToOne) {
   for (const int count : {1, 2, 6, 30, 200})
     for (const LightBlend& how :
          {LightBlend{1}, LightBlend{3}, LightBlend{8}, LightBlend{4, LightFit::plane, true}}) {
-      const LightTable table = tableOf(spiral(count), how, Uncovered::extrapolate);
+      const LightTable table = tableOf(spiral(count), how, LightExtrapolation::clamp);
       for (int i = 0; i < 300; ++i) {
         const auto weights = tabulated(table, count, randomDirection(random));
         EXPECT_NEAR(sumOf(weights), 1, 1e-6);
@@ -74,8 +74,8 @@ TEST_P(LightTableOf, EqualsTheBlend) {
     for (const double lowest : {-1.0, 0.2}) {
       const auto lights = spiral(count, lowest);
       const LightCoverage coverage = surflect::lights::coverageOf(lights);
-      for (const auto uncovered : {Uncovered::extrapolate, Uncovered::fade}) {
-        const LightTable table = tableOf(lights, how, uncovered);
+      for (const auto extrapolation : {LightExtrapolation::clamp, LightExtrapolation::fade}) {
+        const LightTable table = tableOf(lights, how, extrapolation);
         double mean = 0, worst = 0;
         constexpr int sources = 40, rays = 150;
         for (int source = 0; source < sources; ++source) {
@@ -86,7 +86,7 @@ TEST_P(LightTableOf, EqualsTheBlend) {
             const auto d = assume<Direction3<AcquisitionSpace>>(
                 (middle + static_cast<float>(coverage.spacing()) / 4 * Vec3<float>(x, y, z)).normalized());
             const auto got = tabulated(table, lights.size(), d);
-            const auto wanted = weightsOf(lights, d, how, coverage, uncovered);
+            const auto wanted = weightsOf(lights, d, how, coverage, extrapolation);
             mean += totalError(got, wanted) / (sources * rays);
             for (size_t l = 0; l < lights.size(); ++l) {
               gotSum[l] += got[l] / rays;
@@ -107,7 +107,7 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
   std::mt19937 random(3);
   std::normal_distribution<float> normal;
   const auto lights = spiral(30);
-  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
+  const LightTable table = tableOf(lights, meanOfThree, LightExtrapolation::clamp);
   // No weight falls by more than a half over the width of a cell, 2 / 262 on the square (measured: 40 a
   // radian); a jump would be steeper by a hundred times.
   constexpr float steepest = 0.5f / (2 / 262.f);
@@ -172,7 +172,7 @@ TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
 TEST(LightTable, ForeshortensWhatItHasTabulated) {
   std::mt19937 random(5);
   const auto lights = spiral(30);
-  const LightTable table = tableOf(lights, meanOfThree, Uncovered::fade);
+  const LightTable table = tableOf(lights, meanOfThree, LightExtrapolation::fade);
   for (int i = 0; i < 500; ++i) {
     const auto normal = assume<Normal3<AcquisitionSpace>>(randomDirection(random).raw());
     std::vector<float> cosines;
@@ -197,7 +197,7 @@ TEST(LightTable, ForeshortensWhatItHasTabulated) {
 TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
   std::mt19937 random(4);
   const auto lights = spiral(20);
-  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
+  const LightTable table = tableOf(lights, meanOfThree, LightExtrapolation::clamp);
   const Mat3<float> turn = Eigen::Quaternionf(0.5f, 0.1f, -0.7f, 0.5f).normalized().toRotationMatrix();
   for (const Mat3<float>& matrix : {turn, Mat3<float>(-turn)}) {
     const auto d = randomDirection(random);
@@ -215,7 +215,7 @@ TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
   std::mt19937 random(6);
   std::uniform_real_distribution<float> strength(0.1f, 1);
   const auto lights = spiral(20);
-  const LightTable table = tableOf(lights, meanOfThree, Uncovered::extrapolate);
+  const LightTable table = tableOf(lights, meanOfThree, LightExtrapolation::clamp);
   std::vector<EnvironmentLight> environment;
   Rgb total;
   for (int i = 0; i < 150; ++i) {

@@ -43,9 +43,9 @@ inline LightCoverage coverageOf(std::span<const Direction> lights) { return Ligh
 // Per light.
 inline std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
                                     const LightBlend& how, const LightCoverage& coverage,
-                                    Uncovered uncovered = Uncovered::extrapolate) {
+                                    LightExtrapolation extrapolation = LightExtrapolation::clamp) {
   std::vector<float> weights(lights.size());
-  for (const auto& [light, weight] : blendOfLights(lights, towards, how, coverage, uncovered))
+  for (const auto& [light, weight] : blendOfLights(lights, towards, how, coverage, extrapolation))
     weights[light] = weight;
   return weights;
 }

@@ -12,8 +12,8 @@
 namespace surflect::zoo {
 
 // Made by the first test that asks.
-inline const LossTable& mirrorLoss() {
-  static const LossTable table = mirrorLossTable();
+inline const EnergyCompensation& mirrorLoss() {
+  static const EnergyCompensation table = mirrorEnergyCompensation();
   return table;
 }
 inline const DielectricLosses& glassLosses() {

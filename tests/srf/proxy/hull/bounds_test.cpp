@@ -22,14 +22,14 @@ TEST(Bounds, HoldTheObjectAndLittleElse) {
     auto cameras = shapes::camerasAround(12, 60);
     if (seed % 2)
       for (auto& camera : cameras) camera = shapes::orthographic(camera);
-    const auto sights = shapes::sights(cameras, object);
-    const auto truth = boxOf(object), box = boundsOf(sights, quorumOf(sights), false, {}),
-               lenient = boundsOf(sights, quorumOf(sights), true, {});
+    const auto silhouetteViews = shapes::silhouetteViews(cameras, object);
+    const auto truth = boxOf(object), box = boundsOf(silhouetteViews, quorumOf(silhouetteViews), false, {}),
+               lenient = boundsOf(silhouetteViews, quorumOf(silhouetteViews), true, {});
     EXPECT_TRUE(box.contains(truth));
     EXPECT_TRUE(lenient.contains(truth));
     EXPECT_LT(box.sizes().maxCoeff(), 1.5 * truth.sizes().maxCoeff());
     EXPECT_LT(lenient.sizes().maxCoeff(), 2.2 * truth.sizes().maxCoeff());
-    EXPECT_LT(truth.exteriorDistance(pointInView(sights).raw()), 0.1);
+    EXPECT_LT(truth.exteriorDistance(pointInView(silhouetteViews).raw()), 0.1);
   }
 }
 
@@ -37,17 +37,17 @@ TEST(Bounds, FindASmallObjectFarAside) {
   auto cameras = shapes::camerasAround(12, 400);
   for (auto& camera : cameras) camera.lens.focalX = camera.lens.focalY = 300;
   const std::vector<shapes::Sphere> object{{{1.1, -0.9, 0.8}, 0.03}};
-  const auto sights = shapes::sights(cameras, object);
-  const auto box = boundsOf(sights, quorumOf(sights), false, {});
+  const auto silhouetteViews = shapes::silhouetteViews(cameras, object);
+  const auto box = boundsOf(silhouetteViews, quorumOf(silhouetteViews), false, {});
   EXPECT_TRUE(box.contains(boxOf(object)));
   EXPECT_LT(box.sizes().maxCoeff(), 0.12);
 }
 
 TEST(Bounds, WithDissentOutliveAnEmptyMatte) {
-  auto sights = shapes::sights(shapes::camerasAround(8, 60), shapes::sphere());
-  sights[3].outline = Outline(Image(60, 60, 1));
-  EXPECT_TRUE(boundsOf(sights, quorumOf(sights), false, {}).isEmpty());
-  EXPECT_TRUE(boundsOf(sights, quorumOf(sights), true, {}).contains(boxOf(shapes::sphere())));
+  auto silhouetteViews = shapes::silhouetteViews(shapes::camerasAround(8, 60), shapes::sphere());
+  silhouetteViews[3].outline = Outline(Image(60, 60, 1));
+  EXPECT_TRUE(boundsOf(silhouetteViews, quorumOf(silhouetteViews), false, {}).isEmpty());
+  EXPECT_TRUE(boundsOf(silhouetteViews, quorumOf(silhouetteViews), true, {}).contains(boxOf(shapes::sphere())));
 }
 
 // A matte of which the columns (rows) from `first` up to `end` are inside, but for a border of 5 pixels.
@@ -66,13 +66,13 @@ TEST(Bounds, OfSilhouettesThatTouchInAPointAreEmpty) {
   const auto z = shapes::orthographic(studio::cameraFrom<AcquisitionSpace>({0, 0, 1}, kSize)),
              x = shapes::orthographic(studio::cameraFrom<AcquisitionSpace>({1, 0, 0}, kSize));
   for (const double overlap : {0., 1e-10, 2.}) { // pixels
-    std::vector<Sight> sights;
+    std::vector<SilhouetteView> silhouetteViews;
     for (auto [camera, rows] : {std::pair{z, false}, {z, true}, {x, false}}) {
-      sights.push_back(shapes::sightOf(camera, stripe(kSize, 5, kSize / 2 - 1, rows), sights.size()));
+      silhouetteViews.push_back(shapes::sightOf(camera, stripe(kSize, 5, kSize / 2 - 1, rows), silhouetteViews.size()));
       (rows ? camera.lens.centerY : camera.lens.centerX) += overlap;
-      sights.push_back(shapes::sightOf(camera, stripe(kSize, kSize / 2 + 1, kSize - 5, rows), sights.size()));
+      silhouetteViews.push_back(shapes::sightOf(camera, stripe(kSize, kSize / 2 + 1, kSize - 5, rows), silhouetteViews.size()));
     }
-    EXPECT_EQ(boundsOf(sights, sights.size(), false, {}).isEmpty(), overlap < 1) << overlap;
+    EXPECT_EQ(boundsOf(silhouetteViews, silhouetteViews.size(), false, {}).isEmpty(), overlap < 1) << overlap;
   }
 }
 

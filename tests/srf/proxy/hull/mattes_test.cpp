@@ -45,17 +45,17 @@ TEST_F(Mattes, AreUnitedOverTheFramesOfAView) {
   add(0, 1, columns(5, 9));
   add(1, 0, std::nullopt);
   add(1, 1, columns(2, 4));
-  const auto sights = sightsOf(capture, {});
-  ASSERT_EQ(sights.size(), 2u);
-  EXPECT_EQ(sights[0].name, "C0");
-  EXPECT_EQ(sights[0].outline.mask(), objectMask(columns(3, 9)));
-  EXPECT_EQ(sights[1].outline.mask(), objectMask(columns(2, 4)));
+  const auto silhouetteViews = silhouetteViewsOf(capture, {});
+  ASSERT_EQ(silhouetteViews.size(), 2u);
+  EXPECT_EQ(silhouetteViews[0].name, "C0");
+  EXPECT_EQ(silhouetteViews[0].outline.mask(), objectMask(columns(3, 9)));
+  EXPECT_EQ(silhouetteViews[1].outline.mask(), objectMask(columns(2, 4)));
 }
 
 TEST_F(Mattes, ThatAreMissingOrWithoutBackgroundAreNone) {
   add(0, 0, std::nullopt);
   add(1, 0, columns(0, 16));
-  EXPECT_TRUE(sightsOf(capture, {}).empty());
+  EXPECT_TRUE(silhouetteViewsOf(capture, {}).empty());
 }
 
 TEST_F(Mattes, ThatAreAllEmptyOrFullAreExplainedByTheFirst) {
@@ -77,7 +77,7 @@ TEST_F(Mattes, ThatAreAllEmptyOrFullAreExplainedByTheFirst) {
 TEST_F(Mattes, ThatCannotBeReadAreNamed) {
   add(0, 0, columns(3, 6));
   writeBytes(folder / "mask0.png", "nothing");
-  EXPECT_NE(errorOf([&] { sightsOf(capture, {}); }).find("mask0.png"), std::string::npos);
+  EXPECT_NE(errorOf([&] { silhouetteViewsOf(capture, {}); }).find("mask0.png"), std::string::npos);
 }
 
 } // namespace

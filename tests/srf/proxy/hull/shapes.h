@@ -1,7 +1,7 @@
 // Silhouettes of unions of balls, by exact rays; and what a closed mesh must be.
 #pragma once
 
-#include "srf/proxy/hull/sight.h"
+#include "srf/proxy/hull/silhouette_view.h"
 #include "surfel/geometry/mesh.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -82,12 +82,12 @@ inline Camera<AcquisitionSpace> orthographic(Camera<AcquisitionSpace> camera) {
   return camera;
 }
 
-inline Sight sightOf(const Camera<AcquisitionSpace>& camera, const Image& alpha, size_t number) {
+inline SilhouetteView sightOf(const Camera<AcquisitionSpace>& camera, const Image& alpha, size_t number) {
   return {studio::numbered("C", number), camera, Outline(alpha)};
 }
-inline std::vector<Sight> sights(const std::vector<Camera<AcquisitionSpace>>& cameras,
+inline std::vector<SilhouetteView> silhouetteViews(const std::vector<Camera<AcquisitionSpace>>& cameras,
                                  const std::vector<Sphere>& spheres) {
-  std::vector<Sight> result;
+  std::vector<SilhouetteView> result;
   for (const auto& camera : cameras) result.push_back(sightOf(camera, matte(camera, spheres), result.size()));
   return result;
 }

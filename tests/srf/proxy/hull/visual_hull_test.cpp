@@ -11,16 +11,16 @@ namespace {
 
 using shapes::Point;
 
-VisualHull hullOf(const std::vector<Sight>& sights, double voxelPixels = 1.5) {
-  return visualHull(sights, {voxelPixels}, {});
+VisualHull hullOf(const std::vector<SilhouetteView>& silhouetteViews, double voxelPixels = 1.5) {
+  return visualHull(silhouetteViews, {voxelPixels}, {});
 }
 
-double worstFit(const TriangleMesh& mesh, const std::vector<Sight>& sights) {
+double worstFit(const TriangleMesh& mesh, const std::vector<SilhouetteView>& silhouetteViews) {
   const RayCaster<AcquisitionSpace> caster(mesh);
   double worst = 1;
-  for (const Sight& sight : sights)
+  for (const SilhouetteView& silhouetteView : silhouetteViews)
     worst = std::min(
-        worst, intersectionOverUnion(objectMask(silhouette(sight.camera, caster)), sight.outline.mask()));
+        worst, intersectionOverUnion(objectMask(silhouette(silhouetteView.camera, caster)), silhouetteView.outline.mask()));
   return worst;
 }
 
@@ -38,11 +38,11 @@ TEST(VisualHull, OfASphereConvergesToTheIntersectionOfItsCones) {
   double bound = 0.02;
   for (const int size : {50, 100, 200}) {
     const auto cameras = shapes::camerasAround(14, size);
-    const auto sights = shapes::sights(cameras, shapes::sphere());
-    const VisualHull hull = hullOf(sights);
+    const auto silhouetteViews = shapes::silhouetteViews(cameras, shapes::sphere());
+    const VisualHull hull = hullOf(silhouetteViews);
     shapes::expectClosedManifold(hull.mesh);
     EXPECT_EQ(shapes::eulerCharacteristic(hull.mesh), 2);
-    EXPECT_GT(worstFit(hull.mesh, sights), 0.98);
+    EXPECT_GT(worstFit(hull.mesh, silhouetteViews), 0.98);
     EXPECT_TRUE(hull.leftOut.empty());
     double sum = 0;
     for (const auto& p : hull.mesh.positions) {
@@ -58,21 +58,21 @@ TEST(VisualHull, OfASphereConvergesToTheIntersectionOfItsCones) {
 
 TEST(VisualHull, KeepsAHoleAndAWaist) {
   const auto cameras = shapes::camerasAround(20, 100);
-  const VisualHull ring = hullOf(shapes::sights(cameras, shapes::ring()));
+  const VisualHull ring = hullOf(shapes::silhouetteViews(cameras, shapes::ring()));
   shapes::expectClosedManifold(ring.mesh);
   EXPECT_EQ(shapes::eulerCharacteristic(ring.mesh), 0);
-  const auto sights = shapes::sights(cameras, shapes::twoLobes());
-  const VisualHull lobes = hullOf(sights);
+  const auto silhouetteViews = shapes::silhouetteViews(cameras, shapes::twoLobes());
+  const VisualHull lobes = hullOf(silhouetteViews);
   shapes::expectClosedManifold(lobes.mesh);
   EXPECT_EQ(shapes::eulerCharacteristic(lobes.mesh), 2);
-  EXPECT_GT(worstFit(lobes.mesh, sights), 0.97);
+  EXPECT_GT(worstFit(lobes.mesh, silhouetteViews), 0.97);
 }
 
 TEST(VisualHull, IsTheSameForAnyNumberOfThreads) {
-  const auto sights = shapes::sights(shapes::camerasAround(9, 60), shapes::randomCluster(10));
-  const VisualHull a = hullOf(sights);
+  const auto silhouetteViews = shapes::silhouetteViews(shapes::camerasAround(9, 60), shapes::randomCluster(10));
+  const VisualHull a = hullOf(silhouetteViews);
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
-  const VisualHull b = hullOf(sights);
+  const VisualHull b = hullOf(silhouetteViews);
   EXPECT_EQ(a.mesh.positions, b.mesh.positions);
   EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
 }
@@ -80,12 +80,12 @@ TEST(VisualHull, IsTheSameForAnyNumberOfThreads) {
 TEST(VisualHull, MovesWithTheCameras) {
   const auto cameras = shapes::camerasAround(12, 80);
   const auto object = shapes::randomCluster(11);
-  const auto still = shapes::sights(cameras, object);
+  const auto still = shapes::silhouetteViews(cameras, object);
   const Rigid<AcquisitionSpace, AcquisitionSpace> motion(
       Eigen::AngleAxisd(1.1, Vec3<double>(1, 2, -1).normalized()).toRotationMatrix(),
       Vec3<double>(30, -4, 11));
   auto moved = still;
-  for (Sight& sight : moved) sight.camera.cameraFromWorld = sight.camera.cameraFromWorld * motion.inverse();
+  for (SilhouetteView& silhouetteView : moved) silhouetteView.camera.cameraFromWorld = silhouetteView.camera.cameraFromWorld * motion.inverse();
   const VisualHull a = hullOf(still), b = hullOf(moved);
   EXPECT_NEAR(b.voxel / a.voxel, 1, 0.03);
   EXPECT_NEAR(shapes::volume(b.mesh) / shapes::volume(a.mesh), 1, 0.01);
@@ -103,10 +103,10 @@ TEST(VisualHull, OfOrthographicAndDistortedViews) {
     if (i % 3 == 1) cameras[i].lens.k1 = -0.3, cameras[i].lens.p2 = 0.01;
   }
   const auto object = shapes::randomCluster(12);
-  const auto sights = shapes::sights(cameras, object);
-  const VisualHull hull = hullOf(sights);
+  const auto silhouetteViews = shapes::silhouetteViews(cameras, object);
+  const VisualHull hull = hullOf(silhouetteViews);
   shapes::expectClosedManifold(hull.mesh);
-  EXPECT_GT(worstFit(hull.mesh, sights), 0.95);
+  EXPECT_GT(worstFit(hull.mesh, silhouetteViews), 0.95);
 }
 
 TEST(VisualHull, ViewsThatCropDoNotCarve) {
@@ -115,7 +115,7 @@ TEST(VisualHull, ViewsThatCropDoNotCarve) {
     cameras[i].lens.focalX = cameras[i].lens.focalY = 500; // the sphere is 3.2 times as wide as the picture
     cameras[i].lens.centerX += 100;                        // and its left edge is in it
   }
-  const VisualHull hull = hullOf(shapes::sights(cameras, shapes::sphere()));
+  const VisualHull hull = hullOf(shapes::silhouetteViews(cameras, shapes::sphere()));
   shapes::expectClosedManifold(hull.mesh);
   EXPECT_TRUE(hull.leftOut.empty());
   for (const auto& p : hull.mesh.positions) EXPECT_GT(p.raw().norm(), 1 - 0.3 * hull.voxel);
@@ -126,14 +126,14 @@ TEST(VisualHull, ViewsThatCropDoNotCarve) {
 TEST(VisualHull, OneCameraAtAnotherScaleHardlyChangesIt) {
   const auto cameras = shapes::camerasAround(9, 80);
   const auto object = shapes::randomCluster(15);
-  auto sights = shapes::sights(cameras, object);
-  const VisualHull right = hullOf(sights);
+  auto silhouetteViews = shapes::silhouetteViews(cameras, object);
+  const VisualHull right = hullOf(silhouetteViews);
   for (const double scale : {100., 10'000., 1e6}) {
-    auto& pose = sights[0].camera.cameraFromWorld;
+    auto& pose = silhouetteViews[0].camera.cameraFromWorld;
     pose = {cameras[0].cameraFromWorld.rotation(), scale * cameras[0].cameraFromWorld.translation()};
-    const VisualHull hull = hullOf(sights);
+    const VisualHull hull = hullOf(silhouetteViews);
     shapes::expectClosedManifold(hull.mesh);
-    EXPECT_GT(worstFit(hull.mesh, {sights.begin() + 1, sights.end()}), 0.95) << scale;
+    EXPECT_GT(worstFit(hull.mesh, {silhouetteViews.begin() + 1, silhouetteViews.end()}), 0.95) << scale;
     EXPECT_NEAR(shapes::volume(hull.mesh) / shapes::volume(right.mesh), 1, 0.2) << scale;
   }
 }
@@ -141,7 +141,7 @@ TEST(VisualHull, OneCameraAtAnotherScaleHardlyChangesIt) {
 TEST(VisualHull, BadMattesHardlyChangeIt) {
   const auto cameras = shapes::camerasAround(16, 80);
   const auto object = shapes::randomCluster(13);
-  const auto good = shapes::sights(cameras, object);
+  const auto good = shapes::silhouetteViews(cameras, object);
   const double volume = shapes::volume(hullOf(good).mesh);
 
   auto bad = good;
@@ -170,29 +170,29 @@ TEST(VisualHull, CannotBeMadeOfOneViewOrOfSilhouettesApart) {
   std::vector<Camera<AcquisitionSpace>> cameras;
   for (int axis = 0; axis < 3; ++axis)
     cameras.push_back(studio::cameraFrom<AcquisitionSpace>(Vec3<double>::Unit(axis), 60));
-  auto sights = shapes::sights(cameras, shapes::sphere());
-  EXPECT_EQ(errorOf([&] { hullOf({sights[0]}); }), "found 1, expected silhouettes of two views or more");
+  auto silhouetteViews = shapes::silhouetteViews(cameras, shapes::sphere());
+  EXPECT_EQ(errorOf([&] { hullOf({silhouetteViews[0]}); }), "found 1, expected silhouettes of two views or more");
   // Two views see a ball here, the third sees one elsewhere.
   for (const auto& [offset, radius] : {std::pair{0.5, 0.2}, {0.11, 0.1}}) { // far apart, and by a pixel
     for (size_t i = 0; i < 3; ++i)
-      sights[i] = shapes::sightOf(
+      silhouetteViews[i] = shapes::sightOf(
           cameras[i],
           shapes::matte(cameras[i], {{Vec3<double>::Constant(i == 1 ? -offset : offset), radius}}), i);
     EXPECT_EQ(
-        errorOf([&] { hullOf(sights); }),
+        errorOf([&] { hullOf(silhouetteViews); }),
         "the silhouettes of the 3 views have no point in common; where most of them agree, these do not: "
         "C1 (poses are camera to world, by OpenGL's axes: surflect inspect tells more)");
   }
 }
 
 TEST(VisualHull, StopsWhenAsked) {
-  const auto sights = shapes::sights(shapes::camerasAround(6, 40), shapes::sphere());
+  const auto silhouetteViews = shapes::silhouetteViews(shapes::camerasAround(6, 40), shapes::sphere());
   for (const double moment : {0.0, 0.2, 0.8}) {
     Progress progress;
     bool stop = false;
     progress.report = [&](std::string_view, double fraction) { stop |= fraction >= moment; };
     progress.cancelled = [&] { return stop; };
-    EXPECT_THROW(visualHull(sights, {}, progress), Cancelled);
+    EXPECT_THROW(visualHull(silhouetteViews, {}, progress), Cancelled);
   }
 }
 

@@ -1,0 +1,71 @@
+#include "render/evaluation/diagnostics.h"
+
+#include "surfel/base/error.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+namespace surflect {
+
+namespace {
+
+// Of the points that are finite, the share that the warp's rest mesh does not reach; 0 where it has none.
+double shareUnreached(const WarpMotion& motion, const std::vector<Vec3<double>>& points) {
+  const auto* mesh = std::get_if<MeshMotion>(&motion);
+  const auto* skeleton = std::get_if<SkeletonMotion>(&motion);
+  if (!mesh && !skeleton) return 0;
+  size_t finite = 0, beyond = 0;
+  for (const Vec3<double>& x : points) {
+    if (!x.allFinite()) continue;
+    ++finite;
+    beyond += !(mesh ? mesh->sequence->reaches(x) : skeleton->rig->reaches(x));
+  }
+  return finite == 0 ? 0 : static_cast<double>(beyond) / static_cast<double>(finite);
+}
+
+} // namespace
+
+std::optional<std::string> beyondRestMesh(const Script& script, const ShotTime& time, const SurfelCloud& cloud) {
+  constexpr size_t most = 4000;
+  constexpr double tolerated = 0.1;
+  std::vector<Vec3<double>> points;
+  for (size_t i = 0; i < cloud.size(); i += cloud.size() / most + 1)
+    points.push_back(cloud.p0[i].raw().cast<double>());
+
+  // Nothing comes to a warp but through those before it; those behind the last mesh do not matter.
+  const auto hasMesh = [](const WarpMotion& motion) {
+    return std::holds_alternative<MeshMotion>(motion) || std::holds_alternative<SkeletonMotion>(motion);
+  };
+  size_t end = script.warps.size();
+  while (end > 0 && !hasMesh(script.warps[end - 1])) --end;
+  for (size_t i = 0; i < end; ++i) {
+    if (const double share = shareUnreached(script.warps[i], points); share > tolerated)
+      return fmt::format(
+          "{}: warp[{}]: {:.0f} % of the surfels are further from its rest mesh than twice the "
+          "length of its edges: are its units and axes those of the model?",
+          script.path.string(), i, 100 * share);
+    if (i + 1 == end) break;
+    try {
+      const WarpPointer warp = evaluateAt(script.warps[i], time);
+      for (Vec3<double>& x : points) x = warp->position(x);
+    } catch (Error& error) {
+      throw std::move(error).at(fmt::format("warp[{}]", i)).in(script.path);
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels) {
+  const size_t dead = stats.splats.dead, notFinite = stats.splats.notFinite;
+  if (2 * (dead + notFinite) > surfels)
+    return fmt::format("{} of {} surfels have no place or no area once warped", dead + notFinite, surfels);
+  if (stats.visible == 0)
+    return fmt::format(
+        "nothing is visible: of {} surfels {} face away, {} are too near and {} off the picture", surfels,
+        stats.splats.backFacing, stats.splats.tooNear, stats.splats.outside);
+  return std::nullopt;
+}
+
+} // namespace surflect

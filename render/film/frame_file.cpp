@@ -1,0 +1,65 @@
+#include "render/film/frame_file.h"
+
+#include "srf/image/exr.h"
+#include "srf/image/percentile.h"
+#include "srf/image/png.h"
+#include "srf/image/srgb_bytes.h"
+#include "surfel/base/file.h"
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+ChannelSet channelNames(const std::string& layer, int channels) {
+  if (layer == "depth") return {"depth.Z"};
+  if (layer == "normal") return {"normal.X", "normal.Y", "normal.Z"};
+  if (channels == 1) return {layer + ".V"};
+  return {layer + ".R", layer + ".G", layer + ".B"};
+}
+
+} // namespace
+
+std::string frameBytes(const FrameLayers& film, const std::map<std::string, std::string>& attributes,
+                      const Progress& progress) {
+  std::vector<ExrLayer> layers{{{"R", "G", "B", "A"}, &film.color, Precision::half, nullptr, 0}};
+  for (const auto& [name, image] : film.aovs)
+    layers.push_back(
+        {channelNames(name, image.channels), &image, name == "depth" ? Precision::single : Precision::half});
+  return exrBytes(layers, attributes, progress);
+}
+
+void writeFrame(const std::filesystem::path& path, const FrameLayers& film,
+               const std::map<std::string, std::string>& attributes) {
+  writeFileAtomically(path, frameBytes(film, attributes));
+}
+
+std::string previewBytes(const Image& color, double exposure) {
+  static const SrgbBytes srgbBytes;
+  PngSamples preview{color.width, color.height,    4,
+                     8,           PngColors::srgb, std::vector<uint8_t>(color.values.size())};
+  for (size_t i = 0; i < color.values.size(); i += 4) {
+    const float* pixel = &color.values[i];
+    if (pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0 && pixel[3] == 0) continue;
+    const float alpha = pixel[3];
+    const float scale = alpha > 0 ? static_cast<float>(exposure) / alpha : 1;
+    for (size_t c = 0; c < 3; ++c) preview.bytes[i + c] = srgbBytes(pixel[c] * scale);
+    preview.bytes[i + 3] = static_cast<uint8_t>(quantized(alpha, 255));
+  }
+  return pngBytes(preview);
+}
+
+void writePreview(const std::filesystem::path& path, const Image& color, double exposure) {
+  writeFileAtomically(path, previewBytes(color, exposure));
+}
+
+double whiteOf(const Image& color) {
+  PercentileCounter values;
+  for (size_t i = 0; i < color.values.size(); i += 4)
+    if (color.values[i + 3] > 0.5f)
+      std::for_each_n(&color.values[i], 3, [&](float value) { values.add(value); });
+  return values.percentile(0.995);
+}
+
+} // namespace surflect

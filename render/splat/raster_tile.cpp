@@ -1,0 +1,166 @@
+#include "render/splat/raster_tile.h"
+
+#include "surfel/base/error.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace surflect {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// But for its peak.
+float weightAt(const TileSplat& s, float x, float y) {
+  constexpr auto exponent = static_cast<float>(-kCutoffSigmas * kCutoffSigmas);
+  const float a = s.a0 + s.shape.ax * x + s.shape.ay * y, b = s.b0 + s.shape.by * y;
+  return std::exp(exponent * (a * a + b * b));
+}
+
+BlockFragments blockFragments(size_t count, TileScratch& scratch) {
+  const size_t room = count + kLanes;
+  return {scratch.orders.of(kLanes * room), scratch.areas.of(kLanes * room), scratch.tolerances.of(room),
+          scratch.splats.of(room)};
+}
+PixelFragments pixelFragments(size_t count, TileScratch& scratch) {
+  const size_t room = count + 2 * kLanes;
+  return {scratch.order.of(room), scratch.tolerance.of(room), scratch.area.of(room), scratch.splat.of(room),
+          scratch.rank.of(room)};
+}
+
+// More fragments than this in a pixel are not compared each with each.
+constexpr size_t kManyFragments = 2048;
+
+// The fragments of a pixel, nearest first; those of one depth in their order in the tile.
+void sortPixel(const SplatKernels& kernels, uint32_t count, const PixelFragments& pixel,
+               std::vector<Fragment>& sorted) {
+  constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
+  const bool ranked = count <= kManyFragments;
+  if (ranked) kernels.rankPixel(count, pixel);
+  sorted.assign(count, {0, 0, 0, none});
+  for (uint32_t i = 0; i < count; ++i) {
+    uint32_t place = ranked ? static_cast<uint32_t>(pixel.rank[i]) : i;
+    while (sorted[place].splat != none) ++place; // taken by one of the same depth
+    sorted[place] = {pixel.order[i], pixel.tolerance[i], pixel.area[i],
+                     std::bit_cast<uint32_t>(pixel.splat[i])};
+  }
+  if (!ranked) std::ranges::stable_sort(sorted, {}, &Fragment::order);
+}
+
+// The layers of a pixel that the kernel left open: a single one goes to `block`, more to the tile.
+void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, BlockLayers& layers) {
+  const std::vector<Fragment>& fragments = scratch.fragments;
+  layersOf(fragments, scratch.layers);
+
+  float area = 0;
+  size_t visibleLayers = 0;
+  for (const Layer& layer : scratch.layers) {
+    area += layer.area;
+    visibleLayers += layer.alpha > 0;
+  }
+  const Layer& first = scratch.layers.front();
+  layers.alpha[lane] = saturated(area);
+  layers.area[lane] = first.area;
+  layers.limit[lane] = first.end < fragments.size() ? fragments[first.end].order : kInfinity;
+  if (visibleLayers == 1 && first.alpha > 0) return;
+
+  layers.limit[lane] = -kInfinity;
+  const auto x = static_cast<uint32_t>(block % kBlocksPerRow * kBlockSize + lane % kBlockSize),
+             y = static_cast<uint32_t>(block / kBlocksPerRow * kBlockSize + lane / kBlockSize);
+  const auto fromMiddle = [](uint32_t i) { return static_cast<float>(i) - kTileSize / 2 + 0.5f; };
+  float alpha = 0;
+  bool halfway = false;
+  for (const Layer& layer : scratch.layers) {
+    if (!(layer.alpha > 0)) continue;
+    alpha += layer.alpha;
+    const bool isMiddle = !halfway && alpha >= layers.alpha[lane] / 2;
+    halfway |= isMiddle;
+    if (isMiddle) layers.area[lane] = layer.area;
+    const auto begin = static_cast<uint32_t>(tile.contributions.size());
+    float weight = 0, weightedOrder = 0;
+    for (size_t i = layer.begin; i < layer.end; ++i) {
+      const Fragment& f = fragments[i];
+      const TileSplat& splat = tile.drawn.splats[f.splat];
+      const float w = weightAt(splat, fromMiddle(x), fromMiddle(y));
+      tile.contributions.push_back({f.splat, w});
+      weight += splat.shape.peak * w;
+      weightedOrder += splat.shape.peak * w * f.order;
+      scratch.seen.data()[f.splat / kGroup] |= uint64_t{1} << f.splat % kGroup;
+    }
+    tile.layers.push_back({y * kTileSize + x, begin, static_cast<uint32_t>(layer.end - layer.begin),
+                           layer.alpha, weightedOrder / weight, isMiddle});
+  }
+}
+
+// Returns how many splats a block has at most.
+uint32_t gatherSplats(const SplatKernels& kernels, const ScreenSplat* screen,
+                      std::span<const uint32_t> entries, const TileFrame& frame, RasterTile& tile) {
+  if (entries.size() > std::numeric_limits<uint32_t>::max() / kLanes)
+    throw Error::mismatch("at most 2^28 splats in a tile", std::to_string(entries.size()));
+  const auto count = static_cast<uint32_t>(entries.size()), groups = groupsOf(count);
+  TileSplat* splats = tile.splats.of(count);
+  uint32_t* column = tile.column.of(count);
+  uint64_t* sets = tile.sets.of(size_t{kGroup} * groups);
+  tile.drawn = {splats, sets, count};
+  return kernels.placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
+}
+
+// What the blocks show of their splats, added to what their pixels of several layers show.
+void markSeen(const RasterTile& tile, uint64_t* seenOfTile, std::span<uint8_t> seenOfCloud) {
+  const TileSplats& drawn = tile.drawn;
+  for (uint32_t group = 0; group < groupsOf(drawn.count); ++group) {
+    uint64_t seen = seenOfTile[group];
+    for (int block = 0; block < kBlocks; ++block)
+      seen |= drawn.sets[group * kBlocks + static_cast<uint32_t>(block)];
+    for (; seen != 0; seen &= seen - 1) {
+      const uint32_t splat = group * kGroup + static_cast<uint32_t>(std::countr_zero(seen));
+      const std::atomic_ref mark(seenOfCloud[tile.column.data()[splat]]);
+      if (!mark.load(std::memory_order_relaxed)) mark.store(1, std::memory_order_relaxed);
+    }
+  }
+}
+
+} // namespace
+
+void rasterizeTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
+               const TileFrame& frame, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+               std::span<uint8_t> seenOfCloud) {
+  tile.layers.clear();
+  tile.contributions.clear();
+  tile.blocks = 0;
+  const uint32_t most = gatherSplats(kernels, screen, entries, frame, tile);
+  const BlockFragments fragments = blockFragments(most, scratch);
+  const PixelFragments ofPixel = pixelFragments(most, scratch);
+  uint64_t* seen = scratch.seen.of(groupsOf(tile.drawn.count));
+  std::fill_n(seen, groupsOf(tile.drawn.count), 0);
+  float* allLimits = tile.limits.of(entries.empty() ? 0 : size_t{kBlocks} * kLanes);
+
+  for (int block = 0; block < kBlocks; ++block) {
+    BlockLayers layers;
+    kernels.resolveBlock(tile.drawn, block, frame.width, frame.height, fragments, layers);
+    for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
+      const int lane = std::countr_zero(bits);
+      const uint32_t n = kernels.gatherPixel(layers.count, lane, fragments, ofPixel);
+      sortPixel(kernels, n, ofPixel, scratch.fragments);
+      resolvePixel(block, lane, scratch, tile, layers);
+    }
+    if (layers.mayHide) kernels.keepSeen(tile.drawn, block, fragments, layers.limit);
+    if (layers.count != 0) {
+      tile.blocks |= uint64_t{1} << block;
+      std::copy_n(layers.limit, kLanes, allLimits + static_cast<size_t>(block) * kLanes);
+    }
+    forRows(frame, block, [&](size_t lane, int x, int y, size_t pixelsInRow) {
+      const size_t pixel = static_cast<size_t>(y) * pixels.width + static_cast<size_t>(x);
+      copyRow(layers.alpha + lane, pixelsInRow, pixels.alpha + pixel);
+      copyRow(layers.area + lane, pixelsInRow, pixels.layerArea + pixel);
+    });
+  }
+  markSeen(tile, seen, seenOfCloud);
+}
+
+} // namespace surflect

@@ -1,0 +1,248 @@
+#include "render/splat/splat_raster.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <utility>
+
+namespace surflect {
+
+namespace {
+
+TileFrame frameOf(const SplatRaster& coverage, size_t tile) {
+  const int tilesX = tilesAlong(coverage.width);
+  const int x = static_cast<int>(tile) % tilesX * kTileSize, y = static_cast<int>(tile) / tilesX * kTileSize;
+  return {x, y, std::min(kTileSize, coverage.width - x), std::min(kTileSize, coverage.height - y)};
+}
+
+size_t pixelOf(const SplatRaster& coverage, const TileFrame& frame, const PixelLayer& layered) {
+  return coverage.pixel(frame.x0 + static_cast<int>(layered.pixel % kTileSize),
+                        frame.y0 + static_cast<int>(layered.pixel / kTileSize));
+}
+
+// Calls visit(block) for those of a tile that splats reach.
+template <class Visit> void forBlocks(const RasterTile& tile, Visit visit) {
+  for (uint64_t left = tile.blocks; left != 0; left &= left - 1) visit(std::countr_zero(left));
+}
+
+// The marked splats go to coverage.visible, and the tiles' splats point there.
+void collectVisible(SplatRaster& coverage) {
+  const std::vector<uint8_t>& seen = coverage.seen;
+  constexpr size_t chunk = 16384;
+  const size_t chunks = (seen.size() + chunk - 1) / chunk;
+  const auto each = [&](size_t c, auto visit) {
+    for (size_t i = c * chunk; i < std::min((c + 1) * chunk, seen.size()); ++i) visit(i);
+  };
+  std::vector<uint32_t> begin(chunks + 1);
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    uint32_t count = 0;
+    each(c, [&](size_t i) { count += seen[i]; });
+    begin[c + 1] = count;
+  });
+  for (size_t c = 0; c < chunks; ++c) begin[c + 1] += begin[c];
+  coverage.visible.resize(begin[chunks]);
+  uint32_t* rank = coverage.rank.of(seen.size());
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    uint32_t next = begin[c];
+    each(c, [&](size_t i) {
+      rank[i] = next;
+      if (seen[i]) coverage.visible[next++] = static_cast<uint32_t>(i);
+    });
+  });
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t t) {
+    RasterTile& tile = coverage.tiles[t];
+    for (uint32_t& splat : std::span(tile.column.data(), tile.drawn.count))
+      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set: what it has is not used
+  });
+}
+
+constexpr size_t kMostTriples = 2; // groups of three channels that blendBlock sums at once
+
+// Gathers `channelCount` values of each of a tile's splats, from channel `first` on, as blendBlock takes
+// them: in groups of three, one group for up to three channels, two for more. Returns whether all are finite.
+bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t channels, size_t first,
+                  size_t channelCount, std::span<const float> confidence, std::vector<float>& to) {
+  constexpr uint32_t kAhead = 16;
+  const size_t stride = channelCount > 3 ? 8 : 4;
+  const uint32_t count = tile.drawn.count;
+  to.resize(std::max(to.size(), stride * count));
+  const float* from = values.data() + first;
+  const uint32_t* column = tile.column.data();
+  float none = 0; // 0 unless a value is not finite: 0 times such a value is no number
+  for (uint32_t i = 0; i < count; ++i) {
+    __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
+    const float* value = from + column[i] * channels;
+    const float weight = tile.drawn.splats[i].shape.peak * (confidence.empty() ? 1 : confidence[column[i]]);
+    float* out = &to[stride * i];
+    out[3] = weight;
+    for (size_t k = 0; k < channelCount; ++k) none += 0 * (out[k / 3 * 4 + k % 3] = weight * value[k]);
+  }
+  return none == 0;
+}
+
+// One channel of a picture: its value at pixel i is first[i * stride].
+struct Plane {
+  float* first;
+  size_t stride;
+};
+
+// Gives a picture the coverage's size; its values are to be overwritten.
+void fit(Image& picture, const SplatRaster& coverage, int channels) {
+  picture.width = coverage.width, picture.height = coverage.height, picture.channels = channels;
+  picture.values.resize(coverage.alpha.size() * static_cast<size_t>(channels));
+}
+
+void clear(Image& picture, const TileFrame& frame, float value) {
+  for (int y = frame.y0; y < frame.y0 + frame.height; ++y)
+    std::fill_n(picture.at(frame.x0, y).data(), frame.width * picture.channels, value);
+}
+
+// Multiplies the matrix with values, six channels at a time. The pictures' channels, one after another, take
+// the products; a last one beyond `channels` takes alpha.
+void multiply(std::span<Image* const> pictures, const SplatRaster& coverage, std::span<const float> values,
+              size_t channels, std::span<const float> confidence) {
+  assert(channels > 0 && values.size() == coverage.visible.size() * channels);
+  assert(confidence.empty() || confidence.size() == coverage.visible.size());
+  assert(std::ranges::all_of(confidence, [](float c) { return c > 0; }));
+  const SplatKernels& kernels = splatKernels(coverage.simd);
+  std::vector<Plane> planes;
+  for (Image* picture : pictures) {
+    fit(*picture, coverage, picture->channels);
+    const auto stride = static_cast<size_t>(picture->channels);
+    for (size_t k = 0; k < stride; ++k) planes.push_back({picture->values.data() + k, stride});
+  }
+  assert(planes.size() == channels || planes.size() == channels + 1);
+  tbb::enumerable_thread_specific<std::vector<float>> scratches;
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
+    const RasterTile& tile = coverage.tiles[index];
+    const TileFrame frame = frameOf(coverage, index);
+    for (Image* picture : pictures) clear(*picture, frame, 0);
+    if (tile.blocks == 0 || coverage.visible.empty()) return;
+    std::vector<float>& ofTile = scratches.local();
+    for (size_t first = 0; first < channels; first += 3 * kMostTriples) {
+      const size_t channelCount = std::min(3 * kMostTriples, channels - first);
+      const int triples = channelCount > 3 ? 2 : 1;
+      const std::span to = std::span(planes).subspan(first, channelCount);
+      const bool finite = gatherValues(tile, values, channels, first, channelCount, confidence, ofTile);
+      forBlocks(tile, [&](int block) {
+        float alpha[kLanes] = {}, sums[3 * kMostTriples * kLanes];
+        forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
+          copyRow(&coverage.alpha[coverage.pixel(x, y)], count, alpha + lane);
+        });
+        kernels.blendBlock(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, alpha,
+                           ofTile.data(), triples, finite, sums);
+        forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
+          const size_t pixel = coverage.pixel(x, y);
+          for (size_t k = 0; k < channelCount; ++k) {
+            float* out = to[k].first + pixel * to[k].stride;
+            for (size_t i = lane; i < lane + count; ++i, out += to[k].stride) *out = sums[k * kLanes + i];
+          }
+        });
+      });
+      for (const PixelLayer& layer : tile.layers) {
+        float sums[3 * kMostTriples] = {}, sum = 0;
+        for (const Contribution& c : std::span(tile.contributions).subspan(layer.begin, layer.count)) {
+          const float* value = &ofTile[4 * static_cast<size_t>(triples) * c.splat];
+          for (size_t k = 0; k < channelCount; ++k) sums[k] += c.weight * value[k / 3 * 4 + k % 3];
+          sum += c.weight * value[3];
+        }
+        const size_t pixel = pixelOf(coverage, frame, layer);
+        for (size_t k = 0; k < channelCount; ++k)
+          to[k].first[pixel * to[k].stride] += layer.alpha / sum * sums[k];
+      }
+    }
+    for (int y = frame.y0; planes.size() > channels && y < frame.y0 + frame.height; ++y) {
+      const size_t pixel = coverage.pixel(frame.x0, y);
+      const auto [alpha, stride] = planes.back();
+      for (size_t x = pixel; x < pixel + static_cast<size_t>(frame.width); ++x)
+        alpha[x * stride] = coverage.alpha[x];
+    }
+  });
+}
+
+} // namespace
+
+SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+               const Progress& progress, SplatRaster kept) {
+  assert(camera.lens.width > 0 && camera.lens.height > 0);
+  assert(splats.size() <= std::numeric_limits<uint32_t>::max());
+
+  SplatRaster coverage = std::move(kept);
+  coverage.width = camera.lens.width;
+  coverage.height = camera.lens.height;
+  coverage.lens = camera.lens;
+  coverage.simd = options.simd;
+  const size_t pixels = static_cast<size_t>(coverage.width) * static_cast<size_t>(coverage.height);
+  coverage.tiles.resize(static_cast<size_t>(tilesAlong(coverage.width)) *
+                        static_cast<size_t>(tilesAlong(coverage.height)));
+  coverage.alpha.resize(pixels);
+  coverage.layerArea.resize(pixels);
+  coverage.seen.assign(splats.size(), 0);
+
+  fillTiles(camera, splats, options, progress, coverage.bins);
+  coverage.counts = coverage.bins.counts;
+  const SplatKernels& kernels = splatKernels(options.simd);
+  const PixelSums sums{coverage.alpha.data(), coverage.layerArea.data(), static_cast<size_t>(coverage.width)};
+  tbb::enumerable_thread_specific<TileScratch> scratches;
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t tile) {
+    progress.checkpoint();
+    rasterizeTile(kernels, coverage.bins.screen.data(), coverage.bins.of(tile), frameOf(coverage, tile),
+              scratches.local(), coverage.tiles[tile], sums, coverage.seen);
+  });
+  collectVisible(coverage);
+  return coverage;
+}
+
+void blendInto(std::span<Image* const> pictures, const SplatRaster& coverage, std::span<const float> values,
+               std::span<const float> confidence) {
+  size_t channels = 0;
+  for (const Image* picture : pictures) channels += static_cast<size_t>(picture->channels);
+  multiply(pictures, coverage, values, channels, confidence);
+}
+
+Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
+            std::span<const float> confidence, Image kept) {
+  kept.channels = channels;
+  Image* const picture = &kept;
+  multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
+  return kept;
+}
+
+Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
+                     std::span<const float> confidence, Image kept) {
+  kept.channels = channels + 1;
+  Image* const picture = &kept;
+  multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
+  return kept;
+}
+
+Image depthImage(const SplatRaster& coverage, Image kept) {
+  const SplatKernels& kernels = splatKernels(coverage.simd);
+  Image image = std::move(kept);
+  fit(image, coverage, 1);
+  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
+    const RasterTile& tile = coverage.tiles[index];
+    const TileFrame frame = frameOf(coverage, index);
+    clear(image, frame, std::numeric_limits<float>::infinity());
+    const auto put = [&](size_t pixel, float order) {
+      image.values[pixel] = static_cast<float>(depthOfOrder(coverage.lens, order));
+    };
+    forBlocks(tile, [&](int block) {
+      float orders[kLanes];
+      kernels.meanOrder(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, orders);
+      forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
+        const size_t pixel = coverage.pixel(x, y);
+        for (size_t i = 0; i < count; ++i)
+          if (coverage.alpha[pixel + i] > 0) put(pixel + i, orders[lane + i]);
+      });
+    });
+    for (const PixelLayer& layer : tile.layers)
+      if (layer.isMiddle) put(pixelOf(coverage, frame, layer), layer.order);
+  });
+  return image;
+}
+
+} // namespace surflect

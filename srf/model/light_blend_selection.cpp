@@ -1,0 +1,171 @@
+#include "srf/model/light_blend_selection.h"
+
+#include "srf/image/color.h"
+#include "srf/proxy/relief/photometric.h"
+#include "srf/ulr/foreshortening.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+namespace surflect {
+
+namespace {
+
+// Blends are foreshortened where lights are no farther apart than this: a surface that faces one squarely is
+// then seen under the next by half of it or more, which is what foreshortening() can make good.
+constexpr double kForeshortenedSpacing = std::numbers::pi / 3;
+
+// What may be foreshortened. Normals that photographs tell are as rough as a relief made of them: by those a
+// mean would err by tens of percent, while a plane leaves them a few percent to say.
+std::vector<LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
+  if (normals == NormalsFrom::nothing || spacing > kForeshortenedSpacing) return {};
+  if (normals == NormalsFrom::photographs) return {LightFit::plane};
+  return {LightFit::mean, LightFit::plane};
+}
+
+// From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
+// light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
+std::vector<LightBlend> candidatesFor(size_t lights, std::span<const LightFit> foreshortened) {
+  std::vector<LightBlend> candidates;
+  for (const size_t blended : {3, 4, 5, 6, 8}) {
+    if (blended + 2 > lights) break;
+    for (const LightFit fit : {LightFit::mean, LightFit::plane}) {
+      if (fit == LightFit::plane && blended == 3) continue;
+      candidates.push_back({blended, fit, false});
+      if (std::ranges::find(foreshortened, fit) != foreshortened.end())
+        candidates.push_back({blended, fit, true});
+    }
+  }
+  return candidates;
+}
+
+float shown(float radiance, float white) { return srgbFromLinear(std::clamp(radiance / white, 0.f, 1.f)); }
+
+} // namespace
+
+LightSamples::LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance)
+    : towards_(std::move(towards)), irradiance_(std::move(irradiance)), reflectance_(towards_.size()) {
+  assert(towards_.size() == irradiance_.size());
+}
+
+void LightSamples::add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal) {
+  normals_.push_back(normal);
+  assert(reflectance.size() == reflectance_.size());
+  for (size_t light = 0; light < reflectance.size(); ++light) {
+    reflectance_[light].r.push_back(reflectance[light].r);
+    reflectance_[light].g.push_back(reflectance[light].g);
+    reflectance_[light].b.push_back(reflectance[light].b);
+  }
+}
+
+// What photographs under the other lights tell of each texel; zero where they tell nothing.
+std::vector<Normal3<AcquisitionSpace>> LightSamples::normalsWithout(size_t light,
+                                                                    const Progress& progress) const {
+  std::vector<size_t> others;
+  std::vector<Vec3<double>> towards;
+  for (size_t other = 0; other < towards_.size(); ++other) {
+    if (other == light) continue;
+    others.push_back(other);
+    towards.push_back(towards_[other].raw().cast<double>());
+  }
+  std::vector<Normal3<AcquisitionSpace>> normals;
+  std::vector<Rgb> shares(others.size());
+  for (size_t texel = 0; texel < normals_.size(); ++texel) {
+    progress.checkNowAndThen(texel);
+    for (size_t i = 0; i < others.size(); ++i) {
+      const auto& [r, g, b] = reflectance_[others[i]];
+      shares[i] = std::numbers::pi_v<float> * Rgb{r[texel], g[texel], b[texel]};
+    }
+    normals.push_back(assume<Normal3<AcquisitionSpace>>(fitLambert(towards, shares).normal.cast<float>()));
+  }
+  return normals;
+}
+
+// The summed squared error of each candidate.
+std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const LightBlend> candidates,
+                                                std::span<const Normal3<AcquisitionSpace>> normals,
+                                                float white, const Progress& progress) const {
+  std::vector<size_t> indices;
+  std::vector<Direction3<AcquisitionSpace>> others;
+  std::vector<Direction3<AcquisitionSpace, double>> covering;
+  for (size_t other = 0; other < towards_.size(); ++other) {
+    if (other == light) continue;
+    indices.push_back(other);
+    others.push_back(towards_[other]);
+    covering.push_back(towards_[other].cast<double>());
+  }
+  const LightCoverage coverage(covering);
+  std::vector<BlendSet> blends;
+  for (const LightBlend& candidate : candidates)
+    blends.push_back(blendOfLights(others, towards_[light], candidate, coverage, LightExtrapolation::clamp));
+
+  // How a texel's blends are foreshortened, candidate by candidate.
+  std::set<uint32_t> blended; // few, however many lights there are
+  for (size_t c = 0; c < candidates.size(); ++c)
+    if (candidates[c].foreshortened)
+      for (const auto& [other, weight] : blends[c]) blended.insert(other);
+  std::vector<float> factors, cosines(others.size());
+  for (size_t texel = 0; texel < normals.size(); ++texel) {
+    progress.checkNowAndThen(texel);
+    for (const uint32_t other : blended) cosines[other] = foreshortenedCosine(normals[texel], others[other]);
+    const float asked = foreshortenedCosine(normals[texel], towards_[light]);
+    for (size_t c = 0; c < candidates.size(); ++c)
+      factors.push_back(candidates[c].foreshortened ? foreshortening(asked, blendedCosine(blends[c], cosines))
+                                                    : 1);
+  }
+
+  std::vector<double> errors(candidates.size());
+  const auto addChannel = [&](std::vector<float> Channels::*channel, float irradiance) {
+    const auto& truth = reflectance_[light].*channel;
+    for (size_t texel = 0; texel < truth.size(); ++texel) {
+      progress.checkNowAndThen(texel);
+      const float wanted = shown(irradiance * truth[texel], white);
+      for (size_t c = 0; c < candidates.size(); ++c) {
+        float got = 0;
+        for (const auto& [other, weight] : blends[c])
+          got += weight * (reflectance_[indices[other]].*channel)[texel];
+        got *= factors[texel * candidates.size() + c];
+        const float difference = shown(irradiance * got, white) - wanted;
+        errors[c] += difference * difference;
+      }
+    }
+  };
+  addChannel(&Channels::r, irradiance_[light].r);
+  addChannel(&Channels::g, irradiance_[light].g);
+  addChannel(&Channels::b, irradiance_[light].b);
+  return errors;
+}
+
+LightBlendSelection LightSamples::choose(double white, NormalsFrom normals, const Progress& progress) const {
+  constexpr double kGoodEnough = 1.12;
+  constexpr double kUnseen = 1 / (12 * 255.0 * 255.0); // the squared error of rounding to 8 bits
+  const size_t lights = towards_.size();
+  std::vector<Direction3<AcquisitionSpace, double>> covering;
+  for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
+  const auto fits = foreshortenedFits(normals, LightCoverage(covering).spacing());
+  const auto candidates = candidatesFor(lights, fits);
+  if (candidates.empty() || reflectance_[0].r.empty()) return {};
+  std::vector<std::vector<double>> ofLight(lights);
+  tbb::parallel_for(size_t{0}, lights, [&](size_t light) {
+    const bool areToldAgain = !fits.empty() && normals == NormalsFrom::photographs;
+    ofLight[light] =
+        leftOutErrors(light, candidates, areToldAgain ? normalsWithout(light, progress) : normals_,
+                      static_cast<float>(white), progress);
+  });
+  std::vector<double> errors(candidates.size());
+  for (const auto& part : ofLight)
+    for (size_t c = 0; c < errors.size(); ++c) errors[c] += part[c];
+
+  const double least = *std::ranges::min_element(errors);
+  size_t chosen = 0;
+  const auto values = static_cast<double>(3 * reflectance_[0].r.size() * lights);
+  while (errors[chosen] > std::max(kGoodEnough * least, kUnseen * values)) ++chosen;
+  return {candidates[chosen], -10 * std::log10(std::max(errors[chosen] / values, 1e-30))};
+}
+
+} // namespace surflect

@@ -1,0 +1,127 @@
+#include "srf/model/pack_survey.h"
+
+#include "srf/capture/mask_survey.h"
+#include "srf/model/matted_view.h"
+#include "srf/model/white_level.h"
+#include "surfel/base/error.h"
+#include "surfel/base/evenly_spaced.h"
+#include "surfel/base/step_progress.h"
+#include "surfel/geometry/smooth_normals.h"
+#include "surfel/math/bounds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <locale>
+#include <sstream>
+
+namespace surflect {
+
+namespace {
+
+// Of a run that is gone on with: what made the choice. Blends of older ones were others.
+constexpr const char* kSurvey = "survey-3";
+
+// As they shine on the middle of the impostor.
+LightSamples lightSamples(const Capture& capture, const Point3<AcquisitionSpace, double>& middle) {
+  std::vector<Direction3<AcquisitionSpace>> towards;
+  std::vector<Rgb> irradiance;
+  for (const Light& light : capture.lights) {
+    towards.push_back(towardsLight(light, middle).cast<float>());
+    irradiance.push_back(irradianceAt(light, middle));
+  }
+  return {towards, irradiance};
+}
+
+// At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
+void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, std::span<const Light> lights,
+                const SmoothNormals& normals, const RayCaster<AcquisitionSpace>& impostor, size_t most,
+                LightSamples& samples) {
+  const auto worldFromCamera = camera.cameraFromWorld.inverse();
+  const auto width = static_cast<size_t>(camera.lens.width);
+  const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
+  const size_t step = std::max(size_t{1}, (object + most - 1) / most);
+  std::vector<Rgb> reflectance(lights.size());
+  size_t seen = 0;
+  for (size_t texel = 0; texel < view.object.inside.size(); ++texel) {
+    if (!view.object.inside[texel] || seen++ % step != 0) continue;
+    const auto ray = rayThrough(
+        camera.lens, {static_cast<double>(texel % width) + 0.5, static_cast<double>(texel / width) + 0.5});
+    if (!ray) continue;
+    const auto origin = worldFromCamera(ray->origin);
+    const auto direction = worldFromCamera(ray->direction);
+    const auto hit = impostor.firstHit(origin, direction);
+    if (!hit) continue;
+    const auto place = origin + hit->distance * direction;
+    const Vec3<float> normal = normals.at(hit->triangle, place.raw()).cast<float>();
+    for (size_t light = 0; light < lights.size(); ++light) {
+      const float* value = &view.stack.lights[light].values[3 * texel];
+      const Rgb fallen = irradianceAt(lights[light], place);
+      reflectance[light] = {value[0] / fallen.r, value[1] / fallen.g, value[2] / fallen.b};
+    }
+    samples.add(reflectance, assume<Normal3<AcquisitionSpace>>(normal));
+  }
+}
+
+} // namespace
+
+PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
+              NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+  constexpr size_t kViews = 8, kTexels = 4000;
+  const Capture& capture = source.training();
+  // No view has two frames of one light.
+  const bool isFullProduct =
+      std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
+  WhiteLevel white;
+  LightSamples samples = lightSamples(capture, middleOf(mesh.positions));
+  std::optional<SmoothNormals> surface;
+  if (isFullProduct) surface.emplace(mesh, progress);
+  const std::vector<size_t> surveyed = evenlySpaced(frames.size(), kViews);
+  const size_t count = surveyed.size();
+  for (size_t i = 0; i < count; ++i) {
+    const size_t number = surveyed[i];
+    const auto& camera = capture.views[number].camera;
+    const Progress ofView = stepOf(progress, "survey", i, count);
+    ofView("", 0);
+    const MattedView view = withMatte(source.pictures(frames[number], false, ofView), camera, impostor);
+    white.add(view.stack, view.object, progress);
+    if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
+  }
+  if (!white.isKnown()) {
+    const auto matte = describeFirstMatte(capture);
+    throw Error(
+        "no photograph shows anything of the object" +
+        (matte ? ", which is what is above half of white in mask and alpha; the first is " + *matte : ""))
+        .in(capture.file);
+  }
+  return {white.value(), samples.choose(white.value(), normals, progress)};
+}
+
+std::string packSurveyText(const PackSurvey& survey) {
+  const auto& [blend, leftOutDb] = survey.lights;
+  return fmt::format("{} {:.17g} {} {} {} {}\n", kSurvey, survey.white, blend.lights, nameOf(blend.fit),
+                     blend.foreshortened ? "foreshortened" : "plain",
+                     leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown");
+}
+
+std::optional<PackSurvey> parsePackSurvey(const std::string& text) {
+  std::istringstream words(text);
+  words.imbue(std::locale::classic());
+  PackSurvey survey;
+  LightBlend& blend = survey.lights.blend;
+  std::string fit, shortening, leftOutDb;
+  std::string kind;
+  if (!(words >> kind >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb)) return std::nullopt;
+  if (fit == nameOf(LightFit::plane)) blend.fit = LightFit::plane;
+  blend.foreshortened = shortening == "foreshortened";
+  if (leftOutDb != "unknown") {
+    double db = 0;
+    std::from_chars(leftOutDb.data(), leftOutDb.data() + leftOutDb.size(), db);
+    survey.lights.leftOutDb = db;
+  }
+  if (packSurveyText(survey) != text || !(survey.white >= 1e-20 && survey.white <= 1e20)) return std::nullopt;
+  return survey;
+}
+
+} // namespace surflect

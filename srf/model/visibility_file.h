@@ -1,0 +1,20 @@
+// fades.bin of a model: a zlib stream of the fades, view by view. Specified in docs/format.md.
+#pragma once
+
+#include "srf/ulr/visibility_weights.h"
+#include "surfel/base/progress.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// Throws Cancelled.
+std::vector<std::byte> packVisibility(const VisibilityWeights& fades, const Progress& progress = {});
+
+// Throws Error unless the bytes hold the fades of exactly so many surfels and views; and Cancelled.
+VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
+                      const Progress& progress = {});
+
+} // namespace surflect

@@ -1,0 +1,181 @@
+#include "srf/ulr/visibility_weights.h"
+
+#include "surfel/geometry/neighbors.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kSurfelsPerTask = 256;
+
+// Calls work(begin, end) for fixed runs of surfels in parallel.
+template <class Work>
+void forRuns(size_t surfels, std::string_view stage, const Progress& progress, const Work& work) {
+  const size_t runs = (surfels + kSurfelsPerTask - 1) / kSurfelsPerTask;
+  tbb::parallel_for(size_t{0}, runs, [&](size_t run) {
+    progress.checkpoint();
+    work(run * kSurfelsPerTask, std::min(surfels, (run + 1) * kSurfelsPerTask));
+  });
+  progress(stage, 1);
+}
+
+Normal3<AcquisitionSpace> normalOf(const SurfelCloud& cloud, size_t i) {
+  return assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2));
+}
+
+std::vector<Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const Camera<AcquisitionSpace>> views) {
+  return {views.begin(), views.end()};
+}
+
+} // namespace
+
+double smoothStep(double from, double to, double x) {
+  assert(from < to);
+  const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return s * s * (3 - 2 * s);
+}
+
+namespace {
+constexpr double kOctavesPerStep = 20.0 / 254;
+}
+
+uint8_t VisibilityWeights::encode(double fade) {
+  const double steps = 255 + std::log2(fade) / kOctavesPerStep; // -infinity for 0
+  return steps < 0.5 ? 0 : static_cast<uint8_t>(std::lround(steps));
+}
+
+float VisibilityWeights::decode(uint8_t value) {
+  static const auto table = [] {
+    std::array<float, 256> fades{};
+    for (size_t v = 1; v < fades.size(); ++v)
+      fades[v] = static_cast<float>(std::exp2(kOctavesPerStep * (static_cast<double>(v) - 255)));
+    return fades;
+  }();
+  return table[value];
+}
+
+double grazingFade(double cosine) { return smoothStep(0.0, 0.3, cosine); }
+
+double borderFade(const Lens& lens, Pixel pixel) {
+  constexpr double kBorder = 6; // pixels
+  const double distance = std::min({pixel.x, pixel.y, lens.width - pixel.x, lens.height - pixel.y});
+  return smoothStep(0, kBorder, distance);
+}
+
+std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                                 const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+  std::vector<uint8_t> free(cloud.size() * views.size(), 0);
+  const auto viewpoints = viewpointsOf(views);
+  const double offset = impostor.selfHitOffset();
+  forRuns(cloud.size(), "visibility", progress, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto p = cloud.p0[i].cast<double>();
+      const auto n = normalOf(cloud, i).cast<double>();
+      // A surfel stands for its disc, and may lie a little inside of a crease.
+      const double lift = std::max(offset, 0.25 * static_cast<double>(cloud.radius[i]));
+      const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(lift * n.raw());
+      for (size_t view = 0; view < views.size(); ++view) {
+        const auto towards = viewpoints[view].towards(p);
+        if (!(dot(n, towards) > 0)) continue;
+        free[i * views.size() + view] =
+            !impostor.occluded(lifted, towards, offset, viewpoints[view].distance(p));
+      }
+    }
+  });
+  return free;
+}
+
+struct SmoothedVisibility::Votes {
+  size_t views;
+  float radius;
+  NeighborIndex index;
+  std::vector<Vec3<float>> normals;
+  std::vector<uint8_t> free, facing; // rows of one byte per view
+
+  Votes(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> cameras,
+        std::vector<uint8_t> sight, float reach, const Progress& progress)
+      : views(cameras.size()), radius(reach), index(cloud.p0, progress), normals(cloud.size()),
+        free(std::move(sight)), facing(cloud.size() * views) {
+    const auto viewpoints = viewpointsOf(cameras);
+    tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
+      if (i % kSurfelsPerTask == 0) progress.checkpoint();
+      const auto n = normalOf(cloud, i);
+      normals[i] = n.raw();
+      for (size_t view = 0; view < views; ++view)
+        facing[i * views + view] =
+            dot(n.cast<double>(), viewpoints[view].towards(cloud.p0[i].cast<double>())) > 0;
+    });
+  }
+};
+
+SmoothedVisibility::SmoothedVisibility(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                   std::vector<uint8_t> lineOfSight, float radius, const Progress& progress)
+    : votes_(std::make_unique<Votes>(cloud, views, std::move(lineOfSight), radius, progress)) {}
+
+SmoothedVisibility::~SmoothedVisibility() = default;
+
+void SmoothedVisibility::at(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
+                  std::span<float> visibility) const {
+  std::vector<float> all(votes_->views, 0.f);
+  std::ranges::fill(visibility, 0.f);
+  for (const auto& [j, distance] : votes_->index.within(p, votes_->radius)) {
+    const float x = distance / votes_->radius, falloff = 1 - x * x;
+    const float vote = falloff * falloff * std::max(0.f, n.raw().dot(votes_->normals[j]));
+    const uint8_t* free = votes_->free.data() + j * votes_->views;
+    const uint8_t* facing = votes_->facing.data() + j * votes_->views;
+    for (size_t view = 0; view < votes_->views; ++view) {
+      visibility[view] += vote * free[view];
+      all[view] += vote * facing[view];
+    }
+  }
+  for (size_t view = 0; view < votes_->views; ++view)
+    visibility[view] = visibility[view] > 0 ? visibility[view] / all[view] : 0;
+}
+
+double visibilityWeight(const Camera<AcquisitionSpace>& camera, const Viewpoint<AcquisitionSpace>& viewpoint,
+                const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n, double visibility) {
+  const auto point = p.cast<double>();
+  const auto pixel = camera.project(point);
+  if (!pixel) return 0;
+  // At an edge of occlusion one half of the neighbourhood is open, at a convex corner of the hidden part up
+  // to three quarters: there the view must be gone.
+  return smoothStep(0.75, 1, visibility) * grazingFade(dot(n.cast<double>(), viewpoint.towards(point))) *
+         borderFade(camera.lens, *pixel);
+}
+
+float visibilityRadius(const SurfelCloud& cloud) {
+  assert(cloud.size() > 0);
+  std::vector<float> radii = cloud.radius;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::ranges::nth_element(radii, middle);
+  return 4 * *middle;
+}
+
+VisibilityWeights visibilityWeights(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+  VisibilityWeights result{views.size(), std::vector<uint8_t>(cloud.size() * views.size())};
+  if (cloud.size() == 0) return result;
+  const SmoothedVisibility votes(cloud, views, lineOfSight(cloud, views, impostor, progress), visibilityRadius(cloud),
+                       progress);
+  const auto viewpoints = viewpointsOf(views);
+  forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
+    std::vector<float> visibility(views.size());
+    for (size_t i = begin; i < end; ++i) {
+      const auto n = normalOf(cloud, i);
+      votes.at(cloud.p0[i], n, visibility);
+      for (size_t view = 0; view < views.size(); ++view)
+        result.values[i * views.size() + view] =
+            VisibilityWeights::encode(visibilityWeight(views[view], viewpoints[view], cloud.p0[i], n, visibility[view]));
+    }
+  });
+  return result;
+}
+
+} // namespace surflect

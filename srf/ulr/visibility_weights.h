@@ -1,0 +1,76 @@
+// How far a camera may be asked about a surfel: 1 where it sees the surfel well, falling smoothly to 0 where
+// the surfel becomes hidden, turns away or leaves the image. A penalty divided by the fade makes a camera
+// leave the blend without a jump, along camera paths and along the surface. All of it belongs to the place p0
+// where the surfel was captured, so it is computed once and nothing switches while an animation runs.
+#pragma once
+
+#include "srf/capture/camera.h"
+#include "surfel/base/progress.h"
+#include "surfel/cloud.h"
+#include "surfel/geometry/ray_caster.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+// 0 for x <= from, 1 for x >= to, continuously differentiable between.
+double smoothStep(double from, double to, double x);
+
+// Of the cosine between normal and direction to the camera: 0 from 90 degrees on, 1 from a cosine of 0.3 on,
+// smooth between.
+double grazingFade(double cosine);
+
+// Smooth fall over the last pixels before the border of the image; 0 outside.
+double borderFade(const Lens& lens, Pixel pixel);
+
+// A row per surfel of one byte per view, the logarithm of the fade: near a camera of small penalty p a fade
+// still moves the weights when it is as small as p, and equal ratios of fades move them by equal amounts.
+struct VisibilityWeights {
+  size_t views = 0;
+  std::vector<uint8_t> values; // 0 where the view must not be asked
+
+  std::span<const uint8_t> of(size_t surfel) const { return {values.data() + surfel * views, views}; }
+
+  // 255 for 1, then down to 1 for 2^-20 in steps of 5.6 %; 0 for less.
+  static uint8_t encode(double fade);
+  static float decode(uint8_t value);
+};
+
+// Is the line of sight from each surfel to each view free? Rows as in VisibilityWeights, 1 or 0; 0 for surfels that
+// face away from the view.
+std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                                 const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
+
+// The share of free lines of sight among the surfels around a point, weighted by a smooth kernel of the given
+// radius (scene units), as seen by each view; a continuous function of the point. Only surfels of the same
+// sheet that face the view have a vote. 0 where none has.
+class SmoothedVisibility {
+public:
+  SmoothedVisibility(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+           std::vector<uint8_t> lineOfSight, float radius, const Progress& progress = {});
+  ~SmoothedVisibility();
+
+  // One value per view.
+  void at(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
+          std::span<float> visibility) const;
+
+private:
+  struct Votes;
+  std::unique_ptr<const Votes> votes_;
+};
+
+// The fade of a view at any point of the surface with unit normal n; `openness` from SmoothedVisibility at this point.
+double visibilityWeight(const Camera<AcquisitionSpace>& camera, const Viewpoint<AcquisitionSpace>& viewpoint,
+                const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n, double visibility);
+
+// How far the kernel of the openness reaches: four splat radii, of which the median of the cloud is taken.
+float visibilityRadius(const SurfelCloud& cloud);
+
+// The fades at all surfels.
+VisibilityWeights visibilityWeights(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
+
+} // namespace surflect

@@ -1,0 +1,64 @@
+#include "render/evaluation/diagnostics.h"
+
+#include "tests/srf/image/files.h"
+#include "tests/warp/meshes.h"
+
+#include <gtest/gtest.h>
+
+namespace surflect {
+namespace {
+
+FrameStats statsOf(size_t visible, size_t dead, size_t notFinite) {
+  FrameStats stats;
+  stats.visible = visible;
+  stats.splats.dead = dead;
+  stats.splats.notFinite = notFinite;
+  return stats;
+}
+
+TEST(Emptied, SaysWhereMostSurfelsAreGoneOrNothingIsVisible) {
+  EXPECT_EQ(emptyFrame(statsOf(1, 0, 0), 100), std::nullopt);
+  EXPECT_EQ(emptyFrame(statsOf(1, 25, 25), 100), std::nullopt);
+  EXPECT_EQ(emptyFrame(statsOf(1, 25, 26), 100), "51 of 100 surfels have no place or no area once warped");
+  EXPECT_NE(emptyFrame(statsOf(0, 0, 0), 100).value_or("").find("nothing is visible"), std::string::npos);
+}
+
+class Unreached : public testing::Test {
+protected:
+  Unreached() {
+    writeObj(folder / "cage.obj", torus(24, 12));
+    writeObj(folder / "cage.1.obj", torus(24, 12));
+    for (const auto& p : torus(96, 48).positions) cloud.p0.push_back(p);
+    cloud.r0.resize(cloud.p0.size());
+    cloud.radius.resize(cloud.p0.size());
+  }
+  std::optional<std::string> of(const std::string& before, const std::string& after = "") const {
+    const Script script = parseScript(
+        before + "[[warp]]\ntype = \"mesh\"\nrest = \"cage.obj\"\nframes = \"cage.#.obj\"\n" + after,
+        folder / "film.toml");
+    return beyondRestMesh(script, shotTime(script, 1), cloud);
+  }
+  static std::string scale(const std::string& factor) {
+    return "[[warp]]\ntype = \"scale\"\nfactor = [" + factor + ", " + factor + ", " + factor + "]\n";
+  }
+
+  TemporaryFolder folder;
+  SurfelCloud cloud;
+};
+
+TEST_F(Unreached, AMeshAroundTheSurfelsIsRight) {
+  EXPECT_EQ(of(""), std::nullopt);
+  EXPECT_EQ(of("", scale("100")), std::nullopt); // what comes after it does not matter
+  EXPECT_EQ(of(scale("100") + scale("0.01")), std::nullopt);
+}
+
+TEST_F(Unreached, OneInOtherUnitsIsTold) {
+  const auto line = of(scale("100"));
+  ASSERT_TRUE(line);
+  EXPECT_NE(line->find("film.toml: warp[1]: 100 % of the surfels"), std::string::npos) << *line;
+  EXPECT_EQ(line->find('\n'), std::string::npos);
+  EXPECT_TRUE(of(scale("0.01"))); // all in the hole of the torus
+}
+
+} // namespace
+} // namespace surflect

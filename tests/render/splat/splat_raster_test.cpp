@@ -1,0 +1,412 @@
+#include "render/splat/splat_raster.h"
+
+#include "bench/plain_splats/doll_cloud.h"
+#include "bench/plain_splats/slow_coverage.h"
+#include "render/evaluation/measure.h"
+#include "tests/render/scene.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <limits>
+
+namespace surflect {
+namespace {
+
+using namespace testing;
+
+float largestDifference(const Image& a, const Image& b) {
+  float largest = 0;
+  for (size_t i = 0; i < a.values.size(); ++i)
+    largest = std::max(largest, std::abs(a.values[i] - b.values[i]));
+  return largest;
+}
+
+Mask discMask(int width, int height, double radius) {
+  Mask mask(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      mask.inside[static_cast<size_t>(y * width + x)] =
+          std::hypot(x + 0.5 - width / 2.0, y + 0.5 - height / 2.0) < radius;
+  return mask;
+}
+
+TEST(SplatRaster, ATinySplatCoversItsProjectedAreaWhereverItFalls) {
+  Rng rng(3);
+  for (int trial = 0; trial < 50; ++trial) {
+    const double radius = trial % 2 ? 0.02 : 0.002, peak = 0.5, focal = 20; // sigma: 0.24 or 0.024 pixels
+    Scene scene;
+    addSurfel(scene.rest, {0, 0, 0}, {0, 0, 1});
+    scene.rest.radius = {static_cast<float>(radius)};
+    scene.rest.coverage = {static_cast<float>(peak)};
+    scene.cloud = deformed(scene.rest, [&](const V3& p) { return V3(p[0], 0.5 * p[1], p[2] + 0.7 * p[0]); });
+    auto camera = lookAt({0, 0, 5}, {0, 0, 0}, 16, 16, focal);
+    camera.lens.model = Lens::Model::orthographic;
+    camera.lens.centerX += uniform(rng, -0.5, 0.5);
+    camera.lens.centerY += uniform(rng, -0.5, 0.5);
+    const SplatRaster coverage = rasterize(camera, scene.splats());
+    double area = 0;
+    for (const float a : coverage.layerArea) area += a;
+    const double sigma = kSigmaPerRadius * radius * focal;
+    const double expected = peak * 2 * std::numbers::pi * sigma * (0.5 * sigma);
+    EXPECT_NEAR(area / expected, 1, 0.025);
+  }
+}
+
+TEST(SplatRaster, MovingCloudAndCameraTogetherChangesNothing) {
+  Rng rng(4);
+  Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
+  const Image before = rendered(scene, camera);
+  for (int trial = 0; trial < 3; ++trial) {
+    const Mat3<double> rotation =
+        Eigen::AngleAxisd(uniform(rng, 0, 6), randomVector(rng, 1).normalized()).toRotationMatrix();
+    const Rigid<ObjectSpace, ObjectSpace> motion(rotation, randomVector(rng, 2));
+    Scene moved = scene;
+    for (size_t i = 0; i < moved.cloud.size(); ++i) {
+      moved.cloud.p[i] = motion(scene.cloud.p[i]);
+      moved.cloud.u[i] = motion(scene.cloud.u[i]);
+      moved.cloud.v[i] = motion(scene.cloud.v[i]);
+    }
+    const Image after = rendered(moved, {camera.lens, camera.cameraFromWorld * motion.inverse()});
+    // Each coordinate of a moved point is rounded by half an epsilon of its size at most. On the screen that
+    // is `rounding` times the pixels of a unit where the sphere is nearest; a colour changes by less than 1
+    // over a pixel, and of that motion only a part is along its gradient.
+    float size = 0;
+    for (const auto& p : moved.cloud.p) size = std::max(size, p.raw().cwiseAbs().maxCoeff());
+    const double rounding = std::numeric_limits<float>::epsilon() / 2 * size;
+    const double pixelsOfUnit = camera.lens.focalX / (camera.center().raw().norm() - 1);
+    for (size_t i = 0; i < before.values.size(); ++i) {
+      const double difference = std::abs(before.values[i] - after.values[i]);
+      EXPECT_LT(difference, rounding * pixelsOfUnit); // 1e-5; 3e-6 to 7e-6 by compiler
+    }
+  }
+}
+
+TEST(SplatRaster, ASphereCoversItsDisc) {
+  Rng rng(5);
+  Scene scene;
+  scene.add(unitSphere(8000, rng), unmoved, constant(red));
+  const double distance = 5, sine = 1 / distance;
+  for (const double focal : {100., 300., 900.}) {
+    const int size = static_cast<int>(0.5 * focal);
+    const Image image = rendered(scene, lookAt({0, 0, distance}, {0, 0, 0}, size, size, focal));
+    const Mask disc = discMask(size, size, focal * sine / std::sqrt(1 - sine * sine));
+    EXPECT_GT(intersectionOverUnion(objectMask(image), disc), 0.9915) << focal;
+    const Mask interior = eroded(disc, 2);
+    for (size_t i = 0; i < interior.inside.size(); ++i)
+      EXPECT_TRUE(!interior.inside[i] || image.values[4 * i + 3] == 1) << focal;
+  }
+}
+
+// Meshes with borders and with edges, seen face on: full from one spacing of the surfels within, empty from
+// one without.
+TEST(SplatRaster, OutlinesOfSampledFacesStayWhereTheyAre) {
+  TriangleMesh square, box;
+  const auto addFace = [](TriangleMesh& mesh, const V3& center, const V3& a, const V3& b) {
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    for (const auto& [s, t] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+      mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(V3(center + s * a + t * b)));
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+  };
+  addFace(square, {0, 0, 0}, {0.5, 0, 0}, {0, 0.5, 0});
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {-0.5, 0.5}) {
+      V3 center = V3::Zero(), a = V3::Zero(), b = V3::Zero();
+      center[axis] = sign;
+      a[(axis + 1) % 3] = 0.5, b[(axis + 2) % 3] = sign;
+      addFace(box, center, a, b);
+    }
+  const double spacing = 0.05;
+  for (const TriangleMesh* mesh : {&square, &box}) {
+    const SurfelCloud cloud = sampleSurfels(*mesh, spacing);
+    Scene scene;
+    scene.add(cloud, unmoved, constant(red));
+    for (const double focal : {60., 240., 700.}) { // surfels from 3 to 35 pixels apart
+      const int size = static_cast<int>(1.4 * focal);
+      auto camera = lookAt({0, 0, 5}, {0, 0, 0}, size, size, focal);
+      camera.lens.model = Lens::Model::orthographic;
+      const SplatRaster coverage = rasterize(camera, scene.splats());
+      for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+          const double px = (x + 0.5 - size / 2.0) / focal, py = (y + 0.5 - size / 2.0) / focal;
+          const double outside = std::max(std::abs(px), std::abs(py)) - 0.5, margin = spacing + 1 / focal;
+          if (outside < -margin) {
+            EXPECT_EQ(coverage.alpha[coverage.pixel(x, y)], 1) << focal << ": " << px << ' ' << py;
+          }
+          if (outside > margin) {
+            EXPECT_EQ(coverage.alpha[coverage.pixel(x, y)], 0) << focal << ": " << px << ' ' << py;
+          }
+        }
+    }
+  }
+}
+
+TEST(SplatRaster, OfTwoCloseSheetsOnlyTheFrontOneIsSeen) {
+  Rng rng(6);
+  const double spacing = 0.03, gap = 0.8 * kSigmaPerRadius * spacing;
+  Scene scene;
+  scene.add(sheet(1, 1, spacing, 0.1, rng), unmoved, constant(red));
+  scene.add(
+      sheet(1, 1, spacing, 0.1, rng), [&](const V3& p) { return V3(p - V3(0, 0, gap)); }, constant(green));
+  for (const V3& eye : {V3(0, 0, 4), V3(2, 0, 3), V3(0, 3, 1.5)})
+    for (const double focal : {600., 2400.}) {
+      const Image image = rendered(scene, lookAt(eye, {0, 0, 0}, 128, 128, focal));
+      float seen = 0;
+      for (int y = 32; y < 96; ++y)
+        for (int x = 32; x < 96; ++x) seen = std::max(seen, image.at(x, y)[1]);
+      EXPECT_EQ(seen, 0) << eye.transpose() << ", focal " << focal;
+    }
+}
+
+TEST(SplatRaster, ASphereBeforeAPlaneHasNoHalo) {
+  Rng rng(7);
+  Scene scene;
+  scene.add(unitSphere(8000, rng), unmoved, constant(red));
+  scene.add(
+      sheet(3, 3, 0.05, 0.1, rng), [](const V3& p) { return V3(p - V3(0, 0, 1.2)); }, constant(green));
+  const int size = 160;
+  const double focal = 250, radius = focal * 0.2 / std::sqrt(1 - 0.04);
+  const Image image = rendered(scene, lookAt({0, 0, 5}, {0, 0, 0}, size, size, focal));
+  const Mask nearDisc = discMask(size, size, radius + 2), inDisc = discMask(size, size, radius - 2);
+  for (size_t i = 0; i < nearDisc.inside.size(); ++i) {
+    const float* rgba = &image.values[4 * i];
+    EXPECT_NEAR(rgba[0] + rgba[1], 1, 7e-7); // no gap between them
+    EXPECT_TRUE(!inDisc.inside[i] || rgba[1] == 0);
+    EXPECT_TRUE(nearDisc.inside[i] || rgba[0] == 0);
+  }
+}
+
+TEST(SplatRaster, AMirroredCloudIsTheMirroredImage) {
+  Rng rng(8);
+  const SurfelCloud sphere = unitSphere(3000, rng), plane = sheet(2, 2, 0.08, 0.1, rng);
+  const auto lean = [](const V3& p) { return V3(p[0] + 0.3 * p[1], p[1], p[2] - 0.2 * p[0]); };
+  const auto color = [](const V3& p) { return V3(0.5 + 0.4 * p[0], 0.5 + 0.2 * p[1], 0.3); };
+  const auto flip = [](const V3& p) { return V3(-p[0], p[1], p[2]); };
+  Scene scene, mirrored;
+  scene.add(sphere, lean, color);
+  mirrored.add(
+      sphere, [&](const V3& p) { return flip(lean(p)); }, [&](const V3& p) { return color(flip(p)); });
+  const auto camera = lookAt({0, 1, 5}, {0, 0, 0}, 130, 90, 120);
+  const Image a = rendered(scene, camera), b = rendered(mirrored, camera);
+  float worst = 0;
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x)
+      for (int k = 0; k < 4; ++k)
+        worst = std::max(worst, std::abs(a.at(x, y)[k] - b.at(a.width - 1 - x, y)[k]));
+  EXPECT_LT(worst, 8e-6);
+}
+
+TEST(SplatRaster, DeadSurfelsDrawNothing) {
+  Rng rng(9);
+  Scene scene = sphereBeforePlane(rng);
+  std::fill(scene.cloud.handedness.begin(), scene.cloud.handedness.end(), Handedness::dead);
+  const SplatRaster coverage = rasterize(lookAt({0, 0, 5}, {0, 0, 0}, 64, 48, 60), scene.splats());
+  EXPECT_EQ(coverage.counts.dead, scene.cloud.size());
+  EXPECT_TRUE(coverage.visible.empty());
+  EXPECT_EQ(*std::max_element(coverage.alpha.begin(), coverage.alpha.end()), 0);
+}
+
+TEST(SplatRaster, EverySplatIsCountedOnce) {
+  Rng rng(10);
+  Scene scene = sphereBeforePlane(rng);
+  scene.cloud.handedness[3] = Handedness::dead;
+  scene.cloud.p[4] = {0, std::numeric_limits<float>::quiet_NaN(), 0};
+  const SplatCounts n = rasterize(lookAt({0, 0, 0.5}, {0.1, 0, 0}, 64, 48, 100), scene.splats()).counts;
+  EXPECT_EQ(n.drawn + n.dead + n.notFinite + n.backFacing + n.tooNear + n.outside, scene.cloud.size());
+  EXPECT_EQ(n.dead, 1u);
+  EXPECT_EQ(n.notFinite, 1u);
+  EXPECT_GT(n.backFacing, 1000u);
+  EXPECT_GT(n.tooNear, 1000u);
+  EXPECT_GT(n.outside, 100u);
+}
+
+TEST(SplatRaster, RowsSumToAlphaAndDepthIsThereWhereTheyAreNotEmpty) {
+  Rng rng(11);
+  const Scene scene = sphereBeforePlane(rng);
+  const SplatRaster coverage = rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 150, 110, 130), scene.splats());
+  EXPECT_LT(coverage.visible.size(), coverage.counts.drawn); // some of the plane is hidden
+  const Image ones = blend(coverage, std::vector<float>(coverage.visible.size(), 1), 1);
+  const Image depth = depthImage(coverage);
+  for (size_t i = 0; i < coverage.alpha.size(); ++i) {
+    EXPECT_NEAR(ones.values[i], coverage.alpha[i], 6e-7);
+    EXPECT_EQ(ones.values[i] > 0, std::isfinite(depth.values[i]));
+  }
+}
+
+TEST(SplatRaster, EverySplatThatIsVisibleBrightensAPixel) {
+  Rng rng(16);
+  Scene scene;
+  scene.add(unitSphere(500, rng), unmoved, constant(red));
+  scene.add(
+      sheet(2, 2, 0.2, 0.1, rng), [](const V3& p) { return V3(p - V3(0, 0, 1.2)); }, constant(green));
+  const SplatRaster coverage = rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats());
+  std::vector<float> values(coverage.visible.size(), 0);
+  for (float& value : values) {
+    value = 1;
+    const Image image = blend(coverage, values, 1);
+    EXPECT_GT(*std::ranges::max_element(image.values), 0);
+    value = 0;
+  }
+}
+
+// 115 to 139 dB. The doll has limbs before its body and creases; the sphere grazes a plane; the sheet is a
+// stack of two.
+void expectTheSame(const Camera<ObjectSpace>& camera, const Splats& splats, const std::vector<float>& colors,
+                   double leastDb = 110) {
+  const slow::SplatRaster expected = slow::rasterize(camera, splats);
+  std::mt19937 random(1);
+  std::vector<float> confidence; // from 1e-4 to 1
+  for (size_t i = 0; i < splats.size(); ++i)
+    confidence.push_back(std::pow(10.f, -4 * static_cast<float>(random() % 1000) / 1000));
+  const Image expectedImage = slow::blend(expected, colors, 3, confidence);
+  for (const Simd simd : supportedSimd()) {
+    const SplatRaster got = rasterize(camera, splats, {.simd = simd});
+    std::vector<float> ofSeen;
+    for (const uint32_t splat : got.visible) ofSeen.push_back(confidence[splat]);
+    const Image image = blend(got, ofVisible(got, colors), 3, ofSeen), depth = depthImage(got);
+    const auto near = [](size_t a, size_t b) { return std::max(a, b) - std::min(a, b) <= 1 + a / 2000; };
+    EXPECT_TRUE(near(got.counts.drawn, expected.counts.drawn));
+    EXPECT_TRUE(near(got.counts.backFacing, expected.counts.backFacing));
+    EXPECT_TRUE(near(got.visible.size(), slow::visibleSplats(expected).size()));
+    // A fragment at the end of a layer may fall on either side of it, by rounding.
+    size_t flipped = 0;
+    double squared = 0;
+    for (size_t i = 0; i < got.alpha.size(); ++i) {
+      double worst = std::abs(got.alpha[i] - expected.alpha[i]);
+      for (size_t k = 0; k < 3; ++k) {
+        const double difference = image.values[3 * i + k] - expectedImage.values[3 * i + k];
+        worst = std::max(worst, std::abs(difference));
+        squared += difference * difference;
+      }
+      flipped += worst > 1e-4;
+      if (worst <= 1e-4 && std::isfinite(expected.depth[i])) {
+        EXPECT_NEAR(depth.values[i] / expected.depth[i], 1, 1e-4);
+      }
+    }
+    EXPECT_LE(flipped, got.alpha.size() / 50'000) << nameOf(simd);
+    EXPECT_GT(psnr(squared / static_cast<double>(3 * got.alpha.size())), leastDb) << nameOf(simd);
+  }
+}
+
+TEST(SplatRaster, IsThatOfThePlainSplatter) {
+  const DollCloud doll = dollCloud(60'000, SurfelOrder::coherent);
+  for (const int height : {90, 400})
+    expectTheSame(dollCamera(height * 4 / 3 + 1, height + 1), splatsOf(doll.rest, doll.deformed),
+                  doll.colors);
+  Rng rng(17);
+  const Scene scene = sphereBeforePlane(rng);
+  auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
+  expectTheSame(camera, scene.splats(), scene.colors);
+  camera.lens.k1 = -0.1;
+  expectTheSame(camera, scene.splats(), scene.colors);
+  camera.lens.model = Lens::Model::orthographic;
+  camera.lens.focalX = camera.lens.focalY = 40;
+  expectTheSame(camera, scene.splats(), scene.colors);
+  expectTheSame(lookAt({0, 0, 1.2}, {0.3, 0.2, 0}, 160, 120, 900), scene.splats(),
+                scene.colors); // large splats
+}
+
+// Copies lie at the same depth; 300 of them are more fragments of a pixel than are compared each with each.
+TEST(SplatRaster, OfCopiesIsThatOfThePlainSplatter) {
+  for (const int copies : {2, 300}) {
+    Rng rng(19);
+    Scene scene;
+    SurfelCloud sphere = unitSphere(200, rng), plane = sheet(2, 2, 0.3, 0.1, rng);
+    for (SurfelCloud* cloud : {&sphere, &plane})
+      for (float& coverage : cloud->coverage) coverage /= static_cast<float>(copies);
+    const auto color = [](const V3& p) { return V3(0.5 + 0.4 * p[0], 0.5 + 0.2 * p[1], 0.3); };
+    for (int i = 0; i < copies; ++i) {
+      scene.add(sphere, unmoved, color);
+      scene.add(
+          plane, [](const V3& p) { return V3(p + V3(0, 0, -1.5)); }, color);
+    }
+    // Sums of thousands of floats are off by 1e-5: 104.6 dB, and no pixel stands out.
+    expectTheSame(lookAt({1, 1.5, 5}, {0, 0, 0}, 48, 36, 40), scene.splats(), scene.colors,
+                  copies == 2 ? 110 : 100);
+  }
+}
+
+TEST(SplatRaster, TheOrderOfTheCloudChangesNothing) {
+  const DollCloud a = dollCloud(20'000, SurfelOrder::coherent), b = dollCloud(20'000, SurfelOrder::shuffled);
+  const auto camera = dollCamera(320, 240);
+  const auto draw = [&](const DollCloud& doll) {
+    const SplatRaster coverage = rasterize(camera, splatsOf(doll.rest, doll.deformed));
+    return blendWithAlpha(coverage, ofVisible(coverage, doll.colors), 3);
+  };
+  EXPECT_LT(largestDifference(draw(a), draw(b)), 1e-6);
+}
+
+TEST(SplatRaster, SameBitsWithAllVectorInstructions) {
+  Rng rng(18);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
+  std::vector<Image> images;
+  for (const Simd simd : supportedSimd())
+    if (simd != Simd::scalar) images.push_back(rendered(scene, camera, {.simd = simd}));
+  for (const Image& image : images) EXPECT_EQ(image.values, images.front().values);
+}
+
+TEST(SplatRaster, DepthIsThatOfTheSurfaceInFront) {
+  Rng rng(12);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({0, 0, 5}, {0, 0, 0}, 120, 120, 200);
+  const SplatRaster coverage = rasterize(camera, scene.splats());
+  const Image depth = depthImage(coverage);
+  const Mask disc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) - 2);
+  const Mask aroundDisc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) + 2);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 120; ++x) {
+      const double q2 = (std::pow(x + 0.5 - 60, 2) + std::pow(y + 0.5 - 60, 2)) / (200 * 200);
+      const double sphere =
+          (5 - std::sqrt(std::max(0.0, 25 - 24 * (1 + q2)))) / (1 + q2); // |d (qx, qy, 1) - (0, 0, 5)| = 1
+      const size_t i = coverage.pixel(x, y);
+      EXPECT_NEAR(disc.inside[i] ? depth.values[i] : sphere, sphere, 0.004);
+      EXPECT_NEAR(aroundDisc.inside[i] ? 6.5 : depth.values[i], 6.5, 5e-6);
+    }
+}
+
+TEST(SplatRaster, SameBitsForAnyNumberOfThreads) {
+  Rng rng(13);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1, 5}, {0, 0, 0}, 200, 150, 180);
+  for (const Simd simd : supportedSimd()) {
+    const auto with = [&](size_t threads) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      return rendered(scene, camera, {.simd = simd});
+    };
+    EXPECT_EQ(with(1).values, with(2).values);
+  }
+}
+
+// Many fragments in each pixel.
+TEST(SplatRaster, AStackOfThinnedCloudsIsTheCloud) {
+  Rng rng(14);
+  Scene once, stacked;
+  const SurfelCloud rest = sheet(0.5, 0.5, 0.1, 0.1, rng);
+  const auto color = [](const V3& p) { return V3(0.5 + 0.4 * p[0], 0.5 + 0.2 * p[1], 0.3); };
+  SurfelCloud thinned = rest;
+  constexpr int copies = 300;
+  for (float& coverage : thinned.coverage) coverage /= copies;
+  once.add(rest, unmoved, color);
+  for (int i = 0; i < copies; ++i) stacked.add(thinned, unmoved, color);
+  const auto camera = lookAt({0.2, 0.3, 2}, {0, 0, 0}, 40, 36, 80);
+  const Image wanted = rendered(once, camera);
+  EXPECT_GT(wanted.at(20, 18)[3], 0.9f);
+  EXPECT_LT(largestDifference(wanted, rendered(stacked, camera)), 1e-4);
+}
+
+TEST(SplatRaster, ACloudAroundTheViewerGivesFiniteValuesWithinBounds) {
+  Rng rng(15);
+  Scene scene;
+  scene.add(sheet(1, 1, 0.05, 0.1, rng), unmoved, constant(red));
+  scene.add(unitSphere(2000, rng), unmoved, constant(green));
+  for (const V3& eye : {V3(0, 0, 1e-3), V3(0.3, 0.1, 0.02), V3(0, 0, 0.9)}) {
+    const Image image = rendered(scene, lookAt(eye, {0.5, 0.1, 0}, 96, 64, 40));
+    for (const float value : image.values) EXPECT_TRUE(value >= 0 && value <= 1.00001f);
+  }
+}
+
+} // namespace
+} // namespace surflect

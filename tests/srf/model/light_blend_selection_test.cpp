@@ -1,0 +1,215 @@
+#include "srf/model/light_blend_selection.h"
+
+#include "srf/proxy/relief/photometric.h"
+#include "srf/ulr/foreshortening.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+namespace surflect {
+namespace {
+
+using Direction = Direction3<AcquisitionSpace>;
+
+// Over a cap of the sphere; the upper half lies above z = 0.5.
+std::vector<Direction> lightsOfACap(int count) {
+  std::vector<Direction> lights;
+  for (int i = 0; i < count; ++i) {
+    const float z = 1 - 0.5f * (static_cast<float>(i) + 0.5f) / static_cast<float>(count);
+    const float r = std::sqrt(1 - z * z), turn = 2.399963f * static_cast<float>(i);
+    lights.push_back(assume<Direction>(Vec3<float>(r * std::cos(turn), r * std::sin(turn), z).normalized()));
+  }
+  return lights;
+}
+
+using Shading = std::function<float(const Vec3<float>& normal, const Vec3<float>& light)>;
+
+Normal3<AcquisitionSpace> asNormal(const Vec3<float>& n) { return assume<Normal3<AcquisitionSpace>>(n); }
+
+// Texels whose normals look up, under lights of unlike strengths; `known` tells the normals that are told.
+LightBlendSelection choiceFor(
+    const Shading& shading, int lights, float scale = 1,
+    const std::function<Vec3<float>(const Vec3<float>&)>& known = [](const Vec3<float>& n) { return n; },
+    NormalsFrom from = NormalsFrom::shape) {
+  const auto towards = lightsOfACap(lights);
+  std::vector<Rgb> irradiance;
+  for (int i = 0; i < lights; ++i) irradiance.push_back(static_cast<float>(1 + i % 3) * Rgb{1, 1.5f, 0.5f});
+  LightSamples samples(towards, irradiance);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-0.3f, 0.3f);
+  for (int texel = 0; texel < 500; ++texel) {
+    const float x = uniform(random), y = uniform(random);
+    const Vec3<float> normal = Vec3<float>(x, y, 1).normalized();
+    std::vector<Rgb> reflectance;
+    for (size_t i = 0; i < towards.size(); ++i)
+      reflectance.push_back(scale * shading(normal, towards[i].raw()) * Rgb{1, 1, 1});
+    samples.add(reflectance, asNormal(known(normal)));
+  }
+  return samples.choose(5 * scale, from);
+}
+
+float matte(const Vec3<float>& normal, const Vec3<float>& light) { return std::max(0.f, normal.dot(light)); }
+
+// A lobe much narrower than the lights are apart, about the normal.
+float glossy(const Vec3<float>& normal, const Vec3<float>& light) {
+  return 5 * std::exp(300 * (normal.dot(light) - 1));
+}
+
+TEST(LightBlendSelection, AMatteSurfaceIsForeshortened) {
+  const auto [blend, leftOutDb] = choiceFor(matte, 20);
+  EXPECT_EQ(blend, (LightBlend{3, LightFit::mean, true}));
+  EXPECT_GT(*leftOutDb, 60); // exact but for the residual
+}
+
+TEST(LightBlendSelection, AMatteSurfaceOfWrongNormalsIsBlendedByAPlane) {
+  const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
+  const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside);
+  EXPECT_FALSE(blend.foreshortened);
+  EXPECT_EQ(blend.fit, LightFit::plane);
+  // Radiance is linear in the direction. Of a distance s / 2 to the mean, at a spacing s = 0.45 radians of
+  // lights left out, the ridge leaves 0.1 / (1/2 + 0.1).
+  EXPECT_GT(*leftOutDb, -20 * std::log10(0.45 / 2 / 6));
+}
+
+TEST(LightBlendSelection, HighlightsAreBlendedByAFewLightsMean) {
+  EXPECT_EQ(choiceFor(glossy, 20).blend, (LightBlend{3, LightFit::mean}));
+}
+
+TEST(LightBlendSelection, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
+  const auto [blend, leftOutDb] = choiceFor([](const auto&, const auto&) { return 0.5f; }, 20);
+  EXPECT_EQ(blend, (LightBlend{3, LightFit::mean}));
+  EXPECT_GT(*leftOutDb, 100);
+}
+
+// Photographs tell the normals of a matte surface, whatever normals are given with them.
+TEST(LightBlendSelection, NormalsThatPhotographsTellForeshortenAPlane) {
+  const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
+  const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside, NormalsFrom::photographs);
+  EXPECT_EQ(blend, (LightBlend{4, LightFit::plane, true}));
+  EXPECT_GT(*leftOutDb, 60);
+}
+
+// Noise that is different under each light: normals fitted to the light that is left out, too, would follow
+// its noise and promise more than new lights keep.
+TEST(LightBlendSelection, NormalsAreNotToldByTheLightLeftOut) {
+  constexpr int lights = 7;
+  const auto towards = lightsOfACap(lights);
+  LightSamples samples(towards, std::vector<Rgb>(lights, Rgb{1, 1, 1}));
+  std::vector<Vec3<double>> directions;
+  for (const auto& light : towards) directions.push_back(light.raw().cast<double>());
+  std::mt19937 random(4);
+  std::normal_distribution<float> noise(0, 0.1f);
+  std::uniform_real_distribution<float> turn(0, 6.2831853f);
+  for (int texel = 0; texel < 3000; ++texel) {
+    const float a = turn(random);
+    const Vec3<float> normal = Vec3<float>(std::cos(a), std::sin(a), 0.7f).normalized();
+    std::vector<Rgb> radiance;
+    for (const auto& light : towards) {
+      const float value = std::max(0.f, matte(normal, light.raw()) + noise(random));
+      radiance.push_back({value, value, value});
+    }
+    std::vector<Rgb> shares;
+    for (const Rgb& value : radiance) shares.push_back(std::numbers::pi_v<float> * value);
+    samples.add(radiance, asNormal(fitLambert(directions, shares).normal.cast<float>()));
+  }
+  const auto told = samples.choose(1, NormalsFrom::photographs),
+             given = samples.choose(1, NormalsFrom::shape);
+  EXPECT_TRUE(told.blend.foreshortened);
+  EXPECT_TRUE(given.blend.foreshortened);
+  EXPECT_LT(*told.leftOutDb, *given.leftOutDb - 1.2);
+}
+
+TEST(LightBlendSelection, WhereNothingTellsNormalsNothingIsForeshortened) {
+  const auto same = [](const Vec3<float>& n) { return n; };
+  EXPECT_EQ(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.fit, LightFit::plane);
+  EXPECT_FALSE(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.foreshortened);
+}
+
+// Under six lights all around, a surface can face one squarely and be turned from all others.
+TEST(LightBlendSelection, LightsFarApartAreNotForeshortened) {
+  std::vector<Direction> axes;
+  for (int i = 0; i < 6; ++i) {
+    Vec3<float> axis = Vec3<float>::Zero();
+    axis[i / 2] = i % 2 == 0 ? 1.f : -1.f;
+    axes.push_back(assume<Direction>(axis));
+  }
+  LightSamples samples(axes, std::vector<Rgb>(6, Rgb{1, 1, 1}));
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal;
+  for (int texel = 0; texel < 500; ++texel) {
+    const float x = normal(random), y = normal(random), z = normal(random);
+    const Vec3<float> n = Vec3<float>(x, y, z).normalized();
+    std::vector<Rgb> radiance;
+    for (const auto& light : axes) radiance.push_back(matte(n, light.raw()) * Rgb{1, 1, 1});
+    samples.add(radiance, assume<Normal3<AcquisitionSpace>>(n));
+  }
+  EXPECT_FALSE(samples.choose(1, NormalsFrom::shape).blend.foreshortened);
+}
+
+TEST(LightBlendSelection, TooFewLightsTellNothing) {
+  EXPECT_EQ(choiceFor(matte, 4).blend, LightBlend());
+  EXPECT_FALSE(choiceFor(matte, 4).leftOutDb);
+  EXPECT_TRUE(choiceFor(matte, 5).leftOutDb);
+  EXPECT_LE(choiceFor(matte, 5).blend.lights, 3u);
+}
+
+TEST(LightBlendSelection, TheUnitOfRadianceDoesNotMatter) {
+  const auto one = choiceFor(matte, 12), thousand = choiceFor(matte, 12, 1000);
+  EXPECT_EQ(one.blend, thousand.blend);
+  EXPECT_NEAR(*one.leftOutDb, *thousand.leftOutDb, 1e-3);
+}
+
+TEST(LightBlendSelection, StopsWhenAsked) {
+  LightSamples samples(lightsOfACap(5), std::vector<Rgb>(5, Rgb{1, 1, 1}));
+  samples.add(std::vector<Rgb>(5), asNormal({0, 0, 1}));
+  Progress progress;
+  progress.cancelled = [] { return true; };
+  EXPECT_THROW(samples.choose(1, NormalsFrom::shape, progress), Cancelled);
+}
+
+// The error by hand: five lights, weights from the same blend, one texel.
+TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
+  const auto towards = lightsOfACap(5);
+  const std::vector<Rgb> irradiance(5, Rgb{1, 1, 1});
+  const float radiance[] = {0.2f, 0.9f, 0.4f, 0.1f, 0.6f};
+  LightSamples samples(towards, irradiance);
+  std::vector<Rgb> texel;
+  for (const float value : radiance) texel.push_back({value, value, value});
+  samples.add(texel, asNormal({0.6f, 0, 0.8f}));
+  const auto [blend, leftOutDb] = samples.choose(1, NormalsFrom::shape);
+  double squares = 0;
+  for (size_t out = 0; out < 5; ++out) {
+    std::vector<Direction> others;
+    std::vector<Direction3<AcquisitionSpace, double>> covering;
+    std::vector<double> values;
+    for (size_t i = 0; i < 5; ++i)
+      if (i != out) {
+        others.push_back(towards[i]);
+        covering.push_back(towards[i].cast<double>());
+        values.push_back(radiance[i]);
+      }
+    double got = 0;
+    const BlendSet weights =
+        blendOfLights(others, towards[out], blend, LightCoverage(covering), LightExtrapolation::clamp);
+    for (const auto& [light, weight] : weights) got += weight * values[light];
+    if (blend.foreshortened) {
+      const auto normal = asNormal({0.6f, 0, 0.8f});
+      std::vector<float> cosines;
+      for (const auto& other : others) cosines.push_back(foreshortenedCosine(normal, other));
+      got *= foreshortening(foreshortenedCosine(normal, towards[out]), blendedCosine(weights, cosines));
+    }
+    const auto shown = [](double x) {
+      x = std::clamp(x, 0.0, 1.0);
+      return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+    };
+    squares += std::pow(shown(got) - shown(radiance[out]), 2);
+  }
+  EXPECT_NEAR(*leftOutDb, -10 * std::log10(squares / 5), 1e-3);
+}
+
+} // namespace
+} // namespace surflect

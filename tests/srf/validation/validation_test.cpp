@@ -1,0 +1,355 @@
+#include "srf/validation/validation.h"
+
+#include "srf/capture/origin.h"
+#include "srf/image/png.h"
+#include "tests/support/synthetic_capture.h"
+
+namespace surflect {
+namespace {
+
+using Severity = Finding::Severity;
+using studio::Studio;
+
+// Capture, mesh and photographs of the Lambert sphere.
+class Checks : public testing::Test {
+protected:
+  Checks() {
+    capture = studio::photograph({.cameras = 10, .lights = 24, .size = 64}, folder.path());
+    mesh = readMesh(folder / "mesh.ply");
+  }
+
+  std::vector<Finding> findings() const { return checkCapture(capture, mesh, {}, {}); }
+  std::vector<ViewMeasures> measures() const {
+    std::vector<ViewMeasures> measures;
+    forEachSmallView(capture, RayCaster<AcquisitionSpace>(mesh), {0, 0, 0}, 100, {},
+                     [&](const SmallView& view) { measures.push_back(measure(capture, view)); });
+    return measures;
+  }
+  // The text of the only finding.
+  std::string only(Severity severity) const {
+    const auto all = findings();
+    for (const Finding& finding : all) SCOPED_TRACE(finding.text);
+    EXPECT_EQ(all.size(), 1u) << (all.size() > 1 ? all[1].text : "");
+    if (all.empty()) return "";
+    EXPECT_EQ(all[0].severity, severity);
+    return all[0].text;
+  }
+  template <class Change> void changeDirections(const Change& change) {
+    for (Light& light : capture.lights) {
+      auto& towards = std::get<DirectionalLight>(light.kind).towards;
+      towards = assume<Direction3<AcquisitionSpace, double>>(change(towards.raw()));
+    }
+  }
+
+  TemporaryFolder folder;
+  Capture capture;
+  TriangleMesh mesh;
+};
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(Checks, FindNothingInACaptureThatIsRight) {
+  for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
+}
+
+TEST_F(Checks, FindPosesWithoutAMesh) {
+  EXPECT_TRUE(checkPoses(capture).empty());
+  const Capture right = capture;
+  const Mat3<double> visionAxes = Vec3<double>(1, -1, -1).asDiagonal();
+  for (View& view : capture.views) {
+    auto& pose = view.camera.cameraFromWorld;
+    pose = {visionAxes * pose.rotation(), visionAxes * pose.translation()};
+  }
+  const auto turned = checkPoses(capture);
+  ASSERT_EQ(turned.size(), 1u);
+  EXPECT_EQ(turned[0].severity, Severity::error);
+  EXPECT_TRUE(contains(turned[0].text, "10 of 10 cameras look away"));
+  EXPECT_TRUE(contains(turned[0].text, "OpenGL's axes"));
+
+  capture = right;
+  auto& pose = capture.views[3].camera.cameraFromWorld;
+  pose = {pose.rotation(), 1000 * pose.translation()};
+  const auto far = checkPoses(capture);
+  ASSERT_EQ(far.size(), 1u);
+  EXPECT_EQ(far[0].severity, Severity::warning);
+  EXPECT_TRUE(contains(far[0].text, "1 of 10 cameras"));
+  EXPECT_TRUE(contains(far[0].text, capture.views[3].identity));
+
+  capture.views.resize(2); // two axes may meet behind anybody
+  EXPECT_TRUE(checkPoses(capture).empty());
+}
+
+TEST_F(Checks, FindCamerasThatAllStandAtOnePlace) {
+  for (View& view : capture.views) {
+    const Mat3<double> rotation = view.camera.cameraFromWorld.rotation();
+    view.camera.cameraFromWorld = {rotation, -rotation * Vec3<double>(1, 2, 3)};
+  }
+  const auto found = checkPoses(capture);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].text, "all 10 cameras stand at one place: are their positions missing?");
+}
+
+// A pixel covers 4 / focal length, 0.16 here; floats around 4,600,000 are 0.5 apart, around 50,000 0.004.
+TEST_F(Checks, SayHowManyPixelsRoundingCostsFarFromTheOrigin) {
+  EXPECT_TRUE(checkPoses(countedFrom(capture, {0, -5000, 0})).empty());
+  const auto near = checkPoses(countedFrom(capture, {0, 0, 300000})),
+             far = checkPoses(countedFrom(capture, {500000, -4600000, 30}));
+  ASSERT_EQ(near.size(), 1u);
+  EXPECT_EQ(near[0].severity, Severity::warning);
+  ASSERT_EQ(far.size(), 1u);
+  EXPECT_EQ(far[0].severity, Severity::error);
+  EXPECT_TRUE(contains(far[0].text,
+                       "the scene lies at (-500000, 4600000, -30), where single precision is off by up to "))
+      << far[0].text;
+}
+
+// Without masks, and under fixed light.
+class Placement : public Checks {
+protected:
+  Placement() {
+    capture = studio::photograph({.cameras = 14, .lights = 0, .size = 64, .matte = false}, folder / "bare");
+  }
+};
+
+TEST_F(Placement, FindsNothingWhereTheMeshIsWhatPhotographsShow) {
+  for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
+}
+
+TEST_F(Placement, FindsAMeshOfAnotherSize) {
+  for (auto& p : mesh.positions) p = {0.5f * p.x(), 0.5f * p.y(), 0.5f * p.z()};
+  // Shading that depends on the normal alone looks the same on spheres about one centre.
+  EXPECT_TRUE(
+      contains(only(Severity::warning), "the mesh may not lie where the photographs show it: they are "));
+  for (size_t v = 0; v < capture.views.size(); ++v) {
+    const auto checkered = [](const Vec3<float>& n) {
+      return (1 + std::sin(9 * n[0]) * std::sin(9 * n[1] + 1) * std::sin(9 * n[2])) * Rgb{0.3f, 0.4f, 0.5f};
+    };
+    const std::string name = std::to_string(v) + ".exr";
+    writeExr(folder / "bare" / name,
+             studio::shadeSphere(studio::viewSphere(capture.views[v].camera, 2), checkered));
+    capture.frames[v].picture = name;
+    capture.frames[v].layer = "";
+  }
+  EXPECT_TRUE(
+      contains(only(Severity::error), "the mesh does not lie where the photographs show it: they are "));
+  mesh = readMesh(folder / "mesh.ply");
+  EXPECT_TRUE(findings().empty());
+}
+
+TEST_F(Checks, FindBlackAndOverexposedPhotographs) {
+  capture = studio::photograph({.cameras = 10, .lights = 0, .size = 64}, folder / "fixed");
+  for (const auto& [value, frame] : {std::pair(0.f, 3), std::pair(1.f, 5)}) {
+    Image picture(64, 64, 4);
+    for (size_t i = 0; i < picture.values.size(); ++i) picture.values[i] = i % 4 == 3 ? 1.f : value;
+    const std::string name = std::to_string(frame) + ".png";
+    writePng(folder / "fixed" / name, picture);
+    capture.frames[static_cast<size_t>(frame)].picture = name;
+    capture.frames[static_cast<size_t>(frame)].layer = capture.frames[static_cast<size_t>(frame)].alphaLayer =
+        "";
+  }
+  capture.colorSpace = ColorSpace::linear;
+  const auto found = checkExposures(capture, measures());
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].text, "1 of 10 photographs are black: C3");
+  EXPECT_EQ(found[1].text, "1 of 10 photographs are overexposed: C5 (100 % of the object)");
+}
+
+TEST_F(Checks, FloatingPointIsNeverOverexposed) {
+  capture = studio::photograph({.cameras = 2, .lights = 0, .size = 64}, folder / "fixed");
+  capture.colorSpace = ColorSpace::linear;
+  for (Frame& frame : capture.frames) {
+    frame.picture = "A.EXR";
+    frame.layer = frame.alphaLayer = "";
+  }
+  writeExr(folder / "fixed/A.EXR", randomImage(64, 64, 3, 1, 1, 1));
+  EXPECT_TRUE(checkExposures(capture, measures()).empty());
+}
+
+TEST_F(Checks, FindThatAllPhotographsAreBlack) {
+  for (Frame& frame : capture.frames) {
+    frame.picture = "black.exr";
+    frame.layer = frame.alphaLayer = "";
+  }
+  writeExr(folder / "black.exr", Image(64, 64, 3));
+  const auto found = checkExposures(capture, measures());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].severity, Severity::error);
+  EXPECT_EQ(found[0].text, "all 10 photographs are black");
+}
+
+TEST_F(Checks, ReadAsManyMasksAsTheyMay) {
+  for (size_t f = 0; f < capture.frames.size(); ++f)
+    capture.frames[f].mask = std::to_string(f + 100) + ".png";
+  for (const char* read : {"100.png", "220.png"}) writePng(folder / read, Image(64, 64, 1)); // of 240
+  const auto found = checkMattes(capture, {.views = 2}, {});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "2 of 2 masks show nothing of the object")) << found[0].text;
+}
+
+// One view has no middle of the scene but the mesh's.
+TEST_F(Checks, SayWhatRoundingCostsASingleView) {
+  const Vec3<double> origin(500000, -4600000, 30);
+  capture = countedFrom(subset(capture, [](const Frame& frame) { return frame.view == 0; }), origin);
+  EXPECT_TRUE(checkPoses(capture).empty());
+  for (auto& p : mesh.positions)
+    p = assume<Point3<AcquisitionSpace>>(Vec3<double>(p.cast<double>().raw() - origin));
+  const auto all = findings();
+  EXPECT_TRUE(std::ranges::any_of(all, [](const Finding& finding) {
+    return finding.severity == Severity::error && contains(finding.text, "single precision is off");
+  }));
+}
+
+TEST_F(Checks, FindAMeshThatLiesElsewhereUnderLights) {
+  capture = studio::photograph({.cameras = 10, .lights = 24, .size = 64, .matte = false}, folder / "bare");
+  EXPECT_TRUE(findings().empty());
+  for (auto& p : mesh.positions) p = p + Direction3<AcquisitionSpace>(0, 0.9f, 0);
+  const auto near = findings();
+  ASSERT_FALSE(near.empty());
+  EXPECT_EQ(near[0].severity, Severity::warning);
+  EXPECT_TRUE(
+      contains(near[0].text, "the mesh may not lie where the photographs show it: they are 0.9 times"))
+      << near[0].text;
+  for (auto& p : mesh.positions) p = p + Direction3<AcquisitionSpace>(0, 0, 1.2f);
+  const std::string text = only(Severity::error);
+  EXPECT_TRUE(contains(text, "the mesh does not lie where the photographs show it: they are 1.0 times") &&
+              contains(text, "and shading correlates by 0.01 with its normals (expected 0.5)"))
+      << text;
+}
+
+TEST_F(Checks, MeetLightsThatAViewIsTooRichFor) {
+  std::swap(capture.lights[1].kind, capture.lights[13].kind); // of a dozen, every second is taken
+  for (const bool everyLight : {false, true}) {
+    const auto found =
+        checkCapture(capture, mesh, {.litViews = 1, .lightsOfView = 12, .everyLight = everyLight}, {});
+    EXPECT_EQ(found.size(), everyLight ? 1u : 0u);
+  }
+}
+
+TEST_F(Checks, ReadSomeDozensOfPhotographsWhereTheyMustBeQuick) {
+  changeDirections([](Vec3<double> d) { return Vec3<double>(d[0], -d[1], d[2]); });
+  for (size_t f = 0; f < capture.frames.size(); ++f)
+    if (capture.frames[f].view % 5 != 0) capture.frames[f].picture = "missing.exr"; // not read
+  const auto found =
+      checkCapture(capture, mesh, {.views = 2, .litViews = 2, .lightsOfView = 12, .everyLight = false}, {});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "light directions look negated in y")) << found[0].text;
+}
+
+TEST_F(Checks, FindNothingUnderFixedLight) {
+  capture = studio::photograph({.lights = 0}, folder / "fixed");
+  for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
+}
+
+TEST_F(Checks, FindNegatedAxes) {
+  changeDirections([](Vec3<double> d) { return Vec3<double>(d[0], -d[1], d[2]); });
+  EXPECT_TRUE(contains(only(Severity::error), "light directions look negated in y"));
+  changeDirections([](Vec3<double> d) { return Vec3<double>(-d[0], -d[1], -d[2]); });
+  EXPECT_TRUE(contains(only(Severity::error), "negated in x and z"));
+}
+
+TEST_F(Checks, FindExchangedAxes) {
+  // The usual mistake: z up taken for y up, (x, y, z) written as (x, z, -y).
+  changeDirections([](Vec3<double> d) { return Vec3<double>(d[0], d[2], -d[1]); });
+  EXPECT_TRUE(contains(only(Severity::error), "(x, -z, y) fits better than (x, y, z)"));
+}
+
+TEST_F(Checks, FindLightsThatAreExchanged) {
+  std::swap(capture.lights[2].kind, capture.lights[20].kind);
+  const std::string text = only(Severity::warning);
+  EXPECT_TRUE(contains(text, "photographs of 2 of 24 lights look lit by another")) << text;
+  EXPECT_TRUE(contains(text, "L2 by L20") && contains(text, "L20 by L2 ")) << text;
+}
+
+TEST_F(Checks, FindAPhotographThatIsOfNoLight) {
+  for (Frame& frame : capture.frames)
+    if (frame.light == 7) {
+      frame.picture = "flat.exr";
+      frame.layer = frame.alphaLayer = "";
+    }
+  for (const float noise : {0.01f, 0.2f}) {
+    writeExr(folder / "flat.exr", randomImage(64, 64, 3, 0.5f - noise, 0.5f + noise, 1));
+    const std::string text = only(Severity::warning);
+    EXPECT_TRUE(contains(text, "photographs of 1 of 24 lights do not follow") && contains(text, "L7 ("))
+        << text;
+  }
+}
+
+TEST_F(Checks, FindACameraThatLooksAway) {
+  auto& pose = capture.views[4].camera.cameraFromWorld;
+  const Mat3<double> turned = Eigen::AngleAxisd(2.5, Vec3<double>(0, 1, 0)).toRotationMatrix();
+  pose = {turned * pose.rotation(), turned * pose.translation()};
+  bool found = false;
+  for (const Finding& finding : findings())
+    found |= finding.severity == Severity::warning &&
+             contains(finding.text, "1 of 10 cameras have none of the mesh in their picture") &&
+             contains(finding.text, "C4 (143 degrees)");
+  EXPECT_TRUE(found);
+}
+
+TEST_F(Checks, FindACameraThatIsSlightlyTurned) {
+  auto& pose = capture.views[4].camera.cameraFromWorld;
+  const Mat3<double> turned = Eigen::AngleAxisd(0.06, Vec3<double>(0, 1, 0)).toRotationMatrix();
+  pose = {turned * pose.rotation(), turned * pose.translation()};
+  const std::string text = only(Severity::warning);
+  EXPECT_TRUE(contains(text, "the mesh and the masks differ in 1 of 10 views: C4 (")) << text;
+}
+
+TEST_F(Checks, FindOtherUnits) {
+  for (const float scale : {1000.f, 1e-3f}) {
+    for (auto& p : mesh.positions) p = {scale * p.x(), scale * p.y(), scale * p.z()};
+    EXPECT_TRUE(contains(only(Severity::error), "units?")) << scale;
+    for (auto& p : mesh.positions) p = {p.x() / scale, p.y() / scale, p.z() / scale};
+  }
+}
+
+TEST_F(Checks, FindPointLightsThatAreTooNearOrTooFar) {
+  for (Light& light : capture.lights) {
+    const auto towards = std::get<DirectionalLight>(light.kind).towards;
+    light.kind = PointLight{assume<Point3<AcquisitionSpace, double>>(8 * towards.raw()), {10, 10, 10}};
+  }
+  EXPECT_TRUE(checkUnits(capture, mesh).empty());
+  auto& position = std::get<PointLight>(capture.lights[3].kind).position;
+  position = {0.3, 0.2, 0.1};
+  EXPECT_TRUE(contains(checkUnits(capture, mesh).at(0).text, "1 of 24 point lights stand within the box"));
+  position = {1e4, 0, 0};
+  EXPECT_TRUE(
+      contains(checkUnits(capture, mesh).at(0).text, "1 of 24 point lights are more than 1000 times"));
+}
+
+TEST_F(Checks, SayHugeNumbersShortly) {
+  for (View& view : capture.views) view.camera.lens.focalX = view.camera.lens.focalY = 1e200;
+  const auto found = checkUnits(capture, mesh);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "e+19")) << found[0].text;
+  EXPECT_LT(found[0].text.size(), 150u);
+}
+
+TEST_F(Checks, FindMasksThatAreShifted) {
+  const Image mask = [] {
+    Image image(64, 64, 1);
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x) image.at(x, y)[0] = std::hypot(x - 38.0, y - 32.0) < 25;
+    return image;
+  }();
+  writePng(folder / "mask.png", mask);
+  for (Frame& frame : capture.frames) frame.mask = "mask.png";
+  const auto found = checkMasks(capture, measures());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].severity, Severity::error);
+  EXPECT_TRUE(contains(found[0].text, "differ in 10 of 10 views")) << found[0].text;
+}
+
+TEST_F(Checks, FindFacesThatPointInwards) {
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  EXPECT_TRUE(contains(only(Severity::error), "the faces of the mesh point inwards: 100 %"));
+}
+
+TEST_F(Checks, StopWhenAskedTo) {
+  const Progress progress{{}, [] { return true; }};
+  EXPECT_THROW(checkCapture(capture, mesh, {}, progress), Cancelled);
+}
+
+} // namespace
+} // namespace surflect
