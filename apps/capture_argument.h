@@ -9,19 +9,19 @@
 
 namespace surflect {
 
-inline void addAllowOutside(CLI::App& command, PathRule& outside) {
+inline void addAllowOutside(CLI::App& command, capture::PathRule& outside) {
   command.add_flag_callback(
-      "--allow-outside", [&outside] { outside = PathRule::anywhere; },
+      "--allow-outside", [&outside] { outside = capture::PathRule::anywhere; },
       "the capture may name files outside of its folder");
 }
 
 struct CaptureArgument {
   std::string path;
-  PathRule outside = PathRule::inside;
+  capture::PathRule outside = capture::PathRule::inside;
 
   // Says what there is to know of how the capture was understood.
-  Capture read() const {
-    Capture capture = readCapture(path, outside);
+  capture::Capture read() const {
+    capture::Capture capture = capture::readCapture(path, outside);
     for (const std::string& note : capture.notes) say(note);
     return capture;
   }

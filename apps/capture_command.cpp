@@ -22,7 +22,7 @@ namespace {
 struct Arguments {
   std::string stage, output, model, scale, script;
   double frame = 1;
-  PackOptions pack;
+  model::PackOptions pack;
 };
 
 // "4 h 10 min", "3 min 20 s" or "7 s"
@@ -51,18 +51,20 @@ Progress withTimeLeft(Progress progress) {
   return progress;
 }
 
-Json capturePictures(const Stage& stage, const Arguments& arguments, const Progress& progress) {
+Json capturePictures(const stage::Stage& stage, const Arguments& arguments, const Progress& progress) {
   const Stopwatch watch;
-  StageReport report;
+  stage::StageReport report;
   if (!arguments.script.empty()) {
-    const Script script = readScript(arguments.script);
-    const WarpPointer warp = warpAt(script, shotTime(script, arguments.frame));
+    const scene::Script script = scene::readScript(arguments.script);
+    const warp::WarpPointer warp = scene::warpAt(script, scene::shotTime(script, arguments.frame));
     const std::array both = {script.hash, std::bit_cast<uint64_t>(arguments.frame)};
-    const StageDeformation deformation{*warp, contentHash(std::as_bytes(std::span(both)))};
-    report = captureStage(stage, &deformation, StageFrames::deformed, arguments.output, progress);
+    const stage::StageDeformation deformation{*warp, contentHash(std::as_bytes(std::span(both)))};
+    report =
+        stage::captureStage(stage, &deformation, stage::StageFrames::deformed, arguments.output, progress);
   } else {
-    const StageFrames which = arguments.model.empty() ? StageFrames::all : StageFrames::test;
-    report = captureStage(stage, nullptr, which, arguments.output, progress);
+    const stage::StageFrames which =
+        arguments.model.empty() ? stage::StageFrames::all : stage::StageFrames::test;
+    report = stage::captureStage(stage, nullptr, which, arguments.output, progress);
   }
   const double seconds = watch.seconds();
   say(fmt::format("{}: {} views under {} lights, {} frames for training and {} for the test{}; {:.1f} s",
@@ -81,7 +83,7 @@ Json capturePictures(const Stage& stage, const Arguments& arguments, const Progr
 }
 
 // What comes of pictures that are traced in between is for the progress to say.
-void announceSize(const PackEstimate& estimate) {
+void announceSize(const model::PackEstimate& estimate) {
   say(fmt::format("about {:.1f} MB on disk, {:.0f} MB of memory; {} surfels",
                   static_cast<double>(estimate.diskBytes) / 1e6,
                   static_cast<double>(estimate.memoryBytes) / 1e6, estimate.surfels));
@@ -89,14 +91,15 @@ void announceSize(const PackEstimate& estimate) {
 
 Json runCapture(const Arguments& arguments, const Progress& progress) {
   progress("shapes", 0);
-  const Stage stage = readStage(arguments.stage, arguments.scale);
-  const auto isClear = [](const StageObject& object) { return isSpecular(object.material); };
+  const stage::Stage stage = stage::readStage(arguments.stage, arguments.scale);
+  const auto isClear = [](const stage::StageObject& object) { return material::isSpecular(object.material); };
   if (stage.trace.lightRadius.radians() == 0 && std::ranges::any_of(stage.objects, isClear))
     say("mirrors and clear glass show nothing of lights without extent: lights.radius_deg gives them one");
   if (arguments.model.empty()) return capturePictures(stage, arguments, withTimeLeft(progress));
-  if (!arguments.output.empty()) requireCapturable(stage, nullptr, StageFrames::test, arguments.output);
-  const PackReport report =
-      packStage(stage, arguments.model, arguments.pack, withTimeLeft(progress), announceSize);
+  if (!arguments.output.empty())
+    stage::requireCapturable(stage, nullptr, stage::StageFrames::test, arguments.output);
+  const model::PackReport report =
+      stage::packStage(stage, arguments.model, arguments.pack, withTimeLeft(progress), announceSize);
   announce(report, arguments.model);
   Json json = {{"model", jsonOf(report)}};
   json["model"]["samples"] = stage.trace.samples;

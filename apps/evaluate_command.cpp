@@ -22,26 +22,28 @@ struct Arguments {
 };
 
 struct BaselineWord {
-  Baseline kind;
+  evaluation::Baseline kind;
   std::string key; // in the report
 };
-const std::map<std::string, BaselineWord> kBaselines = {{"nearest", {Baseline::nearest, "baseline"}},
-                                                        {"lambert", {Baseline::lambert, "baseline_lambert"}}};
+const std::map<std::string, BaselineWord> kBaselines = {
+    {"nearest", {evaluation::Baseline::nearest, "baseline"}},
+    {"lambert", {evaluation::Baseline::lambert, "baseline_lambert"}}};
 
-Json jsonOf(const Score& score) {
+Json jsonOf(const evaluation::Score& score) {
   return {{"psnr_linear_db", score.difference.psnrLinear()},
           {"psnr_srgb_db", score.difference.psnrSrgb()},
           {"ssim_srgb", score.difference.ssim()},
-          {"psnr_linear_interior_db", psnr(score.interiorError.mean())},
-          {"truth_noise_db", psnr(score.truthNoise.mean())},
+          {"psnr_linear_interior_db", evaluation::psnr(score.interiorError.mean())},
+          {"truth_noise_db", evaluation::psnr(score.truthNoise.mean())},
           {"frame_count", score.frames}};
 }
 
 // Scores pooled over all frames, and by group; front- and back-lit frames are groups of their own.
-Json summaryOf(const Evaluation& evaluation, const std::function<const Score&(const FrameScore&)>& scoreOf) {
-  Score all;
-  std::map<std::string, Score> groups;
-  for (const FrameScore& frame : evaluation.frames) {
+Json summaryOf(const evaluation::Evaluation& evaluation,
+               const std::function<const evaluation::Score&(const evaluation::FrameScore&)>& scoreOf) {
+  evaluation::Score all;
+  std::map<std::string, evaluation::Score> groups;
+  for (const evaluation::FrameScore& frame : evaluation.frames) {
     all += scoreOf(frame);
     groups[frame.group] += scoreOf(frame);
     groups[frame.frontLit ? "front_lit" : "back_lit"] += scoreOf(frame);
@@ -69,31 +71,35 @@ void sayTable(const Json& report) {
 }
 
 Json runEvaluate(const Arguments& arguments, const Progress& progress) {
-  const Model model = openModel(arguments.model, progress);
-  const Capture capture = arguments.capture.read();
-  WarpPointer warp = chainWarp({});
+  const model::Model model = model::openModel(arguments.model, progress);
+  const capture::Capture capture = arguments.capture.read();
+  warp::WarpPointer warp = warp::chainWarp({});
   if (!arguments.script.empty()) {
-    const Script script = readScript(arguments.script, model.rig.origin);
-    warp = warpAt(script, shotTime(script, arguments.frame));
+    const scene::Script script = scene::readScript(arguments.script, model.rig.origin);
+    warp = scene::warpAt(script, scene::shotTime(script, arguments.frame));
   }
-  EvaluateOptions options;
+  evaluation::EvaluateOptions options;
   options.frame = arguments.options.frame;
-  options.split = arguments.split == "train" ? Split::train : Split::test;
+  options.split = arguments.split == "train" ? capture::Split::train : capture::Split::test;
   for (const auto& name : arguments.baselines) options.baselines.insert(kBaselines.at(name).kind);
-  if (options.baselines.contains(Baseline::lambert) && !arguments.script.empty())
+  if (options.baselines.contains(evaluation::Baseline::lambert) && !arguments.script.empty())
     throw Error("the Lambert baseline does not bend: no --script with it");
-  BlockCache cache(model.files, arguments.options.cacheBytes());
-  const Evaluation evaluation = evaluate(model, capture, *warp, options, cache, progress);
+  codec::BlockCache cache(model.files, arguments.options.cacheBytes());
+  const evaluation::Evaluation evaluation =
+      evaluation::evaluate(model, capture, *warp, options, cache, progress);
 
   Json report = {{"exposure", evaluation.exposure}};
-  report.update(summaryOf(evaluation, [](const FrameScore& frame) -> const Score& { return frame.score; }));
+  report.update(summaryOf(evaluation, [](const evaluation::FrameScore& frame) -> const evaluation::Score& {
+    return frame.score;
+  }));
   for (const auto& name : arguments.baselines) {
     const auto& [kind, key] = kBaselines.at(name);
-    report[key] = summaryOf(evaluation, [kind = kind](const FrameScore& frame) -> const Score& {
-      return frame.baselines.at(kind);
-    });
+    report[key] =
+        summaryOf(evaluation, [kind = kind](const evaluation::FrameScore& frame) -> const evaluation::Score& {
+          return frame.baselines.at(kind);
+        });
   }
-  for (const FrameScore& frame : evaluation.frames) {
+  for (const evaluation::FrameScore& frame : evaluation.frames) {
     Json entry = {{"camera", frame.camera},
                   {"light", frame.light},
                   {"group", frame.group},

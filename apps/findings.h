@@ -9,8 +9,8 @@
 namespace surflect {
 
 // Says each finding in a line.
-void announce(std::span<const Finding> findings);
-Json jsonOf(std::span<const Finding> findings);
-size_t countErrors(std::span<const Finding> findings);
+void announce(std::span<const validation::Finding> findings);
+Json jsonOf(std::span<const validation::Finding> findings);
+size_t countErrors(std::span<const validation::Finding> findings);
 
 } // namespace surflect

@@ -12,29 +12,31 @@ namespace surflect {
 
 namespace {
 
-const std::map<std::string, ImportFormat> kFormats{{"colmap", ImportFormat::colmap},
-                                                   {"json", ImportFormat::transforms},
-                                                   {"middlebury", ImportFormat::middlebury},
-                                                   {"lights", ImportFormat::lights}};
-const std::map<std::string, ColorSpace> kColorSpaces{{"linear", ColorSpace::linear},
-                                                     {"srgb", ColorSpace::srgb}};
+const std::map<std::string, importers::ImportFormat> kFormats{
+    {"colmap", importers::ImportFormat::colmap},
+    {"json", importers::ImportFormat::transforms},
+    {"middlebury", importers::ImportFormat::middlebury},
+    {"lights", importers::ImportFormat::lights}};
+const std::map<std::string, capture::ColorSpace> kColorSpaces{{"linear", capture::ColorSpace::linear},
+                                                              {"srgb", capture::ColorSpace::srgb}};
 
 struct Arguments {
   std::string source, output, images, lights;
-  ImportFormat format{};
-  ColorSpace colorSpace{};
+  importers::ImportFormat format{};
+  capture::ColorSpace colorSpace{};
   double fieldOfViewDegrees = 0, maskThreshold = 0;
-  ImportOptions options;
+  importers::ImportOptions options;
 };
 
-std::string nameOf(ImportFormat format) {
+std::string nameOf(importers::ImportFormat format) {
   for (const auto& [name, named] : kFormats)
     if (named == format) return name;
   return "";
 }
 
 Json runImport(const Arguments& arguments, const Progress& progress) {
-  const ImportReport report = importCapture(arguments.source, arguments.output, arguments.options, progress);
+  const importers::ImportReport report =
+      importers::importCapture(arguments.source, arguments.output, arguments.options, progress);
   for (const std::string& note : report.notes) say(note);
   say(fmt::format("{}: {} views, {} lights, {} photographs to train and {} to test with; {:.1f} MB",
                   arguments.output, report.views, report.lights, report.trainingFrames, report.testFrames,
@@ -54,7 +56,7 @@ Json runImport(const Arguments& arguments, const Progress& progress) {
 
 void addImportCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<Arguments>();
-  ImportOptions& options = arguments->options;
+  importers::ImportOptions& options = arguments->options;
   CLI::App* command = app.add_subcommand("import", "make a capture folder of other people's formats");
   command->footer("Example: surflect import temple/templeSR_par.txt -o temple --test-every 8");
   command
@@ -111,7 +113,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
                     "where strengths are estimated: also how each light falls off over the object");
   command->add_flag("--allow-outside", options.allowOutside, "follow paths that leave the source's folder");
   setWork(*command, work, "nothing was kept; the same command starts afresh", [=](const Progress& progress) {
-    ImportOptions& chosen = arguments->options;
+    importers::ImportOptions& chosen = arguments->options;
     if (*format) chosen.format = arguments->format;
     if (*fieldOfView) chosen.litView.fieldOfView = Angle::fromDegrees(arguments->fieldOfViewDegrees);
     if (*threshold) chosen.maskThreshold = arguments->maskThreshold;

@@ -19,9 +19,9 @@ namespace surflect {
 
 namespace {
 
-Json describe(const Capture& capture) {
+Json describe(const capture::Capture& capture) {
   size_t test = 0;
-  for (const auto& frame : capture.frames) test += frame.split == Split::test;
+  for (const auto& frame : capture.frames) test += frame.split == capture::Split::test;
   return {{"views", capture.views.size()},
           {"lights", capture.lights.size()},
           {"training_frames", capture.frames.size() - test},
@@ -29,9 +29,9 @@ Json describe(const Capture& capture) {
           {"geometry", capture.geometry.string()}};
 }
 
-Json describe(const Model& model) {
+Json describe(const model::Model& model) {
   uint64_t bytes = 0, blocks = 0;
-  for (const ViewFile& file : model.files) {
+  for (const codec::ViewFile& file : model.files) {
     bytes += std::filesystem::file_size(file.path());
     blocks += file.blockCount();
   }
@@ -52,18 +52,18 @@ Json describe(const Model& model) {
 struct Arguments {
   CaptureArgument input;
   std::string overlay;
-  ImpostorOptions impostor;
+  proxy::ImpostorOptions impostor;
   size_t maxFrames = 24;
 };
 
-Json drawOverlay(const Capture& capture, const Impostor& impostor, const Arguments& arguments,
+Json drawOverlay(const capture::Capture& capture, const proxy::Impostor& impostor, const Arguments& arguments,
                  const Progress& progress) {
-  const WhiteSurface surface(impostor.mesh);
-  const auto frames = spreadFrames(capture, arguments.maxFrames);
-  const ContactSheet sheet = contactSheet(capture, frames, surface, progress);
-  writePng(arguments.overlay, sheet.image, 8, PngColors::srgb);
+  const evaluation::WhiteSurface surface(impostor.mesh);
+  const auto frames = evaluation::spreadFrames(capture, arguments.maxFrames);
+  const evaluation::ContactSheet sheet = evaluation::contactSheet(capture, frames, surface, progress);
+  image::writePng(arguments.overlay, sheet.image, 8, image::PngColors::srgb);
   Json tiles = Json::array();
-  for (const Overlay& overlay : sheet.overlays) {
+  for (const evaluation::Overlay& overlay : sheet.overlays) {
     Json& tile = tiles.emplace_back(Json{{"camera", overlay.camera}, {"light", overlay.light}});
     if (overlay.maskIou) tile["mask_iou"] = *overlay.maskIou;
     tile["shading_correlation"] = overlay.shadingCorrelation;
@@ -80,30 +80,31 @@ Json told(Json report) {
 }
 
 Json runInspect(const Arguments& arguments, const Progress& progress) {
-  const bool packed = isFinished(arguments.input.path) || isUnfinished(arguments.input.path);
+  const bool packed = model::isFinished(arguments.input.path) || model::isUnfinished(arguments.input.path);
   if (packed && !arguments.overlay.empty())
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
-  if (packed) return told(describe(openModel(arguments.input.path, progress)));
+  if (packed) return told(describe(model::openModel(arguments.input.path, progress)));
 
   if (!arguments.overlay.empty()) requireReplaceable(arguments.overlay);
-  const Capture capture = arguments.input.read();
+  const capture::Capture capture = arguments.input.read();
   Json report = told(describe(capture));
-  std::vector<Finding> findings;
-  const auto tell = [&](const std::vector<Finding>& found) {
+  std::vector<validation::Finding> findings;
+  const auto tell = [&](const std::vector<validation::Finding>& found) {
     announce(found);
     findings.insert(findings.end(), found.begin(), found.end());
     report["findings"] = jsonOf(findings);
   };
-  tell(checkPoses(capture));
-  tell(checkMattes(capture, {}, progress));
+  tell(validation::checkPoses(capture));
+  tell(validation::checkMattes(capture, {}, progress));
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;
-  const auto training = subset(capture, [](const Frame& frame) { return frame.split == Split::train; });
-  const Impostor impostor = impostorOf(training, arguments.impostor, progress);
+  const auto training = capture::subset(
+      capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
+  const proxy::Impostor impostor = proxy::impostorOf(training, arguments.impostor, progress);
   for (const std::string& note : impostor.notes) say(note);
   if (!impostor.notes.empty()) report["mesh_notes"] = impostor.notes;
-  tell(checkCapture(capture, impostor.mesh, {}, progress));
+  tell(validation::checkCapture(capture, impostor.mesh, {}, progress));
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;
 }

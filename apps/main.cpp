@@ -27,7 +27,7 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
   Json report;
   int status = 0;
   try {
-    setExrThreads(exrThreads);
+    image::setExrThreads(exrThreads);
     report = work(terminalProgress());
   } catch (const std::bad_alloc&) {
     report["error"] = "out of memory";

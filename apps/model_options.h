@@ -14,14 +14,14 @@
 namespace surflect {
 
 struct ModelOptions {
-  FrameOptions frame;
+  surfels::FrameOptions frame;
   size_t cacheMegabytes = 1024;
 
   size_t cacheBytes() const { return cacheMegabytes << 20; }
 };
 
 inline void addModelOptions(CLI::App& command, ModelOptions& options) {
-  const auto blended = CLI::Range(size_t{1}, kMaxBlended);
+  const auto blended = CLI::Range(size_t{1}, ulr::kMaxBlended);
   command.add_option("--cameras", options.frame.shade.cameras, "cameras blended per surfel")
       ->capture_default_str()
       ->check(blended);
@@ -33,8 +33,8 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
       .add_option("--light-fit", options.frame.shade.lightFit,
                   "mean or plane of the blended lights; default: the model's")
       ->option_text("mean or plane")
-      ->transform(CLI::Transformer(
-          std::map<std::string, LightFit>{{"mean", LightFit::mean}, {"plane", LightFit::plane}}));
+      ->transform(CLI::Transformer(std::map<std::string, ulr::LightFit>{{"mean", ulr::LightFit::mean},
+                                                                        {"plane", ulr::LightFit::plane}}));
   command
       .add_option("--foreshortening", options.frame.shade.foreshortened,
                   "scale blended lights by their cosines to the surface; default: the model's")
@@ -66,7 +66,7 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
       ->check(CLI::IsMember(simd));
 }
 
-inline Json jsonOf(const ShadingStats& stats) {
+inline Json jsonOf(const codec::ShadingStats& stats) {
   return {{"lookups", stats.lookups},
           {"operations", stats.operations},
           {"lost", stats.lost},

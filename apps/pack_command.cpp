@@ -17,27 +17,27 @@ namespace {
 struct Arguments {
   CaptureArgument capture;
   std::string output;
-  PackOptions options;
+  model::PackOptions options;
   bool force = false;
 };
 
 // A capture whose checks stop pack, before anything is written, where they find errors.
-class CheckedSource : public CaptureSource {
+class CheckedSource : public model::CaptureSource {
 public:
   // Adds findings to `findings`.
-  CheckedSource(const Arguments& arguments, std::vector<Finding>& findings)
-      : CaptureSource(arguments.capture.read()), arguments_(arguments), findings_(findings) {}
+  CheckedSource(const Arguments& arguments, std::vector<validation::Finding>& findings)
+      : model::CaptureSource(arguments.capture.read()), arguments_(arguments), findings_(findings) {}
 
-  Impostor impostor(const ImpostorOptions& options, const Progress& progress) const override {
-    tell(checkPoses(training()));
-    tell(checkMattes(training(), kQuickChecks, progress));
-    Impostor impostor = CaptureSource::impostor(options, progress);
+  proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override {
+    tell(validation::checkPoses(training()));
+    tell(validation::checkMattes(training(), validation::kQuickChecks, progress));
+    proxy::Impostor impostor = model::CaptureSource::impostor(options, progress);
     for (const std::string& note : impostor.notes) say(note); // they may explain what is found
     // Other geometry is made of the masks or the shading that it would be compared with.
-    CheckEffort effort = kQuickChecks;
-    effort.masks = impostor.origin == Impostor::Origin::given;
-    if (effort.masks || impostor.origin == Impostor::Origin::hull)
-      tell(checkCapture(training(), impostor.mesh, effort, progress));
+    validation::CheckEffort effort = validation::kQuickChecks;
+    effort.masks = impostor.origin == proxy::Impostor::Origin::given;
+    if (effort.masks || impostor.origin == proxy::Impostor::Origin::hull)
+      tell(validation::checkCapture(training(), impostor.mesh, effort, progress));
     return impostor;
   }
 
@@ -47,7 +47,7 @@ private:
     return arguments_.capture.path + (mesh.empty() ? "" : " --mesh " + mesh);
   }
 
-  void tell(const std::vector<Finding>& found) const {
+  void tell(const std::vector<validation::Finding>& found) const {
     announce(found);
     findings_.insert(findings_.end(), found.begin(), found.end());
     if (const size_t errors = countErrors(found); errors > 0 && !arguments_.force)
@@ -59,13 +59,14 @@ private:
   }
 
   const Arguments& arguments_;
-  std::vector<Finding>& findings_;
+  std::vector<validation::Finding>& findings_;
 };
 
 Json runPack(const Arguments& arguments, const Progress& progress) {
-  std::vector<Finding> findings;
+  std::vector<validation::Finding> findings;
   CheckedSource source(arguments, findings);
-  const PackReport report = pack(source, arguments.output, arguments.options, progress, announceEstimate);
+  const model::PackReport report =
+      model::pack(source, arguments.output, arguments.options, progress, announceEstimate);
   announce(report, arguments.output);
   Json json = jsonOf(report);
   json["findings"] = jsonOf(findings);

@@ -14,7 +14,7 @@ namespace surflect {
 namespace {
 
 // "C00 0.994, C01 0.991, ..", as many views on a line as it has room for.
-void announceEach(std::span<const Impostor::Fit> fits) {
+void announceEach(std::span<const proxy::Impostor::Fit> fits) {
   constexpr size_t kWidth = 100;
   std::string line;
   for (const auto& fit : fits) {
@@ -29,9 +29,9 @@ void announceEach(std::span<const Impostor::Fit> fits) {
 }
 
 // How well a hull fits the mattes: the median view and the worst three, then all.
-void announceFits(std::vector<Impostor::Fit> fits) {
-  const std::vector<Impostor::Fit> inOrder = fits;
-  std::ranges::stable_sort(fits, {}, &Impostor::Fit::intersectionOverUnion);
+void announceFits(std::vector<proxy::Impostor::Fit> fits) {
+  const std::vector<proxy::Impostor::Fit> inOrder = fits;
+  std::ranges::stable_sort(fits, {}, &proxy::Impostor::Fit::intersectionOverUnion);
   std::string worst, leftOut;
   for (size_t i = 0; i < fits.size(); ++i) {
     if (i < 3) worst += fmt::format(" {} {:.3f}", fits[i].view, fits[i].intersectionOverUnion);
@@ -43,7 +43,7 @@ void announceFits(std::vector<Impostor::Fit> fits) {
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }
 
-Json jsonOfChoice(const LightBlendSelection& choice) {
+Json jsonOfChoice(const model::LightBlendSelection& choice) {
   Json json = {{"lights", choice.blend.lights},
                {"fit", nameOf(choice.blend.fit)},
                {"foreshortened", choice.blend.foreshortened}};
@@ -53,7 +53,7 @@ Json jsonOfChoice(const LightBlendSelection& choice) {
 
 } // namespace
 
-Json jsonOf(const PackReport& report) {
+Json jsonOf(const model::PackReport& report) {
   Json json = {
       {"geometry", nameOf(report.geometry)},
       {"surfels", report.surfels},
@@ -68,28 +68,28 @@ Json jsonOf(const PackReport& report) {
       {"memory_peak_bytes", memoryUse().peakBytes}};
   json["store"] = {{"bytes", report.store.fileBytes},
                    {"object_texels", report.store.objectTexels},
-                   {"ratio_to_half", compressionRatio(report.store)},
+                   {"ratio_to_half", codec::compressionRatio(report.store)},
                    {"blocks_of_rank", report.store.blocksOfRank}};
   if (!report.meshNotes.empty()) json["mesh_notes"] = report.meshNotes;
   for (const auto& fit : report.fits)
     json["silhouettes"].push_back(
         {{"view", fit.view}, {"iou", fit.intersectionOverUnion}, {"left_out", fit.leftOut}});
-  json["store"]["psnr_linear_db"] = psnrDb(report.store, report.white);
+  json["store"]["psnr_linear_db"] = codec::psnrDb(report.store, report.white);
   for (size_t view = 0; view < report.views.size(); ++view)
     json["store"]["views"].push_back({{"view", report.views[view]},
                                       {"bytes", report.ofView[view].fileBytes},
-                                      {"ratio_to_half", compressionRatio(report.ofView[view])},
-                                      {"psnr_linear_db", psnrDb(report.ofView[view], report.white)}});
+                                      {"ratio_to_half", codec::compressionRatio(report.ofView[view])},
+                                      {"psnr_linear_db", codec::psnrDb(report.ofView[view], report.white)}});
   return json;
 }
 
-void announceEstimate(const PackEstimate& estimate) {
+void announceEstimate(const model::PackEstimate& estimate) {
   say(fmt::format("about {:.1f} MB on disk, {:.0f} MB of memory, {:.0f} s; {} surfels",
                   static_cast<double>(estimate.diskBytes) / 1e6,
                   static_cast<double>(estimate.memoryBytes) / 1e6, estimate.seconds, estimate.surfels));
 }
 
-void announce(const PackReport& report, const std::string& output) {
+void announce(const model::PackReport& report, const std::string& output) {
   if (!report.fits.empty()) announceFits(report.fits);
   if (report.invalidTexels > 0)
     say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));
@@ -97,8 +97,8 @@ void announce(const PackReport& report, const std::string& output) {
                   "floats at {:.1f} dB",
                   output, report.surfels, nameOf(report.geometry), report.views.size(),
                   report.resumedViews > 0 ? fmt::format(" ({} were there already)", report.resumedViews) : "",
-                  static_cast<double>(report.store.fileBytes) / 1e6, compressionRatio(report.store),
-                  psnrDb(report.store, report.white)));
+                  static_cast<double>(report.store.fileBytes) / 1e6, codec::compressionRatio(report.store),
+                  codec::psnrDb(report.store, report.white)));
   if (const auto& [blend, leftOutDb] = report.lightChoice; leftOutDb)
     say(fmt::format("lights: {} blended, by a {}{}; one left out is told by the others to {:.1f} dB",
                     blend.lights, nameOf(blend.fit), blend.foreshortened ? ", foreshortened" : "",

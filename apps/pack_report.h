@@ -9,7 +9,7 @@
 
 namespace surflect {
 
-inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, PackOptions& options) {
+inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, model::PackOptions& options) {
   return {command.add_option("--tolerance", options.tolerance, "relative error of every block")
               ->capture_default_str()
               ->check(finiteIn(0, 1)),
@@ -20,8 +20,8 @@ inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, PackOptions&
               "replace a finished model of another capture, geometry, tolerance or version of surflect")};
 }
 
-void announceEstimate(const PackEstimate& estimate);
-void announce(const PackReport& report, const std::string& output);
-Json jsonOf(const PackReport& report);
+void announceEstimate(const model::PackEstimate& estimate);
+void announce(const model::PackReport& report, const std::string& output);
+Json jsonOf(const model::PackReport& report);
 
 } // namespace surflect

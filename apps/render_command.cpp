@@ -40,7 +40,7 @@ struct FrameRange {
 };
 
 // "7" or "3-12", inside the script's frames.
-FrameRange parseRange(const std::string& text, const Frames& frames) {
+FrameRange parseRange(const std::string& text, const scene::Frames& frames) {
   if (text.empty()) return {frames.first, frames.last};
   const auto complain = [&] {
     return Error::mismatch(fmt::format("A or A-B within {}-{}", frames.first, frames.last), "'" + text + "'")
@@ -63,7 +63,7 @@ std::string counted(size_t count, const char* noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-Json jsonOf(const FrameStats& stats) {
+Json jsonOf(const surfels::FrameStats& stats) {
   Json seconds;
   for (const auto& [stage, time] : stats.seconds) seconds[stage] = time;
   Json json = jsonOf(stats.shading);
@@ -79,7 +79,7 @@ Json jsonOf(const FrameStats& stats) {
   return json;
 }
 
-Json jsonOf(const PreparedEnvironment& environment) {
+Json jsonOf(const scene::PreparedEnvironment& environment) {
   return {{"image", environment.image.string()},     {"texels", environment.texels},
           {"replaced_texels", environment.replaced}, {"clamped_texels", environment.clamped},
           {"lights", environment.lights.size()},     {"tabulated", environment.table.has_value()},
@@ -87,7 +87,7 @@ Json jsonOf(const PreparedEnvironment& environment) {
 }
 
 // Returns one line for each kind of sample that was changed in an environment.
-std::vector<std::string> remarksOn(const PreparedEnvironment& environment) {
+std::vector<std::string> remarksOn(const scene::PreparedEnvironment& environment) {
   const std::string image = environment.image.string();
   std::vector<std::string> remarks;
   if (environment.replaced > 0)
@@ -101,12 +101,12 @@ std::vector<std::string> remarksOn(const PreparedEnvironment& environment) {
 }
 
 // What decides the pixels of a frame of this film.
-std::string filmIdentity(const Script& script, const Model& model, const ShotRenderer& shot,
-                         const Arguments& arguments) {
-  const FrameOptions& frame = arguments.model.frame;
-  const LightBlend blend = lightBlend(model, frame.shade);
+std::string filmIdentity(const scene::Script& script, const model::Model& model,
+                         const film::ShotRenderer& shot, const Arguments& arguments) {
+  const surfels::FrameOptions& frame = arguments.model.frame;
+  const ulr::LightBlend blend = model::lightBlend(model, frame.shade);
   std::string environments;
-  for (const PreparedEnvironment& environment : shot.environments())
+  for (const scene::PreparedEnvironment& environment : shot.environments())
     environments += " environment " + hex(environment.hash);
   return environments.insert(
       0,
@@ -119,8 +119,8 @@ std::string filmIdentity(const Script& script, const Model& model, const ShotRen
 
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from
 // object.
-std::string describe(const Camera<ObjectSpace>& camera) {
-  const Lens& lens = camera.lens;
+std::string describe(const capture::Camera<ObjectSpace>& camera) {
+  const capture::Lens& lens = camera.lens;
   std::string text = fmt::format("focal {:.9g} {:.9g} center {:.9g} {:.9g} camera_from_object", lens.focalX,
                                  lens.focalY, lens.centerX, lens.centerY);
   for (int row = 0; row < 3; ++row) {
@@ -134,7 +134,7 @@ std::string describe(const Camera<ObjectSpace>& camera) {
 bool isRendered(const std::filesystem::path& path, const std::string& identity) {
   if (!std::filesystem::exists(path)) return false;
   try {
-    return ExrFile(path).attribute("surflect.identity") == identity;
+    return image::ExrFile(path).attribute("surflect.identity") == identity;
   } catch (const Error&) {
     return false;
   }
@@ -144,11 +144,11 @@ std::filesystem::path previewPath(std::filesystem::path picture) { return pictur
 
 // The folders that the frames go to. Throws Error where a frame cannot be written: its folder cannot be made
 // or written to, or something else than a file has its name.
-std::set<std::filesystem::path> writableFolders(const Output& output, const Arguments& arguments,
+std::set<std::filesystem::path> writableFolders(const scene::Output& output, const Arguments& arguments,
                                                 const FrameRange& range) {
   std::set<std::filesystem::path> folders;
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
-    const auto path = framePath(output, arguments.output, frame);
+    const auto path = scene::framePath(output, arguments.output, frame);
     folders.insert(path.parent_path());
     requireReplaceable(path);
     if (output.png) requireReplaceable(previewPath(path));
@@ -158,10 +158,10 @@ std::set<std::filesystem::path> writableFolders(const Output& output, const Argu
 }
 
 // Removes temporaries of these frames, which an earlier run left when it was killed.
-void removeLitter(const Script& script, const Arguments& arguments) {
+void removeLitter(const scene::Script& script, const Arguments& arguments) {
   std::map<std::filesystem::path, std::set<std::string>> targets; // by folder
   for (int frame = script.frames->first; frame <= script.frames->last; ++frame) {
-    const auto path = framePath(*script.output, arguments.output, frame);
+    const auto path = scene::framePath(*script.output, arguments.output, frame);
     for (const auto& target : {path, previewPath(path)})
       targets[path.parent_path()].insert(target.filename().string());
   }
@@ -206,56 +206,60 @@ bool isAlone() {
 }
 
 Json runRender(const Arguments& arguments, const Progress& progress) {
-  const ScriptHead head = readScriptHead(arguments.script);
+  const scene::ScriptHead head = scene::readScriptHead(arguments.script);
   // Original coordinates need the model's origin. Any other script is refused before the model is opened.
-  std::optional<Script> early;
-  if (head.coordinates == Coordinates::model) early = readScript(arguments.script);
+  std::optional<scene::Script> early;
+  if (head.coordinates == scene::Coordinates::model) early = scene::readScript(arguments.script);
   const FrameRange range = parseRange(arguments.frames, head.frames);
   const auto folders = writableFolders(head.output, arguments, range);
-  const Model model = openModel(head.model, progress);
-  const Script script = early ? std::move(*early) : readScript(arguments.script, model.rig.origin);
-  requireShot(script);
-  ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
-  for (const PreparedEnvironment& environment : shot.environments())
+  const model::Model model = model::openModel(head.model, progress);
+  const scene::Script script =
+      early ? std::move(*early) : scene::readScript(arguments.script, model.rig.origin);
+  scene::requireShot(script);
+  film::ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
+  for (const scene::PreparedEnvironment& environment : shot.environments())
     for (const std::string& remark : remarksOn(environment)) say(remark);
   for (const auto& folder : folders) createFolder(folder);
   removeLitter(script, arguments);
 
-  if (const auto misfit = beyondRestMesh(script, shotTime(script, range.first), model.cloud)) say(*misfit);
+  if (const auto misfit =
+          evaluation::beyondRestMesh(script, scene::shotTime(script, range.first), model.cloud))
+    say(*misfit);
 
   const std::string identity = filmIdentity(script, model, shot, arguments);
   Json report = {{"model", model.folder.string()},
                  {"surfels", model.cloud.size()},
                  {"environments", Json::array()},
                  {"frames", Json::array()}};
-  for (const PreparedEnvironment& environment : shot.environments())
+  for (const scene::PreparedEnvironment& environment : shot.environments())
     report["environments"].push_back(jsonOf(environment));
   size_t kept = 0;
   bool saidEmpty = false;
   const Stopwatch film;
-  FilmWriter writer(isAlone() ? FilmWriter::Thread::callers : FilmWriter::Thread::own, progress);
+  film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
+                          progress);
   try {
     for (int frame = range.first; frame <= range.last; frame += arguments.every) {
       progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
-      const auto path = framePath(*script.output, arguments.output, frame);
+      const auto path = scene::framePath(*script.output, arguments.output, frame);
       if (arguments.resume && isRendered(path, identity) &&
           (!script.output->png || std::filesystem::is_regular_file(previewPath(path)))) {
         ++kept;
         continue;
       }
-      FrameFiles files{path,
-                       {{"surflect.version", SURFLECT_VERSION},
-                        {"surflect.identity", identity},
-                        {"surflect.script", hex(script.hash)},
-                        {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
-                        {"surflect.frame", std::to_string(frame)}},
-                       {},
-                       1};
+      film::FrameFiles files{path,
+                             {{"surflect.version", SURFLECT_VERSION},
+                              {"surflect.identity", identity},
+                              {"surflect.script", hex(script.hash)},
+                              {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
+                              {"surflect.frame", std::to_string(frame)}},
+                             {},
+                             1};
       const Stopwatch watch;
-      FrameStats stats;
+      surfels::FrameStats stats;
       shot.reuse(writer.spare());
-      FrameLayers picture = shot.render(frame, arguments.scale, stats);
-      if (const auto misfit = emptyFrame(stats, model.cloud.size()); misfit && !saidEmpty) {
+      surfels::FrameLayers picture = shot.render(frame, arguments.scale, stats);
+      if (const auto misfit = evaluation::emptyFrame(stats, model.cloud.size()); misfit && !saidEmpty) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *misfit));
         saidEmpty = true;
       }

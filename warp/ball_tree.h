@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 // A tree of boxes around balls. What it visits, and in what order, depends on the balls and the point alone.
 class BallTree {
@@ -75,4 +75,4 @@ private:
   std::vector<Node> nodes_;
 };
 
-} // namespace surflect
+} // namespace surflect::warp

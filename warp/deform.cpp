@@ -10,7 +10,7 @@
 #include <cmath>
 #include <utility>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -134,4 +134,4 @@ Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp) {
   return deformed;
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -7,7 +7,7 @@
 #include "surfel/math/simd.h"
 #include "warp/warp.h"
 
-namespace surflect {
+namespace surflect::warp {
 
 // p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored where det J < 0, dead where polarFrame finds
 // no frame for (u, v) or anything is not finite in float; the p, u, v of dead surfels are 0. J is the warp's
@@ -26,4 +26,4 @@ Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);
 // diagonal. A cloud of no extent has l = M/16, one at the origin 1/16.
 double differenceStep(const SurfelCloud& cloud);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -107,4 +107,4 @@ double Expression::operator()(std::span<const double> values) const {
   }
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::warp {
 
 // Operators and functions are muParser's (+ - * / ^ comparisons ?: sin cos exp min ...), constants pi and e;
 // the decimal mark is a point whatever the locale. Copies share what was compiled.
@@ -25,4 +25,4 @@ private:
   std::shared_ptr<const Compiled> compiled_;
 };
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -405,4 +405,4 @@ GltfMesh readGltfMesh(const std::filesystem::path& path) {
   });
 }
 
-} // namespace surflect
+} // namespace surflect::warp

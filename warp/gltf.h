@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 struct GltfAnimation {
   std::string name;
@@ -40,4 +40,4 @@ struct GltfMesh {
 // same is an Error as there, but that there may be any number of skins, of which nothing is read.
 GltfMesh readGltfMesh(const std::filesystem::path& path);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <limits>
 
-namespace surflect {
+namespace surflect::warp {
 
 struct GltfField::Value {
   const nlohmann::json& json;
@@ -359,4 +359,4 @@ std::vector<double> GltfDocument::read(const GltfField& reference, std::string_v
   return numbers;
 }
 
-} // namespace surflect
+} // namespace surflect::warp

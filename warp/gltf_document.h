@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 // A value of the JSON with the way to it, which every Error names.
 class GltfField {
@@ -68,4 +68,4 @@ private:
   std::unique_ptr<Content> content_;
 };
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -168,4 +168,4 @@ WarpPointer Handles::pullTo(std::span<const Vec3<double>> targets) const {
   return std::make_unique<Pulled>(s.handles, std::move(displacement));
 }
 
-} // namespace surflect
+} // namespace surflect::warp

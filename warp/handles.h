@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 inline constexpr size_t mostHandles = 1024;
 
@@ -40,4 +40,4 @@ private:
   std::shared_ptr<const System> system_;
 };
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -166,4 +166,4 @@ WarpPointer latticeWarp(Lattice lattice) {
   return std::make_unique<FreeForm>(std::move(lattice));
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -8,7 +8,7 @@
 #include <array>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 inline constexpr int mostLatticeDivisions = 16; // along one axis
 
@@ -31,4 +31,4 @@ struct Lattice {
 // box's sides; least with 3 along each.
 WarpPointer latticeWarp(Lattice lattice);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -346,4 +346,4 @@ WarpPointer MeshField::follow(std::span<const Vec3<double>> positions) const {
                                  std::move(maps));
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 // A mesh at rest, bound to the space around it. Each vertex carries an affine map of its own: it takes the
 // vertex to where it has gone and turns and stretches as the triangles around it have (Deformation
@@ -51,4 +51,4 @@ private:
   std::shared_ptr<const Binding> binding_;
 };
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <optional>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -115,4 +115,4 @@ WarpPointer MeshSequence::at(double frame) const {
   return field_.follow(positions);
 }
 
-} // namespace surflect
+} // namespace surflect::warp

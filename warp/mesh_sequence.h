@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <map>
 
-namespace surflect {
+namespace surflect::warp {
 
 // Meshes in OBJ or PLY of one topology: as many vertices, and the same triangles, as the rest mesh.
 class MeshSequence {
@@ -36,4 +36,4 @@ private:
   uint64_t hash_ = 0;
 };
 
-} // namespace surflect
+} // namespace surflect::warp

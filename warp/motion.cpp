@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -112,4 +112,4 @@ WarpPointer evaluateAt(const WarpMotion& motion, const ShotTime& time) {
   return std::visit([&](const auto& m) { return frozen(m, time); }, motion);
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -13,7 +13,7 @@
 #include <variant>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 // Axes and directions need not be unit vectors. See warp.h for what each warp does.
 struct RigidMotion {
@@ -90,4 +90,4 @@ WarpPointer evaluateAt(const WarpMotion& motion, const ShotTime& time);
 // A hash of the contents of all files that the motion reads; 0 when there are none.
 uint64_t filesHash(const WarpMotion& motion);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -38,4 +38,4 @@ WarpPointer Rig::at(double seconds) const {
   return field_.follow(pose(file_.skeleton, file_.animations[animation_].channels, seconds));
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-namespace surflect {
+namespace surflect::warp {
 
 // A glTF file with one of its animations. At rest is the skin as the nodes of the file have it when no
 // animation moves them; the file's coordinates are those of the scene.
@@ -29,4 +29,4 @@ private:
   MeshField field_;
 };
 
-} // namespace surflect
+} // namespace surflect::warp

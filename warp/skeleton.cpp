@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -98,4 +98,4 @@ std::vector<Vec3<double>> pose(const Skeleton& skeleton, std::span<const Channel
   return posed;
 }
 
-} // namespace surflect
+} // namespace surflect::warp

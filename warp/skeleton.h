@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 // x -> linear x + offset
 struct AffineMap {
@@ -82,4 +82,4 @@ std::vector<AffineMap> globalsOf(const std::vector<SkeletonNode>& nodes,
 //   p = sum of w_j G_j B_j v     [glTF, §3.7.3.2], G_j global transform and B_j inverse bind of joint j
 std::vector<Vec3<double>> pose(const Skeleton& skeleton, std::span<const Channel> channels, double seconds);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::warp {
 
 namespace {
 
@@ -75,4 +75,4 @@ Vec3<double> unitAt(const Track3& track, const ShotTime& time, std::string_view 
   return unit;
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 struct ShotTime {
   double t = 0; // seconds since the first frame
@@ -53,4 +53,4 @@ Vec3<double> finiteAt(const Track3& track, const ShotTime& time, std::string_vie
 // Normalised; an Error also where the length is zero.
 Vec3<double> unitAt(const Track3& track, const ShotTime& time, std::string_view field);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::warp {
 
 void Warp::carry(WarpBatch& b, Simd) const {
   for (int i = 0; i < b.count; ++i) {
@@ -264,4 +264,4 @@ WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotT
 
 WarpPointer chainWarp(std::vector<WarpPointer> links) { return std::make_unique<Chain>(std::move(links)); }
 
-} // namespace surflect
+} // namespace surflect::warp

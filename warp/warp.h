@@ -20,8 +20,10 @@
 #include <vector>
 
 namespace surflect {
-
 enum class Simd;
+}
+
+namespace surflect::warp {
 
 // All functions may be called from any thread and never throw. Where the warp has no value the result is not
 // finite.
@@ -88,4 +90,4 @@ WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotT
 // do.
 WarpPointer chainWarp(std::vector<WarpPointer> links);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -1,7 +1,7 @@
 // Points on their way through a warp, many at once.
 #pragma once
 
-namespace surflect {
+namespace surflect::warp {
 
 // Places, the tangents u and v there, and the determinant of the Jacobian so far; structure of arrays, one
 // entry a point in the first `count` of each. What is beyond may be computed with but means nothing.
@@ -14,4 +14,4 @@ struct WarpBatch {
   alignas(64) double determinant[capacity];
 };
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -5,7 +5,7 @@
 
 #include "surfel/math/double_lanes.h"
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 struct Turned {
@@ -60,4 +60,4 @@ inline DoubleLanes exponential(DoubleLanes x) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -6,7 +6,7 @@
 #include "warp/warp_functions.h"
 #include "warp/warp_kernels.h"
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 inline Vector loadVector(const double* x, const double* y, const double* z, int at) {
@@ -258,4 +258,4 @@ void finish(const WarpBatch& b, float* p, float* u, float* v, int8_t* handedness
 constexpr WarpKernels kernelsOfTheseLanes{begin, affine, twist, bend, taper, sine, lattice, finish};
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

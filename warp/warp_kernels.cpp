@@ -2,7 +2,7 @@
 
 #include "surfel/math/simd.h"
 
-namespace surflect {
+namespace surflect::warp {
 
 extern const WarpKernels scalarWarpKernels, avx2WarpKernels, avx512WarpKernels;
 
@@ -14,4 +14,4 @@ const WarpKernels& warpKernels([[maybe_unused]] Simd simd) {
   return scalarWarpKernels;
 }
 
-} // namespace surflect
+} // namespace surflect::warp

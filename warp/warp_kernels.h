@@ -8,6 +8,10 @@
 #include <cstdint>
 
 namespace surflect {
+enum class Simd;
+}
+
+namespace surflect::warp {
 
 constexpr int kWarpGroup = 8; // points in lanes
 
@@ -42,7 +46,6 @@ struct WarpKernels {
   void (*finish)(const WarpBatch&, float* p, float* u, float* v, int8_t* handedness, uint32_t* doubtful);
 };
 
-enum class Simd;
 const WarpKernels& warpKernels(Simd simd);
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -3,10 +3,10 @@
 
 #include "warp/warp_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::warp {
 
 extern const WarpKernels avx2WarpKernels;
 const WarpKernels avx2WarpKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::warp
 #endif

@@ -3,10 +3,10 @@
 
 #include "warp/warp_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::warp {
 
 extern const WarpKernels avx512WarpKernels;
 const WarpKernels avx512WarpKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::warp
 #endif

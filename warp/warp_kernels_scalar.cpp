@@ -2,9 +2,9 @@
 
 #include "warp/warp_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::warp {
 
 extern const WarpKernels scalarWarpKernels;
 const WarpKernels scalarWarpKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -21,22 +21,22 @@ using namespace surflect;
 namespace {
 
 using Json = nlohmann::ordered_json;
-using RendererOf = std::function<Renderer(const Camera<ObjectSpace>&)>;
+using RendererOf = std::function<evaluation::Renderer(const capture::Camera<ObjectSpace>&)>;
 
 constexpr int kRaysAcross = 3;
 constexpr size_t kCacheBytes = size_t{1} << 30;
 
-Json jsonOf(const Score& score) {
+Json jsonOf(const evaluation::Score& score) {
   return {{"psnr_linear_db", score.difference.psnrLinear()},
           {"psnr_srgb_db", score.difference.psnrSrgb()},
           {"ssim_srgb", score.difference.ssim()},
           {"frame_count", score.frames}};
 }
 
-template <class ScoreOf> Json summaryOf(const Evaluation& evaluation, const ScoreOf& scoreOf) {
-  Score all;
-  std::map<std::string, Score> groups;
-  for (const FrameScore& frame : evaluation.frames) {
+template <class ScoreOf> Json summaryOf(const evaluation::Evaluation& evaluation, const ScoreOf& scoreOf) {
+  evaluation::Score all;
+  std::map<std::string, evaluation::Score> groups;
+  for (const evaluation::FrameScore& frame : evaluation.frames) {
     all += scoreOf(frame);
     groups[frame.group] += scoreOf(frame);
   }
@@ -45,35 +45,35 @@ template <class ScoreOf> Json summaryOf(const Evaluation& evaluation, const Scor
   return json;
 }
 
-std::vector<std::pair<std::string, RendererOf>> variantsOf(const Model& model, const Warp& warp,
+std::vector<std::pair<std::string, RendererOf>> variantsOf(const model::Model& model, const warp::Warp& warp,
                                                            const RayCastSurface& surface, bool isBent,
-                                                           BlockCache& cache) {
+                                                           codec::BlockCache& cache) {
   const auto with = [&](auto change) -> RendererOf {
-    return [&, change](const Camera<ObjectSpace>& camera) {
-      FrameOptions options;
+    return [&, change](const capture::Camera<ObjectSpace>& camera) {
+      surfels::FrameOptions options;
       change(options.shade);
       return withDirections({model, warp, camera, options, cache}, byPolarFactor);
     };
   };
   const auto back = [&](DirectionsBack by) -> RendererOf {
-    return [&, by](const Camera<ObjectSpace>& camera) {
+    return [&, by](const capture::Camera<ObjectSpace>& camera) {
       return withDirections({model, warp, camera, {}, cache}, by);
     };
   };
-  const auto rays = [&](const Camera<ObjectSpace>& camera) {
+  const auto rays = [&](const capture::Camera<ObjectSpace>& camera) {
     return surface.view(camera, kRaysAcross, {}, cache, {});
   };
-  const auto splats = with([](ShadeOptions&) {});
+  const auto splats = with([](model::ShadeOptions&) {});
   std::vector<std::pair<std::string, RendererOf>> variants{
-      {"one_camera", with([](ShadeOptions& shade) { shade.cameras = 1; })},
-      {"one_light", with([](ShadeOptions& shade) { shade.lights = 1; })},
+      {"one_camera", with([](model::ShadeOptions& shade) { shade.cameras = 1; })},
+      {"one_light", with([](model::ShadeOptions& shade) { shade.lights = 1; })},
       {"light_hull",
-       [&](const Camera<ObjectSpace>& camera) {
+       [&](const capture::Camera<ObjectSpace>& camera) {
          return withLightHull({model, warp, camera, {}, cache});
        }},
       {"ray_cast", rays},
-      {"ray_cast_alpha", [=](const Camera<ObjectSpace>& camera) -> Renderer {
-         return [colors = splats(camera), others = rays(camera)](std::span<const ShotLight> lights) {
+      {"ray_cast_alpha", [=](const capture::Camera<ObjectSpace>& camera) -> evaluation::Renderer {
+         return [colors = splats(camera), others = rays(camera)](std::span<const scene::ShotLight> lights) {
            return underAlphaOf(colors(lights), others(lights));
          };
        }}};
@@ -86,29 +86,30 @@ std::vector<std::pair<std::string, RendererOf>> variantsOf(const Model& model, c
 }
 
 Json measure(int argc, char** argv) {
-  const Model model = openModel(argv[1]);
-  const Capture capture = readCapture(argv[2]);
-  WarpPointer warp = chainWarp({});
+  const model::Model model = model::openModel(argv[1]);
+  const capture::Capture capture = capture::readCapture(argv[2]);
+  warp::WarpPointer warp = warp::chainWarp({});
   if (argc == 5) {
-    const Script script = readScript(argv[3], model.rig.origin);
-    warp = warpAt(script, shotTime(script, std::atof(argv[4])));
+    const scene::Script script = scene::readScript(argv[3], model.rig.origin);
+    warp = scene::warpAt(script, scene::shotTime(script, std::atof(argv[4])));
   }
   if (!model.isFullProduct) throw Error("a full product of cameras and lights is needed").in(model.folder);
-  const TriangleMesh mesh = readMended(capture.folder() / capture.geometry, model.rig).mesh;
+  const TriangleMesh mesh = proxy::readMended(capture.folder() / capture.geometry, model.rig).mesh;
   const RayCastSurface surface(model, mesh, *warp, {});
-  BlockCache cache(model.files, kCacheBytes);
+  codec::BlockCache cache(model.files, kCacheBytes);
   const auto variants = variantsOf(model, *warp, surface, argc == 5, cache);
-  EvaluateOptions options;
-  options.baselines = {Baseline::nearest};
+  evaluation::EvaluateOptions options;
+  options.baselines = {evaluation::Baseline::nearest};
   for (const auto& [name, renderer] : variants) options.others.push_back(renderer);
-  const Evaluation evaluation = evaluate(model, capture, *warp, options, cache, {});
+  const evaluation::Evaluation evaluation = evaluation::evaluate(model, capture, *warp, options, cache, {});
   Json report;
-  report["default"] = summaryOf(evaluation, [](const FrameScore& frame) { return frame.score; });
-  report["nearest"] =
-      summaryOf(evaluation, [](const FrameScore& frame) { return frame.baselines.at(Baseline::nearest); });
+  report["default"] = summaryOf(evaluation, [](const evaluation::FrameScore& frame) { return frame.score; });
+  report["nearest"] = summaryOf(evaluation, [](const evaluation::FrameScore& frame) {
+    return frame.baselines.at(evaluation::Baseline::nearest);
+  });
   for (size_t i = 0; i < variants.size(); ++i)
     report[variants[i].first] =
-        summaryOf(evaluation, [i](const FrameScore& frame) { return frame.others[i]; });
+        summaryOf(evaluation, [i](const evaluation::FrameScore& frame) { return frame.others[i]; });
   return report;
 }
 

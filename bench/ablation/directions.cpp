@@ -1,6 +1,6 @@
 #include "bench/ablation/directions.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -39,4 +39,4 @@ std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame) {
   return frame.rest * frame.warped.inverse();
 }
 
-} // namespace surflect
+} // namespace surflect::bench

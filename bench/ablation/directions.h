@@ -10,7 +10,7 @@
 
 #include <optional>
 
-namespace surflect {
+namespace surflect::bench {
 
 // The frame at rest and its images under the warp's Jacobian, columns, w a third difference along n0.
 struct WarpedFrame {
@@ -30,4 +30,4 @@ std::optional<Mat3<double>> byBisector(const WarpedFrame& frame);        // [Wey
 std::optional<Mat3<double>> byGramSchmidt(const WarpedFrame& frame);     // L of gramSchmidtFrame
 std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1 = R0 (u, v, w)^-1
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -61,10 +61,10 @@ LightHull::LightHull(std::span<const Direction3<AcquisitionSpace>> lights) {
   triangles_ = convexHull(inGeneralPosition(lights_));
 }
 
-BlendSet LightHull::weights(const Direction3<AcquisitionSpace>& towards) const {
+ulr::BlendSet LightHull::weights(const Direction3<AcquisitionSpace>& towards) const {
   constexpr double kRounding = 1e-6; // on an edge, both triangles have the answer
   const Vec3<double> l = towards.raw().cast<double>();
-  BlendSet blend;
+  ulr::BlendSet blend;
   for (const Triangle& t : triangles_) {
     const std::array corners{lights_[t[0]], lights_[t[1]], lights_[t[2]]};
     const Vec3<double> normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -81,4 +81,4 @@ BlendSet LightHull::weights(const Direction3<AcquisitionSpace>& towards) const {
   return blend;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // Coordinates b with b_a l_a + b_b l_b + b_c l_c along l, and of sum 1: those of the point in which the
 // triangle's plane is met. Not finite where l lies in a plane with the triangle.
@@ -25,7 +25,7 @@ public:
   explicit LightHull(std::span<const Direction3<AcquisitionSpace>> lights);
 
   // Sum to 1. Beyond the hull, where the rig leaves a part of the sphere out, the nearest light alone.
-  BlendSet weights(const Direction3<AcquisitionSpace>& towards) const;
+  ulr::BlendSet weights(const Direction3<AcquisitionSpace>& towards) const;
 
   // Indices of lights, counterclockwise as seen from outside.
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
@@ -35,4 +35,4 @@ private:
   std::vector<std::array<uint32_t, 3>> triangles_;
 };
 
-} // namespace surflect
+} // namespace surflect::bench

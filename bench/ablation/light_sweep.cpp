@@ -31,28 +31,28 @@ using Json = nlohmann::ordered_json;
 
 struct Way {
   std::string name;
-  std::vector<Image> pictures; // RGBA, premultiplied, a step of the light each
+  std::vector<image::Image> pictures; // RGBA, premultiplied, a step of the light each
 };
 
-Way photographed(const Capture& sweep) {
+Way photographed(const capture::Capture& sweep) {
   std::vector<size_t> frames(sweep.frames.size());
   std::iota(frames.begin(), frames.end(), size_t{0});
   Way way{"truth", {}};
-  for (const Photograph& photograph : readPhotographs(sweep, frames))
-    way.pictures.push_back(overBlack(photograph.radiance, photograph.alpha));
+  for (const capture::Photograph& photograph : capture::readPhotographs(sweep, frames))
+    way.pictures.push_back(image::overBlack(photograph.radiance, photograph.alpha));
   return way;
 }
 
-std::vector<ShotLight> lightsOf(const Capture& sweep) {
-  std::vector<ShotLight> lights;
-  for (const Frame& frame : sweep.frames) {
+std::vector<scene::ShotLight> lightsOf(const capture::Capture& sweep) {
+  std::vector<scene::ShotLight> lights;
+  for (const capture::Frame& frame : sweep.frames) {
     if (!frame.light) throw Error::mismatch("a light for each frame", "none").at("frames").in(sweep.file);
-    lights.push_back(inObjectSpace(sweep.lights[*frame.light]));
+    lights.push_back(scene::inObjectSpace(sweep.lights[*frame.light]));
   }
   return lights;
 }
 
-std::vector<Way> waysOf(const Model& model, const Capture& sweep) {
+std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep) {
   if (sweep.views.size() != 1 || sweep.frames.size() < 3)
     throw Error::mismatch("one view under three lights or more",
                           std::to_string(sweep.views.size()) + " views, " +
@@ -60,54 +60,56 @@ std::vector<Way> waysOf(const Model& model, const Capture& sweep) {
         .in(sweep.file);
   if (!model.isFullProduct) throw Error("a full product of cameras and lights is needed").in(model.folder);
   const auto lights = lightsOf(sweep);
-  BlockCache cache(model.files, size_t{1} << 30);
-  const WarpPointer still = chainWarp({});
-  const auto view = [&](const ShadeOptions& shade) {
-    return SplatView{model, *still, inObjectSpace(sweep.views[0].camera), {shade, {}, {}}, cache};
+  codec::BlockCache cache(model.files, size_t{1} << 30);
+  const warp::WarpPointer still = warp::chainWarp({});
+  const auto view = [&](const model::ShadeOptions& shade) {
+    return SplatView{model, *still, scene::inObjectSpace(sweep.views[0].camera), {shade, {}, {}}, cache};
   };
-  const auto of = [&](const ShadeOptions& shade) { return withDirections(view(shade), byPolarFactor); };
-  const std::pair<const char*, Renderer> renderers[] = {
+  const auto of = [&](const model::ShadeOptions& shade) {
+    return withDirections(view(shade), byPolarFactor);
+  };
+  const std::pair<const char*, evaluation::Renderer> renderers[] = {
       {"default", of({})},
-      {"mean_of_3", of({.lights = 3, .lightFit = LightFit::mean, .foreshortened = false})},
+      {"mean_of_3", of({.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false})},
       {"light_hull", withLightHull(view({}))},
       {"nearest", of({.nearest = true})}};
   std::vector<Way> ways{photographed(sweep)};
   for (const auto& [name, renderer] : renderers) {
     Way& way = ways.emplace_back(Way{name, {}});
-    for (const ShotLight& light : lights) way.pictures.push_back(renderer({&light, 1}));
+    for (const scene::ShotLight& light : lights) way.pictures.push_back(renderer({&light, 1}));
   }
   return ways;
 }
 
-Mask coveredByAll(std::span<const Way> ways) {
-  Mask mask = objectMask(ways[0].pictures[0]);
+image::Mask coveredByAll(std::span<const Way> ways) {
+  image::Mask mask = image::objectMask(ways[0].pictures[0]);
   for (const Way& way : ways) {
-    const Mask other = objectMask(way.pictures[0]);
+    const image::Mask other = image::objectMask(way.pictures[0]);
     for (size_t i = 0; i < mask.inside.size(); ++i) mask.inside[i] &= other.inside[i];
   }
   return mask;
 }
 
-Json jsonOf(const Way& way, const Way& truth, const Mask& mask, double white) {
+Json jsonOf(const Way& way, const Way& truth, const image::Mask& mask, double white) {
   const SecondDifferences second = secondDifferences(way.pictures, mask, white);
-  PooledMean error;
+  evaluation::PooledMean error;
   for (size_t i = 0; i < way.pictures.size(); ++i)
-    error += squaredError(way.pictures[i], truth.pictures[i], mask);
+    error += evaluation::squaredError(way.pictures[i], truth.pictures[i], mask);
   return {{"rms", second.rms}, {"largest", second.largest}, {"error", std::sqrt(error.mean()) / white}};
 }
 
 // A band beside the other for each way.
-Image bandsOf(std::span<const Way> ways) {
+image::Image bandsOf(std::span<const Way> ways) {
   constexpr size_t kZoom = 4, kGap = 4;
-  const Image& first = ways[0].pictures[0];
+  const image::Image& first = ways[0].pictures[0];
   const auto width = static_cast<size_t>(first.width), steps = ways[0].pictures.size();
   const size_t columns = ways.size() * (width + kGap) - kGap;
-  Image bands(static_cast<int>(kZoom * columns), static_cast<int>(kZoom * steps), 4);
+  image::Image bands(static_cast<int>(kZoom * columns), static_cast<int>(kZoom * steps), 4);
   for (size_t y = 0; y < kZoom * steps; ++y)
     for (size_t x = 0; x < kZoom * columns; ++x) {
       const size_t way = x / kZoom / (width + kGap), column = x / kZoom % (width + kGap);
       if (column >= width) continue;
-      const Image& picture = ways[way].pictures[y / kZoom];
+      const image::Image& picture = ways[way].pictures[y / kZoom];
       std::ranges::copy(picture.at(static_cast<int>(column), picture.height / 2),
                         bands.at(static_cast<int>(x), static_cast<int>(y)).begin());
     }
@@ -116,12 +118,12 @@ Image bandsOf(std::span<const Way> ways) {
 
 Json measure(const std::filesystem::path& folder, const std::filesystem::path& capture,
              const std::filesystem::path& picture) {
-  const Model model = openModel(folder);
-  const auto ways = waysOf(model, readCapture(capture));
-  const Mask mask = coveredByAll(ways);
+  const model::Model model = model::openModel(folder);
+  const auto ways = waysOf(model, capture::readCapture(capture));
+  const image::Mask mask = coveredByAll(ways);
   Json report;
   for (const Way& way : ways) report[way.name] = jsonOf(way, ways[0], mask, model.white);
-  writePreview(picture, bandsOf(ways), 1 / model.white);
+  film::writePreview(picture, bandsOf(ways), 1 / model.white);
   return report;
 }
 

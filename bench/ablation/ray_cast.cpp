@@ -5,32 +5,34 @@
 
 #include <tbb/parallel_for.h>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
-std::vector<Camera<AcquisitionSpace>> camerasOf(const Model& model) {
-  std::vector<Camera<AcquisitionSpace>> cameras;
-  for (const View& view : model.rig.views) cameras.push_back(view.camera);
+std::vector<capture::Camera<AcquisitionSpace>> camerasOf(const model::Model& model) {
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
+  for (const capture::View& view : model.rig.views) cameras.push_back(view.camera);
   return cameras;
 }
 
 } // namespace
 
 struct RayCastSurface::Scene {
-  const Model& model;
+  const model::Model& model;
   const TriangleMesh& mesh;
-  const Warp& warp;
+  const warp::Warp& warp;
   RayCaster<ObjectSpace> deformed;
-  std::vector<Camera<AcquisitionSpace>> cameras;
-  SmoothedVisibility visibility;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
+  ulr::SmoothedVisibility visibility;
   SmoothNormals normals;
 
-  Scene(const Model& from, const TriangleMesh& rest, const Warp& bent, const Progress& progress)
-      : model(from), mesh(rest), warp(bent), deformed(deform(rest, bent), progress), cameras(camerasOf(from)),
-        visibility(from.cloud, cameras,
-                 lineOfSight(from.cloud, cameras, RayCaster<AcquisitionSpace>(rest, progress), progress),
-                 visibilityRadius(from.cloud), progress),
+  Scene(const model::Model& from, const TriangleMesh& rest, const warp::Warp& bent, const Progress& progress)
+      : model(from), mesh(rest), warp(bent), deformed(warp::deform(rest, bent), progress),
+        cameras(camerasOf(from)),
+        visibility(
+            from.cloud, cameras,
+            ulr::lineOfSight(from.cloud, cameras, RayCaster<AcquisitionSpace>(rest, progress), progress),
+            ulr::visibilityRadius(from.cloud), progress),
         normals(rest, progress) {}
 
   // Where on the mesh at rest a ray meets the deformed one.
@@ -44,32 +46,33 @@ struct RayCastSurface::Scene {
     cloud.r0.push_back(rodriguesOf(assume<Normal3<AcquisitionSpace, double>>(normal)));
   }
 
-  VisibilityWeights fadesAt(const SurfelCloud& cloud) const {
-    VisibilityWeights fades{cameras.size(), std::vector<uint8_t>(cloud.size() * cameras.size())};
-    const std::vector<Viewpoint<AcquisitionSpace>> viewpoints(cameras.begin(), cameras.end());
+  ulr::VisibilityWeights fadesAt(const SurfelCloud& cloud) const {
+    ulr::VisibilityWeights fades{cameras.size(), std::vector<uint8_t>(cloud.size() * cameras.size())};
+    const std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints(cameras.begin(), cameras.end());
     tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
       std::vector<float> open(cameras.size());
       const auto n = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2));
       visibility.at(cloud.p0[i], n, open);
       for (size_t view = 0; view < cameras.size(); ++view)
-        fades.values[i * cameras.size() + view] = VisibilityWeights::encode(
-            visibilityWeight(cameras[view], viewpoints[view], cloud.p0[i], n, static_cast<double>(open[view])));
+        fades.values[i * cameras.size() + view] = ulr::VisibilityWeights::encode(ulr::visibilityWeight(
+            cameras[view], viewpoints[view], cloud.p0[i], n, static_cast<double>(open[view])));
     });
     return fades;
   }
 };
 
-RayCastSurface::RayCastSurface(const Model& model, const TriangleMesh& mesh, const Warp& warp,
+RayCastSurface::RayCastSurface(const model::Model& model, const TriangleMesh& mesh, const warp::Warp& warp,
                                const Progress& progress)
     : scene_(std::make_unique<const Scene>(model, mesh, warp, progress)) {}
 
 RayCastSurface::~RayCastSurface() = default;
 
-std::function<Image(std::span<const ShotLight>)>
-RayCastSurface::view(const Camera<ObjectSpace>& camera, int raysAcross, const ShadeOptions& options,
-                     BlockCache& cache, const Progress& progress) const {
+std::function<image::Image(std::span<const scene::ShotLight>)>
+RayCastSurface::view(const capture::Camera<ObjectSpace>& camera, int raysAcross,
+                     const model::ShadeOptions& options, codec::BlockCache& cache,
+                     const Progress& progress) const {
   // The model as it would be with a surfel where each ray meets the mesh.
-  auto model = std::make_shared<Model>();
+  auto model = std::make_shared<model::Model>();
   model->folder = scene_->model.folder;
   model->rig = scene_->model.rig;
   model->columns = scene_->model.columns;
@@ -80,7 +83,7 @@ RayCastSurface::view(const Camera<ObjectSpace>& camera, int raysAcross, const Sh
   for (int y = 0; y < camera.lens.height; ++y)
     for (int x = 0; x < camera.lens.width; ++x)
       for (int s = 0; s < raysAcross * raysAcross; ++s) {
-        const auto ray = rayThrough(
+        const auto ray = capture::rayThrough(
             camera.lens, {x + (s % raysAcross + 0.5) / raysAcross, y + (s / raysAcross + 0.5) / raysAcross});
         if (!ray) continue;
         const auto hit =
@@ -91,16 +94,17 @@ RayCastSurface::view(const Camera<ObjectSpace>& camera, int raysAcross, const Sh
                          static_cast<size_t>(x));
       }
   model->fades = scene_->fadesAt(model->cloud);
-  const DeformedCloud deformed = deform(model->cloud, scene_->warp, progress);
+  const DeformedCloud deformed = warp::deform(model->cloud, scene_->warp, progress);
   std::vector<uint32_t> alive;
   for (uint32_t i = 0; i < deformed.size(); ++i)
     if (deformed.handedness[i] != Handedness::dead) alive.push_back(i);
 
-  return [=, &cache](std::span<const ShotLight> lights) {
-    const QueryBatch batch = queriesAt(model->cloud, deformed, alive, camera, lights, progress);
-    ShadingStats stats;
-    const auto radiance = shade(*model, batch, options, cache, stats, progress).radiance;
-    Image image(camera.lens.width, camera.lens.height, 4);
+  return [=, &cache](std::span<const scene::ShotLight> lights) {
+    const model::QueryBatch batch =
+        surfels::queriesAt(model->cloud, deformed, alive, camera, lights, progress);
+    codec::ShadingStats stats;
+    const auto radiance = model::shade(*model, batch, options, cache, stats, progress).radiance;
+    image::Image image(camera.lens.width, camera.lens.height, 4);
     const float share = 1 / static_cast<float>(raysAcross * raysAcross);
     for (size_t i = 0; i < alive.size(); ++i) {
       float* pixel = &image.values[4 * pixels[alive[i]]];
@@ -114,4 +118,4 @@ RayCastSurface::view(const Camera<ObjectSpace>& camera, int raysAcross, const Sh
   };
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,11 +6,12 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::bench {
 
-SecondDifferences secondDifferences(std::span<const Image> pictures, const Mask& mask, double white) {
+SecondDifferences secondDifferences(std::span<const image::Image> pictures, const image::Mask& mask,
+                                    double white) {
   assert(pictures.size() >= 3 && white > 0);
-  PooledMean squares;
+  evaluation::PooledMean squares;
   double largest = 0;
   for (size_t i = 1; i + 1 < pictures.size(); ++i)
     for (size_t pixel = 0; pixel < mask.inside.size(); ++pixel)
@@ -25,4 +26,4 @@ SecondDifferences secondDifferences(std::span<const Image> pictures, const Mask&
   return {std::sqrt(squares.mean()), largest};
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::bench {
 
 // Of values along a sweep: a slope that changes by s a step has a second difference of s times the step.
 struct SecondDifferences {
@@ -15,6 +15,7 @@ struct SecondDifferences {
 
 // L(i-1) - 2 L(i) + L(i+1) of the first three channels at the pixels of the mask, over all of a sweep's
 // pictures but the first and last; `white` is 1. At least three pictures, of one size.
-SecondDifferences secondDifferences(std::span<const Image> pictures, const Mask& mask, double white);
+SecondDifferences secondDifferences(std::span<const image::Image> pictures, const image::Mask& mask,
+                                    double white);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -8,26 +8,26 @@
 #include <algorithm>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
 // View by view, all frames of one.
-std::vector<Image> picturesOf(const Capture& capture, const Progress& progress) {
-  std::vector<Image> pictures;
+std::vector<image::Image> picturesOf(const capture::Capture& capture, const Progress& progress) {
+  std::vector<image::Image> pictures;
   for (size_t view = 0; view < capture.views.size(); ++view) {
     std::vector<size_t> frames;
     for (size_t i = 0; i < capture.frames.size(); ++i)
       if (capture.frames[i].view == view) frames.push_back(i);
-    for (const Photograph& photograph : readPhotographs(capture, frames, progress))
-      pictures.push_back(overBlack(photograph.radiance, photograph.alpha));
+    for (const capture::Photograph& photograph : capture::readPhotographs(capture, frames, progress))
+      pictures.push_back(image::overBlack(photograph.radiance, photograph.alpha));
   }
   return pictures;
 }
 
-double exposureOf(const std::vector<Image>& pictures) {
-  PercentileCounter values;
-  for (const Image& picture : pictures)
+double exposureOf(const std::vector<image::Image>& pictures) {
+  image::PercentileCounter values;
+  for (const image::Image& picture : pictures)
     for (size_t i = 0; i < picture.values.size(); i += 4)
       if (picture.values[i + 3] > 0.5f)
         std::for_each_n(&picture.values[i], 3, [&](float value) { values.add(value); });
@@ -37,14 +37,15 @@ double exposureOf(const std::vector<Image>& pictures) {
 
 } // namespace
 
-Difference differenceOf(const Capture& truth, const Capture& again, const Progress& progress) {
+evaluation::Difference differenceOf(const capture::Capture& truth, const capture::Capture& again,
+                                    const Progress& progress) {
   if (truth.frames != again.frames)
     throw Error("has other frames than " + truth.file.string()).in(again.file);
-  const std::vector<Image> first = picturesOf(truth, progress), second = picturesOf(again, progress);
+  const std::vector<image::Image> first = picturesOf(truth, progress), second = picturesOf(again, progress);
   const double exposure = exposureOf(first);
-  Difference all;
-  for (size_t i = 0; i < first.size(); ++i) all += compare(first[i], second[i], exposure);
+  evaluation::Difference all;
+  for (size_t i = 0; i < first.size(); ++i) all += evaluation::compare(first[i], second[i], exposure);
   return all;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,10 +6,11 @@
 #include "srf/capture/capture.h"
 #include "surfel/base/progress.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 // Of all frames, the same in both but for their pixels; these have mattes. The exposure is the truth's.
 // Throws Error where frames differ.
-Difference differenceOf(const Capture& truth, const Capture& again, const Progress& progress);
+evaluation::Difference differenceOf(const capture::Capture& truth, const capture::Capture& again,
+                                    const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -16,7 +16,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const Difference both = differenceOf(readCapture(argv[1]), readCapture(argv[2]), {});
+    const evaluation::Difference both =
+        differenceOf(capture::readCapture(argv[1]), capture::readCapture(argv[2]), {});
     const nlohmann::ordered_json report = {
         {"psnr_linear_db", both.psnrLinear()}, {"psnr_srgb_db", both.psnrSrgb()}, {"ssim_srgb", both.ssim()}};
     std::printf("%s\n", report.dump(2).c_str());

@@ -4,29 +4,29 @@
 
 #include <memory>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
-using Queries = std::function<Shaded(const QueryBatch& batch)>;
-using Turned = std::function<void(const DeformedCloud& deformed, QueryBatch& batch)>;
+using Queries = std::function<model::Shaded(const model::QueryBatch& batch)>;
+using Turned = std::function<void(const DeformedCloud& deformed, model::QueryBatch& batch)>;
 
 // deform -> look once; then, by frame, queriesAt -> adjust -> shade -> develop.
-Renderer adjusted(const SplatView& view, const Turned& adjust, const Queries& shaded) {
-  const auto deformed = std::make_shared<const DeformedCloud>(deform(view.model.cloud, view.warp));
-  const auto coverage = std::make_shared<const SplatRaster>(
-      look(view.camera, view.model.cloud, *deformed, view.options.splats, view.progress));
-  return [=](std::span<const ShotLight> lights) {
-    QueryBatch batch =
-        queriesAt(view.model.cloud, *deformed, coverage->visible, view.camera, lights, view.progress);
+evaluation::Renderer adjusted(const SplatView& view, const Turned& adjust, const Queries& shaded) {
+  const auto deformed = std::make_shared<const DeformedCloud>(warp::deform(view.model.cloud, view.warp));
+  const auto coverage = std::make_shared<const splat::SplatRaster>(
+      surfels::look(view.camera, view.model.cloud, *deformed, view.options.splats, view.progress));
+  return [=](std::span<const scene::ShotLight> lights) {
+    model::QueryBatch batch = surfels::queriesAt(view.model.cloud, *deformed, coverage->visible, view.camera,
+                                                 lights, view.progress);
     if (adjust) adjust(*deformed, batch);
-    return developRadiance(*coverage, shaded(batch));
+    return surfels::developRadiance(*coverage, shaded(batch));
   };
 }
 
-Mat3<double> jacobianAt(const Warp& warp, const Vec3<double>& x, double step) {
+Mat3<double> jacobianAt(const warp::Warp& warp, const Vec3<double>& x, double step) {
   const auto exact = warp.jacobian(x);
-  return exact ? *exact : centralDifferences(warp, x, Mat3<double>::Identity(), step);
+  return exact ? *exact : warp::centralDifferences(warp, x, Mat3<double>::Identity(), step);
 }
 
 Direction3<AcquisitionSpace> turned(const Mat3<double>& by, const Direction3<AcquisitionSpace>& direction) {
@@ -36,9 +36,9 @@ Direction3<AcquisitionSpace> turned(const Mat3<double>& by, const Direction3<Acq
 
 } // namespace
 
-Renderer withDirections(const SplatView& view, DirectionsBack back) {
-  const double step = differenceStep(view.model.cloud);
-  const auto adjust = [=](const DeformedCloud& deformed, QueryBatch& batch) {
+evaluation::Renderer withDirections(const SplatView& view, DirectionsBack back) {
+  const double step = warp::differenceStep(view.model.cloud);
+  const auto adjust = [=](const DeformedCloud& deformed, model::QueryBatch& batch) {
     const SurfelCloud& rest = view.model.cloud;
     for (size_t query = 0; query < batch.size(); ++query) {
       const size_t surfel = batch.surfels[query];
@@ -47,56 +47,58 @@ Renderer withDirections(const SplatView& view, DirectionsBack back) {
       const auto other = back({frame, jacobianAt(view.warp, p0, step) * frame});
       if (!other) continue;
       // L is orthogonal: its transpose takes what queriesAt has done back to object space.
-      const Mat3<double> instead = *other * lookUpAt(rest, deformed, surfel).matrix().transpose();
+      const Mat3<double> instead = *other * surfels::lookUpAt(rest, deformed, surfel).matrix().transpose();
       batch.towardsView[query] = turned(instead, batch.towardsView[query]);
       for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
         batch.towardsLight[l] = turned(instead, batch.towardsLight[l]);
     }
   };
-  return adjusted(view, adjust, [=](const QueryBatch& batch) {
-    ShadingStats stats;
-    return shade(view.model, batch, view.options.shade, view.cache, stats, view.progress);
+  return adjusted(view, adjust, [=](const model::QueryBatch& batch) {
+    codec::ShadingStats stats;
+    return model::shade(view.model, batch, view.options.shade, view.cache, stats, view.progress);
   });
 }
 
-ShadingPlan blendedOverHull(const Model& model, const QueryBatch& batch, ShadingPlan plan) {
-  LightRows rows;
+model::ShadingPlan blendedOverHull(const model::Model& model, const model::QueryBatch& batch,
+                                   model::ShadingPlan plan) {
+  codec::LightRows rows;
   std::vector<std::pair<uint32_t, uint32_t>> ranges; // of each query
   // Directional lights span one hull; the lights of others are seen in other directions from each surfel.
   std::optional<LightHull> hull;
-  const bool isDistant = std::ranges::all_of(model.rig.lights, [](const Light& light) {
-    return std::holds_alternative<DirectionalLight>(light.kind);
+  const bool isDistant = std::ranges::all_of(model.rig.lights, [](const capture::Light& light) {
+    return std::holds_alternative<capture::DirectionalLight>(light.kind);
   });
   for (size_t query = 0; query < batch.size(); ++query) {
     const auto p0 = model.cloud.p0[batch.surfels[query]].cast<double>();
     if (!hull || !isDistant) {
       std::vector<Direction3<AcquisitionSpace>> towards;
-      for (const Light& light : model.rig.lights) towards.push_back(towardsLight(light, p0).cast<float>());
+      for (const capture::Light& light : model.rig.lights)
+        towards.push_back(capture::towardsLight(light, p0).cast<float>());
       hull.emplace(towards);
     }
     const auto begin = static_cast<uint32_t>(rows.lights.size());
     for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
       for (const auto& [light, weight] : hull->weights(batch.towardsLight[l]))
-        rows.add(light,
-                 weight * irradianceRatio(batch.irradiance[l], irradianceAt(model.rig.lights[light], p0)));
+        rows.add(light, weight * model::irradianceRatio(batch.irradiance[l],
+                                                        capture::irradianceAt(model.rig.lights[light], p0)));
     ranges.emplace_back(begin, static_cast<uint32_t>(rows.lights.size()));
   }
-  for (ShadingOp& op : plan.ops) std::tie(op.rowBegin, op.rowEnd) = ranges[op.target];
+  for (codec::ShadingOp& op : plan.ops) std::tie(op.rowBegin, op.rowEnd) = ranges[op.target];
   plan.rows = std::move(rows);
   return plan;
 }
 
-Renderer withLightHull(const SplatView& view) {
-  return adjusted(view, nullptr, [=](const QueryBatch& batch) {
-    ShadingStats stats;
-    const ShadingPlan plan =
-        blendedOverHull(view.model, batch, planShading(view.model, batch, view.options.shade));
-    return Shaded{shade(plan, view.cache, stats, view.progress), plan.confidence, {}, {}};
+evaluation::Renderer withLightHull(const SplatView& view) {
+  return adjusted(view, nullptr, [=](const model::QueryBatch& batch) {
+    codec::ShadingStats stats;
+    const model::ShadingPlan plan =
+        blendedOverHull(view.model, batch, model::planShading(view.model, batch, view.options.shade));
+    return model::Shaded{model::shade(plan, view.cache, stats, view.progress), plan.confidence, {}, {}};
   });
 }
 
-Image underAlphaOf(const Image& colors, const Image& other) {
-  Image image = other;
+image::Image underAlphaOf(const image::Image& colors, const image::Image& other) {
+  image::Image image = other;
   for (size_t pixel = 0; pixel < image.values.size(); pixel += 4) {
     const float scale = other.values[pixel + 3] / colors.values[pixel + 3];
     for (size_t c = 0; c < 3 && colors.values[pixel + 3] > 0; ++c)
@@ -105,4 +107,4 @@ Image underAlphaOf(const Image& colors, const Image& other) {
   return image;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

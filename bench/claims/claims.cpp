@@ -15,7 +15,7 @@
 
 #include <cstdio>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -26,11 +26,12 @@ constexpr double kDistances[] = {0.2, 0.1, 0.05, 0.025, 0.0125, 0};
 
 Json impostorLimit() {
   const Vec3<double> middle(0, 0, 0), z(0, 0, 1);
-  const std::pair<const char*, WarpPointer> warps[] = {
-      {"rigid", rigidWarp(Vec3<double>(1, 2, 3).normalized(), Angle::fromDegrees(70), middle, {1, -2, 0.5})},
-      {"twist", twistWarp(z, Angle::fromDegrees(40), middle)},
-      {"bend", bendWarp(z, Vec3<double>(1, 0, 0), Angle::fromDegrees(25), middle)},
-      {"stretch", scaleWarp({1, 1, 1.5}, middle)}};
+  const std::pair<const char*, warp::WarpPointer> warps[] = {
+      {"rigid",
+       warp::rigidWarp(Vec3<double>(1, 2, 3).normalized(), Angle::fromDegrees(70), middle, {1, -2, 0.5})},
+      {"twist", warp::twistWarp(z, Angle::fromDegrees(40), middle)},
+      {"bend", warp::bendWarp(z, Vec3<double>(1, 0, 0), Angle::fromDegrees(25), middle)},
+      {"stretch", warp::scaleWarp({1, 1, 1.5}, middle)}};
   Json report;
   for (const auto& [name, warp] : warps)
     for (const double distance : kDistances) {
@@ -59,39 +60,40 @@ Json textureParallax(const fs::path& folder) {
 }
 
 // Rows of pictures, each twice as large, white at its row's first picture's largest value.
-void writeRows(const fs::path& path, const std::vector<std::vector<std::pair<std::string, Image>>>& rows) {
-  constexpr int kZoom = 2, kHead = 3 * kLabelHeight, kGap = 4;
+void writeRows(const fs::path& path,
+               const std::vector<std::vector<std::pair<std::string, image::Image>>>& rows) {
+  constexpr int kZoom = 2, kHead = 3 * evaluation::kLabelHeight, kGap = 4;
   const int side = kZoom * rows[0][0].second.width;
-  Image sheet(static_cast<int>(rows[0].size()) * (side + kGap) - kGap,
-              static_cast<int>(rows.size()) * (side + kHead), 3);
+  image::Image sheet(static_cast<int>(rows[0].size()) * (side + kGap) - kGap,
+                     static_cast<int>(rows.size()) * (side + kHead), 3);
   std::ranges::fill(sheet.values, 1.f);
   for (size_t row = 0; row < rows.size(); ++row) {
     const int top = static_cast<int>(row) * (side + kHead);
     const float white = *std::ranges::max_element(rows[row][0].second.values);
     int left = 0;
     for (const auto& [label, picture] : rows[row]) {
-      drawLabel(sheet, left, top + kLabelHeight / 2, label, {0, 0, 0}, 2);
+      evaluation::drawLabel(sheet, left, top + evaluation::kLabelHeight / 2, label, {0, 0, 0}, 2);
       for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x)
           std::ranges::fill(
               sheet.at(left + x, top + kHead + y),
-              srgbFromLinear(std::clamp(picture.at(x / kZoom, y / kZoom)[0] / white, 0.f, 1.f)));
+              image::srgbFromLinear(std::clamp(picture.at(x / kZoom, y / kZoom)[0] / white, 0.f, 1.f)));
       left += side + kGap;
     }
   }
-  writePng(path, sheet);
+  image::writePng(path, sheet);
 }
 
 Json fibreAzimuth(const fs::path& folder) {
   const FrameOf polar = polarFrame<double>, bisector = bisectorFrame<double>;
   Json report = Json::array();
-  std::vector<std::vector<std::pair<std::string, Image>>> rows;
+  std::vector<std::vector<std::pair<std::string, image::Image>>> rows;
   for (const double degrees : {0.0, 90.0}) {
     const Angle fibre = Angle::fromDegrees(degrees);
     const BrushedPlate plate(fibre, folder / fmt::format("fibre-{:.0f}", degrees));
     for (const double shear : kFibreShears) {
-      const Image truth = plate.truth(shear), byPolar = plate.rendered(polar, shear),
-                  byBisector = plate.rendered(bisector, shear);
+      const image::Image truth = plate.truth(shear), byPolar = plate.rendered(polar, shear),
+                         byBisector = plate.rendered(bisector, shear);
       const auto after = [&](const FrameOf& frameOf) {
         return degrees + turnUnderShear(frameOf, shear, Angle()).degrees();
       };
@@ -121,11 +123,12 @@ Json fibreError() {
     for (int f = 0; f < kCount; ++f) {
       const Angle fibre = Angle::fromDegrees(f);
       const double turn = fibreUnderShear(shear, fibre).degrees() - f;
-      polar += squared(turn - turnUnderShear(polarFrame<double>, shear, Angle()).degrees()) / kCount;
+      polar +=
+          material::squared(turn - turnUnderShear(polarFrame<double>, shear, Angle()).degrees()) / kCount;
       for (int u = 0; u < kCount; ++u) { // u0 stands anywhere
         const double byBisector =
             turnUnderShear(bisectorFrame<double>, shear, Angle::fromDegrees(u)).degrees();
-        bisector += squared(turn - byBisector) / kCount / kCount;
+        bisector += material::squared(turn - byBisector) / kCount / kCount;
         least = std::min(least, byBisector);
         most = std::max(most, byBisector);
       }
@@ -140,7 +143,7 @@ Json fibreError() {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench
 
 int main(int argc, char** argv) {
   using namespace surflect;

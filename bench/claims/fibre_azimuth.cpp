@@ -8,7 +8,7 @@
 
 #include <numbers>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -17,51 +17,53 @@ constexpr int kPixels = 96;
 constexpr Rgb kLamp{3, 3, 3};
 const Vec3<double> kLampPosition(0, 0, 1);
 
-const Ward kBrushed{{0.05f, 0.05f, 0.05f}, {0.3f, 0.3f, 0.3f}, {0.15, 0.5}};
+const material::Ward kBrushed{{0.05f, 0.05f, 0.05f}, {0.3f, 0.3f, 0.3f}, {0.15, 0.5}};
 
-WarpPointer shearWarp(double shear) {
-  const auto expression = [](const std::string& text) { return Expression(text, warpVariables); };
-  return expressionWarp(expression(fmt::format("x + {:.17g} * y", shear)), expression("y"), expression("z"),
-                        ShotTime{});
+warp::WarpPointer shearWarp(double shear) {
+  const auto expression = [](const std::string& text) { return warp::Expression(text, warp::warpVariables); };
+  return warp::expressionWarp(expression(fmt::format("x + {:.17g} * y", shear)), expression("y"),
+                              expression("z"), warp::ShotTime{});
 }
 
 // Evenly spread over the cap of 58 degrees round z, to which the lamp's directions keep.
-std::vector<Light> lightsAbove(int count) {
+std::vector<capture::Light> lightsAbove(int count) {
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
   const double lowest = std::cos(58 * std::numbers::pi / 180);
-  std::vector<Light> lights;
+  std::vector<capture::Light> lights;
   for (int i = 0; i < count; ++i) {
     const double z = 1 - (1 - lowest) * (i + 0.5) / count, r = std::sqrt(1 - z * z);
     const std::string name = fmt::format("L{}", i);
     lights.push_back(
-        {name, name, DirectionalLight{{r * std::cos(golden * i), r * std::sin(golden * i), z}, {1, 1, 1}}});
+        {name, name,
+         capture::DirectionalLight{{r * std::cos(golden * i), r * std::sin(golden * i), z}, {1, 1, 1}}});
   }
   return lights;
 }
 
 // The plate is even, and the camera far away: each photograph is of one colour.
-std::vector<Image> photographsUnder(std::span<const Light> lights, Angle fibre) {
+std::vector<image::Image> photographsUnder(std::span<const capture::Light> lights, Angle fibre) {
   const double c = std::cos(fibre.radians()), s = std::sin(fibre.radians());
-  std::vector<Image> photographs;
-  for (const Light& light : lights) {
-    const Vec3<double> l = std::get<DirectionalLight>(light.kind).towards.raw();
-    const Rgb radiance = evaluate(kBrushed, {c * l.x() + s * l.y(), c * l.y() - s * l.x(), l.z()}, {0, 0, 1});
-    Image& image = photographs.emplace_back(16, 16, 3);
+  std::vector<image::Image> photographs;
+  for (const capture::Light& light : lights) {
+    const Vec3<double> l = std::get<capture::DirectionalLight>(light.kind).towards.raw();
+    const Rgb radiance =
+        material::evaluate(kBrushed, {c * l.x() + s * l.y(), c * l.y() - s * l.x(), l.z()}, {0, 0, 1});
+    image::Image& image = photographs.emplace_back(16, 16, 3);
     for (int i = 0; i < 256; ++i)
       std::ranges::copy(std::array{radiance.r, radiance.g, radiance.b}, image.at(i % 16, i / 16).begin());
   }
   return photographs;
 }
 
-Image greenOf(const Image& image) {
-  Image green(image.width, image.height, 1);
+image::Image greenOf(const image::Image& image) {
+  image::Image green(image.width, image.height, 1);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) green.at(x, y)[0] = image.at(x, y)[1];
   return green;
 }
 
-Model packed(Angle fibre, const std::filesystem::path& work) {
-  const std::vector<Light> lights = lightsAbove(500);
+model::Model packed(Angle fibre, const std::filesystem::path& work) {
+  const std::vector<capture::Light> lights = lightsAbove(500);
   return packPlate(work, cameraAbove<AcquisitionSpace>(Angle(), 16, 1.05 * kPlate), lights,
                    photographsUnder(lights, fibre), kPlate, 0, 25000);
 }
@@ -85,30 +87,31 @@ Angle fibreUnderShear(double shear, Angle fibre) {
 BrushedPlate::BrushedPlate(Angle fibre, const std::filesystem::path& work)
     : fibre_(fibre), model_(packed(fibre, work)) {}
 
-Image BrushedPlate::truth(double shear) const {
-  Surface plate;
+image::Image BrushedPlate::truth(double shear) const {
+  stage::Surface plate;
   for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
     plate.mesh.positions.emplace_back(static_cast<float>(kPlate * x), static_cast<float>(kPlate * y), 0.f);
   plate.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
   plate.normals.assign(4, {0, 0, 1});
   plate.tangents.assign(4, {std::cos(fibre_.radians()), std::sin(fibre_.radians()), 0});
-  std::vector<StageObject> objects;
-  objects.push_back({deformed(plate, *shearWarp(shear)), kBrushed});
-  const std::vector<Light> lamp{
-      {"lamp", "lamp", PointLight{assume<Point3<AcquisitionSpace, double>>(kLampPosition), kLamp}}};
-  TraceOptions options;
+  std::vector<stage::StageObject> objects;
+  objects.push_back({stage::deformed(plate, *shearWarp(shear)), kBrushed});
+  const std::vector<capture::Light> lamp{
+      {"lamp", "lamp", capture::PointLight{assume<Point3<AcquisitionSpace, double>>(kLampPosition), kLamp}}};
+  stage::TraceOptions options;
   options.samples = 4;
-  options.transport = Transport::local;
+  options.transport = stage::Transport::local;
   const auto camera = cameraAbove<AcquisitionSpace>(Angle(), kPixels, kWindow);
-  return greenOf(traceView(StageScene(std::move(objects)), camera, 0, lamp, options, {}).radiance[0]);
+  return greenOf(
+      stage::traceView(stage::StageScene(std::move(objects)), camera, 0, lamp, options, {}).radiance[0]);
 }
 
-Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const {
+image::Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const {
   const auto camera = cameraAbove<ObjectSpace>(Angle(), kPixels, kWindow);
   const SurfelCloud& rest = model_.cloud;
-  const DeformedCloud bent = deform(rest, *shearWarp(shear));
-  const SplatRaster coverage = look(camera, rest, bent);
-  QueryBatch batch;
+  const DeformedCloud bent = warp::deform(rest, *shearWarp(shear));
+  const splat::SplatRaster coverage = surfels::look(camera, rest, bent);
+  model::QueryBatch batch;
   batch.lights = 1;
   batch.surfels = coverage.visible;
   for (const uint32_t surfel : coverage.visible) {
@@ -120,15 +123,15 @@ Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const {
     batch.towardsLight.push_back(lookUp(normalized(toLamp)).cast<float>());
     batch.irradiance.push_back(static_cast<float>(1 / dot(toLamp, toLamp)) * kLamp);
   }
-  BlockCache cache(model_.files, size_t{1} << 26);
-  ShadingStats stats;
-  ShadeOptions options;
+  codec::BlockCache cache(model_.files, size_t{1} << 26);
+  codec::ShadingStats stats;
+  model::ShadeOptions options;
   options.lights = 3;
-  options.lightFit = LightFit::mean;
-  return greenOf(developRadiance(coverage, shade(model_, batch, options, cache, stats)));
+  options.lightFit = ulr::LightFit::mean;
+  return greenOf(surfels::developRadiance(coverage, model::shade(model_, batch, options, cache, stats)));
 }
 
-Angle azimuthOf(const Image& picture) {
+Angle azimuthOf(const image::Image& picture) {
   const double middle = picture.width / 2.0;
   double xx = 0, xy = 0, yy = 0;
   for (int j = 0; j < picture.height; ++j)
@@ -144,4 +147,4 @@ Angle azimuthOf(const Image& picture) {
   return Angle::fromRadians(streak + (streak < std::numbers::pi / 2 ? std::numbers::pi / 2 : 0));
 }
 
-} // namespace surflect
+} // namespace surflect::bench

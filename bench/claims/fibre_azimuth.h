@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <functional>
 
-namespace surflect {
+namespace surflect::bench {
 
 using FrameOf =
     std::function<std::optional<OrthonormalFrame<double>>(const Vec3<double>& u, const Vec3<double>& v)>;
@@ -33,17 +33,17 @@ public:
 
   // A point light over the middle of the sheared plate, seen from above: path traced, its fibres being J t;
   // and answered by the photographs. One channel, a square of side 1.4.
-  Image truth(double shear) const;
-  Image rendered(const FrameOf& frameOf, double shear) const;
+  image::Image truth(double shear) const;
+  image::Image rendered(const FrameOf& frameOf, double shear) const;
 
 private:
   Angle fibre_;
-  Model model_;
+  model::Model model_;
 };
 
 // The fibre's azimuth, 0 to 180 degrees, as told by the highlight of such a picture: the streak that a lamp
 // over the middle draws lies across the fibres. By second moments within the disc that fits into the square;
 // they are exact, since light and view are the same from all sides.
-Angle azimuthOf(const Image& picture);
+Angle azimuthOf(const image::Image& picture);
 
-} // namespace surflect
+} // namespace surflect::bench

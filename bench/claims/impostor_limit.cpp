@@ -6,7 +6,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -53,7 +53,7 @@ Vec seenAlong(const Vec& p, const Vec& v) {
 
 // The point q of the unit sphere that the ray p* + s v* meets after the warp: Psi(q) = p* + s v*, |q| = 1, by
 // Newton's method from a point nearby. None where it does not come to rest.
-std::optional<Vec> seenAlong(const Warp& warp, const Vec& p, const Vec& v, const Vec& start) {
+std::optional<Vec> seenAlong(const warp::Warp& warp, const Vec& p, const Vec& v, const Vec& start) {
   Vec q = start;
   double s = v.dot(warp.position(q) - p);
   for (int step = 0; step < 30; ++step) {
@@ -75,27 +75,28 @@ std::optional<Vec> seenAlong(const Warp& warp, const Vec& p, const Vec& v, const
 // diffuse part, and gloss.
 double radianceAt(const Vec& q, const Vec& n, const Vec& l, const Vec& v) {
   const double texture = 0.5 + 0.25 * std::sin(6 * q.x() + 1) * std::sin(6 * q.y() + 2) + 0.25 * q.z();
-  const Ward ward{gray(texture), gray(0.2), {0.3, 0.3}};
+  const material::Ward ward{material::gray(texture), material::gray(0.2), {0.3, 0.3}};
   Mat3<double> frame; // gloss is isotropic: any tangent will do
   frame.col(2) = n;
   frame.col(0) = n.unitOrthogonal();
   frame.col(1) = n.cross(frame.col(0));
-  return evaluate(ward, assume<ShadingDirection>(frame.transpose() * l),
-                  assume<ShadingDirection>(frame.transpose() * v))
+  return material::evaluate(ward, assume<material::ShadingDirection>(frame.transpose() * l),
+                            assume<material::ShadingDirection>(frame.transpose() * v))
       .g;
 }
 
 } // namespace
 
-LimitError limitError(const Warp& warp, double d, size_t count, uint64_t seed) {
+LimitError limitError(const warp::Warp& warp, double d, size_t count, uint64_t seed) {
   const std::vector<Query> queries = randomQueries(count, seed);
   const SurfelCloud cloud = blownUp(queries, d);
-  const DeformedCloud deformedCloud = deform(cloud, warp);
+  const DeformedCloud deformedCloud = warp::deform(cloud, warp);
   LimitError error;
   double squaredError = 0, squaredTruth = 0;
   for (size_t i = 0; i < count; ++i) {
     const auto& [n, v, l] = queries[i];
-    const Mat3<double> objectFromAcquisition = lookUpAt(cloud, deformedCloud, i).matrix().transpose();
+    const Mat3<double> objectFromAcquisition =
+        surfels::lookUpAt(cloud, deformedCloud, i).matrix().transpose();
     const Vec vObject = objectFromAcquisition * v, lObject = objectFromAcquisition * l;
     const Vec answered = seenAlong(cloud.p0[i].raw().cast<double>(), v);
     const auto seen = seenAlong(warp, deformedCloud.p[i].raw().cast<double>(), vObject, answered);
@@ -104,11 +105,11 @@ LimitError limitError(const Warp& warp, double d, size_t count, uint64_t seed) {
     const Vec nObject = (jacobian.inverse().transpose() * *seen).normalized();
     if (nObject.dot(vObject) < 0.1 || nObject.dot(lObject) < 0.1) continue; // another sheet, or in the dark
     const double truth = radianceAt(*seen, nObject, lObject, vObject);
-    squaredError += squared(radianceAt(answered, answered, l, v) - truth);
-    squaredTruth += squared(truth);
+    squaredError += material::squared(radianceAt(answered, answered, l, v) - truth);
+    squaredTruth += material::squared(truth);
     error.shift += (answered - *seen).squaredNorm();
     const Vec normalBack = objectFromAcquisition.transpose() * nObject;
-    error.turn += squared(std::atan2(normalBack.cross(answered).norm(), normalBack.dot(answered)));
+    error.turn += material::squared(std::atan2(normalBack.cross(answered).norm(), normalBack.dot(answered)));
     ++error.queries;
   }
   error.radiance = std::sqrt(squaredError / squaredTruth);
@@ -117,4 +118,4 @@ LimitError limitError(const Warp& warp, double d, size_t count, uint64_t seed) {
   return error;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace surflect {
+namespace surflect::bench {
 
 struct LimitError {
   double radiance = 0; // RMS error over the RMS of the truth
@@ -24,6 +24,6 @@ struct LimitError {
 
 // Random surfels seen and lit from random directions; the warp has an exact Jacobian and keeps the sphere in
 // front of the viewer near enough to where it was for Newton's method to follow. d is 0..0.3 radii.
-LimitError limitError(const Warp& warp, double d, size_t queries, uint64_t seed);
+LimitError limitError(const warp::Warp& warp, double d, size_t queries, uint64_t seed);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,40 +6,41 @@
 
 #include <fmt/format.h>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace fs = std::filesystem;
 
-Model packPlate(const fs::path& folder, const Camera<AcquisitionSpace>& camera, std::span<const Light> lights,
-                std::span<const Image> photographs, double halfSide, double z, size_t surfels) {
+model::Model packPlate(const fs::path& folder, const capture::Camera<AcquisitionSpace>& camera,
+                       std::span<const capture::Light> lights, std::span<const image::Image> photographs,
+                       double halfSide, double z, size_t surfels) {
   fs::create_directories(folder);
   writeFileAtomically(folder / "plate.obj", fmt::format("v {0} {0} {1}\nv {2} {0} {1}\nv {2} {2} {1}\n"
                                                         "v {0} {2} {1}\nf 1 2 3 4\n",
                                                         -halfSide, z, halfSide));
-  Capture capture;
+  capture::Capture capture;
   capture.file = folder / "transforms.json";
-  capture.colorSpace = ColorSpace::linear;
+  capture.colorSpace = capture::ColorSpace::linear;
   capture.geometry = "plate.obj";
   capture.lights.assign(lights.begin(), lights.end());
   capture.views.push_back({"C0", camera});
-  std::vector<RadianceLayer> layers;
+  std::vector<capture::RadianceLayer> layers;
   for (size_t i = 0; i < photographs.size(); ++i) {
-    Frame frame;
+    capture::Frame frame;
     if (!lights.empty()) frame.light = i;
     frame.picture = "C0.exr";
     frame.layer = fmt::format("L{}", i);
     layers.push_back({frame.layer, &photographs[i]});
     capture.frames.push_back(frame);
   }
-  writeViewPictures(folder / "C0.exr", layers);
-  writeCapture(capture, folder);
+  capture::writeViewPictures(folder / "C0.exr", layers);
+  capture::writeCapture(capture, folder);
 
-  PackOptions options;
+  model::PackOptions options;
   options.tolerance = 0;
   options.surfels = surfels;
   options.overwrite = true; // that of an earlier run, of photographs written anew
-  pack(capture, folder / "model.srf", options, {}, nullptr);
-  return openModel(folder / "model.srf");
+  model::pack(capture, folder / "model.srf", options, {}, nullptr);
+  return model::openModel(folder / "model.srf");
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -10,14 +10,14 @@
 #include <filesystem>
 #include <span>
 
-namespace surflect {
+namespace surflect::bench {
 
 // Looks at the origin from above, leaning by `lean` towards +x; y is up on the picture, of which a side is
 // 2 halfSide.
-template <class World> Camera<World> cameraAbove(Angle lean, int size, double halfSide) {
+template <class World> capture::Camera<World> cameraAbove(Angle lean, int size, double halfSide) {
   const double s = std::sin(lean.radians()), c = std::cos(lean.radians());
-  Camera<World> camera;
-  camera.lens.model = Lens::Model::orthographic;
+  capture::Camera<World> camera;
+  camera.lens.model = capture::Lens::Model::orthographic;
   camera.lens.width = camera.lens.height = size;
   camera.lens.focalX = camera.lens.focalY = size / (2 * halfSide);
   camera.lens.centerX = camera.lens.centerY = size / 2.0;
@@ -29,8 +29,8 @@ template <class World> Camera<World> cameraAbove(Angle lean, int size, double ha
 
 // Photographs of the plate by one camera, one a light; without lights one, under fixed illumination. Packs
 // them on the square |x|, |y| <= halfSide at the height z into folder/model.srf.
-Model packPlate(const std::filesystem::path& folder, const Camera<AcquisitionSpace>& camera,
-                std::span<const Light> lights, std::span<const Image> photographs, double halfSide, double z,
-                size_t surfels);
+model::Model packPlate(const std::filesystem::path& folder, const capture::Camera<AcquisitionSpace>& camera,
+                       std::span<const capture::Light> lights, std::span<const image::Image> photographs,
+                       double halfSide, double z, size_t surfels);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -3,7 +3,7 @@
 #include "bench/claims/plate.h"
 #include "render/surfels/frame.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -15,9 +15,9 @@ double textureAt(double x, double y) {
 }
 
 // What a camera of cameraAbove(theta) sees of the plate, at the middles of the parts of a pixel.
-Image photographOf(const Camera<AcquisitionSpace>& camera, Angle theta) {
+image::Image photographOf(const capture::Camera<AcquisitionSpace>& camera, Angle theta) {
   constexpr int kParts = 4;
-  Image image(camera.lens.width, camera.lens.height, 3);
+  image::Image image(camera.lens.width, camera.lens.height, 3);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
       double sum = 0;
@@ -40,13 +40,14 @@ double statedParallax(double height, Angle theta, const Vec3<double>& factors) {
 double measuredParallax(double height, Angle theta, const Vec3<double>& factors,
                         const std::filesystem::path& work) {
   const auto camera = cameraAbove<AcquisitionSpace>(theta, 96, 1);
-  const Image photograph = photographOf(camera, theta);
-  const Model model = packPlate(work, camera, {}, std::span(&photograph, 1), 0.9, height, 15000);
+  const image::Image photograph = photographOf(camera, theta);
+  const model::Model model = packPlate(work, camera, {}, std::span(&photograph, 1), 0.9, height, 15000);
 
   const auto viewer = cameraAbove<ObjectSpace>(theta, 160, 1.6);
-  BlockCache cache(model.files, size_t{1} << 26);
-  FrameStats stats;
-  const FrameLayers film = renderFrame(model, *scaleWarp(factors, {0, 0, 0}), viewer, {}, {}, cache, stats);
+  codec::BlockCache cache(model.files, size_t{1} << 26);
+  surfels::FrameStats stats;
+  const surfels::FrameLayers film =
+      surfels::renderFrame(model, *warp::scaleWarp(factors, {0, 0, 0}), viewer, {}, {}, cache, stats);
 
   // Centre of what is brighter than the background, within six sigmas of where the spot should be. A camera
   // that looks along the plate's own parallels keeps x on the plate and x on the picture in proportion.
@@ -66,4 +67,4 @@ double measuredParallax(double height, Angle theta, const Vec3<double>& factors,
   return moment / mass - factors.x() * kSpotX;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -13,7 +13,7 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::bench {
 
 // The closed form above.
 double statedParallax(double height, Angle theta, const Vec3<double>& factors);
@@ -22,4 +22,4 @@ double statedParallax(double height, Angle theta, const Vec3<double>& factors);
 double measuredParallax(double height, Angle theta, const Vec3<double>& factors,
                         const std::filesystem::path& work);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -2,11 +2,11 @@
 
 #include "surfel/base/memory_use.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
-double surfelBytes(const Model& model) {
+double surfelBytes(const model::Model& model) {
   const SurfelCloud& cloud = model.cloud;
   const double each =
       sizeof cloud.p0[0] + sizeof cloud.r0[0] + sizeof cloud.radius[0] + sizeof cloud.coverage[0];
@@ -15,17 +15,17 @@ double surfelBytes(const Model& model) {
 
 } // namespace
 
-BoundedFrames boundedFrames(const Model& model, const Shot& shot, size_t cacheBytes) {
+BoundedFrames boundedFrames(const model::Model& model, const Shot& shot, size_t cacheBytes) {
   BoundedFrames result{cacheBytes, surfelBytes(model)};
   forgetFiles(model);
   forgetPeakMemory();
   {
-    BlockCache cache(model.files, cacheBytes);
-    FrameMemory memory;
+    codec::BlockCache cache(model.files, cacheBytes);
+    surfels::FrameMemory memory;
     const auto render = [&] {
-      FrameStats stats;
-      memory.film =
-          renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats, {}, &memory);
+      surfels::FrameStats stats;
+      memory.film = surfels::renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache,
+                                         stats, {}, &memory);
     };
     result.coldSeconds = lapOf(render).seconds;
     result.warmSeconds = lapOf(render).seconds;
@@ -37,4 +37,4 @@ BoundedFrames boundedFrames(const Model& model, const Shot& shot, size_t cacheBy
   return result;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -3,13 +3,13 @@
 
 #include "bench/doll/frame_times.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 struct BoundedFrames {
   size_t cacheBytes = 0;
   double surfelBytes = 0, frameBytes = 0; // of the cloud with its fades; of the picture
-  double peakBytes = 0;                  // resident while the frames were rendered
-  double anonymousBytes = 0;             // resident afterwards
+  double peakBytes = 0;                   // resident while the frames were rendered
+  double anonymousBytes = 0;              // resident afterwards
   double coldSeconds = 0, warmSeconds = 0;
 
   // What may be resident: this much beside surfels, film and cache.
@@ -19,6 +19,6 @@ struct BoundedFrames {
 
 // A frame from the disk and one more, whose blocks the system has in memory. The peak is that of the process:
 // to be asked before other work has filled its heap.
-BoundedFrames boundedFrames(const Model& model, const Shot& shot, size_t cacheBytes);
+BoundedFrames boundedFrames(const model::Model& model, const Shot& shot, size_t cacheBytes);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -14,7 +14,7 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -38,7 +38,7 @@ double reflected(double cosine, double albedo, double gloss) {
 
 } // namespace
 
-Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const Light> lights, uint64_t seed) {
+Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const capture::Light> lights, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> gauss;
   std::uniform_real_distribution<double> uniform;
@@ -49,14 +49,14 @@ Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const Light> lig
   const Vec3<double> right = normal.unitOrthogonal(), up = normal.cross(right);
   constexpr double kTurn = 0.006, kBump = 0.03; // radians a pixel, and of the weave
   constexpr double kNoise = 0.01;               // of white, of what is as bright; of photons
-  Eigen::MatrixXf radiance(3 * blockTexels, lights.size());
-  for (int texel = 0; texel < blockTexels; ++texel) {
-    const double x = texel % blockSize - 3.5, y = texel / blockSize - 3.5;
+  Eigen::MatrixXf radiance(3 * codec::blockTexels, lights.size());
+  for (int texel = 0; texel < codec::blockTexels; ++texel) {
+    const double x = texel % codec::blockSize - 3.5, y = texel / codec::blockSize - 3.5;
     const Vec3<double> bump(gauss(random), gauss(random), gauss(random));
     const Vec3<double> n = (normal + kTurn * (x * right + y * up) + kBump * bump).normalized();
     const double stripe = 0.5 + 0.5 * std::sin(pitch * (x + 0.4 * y) + phase);
     for (size_t light = 0; light < lights.size(); ++light) {
-      const auto towards = std::get<DirectionalLight>(lights[light].kind).towards.raw();
+      const auto towards = std::get<capture::DirectionalLight>(lights[light].kind).towards.raw();
       for (int channel = 0; channel < 3; ++channel) {
         const double colour = albedo[channel] * (1 - 0.5 * stripe) + 0.5 * stripe * print[channel];
         const double value = reflected(n.dot(towards), colour, gloss);
@@ -71,7 +71,7 @@ Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const Light> lig
 std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t lights, uint64_t present) {
   assert(present != 0);
   if (present == ~uint64_t{0}) return {record.begin(), record.end()};
-  ByteReader reader(record);
+  codec::ByteReader reader(record);
   const auto flags = reader.take<uint8_t>();
   assert((flags & kPartial) == 0);
   std::array<size_t, kPrecisions.size()> terms{}, kept{};
@@ -83,9 +83,9 @@ std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t ligh
 
   std::vector<std::byte> part;
   part.reserve(record.size() + sizeof present);
-  append(part, static_cast<uint8_t>(flags | kPartial));
-  for (const size_t count : kept) append(part, static_cast<uint8_t>(count));
-  append(part, present);
+  codec::append(part, static_cast<uint8_t>(flags | kPartial));
+  for (const size_t count : kept) codec::append(part, static_cast<uint8_t>(count));
+  codec::append(part, present);
   const auto add = [&](std::span<const std::byte> bytes) {
     part.insert(part.end(), bytes.begin(), bytes.end());
   };
@@ -93,12 +93,12 @@ std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t ligh
     for (size_t term = 0; term < terms[p]; ++term) {
       const int bits = kPrecisions[p];
       const auto coefficients = reader.take(coefficientBytes(lights, bits, flags));
-      const auto image = reader.take(levelBytes(3 * blockTexels, bits));
+      const auto image = reader.take(levelBytes(3 * codec::blockTexels, bits));
       if (term >= kept[p]) continue;
       add(coefficients);
       std::vector<std::byte> left(levelBytes(rows, bits));
       size_t row = 0; // of those left
-      for (size_t from = 0; from < 3 * blockTexels; ++from) {
+      for (size_t from = 0; from < 3 * codec::blockTexels; ++from) {
         if (!(present >> from / 3 & 1)) continue;
         if (bits == 4) {
           const std::byte level = (image[from / 2] >> (from % 2 * 4)) & std::byte{15};
@@ -115,11 +115,11 @@ std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t ligh
   return part;
 }
 
-DollBlocks::DollBlocks(std::span<const Light> lights, uint64_t seed)
+DollBlocks::DollBlocks(std::span<const capture::Light> lights, uint64_t seed)
     : lights_(lights.size()), normals_(spiral(kNormals)), records_(kNormals * kVariants) {
   tbb::parallel_for(size_t{0}, records_.size(), [&](size_t i) {
     const auto radiance = dollPatch(normals_[i / kVariants], lights, seed * records_.size() + i);
-    records_[i] = encodeBlock(~uint64_t{0}, radiance, kTolerance, kWhite).record;
+    records_[i] = codec::encodeBlock(~uint64_t{0}, radiance, kTolerance, kWhite).record;
   });
 }
 
@@ -130,4 +130,4 @@ std::vector<std::byte> DollBlocks::record(const Vec3<double>& normal, uint64_t v
   return withTexels(records_[index], lights_, present);
 }
 
-} // namespace surflect
+} // namespace surflect::bench

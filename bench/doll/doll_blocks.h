@@ -12,11 +12,11 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // What a camera records of 8x8 texels of printed, glossy cloth whose middle has this normal, under
 // directional lights; colours, weave and noise are those of the seed. [texel and channel][light]
-Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const Light> lights, uint64_t seed);
+Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const capture::Light> lights, uint64_t seed);
 
 // The record of the same block with the texels of `present` alone (bits as in encodeBlock, not 0): rows of
 // eigenimages are dropped, and where fewer rows than terms are left the last terms. `record` holds all
@@ -28,7 +28,7 @@ public:
   static constexpr float kTolerance = 0.03f, kWhite = 1;
 
   // Encodes them. The same seed gives the same blocks, for any number of threads.
-  DollBlocks(std::span<const Light> lights, uint64_t seed);
+  DollBlocks(std::span<const capture::Light> lights, uint64_t seed);
 
   // A record that shows a surface of this normal at the `present` texels; which of the variants tells
   // `variant`.
@@ -40,4 +40,4 @@ private:
   std::vector<std::vector<std::byte>> records_; // kVariants per normal
 };
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -18,34 +18,35 @@
 #include <bit>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
 constexpr double kDistance = 4;
 const Vec3<double> kMiddle(0, 0, 0.5);
 
-std::vector<Light> dollLights(size_t count) {
-  std::vector<Light> lights;
+std::vector<capture::Light> dollLights(size_t count) {
+  std::vector<capture::Light> lights;
   for (const Vec3<double>& towards : spiral(count)) {
     const std::string name = fmt::format("L{}", lights.size());
     lights.push_back(
-        {name, name, DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
+        {name, name,
+         capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
   }
   return lights;
 }
 
-Capture rigOf(const DollSize& size, std::span<const Camera<AcquisitionSpace>> cameras) {
-  Capture rig;
-  rig.colorSpace = ColorSpace::linear;
+capture::Capture rigOf(const DollSize& size, std::span<const capture::Camera<AcquisitionSpace>> cameras) {
+  capture::Capture rig;
+  rig.colorSpace = capture::ColorSpace::linear;
   rig.lights = dollLights(size.lights);
   for (size_t view = 0; view < cameras.size(); ++view) {
     rig.views.push_back({fmt::format("C{}", view), cameras[view]});
     for (size_t light = 0; light < size.lights; ++light) {
-      Frame frame;
+      capture::Frame frame;
       frame.view = view;
       frame.light = light;
-      frame.picture = viewFilePath(view);
+      frame.picture = model::viewFilePath(view);
       rig.frames.push_back(frame);
     }
   }
@@ -58,10 +59,12 @@ int segmentsFor(size_t surfels) {
 }
 
 // Bits of the block's pixels that show the doll.
-uint64_t presentTexels(std::span<const uint8_t> outline, const ViewHeader& header, BlockPosition block) {
+uint64_t presentTexels(std::span<const uint8_t> outline, const codec::ViewHeader& header,
+                       codec::BlockPosition block) {
   uint64_t present = 0;
-  for (int texel = 0; texel < blockTexels; ++texel) {
-    const int x = block.x * blockSize + texel % blockSize, y = block.y * blockSize + texel / blockSize;
+  for (int texel = 0; texel < codec::blockTexels; ++texel) {
+    const int x = block.x * codec::blockSize + texel % codec::blockSize,
+              y = block.y * codec::blockSize + texel / codec::blockSize;
     if (x < header.width && y < header.height && outline[static_cast<size_t>(y * header.width + x)] != 0)
       present |= uint64_t{1} << texel;
   }
@@ -69,24 +72,25 @@ uint64_t presentTexels(std::span<const uint8_t> outline, const ViewHeader& heade
 }
 
 // The normal that a block shows at its middle, or at the first of its texels where that is background.
-Vec3<double> normalShown(const Camera<AcquisitionSpace>& camera, BlockPosition block, uint64_t present) {
-  constexpr int kMiddleTexel = blockTexels / 2 + blockSize / 2;
+Vec3<double> normalShown(const capture::Camera<AcquisitionSpace>& camera, codec::BlockPosition block,
+                         uint64_t present) {
+  constexpr int kMiddleTexel = codec::blockTexels / 2 + codec::blockSize / 2;
   const int texel = present >> kMiddleTexel & 1 ? kMiddleTexel : std::countr_zero(present);
-  const Pixel pixel{block.x * blockSize + texel % blockSize + 0.5,
-                    block.y * blockSize + texel / blockSize + 0.5};
-  const auto ray = rayThrough(camera.lens, pixel); // no distortion: there is one
+  const capture::Pixel pixel{block.x * codec::blockSize + texel % codec::blockSize + 0.5,
+                             block.y * codec::blockSize + texel / codec::blockSize + 0.5};
+  const auto ray = capture::rayThrough(camera.lens, pixel); // no distortion: there is one
   const auto direction = camera.cameraFromWorld.inverse()(ray->direction);
   const auto hit = firstHit(camera.center().raw(), direction.raw());
   return hit ? hit->normal : Vec3<double>(-direction.raw()); // a grazing ray, by rounding
 }
 
-std::vector<std::byte> viewFile(const Camera<AcquisitionSpace>& camera, size_t view, const DollSize& size,
-                                const DollBlocks& blocks) {
-  const ViewHeader header{size.width, size.height, static_cast<int>(size.lights), DollBlocks::kWhite,
-                          DollBlocks::kTolerance};
+std::vector<std::byte> viewFile(const capture::Camera<AcquisitionSpace>& camera, size_t view,
+                                const DollSize& size, const DollBlocks& blocks) {
+  const codec::ViewHeader header{size.width, size.height, static_cast<int>(size.lights), DollBlocks::kWhite,
+                                 DollBlocks::kTolerance};
   const auto outline = dollOutline(camera);
-  std::vector<PlacedRecord> records;
-  for (BlockPosition at; at.y < header.blocksDown(); ++at.y)
+  std::vector<codec::PlacedRecord> records;
+  for (codec::BlockPosition at; at.y < header.blocksDown(); ++at.y)
     for (at.x = 0; at.x < header.blocksAcross(); ++at.x) {
       const uint64_t present = presentTexels(outline, header, at);
       if (present == 0) continue;
@@ -94,22 +98,22 @@ std::vector<std::byte> viewFile(const Camera<AcquisitionSpace>& camera, size_t v
           (view * 31 + static_cast<uint64_t>(at.y) * 17 + static_cast<uint64_t>(at.x)) / 3;
       records.push_back({at, blocks.record(normalShown(camera, at, present), variant, present)});
     }
-  return viewFileBytes(header, records);
+  return codec::viewFileBytes(header, records);
 }
 
 } // namespace
 
 std::string nameOf(const DollSize& size) {
   return fmt::format("doll-{}-{}x{}-{}x{}-{}.v{}", size.surfels, size.views, size.lights, size.width,
-                     size.height, size.seed, kModelVersion);
+                     size.height, size.seed, model::kModelVersion);
 }
 
-std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
+std::vector<capture::Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
   // The ball of radius 0.55 about the middle touches the shorter side of the picture.
   const double focal = 0.5 * std::min(1.32 * size.width, 1.0 * size.height) * kDistance / 0.55;
-  std::vector<Camera<AcquisitionSpace>> cameras;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const Vec3<double>& backwards : spiral(size.views, std::sin(-0.26), std::sin(1.31))) {
-    Camera<AcquisitionSpace> camera;
+    capture::Camera<AcquisitionSpace> camera;
     camera.lens.width = size.width;
     camera.lens.height = size.height;
     camera.lens.focalX = camera.lens.focalY = focal;
@@ -124,42 +128,44 @@ std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
   return cameras;
 }
 
-bool isDoll(const Capture& rig) {
+bool isDoll(const capture::Capture& rig) {
   if (rig.views.empty()) return false;
-  const Lens& lens = rig.views[0].camera.lens;
+  const capture::Lens& lens = rig.views[0].camera.lens;
   const auto cameras = dollCameras({.views = rig.views.size(), .width = lens.width, .height = lens.height});
-  return std::ranges::equal(rig.views, cameras, [](const View& view, const auto& camera) {
+  return std::ranges::equal(rig.views, cameras, [](const capture::View& view, const auto& camera) {
     constexpr double kRounding = 1e-9; // of a file's digits
     return view.camera.lens == camera.lens &&
            (view.camera.center().raw() - camera.center().raw()).norm() < kRounding;
   });
 }
 
-DollSurface dollSurface(size_t surfels, uint64_t seed, std::span<const Camera<AcquisitionSpace>> cameras,
+DollSurface dollSurface(size_t surfels, uint64_t seed,
+                        std::span<const capture::Camera<AcquisitionSpace>> cameras,
                         const Progress& progress) {
   const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
   DollSurface surface{sampleSurfels(mesh, spacingFor(mesh, surfels), seed, progress), {}};
-  surface.fades = visibilityWeights(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
+  surface.fades =
+      ulr::visibilityWeights(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
   return surface;
 }
 
 void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress) {
   namespace fs = std::filesystem;
-  const bool isOfPack = fs::exists(folder / packIdentityPath());
+  const bool isOfPack = fs::exists(folder / model::packIdentityPath());
   if (fs::exists(folder) && !fs::is_empty(folder) && (isOfPack || !fs::exists(folder / "views")))
     throw Error("exists and is not a model: give the doll a folder of its own").in(folder);
   createFolder(folder / "views");
   const auto cameras = dollCameras(size);
-  const Capture rig = rigOf(size, cameras);
+  const capture::Capture rig = rigOf(size, cameras);
   const DollBlocks blocks(rig.lights, size.seed);
   tbb::parallel_for(size_t{0}, cameras.size(), [&](size_t view) {
     progress.checkpoint();
-    writeFileAtomically(folder / viewFilePath(view), viewFile(cameras[view], view, size, blocks));
+    writeFileAtomically(folder / model::viewFilePath(view), viewFile(cameras[view], view, size, blocks));
   });
   progress("view files", 1);
   const auto [cloud, fades] = dollSurface(size.surfels, size.seed, cameras, progress);
-  const LightBlend blend{4, LightFit::mean, false};
-  writeModel(folder, {rig, cloud, fades, DollBlocks::kWhite, DollBlocks::kTolerance, blend}, progress);
+  const ulr::LightBlend blend{4, ulr::LightFit::mean, false};
+  model::writeModel(folder, {rig, cloud, fades, DollBlocks::kWhite, DollBlocks::kTolerance, blend}, progress);
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // [Weyrich 2005, §6]
 struct DollSize {
@@ -30,22 +30,23 @@ struct DollSize {
 std::string nameOf(const DollSize& size);
 
 // Is the rig that of a model written here?
-bool isDoll(const Capture& rig);
+bool isDoll(const capture::Capture& rig);
 
 // Stand around the doll, between 15 degrees below and 75 above, and have all of it in their pictures.
-std::vector<Camera<AcquisitionSpace>> dollCameras(const DollSize& size);
+std::vector<capture::Camera<AcquisitionSpace>> dollCameras(const DollSize& size);
 
 // The doll's surface, and how well each camera sees it.
 struct DollSurface {
   SurfelCloud cloud;
-  VisibilityWeights fades;
+  ulr::VisibilityWeights fades;
 };
 // Of about so many surfels. Memory: three bytes for each surfel and camera. Throws Cancelled.
-DollSurface dollSurface(size_t surfels, uint64_t seed, std::span<const Camera<AcquisitionSpace>> cameras,
+DollSurface dollSurface(size_t surfels, uint64_t seed,
+                        std::span<const capture::Camera<AcquisitionSpace>> cameras,
                         const Progress& progress = {});
 
 // Writes the folder that openModel opens. Lights are directional, from all sides. Memory: that of
 // dollSurface, and one view's file a thread. Throws Error and Cancelled.
 void writeDollModel(const std::filesystem::path& folder, const DollSize& size, const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -90,9 +90,9 @@ std::optional<DollHit> firstHit(const Vec3<double>& origin, const Vec3<double>& 
   return first;
 }
 
-std::vector<uint8_t> dollOutline(const Camera<AcquisitionSpace>& camera) {
-  const Lens& lens = camera.lens;
-  assert(lens.model == Lens::Model::pinhole && !lens.distorts());
+std::vector<uint8_t> dollOutline(const capture::Camera<AcquisitionSpace>& camera) {
+  const capture::Lens& lens = camera.lens;
+  assert(lens.model == capture::Lens::Model::pinhole && !lens.distorts());
   const Mat3<double> worldFromCamera = camera.cameraFromWorld.rotation().transpose();
   const Vec3<double> center = camera.center().raw();
   std::vector<uint8_t> outline(static_cast<size_t>(lens.width) * static_cast<size_t>(lens.height), 0);
@@ -123,4 +123,4 @@ std::vector<uint8_t> dollOutline(const Camera<AcquisitionSpace>& camera) {
   return outline;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

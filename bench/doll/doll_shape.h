@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 struct Ellipsoid {
   Vec3<double> center, radii;
@@ -36,6 +36,6 @@ std::optional<DollHit> firstHit(const Vec3<double>& origin, const Vec3<double>& 
 // Per pixel, row by row: does the ray through its centre meet the doll? Of a pinhole without distortion
 // outside of the doll. Every row of an ellipsoid's outline is one run of pixels, whose ends solve a quadratic
 // equation.
-std::vector<uint8_t> dollOutline(const Camera<AcquisitionSpace>& camera);
+std::vector<uint8_t> dollOutline(const capture::Camera<AcquisitionSpace>& camera);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <cassert>
 
-namespace surflect {
+namespace surflect::bench {
 
-std::vector<size_t> evenViews(const Model& model, size_t count) {
+std::vector<size_t> evenViews(const model::Model& model, size_t count) {
   const size_t all = model.rig.views.size();
   assert(count >= 1 && count <= all);
   const Vec3<double> middle = middleOf(model.cloud.p0).raw();
   std::vector<Vec3<double>> towards;
-  for (const View& view : model.rig.views)
+  for (const capture::View& view : model.rig.views)
     towards.push_back((view.camera.center().raw() - middle).normalized());
   std::vector<double> nearest(all, -1); // cosine to the nearest that is taken
   std::vector<size_t> taken{0};
@@ -26,9 +26,9 @@ std::vector<size_t> evenViews(const Model& model, size_t count) {
   return taken;
 }
 
-Model withViews(const Model& model, std::span<const size_t> views) {
+model::Model withViews(const model::Model& model, std::span<const size_t> views) {
   assert(!views.empty() && std::ranges::is_sorted(views));
-  Model part;
+  model::Model part;
   part.folder = model.folder;
   part.rig = model.rig;
   part.cloud = model.cloud;
@@ -44,7 +44,7 @@ Model withViews(const Model& model, std::span<const size_t> views) {
     part.files.emplace_back(model.files[view].path());
     part.columns.push_back(model.columns[view]);
   }
-  for (Frame frame : model.rig.frames) {
+  for (capture::Frame frame : model.rig.frames) {
     const auto found = std::ranges::lower_bound(views, frame.view);
     if (found == views.end() || *found != frame.view) continue;
     frame.view = static_cast<size_t>(found - views.begin());
@@ -57,4 +57,4 @@ Model withViews(const Model& model, std::span<const size_t> views) {
   return part;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -10,23 +10,23 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // A model bent and lit for measuring.
 struct Shot {
-  WarpPointer warp;
-  Camera<ObjectSpace> camera;
-  std::vector<ShotLight> lights;
-  FrameOptions options;
+  warp::WarpPointer warp;
+  capture::Camera<ObjectSpace> camera;
+  std::vector<scene::ShotLight> lights;
+  surfels::FrameOptions options;
 };
 
 // The model twisted by 40 degrees about z over its largest side, all of it seen from before (-y) and a little
 // above on a picture of this size, under point lights from all around; 4 views and 4 captured lights blended,
 // their mean.
-Shot dollShot(const Model& model, int width, int height, size_t lights);
+Shot dollShot(const model::Model& model, int width, int height, size_t lights);
 
 // Takes the view files out of the page cache; their next reader waits for the disk.
-void forgetFiles(const Model& model);
+void forgetFiles(const model::Model& model);
 
 struct FrameTimes {
   FrameCounts counts;
@@ -43,7 +43,7 @@ class FrameTimer {
 public:
   // Renders the first frame. All of them must outlive this; the cache is empty, and of the model's files.
   // `runs` of planning tell what the choice of views has of ULR.
-  FrameTimer(const Model& model, const Shot& shot, BlockCache& cache, int runs);
+  FrameTimer(const model::Model& model, const Shot& shot, codec::BlockCache& cache, int runs);
 
   void lap();               // one frame
   FrameTimes times() const; // of laps so far, one or more; no cold frame
@@ -52,12 +52,12 @@ public:
   std::span<const Lap> lookUps() const { return ofStage_.find("look-up")->second; }
 
 private:
-  void render(FrameStats& stats);
+  void render(surfels::FrameStats& stats);
 
-  const Model& model_;
+  const model::Model& model_;
   const Shot& shot_;
-  BlockCache& cache_;
-  FrameMemory memory_; // as in a film whose frames are written as they come
+  codec::BlockCache& cache_;
+  surfels::FrameMemory memory_; // as in a film whose frames are written as they come
   FrameCounts counts_;
   double firstSeconds_ = 0, ofViews_ = 0;
   std::vector<Lap> frames_;
@@ -66,6 +66,7 @@ private:
 
 // The cache is empty, and of the model's files. For the cold frame the system is asked to forget these and
 // another cache of `cacheBytes` is filled.
-FrameTimes timeFrames(const Model& model, const Shot& shot, BlockCache& cache, size_t cacheBytes, int frames);
+FrameTimes timeFrames(const model::Model& model, const Shot& shot, codec::BlockCache& cache,
+                      size_t cacheBytes, int frames);
 
-} // namespace surflect
+} // namespace surflect::bench

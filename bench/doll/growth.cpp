@@ -16,7 +16,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -27,7 +27,7 @@ constexpr size_t kLights = 5;                   // where something else grows
 class Turns {
 public:
   // The model must outlive this.
-  void add(std::string name, const Model& model, Shot shot, int frames) {
+  void add(std::string name, const model::Model& model, Shot shot, int frames) {
     turns_.emplace_back(std::move(name), model, std::move(shot), frames);
   }
   // Adds a row for each to `rows`; the number of the first of them.
@@ -45,12 +45,12 @@ public:
 
 private:
   struct Rotation {
-    Rotation(std::string name_, const Model& model, Shot shot_, int frames)
+    Rotation(std::string name_, const model::Model& model, Shot shot_, int frames)
         : name(std::move(name_)), shot(std::move(shot_)), cache(model.files, kCacheBytes),
           timer(model, shot, cache, frames) {}
     std::string name;
     Shot shot;
-    BlockCache cache;
+    codec::BlockCache cache;
     FrameTimer timer;
   };
   std::deque<Rotation> turns_; // which stay where they are
@@ -70,21 +70,21 @@ void addSweep(Growth& growth, const char* what, size_t FrameCounts::*size, const
   if (!sweep.steps.empty()) growth.sweeps.push_back(std::move(sweep));
 }
 
-std::string viewsOf(const Model& model) { return fmt::format("{} views", model.rig.views.size()); }
+std::string viewsOf(const model::Model& model) { return fmt::format("{} views", model.rig.views.size()); }
 
 // All but the surfels.
-void measureShots(const Model& model, const Model& half, const Model& quarter, int width, int height,
-                  int frames, const Progress& progress, Growth& growth) {
-  const auto shot = [&](const Model& of, int scale, size_t lights) {
+void measureShots(const model::Model& model, const model::Model& half, const model::Model& quarter, int width,
+                  int height, int frames, const Progress& progress, Growth& growth) {
+  const auto shot = [&](const model::Model& of, int scale, size_t lights) {
     return dollShot(of, scale * width, scale * height, lights);
   };
   Shot inStudio = shot(model, 1, 1);
-  const ShadeOptions& options = inStudio.options.shade;
-  const PreparedEnvironment studio =
-      prepareEnvironment(studioLight(), 0.01, LightExtrapolation::fade, model, options, progress);
+  const model::ShadeOptions& options = inStudio.options.shade;
+  const scene::PreparedEnvironment studio =
+      scene::prepareEnvironment(studioLight(), 0.01, ulr::LightExtrapolation::fade, model, options, progress);
   const Mat3<double> upright = // y of the studio to z
       Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
-  inStudio.lights = {ShotEnvironment{&studio, Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
+  inStudio.lights = {scene::ShotEnvironment{&studio, Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
 
   Turns turns;
   enum : size_t { kQuarter, kHalf, kAll, kLarge, kOneLight, kManyLights, kStudio };
@@ -104,28 +104,28 @@ void measureShots(const Model& model, const Model& half, const Model& quarter, i
   growth.environment = timeRatio(turns[kStudio].lookUps(), turns[kAll].lookUps());
 }
 
-Model withSurface(const Model& model, DollSurface surface) {
+model::Model withSurface(const model::Model& model, DollSurface surface) {
   std::vector<size_t> all(model.rig.views.size());
   std::iota(all.begin(), all.end(), size_t{0});
-  Model other = withViews(model, all);
+  model::Model other = withViews(model, all);
   other.cloud = std::move(surface.cloud);
   other.middle = middleOf(other.cloud.p0);
   other.fades = std::move(surface.fades);
   return other;
 }
 
-void measureSurfels(const Model& model, int width, int height, int frames, const Progress& progress,
+void measureSurfels(const model::Model& model, int width, int height, int frames, const Progress& progress,
                     Growth& growth) {
-  std::vector<Camera<AcquisitionSpace>> cameras;
-  for (const View& view : model.rig.views) cameras.push_back(view.camera);
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
+  for (const capture::View& view : model.rig.views) cameras.push_back(view.camera);
   const Progress quiet{.report = {}, .cancelled = progress.cancelled};
   const auto denser = [&](size_t times) {
     return withSurface(model, dollSurface(times * model.cloud.size(), DollSize().seed, cameras, quiet));
   };
-  Model twice, fourTimes;
+  model::Model twice, fourTimes;
   tbb::parallel_invoke([&] { fourTimes = denser(4); }, [&] { twice = denser(2); }); // sampling has one thread
   Turns turns;
-  for (const Model* each : std::initializer_list<const Model*>{&model, &twice, &fourTimes})
+  for (const model::Model* each : std::initializer_list<const model::Model*>{&model, &twice, &fourTimes})
     turns.add(fmt::format("{}, {} surfels", viewsOf(*each), each->cloud.size()), *each,
               dollShot(*each, width, height, kLights), frames);
   const size_t base = turns.time(frames, progress, growth.rows);
@@ -153,13 +153,13 @@ TimeRatio GrowthSweep::worst() const {
       *std::ranges::max_element(steps, {}, [&](const GrowthStep& step) { return overSize(step).median; }));
 }
 
-Growth measureGrowth(const Model& model, int width, int height, int frames, const Progress& progress) {
+Growth measureGrowth(const model::Model& model, int width, int height, int frames, const Progress& progress) {
   const size_t views = model.rig.views.size();
   const auto part = [&](size_t of) {
     return withViews(model, evenViews(model, std::max(size_t{1}, views / of)));
   };
   Growth growth;
-  const Model half = part(2), quarter = part(4);
+  const model::Model half = part(2), quarter = part(4);
   progress("growth with views, lights and pixels", 0);
   measureShots(model, half, quarter, width, height, frames, progress, growth);
   if (isDoll(model.rig)) {
@@ -169,4 +169,4 @@ Growth measureGrowth(const Model& model, int width, int height, int frames, cons
   return growth;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 struct GrowthRow {
   std::string name;
@@ -44,6 +44,7 @@ struct Growth {
 // four times the surfels (of dollSurface; left out where the model is not the doll's); of 1, 5 and 60 lights
 // and of studioLight; on a picture of this size and of four times its pixels. Each `frames` times. Of a
 // model of few views steps are left out that would be none. Throws Error and Cancelled.
-Growth measureGrowth(const Model& model, int width, int height, int frames, const Progress& progress = {});
+Growth measureGrowth(const model::Model& model, int width, int height, int frames,
+                     const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // An operation is a surfel and a view, with all its lights.
 struct OrderCost {
@@ -22,6 +22,7 @@ struct OrderCost {
 // For caches of these sizes, on one thread, the model's files forgotten by the system before each order. Of
 // orders that answer one operation after the other, only some are measured, which meet as many blocks anew as
 // all would: shuffled surfels any of them, surfels along the cloud's curve some stretches of it.
-std::vector<OrderCost> costOfOrders(const Model& model, const Shot& shot, std::span<const size_t> images);
+std::vector<OrderCost> costOfOrders(const model::Model& model, const Shot& shot,
+                                    std::span<const size_t> images);
 
-} // namespace surflect
+} // namespace surflect::bench

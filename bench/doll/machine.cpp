@@ -19,7 +19,7 @@
 #include <sched.h>
 #include <unistd.h>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -376,4 +376,4 @@ MachineLimits measureMachine(const std::filesystem::path& scratchFolder) {
   return limits;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <optional>
 
-namespace surflect {
+namespace surflect::bench {
 
 // The processors that this process may use.
 int allThreads();
@@ -56,4 +56,4 @@ struct MachineLimits {
 // long as it measures reads. Throws Error.
 MachineLimits measureMachine(const std::filesystem::path& scratchFolder);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -14,15 +14,15 @@
 #include <optional>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
 using Acquired = Direction3<AcquisitionSpace, double>;
 
 // p = Psi(p0); u, v by Eq. 6.
-DeformedCloud deformed(const SurfelCloud& cloud, const Warp& warp) {
-  const double epsilon = differenceStep(cloud);
+DeformedCloud deformed(const SurfelCloud& cloud, const warp::Warp& warp) {
+  const double epsilon = warp::differenceStep(cloud);
   DeformedCloud result;
   for (size_t i = 0; i < cloud.size(); ++i) {
     const Vec3<double> p0 = cloud.p0[i].raw().cast<double>();
@@ -59,18 +59,18 @@ private:
 // Radiance of one surfel after the other.
 class PaperShader {
 public:
-  PaperShader(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+  PaperShader(const model::Model& model, const model::QueryBatch& batch, const model::ShadeOptions& options,
               ResidentBlocks& blocks, StageClock& clock)
-      : model_(model), batch_(batch), options_(options), blend_(lightBlend(model, options)),
+      : model_(model), batch_(batch), options_(options), blend_(model::lightBlend(model, options)),
         coverage_(directionsFromMiddle(model)), blocks_(blocks), clock_(clock),
         penalties_(model.rig.views.size()) {
-    for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
+    for (const capture::View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
   }
 
   Rgb radiance(size_t query) {
     const uint32_t surfel = batch_.surfels[query];
     const auto p0 = model_.cloud.p0[surfel].cast<double>();
-    const BlendSet views = blendViews(surfel, p0, batch_.towardsView[query]);
+    const ulr::BlendSet views = blendViews(surfel, p0, batch_.towardsView[query]);
     clock_.finish("camera ulr");
     const std::vector<Answer> answers = weigh(query, p0);
     clock_.finish("light ulr");
@@ -100,30 +100,32 @@ public:
   float leastPenalty() const { return *std::ranges::min_element(penalties_); }
 
 private:
-  static std::vector<Acquired> directionsFromMiddle(const Model& model) {
+  static std::vector<Acquired> directionsFromMiddle(const model::Model& model) {
     const auto middle = middleOf(model.cloud.p0);
     std::vector<Acquired> directions;
-    for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, middle));
+    for (const capture::Light& light : model.rig.lights)
+      directions.push_back(capture::towardsLight(light, middle));
     return directions;
   }
 
   // ULR over all views that see the surfel, and over those that stand in for them.
-  BlendSet blendViews(uint32_t surfel, const Point3<AcquisitionSpace, double>& p0,
-                      const Direction3<AcquisitionSpace>& towardsView) {
+  ulr::BlendSet blendViews(uint32_t surfel, const Point3<AcquisitionSpace, double>& p0,
+                           const Direction3<AcquisitionSpace>& towardsView) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const auto fades = model_.fades.of(surfel);
     float best = kInfinity;
     for (size_t view = 0; view < viewpoints_.size(); ++view) {
       penalties_[view] = kInfinity;
       if (fades[view] == 0) continue;
-      const float angle = anglePenalty(viewpoints_[view].towards(p0).template cast<float>(), towardsView);
-      penalties_[view] = angle / VisibilityWeights::decode(fades[view]);
+      const float angle =
+          ulr::anglePenalty(viewpoints_[view].towards(p0).template cast<float>(), towardsView);
+      penalties_[view] = angle / ulr::VisibilityWeights::decode(fades[view]);
       best = std::min(best, penalties_[view]);
     }
-    if (!(best <= kFallbackFrom)) addStandIns(surfel, p0, towardsView);
-    NearestCandidates nearest(options_.cameras);
+    if (!(best <= ulr::kFallbackFrom)) addStandIns(surfel, p0, towardsView);
+    ulr::NearestCandidates nearest(options_.cameras);
     for (uint32_t view = 0; view < penalties_.size(); ++view) nearest.offer({view, penalties_[view]});
-    return ulrWeights(nearest);
+    return ulr::ulrWeights(nearest);
   }
 
   void addStandIns(uint32_t surfel, const Point3<AcquisitionSpace, double>& p0,
@@ -132,12 +134,12 @@ private:
     for (size_t view = 0; view < viewpoints_.size(); ++view) {
       const auto& camera = model_.rig.views[view].camera;
       const auto pixel = camera.project(p0);
-      if (!pixel || !contains(camera.lens, *pixel)) continue;
+      if (!pixel || !capture::contains(camera.lens, *pixel)) continue;
       const auto towards = viewpoints_[view].towards(p0);
-      const float scale = fallbackScale(normal.dot(towards.raw()), borderFade(camera.lens, *pixel),
-                                       VisibilityWeights::decode(model_.fades.of(surfel)[view]));
-      const float angle = anglePenalty(towards.template cast<float>(), towardsView);
-      penalties_[view] = std::min(penalties_[view], fallbackPenalty(angle, scale));
+      const float scale = ulr::fallbackScale(normal.dot(towards.raw()), ulr::borderFade(camera.lens, *pixel),
+                                             ulr::VisibilityWeights::decode(model_.fades.of(surfel)[view]));
+      const float angle = ulr::anglePenalty(towards.template cast<float>(), towardsView);
+      penalties_[view] = std::min(penalties_[view], ulr::fallbackPenalty(angle, scale));
     }
   }
 
@@ -150,15 +152,16 @@ private:
   // ULR over all captured lights, for one light of the query after the other.
   std::vector<Answer> weigh(size_t query, const Point3<AcquisitionSpace, double>& p0) const {
     std::vector<Direction3<AcquisitionSpace>> towards;
-    for (const Light& light : model_.rig.lights)
-      towards.push_back(towardsLight(light, p0).template cast<float>());
+    for (const capture::Light& light : model_.rig.lights)
+      towards.push_back(capture::towardsLight(light, p0).template cast<float>());
     std::vector<Answer> answers;
     for (size_t l = 0; l < batch_.lights; ++l) {
       const size_t entry = query * batch_.lights + l;
       const Rgb now = batch_.irradiance[entry];
-      for (const auto& [light, weight] :
-           blendOfLights(towards, batch_.towardsLight[entry], blend_, coverage_, batch_.extrapolation[l])) {
-        answers.push_back({light, weight * irradianceRatio(now, irradianceAt(model_.rig.lights[light], p0))});
+      for (const auto& [light, weight] : ulr::blendOfLights(towards, batch_.towardsLight[entry], blend_,
+                                                            coverage_, batch_.extrapolation[l])) {
+        answers.push_back({light, weight * model::irradianceRatio(
+                                               now, capture::irradianceAt(model_.rig.lights[light], p0))});
       }
     }
     return answers;
@@ -167,7 +170,7 @@ private:
   // One reflectance image, bilinear; empty where it shows background.
   std::optional<Vec3<double>> lookUp(uint32_t view, uint32_t light, double x, double y) {
     ++lookups_;
-    const ViewHeader& header = blocks_.cache().views()[view].header();
+    const codec::ViewHeader& header = blocks_.cache().views()[view].header();
     const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
     Vec3<double> sum = Vec3<double>::Zero();
     double weights = 0;
@@ -177,9 +180,9 @@ private:
         if (weight == 0) continue;
         const int column = static_cast<int>(std::clamp<double>(tx, 0, header.width - 1)),
                   row = static_cast<int>(std::clamp<double>(ty, 0, header.height - 1));
-        const Block* block = blocks_.at(view, column, row);
+        const codec::Block* block = blocks_.at(view, column, row);
         if (!block) continue;
-        const int8_t* e = block->texel(row % blockSize * blockSize + column % blockSize);
+        const int8_t* e = block->texel(row % codec::blockSize * codec::blockSize + column % codec::blockSize);
         const float* a = block->light(light);
         for (int channel = 0; channel < 3; ++channel)
           for (int k = 0; k < block->stride; ++k)
@@ -191,71 +194,71 @@ private:
   }
 
   // Where all views show background: what they store nearest to it.
-  Vec3<double> stored(const BlendSet& views, std::span<const Answer> answers,
+  Vec3<double> stored(const ulr::BlendSet& views, std::span<const Answer> answers,
                       const Point3<AcquisitionSpace, double>& p0) {
-    LightRows rows;
+    codec::LightRows rows;
     for (const auto& [light, weight] : answers) rows.add(light, weight);
-    std::vector<ShadingOp> ops;
+    std::vector<codec::ShadingOp> ops;
     for (const auto& [view, share] : views)
       if (const auto pixel = model_.rig.views[view].camera.project(p0))
         ops.push_back({0, view, static_cast<float>(pixel->x), static_cast<float>(pixel->y), share, 0,
                        static_cast<uint32_t>(answers.size())});
-    return executeReference(ops, rows, 1, blocks_.cache())[0];
+    return codec::executeReference(ops, rows, 1, blocks_.cache())[0];
   }
 
-  const Model& model_;
-  const QueryBatch& batch_;
-  const ShadeOptions& options_;
-  LightBlend blend_;
-  LightCoverage coverage_;
+  const model::Model& model_;
+  const model::QueryBatch& batch_;
+  const model::ShadeOptions& options_;
+  ulr::LightBlend blend_;
+  ulr::LightCoverage coverage_;
   ResidentBlocks& blocks_;
   StageClock& clock_;
-  std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
+  std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints_;
   std::vector<float> penalties_; // per view, of the current surfel
   size_t lookups_ = 0;
 };
 
 } // namespace
 
-ResidentBlocks::ResidentBlocks(BlockCache& cache) : cache_(cache) {
-  for (const ViewFile& view : cache.views()) blocks_.emplace_back(view.blockCount());
+ResidentBlocks::ResidentBlocks(codec::BlockCache& cache) : cache_(cache) {
+  for (const codec::ViewFile& view : cache.views()) blocks_.emplace_back(view.blockCount());
 }
 
-const Block* ResidentBlocks::at(uint32_t view, int x, int y) {
-  const auto number = cache_.views()[view].find({x / blockSize, y / blockSize});
+const codec::Block* ResidentBlocks::at(uint32_t view, int x, int y) {
+  const auto number = cache_.views()[view].find({x / codec::blockSize, y / codec::blockSize});
   if (!number) return nullptr;
   auto& block = blocks_[view][*number];
   if (!block) block = cache_.get(view, *number);
   return block.get();
 }
 
-PaperFrame paperFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
-                      std::span<const ShotLight> lights, const FrameOptions& options,
-                      ResidentBlocks& blocks) {
-  if (!model.isFullProduct || lightBlend(model, options.shade).foreshortened)
+PaperFrame paperFrame(const model::Model& model, const warp::Warp& warp,
+                      const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
+                      const surfels::FrameOptions& options, ResidentBlocks& blocks) {
+  if (!model.isFullProduct || model::lightBlend(model, options.shade).foreshortened)
     throw Error("needs a full product of cameras and lights, and no foreshortening").in(model.folder);
   PaperFrame frame;
   StageClock clock;
   tbb::task_arena(1).execute([&] {
     const DeformedCloud cloud = deformed(model.cloud, warp);
     clock.finish("warp");
-    const SplatRaster coverage = look(camera, model.cloud, cloud, options.splats);
+    const splat::SplatRaster coverage = surfels::look(camera, model.cloud, cloud, options.splats);
     frame.visible = coverage.visible.size();
     clock.finish("splat");
-    const QueryBatch batch = queriesAt(model.cloud, cloud, coverage.visible, camera, lights);
+    const model::QueryBatch batch = surfels::queriesAt(model.cloud, cloud, coverage.visible, camera, lights);
     clock.finish("queries");
     PaperShader shader(model, batch, options.shade, blocks, clock);
-    Shaded shaded;
+    model::Shaded shaded;
     for (size_t query = 0; query < batch.size(); ++query) {
       shaded.radiance.push_back(shader.radiance(query));
-      shaded.confidence.push_back(confidenceOf(shader.leastPenalty()));
+      shaded.confidence.push_back(ulr::confidenceOf(shader.leastPenalty()));
     }
     frame.lookups = shader.lookups();
-    frame.color = developRadiance(coverage, shaded);
+    frame.color = surfels::developRadiance(coverage, shaded);
     clock.finish("develop");
   });
   frame.seconds = std::move(clock.seconds);
   return frame;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -11,25 +11,25 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // Decoded blocks for as long as this lives, so that a second frame finds all of them in memory.
 class ResidentBlocks {
 public:
-  explicit ResidentBlocks(BlockCache& cache);
+  explicit ResidentBlocks(codec::BlockCache& cache);
 
   // The block at a texel of a view; null on background.
-  const Block* at(uint32_t view, int x, int y);
-  BlockCache& cache() { return cache_; }
+  const codec::Block* at(uint32_t view, int x, int y);
+  codec::BlockCache& cache() { return cache_; }
 
 private:
-  BlockCache& cache_;
-  std::vector<std::vector<std::shared_ptr<const Block>>>
+  codec::BlockCache& cache_;
+  std::vector<std::vector<std::shared_ptr<const codec::Block>>>
       blocks_; // per view, by number; null: not asked for yet
 };
 
 struct PaperFrame {
-  Image color; // as Film::color
+  image::Image color; // as Film::color
   size_t visible = 0, lookups = 0;
   std::map<std::string, double, std::less<>> seconds; // for each of kStages
 };
@@ -37,7 +37,8 @@ struct PaperFrame {
 // Tangents by four evaluations of the warp [Eq. 6]; penalties of all views and all lights for each surfel.
 // Splats are those of cover() on one thread. For models that are a full product, without foreshortening, and
 // directional or point lights; throws Error otherwise, and where the warp mirrors.
-PaperFrame paperFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
-                      std::span<const ShotLight> lights, const FrameOptions& options, ResidentBlocks& blocks);
+PaperFrame paperFrame(const model::Model& model, const warp::Warp& warp,
+                      const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
+                      const surfels::FrameOptions& options, ResidentBlocks& blocks);
 
-} // namespace surflect
+} // namespace surflect::bench

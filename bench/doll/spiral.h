@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // `count` unit vectors on a spiral about z, each of the same share of the zone between two heights, -1..1;
 // azimuths advance by the golden section of a turn.  [Swinbank and Purser 2006] Fibonacci grids, QJRMS 132.
@@ -25,4 +25,4 @@ inline std::vector<Vec3<double>> spiral(size_t count, double lowest = -1, double
   return directions;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::bench {
 
 std::vector<StageWork> workOf(const FrameCounts& counts) {
   const auto real = [](auto count) { return static_cast<double>(count); };
@@ -53,4 +53,4 @@ double boundSeconds(const StageWork& work, const MachineLimits& limits) {
   return std::max(work.bytes / limits.bytesPerSecond(), work.operations / limits.flopsPerSecond());
 }
 
-} // namespace surflect
+} // namespace surflect::bench

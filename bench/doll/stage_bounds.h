@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // Of one frame.
 struct FrameCounts {
@@ -43,4 +43,4 @@ std::vector<StageWork> workOf(const FrameCounts& counts);
 double boundSeconds(const StageWork& work, const MachineLimits& limits);
 bool isBoundByMemory(const StageWork& work, const MachineLimits& limits);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -3,10 +3,10 @@
 
 #include "srf/ulr/environment.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 // A dim room, its floor darker than its ceiling, with a warm lamp on one side and a weaker, cold one on the
 // other. y is up.
-EnvironmentMap studioLight();
+ulr::EnvironmentMap studioLight();
 
-} // namespace surflect
+} // namespace surflect::bench

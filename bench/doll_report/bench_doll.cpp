@@ -15,7 +15,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -40,33 +40,34 @@ void parseSize(const char* option, const std::string& text, int& width, int& hei
     throw Error::mismatch("two sides of 8 to 16384 pixels, as in 1032x1360", "'" + text + "'").at(option);
 }
 
-FrameCheck check(const Image& paper, const Image& frame) {
-  const double white = whiteOf(paper);
+FrameCheck check(const image::Image& paper, const image::Image& frame) {
+  const double white = film::whiteOf(paper);
   if (!(white > 0)) throw Error("the frame shows nothing");
   FrameCheck check;
-  check.psnrDb = compare(paper, frame, 1 / white).psnrLinear();
+  check.psnrDb = evaluation::compare(paper, frame, 1 / white).psnrLinear();
   for (size_t i = 0; i < paper.values.size(); ++i)
     check.largest = std::max(check.largest, std::abs(double{paper.values[i]} - frame.values[i]) / white);
   return check;
 }
 
 // The frame as the paper's pipeline makes it, and how far ours is from it.
-void measurePaper(const Model& model, const Shot& shot, const fs::path& picture, DollMeasurements& measured) {
-  BlockCache cache(model.files, kCacheBytes);
-  FrameStats ignored;
-  const Image frame =
-      renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, ignored).color;
+void measurePaper(const model::Model& model, const Shot& shot, const fs::path& picture,
+                  DollMeasurements& measured) {
+  codec::BlockCache cache(model.files, kCacheBytes);
+  surfels::FrameStats ignored;
+  const image::Image frame =
+      surfels::renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, ignored).color;
   ResidentBlocks blocks(cache);
   const auto paper = [&] {
     return paperFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
   };
   measured.check = check(paper().color, frame);
-  if (!picture.empty()) writePreview(picture, frame, 1 / whiteOf(frame));
+  if (!picture.empty()) film::writePreview(picture, frame, 1 / film::whiteOf(frame));
   measured.paperLap = lapOf([&] { measured.paper = paper(); }); // all of whose blocks are now in memory
 }
 
 StageDoll packStageDoll(const std::string& scale, const Progress& progress) {
-  const Stage stage = readStage(fs::path(SURFLECT_STAGES_FOLDER) / "doll.toml", scale);
+  const stage::Stage stage = stage::readStage(fs::path(SURFLECT_STAGES_FOLDER) / "doll.toml", scale);
   const BlockSample sample;
   const auto blocks = traceBlocks(stage, sample, progress);
   return {scale, blocks.size(), stage.rig.trainingViews, sample.every,
@@ -94,12 +95,12 @@ DollMeasurements measure(const Arguments& arguments) {
     std::fprintf(stderr, "bench_doll: writing %s\n", measured.model.c_str());
     writeDollModel(measured.model, arguments.size);
   }
-  const Model model = openModel(measured.model);
+  const model::Model model = model::openModel(measured.model);
   const Shot shot = dollShot(model, arguments.width, arguments.height, arguments.lights);
   measured.bounded = boundedFrames(model, shot, arguments.cacheMb << 20);
   measurePaper(model, shot, arguments.picture, measured);
   {
-    BlockCache cache(model.files, kCacheBytes);
+    codec::BlockCache cache(model.files, kCacheBytes);
     measured.frame = timeFrames(model, shot, cache, kCacheBytes, arguments.frames);
   }
   measured.machine = measureMachine(measured.model);
@@ -114,7 +115,7 @@ DollMeasurements measure(const Arguments& arguments) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench
 
 int main(int argc, char** argv) {
   using namespace surflect;

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -263,4 +263,4 @@ nlohmann::ordered_json jsonOf(const DollMeasurements& m) {
 
 std::string jsonReport(const DollMeasurements& measured) { return jsonOf(measured).dump(2) + "\n"; }
 
-} // namespace surflect
+} // namespace surflect::bench

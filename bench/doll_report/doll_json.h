@@ -5,8 +5,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace surflect {
+namespace surflect::bench {
 
 nlohmann::ordered_json jsonOf(const DollMeasurements& measured);
 
-} // namespace surflect
+} // namespace surflect::bench

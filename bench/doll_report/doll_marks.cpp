@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -105,4 +105,4 @@ std::vector<Mark> marksOf(const DollMeasurements& m) {
   return marks;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 struct Mark {
   std::string what; // of `value`, with its unit
@@ -19,4 +19,4 @@ struct Mark {
 // Those that need what this machine or run has not got are left out.
 std::vector<Mark> marksOf(const DollMeasurements& measured);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // How near the frame comes to the paper's, both over the latter's white.
 struct FrameCheck {
@@ -58,4 +58,4 @@ std::string jsonReport(const DollMeasurements& measured);
 // The same as tables.
 std::string textReport(const DollMeasurements& measured);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -8,7 +8,7 @@
 
 #include <iterator>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -174,4 +174,4 @@ std::string textReport(const DollMeasurements& measured) {
   return text;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <istream>
 
-namespace surflect {
+namespace surflect::bench {
 
 // Composes pictures with labels above them, as the JSON on `layout` says:
 //
@@ -37,4 +37,4 @@ void writeTruthAndDifference(const std::filesystem::path& capture, const std::st
 // elliptical-reduced.exr, circular.exr and elliptical.exr into the folder.
 void drawSplats(const std::filesystem::path& folder);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -13,13 +13,13 @@
 #include <algorithm>
 #include <map>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kGap = 6, kLabelScale = 2, kHead = (kLabelHeight + 4) * kLabelScale;
+constexpr int kGap = 6, kLabelScale = 2, kHead = (evaluation::kLabelHeight + 4) * kLabelScale;
 
 // Blue where a splat is a circle, green at 1:2, red from 1:4 on [Weyrich 2005, Fig. 15].
 Rgb stretchColor(float stretch) {
@@ -30,17 +30,17 @@ Rgb stretchColor(float stretch) {
 
 // Three channels of sRGB values and alpha; colours not multiplied by it.
 struct Panel {
-  Image picture; // RGBA
+  image::Image picture; // RGBA
   std::string label;
 };
 
-Image filmLayer(const std::filesystem::path& file, const std::string& layer, double white) {
-  const ExrFile exr(file);
-  Image color = exr.read({"R", "G", "B", "A"});
+image::Image filmLayer(const std::filesystem::path& file, const std::string& layer, double white) {
+  const image::ExrFile exr(file);
+  image::Image color = exr.read({"R", "G", "B", "A"});
   const bool isColor = layer == "color";
-  const Image values = isColor              ? Image()
-                       : layer == "stretch" ? exr.read({"stretch.V"})
-                                            : exr.read({layer + ".R", layer + ".G", layer + ".B"});
+  const image::Image values = isColor              ? image::Image()
+                              : layer == "stretch" ? exr.read({"stretch.V"})
+                                                   : exr.read({layer + ".R", layer + ".G", layer + ".B"});
   for (size_t i = 0; i < color.values.size() / 4; ++i) {
     float* pixel = &color.values[4 * i];
     const float alpha = pixel[3];
@@ -48,7 +48,7 @@ Image filmLayer(const std::filesystem::path& file, const std::string& layer, dou
     Rgb c;
     if (isColor) {
       const auto encode = [&](float value) {
-        return srgbFromLinear(std::clamp(value / alpha / static_cast<float>(white), 0.f, 1.f));
+        return image::srgbFromLinear(std::clamp(value / alpha / static_cast<float>(white), 0.f, 1.f));
       };
       c = {encode(pixel[0]), encode(pixel[1]), encode(pixel[2])};
     } else if (layer == "stretch") {
@@ -62,10 +62,10 @@ Image filmLayer(const std::filesystem::path& file, const std::string& layer, dou
   return color;
 }
 
-Image cellPicture(const std::filesystem::path& file, const std::string& layer, double white) {
+image::Image cellPicture(const std::filesystem::path& file, const std::string& layer, double white) {
   if (file.extension() == ".exr") return filmLayer(file, layer, white);
-  const Image png = readPng(file).image;
-  Image rgba(png.width, png.height, 4);
+  const image::Image png = image::readPng(file).image;
+  image::Image rgba(png.width, png.height, 4);
   for (int y = 0; y < png.height; ++y)
     for (int x = 0; x < png.width; ++x) {
       const auto from = png.at(x, y);
@@ -88,7 +88,7 @@ Dot dotOf(const std::array<double, 7>& numbers) {
   return {x, y, radius, {static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)}, depth};
 }
 
-void drawDot(Image& image, const Image& depth, const Dot& dot) {
+void drawDot(image::Image& image, const image::Image& depth, const Dot& dot) {
   for (int j = 0; j < image.height; ++j)
     for (int i = 0; i < image.width; ++i) {
       if (depth.at(i, j)[0] < dot.depth) continue;
@@ -103,11 +103,11 @@ void drawDot(Image& image, const Image& depth, const Dot& dot) {
 }
 
 // The box [x, y, width, height], each pixel as zoom x zoom.
-Image enlarged(const Image& image, const std::array<int, 4>& box, int zoom) {
+image::Image enlarged(const image::Image& image, const std::array<int, 4>& box, int zoom) {
   const auto [x0, y0, width, height] = box;
   if (x0 < 0 || y0 < 0 || width < 1 || height < 1 || x0 + width > image.width || y0 + height > image.height)
     throw Error("crop: beyond the picture");
-  return resampled(image, {x0, y0, x0 + width, y0 + height}, zoom * width, zoom * height);
+  return image::resampled(image, {x0, y0, x0 + width, y0 + height}, zoom * width, zoom * height);
 }
 
 } // namespace
@@ -123,16 +123,18 @@ void composePanels(std::istream& input) {
   for (const Json& cell : layout.at("cells"))
     if (isColor(cell)) {
       double& white = whites[nameOfWhite(cell)];
-      white =
-          std::max(white, whiteOf(ExrFile(cell.at("file").get<std::string>()).read({"R", "G", "B", "A"})));
+      white = std::max(
+          white,
+          film::whiteOf(image::ExrFile(cell.at("file").get<std::string>()).read({"R", "G", "B", "A"})));
     }
 
   std::vector<Panel> panels;
   for (const Json& cell : layout.at("cells")) {
     const double white = isColor(cell) ? whites[nameOfWhite(cell)] : 1;
-    Image picture = cellPicture(cell.at("file").get<std::string>(), cell.value("layer", "color"), white);
+    image::Image picture =
+        cellPicture(cell.at("file").get<std::string>(), cell.value("layer", "color"), white);
     if (cell.contains("dots")) {
-      const Image depth = ExrFile(cell.at("file").get<std::string>()).read({"depth.Z"});
+      const image::Image depth = image::ExrFile(cell.at("file").get<std::string>()).read({"depth.Z"});
       for (const auto& dot : cell.at("dots").get<std::vector<std::array<double, 7>>>())
         drawDot(picture, depth, dotOf(dot));
     }
@@ -157,14 +159,14 @@ void composePanels(std::istream& input) {
   }
 
   const auto background = layout.value("background", std::array<float, 3>{1, 1, 1});
-  Image sheet(lefts.back() - kGap, tops.back() - kGap, 3);
+  image::Image sheet(lefts.back() - kGap, tops.back() - kGap, 3);
   std::ranges::fill(sheet.values, 1.f);
   for (size_t i = 0; i < panels.size(); ++i) {
     const auto& [picture, label] = panels[i];
     const int left = lefts[i % columns];
     int top = tops[i / columns];
     if (!label.empty()) {
-      drawLabel(sheet, left, top + kLabelScale, label, {0, 0, 0}, kLabelScale);
+      evaluation::drawLabel(sheet, left, top + kLabelScale, label, {0, 0, 0}, kLabelScale);
       top += kHead;
     }
     for (int y = 0; y < picture.height; ++y)
@@ -174,7 +176,7 @@ void composePanels(std::istream& input) {
           sheet.at(left + x, top + y)[c] = from[3] * from[c] + (1 - from[3]) * background[c];
       }
   }
-  writePng(layout.at("out").get<std::string>(), sheet);
+  image::writePng(layout.at("out").get<std::string>(), sheet);
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -18,7 +18,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -33,17 +33,19 @@ size_t nearestLight(const std::vector<Vec3<double>>& towards, const Vec3<double>
 }
 
 // Radiance for the eye; the 97th percentile is white.
-void writeForTheEye(const std::filesystem::path& path, Image image) {
+void writeForTheEye(const std::filesystem::path& path, image::Image image) {
   std::vector<float> sorted = image.values;
   std::ranges::sort(sorted);
   const float white = sorted[sorted.size() * 97 / 100];
-  for (float& value : image.values) value = srgbFromLinear(std::clamp(value / white, 0.f, 1.f));
-  writePng(path, image);
+  for (float& value : image.values) value = image::srgbFromLinear(std::clamp(value / white, 0.f, 1.f));
+  image::writePng(path, image);
 }
 
-Image filmOf(const Photograph& photograph) { return overBlack(photograph.radiance, photograph.alpha); }
+image::Image filmOf(const capture::Photograph& photograph) {
+  return image::overBlack(photograph.radiance, photograph.alpha);
+}
 
-Image weighted(Image film, const Rgb& weight) {
+image::Image weighted(image::Image film, const Rgb& weight) {
   const std::array weights{weight.r, weight.g, weight.b};
   for (size_t i = 0; i < film.values.size(); i += 4)
     for (size_t c = 0; c < 3; ++c) film.values[i + c] *= weights[c];
@@ -58,25 +60,25 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
                              const std::filesystem::path& environmentFile,
                              const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  const Capture all = readCapture(captureFolder);
-  const Capture capture = subset(all, [&](const Frame& frame) {
-    return frame.split == Split::train && frame.light && all.views[frame.view].identity == camera;
+  const capture::Capture all = capture::readCapture(captureFolder);
+  const capture::Capture capture = capture::subset(all, [&](const capture::Frame& frame) {
+    return frame.split == capture::Split::train && frame.light && all.views[frame.view].identity == camera;
   });
   if (capture.frames.empty())
     throw Error("has no photographs for training under lights").at(camera).in(captureFolder);
   std::vector<Vec3<double>> towards; // per frame
   std::vector<Rgb> irradiance;
-  for (const Frame& frame : capture.frames) {
-    const Light& light = capture.lights[*frame.light];
-    towards.push_back(towardsLight(light, {0, 0, 0}).raw());
-    irradiance.push_back(irradianceAt(light, {0, 0, 0}));
+  for (const capture::Frame& frame : capture.frames) {
+    const capture::Light& light = capture.lights[*frame.light];
+    towards.push_back(capture::towardsLight(light, {0, 0, 0}).raw());
+    irradiance.push_back(capture::irradianceAt(light, {0, 0, 0}));
   }
 
   // Each texel belongs to the light that is nearest to it.
-  const Image radiance = readPicture(environmentFile).image;
-  const EnvironmentMap map = environmentOf(radiance, EnvironmentMapping::latLong);
+  const image::Image radiance = image::readPicture(environmentFile).image;
+  const ulr::EnvironmentMap map = ulr::environmentOf(radiance, ulr::EnvironmentMapping::latLong);
   std::vector<Rgb> gatheredIrradiance(towards.size());
-  for (const EnvironmentLight& texel : map.texels) {
+  for (const ulr::EnvironmentLight& texel : map.texels) {
     Rgb& sum = gatheredIrradiance[nearestLight(towards, inWorld(texel.towards.cast<double>()))];
     sum = sum + texel.irradiance;
   }
@@ -85,11 +87,11 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   for (int y = 0; y < radiance.height; ++y)
     for (int x = 0; x < radiance.width; ++x) {
       const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
-      lightOf.push_back(nearestLight(towards, inWorld(latLongDirection(u, v))));
+      lightOf.push_back(nearestLight(towards, inWorld(ulr::latLongDirection(u, v))));
       solidAngle[lightOf.back()] += std::sin(std::numbers::pi * v) * 2 * std::numbers::pi / radiance.width *
                                     std::numbers::pi / radiance.height;
     }
-  Image coarse(radiance.width, radiance.height, 3);
+  image::Image coarse(radiance.width, radiance.height, 3);
   for (size_t i = 0; i < lightOf.size(); ++i) {
     const Rgb mean = static_cast<float>(1 / solidAngle[lightOf[i]]) * gatheredIrradiance[lightOf[i]];
     std::ranges::copy(std::array{mean.r, mean.g, mean.b}, &coarse.values[3 * i]);
@@ -99,25 +101,25 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
 
   std::vector<size_t> frames(capture.frames.size());
   std::iota(frames.begin(), frames.end(), 0);
-  const std::vector<Photograph> photographs = readPhotographs(capture, frames);
-  std::vector<Image> films;
+  const std::vector<capture::Photograph> photographs = capture::readPhotographs(capture, frames);
+  std::vector<image::Image> films;
   for (const size_t f : frames)
     films.push_back(weighted(filmOf(photographs[f]), dividedBy(gatheredIrradiance[f], irradiance[f])));
 
   // Those that the sum owes most to.
   std::vector<float> light;
-  for (const Image& film : films) light.push_back(std::reduce(film.values.begin(), film.values.end()));
+  for (const image::Image& film : films) light.push_back(std::reduce(film.values.begin(), film.values.end()));
   std::vector<size_t> heaviest = frames;
   std::ranges::stable_sort(heaviest, std::greater(), [&](size_t f) { return light[f]; });
   for (size_t k = 0; k < std::min<size_t>(5, heaviest.size()); ++k) {
-    writeFrame(folder / fmt::format("captured-{}.exr", k), {filmOf(photographs[heaviest[k]]), {}}, {});
-    writeFrame(folder / fmt::format("weighted-{}.exr", k), {films[heaviest[k]], {}}, {});
+    film::writeFrame(folder / fmt::format("captured-{}.exr", k), {filmOf(photographs[heaviest[k]]), {}}, {});
+    film::writeFrame(folder / fmt::format("weighted-{}.exr", k), {films[heaviest[k]], {}}, {});
   }
-  Image sum = films[0];
+  image::Image sum = films[0];
   for (size_t f = 1; f < films.size(); ++f)
     for (size_t i = 0; i < sum.values.size(); i += 4)
       for (size_t c = 0; c < 3; ++c) sum.values[i + c] += films[f].values[i + c];
-  writeFrame(folder / "sum.exr", {sum, {}}, {});
+  film::writeFrame(folder / "sum.exr", {sum, {}}, {});
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -3,7 +3,7 @@
 #include "render/film/frame_file.h"
 #include "warp/deform.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -52,23 +52,23 @@ SurfelCloud alone(SurfelCloud cloud, float size, float coverage) {
 void drawSplats(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const SurfelCloud rest = squareGrid();
-  std::vector<WarpPointer> links;
-  links.push_back(rigidWarp({0, 0, 1}, Angle::fromDegrees(25), {0, 0, 0}, {0, 0, 0}));
-  links.push_back(scaleWarp({5, 1, 1}, {0, 0, 0}));
-  const DeformedCloud ellipses = deform(rest, *chainWarp(std::move(links)));
+  std::vector<warp::WarpPointer> links;
+  links.push_back(warp::rigidWarp({0, 0, 1}, Angle::fromDegrees(25), {0, 0, 0}, {0, 0, 0}));
+  links.push_back(warp::scaleWarp({5, 1, 1}, {0, 0, 0}));
+  const DeformedCloud ellipses = warp::deform(rest, *warp::chainWarp(std::move(links)));
 
-  Camera<ObjectSpace> camera; // from above; the middle of the patch fills it
-  camera.lens.model = Lens::Model::orthographic;
+  capture::Camera<ObjectSpace> camera; // from above; the middle of the patch fills it
+  camera.lens.model = capture::Lens::Model::orthographic;
   camera.lens.width = camera.lens.height = 300;
   camera.lens.focalX = camera.lens.focalY = 300 / 0.9;
   camera.lens.centerX = camera.lens.centerY = 150;
   camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -10)};
 
   const auto draw = [&](const char* name, const SurfelCloud& cloud, const DeformedCloud& deformed) {
-    const SplatRaster coverage = look(camera, cloud, deformed);
-    Shaded shaded;
+    const splat::SplatRaster coverage = surfels::look(camera, cloud, deformed);
+    model::Shaded shaded;
     for (const uint32_t surfel : coverage.visible) shaded.radiance.push_back(colorAt(cloud.p0[surfel]));
-    writeFrame(folder / name, {developRadiance(coverage, shaded), {}}, {});
+    film::writeFrame(folder / name, {surfels::developRadiance(coverage, shaded), {}}, {});
   };
   const DeformedCloud circles = circular(ellipses);
   draw("circular-reduced.exr", alone(rest, 0.3f, 2), circles);
@@ -77,4 +77,4 @@ void drawSplats(const std::filesystem::path& folder) {
   draw("elliptical.exr", rest, ellipses);
 }
 
-} // namespace surflect
+} // namespace surflect::bench

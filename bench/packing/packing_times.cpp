@@ -12,14 +12,14 @@
 #include <cmath>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
 constexpr size_t kLights = 60, kBlocks = 128;
 
-EncodedBlock encoded(const Eigen::MatrixXf& x) {
-  return encodeBlock(~uint64_t{0}, x, DollBlocks::kTolerance, DollBlocks::kWhite);
+codec::EncodedBlock encoded(const Eigen::MatrixXf& x) {
+  return codec::encodeBlock(~uint64_t{0}, x, DollBlocks::kTolerance, DollBlocks::kWhite);
 }
 
 Eigen::BDCSVD<Eigen::MatrixXf> decomposed(const Eigen::MatrixXf& x) {
@@ -27,10 +27,10 @@ Eigen::BDCSVD<Eigen::MatrixXf> decomposed(const Eigen::MatrixXf& x) {
 }
 
 std::vector<Eigen::MatrixXf> blocksOfDoll() {
-  std::vector<Light> lights;
+  std::vector<capture::Light> lights;
   for (const Vec3<double>& towards : spiral(kLights)) {
-    Light& light = lights.emplace_back();
-    light.kind = DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}};
+    capture::Light& light = lights.emplace_back();
+    light.kind = capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}};
   }
   std::vector<Eigen::MatrixXf> blocks;
   for (const Vec3<double>& normal : spiral(kBlocks))
@@ -47,7 +47,7 @@ PackingTimes timePacking(int rounds) {
   const auto count = static_cast<double>(blocks.size());
   double held = 0, lost = 0, least = 0; // sums of squares
   for (const Eigen::MatrixXf& x : blocks) {
-    const EncodedBlock block = encoded(x);
+    const codec::EncodedBlock block = encoded(x);
     const Eigen::BDCSVD<Eigen::MatrixXf> svd = decomposed(x);
     const auto left = svd.singularValues().tail(svd.singularValues().size() - block.rank);
     held += x.cast<double>().squaredNorm();
@@ -79,4 +79,4 @@ PackingTimes timePacking(int rounds) {
   return times;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,7 +6,7 @@
 
 #include <cstddef>
 
-namespace surflect {
+namespace surflect::bench {
 
 struct PackingTimes {
   size_t blocks = 0;
@@ -22,4 +22,4 @@ struct PackingTimes {
 // Throws Error where blocks err half as much again as the best of their rank would.
 PackingTimes timePacking(int rounds);
 
-} // namespace surflect
+} // namespace surflect::bench

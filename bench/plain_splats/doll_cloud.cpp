@@ -9,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -127,8 +127,8 @@ DollCloud dollCloud(size_t surfels, SurfelOrder order) {
   return doll;
 }
 
-Camera<ObjectSpace> dollCamera(int width, int height) {
-  Camera<ObjectSpace> camera;
+capture::Camera<ObjectSpace> dollCamera(int width, int height) {
+  capture::Camera<ObjectSpace> camera;
   camera.lens.width = width;
   camera.lens.height = height;
   camera.lens.focalX = camera.lens.focalY = 2.1 * height;
@@ -138,4 +138,4 @@ Camera<ObjectSpace> dollCamera(int width, int height) {
   return camera;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -5,7 +5,7 @@
 #include "srf/capture/camera.h"
 #include "surfel/cloud.h"
 
-namespace surflect {
+namespace surflect::bench {
 
 constexpr size_t kDollSurfels = 532'935;
 
@@ -21,6 +21,6 @@ struct DollCloud {
 DollCloud dollCloud(size_t surfels, SurfelOrder order);
 
 // Sees the doll from the front; it fills most of the picture.
-Camera<ObjectSpace> dollCamera(int width, int height);
+capture::Camera<ObjectSpace> dollCamera(int width, int height);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace surflect::slow {
+namespace surflect::bench::slow {
 
 namespace {
 
@@ -21,7 +21,7 @@ struct Fragment {
 // (1 - q/Q)^2, Q the square of the cut-off, scaled to the mass of exp(-q/2); their integrals over the plane
 // are pi Q / 3 and 2 pi.
 float areaKernel(float q) {
-  constexpr float Q = static_cast<float>(kCutoffSigmas * kCutoffSigmas);
+  constexpr float Q = static_cast<float>(splat::kCutoffSigmas * splat::kCutoffSigmas);
   const float t = std::max(0.f, 1 - q / Q);
   return 6 / Q * t * t;
 }
@@ -38,18 +38,19 @@ struct Scratch {
   std::vector<Contribution> contributions;
 };
 
-PixelBox intersection(const PixelBox& a, const PixelBox& b) {
+splat::PixelBox intersection(const splat::PixelBox& a, const splat::PixelBox& b) {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
-size_t area(const PixelBox& box) {
+size_t area(const splat::PixelBox& box) {
   return box.empty() ? 0 : static_cast<size_t>(box.x1 - box.x0) * static_cast<size_t>(box.y1 - box.y0);
 }
 
 // Calls draw(x, y, fragment) for the pixel centres of the box inside the footprint.
-template <class Draw> void rasterise(const Footprint& f, uint32_t splat, const PixelBox& box, Draw draw) {
-  constexpr float cutoff = static_cast<float>(kCutoffSigmas * kCutoffSigmas);
-  const PixelBox clipped = intersection(f.box, box);
+template <class Draw>
+void rasterise(const splat::Footprint& f, uint32_t splat, const splat::PixelBox& box, Draw draw) {
+  constexpr float cutoff = static_cast<float>(splat::kCutoffSigmas * splat::kCutoffSigmas);
+  const splat::PixelBox clipped = intersection(f.box, box);
   for (int y = clipped.y0; y < clipped.y1; ++y) {
     const float dy = static_cast<float>(y) + 0.5f - f.y;
     const float rowQ = f.yy * dy * dy;
@@ -69,7 +70,9 @@ template <class Draw> void rasterise(const Footprint& f, uint32_t splat, const P
   }
 }
 
-float saturated(float area) { return std::clamp((area - (1 - kFull)) / (2 * kFull - 1), 0.f, 1.f); }
+float saturated(float area) {
+  return std::clamp((area - (1 - splat::kFull)) / (2 * splat::kFull - 1), 0.f, 1.f);
+}
 
 struct ResolvedPixel {
   float alpha = 0;
@@ -101,7 +104,7 @@ ResolvedPixel resolvePixel(std::span<Fragment> fragments, std::vector<Contributi
     for (end = begin; end < fragments.size(); ++end) {
       const Fragment& f = fragments[end];
       if (end > begin && f.order - f.tolerance > back) break;
-      if (layerArea < kRooted) back = std::max(back, f.order + f.tolerance);
+      if (layerArea < splat::kRooted) back = std::max(back, f.order + f.tolerance);
       layerArea += f.area;
       weight += f.weight;
       weightedOrder += f.weight * f.order;
@@ -121,12 +124,13 @@ ResolvedPixel resolvePixel(std::span<Fragment> fragments, std::vector<Contributi
 }
 
 // Draws a box of one tile. Boxes with too many fragments are halved first; pixels do not notice.
-void coverBox(const Lens& lens, std::span<const Footprint> footprints, std::span<const uint32_t> splats,
-              const PixelBox& box, Scratch& scratch, SplatRaster& coverage) {
+void coverBox(const capture::Lens& lens, std::span<const splat::Footprint> footprints,
+              std::span<const uint32_t> splats, const splat::PixelBox& box, Scratch& scratch,
+              SplatRaster& coverage) {
   size_t fragmentBound = 0;
   for (const uint32_t splat : splats) fragmentBound += area(intersection(footprints[splat].box, box));
   if (fragmentBound > kMaxFragments && area(box) > 1) {
-    PixelBox a = box, b = box;
+    splat::PixelBox a = box, b = box;
     if (box.x1 - box.x0 > box.y1 - box.y0) {
       a.x1 = b.x0 = (box.x0 + box.x1) / 2;
     } else {
@@ -169,26 +173,28 @@ void coverBox(const Lens& lens, std::span<const Footprint> footprints, std::span
       const size_t pixel = coverage.pixel(x, y);
       coverage.ranges[pixel] = {before, static_cast<uint32_t>(scratch.contributions.size()) - before};
       coverage.alpha[pixel] = resolved.alpha;
-      coverage.depth[pixel] = resolved.alpha > 0 ? static_cast<float>(depthOfOrder(lens, resolved.order))
-                                                 : std::numeric_limits<float>::infinity();
+      coverage.depth[pixel] = resolved.alpha > 0
+                                  ? static_cast<float>(splat::depthOfOrder(lens, resolved.order))
+                                  : std::numeric_limits<float>::infinity();
       coverage.layerArea[pixel] = resolved.layerArea;
     }
 }
 
 // Footprints per splat; those not drawn have an empty box.
-std::vector<Footprint> project(const Camera<ObjectSpace>& camera, const Splats& splats,
-                               const SplatOptions& options, SplatCounts& counts, const Progress& progress) {
+std::vector<splat::Footprint> project(const capture::Camera<ObjectSpace>& camera, const splat::Splats& splats,
+                                      const splat::SplatOptions& options, splat::SplatCounts& counts,
+                                      const Progress& progress) {
   constexpr uint8_t drawn = 255;
-  std::vector<Footprint> footprints(splats.size());
+  std::vector<splat::Footprint> footprints(splats.size());
   std::vector<uint8_t> fates(splats.size(), drawn);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, splats.size(), 1024), [&](const auto& range) {
     progress.checkpoint();
     for (size_t i = range.begin(); i < range.end(); ++i) {
-      const auto result = footprintOf(camera, splats, i, options);
-      if (const auto* footprint = std::get_if<Footprint>(&result)) {
+      const auto result = splat::footprintOf(camera, splats, i, options);
+      if (const auto* footprint = std::get_if<splat::Footprint>(&result)) {
         footprints[i] = *footprint;
       } else {
-        fates[i] = static_cast<uint8_t>(std::get<Rejection>(result));
+        fates[i] = static_cast<uint8_t>(std::get<splat::Rejection>(result));
       }
     }
   });
@@ -196,11 +202,11 @@ std::vector<Footprint> project(const Camera<ObjectSpace>& camera, const Splats& 
     return static_cast<size_t>(std::count(fates.begin(), fates.end(), static_cast<uint8_t>(fate)));
   };
   counts = {countOf(drawn),
-            countOf(Rejection::dead),
-            countOf(Rejection::notFinite),
-            countOf(Rejection::backFacing),
-            countOf(Rejection::tooNear),
-            countOf(Rejection::outside)};
+            countOf(splat::Rejection::dead),
+            countOf(splat::Rejection::notFinite),
+            countOf(splat::Rejection::backFacing),
+            countOf(splat::Rejection::tooNear),
+            countOf(splat::Rejection::outside)};
   return footprints;
 }
 
@@ -210,10 +216,10 @@ struct TileBins {
   std::vector<uint32_t> splats;
 };
 
-TileBins binned(std::span<const Footprint> footprints, const SplatRaster& coverage) {
+TileBins binned(std::span<const splat::Footprint> footprints, const SplatRaster& coverage) {
   const auto forTiles = [&](size_t splat, auto visit) {
     constexpr int size = SplatRaster::tileSize;
-    const PixelBox& box = footprints[splat].box;
+    const splat::PixelBox& box = footprints[splat].box;
     if (box.empty()) return;
     for (int y = box.y0 / size; y <= (box.y1 - 1) / size; ++y)
       for (int x = box.x0 / size; x <= (box.x1 - 1) / size; ++x) visit(coverage.tile(x * size, y * size));
@@ -231,8 +237,8 @@ TileBins binned(std::span<const Footprint> footprints, const SplatRaster& covera
 
 } // namespace
 
-SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
-               const Progress& progress) {
+SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const splat::Splats& splats,
+                      const splat::SplatOptions& options, const Progress& progress) {
   const int width = camera.lens.width, height = camera.lens.height;
   assert(width > 0 && height > 0);
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
@@ -250,7 +256,8 @@ SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, c
   coverage.depth.resize(pixels);
   coverage.layerArea.resize(pixels);
 
-  const std::vector<Footprint> footprints = project(camera, splats, options, coverage.counts, progress);
+  const std::vector<splat::Footprint> footprints =
+      project(camera, splats, options, coverage.counts, progress);
   const TileBins bins = binned(footprints, coverage);
   tbb::enumerable_thread_specific<Scratch> scratches;
   tbb::parallel_for(size_t(0), coverage.tiles.size(), [&](size_t tile) {
@@ -258,7 +265,7 @@ SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, c
     Scratch& scratch = scratches.local();
     scratch.contributions.clear();
     const int x = static_cast<int>(tile) % tilesX * size, y = static_cast<int>(tile) / tilesX * size;
-    const PixelBox box{x, y, std::min(x + size, width), std::min(y + size, height)};
+    const splat::PixelBox box{x, y, std::min(x + size, width), std::min(y + size, height)};
     const auto over =
         std::span(bins.splats).subspan(bins.begin[tile], bins.begin[tile + 1] - bins.begin[tile]);
     coverBox(camera.lens, footprints, over, box, scratch, coverage);
@@ -277,10 +284,10 @@ std::vector<uint32_t> visibleSplats(const SplatRaster& coverage) {
   return visible;
 }
 
-Image blend(const SplatRaster& coverage, std::span<const float> attributes, int channels,
-            std::span<const float> confidence) {
+image::Image blend(const SplatRaster& coverage, std::span<const float> attributes, int channels,
+                   std::span<const float> confidence) {
   assert(channels > 0 && attributes.size() == coverage.splatCount * static_cast<size_t>(channels));
-  Image image(coverage.width, coverage.height, channels);
+  image::Image image(coverage.width, coverage.height, channels);
   tbb::parallel_for(0, coverage.height, [&](int y) {
     for (int x = 0; x < coverage.width; ++x) {
       const auto pixel = image.at(x, y);
@@ -302,4 +309,4 @@ Image blend(const SplatRaster& coverage, std::span<const float> attributes, int 
   return image;
 }
 
-} // namespace surflect::slow
+} // namespace surflect::bench::slow

@@ -4,7 +4,7 @@
 
 #include "render/splat/splat_raster.h"
 
-namespace surflect::slow {
+namespace surflect::bench::slow {
 
 struct Contribution {
   uint32_t splat; // of the cloud
@@ -21,7 +21,7 @@ struct SplatRaster {
 
   int width = 0, height = 0;
   size_t splatCount = 0; // of the cloud
-  SplatCounts counts;
+  splat::SplatCounts counts;
   std::vector<std::vector<Contribution>> tiles; // row by row; contributions of the pixels of one tile
   std::vector<Range> ranges;                    // per pixel, into its tile
   std::vector<float> alpha;                     // per pixel: the sum of its weights
@@ -43,15 +43,15 @@ struct SplatRaster {
   }
 };
 
-SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
-               const Progress& progress = {});
+SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const splat::Splats& splats,
+                      const splat::SplatOptions& options = {}, const Progress& progress = {});
 
 std::vector<uint32_t> visibleSplats(const SplatRaster& coverage);
 
 // attributes: splats x channels, those of one splat together; only those of visible splats are read.
 // Returns the sums weighted by coverage, hence premultiplied by alpha. confidence: per splat, see
 // render/splat/splat_raster.h.
-Image blend(const SplatRaster& coverage, std::span<const float> attributes, int channels,
-            std::span<const float> confidence = {});
+image::Image blend(const SplatRaster& coverage, std::span<const float> attributes, int channels,
+                   std::span<const float> confidence = {});
 
-} // namespace surflect::slow
+} // namespace surflect::bench::slow

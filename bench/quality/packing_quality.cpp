@@ -6,27 +6,31 @@
 #include <cmath>
 #include <string>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
-PackingQuality packed(std::span<const ReflectanceStack> views, double tolerance, double white,
+PackingQuality packed(std::span<const codec::ReflectanceStack> views, double tolerance, double white,
                       const Progress& progress) {
-  ViewSummary sum;
-  for (const ReflectanceStack& view : views)
-    sum += encodeView(view, {.tolerance = tolerance, .white = white}, progress).summary;
+  codec::ViewSummary sum;
+  for (const codec::ReflectanceStack& view : views)
+    sum += codec::encodeView(view, {.tolerance = tolerance, .white = white}, progress).summary;
   const size_t lights = views[0].lights.size();
   const double values = static_cast<double>(sum.objectTexels * lights);
-  return {
-      tolerance, static_cast<double>(sum.fileBytes) / values, psnrDb(sum, white), sum.objectTexels, lights,
-      white};
+  return {tolerance,
+          static_cast<double>(sum.fileBytes) / values,
+          codec::psnrDb(sum, white),
+          sum.objectTexels,
+          lights,
+          white};
 }
 
 } // namespace
 
-PackingQuality qualityAt(double bytes, std::span<const ReflectanceStack> views, const Progress& progress) {
-  WhiteLevel white;
-  for (const ReflectanceStack& view : views) white.add(view, objectMask(view.alpha), progress);
+PackingQuality qualityAt(double bytes, std::span<const codec::ReflectanceStack> views,
+                         const Progress& progress) {
+  model::WhiteLevel white;
+  for (const codec::ReflectanceStack& view : views) white.add(view, image::objectMask(view.alpha), progress);
   if (!white.isKnown()) throw Error("no photograph shows anything of the object");
   double fine = 0.005, coarse = 0.5; // too many bytes; few enough
   PackingQuality best = packed(views, coarse, white.value(), progress);
@@ -47,4 +51,4 @@ PackingQuality qualityAt(double bytes, std::span<const ReflectanceStack> views, 
   return best;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <span>
 
-namespace surflect {
+namespace surflect::bench {
 
 struct PackingQuality {
   double tolerance = 0;
@@ -20,7 +20,7 @@ struct PackingQuality {
 // Of photographs with a matte, packed at the tolerance that comes nearest to so many bytes (for each pixel
 // and light) from below, of those between 0.005 and 0.5. White is what pack takes for it. Throws Error where
 // nothing of an object is seen, where more bytes are needed, and Cancelled.
-PackingQuality qualityAt(double bytes, std::span<const ReflectanceStack> views,
+PackingQuality qualityAt(double bytes, std::span<const codec::ReflectanceStack> views,
                          const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::bench

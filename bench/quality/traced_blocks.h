@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 struct BlockSample {
   size_t views = 8; // at most, of those for training, evenly chosen
@@ -18,7 +18,7 @@ struct BlockSample {
 
 // Under all lights for training, rounded as a capture's file would have them: the blocks of each view side by
 // side in a square. Noise is not that of the capture, but as strong. Throws Cancelled.
-std::vector<ReflectanceStack> traceBlocks(const Stage& stage, const BlockSample& sample,
-                                          const Progress& progress = {});
+std::vector<codec::ReflectanceStack> traceBlocks(const stage::Stage& stage, const BlockSample& sample,
+                                                 const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::bench

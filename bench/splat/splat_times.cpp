@@ -13,7 +13,7 @@
 #include <functional>
 #include <memory>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -23,7 +23,7 @@ constexpr double kLeastDb = 115, kMostFlipped = 2e-5;
 constexpr float kFlipped = 1e-3f;
 constexpr int kRoundsToOnePlain = 3;
 
-std::vector<float> ofVisible(const SplatRaster& coverage, const std::vector<float>& colors) {
+std::vector<float> ofVisible(const splat::SplatRaster& coverage, const std::vector<float>& colors) {
   std::vector<float> values;
   values.reserve(3 * coverage.visible.size());
   for (const uint32_t i : coverage.visible)
@@ -35,7 +35,7 @@ struct Nearness {
   double db = 0, unflippedDb = 0;
   double flipped = 0; // share of the pixels
 };
-Nearness nearness(const Image& a, const Image& b) {
+Nearness nearness(const image::Image& a, const image::Image& b) {
   double squared = 0, unflipped = 0;
   size_t flipped = 0;
   for (size_t i = 0; i < a.values.size(); i += 3) {
@@ -51,7 +51,7 @@ Nearness nearness(const Image& a, const Image& b) {
     flipped += isFlipped;
   }
   const auto values = static_cast<double>(a.values.size());
-  const auto decibels = [&](double sum) { return std::min(999.0, psnr(sum / values)); };
+  const auto decibels = [&](double sum) { return std::min(999.0, evaluation::psnr(sum / values)); };
   return {decibels(squared), decibels(unflipped), static_cast<double>(3 * flipped) / values};
 }
 
@@ -63,19 +63,19 @@ struct Way {
 };
 
 // The picture is made, and held against the plain one.
-Way fastWay(Simd simd, const Camera<ObjectSpace>& camera, const Splats& splats, std::span<const float> colors,
-            const Image& plain) {
+Way fastWay(Simd simd, const capture::Camera<ObjectSpace>& camera, const splat::Splats& splats,
+            std::span<const float> colors, const image::Image& plain) {
   struct Kept {
-    SplatRaster coverage;
+    splat::SplatRaster coverage;
     std::vector<float> values;
-    Image image;
+    image::Image image;
   };
   const auto kept = std::make_shared<Kept>();
   const auto covers = [=, &camera, &splats] {
-    kept->coverage = rasterize(camera, splats, {.simd = simd}, {}, std::move(kept->coverage));
+    kept->coverage = splat::rasterize(camera, splats, {.simd = simd}, {}, std::move(kept->coverage));
   };
   const auto blends = [=] {
-    kept->image = blend(kept->coverage, kept->values, 3, {}, std::move(kept->image));
+    kept->image = splat::blend(kept->coverage, kept->values, 3, {}, std::move(kept->image));
   };
   covers();
   kept->values = ofVisible(kept->coverage, {colors.begin(), colors.end()});
@@ -120,14 +120,14 @@ std::vector<SplatTimes> timeSplats(int rounds) {
   const auto camera = dollCamera(1024, 768);
   for (const auto order : {SurfelOrder::coherent, SurfelOrder::shuffled}) {
     const DollCloud doll = dollCloud(kDollSurfels, order);
-    const Splats splats = splatsOf(doll.rest, doll.deformed);
+    const splat::Splats splats = splat::splatsOf(doll.rest, doll.deformed);
     slow::SplatRaster plain = slow::rasterize(camera, splats);
-    const Image image = slow::blend(plain, doll.colors, 3);
+    const image::Image image = slow::blend(plain, doll.colors, 3);
     std::vector<Way> ways;
     for (const Simd simd : supportedSimd()) ways.push_back(fastWay(simd, camera, splats, doll.colors, image));
     ways.push_back({"plain", 999, 0, [&] { plain = slow::rasterize(camera, splats); },
                     [&] { slow::blend(plain, doll.colors, 3); }, true});
-    const size_t visible = rasterize(camera, splats).visible.size();
+    const size_t visible = splat::rasterize(camera, splats).visible.size();
     for (const int threads : {1, 2}) {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                       static_cast<size_t>(threads));
@@ -143,4 +143,4 @@ std::vector<SplatTimes> timeSplats(int rounds) {
   return result;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // One way of drawing a doll: vector instructions by name, or "plain", by slow_coverage.h.
 struct SplatTimes {
@@ -26,4 +26,4 @@ struct SplatTimes {
 // flipped.
 std::vector<SplatTimes> timeSplats(int rounds);
 
-} // namespace surflect
+} // namespace surflect::bench

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 Lap lapOf(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -29,4 +29,4 @@ Times timesOf(std::span<const Lap> laps) {
   return {seconds.front(), seconds[laps.size() / 2], processor[laps.size() / 2]};
 }
 
-} // namespace surflect
+} // namespace surflect::bench

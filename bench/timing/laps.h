@@ -4,7 +4,7 @@
 #include <functional>
 #include <span>
 
-namespace surflect {
+namespace surflect::bench {
 
 // One measurement.
 struct Lap {
@@ -19,4 +19,4 @@ struct Times {
 // Of at least one measurement.
 Times timesOf(std::span<const Lap> laps);
 
-} // namespace surflect
+} // namespace surflect::bench

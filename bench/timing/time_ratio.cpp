@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -29,4 +29,4 @@ TimeRatio timeRatio(std::span<const Lap> over, std::span<const Lap> under) {
   return {median, 1.2533 * 1.4826 * medianOf(deviations) / std::sqrt(static_cast<double>(ratios.size()))};
 }
 
-} // namespace surflect
+} // namespace surflect::bench

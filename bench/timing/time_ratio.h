@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::bench {
 
 // `error` is the standard error of the median.
 struct TimeRatio {
@@ -16,4 +16,4 @@ struct TimeRatio {
 // many laps of one as of the other, at least one; of one lap no error is known and it is 0.
 TimeRatio timeRatio(std::span<const Lap> over, std::span<const Lap> under);
 
-} // namespace surflect
+} // namespace surflect::bench

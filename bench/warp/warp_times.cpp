@@ -15,14 +15,14 @@
 #include <iterator>
 #include <utility>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
 // A warp as the paper uses it: five evaluations of Psi a surfel, one for p and two each for u and v
 // [Weyrich 2005, Eq. 6]. They do not say whether it mirrors.
-DeformedCloud deformByDifferences(const SurfelCloud& cloud, const Warp& warp, DeformedCloud deformed) {
-  const double epsilon = differenceStep(cloud);
+DeformedCloud deformByDifferences(const SurfelCloud& cloud, const warp::Warp& warp, DeformedCloud deformed) {
+  const double epsilon = warp::differenceStep(cloud);
   deformed.p.resize(cloud.size());
   deformed.u.resize(cloud.size());
   deformed.v.resize(cloud.size());
@@ -43,11 +43,11 @@ DeformedCloud deformByDifferences(const SurfelCloud& cloud, const Warp& warp, De
 }
 
 // The same warp, whose kernels nobody knows.
-struct PointByPoint final : Warp {
-  explicit PointByPoint(const Warp& of) : warp(of) {}
+struct PointByPoint final : warp::Warp {
+  explicit PointByPoint(const warp::Warp& of) : warp(of) {}
   Vec3<double> position(const Vec3<double>& x) const override { return warp.position(x); }
   std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const override { return warp.jacobian(x); }
-  const Warp& warp;
+  const warp::Warp& warp;
 };
 
 // The largest difference of two coordinates.
@@ -68,17 +68,19 @@ struct Way {
   std::vector<Lap> laps = {};
 };
 
-std::vector<WarpTimes> timesOfWarp(const char* name, const SurfelCloud& cloud, const Warp& warp, int rounds) {
+std::vector<WarpTimes> timesOfWarp(const char* name, const SurfelCloud& cloud, const warp::Warp& warp,
+                                   int rounds) {
   constexpr double kFarthest = 3e-7; // coordinates are of a doll about one unit high
   const PointByPoint plain(warp);
   std::vector<Way> ways;
   ways.push_back(
       {"differences", [&](DeformedCloud kept) { return deformByDifferences(cloud, warp, std::move(kept)); }});
-  ways.push_back(
-      {"exact", [&](DeformedCloud kept) { return deform(cloud, plain, {}, bestSimd(), std::move(kept)); }});
+  ways.push_back({"exact", [&](DeformedCloud kept) {
+                    return warp::deform(cloud, plain, {}, bestSimd(), std::move(kept));
+                  }});
   for (const Simd simd : supportedSimd())
     ways.push_back({std::string(nameOf(simd)), [&, simd](DeformedCloud kept) {
-                      return deform(cloud, warp, {}, simd, std::move(kept));
+                      return warp::deform(cloud, warp, {}, simd, std::move(kept));
                     }});
   const DeformedCloud expected = ways[1].deform({});
   for (Way& way : ways) {
@@ -94,13 +96,13 @@ std::vector<WarpTimes> timesOfWarp(const char* name, const SurfelCloud& cloud, c
 }
 
 // Four control points along each axis, each moved by up to 5 % of the box.
-WarpPointer latticeAround(const Eigen::AlignedBox3d& box) {
-  Lattice lattice{box.min(), box.max(), {3, 3, 3}, {}};
+warp::WarpPointer latticeAround(const Eigen::AlignedBox3d& box) {
+  warp::Lattice lattice{box.min(), box.max(), {3, 3, 3}, {}};
   const Vec3<double> size = box.sizes();
   for (int i = 0; i < 64; ++i)
     lattice.moves.push_back(0.05 *
                             size.cwiseProduct(Vec3<double>(std::sin(i), std::sin(2 * i), std::cos(i))));
-  return latticeWarp(std::move(lattice));
+  return warp::latticeWarp(std::move(lattice));
 }
 
 } // namespace
@@ -109,11 +111,11 @@ std::vector<WarpTimes> timeWarps(int rounds) {
   const tbb::global_control oneThread(tbb::global_control::max_allowed_parallelism, 1);
   const SurfelCloud cloud = dollCloud(kDollSurfels, SurfelOrder::coherent).rest;
   const Eigen::AlignedBox3d box = boundsOf(cloud.p0);
-  const WarpPointer twist =
-      twistWarp(Vec3<double>::UnitZ(), Angle::fromDegrees(40 / box.sizes()[2]), box.center());
+  const warp::WarpPointer twist =
+      warp::twistWarp(Vec3<double>::UnitZ(), Angle::fromDegrees(40 / box.sizes()[2]), box.center());
   std::vector<WarpTimes> times = timesOfWarp("twist", cloud, *twist, rounds);
   std::ranges::move(timesOfWarp("lattice", cloud, *latticeAround(box), rounds), std::back_inserter(times));
   return times;
 }
 
-} // namespace surflect
+} // namespace surflect::bench

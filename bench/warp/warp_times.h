@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 // One way of a warp: "differences", five evaluations a surfel as the paper does [Weyrich 2005, Eq. 6];
 // "exact", point by point with exact Jacobians; or vector instructions by name.
@@ -21,4 +21,4 @@ struct WarpTimes {
 // agree.
 std::vector<WarpTimes> timeWarps(int rounds);
 
-} // namespace surflect
+} // namespace surflect::bench

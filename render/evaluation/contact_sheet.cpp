@@ -16,7 +16,7 @@
 #include <map>
 #include <tuple>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 namespace {
 
@@ -27,7 +27,7 @@ constexpr int kGap = 6; // pixels between tiles, and around them
 constexpr int kMargin = 4;
 
 // The silhouette and as much around it as shows whether it is in the right place.
-PixelWindow windowAround(const Mask& silhouette) {
+image::PixelWindow windowAround(const image::Mask& silhouette) {
   int x0 = silhouette.width, y0 = silhouette.height, x1 = 0, y1 = 0;
   for (int y = 0; y < silhouette.height; ++y)
     for (int x = 0; x < silhouette.width; ++x)
@@ -43,14 +43,14 @@ PixelWindow windowAround(const Mask& silhouette) {
 }
 
 // The largest size of a window's proportions in a square cell.
-PictureSize fitted(const PixelWindow& window, int cell) {
+image::PictureSize fitted(const image::PixelWindow& window, int cell) {
   const double scale = static_cast<double>(cell) / std::max(window.width(), window.height());
   const auto scaled = [&](int length) { return std::max(1, static_cast<int>(std::lround(scale * length))); };
   return {scaled(window.width()), scaled(window.height())};
 }
 
 struct TileSize {
-  PictureSize picture; // the cell
+  image::PictureSize picture; // the cell
   int labelScale = 1;
 
   int width() const { return 2 * picture.width + kMargin; }
@@ -59,27 +59,27 @@ struct TileSize {
 };
 
 // Large letters where a whole label has room.
-TileSize tileOf(PictureSize picture) {
+TileSize tileOf(image::PictureSize picture) {
   constexpr int kLetters = 50;
   picture.width = std::max(picture.width, 80);
   return {picture, picture.width >= kLetters * kLabelAdvance ? 2 : 1};
 }
 
-PictureSize sheetSize(const TileSize& tile, size_t tiles, int columns) {
+image::PictureSize sheetSize(const TileSize& tile, size_t tiles, int columns) {
   const int rows =
       static_cast<int>((tiles + static_cast<size_t>(columns) - 1) / static_cast<size_t>(columns));
   return {kGap + columns * (tile.width() + kGap),
           kGap + tile.labelHeight() + kGap + rows * (tile.height() + kGap)};
 }
 
-Image blankPaper(int width, int height) {
-  Image image(width, height, 3);
+image::Image blankPaper(int width, int height) {
+  image::Image image(width, height, 3);
   for (size_t i = 0; i < image.values.size(); ++i)
     image.values[i] = std::array{kPaper.r, kPaper.g, kPaper.b}[i % 3];
   return image;
 }
 
-void blendLine(Image& encoded, const Image& share, Rgb color) {
+void blendLine(image::Image& encoded, const image::Image& share, Rgb color) {
   for (size_t pixel = 0; pixel < share.values.size(); ++pixel)
     for (size_t c = 0; c < 3; ++c) {
       float& value = encoded.values[3 * pixel + c];
@@ -87,14 +87,14 @@ void blendLine(Image& encoded, const Image& share, Rgb color) {
     }
 }
 
-void place(Image& sheet, const Image& picture, int x, int y) {
+void place(image::Image& sheet, const image::Image& picture, int x, int y) {
   for (int j = 0; j < picture.height; ++j)
     for (int i = 0; i < picture.width; ++i)
       std::ranges::copy(picture.at(i, j), sheet.at(x + i, y + j).begin());
 }
 
 // The exposure that makes the 99.5th percentile 1; 1 where nothing shines.
-double exposureFor(const PercentileCounter& values) {
+double exposureFor(const image::PercentileCounter& values) {
   const double white = values.percentile(0.995);
   return white > 0 ? 1 / white : 1;
 }
@@ -103,7 +103,7 @@ struct Exposures {
   double photographs, geometry;
 };
 Exposures exposuresOf(std::span<const Overlay> overlays) {
-  PercentileCounter photographs, everything, geometry;
+  image::PercentileCounter photographs, everything, geometry;
   for (const Overlay& overlay : overlays)
     for (size_t pixel = 0; 4 * pixel < overlay.geometry.values.size(); ++pixel) {
       const bool onGeometry = overlay.geometry.values[4 * pixel + 3] > 0.5f;
@@ -116,13 +116,13 @@ Exposures exposuresOf(std::span<const Overlay> overlays) {
   return {exposureFor(photographs.percentile(0.995) > 0 ? photographs : everything), exposureFor(geometry)};
 }
 
-Image overPaper(const Image& rgba, double exposure) {
-  Image straight(rgba.width, rgba.height, 3);
+image::Image overPaper(const image::Image& rgba, double exposure) {
+  image::Image straight(rgba.width, rgba.height, 3);
   for (size_t pixel = 0; 3 * pixel < straight.values.size(); ++pixel)
     for (size_t c = 0; c < 3; ++c)
       if (const float alpha = rgba.values[4 * pixel + 3]; alpha > 0)
         straight.values[3 * pixel + c] = rgba.values[4 * pixel + c] / alpha;
-  Image encoded = srgbEncoded(exposed(straight, exposure));
+  image::Image encoded = srgbEncoded(exposed(straight, exposure));
   for (size_t pixel = 0; 3 * pixel < encoded.values.size(); ++pixel)
     for (size_t c = 0; c < 3; ++c) {
       float& value = encoded.values[3 * pixel + c];
@@ -141,22 +141,22 @@ std::string labelOf(const Overlay& overlay) {
 }
 
 // Frames that were masked are read without their masks.
-Capture unmasked(const Capture& capture) {
-  Capture plain = capture;
-  for (Frame& frame : plain.frames) frame.mask.clear();
+capture::Capture unmasked(const capture::Capture& capture) {
+  capture::Capture plain = capture;
+  for (capture::Frame& frame : plain.frames) frame.mask.clear();
   return plain;
 }
 
 // Over black.
-Image asTheCameraSawIt(const Photograph& photograph) {
-  Image radiance = photograph.radiance;
+image::Image asTheCameraSawIt(const capture::Photograph& photograph) {
+  image::Image radiance = photograph.radiance;
   for (size_t pixel = 0; pixel < photograph.alpha.values.size(); ++pixel)
     for (size_t c = 0; c < 3; ++c) radiance.values[3 * pixel + c] *= photograph.alpha.values[pixel];
   return radiance;
 }
 
 // The chosen views by index, but for the size of their pictures.
-std::map<size_t, OverlayView> viewsOf(const Capture& capture, std::span<const size_t> frames,
+std::map<size_t, OverlayView> viewsOf(const capture::Capture& capture, std::span<const size_t> frames,
                                       const WhiteSurface& surface, const Progress& progress) {
   std::map<size_t, OverlayView> views;
   for (const size_t frame : frames) {
@@ -165,7 +165,7 @@ std::map<size_t, OverlayView> viewsOf(const Capture& capture, std::span<const si
     progress.checkpoint();
     OverlayView& view = views[index];
     view.camera = capture.views[index].camera;
-    view.silhouette = objectMask(silhouette(view.camera, surface.rays()));
+    view.silhouette = image::objectMask(capture::silhouette(view.camera, surface.rays()));
     view.window = windowAround(view.silhouette);
   }
   return views;
@@ -186,9 +186,9 @@ SheetLayout layoutOf(const std::map<size_t, OverlayView>& views, size_t tiles) {
   for (const auto& [index, view] : views)
     longest = std::max({longest, view.window.width(), view.window.height()});
   for (int cell = std::min(kLargest, kMagnification * longest);; cell -= kStep) {
-    PictureSize largest;
+    image::PictureSize largest;
     for (const auto& [index, view] : views) {
-      const PictureSize size = fitted(view.window, cell);
+      const image::PictureSize size = fitted(view.window, cell);
       largest = {std::max(largest.width, size.width), std::max(largest.height, size.height)};
     }
     const TileSize tile = tileOf(largest);
@@ -199,24 +199,24 @@ SheetLayout layoutOf(const std::map<size_t, OverlayView>& views, size_t tiles) {
   }
 }
 
-std::vector<Overlay> overlaysOf(const Capture& capture, std::span<const size_t> frames,
+std::vector<Overlay> overlaysOf(const capture::Capture& capture, std::span<const size_t> frames,
                                 const std::map<size_t, OverlayView>& views, const WhiteSurface& surface,
                                 const Progress& progress) {
   constexpr size_t kAtOnce = 8; // photographs in memory
-  const Capture plain = unmasked(capture);
+  const capture::Capture plain = unmasked(capture);
   std::vector<Overlay> overlays;
   for (size_t begin = 0, end; begin < frames.size(); begin = end) {
     const size_t view = capture.frames[frames[begin]].view;
     for (end = begin; end < frames.size() && end < begin + kAtOnce; ++end)
       if (capture.frames[frames[end]].view != view) break;
     const auto run = frames.subspan(begin, end - begin);
-    const auto photographs = readPhotographs(plain, run, progress);
+    const auto photographs = capture::readPhotographs(plain, run, progress);
     const bool hasMasks = std::ranges::any_of(run, [&](size_t i) { return !capture.frames[i].mask.empty(); });
-    const auto masked = hasMasks ? readPhotographs(capture, run, progress) : photographs;
+    const auto masked = hasMasks ? capture::readPhotographs(capture, run, progress) : photographs;
     for (size_t i = 0; i < run.size(); ++i) {
       progress("overlay", static_cast<double>(overlays.size()) / static_cast<double>(frames.size()));
       const auto lightIndex = capture.frames[run[i]].light;
-      const Light* light = lightIndex ? &capture.lights[*lightIndex] : nullptr;
+      const capture::Light* light = lightIndex ? &capture.lights[*lightIndex] : nullptr;
       Overlay& overlay = overlays.emplace_back(
           overlayOf(views.at(view), light, asTheCameraSawIt(photographs[i]),
                     masked[i].hasMatte ? &masked[i].alpha : nullptr, surface, progress));
@@ -228,10 +228,10 @@ std::vector<Overlay> overlaysOf(const Capture& capture, std::span<const size_t> 
   return overlays;
 }
 
-Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout) {
+image::Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout) {
   const TileSize& tile = layout.tile;
-  const PictureSize size = sheetSize(tile, overlays.size(), layout.columns);
-  Image sheet = blankPaper(size.width, size.height);
+  const image::PictureSize size = sheetSize(tile, overlays.size(), layout.columns);
+  image::Image sheet = blankPaper(size.width, size.height);
   int x = drawLabel(sheet, kGap, kGap, "geometry", kGeometryColor, tile.labelScale);
   const bool hasMasks = std::ranges::any_of(overlays, [](const Overlay& o) { return o.maskIou.has_value(); });
   if (hasMasks) x = drawLabel(sheet, x, kGap, "  mask", kMaskColor, tile.labelScale);
@@ -240,13 +240,13 @@ Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout) {
   const Exposures exposures = exposuresOf(overlays);
   for (size_t i = 0; i < overlays.size(); ++i) {
     const Overlay& overlay = overlays[i];
-    Image photograph = srgbEncoded(exposed(overlay.photograph, exposures.photographs));
+    image::Image photograph = srgbEncoded(exposed(overlay.photograph, exposures.photographs));
     blendLine(photograph, overlay.maskOutline, kMaskColor);
     blendLine(photograph, overlay.geometryOutline, kGeometryColor);
     const auto columns = static_cast<size_t>(layout.columns);
     const int left = kGap + static_cast<int>(i % columns) * (tile.width() + kGap);
     const int top = kGap + tile.labelHeight() + kGap + static_cast<int>(i / columns) * (tile.height() + kGap);
-    Image label = blankPaper(tile.width(), tile.labelHeight());
+    image::Image label = blankPaper(tile.width(), tile.labelHeight());
     drawLabel(label, 0, 0, labelOf(overlay), kInk, tile.labelScale);
     place(sheet, label, left, top);
     const int centered = left + (tile.picture.width - photograph.width) / 2;
@@ -259,7 +259,7 @@ Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout) {
 
 } // namespace
 
-std::vector<size_t> spreadFrames(const Capture& capture, size_t count) {
+std::vector<size_t> spreadFrames(const capture::Capture& capture, size_t count) {
   const size_t total = capture.frames.size();
   std::vector<size_t> chosen;
   // Targets spread over views in order, over lights by the golden ratio; each takes the nearest frame left.
@@ -274,7 +274,7 @@ std::vector<size_t> spreadFrames(const Capture& capture, size_t count) {
     size_t nearest = 0;
     double least = std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < total; ++i) {
-      const Frame& frame = capture.frames[i];
+      const capture::Frame& frame = capture.frames[i];
       if (taken[i]) continue;
       const double dv = fraction(frame.view, capture.views.size()) - view;
       const double dl = frame.light ? fraction(*frame.light, capture.lights.size()) - light : 0;
@@ -289,8 +289,8 @@ std::vector<size_t> spreadFrames(const Capture& capture, size_t count) {
   return chosen;
 }
 
-ContactSheet contactSheet(const Capture& capture, std::span<const size_t> frames, const WhiteSurface& surface,
-                          const Progress& progress) {
+ContactSheet contactSheet(const capture::Capture& capture, std::span<const size_t> frames,
+                          const WhiteSurface& surface, const Progress& progress) {
   assert(!frames.empty());
   auto views = viewsOf(capture, frames, surface, progress);
   const SheetLayout layout = layoutOf(views, frames.size());
@@ -301,4 +301,4 @@ ContactSheet contactSheet(const Capture& capture, std::span<const size_t> frames
   return sheet;
 }
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -3,13 +3,13 @@
 
 #include "render/evaluation/overlay.h"
 
-namespace surflect {
+namespace surflect::evaluation {
 
 // Up to `count` frames, spread evenly over views and lights, in their order.
-std::vector<size_t> spreadFrames(const Capture& capture, size_t count);
+std::vector<size_t> spreadFrames(const capture::Capture& capture, size_t count);
 
 struct ContactSheet {
-  Image image; // three channels of sRGB values, less than 4000 pixels wide
+  image::Image image; // three channels of sRGB values, less than 4000 pixels wide
   std::vector<Overlay> overlays;
 };
 
@@ -18,7 +18,7 @@ struct ContactSheet {
 // geometry, the whole photograph where that is not in it. Photographs share one exposure and white surfaces
 // another, such that the 99.5th percentile over the geometry of all tiles is white. Throws Error and
 // Cancelled.
-ContactSheet contactSheet(const Capture& capture, std::span<const size_t> frames, const WhiteSurface& surface,
-                          const Progress& progress);
+ContactSheet contactSheet(const capture::Capture& capture, std::span<const size_t> frames,
+                          const WhiteSurface& surface, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -7,14 +7,14 @@
 #include <cmath>
 #include <vector>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 namespace {
 
 // Of the points that are finite, the share that the warp's rest mesh does not reach; 0 where it has none.
-double shareUnreached(const WarpMotion& motion, const std::vector<Vec3<double>>& points) {
-  const auto* mesh = std::get_if<MeshMotion>(&motion);
-  const auto* skeleton = std::get_if<SkeletonMotion>(&motion);
+double shareUnreached(const warp::WarpMotion& motion, const std::vector<Vec3<double>>& points) {
+  const auto* mesh = std::get_if<warp::MeshMotion>(&motion);
+  const auto* skeleton = std::get_if<warp::SkeletonMotion>(&motion);
   if (!mesh && !skeleton) return 0;
   size_t finite = 0, beyond = 0;
   for (const Vec3<double>& x : points) {
@@ -27,7 +27,8 @@ double shareUnreached(const WarpMotion& motion, const std::vector<Vec3<double>>&
 
 } // namespace
 
-std::optional<std::string> beyondRestMesh(const Script& script, const ShotTime& time, const SurfelCloud& cloud) {
+std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
+                                          const SurfelCloud& cloud) {
   constexpr size_t most = 4000;
   constexpr double tolerated = 0.1;
   std::vector<Vec3<double>> points;
@@ -35,8 +36,9 @@ std::optional<std::string> beyondRestMesh(const Script& script, const ShotTime& 
     points.push_back(cloud.p0[i].raw().cast<double>());
 
   // Nothing comes to a warp but through those before it; those behind the last mesh do not matter.
-  const auto hasMesh = [](const WarpMotion& motion) {
-    return std::holds_alternative<MeshMotion>(motion) || std::holds_alternative<SkeletonMotion>(motion);
+  const auto hasMesh = [](const warp::WarpMotion& motion) {
+    return std::holds_alternative<warp::MeshMotion>(motion) ||
+           std::holds_alternative<warp::SkeletonMotion>(motion);
   };
   size_t end = script.warps.size();
   while (end > 0 && !hasMesh(script.warps[end - 1])) --end;
@@ -48,7 +50,7 @@ std::optional<std::string> beyondRestMesh(const Script& script, const ShotTime& 
           script.path.string(), i, 100 * share);
     if (i + 1 == end) break;
     try {
-      const WarpPointer warp = evaluateAt(script.warps[i], time);
+      const warp::WarpPointer warp = warp::evaluateAt(script.warps[i], time);
       for (Vec3<double>& x : points) x = warp->position(x);
     } catch (Error& error) {
       throw std::move(error).at(fmt::format("warp[{}]", i)).in(script.path);
@@ -57,7 +59,7 @@ std::optional<std::string> beyondRestMesh(const Script& script, const ShotTime& 
   return std::nullopt;
 }
 
-std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels) {
+std::optional<std::string> emptyFrame(const surfels::FrameStats& stats, size_t surfels) {
   const size_t dead = stats.splats.dead, notFinite = stats.splats.notFinite;
   if (2 * (dead + notFinite) > surfels)
     return fmt::format("{} of {} surfels have no place or no area once warped", dead + notFinite, surfels);
@@ -68,4 +70,4 @@ std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels) {
   return std::nullopt;
 }
 
-} // namespace surflect
+} // namespace surflect::evaluation

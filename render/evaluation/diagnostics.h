@@ -7,14 +7,15 @@
 #include <optional>
 #include <string>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 // Where more than a tenth of the surfels come to a mesh or skeleton warp beyond the reach of its rest mesh
 // (MeshField::reaches), as when units or axes are others: which warp and how many, of the first such warp.
 // Looks at no more than some thousands of surfels. Throws Error as freeze() does.
-std::optional<std::string> beyondRestMesh(const Script& script, const ShotTime& time, const SurfelCloud& cloud);
+std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
+                                          const SurfelCloud& cloud);
 
 // Where more than half of a cloud of so many surfels is dead or not finite, or no surfel is visible.
-std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels);
+std::optional<std::string> emptyFrame(const surfels::FrameStats& stats, size_t surfels);
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -14,7 +14,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 namespace {
 
@@ -26,16 +26,16 @@ class TruthReader {
 public:
   // The photographs show the capture's geometry after the warp, mended by the views of the rig as pack
   // did.
-  TruthReader(const Capture& capture, const Capture& rig, const Warp& warp)
+  TruthReader(const capture::Capture& capture, const capture::Capture& rig, const warp::Warp& warp)
       : capture_(capture), rig_(rig), warp_(warp) {}
 
-  std::vector<Image> read(std::span<const size_t> frames, const Progress& progress) {
-    std::vector<Image> truths;
-    for (const Photograph& photograph : readPhotographs(capture_, frames, progress)) {
-      const Image& alpha = photograph.hasMatte || isWholeImage()
-                               ? photograph.alpha
-                               : silhouetteOf(capture_.frames[frames[0]].view);
-      truths.push_back(overBlack(photograph.radiance, alpha));
+  std::vector<image::Image> read(std::span<const size_t> frames, const Progress& progress) {
+    std::vector<image::Image> truths;
+    for (const capture::Photograph& photograph : capture::readPhotographs(capture_, frames, progress)) {
+      const image::Image& alpha = photograph.hasMatte || isWholeImage()
+                                      ? photograph.alpha
+                                      : silhouetteOf(capture_.frames[frames[0]].view);
+      truths.push_back(image::overBlack(photograph.radiance, alpha));
     }
     return truths;
   }
@@ -44,24 +44,25 @@ private:
   // With one view and nothing else, see meshOfOneView.
   bool isWholeImage() const { return capture_.views.size() == 1 && capture_.geometry.empty(); }
 
-  const Image& silhouetteOf(size_t view) {
+  const image::Image& silhouetteOf(size_t view) {
     if (view_ != view) {
       if (!mesh_) {
         if (capture_.geometry.empty())
           throw Error("neither mattes nor geometry: no object to measure").in(capture_.file);
-        mesh_.emplace(deform(readMended(capture_.folder() / capture_.geometry, rig_).mesh, warp_));
+        mesh_.emplace(
+            warp::deform(proxy::readMended(capture_.folder() / capture_.geometry, rig_).mesh, warp_));
       }
-      silhouette_ = silhouette(inObjectSpace(capture_.views[view].camera), *mesh_);
+      silhouette_ = capture::silhouette(scene::inObjectSpace(capture_.views[view].camera), *mesh_);
       view_ = view;
     }
     return silhouette_;
   }
 
-  const Capture &capture_, &rig_;
-  const Warp& warp_;
+  const capture::Capture &capture_, &rig_;
+  const warp::Warp& warp_;
   std::optional<RayCaster<ObjectSpace>> mesh_;
   std::optional<size_t> view_;
-  Image silhouette_;
+  image::Image silhouette_;
 };
 
 std::string groupOf(bool knownCamera, bool knownLight) {
@@ -69,24 +70,25 @@ std::string groupOf(bool knownCamera, bool knownLight) {
   return knownLight ? "new_camera" : "new_both";
 }
 
-Capture ofSplit(const Capture& capture, Split split) {
-  return subset(capture, [&](const Frame& frame) { return frame.split == split; });
+capture::Capture ofSplit(const capture::Capture& capture, capture::Split split) {
+  return capture::subset(capture, [&](const capture::Frame& frame) { return frame.split == split; });
 }
 
-std::vector<std::vector<size_t>> framesByView(const Capture& capture) {
+std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture) {
   std::vector<std::vector<size_t>> frames(capture.views.size());
   for (size_t i = 0; i < capture.frames.size(); ++i) frames[capture.frames[i].view].push_back(i);
   return frames;
 }
 
 // Maps the 99.5th percentile of the true object pixels to 1.
-double exposureOf(const Capture& capture, const Capture& rig, const Warp& warp, const Progress& progress) {
+double exposureOf(const capture::Capture& capture, const capture::Capture& rig, const warp::Warp& warp,
+                  const Progress& progress) {
   TruthReader truths(capture, rig, warp);
-  PercentileCounter values;
+  image::PercentileCounter values;
   const auto frames = framesByView(capture);
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("exposure", static_cast<double>(view) / static_cast<double>(frames.size()));
-    for (const Image& truth : truths.read(frames[view], progress))
+    for (const image::Image& truth : truths.read(frames[view], progress))
       for (size_t i = 0; i < truth.values.size(); i += 4)
         if (truth.values[i + 3] > 0.5f)
           std::for_each_n(&truth.values[i], 3, [&](float value) { values.add(value); });
@@ -95,11 +97,11 @@ double exposureOf(const Capture& capture, const Capture& rig, const Warp& warp, 
   return white > 0 ? 1 / white : 1;
 }
 
-Score scoreOf(const Image& truth, const Image& rendered, double exposure) {
+Score scoreOf(const image::Image& truth, const image::Image& rendered, double exposure) {
   Score score;
   score.difference = compare(truth, rendered, exposure);
-  const Image exposedTruth = exposed(truth, exposure);
-  const Mask interior = eroded(objectMask(truth), kErosion);
+  const image::Image exposedTruth = exposed(truth, exposure);
+  const image::Mask interior = image::eroded(image::objectMask(truth), kErosion);
   score.interiorError = squaredError(exposedTruth, exposed(rendered, exposure), interior);
   score.truthNoise = noiseVariance(exposedTruth, interior);
   score.frames = 1;
@@ -116,16 +118,16 @@ Score& Score::operator+=(const Score& other) {
   return *this;
 }
 
-Evaluation evaluate(const Model& model, const Capture& asRead, const Warp& warp,
-                    const EvaluateOptions& options, BlockCache& cache, const Progress& progress) {
-  const Capture everything = countedFrom(asRead, model.rig.origin);
-  const Capture capture = ofSplit(everything, options.split);
+Evaluation evaluate(const model::Model& model, const capture::Capture& asRead, const warp::Warp& warp,
+                    const EvaluateOptions& options, codec::BlockCache& cache, const Progress& progress) {
+  const capture::Capture everything = capture::countedFrom(asRead, model.rig.origin);
+  const capture::Capture capture = ofSplit(everything, options.split);
   if (capture.frames.empty())
-    throw Error::mismatch(options.split == Split::test ? "test frames" : "training frames", "none")
+    throw Error::mismatch(options.split == capture::Split::test ? "test frames" : "training frames", "none")
         .at("frames")
         .in(capture.file);
-  const Capture test = ofSplit(everything, Split::test);
-  const Capture training = ofSplit(everything, Split::train);
+  const capture::Capture test = ofSplit(everything, capture::Split::test);
+  const capture::Capture training = ofSplit(everything, capture::Split::train);
   Evaluation evaluation;
   evaluation.exposure = exposureOf(test.frames.empty() ? capture : test, model.rig, warp, progress);
 
@@ -134,13 +136,14 @@ Evaluation evaluate(const Model& model, const Capture& asRead, const Warp& warp,
   std::set<std::string> knownCameras, knownLights;
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
-  const DeformedCloud deformed = deform(model.cloud, warp, progress, options.frame.splats.simd);
-  ShadingStats stats;
+  const DeformedCloud deformed = warp::deform(model.cloud, warp, progress, options.frame.splats.simd);
+  codec::ShadingStats stats;
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto truth = truths.read(frames[view], progress);
-    const auto camera = inObjectSpace(capture.views[view].camera);
-    const SplatRaster coverage = look(camera, model.cloud, deformed, options.frame.splats, progress);
+    const auto camera = scene::inObjectSpace(capture.views[view].camera);
+    const splat::SplatRaster coverage =
+        surfels::look(camera, model.cloud, deformed, options.frame.splats, progress);
     std::vector<Renderer> others;
     for (const auto& renderer : options.others) others.push_back(renderer(camera));
     std::optional<LambertView> lambert;
@@ -148,33 +151,34 @@ Evaluation evaluate(const Model& model, const Capture& asRead, const Warp& warp,
       lambert.emplace(training, capture.views[view], truth[0], progress);
     for (size_t i = 0; i < truth.size(); ++i) {
       progress.checkpoint();
-      const Frame& frame = capture.frames[frames[view][i]];
+      const capture::Frame& frame = capture.frames[frames[view][i]];
       FrameScore result;
-      std::vector<ShotLight> lights;
+      std::vector<scene::ShotLight> lights;
       bool knownLight = true;
       if (frame.light) {
-        const Light& light = capture.lights[*frame.light];
-        lights.push_back(inObjectSpace(light));
+        const capture::Light& light = capture.lights[*frame.light];
+        lights.push_back(scene::inObjectSpace(light));
         result.light = light.identity;
-        result.frontLit = dot(towardsLight(light, model.middle),
-                              Viewpoint(capture.views[view].camera).towards(model.middle)) >= 0;
+        result.frontLit = dot(capture::towardsLight(light, model.middle),
+                              capture::Viewpoint(capture.views[view].camera).towards(model.middle)) >= 0;
         knownLight = knownLights.contains(light.identity);
       }
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
-      const QueryBatch batch = queriesAt(model.cloud, deformed, coverage.visible, camera, lights, progress,
-                                         options.frame.splats.simd);
-      const auto rendered = [&](const ShadeOptions& shadeOptions) {
-        return developRadiance(coverage, shade(model, batch, shadeOptions, cache, stats, progress));
+      const model::QueryBatch batch = surfels::queriesAt(model.cloud, deformed, coverage.visible, camera,
+                                                         lights, progress, options.frame.splats.simd);
+      const auto rendered = [&](const model::ShadeOptions& shadeOptions) {
+        return surfels::developRadiance(coverage,
+                                        model::shade(model, batch, shadeOptions, cache, stats, progress));
       };
       const auto baseline = [&](Baseline kind) {
         if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);
-        ShadeOptions nearest = options.frame.shade;
+        model::ShadeOptions nearest = options.frame.shade;
         nearest.nearest = true;
         return rendered(nearest);
       };
-      const Image ours = rendered(options.frame.shade);
-      result.maskIou = intersectionOverUnion(objectMask(truth[i]), objectMask(ours));
+      const image::Image ours = rendered(options.frame.shade);
+      result.maskIou = image::intersectionOverUnion(image::objectMask(truth[i]), image::objectMask(ours));
       result.score = scoreOf(truth[i], ours, evaluation.exposure);
       for (const Baseline kind : options.baselines)
         result.baselines[kind] = scoreOf(truth[i], baseline(kind), evaluation.exposure);
@@ -193,4 +197,4 @@ Evaluation evaluate(const Model& model, const Capture& asRead, const Warp& warp,
   return evaluation;
 }
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 // What renderings are held against, by the same protocol.
 enum class Baseline {
@@ -21,14 +21,14 @@ enum class Baseline {
 };
 
 // A way to render the frames of one view, by their lights: RGBA, premultiplied.
-using Renderer = std::function<Image(std::span<const ShotLight> lights)>;
+using Renderer = std::function<image::Image(std::span<const scene::ShotLight> lights)>;
 
 struct EvaluateOptions {
-  FrameOptions frame;
-  Split split = Split::test;
+  surfels::FrameOptions frame;
+  capture::Split split = capture::Split::test;
   std::set<Baseline> baselines;
   // Further ways, scored by the same protocol; one is made for each view.
-  std::vector<std::function<Renderer(const Camera<ObjectSpace>& view)>> others = {};
+  std::vector<std::function<Renderer(const capture::Camera<ObjectSpace>& view)>> others = {};
 };
 
 // Pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two pixels.
@@ -62,7 +62,7 @@ struct Evaluation {
 // cameras and lights are those of the model's rig. Throws Error where the split is empty, where no frame has
 // a pixel of an object, and where the Lambert baseline is asked for but a camera has no photographs that tell
 // normals.
-Evaluation evaluate(const Model& model, const Capture& capture, const Warp& warp,
-                    const EvaluateOptions& options, BlockCache& cache, const Progress& progress);
+Evaluation evaluate(const model::Model& model, const capture::Capture& capture, const warp::Warp& warp,
+                    const EvaluateOptions& options, codec::BlockCache& cache, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -3,7 +3,7 @@
 #include <array>
 #include <cassert>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 namespace {
 
@@ -71,7 +71,7 @@ bool isInk(char character, int x, int y) {
 
 } // namespace
 
-int drawLabel(Image& image, int x, int y, std::string_view text, Rgb color, int scale) {
+int drawLabel(image::Image& image, int x, int y, std::string_view text, Rgb color, int scale) {
   assert(image.channels == 3 && scale > 0);
   for (const char character : text) {
     for (int j = std::max(0, -y); j < scale * kLabelHeight && y + j < image.height; ++j)
@@ -85,4 +85,4 @@ int drawLabel(Image& image, int x, int y, std::string_view text, Rgb color, int 
   return x;
 }
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -6,22 +6,23 @@
 #include "srf/proxy/relief/photometric.h"
 #include "surfel/base/progress.h"
 
-namespace surflect {
+namespace surflect::evaluation {
 
 class LambertView {
 public:
   // Fits the training photographs taken from `view`, under directional or point lights. `object` has the
   // view's alpha as its last channel; it counts where the photographs have no matte. Throws Error where there
   // are no such photographs or their lights do not tell normals, and Cancelled.
-  LambertView(const Capture& training, const View& view, const Image& object, const Progress& progress);
+  LambertView(const capture::Capture& training, const capture::View& view, const image::Image& object,
+              const Progress& progress);
 
   // The view under another light: RGBA, premultiplied.
-  Image under(const Light& light) const;
+  image::Image under(const capture::Light& light) const;
 
 private:
-  Camera<AcquisitionSpace> camera_;
-  Image alpha_; // 1 channel
-  LambertImage fits_;
+  capture::Camera<AcquisitionSpace> camera_;
+  image::Image alpha_; // 1 channel
+  relief::LambertImage fits_;
 };
 
-} // namespace surflect
+} // namespace surflect::evaluation

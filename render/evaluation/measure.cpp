@@ -9,7 +9,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 namespace {
 
@@ -26,8 +26,8 @@ template <class OfRow> PooledMean overRows(int height, OfRow ofRow) {
   return total;
 }
 
-template <class OfValue> Image mapped(const Image& image, OfValue ofValue) {
-  Image result = image;
+template <class OfValue> image::Image mapped(const image::Image& image, OfValue ofValue) {
+  image::Image result = image;
   std::transform(image.values.begin(), image.values.end(), result.values.begin(), ofValue);
   return result;
 }
@@ -80,25 +80,25 @@ double similarity(const Moments& m) {
          ((m.a * m.a + m.b * m.b + C1) * (varianceA + varianceB + C2));
 }
 
-double lumaAt(const Image& image, int x, int y) {
+double lumaAt(const image::Image& image, int x, int y) {
   const auto c = image.at(x, y);
-  return static_cast<double>(luma({c[0], c[1], c[2]}));
+  return static_cast<double>(image::luma({c[0], c[1], c[2]}));
 }
 
 } // namespace
 
 double psnr(double meanSquaredError) { return -10 * std::log10(meanSquaredError); }
 
-Image exposed(const Image& linear, double exposure) {
+image::Image exposed(const image::Image& linear, double exposure) {
   return mapped(linear, [&](float value) {
     const double scaled = value * exposure;
     return std::isnan(scaled) ? 0.f : static_cast<float>(std::clamp(scaled, 0.0, 1.0));
   });
 }
 
-Image srgbEncoded(const Image& linear) { return mapped(linear, srgbFromLinear); }
+image::Image srgbEncoded(const image::Image& linear) { return mapped(linear, image::srgbFromLinear); }
 
-PooledMean squaredError(const Image& a, const Image& b, const Mask& mask) {
+PooledMean squaredError(const image::Image& a, const image::Image& b, const image::Mask& mask) {
   assert(sameSize(a, b) && sameSize(a, mask) && a.channels >= 3 && b.channels >= 3);
   return overRows(a.height, [&](int y) {
     PooledMean row;
@@ -113,10 +113,10 @@ PooledMean squaredError(const Image& a, const Image& b, const Mask& mask) {
   });
 }
 
-PooledMean noiseVariance(const Image& image, const Mask& mask) {
+PooledMean noiseVariance(const image::Image& image, const image::Mask& mask) {
   assert(sameSize(image, mask) && image.channels >= 3);
   constexpr int kTaps[3] = {1, -2, 1};
-  const Mask whole = eroded(mask, 2); // its pixels have all eight neighbours in the mask
+  const image::Mask whole = image::eroded(mask, 2); // its pixels have all eight neighbours in the mask
   return overRows(image.height, [&](int y) {
     PooledMean row;
     if (y == 0 || y == image.height - 1) return row;
@@ -136,7 +136,7 @@ PooledMean noiseVariance(const Image& image, const Mask& mask) {
   });
 }
 
-PooledMean structuralSimilarity(const Image& a, const Image& b, const Mask& mask) {
+PooledMean structuralSimilarity(const image::Image& a, const image::Image& b, const image::Mask& mask) {
   assert(sameSize(a, b) && sameSize(a, mask) && a.channels >= 3 && b.channels >= 3);
   const auto index = [&](int x, int y) { return static_cast<size_t>(y) * static_cast<size_t>(a.width) + x; };
   std::vector<Moments> alongRows(mask.inside.size());
@@ -163,13 +163,13 @@ Difference& Difference::operator+=(const Difference& other) {
   return *this;
 }
 
-Difference compare(const Image& truth, const Image& rendered, double exposure) {
+Difference compare(const image::Image& truth, const image::Image& rendered, double exposure) {
   assert(sameSize(truth, rendered) && truth.channels == 4 && rendered.channels == 4);
-  const Mask mask = unionOf(objectMask(truth), objectMask(rendered));
-  const Image linearA = exposed(truth, exposure), linearB = exposed(rendered, exposure);
-  const Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
+  const image::Mask mask = image::unionOf(image::objectMask(truth), image::objectMask(rendered));
+  const image::Image linearA = exposed(truth, exposure), linearB = exposed(rendered, exposure);
+  const image::Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
   return {squaredError(linearA, linearB, mask), squaredError(srgbA, srgbB, mask),
           structuralSimilarity(srgbA, srgbB, mask)};
 }
 
-} // namespace surflect
+} // namespace surflect::evaluation

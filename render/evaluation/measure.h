@@ -14,7 +14,7 @@
 
 #include <cstddef>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 // A mean over any number of pictures: add the parts up, divide at the end.
 struct PooledMean {
@@ -33,23 +33,23 @@ struct PooledMean {
 double psnr(double meanSquaredError);
 
 // Values times exposure, clipped to [0, 1]; what is no number becomes 0. All channels alike.
-Image exposed(const Image& linear, double exposure);
+image::Image exposed(const image::Image& linear, double exposure);
 // The sRGB curve on every channel, for values in [0, 1].
-Image srgbEncoded(const Image& linear);
+image::Image srgbEncoded(const image::Image& linear);
 
 // Squared differences of the first three channels over the mask.
-PooledMean squaredError(const Image& a, const Image& b, const Mask& mask);
+PooledMean squaredError(const image::Image& a, const image::Image& b, const image::Mask& mask);
 
 // The variance of pixel noise, averaged over the mask and three channels: the mean square of the response to
 //   1 -2 1 / -2 4 -2 / 1 -2 1, over 36  [Immerkaer 1996],
 // which is blind to planes but not to edges and texture: an upper bound. Pixels whose neighbours are not all
 // in the mask are left out.
-PooledMean noiseVariance(const Image& image, const Mask& mask);
+PooledMean noiseVariance(const image::Image& image, const image::Mask& mask);
 
 // Structural similarity of the luma of two sRGB-encoded images, each of three or more channels, at the pixels
 // of the mask: 11 x 11 Gaussian window of sigma 1.5, C1 = 0.01^2, C2 = 0.03^2  [Wang 2004, Eq. 13]. Windows
 // see the pixels outside the mask too; at the border of the image they are cut and renormalised.
-PooledMean structuralSimilarity(const Image& a, const Image& b, const Mask& mask);
+PooledMean structuralSimilarity(const image::Image& a, const image::Image& b, const image::Mask& mask);
 
 struct Difference {
   PooledMean squaredErrorLinear, squaredErrorSrgb, similaritySrgb;
@@ -62,6 +62,6 @@ struct Difference {
 
 // The whole protocol for one picture. Both images linear RGBA of one size, premultiplied; alpha is not
 // exposed.
-Difference compare(const Image& truth, const Image& rendered, double exposure);
+Difference compare(const image::Image& truth, const image::Image& rendered, double exposure);
 
-} // namespace surflect
+} // namespace surflect::evaluation

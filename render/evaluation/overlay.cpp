@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 namespace {
 
@@ -58,10 +58,10 @@ Rgb lambert(Rgb irradiance, double cosine) {
 
 // The share of each pixel that a line covers along the border of the mask, which has kSamples x kSamples
 // samples a pixel. Where the image ends is no border.
-Image outlineOf(const Mask& fine) {
+image::Image outlineOf(const image::Mask& fine) {
   constexpr double halfWidth = kLineWidth / 2 * kSamples; // samples
   constexpr int reach = static_cast<int>(halfWidth + 1);
-  Mask line(fine.width, fine.height);
+  image::Mask line(fine.width, fine.height);
   const auto isInside = [&](int x, int y) {
     return fine.inside[static_cast<size_t>(y) * static_cast<size_t>(fine.width) + static_cast<size_t>(x)];
   };
@@ -78,7 +78,7 @@ Image outlineOf(const Mask& fine) {
       if (x > 0 && isInside(x, y) != isInside(x - 1, y)) draw(x, y + 0.5);
       if (y > 0 && isInside(x, y) != isInside(x, y - 1)) draw(x + 0.5, y);
     }
-  Image share(fine.width / kSamples, fine.height / kSamples, 1);
+  image::Image share(fine.width / kSamples, fine.height / kSamples, 1);
   for (int y = 0; y < fine.height; ++y)
     for (int x = 0; x < fine.width; ++x)
       share.at(x / kSamples, y / kSamples)[0] +=
@@ -88,8 +88,8 @@ Image outlineOf(const Mask& fine) {
 }
 
 // The mask's window at the samples of a picture, bilinear.
-Mask sampled(const Image& mask, const PixelWindow& window, PictureSize size) {
-  Mask fine(kSamples * size.width, kSamples * size.height);
+image::Mask sampled(const image::Image& mask, const image::PixelWindow& window, image::PictureSize size) {
+  image::Mask fine(kSamples * size.width, kSamples * size.height);
   for (int y = 0; y < fine.height; ++y)
     for (int x = 0; x < fine.width; ++x) {
       const double maskX = window.x0 + (x + 0.5) * window.width() / fine.width - 0.5;
@@ -107,26 +107,27 @@ Mask sampled(const Image& mask, const PixelWindow& window, PictureSize size) {
 }
 
 // The lens that sees what a window of the photograph shows.
-Lens windowLens(Lens lens, const PixelWindow& window, PictureSize size) {
+capture::Lens windowLens(capture::Lens lens, const image::PixelWindow& window, image::PictureSize size) {
   lens.width = window.width();
   lens.height = window.height();
   lens.centerX -= window.x0;
   lens.centerY -= window.y0;
-  return resized(lens, size.width, size.height);
+  return capture::resized(lens, size.width, size.height);
 }
 
 struct Rendered {
-  Image rgba;  // premultiplied
-  Mask inside; // per sample
+  image::Image rgba;  // premultiplied
+  image::Mask inside; // per sample
   double backShare = 0;
 };
 
-Rendered rendered(const WhiteSurface& surface, const OverlayView& view, const Light* light,
+Rendered rendered(const WhiteSurface& surface, const OverlayView& view, const capture::Light* light,
                   const Progress& progress) {
-  const PictureSize size = view.size;
-  const Lens lens = windowLens(view.camera.lens, view.window, size);
+  const image::PictureSize size = view.size;
+  const capture::Lens lens = windowLens(view.camera.lens, view.window, size);
   const auto worldFromCamera = view.camera.cameraFromWorld.inverse();
-  Rendered result{Image(size.width, size.height, 4), Mask(size.width * kSamples, size.height * kSamples)};
+  Rendered result{image::Image(size.width, size.height, 4),
+                  image::Mask(size.width * kSamples, size.height * kSamples)};
   std::atomic<size_t> hits = 0, backs = 0;
   tbb::parallel_for(0, size.height, [&](int y) {
     progress.checkpoint();
@@ -134,7 +135,7 @@ Rendered rendered(const WhiteSurface& surface, const OverlayView& view, const Li
     for (int x = 0; x < size.width; ++x)
       for (int sample = 0; sample < kSamples * kSamples; ++sample) {
         const int fineX = kSamples * x + sample % kSamples, fineY = kSamples * y + sample / kSamples;
-        const auto ray = rayThrough(lens, {(fineX + 0.5) / kSamples, (fineY + 0.5) / kSamples});
+        const auto ray = capture::rayThrough(lens, {(fineX + 0.5) / kSamples, (fineY + 0.5) / kSamples});
         if (!ray) continue;
         const auto seen = surface.seen(worldFromCamera(ray->origin), worldFromCamera(ray->direction), light);
         if (!seen) continue;
@@ -153,7 +154,7 @@ Rendered rendered(const WhiteSurface& surface, const OverlayView& view, const Li
   return result;
 }
 
-Rgb rgbAt(const Image& image, size_t pixel) {
+Rgb rgbAt(const image::Image& image, size_t pixel) {
   const float* values = &image.values[pixel * static_cast<size_t>(image.channels)];
   return {values[0], values[1], values[2]};
 }
@@ -173,8 +174,8 @@ WhiteSurface::WhiteSurface(const TriangleMesh& mesh) : rays_(mesh) {
 }
 
 auto WhiteSurface::seen(const Point3<AcquisitionSpace, double>& origin,
-                        const Direction3<AcquisitionSpace, double>& direction, const Light* light) const
-    -> std::optional<Seen> {
+                        const Direction3<AcquisitionSpace, double>& direction,
+                        const capture::Light* light) const -> std::optional<Seen> {
   const auto hit = rays_.firstHit(origin, direction);
   if (!hit) return std::nullopt;
   if (faceNormals_[hit->triangle].cast<double>().dot(direction.raw()) > 0) return Seen{{}, true};
@@ -186,12 +187,12 @@ auto WhiteSurface::seen(const Point3<AcquisitionSpace, double>& origin,
   if (!light) return Seen{lambert({1, 1, 1}, -normal.dot(direction.raw())), false};
 
   const auto p = origin + hit->distance * direction;
-  const auto towards = towardsLight(*light, p);
-  const auto* point = std::get_if<PointLight>(&light->kind);
+  const auto towards = capture::towardsLight(*light, p);
+  const auto* point = std::get_if<capture::PointLight>(&light->kind);
   const double distance = point ? length(point->position - p) : std::numeric_limits<double>::infinity();
   const double cosine = normal.dot(towards.raw());
   if (cosine <= 0 || rays_.occluded(p, towards, rays_.selfHitOffset(), distance)) return Seen{{}, false};
-  return Seen{lambert(irradianceAt(*light, p), cosine), false};
+  return Seen{lambert(capture::irradianceAt(*light, p), cosine), false};
 }
 
 double correlation(std::span<const double> a, std::span<const double> b) {
@@ -206,29 +207,29 @@ double correlation(std::span<const double> a, std::span<const double> b) {
   return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
 }
 
-Overlay overlayOf(const OverlayView& view, const Light* light, const Image& radiance, const Image* mask,
-                  const WhiteSurface& surface, const Progress& progress) {
+Overlay overlayOf(const OverlayView& view, const capture::Light* light, const image::Image& radiance,
+                  const image::Image* mask, const WhiteSurface& surface, const Progress& progress) {
   Overlay overlay;
-  overlay.photograph = resampled(radiance, view.window, view.size.width, view.size.height);
+  overlay.photograph = image::resampled(radiance, view.window, view.size.width, view.size.height);
   Rendered geometry = rendered(surface, view, light, progress);
   overlay.geometry = std::move(geometry.rgba);
   overlay.geometryOutline = outlineOf(geometry.inside);
   overlay.backShare = geometry.backShare;
-  Image matte;
+  image::Image matte;
   if (mask) {
-    matte = resampled(*mask, view.window, view.size.width, view.size.height);
+    matte = image::resampled(*mask, view.window, view.size.width, view.size.height);
     overlay.maskOutline = outlineOf(sampled(*mask, view.window, view.size));
-    overlay.maskIou = intersectionOverUnion(objectMask(*mask), view.silhouette);
+    overlay.maskIou = image::intersectionOverUnion(image::objectMask(*mask), view.silhouette);
   }
 
   std::vector<double> photographed, shaded;
   for (size_t pixel = 0; 4 * pixel < overlay.geometry.values.size(); ++pixel)
     if (overlay.geometry.values[4 * pixel + 3] > 0.999f && (!mask || matte.values[pixel] > 0.999f)) {
-      photographed.push_back(luma(rgbAt(overlay.photograph, pixel)));
-      shaded.push_back(luma(rgbAt(overlay.geometry, pixel)));
+      photographed.push_back(image::luma(rgbAt(overlay.photograph, pixel)));
+      shaded.push_back(image::luma(rgbAt(overlay.geometry, pixel)));
     }
   overlay.shadingCorrelation = correlation(photographed, shaded);
   return overlay;
 }
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::evaluation {
 
 // A mesh as a white Lambert surface. Faces that meet at less than 45 degrees are smooth.
 class WhiteSurface {
@@ -30,7 +30,8 @@ public:
   // What a ray meets: radiance irradiance / pi  max(0, n . l), none in the mesh's own shadow and none of
   // backs. Without a light the viewer, at `origin`, holds one of irradiance 1.
   std::optional<Seen> seen(const Point3<AcquisitionSpace, double>& origin,
-                           const Direction3<AcquisitionSpace, double>& direction, const Light* light) const;
+                           const Direction3<AcquisitionSpace, double>& direction,
+                           const capture::Light* light) const;
 
   const RayCaster<AcquisitionSpace>& rays() const { return rays_; }
 
@@ -42,19 +43,19 @@ private:
 
 // How a view is shown, whatever the light.
 struct OverlayView {
-  Camera<AcquisitionSpace> camera;
-  Mask silhouette;    // of the geometry, in pixels of the photograph
-  PixelWindow window; // of the photograph, that is shown
-  PictureSize size;   // of the pictures
+  capture::Camera<AcquisitionSpace> camera;
+  image::Mask silhouette;    // of the geometry, in pixels of the photograph
+  image::PixelWindow window; // of the photograph, that is shown
+  image::PictureSize size;   // of the pictures
 };
 
 // One photograph with the geometry. All images have the view's size.
 struct Overlay {
   std::string camera, light;     // identities; no light: fixed illumination, the viewer holds the light
-  Image photograph;              // RGB radiance
-  Image geometry;                // RGBA radiance of the white surface, premultiplied
-  Image geometryOutline;         // the share of each pixel that a line along its silhouette covers
-  Image maskOutline;             // the same of the mask; empty where there is none
+  image::Image photograph;       // RGB radiance
+  image::Image geometry;         // RGBA radiance of the white surface, premultiplied
+  image::Image geometryOutline;  // the share of each pixel that a line along its silhouette covers
+  image::Image maskOutline;      // the same of the mask; empty where there is none
   std::optional<double> maskIou; // of mask and silhouette
   double shadingCorrelation = 0; // of the lumas of photograph and white surface, where both show the object
   double backShare = 0;          // how much of the geometry seen shows its back: a mesh inside out
@@ -62,10 +63,10 @@ struct Overlay {
 
 // radiance: 3 channels; mask: 1, or null where there is none; light: null where illumination is fixed. Cost:
 // 9 rays and as many shadow rays a pixel of the pictures. Names are left to the caller.
-Overlay overlayOf(const OverlayView& view, const Light* light, const Image& radiance, const Image* mask,
-                  const WhiteSurface& surface, const Progress& progress);
+Overlay overlayOf(const OverlayView& view, const capture::Light* light, const image::Image& radiance,
+                  const image::Image* mask, const WhiteSurface& surface, const Progress& progress);
 
 // Pearson's correlation; 0 where one is constant or there are no values. Both of one length.
 double correlation(std::span<const double> a, std::span<const double> b);
 
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-namespace surflect {
+namespace surflect::film {
 
 FilmWriter::FilmWriter(Thread thread, Progress progress) : progress_(std::move(progress)) {
   if (thread == Thread::own) thread_ = std::thread([this] { work(); });
@@ -14,7 +14,7 @@ FilmWriter::FilmWriter(Thread thread, Progress progress) : progress_(std::move(p
 
 FilmWriter::~FilmWriter() { close(); }
 
-void FilmWriter::write(FrameFiles files, FrameLayers film) {
+void FilmWriter::write(FrameFiles files, surfels::FrameLayers film) {
   std::unique_lock lock(mutex_);
   callerWaits_ = true;
   changed_.wait(lock, [&] { return !frame_ || problem_; });
@@ -37,7 +37,7 @@ std::vector<double> FilmWriter::finish() {
   return seconds_;
 }
 
-FrameLayers FilmWriter::spare() {
+surfels::FrameLayers FilmWriter::spare() {
   const std::lock_guard lock(mutex_);
   return std::exchange(spare_, {});
 }
@@ -126,4 +126,4 @@ void FilmWriter::work() {
   changed_.notify_all();
 }
 
-} // namespace surflect
+} // namespace surflect::film

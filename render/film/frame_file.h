@@ -7,21 +7,21 @@
 #include <map>
 #include <string>
 
-namespace surflect {
+namespace surflect::film {
 
 // Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
 // stretch.V. Colours are half floats, depth is single. What noise and the blending of lights
 // leave below black is black. The attributes say what made the frame.
-std::string frameBytes(const FrameLayers& film, const std::map<std::string, std::string>& attributes,
-                      const Progress& progress = {});
-void writeFrame(const std::filesystem::path& path, const FrameLayers& film,
-               const std::map<std::string, std::string>& attributes);
+std::string frameBytes(const surfels::FrameLayers& film, const std::map<std::string, std::string>& attributes,
+                       const Progress& progress = {});
+void writeFrame(const std::filesystem::path& path, const surfels::FrameLayers& film,
+                const std::map<std::string, std::string>& attributes);
 
 // The picture of a film for the eye, as a PNG: times exposure, sRGB, 8 bits, straight alpha.
-std::string previewBytes(const Image& color, double exposure);
-void writePreview(const std::filesystem::path& path, const Image& color, double exposure);
+std::string previewBytes(const image::Image& color, double exposure);
+void writePreview(const std::filesystem::path& path, const image::Image& color, double exposure);
 
 // The 99.5th percentile of the object's pixels; 0 where there are none, or nothing shines.
-double whiteOf(const Image& color);
+double whiteOf(const image::Image& color);
 
-} // namespace surflect
+} // namespace surflect::film

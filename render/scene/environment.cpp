@@ -5,33 +5,34 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::scene {
 
-PreparedEnvironment prepareEnvironment(const EnvironmentMap& map, double error, LightExtrapolation extrapolation,
-                                       const Model& model, const ShadeOptions& options,
-                                       const Progress& progress) {
+PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double error,
+                                       ulr::LightExtrapolation extrapolation, const model::Model& model,
+                                       const model::ShadeOptions& options, const Progress& progress) {
   PreparedEnvironment prepared;
   prepared.texels = map.texels.size();
   prepared.replaced = map.replaced;
   prepared.clamped = map.clamped;
-  const double spacing = std::min(1.0, lightSpacing(model));
-  prepared.lights = gathered(map.texels, 0.9 * error * spacing * spacing, progress);
+  const double spacing = std::min(1.0, model::lightSpacing(model));
+  prepared.lights = ulr::gathered(map.texels, 0.9 * error * spacing * spacing, progress);
   prepared.extrapolation = extrapolation;
-  prepared.table = lightTable(model, options, extrapolation);
-  static_assert(sizeof(EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
+  prepared.table = model::lightTable(model, options, extrapolation);
+  static_assert(sizeof(ulr::EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
   prepared.hash = contentHash(std::as_bytes(std::span(prepared.lights)));
   return prepared;
 }
 
-std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const Model& model,
-                                                     const ShadeOptions& options, const Progress& progress) {
+std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const model::Model& model,
+                                                     const model::ShadeOptions& options,
+                                                     const Progress& progress) {
   std::vector<PreparedEnvironment> environments;
   for (size_t i = 0; i < script.lights.size(); ++i) {
     const auto* light = std::get_if<EnvironmentLightMotion>(&script.lights[i]);
     if (!light) continue;
     progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
     const Stopwatch watch;
-    const EnvironmentMap map = readEnvironment(light->image, light->mapping, progress);
+    const ulr::EnvironmentMap map = ulr::readEnvironment(light->image, light->mapping, progress);
     auto& prepared = environments.emplace_back(
         prepareEnvironment(map, light->error, light->extrapolation, model, options, progress));
     prepared.image = light->image;
@@ -40,4 +41,4 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
   return environments;
 }
 
-} // namespace surflect
+} // namespace surflect::scene

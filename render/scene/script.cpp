@@ -8,13 +8,13 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::scene {
 
 namespace {
 
 constexpr uint64_t kLargestScript = uint64_t{1} << 24; // bytes
 
-const Track3 yUp{0, 1, 0}, white{1, 1, 1};
+const warp::Track3 yUp{0, 1, 0}, white{1, 1, 1};
 
 Frames asFrames(const Entry& entry) {
   constexpr int most = 1'000'000;
@@ -70,7 +70,7 @@ CameraMotion asCamera(const Entry& entry) {
     if (section.size() > 1) throw mismatch(*from, "no other key beside it");
     return NamedCamera{asText(*from)};
   }
-  const Track3 up = trackOr(section, "up", yUp);
+  const warp::Track3 up = trackOr(section, "up", yUp);
   if (!orbit)
     return LookAtCamera{asPlace(section.require("position")), asPlace(section.require("look_at")), up,
                         asTrack(section.require("fov_deg"))};
@@ -97,18 +97,19 @@ std::optional<Value> findChoice(const Section& section, std::string_view key,
   throw mismatch(*entry, "one of " + listed(names));
 }
 
-LightExtrapolation uncoveredOr(const Section& section, LightExtrapolation otherwise) {
-  return findChoice<LightExtrapolation>(section, "uncovered",
-                               {{"extrapolate", LightExtrapolation::clamp}, {"fade", LightExtrapolation::fade}})
+ulr::LightExtrapolation uncoveredOr(const Section& section, ulr::LightExtrapolation otherwise) {
+  return findChoice<ulr::LightExtrapolation>(
+             section, "uncovered",
+             {{"extrapolate", ulr::LightExtrapolation::clamp}, {"fade", ulr::LightExtrapolation::fade}})
       .value_or(otherwise);
 }
 
 LightMotion asEnvironment(const Section& section) {
   EnvironmentLightMotion light;
   light.image = asPath(section.require("image"));
-  light.mapping = findChoice<EnvironmentMapping>(
+  light.mapping = findChoice<ulr::EnvironmentMapping>(
       section, "mapping",
-      {{"latlong", EnvironmentMapping::latLong}, {"angular", EnvironmentMapping::angular}});
+      {{"latlong", ulr::EnvironmentMapping::latLong}, {"angular", ulr::EnvironmentMapping::angular}});
   light.up = trackOr(section, "up", yUp);
   light.rotateDeg = trackOr(section, "rotate_deg", 0);
   light.color = trackOr(section, "color", white);
@@ -117,7 +118,7 @@ LightMotion asEnvironment(const Section& section) {
     light.error = asNumber(*error);
     if (light.error < 1e-4 || light.error > 1) throw mismatch(*error, "a number in 0.0001..1");
   }
-  light.extrapolation = uncoveredOr(section, LightExtrapolation::fade);
+  light.extrapolation = uncoveredOr(section, ulr::LightExtrapolation::fade);
   return light;
 }
 
@@ -127,13 +128,14 @@ const std::vector<Kind<LightMotion>>& lightKinds() {
        {"direction", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
          return DirectionalLightMotion{asTrack3(s.require("direction")), trackOr(s, "color", white),
-                                       trackOr(s, "intensity", 1), uncoveredOr(s, LightExtrapolation::clamp)};
+                                       trackOr(s, "intensity", 1),
+                                       uncoveredOr(s, ulr::LightExtrapolation::clamp)};
        }},
       {"point",
        {"position", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
          return PointLightMotion{asPlace(s.require("position")), trackOr(s, "color", white),
-                                 trackOr(s, "intensity", 1), uncoveredOr(s, LightExtrapolation::clamp)};
+                                 trackOr(s, "intensity", 1), uncoveredOr(s, ulr::LightExtrapolation::clamp)};
        }},
       {"environment",
        {"image", "mapping", "up", "rotate_deg", "color", "intensity", "error", "uncovered"},
@@ -191,8 +193,8 @@ Script parseScript(std::string_view text, const std::filesystem::path& path, con
     Script script = asScript(root);
     script.path = path;
     script.hash = contentHash(std::as_bytes(std::span(text)));
-    for (const WarpMotion& warp : script.warps)
-      if (const uint64_t files = filesHash(warp)) {
+    for (const warp::WarpMotion& warp : script.warps)
+      if (const uint64_t files = warp::filesHash(warp)) {
         const std::array both = {script.hash, files};
         script.hash = contentHash(std::as_bytes(std::span(both)));
       }
@@ -227,4 +229,4 @@ void requireShot(const Script& script) {
   }
 }
 
-} // namespace surflect
+} // namespace surflect::scene

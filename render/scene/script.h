@@ -17,7 +17,7 @@
 #include <variant>
 #include <vector>
 
-namespace surflect {
+namespace surflect::scene {
 
 struct Frames {
   int first = 1, last = 1; // 0 <= first <= last <= 1000000
@@ -40,43 +40,43 @@ struct NamedCamera {
   std::string from;
 };
 struct LookAtCamera {
-  Track3 position, lookAt, up;
-  Track fovDeg; // vertical
+  warp::Track3 position, lookAt, up;
+  warp::Track fovDeg; // vertical
 };
 // Looks at `center` from `radius` away. With y up, azimuth 0 stands on +z and grows towards +x; another `up`
 // turns all of this along the shortest arc, so that z up starts on -y.
 struct OrbitCamera {
-  Track3 center, up;
-  Track radius, azimuthDeg, elevationDeg;
-  Track fovDeg; // vertical
+  warp::Track3 center, up;
+  warp::Track radius, azimuthDeg, elevationDeg;
+  warp::Track fovDeg; // vertical
 };
 using CameraMotion = std::variant<NamedCamera, LookAtCamera, OrbitCamera>;
 
 // color * intensity is irradiance on a surface that faces the light.
 struct DirectionalLightMotion {
-  Track3 direction; // towards the light, any length
-  Track3 color;
-  Track intensity;
-  LightExtrapolation extrapolation = LightExtrapolation::clamp;
+  warp::Track3 direction; // towards the light, any length
+  warp::Track3 color;
+  warp::Track intensity;
+  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp;
 };
 // color * intensity is in W/sr.
 struct PointLightMotion {
-  Track3 position;
-  Track3 color;
-  Track intensity;
-  LightExtrapolation extrapolation = LightExtrapolation::clamp;
+  warp::Track3 position;
+  warp::Track3 color;
+  warp::Track intensity;
+  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp;
 };
 // color * intensity multiplies the picture's radiance. The picture's own up (y) is turned to `up` along the
 // shortest arc, as an orbit is, after a turn by rotate_deg about it, counter-clockwise seen from above.
 struct EnvironmentLightMotion {
-  std::filesystem::path image;               // resolved against the script's folder
-  std::optional<EnvironmentMapping> mapping; // by the picture's shape where not given
-  Track3 up;
-  Track rotateDeg;
-  Track3 color;
-  Track intensity;
+  std::filesystem::path image;                    // resolved against the script's folder
+  std::optional<ulr::EnvironmentMapping> mapping; // by the picture's shape where not given
+  warp::Track3 up;
+  warp::Track rotateDeg;
+  warp::Track3 color;
+  warp::Track intensity;
   double error = 0.01; // of the captured lights' weights, about; 0.0001..1
-  LightExtrapolation extrapolation = LightExtrapolation::fade;
+  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::fade;
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 
@@ -93,7 +93,7 @@ struct Script {
   std::optional<Output> output;
   std::optional<CameraMotion> camera;
   std::vector<LightMotion> lights;
-  std::vector<WarpMotion> warps; // in the order in which they act
+  std::vector<warp::WarpMotion> warps; // in the order in which they act
 };
 
 // Head of a shot: all that is needed before the model is opened.
@@ -119,4 +119,4 @@ Script parseScript(std::string_view text, const std::filesystem::path& path,
 // alone).
 void requireShot(const Script& script);
 
-} // namespace surflect
+} // namespace surflect::scene

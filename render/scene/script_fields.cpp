@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::scene {
 
 namespace {
 
@@ -57,7 +57,7 @@ void mergeInto(toml::table& target, toml::table& source) {
   }
 }
 
-Keyframe asKeyframe(const Entry& entry) {
+warp::Keyframe asKeyframe(const Entry& entry) {
   constexpr std::string_view form = "a keyframe [frame, value] or [frame, value, \"smooth\"]";
   const std::vector<Entry> parts = asArray(entry, form);
   if (parts.size() < 2 || parts.size() > 3) throw mismatch(entry, form);
@@ -174,39 +174,39 @@ std::vector<Entry> asArray(const Entry& entry, std::string_view expected) {
   return elements;
 }
 
-Track asTrack(const Entry& entry) {
+warp::Track asTrack(const Entry& entry) {
   if (nodeOf(entry).is_number()) return asNumber(entry);
-  if (nodeOf(entry).is_string()) return at(entry, [&] { return Track::expression(asText(entry)); });
-  std::vector<Keyframe> keys;
+  if (nodeOf(entry).is_string()) return at(entry, [&] { return warp::Track::expression(asText(entry)); });
+  std::vector<warp::Keyframe> keys;
   for (const Entry& key : asArray(entry, "a number, a list of keyframes or an expression"))
     keys.push_back(asKeyframe(key));
-  return at(entry, [&] { return Track::keyframes(std::move(keys)); });
+  return at(entry, [&] { return warp::Track::keyframes(std::move(keys)); });
 }
 
-Track3 asTrack3(const Entry& entry) {
+warp::Track3 asTrack3(const Entry& entry) {
   const std::vector<Entry> elements = asArray(entry, "an array of 3");
   if (elements.size() != 3) throw mismatch(entry, "an array of 3");
   return {asTrack(elements[0]), asTrack(elements[1]), asTrack(elements[2])};
 }
 
-Track3 asPlace(const Entry& entry) {
-  Track3 place = asTrack3(entry);
+warp::Track3 asPlace(const Entry& entry) {
+  warp::Track3 place = asTrack3(entry);
   for (size_t axis = 0; axis < 3; ++axis)
     place[axis] = place[axis].plus(-(*entry.origin)[static_cast<Eigen::Index>(axis)]);
   return place;
 }
 
-Track trackOr(const Section& section, std::string_view key, double otherwise) {
+warp::Track trackOr(const Section& section, std::string_view key, double otherwise) {
   const auto entry = section.find(key);
-  return entry ? asTrack(*entry) : Track(otherwise);
+  return entry ? asTrack(*entry) : warp::Track(otherwise);
 }
 
-Track3 trackOr(const Section& section, std::string_view key, const Track3& otherwise) {
+warp::Track3 trackOr(const Section& section, std::string_view key, const warp::Track3& otherwise) {
   const auto entry = section.find(key);
   return entry ? asTrack3(*entry) : otherwise;
 }
 
-Track3 placeOrOrigin(const Section& section, std::string_view key) {
+warp::Track3 placeOrOrigin(const Section& section, std::string_view key) {
   if (const auto entry = section.find(key)) return asPlace(*entry);
   const Entry& table = section.table();
   if (!table.origin->isZero(0))
@@ -223,4 +223,4 @@ size_t typeOf(const Entry& table, const Keys& types) {
   return static_cast<size_t>(found - types.begin());
 }
 
-} // namespace surflect
+} // namespace surflect::scene

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::scene {
 
 // A value in a script. It lives as long as its ScriptDocument.
 struct Entry {
@@ -66,14 +66,14 @@ int asInteger(const Entry& entry, int least, int most);
 bool asBoolean(const Entry& entry);
 std::vector<Entry> asArray(const Entry& entry, std::string_view expected);
 
-Track asTrack(const Entry& entry);
-Track3 asTrack3(const Entry& entry);
+warp::Track asTrack(const Entry& entry);
+warp::Track3 asTrack3(const Entry& entry);
 // Coordinates of a place, from which the origin is subtracted.
-Track3 asPlace(const Entry& entry);
-Track trackOr(const Section& section, std::string_view key, double otherwise);
-Track3 trackOr(const Section& section, std::string_view key, const Track3& otherwise);
+warp::Track3 asPlace(const Entry& entry);
+warp::Track trackOr(const Section& section, std::string_view key, double otherwise);
+warp::Track3 trackOr(const Section& section, std::string_view key, const warp::Track3& otherwise);
 // A place that is 0 where it is left out, which it may be only where the origin is 0, too.
-Track3 placeOrOrigin(const Section& section, std::string_view key);
+warp::Track3 placeOrOrigin(const Section& section, std::string_view key);
 
 // Runs `make`, which may refuse what stands at the entry.
 template <class Make> auto at(const Entry& entry, Make make) {
@@ -124,4 +124,4 @@ std::vector<Value> asList(const std::optional<Entry>& entry, const std::vector<K
   return values;
 }
 
-} // namespace surflect
+} // namespace surflect::scene

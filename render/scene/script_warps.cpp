@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::scene {
 
 namespace {
 
-const Track3 yUp{0, 1, 0};
+const warp::Track3 yUp{0, 1, 0};
 
-Expression asFormula(const Entry& entry) {
-  return at(entry, [&] { return Expression(asText(entry), warpVariables); });
+warp::Expression asFormula(const Entry& entry) {
+  return at(entry, [&] { return warp::Expression(asText(entry), warp::warpVariables); });
 }
 
 std::array<int, 3> asThreeIntegers(const Entry& entry, std::string_view expected,
@@ -20,25 +20,25 @@ std::array<int, 3> asThreeIntegers(const Entry& entry, std::string_view expected
           asInteger(elements[2], least[2], most[2])};
 }
 
-LatticeMotion asLattice(const Section& section) {
-  constexpr int most = mostLatticeDivisions;
-  LatticeMotion lattice{asPlace(section.require("min")), asPlace(section.require("max")), {}, {}};
+warp::LatticeMotion asLattice(const Section& section) {
+  constexpr int most = warp::mostLatticeDivisions;
+  warp::LatticeMotion lattice{asPlace(section.require("min")), asPlace(section.require("max")), {}, {}};
   lattice.divisions =
       asThreeIntegers(section.require("divisions"), "three counts", {1, 1, 1}, {most, most, most});
   for (const Entry& entry : asArray(section.require("point"), "tables { at, move }")) {
     const Section point(entry, {"at", "move"});
     const Entry at = point.require("at");
     const auto index = asThreeIntegers(at, "three numbers of a control point", {0, 0, 0}, lattice.divisions);
-    const auto same = [&](const LatticeMotion::Point& other) { return other.index == index; };
+    const auto same = [&](const warp::LatticeMotion::Point& other) { return other.index == index; };
     if (std::ranges::any_of(lattice.points, same)) throw mismatch(at, "each control point once");
     lattice.points.push_back({index, asTrack3(point.require("move"))});
   }
   return lattice;
 }
 
-HandlesMotion asHandles(const Section& section) {
+warp::HandlesMotion asHandles(const Section& section) {
   std::vector<Vec3<double>> rest;
-  HandlesMotion motion;
+  warp::HandlesMotion motion;
   const Entry handles = section.require("handle");
   for (const Entry& entry : asArray(handles, "tables { rest, to }")) {
     const Section handle(entry, {"rest", "to"});
@@ -53,88 +53,91 @@ HandlesMotion asHandles(const Section& section) {
     radius = asNumber(*entry);
     if (!(*radius > 0)) throw mismatch(*entry, "more than 0");
   }
-  motion.handles = at(handles, [&] { return std::make_shared<const Handles>(std::move(rest), radius); });
+  motion.handles =
+      at(handles, [&] { return std::make_shared<const warp::Handles>(std::move(rest), radius); });
   return motion;
 }
 
-MeshMotion asMesh(const Section& section) {
+warp::MeshMotion asMesh(const Section& section) {
   const Entry rest = section.require("rest");
   const auto frames = asPath(section.require("frames"));
   const auto frame = section.find("frame");
-  return {std::make_shared<const MeshSequence>(asPath(rest), frames, *rest.origin),
-          frame ? asTrack(*frame) : Track::expression("frame")};
+  return {std::make_shared<const warp::MeshSequence>(asPath(rest), frames, *rest.origin),
+          frame ? asTrack(*frame) : warp::Track::expression("frame")};
 }
 
-SkeletonMotion asSkeleton(const Section& section) {
+warp::SkeletonMotion asSkeleton(const Section& section) {
   const auto animation = section.find("animation"), time = section.find("time");
   const Entry file = section.require("file");
   if (!file.origin->isZero(0))
     throw Error("glTF is single precision, too coarse for original coordinates: use a mesh or handles")
         .at(file.field);
-  return {std::make_shared<const Rig>(asPath(file), animation ? asText(*animation) : ""),
-          time ? asTrack(*time) : Track::expression("t")};
+  return {std::make_shared<const warp::Rig>(asPath(file), animation ? asText(*animation) : ""),
+          time ? asTrack(*time) : warp::Track::expression("t")};
 }
 
-const std::vector<Kind<WarpMotion>>& warpKinds() {
-  static const std::vector<Kind<WarpMotion>> kinds = {
+const std::vector<Kind<warp::WarpMotion>>& warpKinds() {
+  static const std::vector<Kind<warp::WarpMotion>> kinds = {
       {"rigid",
        {"axis", "angle_deg", "center", "translate"},
-       [](const Section& s) -> WarpMotion {
-         return RigidMotion{trackOr(s, "axis", yUp), placeOrOrigin(s, "center"), trackOr(s, "angle_deg", 0),
-                            trackOr(s, "translate", Track3{0, 0, 0})};
+       [](const Section& s) -> warp::WarpMotion {
+         return warp::RigidMotion{trackOr(s, "axis", yUp), placeOrOrigin(s, "center"),
+                                  trackOr(s, "angle_deg", 0), trackOr(s, "translate", warp::Track3{0, 0, 0})};
        }},
       {"scale",
        {"factor", "center"},
-       [](const Section& s) -> WarpMotion {
-         return ScaleMotion{asTrack3(s.require("factor")), placeOrOrigin(s, "center")};
+       [](const Section& s) -> warp::WarpMotion {
+         return warp::ScaleMotion{asTrack3(s.require("factor")), placeOrOrigin(s, "center")};
        }},
       {"twist",
        {"axis", "center", "angle_deg", "length"},
-       [](const Section& s) -> WarpMotion {
-         return TwistMotion{asTrack3(s.require("axis")), placeOrOrigin(s, "center"),
-                            asTrack(s.require("angle_deg")), trackOr(s, "length", 1)};
+       [](const Section& s) -> warp::WarpMotion {
+         return warp::TwistMotion{asTrack3(s.require("axis")), placeOrOrigin(s, "center"),
+                                  asTrack(s.require("angle_deg")), trackOr(s, "length", 1)};
        }},
       {"bend",
        {"axis", "direction", "center", "angle_deg", "length"},
-       [](const Section& s) -> WarpMotion {
-         return BendMotion{asTrack3(s.require("axis")), asTrack3(s.require("direction")),
-                           placeOrOrigin(s, "center"), asTrack(s.require("angle_deg")),
-                           trackOr(s, "length", 1)};
+       [](const Section& s) -> warp::WarpMotion {
+         return warp::BendMotion{asTrack3(s.require("axis")), asTrack3(s.require("direction")),
+                                 placeOrOrigin(s, "center"), asTrack(s.require("angle_deg")),
+                                 trackOr(s, "length", 1)};
        }},
       {"taper",
        {"axis", "center", "factor", "length"},
-       [](const Section& s) -> WarpMotion {
-         return TaperMotion{asTrack3(s.require("axis")), placeOrOrigin(s, "center"),
-                            asTrack(s.require("factor")), trackOr(s, "length", 1)};
+       [](const Section& s) -> warp::WarpMotion {
+         return warp::TaperMotion{asTrack3(s.require("axis")), placeOrOrigin(s, "center"),
+                                  asTrack(s.require("factor")), trackOr(s, "length", 1)};
        }},
       {"sine",
        {"axis", "direction", "center", "amplitude", "wavelength", "phase_deg"},
-       [](const Section& s) -> WarpMotion {
-         return SineMotion{asTrack3(s.require("axis")),      asTrack3(s.require("direction")),
-                           placeOrOrigin(s, "center"),       asTrack(s.require("amplitude")),
-                           asTrack(s.require("wavelength")), trackOr(s, "phase_deg", 0)};
+       [](const Section& s) -> warp::WarpMotion {
+         return warp::SineMotion{asTrack3(s.require("axis")),      asTrack3(s.require("direction")),
+                                 placeOrOrigin(s, "center"),       asTrack(s.require("amplitude")),
+                                 asTrack(s.require("wavelength")), trackOr(s, "phase_deg", 0)};
        }},
       {"expression",
        {"x", "y", "z"},
-       [](const Section& s) -> WarpMotion {
+       [](const Section& s) -> warp::WarpMotion {
          const Entry x = s.require("x");
-         return ExpressionMotion{asFormula(x), asFormula(s.require("y")), asFormula(s.require("z")),
-                                 *x.origin};
+         return warp::ExpressionMotion{asFormula(x), asFormula(s.require("y")), asFormula(s.require("z")),
+                                       *x.origin};
        }},
       {"lattice",
        {"min", "max", "divisions", "point"},
-       [](const Section& s) -> WarpMotion { return asLattice(s); }},
-      {"handles", {"handle", "radius"}, [](const Section& s) -> WarpMotion { return asHandles(s); }},
-      {"mesh", {"rest", "frames", "frame"}, [](const Section& s) -> WarpMotion { return asMesh(s); }},
+       [](const Section& s) -> warp::WarpMotion { return asLattice(s); }},
+      {"handles", {"handle", "radius"}, [](const Section& s) -> warp::WarpMotion { return asHandles(s); }},
+      {"mesh", {"rest", "frames", "frame"}, [](const Section& s) -> warp::WarpMotion { return asMesh(s); }},
       {"skeleton",
        {"file", "animation", "time"},
-       [](const Section& s) -> WarpMotion { return asSkeleton(s); }},
+       [](const Section& s) -> warp::WarpMotion { return asSkeleton(s); }},
   };
   return kinds;
 }
 
 } // namespace
 
-std::vector<WarpMotion> asWarps(const std::optional<Entry>& entry) { return asList(entry, warpKinds()); }
+std::vector<warp::WarpMotion> asWarps(const std::optional<Entry>& entry) {
+  return asList(entry, warpKinds());
+}
 
-} // namespace surflect
+} // namespace surflect::scene

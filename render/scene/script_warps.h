@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-namespace surflect {
+namespace surflect::scene {
 
 // In the order written; none when there is no entry. Throws Error at the field.
-std::vector<WarpMotion> asWarps(const std::optional<Entry>& entry);
+std::vector<warp::WarpMotion> asWarps(const std::optional<Entry>& entry);
 
-} // namespace surflect
+} // namespace surflect::scene

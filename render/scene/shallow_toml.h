@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::scene {
 
 inline constexpr int kDeepestToml = 64; // of scripts and stages, which go to 6
 
@@ -100,4 +100,4 @@ inline std::optional<int> tooDeepLine(std::string_view toml, int deepest) {
   return std::nullopt;
 }
 
-} // namespace surflect
+} // namespace surflect::scene

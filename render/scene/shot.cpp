@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace surflect {
+namespace surflect::scene {
 
 namespace {
 
@@ -25,11 +25,11 @@ Rigid<CameraSpace, ObjectSpace> lookAt(const Vec3<double>& position, const Vec3<
   return {rotation, -(rotation * position)};
 }
 
-Lens lensOf(const Output& output, const Track& fovDeg, const ShotTime& time) {
-  const double degrees = finiteAt(fovDeg, time, "fov_deg");
+capture::Lens lensOf(const Output& output, const warp::Track& fovDeg, const warp::ShotTime& time) {
+  const double degrees = warp::finiteAt(fovDeg, time, "fov_deg");
   if (!(degrees > 1e-3 && degrees < 179.999))
     throw Error::mismatch("more than 0.001 and less than 179.999", numberText(degrees)).at("fov_deg");
-  Lens lens;
+  capture::Lens lens;
   lens.width = output.width;
   lens.height = output.height;
   lens.centerX = output.width / 2.0;
@@ -38,9 +38,9 @@ Lens lensOf(const Output& output, const Track& fovDeg, const ShotTime& time) {
   return lens;
 }
 
-Rigid<CameraSpace, ObjectSpace> placed(const LookAtCamera& camera, const ShotTime& time) {
-  return lookAt(finiteAt(camera.position, time, "position"), finiteAt(camera.lookAt, time, "look_at"),
-                unitAt(camera.up, time, "up"));
+Rigid<CameraSpace, ObjectSpace> placed(const LookAtCamera& camera, const warp::ShotTime& time) {
+  return lookAt(warp::finiteAt(camera.position, time, "position"),
+                warp::finiteAt(camera.lookAt, time, "look_at"), warp::unitAt(camera.up, time, "up"));
 }
 
 // The shortest turn from y to a unit vector; by half a turn about z where that is -y. Eigen's FromTwoVectors
@@ -53,41 +53,43 @@ Eigen::Quaterniond turnFromY(const Vec3<double>& up) {
   return Eigen::Quaterniond(turn.coeffs().stableNormalized());
 }
 
-Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const ShotTime& time) {
-  const Vec3<double> center = finiteAt(camera.center, time, "orbit.center"),
-                     up = unitAt(camera.up, time, "up");
-  const double radius = finiteAt(camera.radius, time, "orbit.radius");
-  const double azimuth = Angle::fromDegrees(finiteAt(camera.azimuthDeg, time, "orbit.azimuth_deg")).radians();
+Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const warp::ShotTime& time) {
+  const Vec3<double> center = warp::finiteAt(camera.center, time, "orbit.center"),
+                     up = warp::unitAt(camera.up, time, "up");
+  const double radius = warp::finiteAt(camera.radius, time, "orbit.radius");
+  const double azimuth =
+      Angle::fromDegrees(warp::finiteAt(camera.azimuthDeg, time, "orbit.azimuth_deg")).radians();
   const double elevation =
-      Angle::fromDegrees(finiteAt(camera.elevationDeg, time, "orbit.elevation_deg")).radians();
+      Angle::fromDegrees(warp::finiteAt(camera.elevationDeg, time, "orbit.elevation_deg")).radians();
   if (!(radius > 0)) throw Error::mismatch("more than 0", numberText(radius)).at("orbit.radius");
   const Vec3<double> outward(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
                              std::cos(elevation) * std::cos(azimuth)); // y up
   return lookAt(center + radius * (turnFromY(up) * outward), center, up);
 }
 
-Rgb strengthAt(const Track3& color, const Track& intensity, const ShotTime& time) {
-  const Vec3<double> rgb = finiteAt(color, time, "color") * finiteAt(intensity, time, "intensity");
+Rgb strengthAt(const warp::Track3& color, const warp::Track& intensity, const warp::ShotTime& time) {
+  const Vec3<double> rgb =
+      warp::finiteAt(color, time, "color") * warp::finiteAt(intensity, time, "intensity");
   if (!(rgb.minCoeff() >= 0 && rgb.maxCoeff() <= std::numeric_limits<float>::max()))
     throw Error::mismatch("none below 0 or beyond float", "such a strength").at("intensity");
   return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
 }
 
-ShotLight lit(const DirectionalLightMotion& light, const ShotTime& time) {
+ShotLight lit(const DirectionalLightMotion& light, const warp::ShotTime& time) {
   return ShotDirectionalLight{
-      assume<Direction3<ObjectSpace, double>>(unitAt(light.direction, time, "direction")),
+      assume<Direction3<ObjectSpace, double>>(warp::unitAt(light.direction, time, "direction")),
       strengthAt(light.color, light.intensity, time), light.extrapolation};
 }
 
-ShotLight lit(const PointLightMotion& light, const ShotTime& time) {
-  return ShotPointLight{assume<Point3<ObjectSpace, double>>(finiteAt(light.position, time, "position")),
+ShotLight lit(const PointLightMotion& light, const warp::ShotTime& time) {
+  return ShotPointLight{assume<Point3<ObjectSpace, double>>(warp::finiteAt(light.position, time, "position")),
                         strengthAt(light.color, light.intensity, time), light.extrapolation};
 }
 
-ShotLight lit(const EnvironmentLightMotion& light, const ShotTime& time,
+ShotLight lit(const EnvironmentLightMotion& light, const warp::ShotTime& time,
               const PreparedEnvironment& environment) {
-  const Vec3<double> up = unitAt(light.up, time, "up");
-  const double turn = Angle::fromDegrees(finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
+  const Vec3<double> up = warp::unitAt(light.up, time, "up");
+  const double turn = Angle::fromDegrees(warp::finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
   const Mat3<double> objectFromEnvironment =
       (turnFromY(up) * Eigen::AngleAxisd(turn, Vec3<double>::UnitY())).toRotationMatrix();
   return ShotEnvironment{&environment, Rotation<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
@@ -111,7 +113,7 @@ std::vector<Result> each(const Script& script, const std::vector<Element>& eleme
 
 } // namespace
 
-ShotTime shotTime(const Script& script, double frame) {
+warp::ShotTime shotTime(const Script& script, double frame) {
   if (!script.frames) return {0, frame, 0};
   const Frames& frames = *script.frames;
   const double elapsed = frame - frames.first;
@@ -125,7 +127,7 @@ std::filesystem::path framePath(const Output& output, const std::filesystem::pat
   return folder / std::string(output.path).replace(begin, length, digits);
 }
 
-Camera<ObjectSpace> cameraAt(const Script& script, const ShotTime& time) {
+capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime& time) {
   assert(script.camera && script.output && !std::holds_alternative<NamedCamera>(*script.camera));
   try {
     if (const auto* orbit = std::get_if<OrbitCamera>(&*script.camera))
@@ -137,7 +139,7 @@ Camera<ObjectSpace> cameraAt(const Script& script, const ShotTime& time) {
   }
 }
 
-std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time,
+std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
                                 std::span<const PreparedEnvironment> environments) {
   size_t prepared = 0;
   return each<ShotLight>(script, script.lights, "light", [&](const LightMotion& light) {
@@ -148,22 +150,24 @@ std::vector<ShotLight> lightsAt(const Script& script, const ShotTime& time,
   });
 }
 
-WarpPointer warpAt(const Script& script, const ShotTime& time) {
-  return chainWarp(each<WarpPointer>(script, script.warps, "warp",
-                                     [&](const WarpMotion& motion) { return evaluateAt(motion, time); }));
+warp::WarpPointer warpAt(const Script& script, const warp::ShotTime& time) {
+  return warp::chainWarp(
+      each<warp::WarpPointer>(script, script.warps, "warp", [&](const warp::WarpMotion& motion) {
+        return warp::evaluateAt(motion, time);
+      }));
 }
 
-Camera<ObjectSpace> inObjectSpace(const Camera<AcquisitionSpace>& camera) {
+capture::Camera<ObjectSpace> inObjectSpace(const capture::Camera<AcquisitionSpace>& camera) {
   return {camera.lens, {camera.cameraFromWorld.rotation(), camera.cameraFromWorld.translation()}};
 }
 
-ShotLight inObjectSpace(const Light& light) {
-  if (const auto* directional = std::get_if<DirectionalLight>(&light.kind))
+ShotLight inObjectSpace(const capture::Light& light) {
+  if (const auto* directional = std::get_if<capture::DirectionalLight>(&light.kind))
     return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
-                                directional->irradiance, LightExtrapolation::clamp,
+                                directional->irradiance, ulr::LightExtrapolation::clamp,
                                 directional->irradianceGradient};
-  const auto& point = std::get<PointLight>(light.kind);
+  const auto& point = std::get<capture::PointLight>(light.kind);
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};
 }
 
-} // namespace surflect
+} // namespace surflect::scene

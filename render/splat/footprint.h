@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace surflect {
+namespace surflect::splat {
 
 // Where a Gaussian is cut off; 0.2 % of its mass lies beyond.
 constexpr double kCutoffSigmas = 3.5;
@@ -56,4 +56,4 @@ enum class Rejection : uint8_t {
   outside,    // off the image
 };
 
-} // namespace surflect
+} // namespace surflect::splat

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-namespace surflect {
+namespace surflect::splat {
 
 float saturated(float area) { return std::clamp((area - (1 - kFull)) / (2 * kFull - 1), 0.f, 1.f); }
 
@@ -27,4 +27,4 @@ void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers
   }
 }
 
-} // namespace surflect
+} // namespace surflect::splat

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace surflect {
+namespace surflect::splat {
 
 // A splat at a pixel. Its colour is weighted by peak exp(-q), a Gaussian narrower by sqrt 2: the weights are
 // divided by their sum, so that they need not sum to 1 by themselves as Gaussians do that are wide enough for
@@ -36,4 +36,4 @@ float saturated(float area);
 // The usual alpha_k (1 - alpha) would let the background through there.
 void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers);
 
-} // namespace surflect
+} // namespace surflect::splat

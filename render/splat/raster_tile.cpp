@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-namespace surflect {
+namespace surflect::splat {
 
 namespace {
 
@@ -128,8 +128,8 @@ void markSeen(const RasterTile& tile, uint64_t* seenOfTile, std::span<uint8_t> s
 } // namespace
 
 void rasterizeTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
-               const TileFrame& frame, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
-               std::span<uint8_t> seenOfCloud) {
+                   const TileFrame& frame, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+                   std::span<uint8_t> seenOfCloud) {
   tile.layers.clear();
   tile.contributions.clear();
   tile.blocks = 0;
@@ -163,4 +163,4 @@ void rasterizeTile(const SplatKernels& kernels, const ScreenSplat* screen, std::
   markSeen(tile, seen, seenOfCloud);
 }
 
-} // namespace surflect
+} // namespace surflect::splat

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::splat {
 
 // One of several layers that a pixel shows, which has its row of the matrix.
 struct PixelLayer {
@@ -27,11 +27,12 @@ struct Contribution {
 
 struct RasterTile {
   TileSplats drawn;
-  uint64_t blocks;        // where they are, a bit for each
+  uint64_t blocks;                 // where they are, a bit for each
   ScratchBuffer<TileSplat> splats; // what `drawn` points at
   ScratchBuffer<uint64_t> sets;    // likewise
-  ScratchBuffer<uint32_t> column;  // of each splat its number in the cloud, and after covering in Coverage::visible
-  ScratchBuffer<float> limits;     // kLanes for each block
+  ScratchBuffer<uint32_t>
+      column; // of each splat its number in the cloud, and after covering in Coverage::visible
+  ScratchBuffer<float> limits;    // kLanes for each block
   std::vector<PixelLayer> layers; // of pixels that show several
   std::vector<Contribution> contributions;
 };
@@ -71,14 +72,14 @@ struct TileScratch {
   ScratchBuffer<uint64_t> seen;                             // of each group the set
   ScratchBuffer<float> orders, areas, tolerances, splats;   // BlockFragments
   ScratchBuffer<float> order, tolerance, area, splat, rank; // PixelFragments
-  std::vector<Fragment> fragments;                 // of a pixel
+  std::vector<Fragment> fragments;                          // of a pixel
   std::vector<Layer> layers;
 };
 
 // Covers a tile with the splats `entries` of `screen`. Sets what the frame has of the pixels and all of the
 // tile, and marks in `seen` which splats of the cloud are visible; other threads may do so too.
 void rasterizeTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
-               const TileFrame& frame, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
-               std::span<uint8_t> seen);
+                   const TileFrame& frame, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+                   std::span<uint8_t> seen);
 
-} // namespace surflect
+} // namespace surflect::splat

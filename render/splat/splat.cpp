@@ -4,14 +4,14 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::splat {
 
 namespace {
 
 using Mat2 = Eigen::Matrix2d;
 using Mat32 = Eigen::Matrix<double, 3, 2>;
 
-bool isPinhole(const Lens& lens) { return lens.model == Lens::Model::pinhole; }
+bool isPinhole(const capture::Lens& lens) { return lens.model == capture::Lens::Model::pinhole; }
 
 // The image of a plane, as a projective map of its parameters ab = (a, b):
 //   (x, y, order) = origin + axes ab / (1 + w . ab),
@@ -22,7 +22,7 @@ struct PlaneImage {
   Vec2<double> w;
 };
 
-PlaneImage imageOfPlane(const Lens& lens, const Vec3<double>& p, const Vec3<double>& u,
+PlaneImage imageOfPlane(const capture::Lens& lens, const Vec3<double>& p, const Vec3<double>& u,
                         const Vec3<double>& v) {
   Mat32 tangents;
   tangents << u, v;
@@ -55,20 +55,21 @@ ScreenGaussian gaussianOfCircle(const PlaneImage& image, double s) {
 }
 
 // Normalised image to pixels.
-ScreenGaussian throughLens(const Lens& lens, const ScreenGaussian& gaussian) {
+ScreenGaussian throughLens(const capture::Lens& lens, const ScreenGaussian& gaussian) {
   const Vec2<double> q = gaussian.mean.head<2>();
   const Vec2<double> focal(lens.focalX, lens.focalY);
-  const Vec2<double> distorted = isPinhole(lens) ? distort(lens, q) : q;
+  const Vec2<double> distorted = isPinhole(lens) ? capture::distort(lens, q) : q;
   Mat3<double> jacobian = Mat3<double>::Identity();
   jacobian.topLeftCorner<2, 2>() = focal.asDiagonal();
-  if (isPinhole(lens)) jacobian.topLeftCorner<2, 2>() *= distortionJacobian(lens, q);
+  if (isPinhole(lens)) jacobian.topLeftCorner<2, 2>() *= capture::distortionJacobian(lens, q);
   return {{lens.centerX + focal[0] * distorted[0], lens.centerY + focal[1] * distorted[1], gaussian.mean[2]},
           jacobian * gaussian.covariance * jacobian.transpose()};
 }
 
 // By how much the order may be wrong because the surface bends away from the splat's plane: kBend s along
 // the normal, which is kBend s / cosine in depth, but no more than s where the plane is seen edge on.
-double bendTolerance(const Lens& lens, const Vec3<double>& p, const Vec3<double>& crossUV, double s) {
+double bendTolerance(const capture::Lens& lens, const Vec3<double>& p, const Vec3<double>& crossUV,
+                     double s) {
   const double area = crossUV.norm();
   const double cosine = std::abs(isPinhole(lens) ? crossUV.dot(p) / p[2] : crossUV[2]) / area;
   const double deepest = s * std::sqrt(area);
@@ -76,7 +77,7 @@ double bendTolerance(const Lens& lens, const Vec3<double>& p, const Vec3<double>
   return isPinhole(lens) ? depthTolerance / (p[2] * p[2]) : depthTolerance; // d order / d depth = 1/depth^2
 }
 
-PixelBox clippedBox(const Lens& lens, const Vec3<double>& mean, const Mat2& filteredV) {
+PixelBox clippedBox(const capture::Lens& lens, const Vec3<double>& mean, const Mat2& filteredV) {
   const auto first = [](double low, int size) {
     return static_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, double(size)));
   };
@@ -116,7 +117,8 @@ Mat2 lacking(const Mat2& V, double h) {
 //   (g - slope) . dx = g^T D (V + D)^-1 dx,   of variance (D g)^T (V + D)^-1 (D g),
 // which is what the tolerance must bridge. Seen edge on, g has no bound; it is damped as if the splat, grown
 // to the size of the filter if it is smaller (k times its area), were h/2 thick.
-Footprint filtered(const Lens& lens, const ScreenGaussian& gaussian, double h, double coverage, double bend) {
+Footprint filtered(const capture::Lens& lens, const ScreenGaussian& gaussian, double h, double coverage,
+                   double bend) {
   const Mat2 V = gaussian.covariance.topLeftCorner<2, 2>();
   const Mat2 D = lacking(V, h), filteredV = V + D;
   const Mat2 inverse = filteredV.inverse();
@@ -157,17 +159,18 @@ Splats splatsOf(const SurfelCloud& rest, const DeformedCloud& deformed) {
   return {deformed.p, deformed.u, deformed.v, deformed.handedness, rest.radius, rest.coverage};
 }
 
-ScreenGaussian project(const Lens& lens, const Point3<CameraSpace, double>& p,
+ScreenGaussian project(const capture::Lens& lens, const Point3<CameraSpace, double>& p,
                        const Direction3<CameraSpace, double>& u, const Direction3<CameraSpace, double>& v,
                        double s) {
   return throughLens(lens, gaussianOfCircle(imageOfPlane(lens, p.raw(), u.raw(), v.raw()), s));
 }
 
-std::variant<Footprint, Rejection> footprintOf(const Camera<ObjectSpace>& camera, const Splats& splats,
-                                               size_t index, const SplatOptions& options) {
+std::variant<Footprint, Rejection> footprintOf(const capture::Camera<ObjectSpace>& camera,
+                                               const Splats& splats, size_t index,
+                                               const SplatOptions& options) {
   if (splats.handedness[index] == Handedness::dead) return Rejection::dead;
 
-  const Lens& lens = camera.lens;
+  const capture::Lens& lens = camera.lens;
   const Mat3<double>& rotation = camera.cameraFromWorld.rotation();
   const Vec3<double> p = camera.cameraFromWorld(splats.p[index].cast<double>()).raw();
   const Vec3<double> u = rotation * splats.u[index].raw().cast<double>();
@@ -197,4 +200,4 @@ std::variant<Footprint, Rejection> footprintOf(const Camera<ObjectSpace>& camera
   return footprint;
 }
 
-} // namespace surflect
+} // namespace surflect::splat

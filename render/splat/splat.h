@@ -24,7 +24,7 @@
 #include <span>
 #include <variant>
 
-namespace surflect {
+namespace surflect::splat {
 
 // What splatting reads of a cloud; every span has one entry per surfel.
 struct Splats {
@@ -56,16 +56,17 @@ struct ScreenGaussian {
 
 // The Gaussian whose 1-sigma ellipse is the exact image of the circle a^2 + b^2 = s^2 around p, of which no
 // part may lie at or behind the viewer. Lens distortion enters by its affine map at the ellipse's centre.
-ScreenGaussian project(const Lens& lens, const Point3<CameraSpace, double>& p,
+ScreenGaussian project(const capture::Lens& lens, const Point3<CameraSpace, double>& p,
                        const Direction3<CameraSpace, double>& u, const Direction3<CameraSpace, double>& v,
                        double s);
 
-std::variant<Footprint, Rejection> footprintOf(const Camera<ObjectSpace>& camera, const Splats& splats,
-                                               size_t index, const SplatOptions& options);
+std::variant<Footprint, Rejection> footprintOf(const capture::Camera<ObjectSpace>& camera,
+                                               const Splats& splats, size_t index,
+                                               const SplatOptions& options);
 
 // The depth along the viewing axis that belongs to an order.
-inline double depthOfOrder(const Lens& lens, double order) {
-  return lens.model == Lens::Model::orthographic ? order : -1 / order;
+inline double depthOfOrder(const capture::Lens& lens, double order) {
+  return lens.model == capture::Lens::Model::orthographic ? order : -1 / order;
 }
 
-} // namespace surflect
+} // namespace surflect::splat

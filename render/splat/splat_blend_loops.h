@@ -3,7 +3,7 @@
 
 #include "render/splat/splat_lanes.h"
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 // The colour weight exp(-q) for q = (1 - t) kCutoffSigmas^2, t from 0 to 1, within 8e-6 of itself: two to the
@@ -94,4 +94,4 @@ inline void meanOrderLoop(const TileSplats& tile, int block, const float* limits
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

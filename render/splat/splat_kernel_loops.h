@@ -6,11 +6,11 @@
 #include "render/splat/splat_place_loops.h"
 #include "render/splat/splat_project_loops.h"
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 constexpr SplatKernels kernelsOfTheseLanes{projectLoop,   placeSplatsLoop, resolveBlockLoop, gatherPixelLoop,
                                            rankPixelLoop, keepSeenLoop,    blendBlockLoop,   meanOrderLoop};
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

@@ -2,7 +2,7 @@
 
 #include "surfel/math/simd.h"
 
-namespace surflect {
+namespace surflect::splat {
 
 extern const SplatKernels scalarSplatKernels, avx2SplatKernels, avx512SplatKernels;
 
@@ -14,4 +14,4 @@ const SplatKernels& splatKernels([[maybe_unused]] Simd simd) {
   return scalarSplatKernels;
 }
 
-} // namespace surflect
+} // namespace surflect::splat

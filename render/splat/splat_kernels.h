@@ -8,6 +8,10 @@
 #include <cstdint>
 
 namespace surflect {
+enum class Simd;
+}
+
+namespace surflect::splat {
 
 // What a splat is wherever it lies.
 struct SplatShape {
@@ -116,7 +120,6 @@ struct SplatKernels {
   void (*meanOrder)(const TileSplats&, int block, const float* limits, float* out);
 };
 
-enum class Simd;
 const SplatKernels& splatKernels(Simd simd);
 
-} // namespace surflect
+} // namespace surflect::splat

@@ -3,10 +3,10 @@
 
 #include "render/splat/splat_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::splat {
 
 extern const SplatKernels avx2SplatKernels;
 const SplatKernels avx2SplatKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::splat
 #endif

@@ -2,9 +2,9 @@
 
 #include "render/splat/splat_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::splat {
 
 extern const SplatKernels scalarSplatKernels;
 const SplatKernels scalarSplatKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::splat

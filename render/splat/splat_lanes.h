@@ -4,7 +4,7 @@
 #include "render/splat/splat_kernels.h"
 #include "surfel/math/lanes.h"
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 constexpr float kHuge = 3.0e38f;
@@ -75,4 +75,4 @@ inline Lanes saturatedLanes(Lanes area) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

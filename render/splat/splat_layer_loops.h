@@ -3,7 +3,7 @@
 
 #include "render/splat/splat_lanes.h"
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 // How often a block's pixels are asked where their first layer is rooted.
@@ -203,4 +203,4 @@ inline void keepSeenLoop(const TileSplats& tile, int block, const BlockFragments
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

@@ -3,7 +3,7 @@
 
 #include "render/splat/splat_lanes.h"
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 static_assert(kBlocks == 64 && kBlocksPerRow == 8 && kGroup == 64);
@@ -84,4 +84,4 @@ inline uint32_t placeSplatsLoop(const ScreenSplat* screen, const uint32_t* entri
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

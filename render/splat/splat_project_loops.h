@@ -3,7 +3,7 @@
 
 #include "render/splat/splat_lanes.h"
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 // [Zwicker 2001, 2004] as in splat.cpp, in float but for the position, which is large compared with the
@@ -258,4 +258,4 @@ inline size_t projectLoop(const ProjectJob& job, size_t begin, size_t end, Scree
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

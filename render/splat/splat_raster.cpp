@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace surflect {
+namespace surflect::splat {
 
 namespace {
 
@@ -90,26 +90,26 @@ struct Plane {
 };
 
 // Gives a picture the coverage's size; its values are to be overwritten.
-void fit(Image& picture, const SplatRaster& coverage, int channels) {
+void fit(image::Image& picture, const SplatRaster& coverage, int channels) {
   picture.width = coverage.width, picture.height = coverage.height, picture.channels = channels;
   picture.values.resize(coverage.alpha.size() * static_cast<size_t>(channels));
 }
 
-void clear(Image& picture, const TileFrame& frame, float value) {
+void clear(image::Image& picture, const TileFrame& frame, float value) {
   for (int y = frame.y0; y < frame.y0 + frame.height; ++y)
     std::fill_n(picture.at(frame.x0, y).data(), frame.width * picture.channels, value);
 }
 
 // Multiplies the matrix with values, six channels at a time. The pictures' channels, one after another, take
 // the products; a last one beyond `channels` takes alpha.
-void multiply(std::span<Image* const> pictures, const SplatRaster& coverage, std::span<const float> values,
-              size_t channels, std::span<const float> confidence) {
+void multiply(std::span<image::Image* const> pictures, const SplatRaster& coverage,
+              std::span<const float> values, size_t channels, std::span<const float> confidence) {
   assert(channels > 0 && values.size() == coverage.visible.size() * channels);
   assert(confidence.empty() || confidence.size() == coverage.visible.size());
   assert(std::ranges::all_of(confidence, [](float c) { return c > 0; }));
   const SplatKernels& kernels = splatKernels(coverage.simd);
   std::vector<Plane> planes;
-  for (Image* picture : pictures) {
+  for (image::Image* picture : pictures) {
     fit(*picture, coverage, picture->channels);
     const auto stride = static_cast<size_t>(picture->channels);
     for (size_t k = 0; k < stride; ++k) planes.push_back({picture->values.data() + k, stride});
@@ -119,7 +119,7 @@ void multiply(std::span<Image* const> pictures, const SplatRaster& coverage, std
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
     const RasterTile& tile = coverage.tiles[index];
     const TileFrame frame = frameOf(coverage, index);
-    for (Image* picture : pictures) clear(*picture, frame, 0);
+    for (image::Image* picture : pictures) clear(*picture, frame, 0);
     if (tile.blocks == 0 || coverage.visible.empty()) return;
     std::vector<float>& ofTile = scratches.local();
     for (size_t first = 0; first < channels; first += 3 * kMostTriples) {
@@ -165,8 +165,8 @@ void multiply(std::span<Image* const> pictures, const SplatRaster& coverage, std
 
 } // namespace
 
-SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
-               const Progress& progress, SplatRaster kept) {
+SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
+                      const SplatOptions& options, const Progress& progress, SplatRaster kept) {
   assert(camera.lens.width > 0 && camera.lens.height > 0);
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
 
@@ -190,38 +190,38 @@ SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, c
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t tile) {
     progress.checkpoint();
     rasterizeTile(kernels, coverage.bins.screen.data(), coverage.bins.of(tile), frameOf(coverage, tile),
-              scratches.local(), coverage.tiles[tile], sums, coverage.seen);
+                  scratches.local(), coverage.tiles[tile], sums, coverage.seen);
   });
   collectVisible(coverage);
   return coverage;
 }
 
-void blendInto(std::span<Image* const> pictures, const SplatRaster& coverage, std::span<const float> values,
-               std::span<const float> confidence) {
+void blendInto(std::span<image::Image* const> pictures, const SplatRaster& coverage,
+               std::span<const float> values, std::span<const float> confidence) {
   size_t channels = 0;
-  for (const Image* picture : pictures) channels += static_cast<size_t>(picture->channels);
+  for (const image::Image* picture : pictures) channels += static_cast<size_t>(picture->channels);
   multiply(pictures, coverage, values, channels, confidence);
 }
 
-Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
-            std::span<const float> confidence, Image kept) {
+image::Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
+                   std::span<const float> confidence, image::Image kept) {
   kept.channels = channels;
-  Image* const picture = &kept;
+  image::Image* const picture = &kept;
   multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
   return kept;
 }
 
-Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
-                     std::span<const float> confidence, Image kept) {
+image::Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
+                            std::span<const float> confidence, image::Image kept) {
   kept.channels = channels + 1;
-  Image* const picture = &kept;
+  image::Image* const picture = &kept;
   multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
   return kept;
 }
 
-Image depthImage(const SplatRaster& coverage, Image kept) {
+image::Image depthImage(const SplatRaster& coverage, image::Image kept) {
   const SplatKernels& kernels = splatKernels(coverage.simd);
-  Image image = std::move(kept);
+  image::Image image = std::move(kept);
   fit(image, coverage, 1);
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
     const RasterTile& tile = coverage.tiles[index];
@@ -245,4 +245,4 @@ Image depthImage(const SplatRaster& coverage, Image kept) {
   return image;
 }
 
-} // namespace surflect
+} // namespace surflect::splat

@@ -18,7 +18,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::splat {
 
 struct SplatRaster {
   int width = 0, height = 0;
@@ -28,14 +28,14 @@ struct SplatRaster {
   std::vector<float>
       layerArea; // per pixel, of the layer at half of alpha: its sum of areas, about 1 on a surface
 
-  Lens lens;
+  capture::Lens lens;
   Simd simd = Simd::scalar;
   std::vector<RasterTile> tiles; // row by row, of kTileSize pixels
 
   // Of covering, kept for the next time.
   TileBins bins;
-  std::vector<uint8_t> seen; // of the cloud
-  ScratchBuffer<uint32_t> rank;       // likewise, in `visible`
+  std::vector<uint8_t> seen;    // of the cloud
+  ScratchBuffer<uint32_t> rank; // likewise, in `visible`
 
   size_t pixel(int x, int y) const {
     assert(x >= 0 && y >= 0 && x < width && y < height);
@@ -51,28 +51,28 @@ struct SplatRaster {
 // layers of a pixel and 8 for each splat in it, and for each thread up to 200 bytes for each splat over one
 // block. `kept`, a coverage that is no longer needed, gives its memory: up to four times what is needed
 // stays.
-SplatRaster rasterize(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options = {},
-               const Progress& progress = {}, SplatRaster kept = {});
+SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
+                      const SplatOptions& options = {}, const Progress& progress = {}, SplatRaster kept = {});
 
 // values: visible splats x channels, those of one splat together. Returns the sums weighted by coverage,
 // hence premultiplied by alpha. confidence: per visible splat, above 0; within a layer of a pixel its weights
 // are multiplied by it, and all that the layer fills is shared anew. Empty: the same for all. `kept`, a
 // picture that is no longer needed, gives its memory.
-Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
-            std::span<const float> confidence = {}, Image kept = {});
+image::Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
+                   std::span<const float> confidence = {}, image::Image kept = {});
 
 // Blends several pictures at once, which takes less time than one by one. Each comes with its number of
 // channels; a splat's values are those of the first picture, then of the next. Sizes and values of the
 // pictures are overwritten, their memory is used again.
-void blendInto(std::span<Image* const> pictures, const SplatRaster& coverage, std::span<const float> values,
-               std::span<const float> confidence = {});
+void blendInto(std::span<image::Image* const> pictures, const SplatRaster& coverage,
+               std::span<const float> values, std::span<const float> confidence = {});
 
 // The same, with alpha as one channel more.
-Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
-                     std::span<const float> confidence = {}, Image kept = {});
+image::Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
+                            std::span<const float> confidence = {}, image::Image kept = {});
 
 // Per pixel, along the viewing axis, of the layer at half of alpha; infinity where there is nothing. `kept`
 // gives its memory.
-Image depthImage(const SplatRaster& coverage, Image kept = {});
+image::Image depthImage(const SplatRaster& coverage, image::Image kept = {});
 
-} // namespace surflect
+} // namespace surflect::splat

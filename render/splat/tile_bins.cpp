@@ -10,13 +10,14 @@
 #include <utility>
 #include <variant>
 
-namespace surflect {
+namespace surflect::splat {
 
 namespace {
 
-ProjectJob jobOf(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options) {
+ProjectJob jobOf(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
+                 const SplatOptions& options) {
   const auto scalars = [](const auto& triples) { return reinterpret_cast<const float*>(triples.data()); };
-  const Lens& lens = camera.lens;
+  const capture::Lens& lens = camera.lens;
   ProjectJob job{};
   job.p = scalars(splats.p), job.u = scalars(splats.u), job.v = scalars(splats.v);
   job.handedness = reinterpret_cast<const int8_t*>(splats.handedness.data());
@@ -42,9 +43,10 @@ ScreenSplat screenSplatOf(const Footprint& f, uint32_t splat) {
 }
 
 // Splats [begin, end), by the kernel where the lens is one of its kind.
-size_t projectSome(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
-                   size_t begin, size_t end, ScreenSplat* out, size_t* rejected) {
-  if (camera.lens.model == Lens::Model::pinhole && !camera.lens.distorts())
+size_t projectSome(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
+                   const SplatOptions& options, size_t begin, size_t end, ScreenSplat* out,
+                   size_t* rejected) {
+  if (camera.lens.model == capture::Lens::Model::pinhole && !camera.lens.distorts())
     return splatKernels(options.simd).project(jobOf(camera, splats, options), begin, end, out, rejected);
   size_t drawn = 0;
   for (size_t i = begin; i < end; ++i) {
@@ -72,7 +74,7 @@ template <class Visit> void forTiles(const TileRange& range, int tilesX, Visit v
 } // namespace
 
 // A counting sort by chunks of the cloud.
-void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+void fillTiles(const capture::Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
                const Progress& progress, TileBins& bins) {
   const int tilesX = tilesAlong(camera.lens.width);
   const auto tiles = static_cast<size_t>(tilesX) * static_cast<size_t>(tilesAlong(camera.lens.height));
@@ -124,4 +126,4 @@ void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const Sp
   });
 }
 
-} // namespace surflect
+} // namespace surflect::splat

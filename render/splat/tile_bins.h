@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::splat {
 
 // How many splats were drawn, and why the others were not; see Rejection.
 struct SplatCounts {
@@ -37,9 +37,9 @@ struct TileBins {
 
 // Projects the cloud into tiles of kTileSize pixels, row by row. Memory: 72 bytes a splat that is drawn, 4
 // for each tile it touches.
-void fillTiles(const Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+void fillTiles(const capture::Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
                const Progress& progress, TileBins& bins);
 
 inline int tilesAlong(int pixels) { return (pixels + kTileSize - 1) / kTileSize; }
 
-} // namespace surflect
+} // namespace surflect::splat

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-namespace surflect {
+namespace surflect::stage {
 
 using Vector = Vec3<double>;
 using Vector4 = Eigen::Vector4d;
@@ -146,4 +146,4 @@ std::vector<CurveFrame> framesAlong(std::span<const CurvePoint> points, bool clo
   return frames;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

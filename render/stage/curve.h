@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 // A point of a curve, and how thick it is there.
 struct CurvePoint {
@@ -57,4 +57,4 @@ struct CurveFrame {
 // first one, what is left of the turning is spread evenly.
 std::vector<CurveFrame> framesAlong(std::span<const CurvePoint> points, bool closed);
 
-} // namespace surflect
+} // namespace surflect::stage

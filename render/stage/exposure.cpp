@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -16,11 +16,11 @@ double normal(Random& random) {
 
 } // namespace
 
-uint8_t codeOf(const Response& response, float x) {
+uint8_t codeOf(const image::Response& response, float x) {
   const auto& curve = response.exposure[0];
   const auto above = std::ranges::lower_bound(curve, x); // the first that is not less
   if (above == curve.begin() || std::isnan(x)) return 0;
-  if (above == curve.end()) return static_cast<uint8_t>(Response::codes - 1);
+  if (above == curve.end()) return static_cast<uint8_t>(image::Response::codes - 1);
   const auto below = above - 1;
   return static_cast<uint8_t>((x - *below <= *above - x ? below : above) - curve.begin());
 }
@@ -33,9 +33,9 @@ double sensed(double x, const StageExposure& camera, Random& random) {
   return (electrons + std::sqrt(variance) * normal(random)) * full / camera.fullWell;
 }
 
-Image exposed(const Image& radiance, const Image& alpha, const StageExposure& camera,
-              const BracketShot& shot) {
-  Image picture(alpha.width, alpha.height, 4);
+image::Image exposed(const image::Image& radiance, const image::Image& alpha, const StageExposure& camera,
+                     const BracketShot& shot) {
+  image::Image picture(alpha.width, alpha.height, 4);
   Random random{shot.seed, shot.view, shot.light, shot.shot};
   for (size_t pixel = 0; pixel < alpha.values.size(); ++pixel) {
     for (size_t c = 0; c < 3; ++c) {
@@ -48,4 +48,4 @@ Image exposed(const Image& radiance, const Image& alpha, const StageExposure& ca
   return picture;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -12,18 +12,18 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct StageExposure {
   std::vector<double> seconds; // of each picture of a bracket; no two are equal
-  Response response;           // the same for red, green and blue
+  image::Response response;    // the same for red, green and blue
   bool isSrgb = true;          // the response is the sRGB curve
   double fullWell = 0;         // electrons of a full sensor; 0: no noise of photons
   double readNoise = 0;        // electrons, standard deviation
 };
 
 // The code that stands for the exposure nearest to x; the last one for all that is more.
-uint8_t codeOf(const Response& response, float x);
+uint8_t codeOf(const image::Response& response, float x);
 
 // x as the sensor counts it: N = fullWell x / x1 electrons, plus a normal variable of variance N +
 // readNoise^2.
@@ -34,7 +34,7 @@ double sensed(double x, const StageExposure& camera, Random& random);
 struct BracketShot {
   uint64_t seed, view, light, shot;
 };
-Image exposed(const Image& radiance, const Image& alpha, const StageExposure& camera,
-              const BracketShot& shot);
+image::Image exposed(const image::Image& radiance, const image::Image& alpha, const StageExposure& camera,
+                     const BracketShot& shot);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct ExposureSection {
   StageExposure camera;
@@ -15,6 +15,6 @@ struct ExposureSection {
 };
 
 // Throws Error naming the entry.
-ExposureSection asExposure(const Entry& entry);
+ExposureSection asExposure(const scene::Entry& entry);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 
 using Vector = Vec3<double>;
 
@@ -59,4 +59,4 @@ Surface fur(const Surface& skin, const FurShape& shape) {
   return surface;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -3,7 +3,7 @@
 
 #include "render/stage/surface.h"
 
-namespace surflect {
+namespace surflect::stage {
 
 struct FurShape {
   int hairs;
@@ -18,4 +18,4 @@ struct FurShape {
 // none. Throws Error as addTube does.
 Surface fur(const Surface& skin, const FurShape& shape);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -1,9 +1,9 @@
 #include "render/stage/grid_mesh.h"
 
-namespace surflect {
+namespace surflect::stage {
 
 void addGridMesh(Surface& surface, int columns, int rows,
-            const std::function<SurfacePoint(double s, double t)>& point) {
+                 const std::function<SurfacePoint(double s, double t)>& point) {
   using Direction = Direction3<AcquisitionSpace, double>;
   auto& triangles = surface.mesh.triangles;
   requireFewTriangles(triangles.size() + 2 * static_cast<size_t>(columns) * static_cast<size_t>(rows));
@@ -27,4 +27,4 @@ void addGridMesh(Surface& surface, int columns, int rows,
     }
 }
 
-} // namespace surflect
+} // namespace surflect::stage

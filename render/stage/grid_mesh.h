@@ -5,7 +5,7 @@
 
 #include <functional>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct SurfacePoint {
   Vec3<double> position, normal, tangent;
@@ -15,6 +15,6 @@ struct SurfacePoint {
 // Appends columns x rows squares over (s, t) in [0,1]^2, without triangles that have no area. Seen from
 // outside, t points to the left of s. Throws Error where the surface would have more than kMostTriangles.
 void addGridMesh(Surface& surface, int columns, int rows,
-            const std::function<SurfacePoint(double s, double t)>& point);
+                 const std::function<SurfacePoint(double s, double t)>& point);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct MaterialTables; // what materials refer to
 
 struct NamedMaterial {
-  Material material;
+  material::Material material;
   Textures textures;
 };
 
@@ -26,10 +26,10 @@ struct MaterialList {
   std::vector<std::filesystem::path> files;     // that were read for them, each once
 
   // The one that the entry names. Throws Error.
-  const NamedMaterial& named(const Entry& entry) const;
+  const NamedMaterial& named(const scene::Entry& entry) const;
 };
 
 // Throws Error naming the entry.
-MaterialList asMaterials(const Entry& entry);
+MaterialList asMaterials(const scene::Entry& entry);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <optional>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -28,147 +28,149 @@ struct Making {
 
 struct ShapeKind {
   std::string_view type;
-  Keys keys;
-  Surface (*read)(const Section&, const Making&);
+  scene::Keys keys;
+  Surface (*read)(const scene::Section&, const Making&);
 };
 
-Surface asShape(const Entry& entry, const Making& making);
+Surface asShape(const scene::Entry& entry, const Making& making);
 
-int segmentsOr(const Section& s, const Making& making) {
+int segmentsOr(const scene::Section& s, const Making& making) {
   return integerOr(s, "segments", kFewestSegments, kMostSegments, making.segments);
 }
 
-bool booleanOr(const Section& s, std::string_view key, bool otherwise) {
+bool booleanOr(const scene::Section& s, std::string_view key, bool otherwise) {
   const auto entry = s.find(key);
-  return entry ? asBoolean(*entry) : otherwise;
+  return entry ? scene::asBoolean(*entry) : otherwise;
 }
 
-double numberOr(const Section& s, std::string_view key, double least, double most, double otherwise) {
+double numberOr(const scene::Section& s, std::string_view key, double least, double most, double otherwise) {
   const auto entry = s.find(key);
   return entry ? numberIn(*entry, least, most) : otherwise;
 }
 
 // Nothing where something else than a number stands.
-std::optional<double> numberIfAny(const Entry& entry) {
+std::optional<double> numberIfAny(const scene::Entry& entry) {
   try {
-    return asNumber(entry);
+    return scene::asNumber(entry);
   } catch (const Error&) {
     return std::nullopt;
   }
 }
 
-std::vector<Entry> asPoints(const Entry& entry, std::string_view form) {
-  std::vector<Entry> points = asArray(entry, form);
-  if (points.size() > kMostPoints) throw mismatch(entry, fmt::format("at most {} points", kMostPoints));
+std::vector<scene::Entry> asPoints(const scene::Entry& entry, std::string_view form) {
+  std::vector<scene::Entry> points = scene::asArray(entry, form);
+  if (points.size() > kMostPoints)
+    throw scene::mismatch(entry, fmt::format("at most {} points", kMostPoints));
   return points;
 }
 
-std::vector<ProfilePoint> asProfile(const Entry& entry) {
+std::vector<ProfilePoint> asProfile(const scene::Entry& entry) {
   constexpr std::string_view form = "points [radius, height]";
   std::vector<ProfilePoint> profile;
   bool isWide = false;
-  for (const Entry& point : asPoints(entry, form)) {
-    const auto parts = asArray(point, form);
-    if (parts.size() != 2) throw mismatch(point, form);
+  for (const scene::Entry& point : asPoints(entry, form)) {
+    const auto parts = scene::asArray(point, form);
+    if (parts.size() != 2) throw scene::mismatch(point, form);
     profile.push_back({numberIn(parts[0], 0, 1e9), numberIn(parts[1], -1e9, 1e9)});
     isWide = isWide || profile.back().radius > 0;
   }
-  if (!isWide) throw mismatch(entry, "a point off the axis");
+  if (!isWide) throw scene::mismatch(entry, "a point off the axis");
   return profile;
 }
 
 // `points` [x, y, z], and `radius`: one for all, or a list with one for each.
-std::vector<CurvePoint> asCurve(const Section& s) {
-  const Entry list = s.require("points"), radius = s.require("radius");
+std::vector<CurvePoint> asCurve(const scene::Section& s) {
+  const scene::Entry list = s.require("points"), radius = s.require("radius");
   std::vector<CurvePoint> points;
-  for (const Entry& point : asPoints(list, "a list of points")) points.push_back({asVector(point)});
+  for (const scene::Entry& point : asPoints(list, "a list of points")) points.push_back({asVector(point)});
   if (const auto one = numberIfAny(radius)) {
     for (CurvePoint& p : points) p.radius = *one;
   } else {
-    const auto each = asArray(radius, "a number, or one for each point");
-    if (each.size() != points.size()) throw mismatch(radius, "as many as there are points");
+    const auto each = scene::asArray(radius, "a number, or one for each point");
+    if (each.size() != points.size()) throw scene::mismatch(radius, "as many as there are points");
     for (size_t i = 0; i < points.size(); ++i) points[i].radius = numberIn(each[i], 0, 1e9);
   }
   const double thickest = points.empty() ? 1 : std::ranges::max(points, {}, &CurvePoint::radius).radius;
-  if (!(thickest >= 1e-9 && thickest <= 1e9)) throw mismatch(radius, "a radius above 0, in 1e-9..1e9");
+  if (!(thickest >= 1e-9 && thickest <= 1e9)) throw scene::mismatch(radius, "a radius above 0, in 1e-9..1e9");
   return points;
 }
 
 // What a curve cannot be is said of its points.
-template <class Make> Surface alongCurve(const Section& s, Make make) {
+template <class Make> Surface alongCurve(const scene::Section& s, Make make) {
   const std::vector<CurvePoint> points = asCurve(s);
   const bool closed = booleanOr(s, "closed", false);
-  return at(s.require("points"), [&] { return make(points, closed); });
+  return scene::at(s.require("points"), [&] { return make(points, closed); });
 }
 
 const std::vector<ShapeKind>& shapeKinds() {
   static const std::vector<ShapeKind> kinds = {
       {"sphere",
        {"center", "radius", "segments"},
-       [](const Section& s, const Making& making) {
+       [](const scene::Section& s, const Making& making) {
          return sphere(pointOr0(s, "center"), positive(s.require("radius")), segmentsOr(s, making));
        }},
       {"bumpy_sphere",
        {"center", "radius", "segments", "amplitude", "frequency"},
-       [](const Section& s, const Making& making) {
+       [](const scene::Section& s, const Making& making) {
          return bumpySphere(pointOr0(s, "center"), positive(s.require("radius")),
                             numberIn(s.require("amplitude"), 0, 0.9),
                             numberIn(s.require("frequency"), 0, 1000), segmentsOr(s, making));
        }},
       {"cylinder",
        {"center", "radius", "height", "segments"},
-       [](const Section& s, const Making& making) {
+       [](const scene::Section& s, const Making& making) {
          return cylinder(pointOr0(s, "center"), positive(s.require("radius")), positive(s.require("height")),
                          segmentsOr(s, making));
        }},
       {"box",
        {"center", "size", "segments"},
-       [](const Section& s, const Making&) {
-         const Entry size = s.require("size");
+       [](const scene::Section& s, const Making&) {
+         const scene::Entry size = s.require("size");
          const Vec3<double> sides = asVector(size);
-         if (!(sides.minCoeff() >= 1e-9)) throw mismatch(size, "three lengths above 0");
+         if (!(sides.minCoeff() >= 1e-9)) throw scene::mismatch(size, "three lengths above 0");
          return box(pointOr0(s, "center"), sides, integerOr(s, "segments", 1, kMostBoxSegments, 32));
        }},
       {"lathe",
        {"profile", "closed", "segments"},
-       [](const Section& s, const Making& making) {
-         const Entry entry = s.require("profile");
+       [](const scene::Section& s, const Making& making) {
+         const scene::Entry entry = s.require("profile");
          const std::vector<ProfilePoint> profile = asProfile(entry);
          const bool closed = booleanOr(s, "closed", true);
          const int segments = segmentsOr(s, making);
-         return at(entry, [&] { return lathe(profile, closed, segments); });
+         return scene::at(entry, [&] { return lathe(profile, closed, segments); });
        }},
       {"tube",
        {"points", "radius", "closed", "segments"},
-       [](const Section& s, const Making& making) {
+       [](const scene::Section& s, const Making& making) {
          const int segments = segmentsOr(s, making);
          return alongCurve(s,
                            [&](const auto& points, bool closed) { return tube(points, closed, segments); });
        }},
       {"braid",
        {"points", "radius", "closed", "turns", "fibres", "seed"},
-       [](const Section& s, const Making&) {
-         const BraidShape shape{asInteger(s.require("turns"), 1, 10'000), integerOr(s, "fibres", 8, 1000, 24),
+       [](const scene::Section& s, const Making&) {
+         const BraidShape shape{scene::asInteger(s.require("turns"), 1, 10'000),
+                                integerOr(s, "fibres", 8, 1000, 24),
                                 static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1))};
          return alongCurve(s, [&](const auto& points, bool closed) { return braid(points, closed, shape); });
        }},
       {"fur",
        {"on", "hairs", "length", "radius", "comb", "disorder", "seed"},
-       [](const Section& s, const Making& making) {
+       [](const scene::Section& s, const Making& making) {
          const auto comb = s.find("comb");
-         const Entry hairs = s.require("hairs");
-         FurShape shape{asInteger(hairs, 1, 1'000'000), positive(s.require("length")),
+         const scene::Entry hairs = s.require("hairs");
+         FurShape shape{scene::asInteger(hairs, 1, 1'000'000), positive(s.require("length")),
                         positive(s.require("radius"))};
          if (comb) shape.comb = asVector(*comb);
          shape.disorder = numberOr(s, "disorder", 0, 1, 0);
          shape.seed = static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1));
          const Surface skin = asShape(s.require("on"), making);
-         return at(hairs, [&] { return fur(skin, shape); });
+         return scene::at(hairs, [&] { return fur(skin, shape); });
        }},
-      {"mesh", {"file", "smooth"}, [](const Section& s, const Making& making) {
-         const Entry path = s.require("file");
+      {"mesh", {"file", "smooth"}, [](const scene::Section& s, const Making& making) {
+         const scene::Entry path = s.require("file");
          const bool smooth = booleanOr(s, "smooth", true);
-         SurfaceFile file = atFile(path, [&] { return readSurface(asPath(path), smooth); });
+         SurfaceFile file = scene::atFile(path, [&] { return readSurface(scene::asPath(path), smooth); });
          making.hashes.push_back(file.hash);
          return std::move(file.surface);
        }}};
@@ -177,8 +179,8 @@ const std::vector<ShapeKind>& shapeKinds() {
 
 // ---- What every shape can have done to it ----
 
-const Keys kChangeKeys = {"displace", "planar_texture", "fibre_deg"},
-           kPlaceKeys = {"position", "rotate_axis", "rotate_deg", "scale"};
+const scene::Keys kChangeKeys = {"displace", "planar_texture", "fibre_deg"},
+                  kPlaceKeys = {"position", "rotate_axis", "rotate_deg", "scale"};
 
 // Twice the area.
 double sizeOf(const TriangleMesh& mesh) {
@@ -187,14 +189,15 @@ double sizeOf(const TriangleMesh& mesh) {
   return sum;
 }
 
-Surface changed(const Section& s, Surface surface) {
+Surface changed(const scene::Section& s, Surface surface) {
   if (const auto formula = s.find("displace")) {
     const double before = sizeOf(surface.mesh);
-    surface =
-        at(*formula, [&] { return displaced(surface, Expression(asText(*formula), kHeightVariables)); });
+    surface = scene::at(*formula, [&] {
+      return displaced(surface, warp::Expression(scene::asText(*formula), kHeightVariables));
+    });
     // Where all falls together, rounding leaves some area.
     if (sizeOf(surface.mesh) < 1e-6 * before)
-      throw mismatch(*formula, "heights that leave a millionth of the area or more");
+      throw scene::mismatch(*formula, "heights that leave a millionth of the area or more");
   }
   if (booleanOr(s, "planar_texture", false)) surface = withPlanarTexture(surface);
   if (const auto turn = s.find("fibre_deg"))
@@ -203,22 +206,22 @@ Surface changed(const Section& s, Surface surface) {
 }
 
 // One number for all axes, or one for each; below 0 mirrors.
-Vec3<double> asScale(const Entry& entry) {
+Vec3<double> asScale(const scene::Entry& entry) {
   const auto one = numberIfAny(entry);
   const Vec3<double> scale = one ? Vec3<double>::Constant(*one) : asVector(entry);
   if (!(scale.cwiseAbs().minCoeff() >= 1e-6 && scale.cwiseAbs().maxCoeff() <= 1e6))
-    throw mismatch(entry, "factors of 1e-6..1e6, or below 0 to mirror");
+    throw scene::mismatch(entry, "factors of 1e-6..1e6, or below 0 to mirror");
   return scale;
 }
 
 // First scaled, then turned, then moved.
-Surface placed(const Section& s, const Surface& surface) {
+Surface placed(const scene::Section& s, const Surface& surface) {
   const auto axisEntry = s.find("rotate_axis"), angle = s.find("rotate_deg"), scaleEntry = s.find("scale"),
              position = s.find("position");
   if (!angle && !scaleEntry && !position)
-    return axisEntry ? throw mismatch(*axisEntry, "rotate_deg beside it") : surface;
+    return axisEntry ? throw scene::mismatch(*axisEntry, "rotate_deg beside it") : surface;
   const Vec3<double> axis = axisEntry ? asVector(*axisEntry) : Vec3<double>(0, 0, 1);
-  if (!(axis.norm() > 1e-9)) throw mismatch(*axisEntry, "a direction");
+  if (!(axis.norm() > 1e-9)) throw scene::mismatch(*axisEntry, "a direction");
   const double radians = angle ? Angle::fromDegrees(numberIn(*angle, -360, 360)).radians() : 0;
   const Vec3<double> scale = scaleEntry ? asScale(*scaleEntry) : Vec3<double>(1, 1, 1);
   const Mat3<double> linear =
@@ -226,20 +229,20 @@ Surface placed(const Section& s, const Surface& surface) {
   return transformed(surface, linear, position ? asVector(*position) : Vec3<double>(0, 0, 0));
 }
 
-Surface copied(const Section& s, Surface surface) {
-  const auto requireRoom = [&](const Entry& entry, size_t copies) {
-    at(entry, [&] { requireFewTriangles(copies * surface.mesh.triangles.size()); });
+Surface copied(const scene::Section& s, Surface surface) {
+  const auto requireRoom = [&](const scene::Entry& entry, size_t copies) {
+    scene::at(entry, [&] { requireFewTriangles(copies * surface.mesh.triangles.size()); });
   };
   if (const auto copies = s.find("copies")) {
-    const std::vector<Entry> places = asArray(*copies, "a list of places");
-    if (places.empty()) throw mismatch(*copies, "one copy or more");
+    const std::vector<scene::Entry> places = scene::asArray(*copies, "a list of places");
+    if (places.empty()) throw scene::mismatch(*copies, "one copy or more");
     requireRoom(*copies, places.size());
     const Surface one = std::move(surface);
     surface = {};
-    for (const Entry& place : places) append(surface, placed(Section(place, kPlaceKeys), one));
+    for (const scene::Entry& place : places) append(surface, placed(scene::Section(place, kPlaceKeys), one));
   }
   if (const auto ring = s.find("ring")) {
-    const int count = asInteger(*ring, 1, kMostCopies);
+    const int count = scene::asInteger(*ring, 1, kMostCopies);
     requireRoom(*ring, static_cast<size_t>(count));
     const Surface one = std::move(surface);
     surface = {};
@@ -251,54 +254,55 @@ Surface copied(const Section& s, Surface surface) {
   return surface;
 }
 
-const ShapeKind& kindOf(const Entry& entry) {
-  Keys types;
+const ShapeKind& kindOf(const scene::Entry& entry) {
+  scene::Keys types;
   for (const ShapeKind& kind : shapeKinds()) types.push_back(kind.type);
-  return shapeKinds()[typeOf(entry, types)];
+  return shapeKinds()[scene::typeOf(entry, types)];
 }
 
 // All keys that the table of a shape may have, and more.
-Section shapeSection(const Entry& entry, const Keys& more) {
-  Keys known = kindOf(entry).keys;
+scene::Section shapeSection(const scene::Entry& entry, const scene::Keys& more) {
+  scene::Keys known = kindOf(entry).keys;
   known.insert(known.end(), {"type", "copies", "ring"});
-  for (const Keys& keys : {kChangeKeys, kPlaceKeys, more})
+  for (const scene::Keys& keys : {kChangeKeys, kPlaceKeys, more})
     known.insert(known.end(), keys.begin(), keys.end());
   return {entry, known};
 }
 
-Surface made(const Section& section, const ShapeKind& kind, const Making& making) {
+Surface made(const scene::Section& section, const ShapeKind& kind, const Making& making) {
   return copied(section, placed(section, changed(section, kind.read(section, making))));
 }
 
-Surface asShape(const Entry& entry, const Making& making) {
+Surface asShape(const scene::Entry& entry, const Making& making) {
   Surface surface = made(shapeSection(entry, {}), kindOf(entry), making);
-  at(entry, [&] { requireVisible(surface); });
+  scene::at(entry, [&] { requireVisible(surface); });
   return surface;
 }
 
-StageObject asObject(const Entry& entry, const MaterialList& materials, const Making& making) {
-  const Section section = shapeSection(entry, {"material"});
-  const Entry name = section.require("material");
+StageObject asObject(const scene::Entry& entry, const MaterialList& materials, const Making& making) {
+  const scene::Section section = shapeSection(entry, {"material"});
+  const scene::Entry name = section.require("material");
   const auto& [material, textures] = materials.named(name);
   StageObject object{made(section, kindOf(entry), making), material, textures};
-  at(entry, [&] { requireVisible(object.surface); });
+  scene::at(entry, [&] { requireVisible(object.surface); });
   if (textures.any() && object.surface.textureCoordinates.empty())
-    throw mismatch(name, "a material without texture: the mesh of this file has no texture coordinates");
+    throw scene::mismatch(name,
+                          "a material without texture: the mesh of this file has no texture coordinates");
   return object;
 }
 
 } // namespace
 
-ObjectList asObjects(const Entry& entry, const MaterialList& materials, int segments) {
+ObjectList asObjects(const scene::Entry& entry, const MaterialList& materials, int segments) {
   ObjectList list;
   size_t triangles = 0;
-  for (const Entry& table : asArray(entry, "tables under [[object]]")) {
+  for (const scene::Entry& table : scene::asArray(entry, "tables under [[object]]")) {
     list.objects.push_back(asObject(table, materials, {segments, list.hashes}));
     triangles += list.objects.back().surface.mesh.triangles.size();
-    at(table, [&] { requireFewTriangles(triangles); });
+    scene::at(table, [&] { requireFewTriangles(triangles); });
   }
-  if (list.objects.empty()) throw mismatch(entry, "one object or more");
+  if (list.objects.empty()) throw scene::mismatch(entry, "one object or more");
   return list;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct ObjectList {
   std::vector<StageObject> objects; // one or more
@@ -16,6 +16,6 @@ struct ObjectList {
 constexpr int kFewestSegments = 3, kMostSegments = 2048;
 
 // `segments` is for shapes that do not say how many they have. Throws Error naming the entry.
-ObjectList asObjects(const Entry& entry, const MaterialList& materials, int segments);
+ObjectList asObjects(const scene::Entry& entry, const MaterialList& materials, int segments);
 
-} // namespace surflect
+} // namespace surflect::stage

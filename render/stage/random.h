@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 // SplitMix64.  [Steele 2014]
 class Random {
@@ -67,4 +67,4 @@ private:
   uint32_t columns_, rows_;
 };
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -35,8 +35,9 @@ std::vector<RigDirection> spiral(int count, double lowest, double highest, Angle
   return directions;
 }
 
-Camera<AcquisitionSpace> cameraAbout(const Point3<AcquisitionSpace, double>& center,
-                                     const RigDirection& direction, double distance, const Lens& lens) {
+capture::Camera<AcquisitionSpace> cameraAbout(const Point3<AcquisitionSpace, double>& center,
+                                              const RigDirection& direction, double distance,
+                                              const capture::Lens& lens) {
   const Vec3<double> back = direction.raw();
   const bool isUpright = std::abs(back.z()) > 1 - 1e-9;
   const Vec3<double> up = isUpright ? Vec3<double>::UnitY() : Vec3<double>::UnitZ();
@@ -46,4 +47,4 @@ Camera<AcquisitionSpace> cameraAbout(const Point3<AcquisitionSpace, double>& cen
   return {lens, {rotation, -(rotation * (center.raw() + distance * back))}};
 }
 
-} // namespace surflect
+} // namespace surflect::stage

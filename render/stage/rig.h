@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 using RigDirection = Direction3<AcquisitionSpace, double>; // unit, away from the centre
 
@@ -22,7 +22,8 @@ std::vector<RigDirection> turntable(int steps, std::span<const Angle> elevations
 std::vector<RigDirection> spiral(int count, double lowest, double highest, Angle start);
 
 // At `distance` from the centre, which it looks at, with z up; above and below the centre with y up.
-Camera<AcquisitionSpace> cameraAbout(const Point3<AcquisitionSpace, double>& center,
-                                     const RigDirection& direction, double distance, const Lens& lens);
+capture::Camera<AcquisitionSpace> cameraAbout(const Point3<AcquisitionSpace, double>& center,
+                                              const RigDirection& direction, double distance,
+                                              const capture::Lens& lens);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -14,7 +14,7 @@
 #include <optional>
 #include <set>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -25,23 +25,23 @@ constexpr double kMostValues = 0x1p29; // of one view: floats of all its lights,
 using Point = Point3<AcquisitionSpace, double>;
 
 // Of the [camera].
-Lens asLens(const Section& s) {
-  const Entry size = s.require("size");
-  const auto sides = asArray(size, "[width, height]");
-  if (sides.size() != 2) throw mismatch(size, "[width, height]");
-  Lens lens;
-  lens.width = asInteger(sides[0], 1, kMostSide);
-  lens.height = asInteger(sides[1], 1, kMostSide);
+capture::Lens asLens(const scene::Section& s) {
+  const scene::Entry size = s.require("size");
+  const auto sides = scene::asArray(size, "[width, height]");
+  if (sides.size() != 2) throw scene::mismatch(size, "[width, height]");
+  capture::Lens lens;
+  lens.width = scene::asInteger(sides[0], 1, kMostSide);
+  lens.height = scene::asInteger(sides[1], 1, kMostSide);
   lens.centerX = lens.width / 2.0;
   lens.centerY = lens.height / 2.0;
-  const Entry model = s.require("model");
-  if (const std::string name = asText(model); name == "orthographic")
-    lens.model = Lens::Model::orthographic;
+  const scene::Entry model = s.require("model");
+  if (const std::string name = scene::asText(model); name == "orthographic")
+    lens.model = capture::Lens::Model::orthographic;
   else if (name != "pinhole")
-    throw mismatch(model, "pinhole or orthographic");
-  const bool isPinhole = lens.model == Lens::Model::pinhole;
+    throw scene::mismatch(model, "pinhole or orthographic");
+  const bool isPinhole = lens.model == capture::Lens::Model::pinhole;
   if (const auto other = s.find(isPinhole ? "height" : "fov_deg"))
-    throw mismatch(*other, isPinhole ? "fov_deg for a pinhole" : "height for an orthographic camera");
+    throw scene::mismatch(*other, isPinhole ? "fov_deg for a pinhole" : "height for an orthographic camera");
   lens.focalX = lens.focalY =
       isPinhole ? lens.centerY /
                       std::tan(Angle::fromDegrees(numberIn(s.require("fov_deg"), 0.001, 179)).radians() / 2)
@@ -61,9 +61,9 @@ struct Placement {
   size_t training = 0;
 };
 
-void checkCount(const Entry& entry, size_t count, int most) {
+void checkCount(const scene::Entry& entry, size_t count, int most) {
   if (count < 1 || count > static_cast<size_t>(most))
-    throw mismatch(entry, fmt::format("1 to {} of them", most));
+    throw scene::mismatch(entry, fmt::format("1 to {} of them", most));
 }
 
 // Even over the sphere, the test's between the others.
@@ -82,37 +82,37 @@ Placement withTest(std::vector<Place> training, int test, double lowest, double 
   return placement;
 }
 
-RigDirection asRigDirection(const Entry& entry) {
+RigDirection asRigDirection(const scene::Entry& entry) {
   const Vec3<double> v = asVector(entry);
-  if (!(v.norm() > 1e-12)) throw mismatch(entry, "a direction, not 0");
+  if (!(v.norm() > 1e-12)) throw scene::mismatch(entry, "a direction, not 0");
   return assume<RigDirection>(v.stableNormalized());
 }
 
 // [azimuth, elevation]
-RigDirection asAngles(const Entry& entry) {
-  const auto angles = asArray(entry, "[azimuth, elevation]");
-  if (angles.size() != 2) throw mismatch(entry, "[azimuth, elevation]");
+RigDirection asAngles(const scene::Entry& entry) {
+  const auto angles = scene::asArray(entry, "[azimuth, elevation]");
+  if (angles.size() != 2) throw scene::mismatch(entry, "[azimuth, elevation]");
   return direction(Angle::fromDegrees(numberIn(angles[0], -360, 360)),
                    Angle::fromDegrees(numberIn(angles[1], -90, 90)));
 }
 
-Place asPlace(const Entry& entry, std::string_view key, const Point& center) {
+Place asPlace(const scene::Entry& entry, std::string_view key, const Point& center) {
   if (key == "directions") return {asRigDirection(entry)};
   if (key == "angles_deg") return {asAngles(entry)};
   const auto away = assume<Point>(asVector(entry)) - center;
-  if (!(length(away) >= 1e-9)) throw mismatch(entry, "a position beside the centre");
+  if (!(length(away) >= 1e-9)) throw scene::mismatch(entry, "a position beside the centre");
   return {normalized(away), length(away)};
 }
 
 constexpr std::array<std::string_view, 3> kLists = {"directions", "positions", "angles_deg"};
 
 // The one of `keys` that the section has; an Error where it has none, or two.
-std::string_view chosenOf(const Section& s, const Keys& keys) {
+std::string_view chosenOf(const scene::Section& s, const scene::Keys& keys) {
   std::string_view chosen;
   for (const std::string_view key : keys) {
     const auto entry = s.find(key);
     if (!entry) continue;
-    if (!chosen.empty()) throw mismatch(*entry, fmt::format("no such key beside {}", chosen));
+    if (!chosen.empty()) throw scene::mismatch(*entry, fmt::format("no such key beside {}", chosen));
     chosen = key;
   }
   if (chosen.empty()) s.require(keys.front());
@@ -120,12 +120,12 @@ std::string_view chosenOf(const Section& s, const Keys& keys) {
 }
 
 // The section's list, and that of its test, which is of the same kind.
-Placement asListed(const Section& s, std::string_view key, const Point& center, int most) {
+Placement asListed(const scene::Section& s, std::string_view key, const Point& center, int most) {
   Placement placement;
-  const auto add = [&](const Entry& list) {
-    const auto elements = asArray(list, "a list of such");
+  const auto add = [&](const scene::Entry& list) {
+    const auto elements = scene::asArray(list, "a list of such");
     checkCount(list, placement.all.size() + elements.size(), most);
-    for (const Entry& element : elements) placement.all.push_back(asPlace(element, key, center));
+    for (const scene::Entry& element : elements) placement.all.push_back(asPlace(element, key, center));
   };
   add(s.require(key));
   placement.training = placement.all.size();
@@ -133,46 +133,47 @@ Placement asListed(const Section& s, std::string_view key, const Point& center, 
   return placement;
 }
 
-Placement asTurntable(const Section& s, int test) {
-  const int steps = asInteger(s.require("turntable"), 1, kMostViews);
-  const Entry list = s.require("elevations_deg");
+Placement asTurntable(const scene::Section& s, int test) {
+  const int steps = scene::asInteger(s.require("turntable"), 1, kMostViews);
+  const scene::Entry list = s.require("elevations_deg");
   std::vector<Angle> elevations;
   double lowest = 1, highest = -1;
-  for (const Entry& element : asArray(list, "a list of angles")) {
+  for (const scene::Entry& element : scene::asArray(list, "a list of angles")) {
     elevations.push_back(Angle::fromDegrees(numberIn(element, -90, 90)));
     lowest = std::min(lowest, std::sin(elevations.back().radians()));
     highest = std::max(highest, std::sin(elevations.back().radians()));
   }
   if (elevations.empty() || elevations.size() > static_cast<size_t>(kMostViews / steps))
-    throw mismatch(list, fmt::format("one elevation or more, and at most {} views", kMostViews));
+    throw scene::mismatch(list, fmt::format("one elevation or more, and at most {} views", kMostViews));
   std::vector<Place> places;
   for (const auto& direction : turntable(steps, elevations)) places.push_back({direction});
   return withTest(std::move(places), test, lowest, highest);
 }
 
 // Where cameras or lights stand that no other capture tells of.
-Placement asPlacement(const Section& s, std::string_view key, const Point& center, int most) {
+Placement asPlacement(const scene::Section& s, std::string_view key, const Point& center, int most) {
   if (std::ranges::count(kLists, key)) return asListed(s, key, center, most);
   const int test = integerOr(s, "test", 0, most, 0);
   if (key == "turntable") return asTurntable(s, test);
-  return withTest(even(asInteger(s.require("count"), 1, most), -1, 1, Angle()), test, -1, 1);
+  return withTest(even(scene::asInteger(s.require("count"), 1, most), -1, 1, Angle()), test, -1, 1);
 }
 
-double distanceOf(const Place& place, const std::optional<Entry>& ofAll, const Section& section) {
+double distanceOf(const Place& place, const std::optional<scene::Entry>& ofAll,
+                  const scene::Section& section) {
   if (place.distance) {
-    if (ofAll) throw mismatch(*ofAll, "no such key beside positions");
+    if (ofAll) throw scene::mismatch(*ofAll, "no such key beside positions");
     return *place.distance;
   }
   return positive(ofAll ? *ofAll : section.require("distance"));
 }
 
 // The rig of another capture. Its pictures play no part.
-Capture captureAt(const Entry& entry, StageRig& rig) {
-  std::filesystem::path path = asPath(entry);
+capture::Capture captureAt(const scene::Entry& entry, StageRig& rig) {
+  std::filesystem::path path = scene::asPath(entry);
   std::error_code unreadable; // then reading says why
   if (std::filesystem::is_directory(path, unreadable)) path /= "transforms.json";
   if (std::ranges::find(rig.files, path) == rig.files.end()) rig.files.push_back(path);
-  return atFile(entry, [&] { return readCapture(path, PathRule::unmade); });
+  return scene::atFile(entry, [&] { return capture::readCapture(path, capture::PathRule::unmade); });
 }
 
 // May be the name of a file and of a layer.
@@ -184,10 +185,10 @@ bool isPlain(std::string_view name) {
 // Items of a capture, those that training frames use first, and how many these are. Where names are not plain
 // or not unique, all are numbered.
 template <class Item, class NameOf, class Number>
-size_t addFrom(const Entry& entry, const std::vector<Item>& items, const std::set<size_t>& training, int most,
-               std::vector<Item>& rig, NameOf nameOf, Number number) {
+size_t addFrom(const scene::Entry& entry, const std::vector<Item>& items, const std::set<size_t>& training,
+               int most, std::vector<Item>& rig, NameOf nameOf, Number number) {
   checkCount(entry, items.size(), most);
-  if (training.empty()) throw mismatch(entry, "a capture with training frames");
+  if (training.empty()) throw scene::mismatch(entry, "a capture with training frames");
   for (const bool isTraining : {true, false})
     for (size_t i = 0; i < items.size(); ++i)
       if (training.contains(i) == isTraining) rig.push_back(items[i]);
@@ -202,40 +203,41 @@ size_t addFrom(const Entry& entry, const std::vector<Item>& items, const std::se
 std::string cameraName(size_t number) { return fmt::format("C{:03}", number); }
 std::string lightName(size_t number) { return fmt::format("L{:02}", number); }
 
-std::set<size_t> trainingViews(const Capture& capture) {
+std::set<size_t> trainingViews(const capture::Capture& capture) {
   std::set<size_t> used;
-  for (const Frame& frame : capture.frames)
-    if (frame.split == Split::train) used.insert(frame.view);
+  for (const capture::Frame& frame : capture.frames)
+    if (frame.split == capture::Split::train) used.insert(frame.view);
   return used;
 }
 
-std::set<size_t> trainingLights(const Capture& capture) {
+std::set<size_t> trainingLights(const capture::Capture& capture) {
   std::set<size_t> used;
-  for (const Frame& frame : capture.frames)
-    if (frame.split == Split::train && frame.light) used.insert(*frame.light);
+  for (const capture::Frame& frame : capture.frames)
+    if (frame.split == capture::Split::train && frame.light) used.insert(*frame.light);
   return used;
 }
 
-void addViews(const Section& stage, const Point& center, StageRig& rig) {
-  const Section s(stage.require("views"), {"turntable", "elevations_deg", "count", "directions", "positions",
-                                           "angles_deg", "from", "test"});
+void addViews(const scene::Section& stage, const Point& center, StageRig& rig) {
+  const scene::Section s(stage.require("views"), {"turntable", "elevations_deg", "count", "directions",
+                                                  "positions", "angles_deg", "from", "test"});
   const std::string_view key =
       chosenOf(s, {"count", "turntable", "directions", "positions", "angles_deg", "from"});
   if (const auto other = s.find("elevations_deg"); other && key != "turntable")
-    throw mismatch(*other, fmt::format("no such key beside {}", key));
+    throw scene::mismatch(*other, fmt::format("no such key beside {}", key));
   if (key == "from") {
-    const Entry from = s.require("from");
-    if (const auto other = s.find("test")) throw mismatch(*other, "no such key beside from");
-    if (const auto camera = stage.find("camera")) throw mismatch(*camera, "no such table beside views.from");
-    const Capture capture = captureAt(from, rig);
+    const scene::Entry from = s.require("from");
+    if (const auto other = s.find("test")) throw scene::mismatch(*other, "no such key beside from");
+    if (const auto camera = stage.find("camera"))
+      throw scene::mismatch(*camera, "no such table beside views.from");
+    const capture::Capture capture = captureAt(from, rig);
     rig.trainingViews = addFrom(
         from, capture.views, trainingViews(capture), kMostViews, rig.views,
-        [](const View& view) { return view.identity; },
-        [](View& view, size_t i) { view.identity = cameraName(i); });
+        [](const capture::View& view) { return view.identity; },
+        [](capture::View& view, size_t i) { view.identity = cameraName(i); });
     return;
   }
-  const Section camera(stage.require("camera"), {"model", "size", "distance", "fov_deg", "height"});
-  const Lens lens = asLens(camera);
+  const scene::Section camera(stage.require("camera"), {"model", "size", "distance", "fov_deg", "height"});
+  const capture::Lens lens = asLens(camera);
   const auto distance = camera.find("distance");
   const Placement placement = asPlacement(s, key, center, kMostViews);
   rig.trainingViews = placement.training;
@@ -246,44 +248,46 @@ void addViews(const Section& stage, const Point& center, StageRig& rig) {
 
 constexpr std::string_view kNoExtent = "no such key for point lights, which have no extent";
 
-void addLightsFrom(const Section& s, StageRig& rig) {
-  const Entry from = s.require("from");
+void addLightsFrom(const scene::Section& s, StageRig& rig) {
+  const scene::Entry from = s.require("from");
   for (const char* key : {"test", "irradiance", "distance"})
-    if (const auto other = s.find(key)) throw mismatch(*other, "no such key beside from");
-  const Capture capture = captureAt(from, rig);
-  if (capture.lights.empty()) throw mismatch(from, "a capture with lights");
-  const auto isPoint = [](const Light& light) { return std::holds_alternative<PointLight>(light.kind); };
+    if (const auto other = s.find(key)) throw scene::mismatch(*other, "no such key beside from");
+  const capture::Capture capture = captureAt(from, rig);
+  if (capture.lights.empty()) throw scene::mismatch(from, "a capture with lights");
+  const auto isPoint = [](const capture::Light& light) {
+    return std::holds_alternative<capture::PointLight>(light.kind);
+  };
   if (const auto radius = s.find("radius_deg"); radius && std::ranges::all_of(capture.lights, isPoint))
-    throw mismatch(*radius, kNoExtent);
+    throw scene::mismatch(*radius, kNoExtent);
   rig.trainingLights = addFrom(
       from, capture.lights, trainingLights(capture), kMostLights, rig.lights,
-      [](const Light& light) { return light.name; },
-      [](Light& light, size_t i) { light.name = light.identity = lightName(i); });
+      [](const capture::Light& light) { return light.name; },
+      [](capture::Light& light, size_t i) { light.name = light.identity = lightName(i); });
 }
 
-void addLights(const Entry& entry, const Point& center, StageRig& rig) {
-  const Section s(entry, {"count", "directions", "positions", "angles_deg", "from", "test", "irradiance",
-                          "distance", "radius_deg"});
+void addLights(const scene::Entry& entry, const Point& center, StageRig& rig) {
+  const scene::Section s(entry, {"count", "directions", "positions", "angles_deg", "from", "test",
+                                 "irradiance", "distance", "radius_deg"});
   const std::string_view key = chosenOf(s, {"count", "directions", "positions", "angles_deg", "from"});
   const auto distance = s.find("distance"), radius = s.find("radius_deg");
-  if ((distance || key == "positions") && radius) throw mismatch(*radius, kNoExtent);
+  if ((distance || key == "positions") && radius) throw scene::mismatch(*radius, kNoExtent);
   if (radius) rig.lightRadius = Angle::fromDegrees(numberIn(*radius, 0.001, 89));
   if (key == "from") return addLightsFrom(s, rig);
   const Placement placement = asPlacement(s, key, center, kMostLights);
   rig.trainingLights = placement.training;
   const Rgb irradiance = asColor(s.require("irradiance"), 1e-3, 1e6);
   for (const Place& place : placement.all) {
-    Light light;
+    capture::Light light;
     light.name = light.identity = lightName(rig.lights.size());
     if (distance || place.distance) {
       const double d = distanceOf(place, distance, s);
-      const Rgb intensity = scaled(d * d, irradiance);
+      const Rgb intensity = material::scaled(d * d, irradiance);
       for (const float strength : {intensity.r, intensity.g, intensity.b})
-        if (!(strength >= kLeastStrength && strength <= kMostStrength))
-          throw mismatch(s.require("irradiance"), "what times the squared distance is in 1e-12..1e12");
-      light.kind = PointLight{center + d * place.towards, intensity};
+        if (!(strength >= capture::kLeastStrength && strength <= capture::kMostStrength))
+          throw scene::mismatch(s.require("irradiance"), "what times the squared distance is in 1e-12..1e12");
+      light.kind = capture::PointLight{center + d * place.towards, intensity};
     } else {
-      light.kind = DirectionalLight{place.towards, irradiance};
+      light.kind = capture::DirectionalLight{place.towards, irradiance};
     }
     rig.lights.push_back(std::move(light));
   }
@@ -291,7 +295,7 @@ void addLights(const Entry& entry, const Point& center, StageRig& rig) {
 
 } // namespace
 
-StageRig asRig(const Section& stage) {
+StageRig asRig(const scene::Section& stage) {
   StageRig rig;
   const auto center = pointOr0(stage, "center");
   addViews(stage, center, rig);
@@ -300,8 +304,8 @@ StageRig asRig(const Section& stage) {
     throw Error::mismatch(fmt::format("at most {} pictures, one of each view under each light", kMostFrames),
                           fmt::format("{} views and {} lights", rig.views.size(), rig.lights.size()))
         .at("views");
-  for (const View& view : rig.views) {
-    const Lens& lens = view.camera.lens;
+  for (const capture::View& view : rig.views) {
+    const capture::Lens& lens = view.camera.lens;
     const double values = 3.0 * lens.width * lens.height * static_cast<double>(rig.lights.size());
     if (values > kMostValues)
       throw Error::mismatch(fmt::format("at most {:.3g} pixels under all lights", kMostValues / 3),
@@ -311,4 +315,4 @@ StageRig asRig(const Section& stage) {
   return rig;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

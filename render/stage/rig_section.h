@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct StageRig {
-  std::vector<View> views;   // those for training first
-  std::vector<Light> lights; // likewise
+  std::vector<capture::View> views;   // those for training first
+  std::vector<capture::Light> lights; // likewise
   size_t trainingViews = 0, trainingLights = 0;
   Angle lightRadius;                        // of directional lights
   std::vector<std::filesystem::path> files; // that were read for it
@@ -20,6 +20,6 @@ struct StageRig {
 
 // `stage` has sections camera (but where another capture has the cameras), views and lights, and may have a
 // center. Throws Error naming the entry.
-StageRig asRig(const Section& stage);
+StageRig asRig(const scene::Section& stage);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -8,35 +8,38 @@
 #include <limits>
 #include <type_traits>
 
-namespace surflect {
+namespace surflect::stage {
 
 using Vector = Vec3<double>;
 
 namespace {
 
-void tint(Lambert& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
-void tint(RoughDiffuse& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
-void tint(Conductor& material, const Rgb& factor) { material.color = material.color * factor; }
-void tint(Ward& material, const Rgb& factor) { material.diffuse = material.diffuse * factor; }
+void tint(material::Lambert& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
+void tint(material::RoughDiffuse& material, const Rgb& factor) { material.albedo = material.albedo * factor; }
+void tint(material::Conductor& material, const Rgb& factor) { material.color = material.color * factor; }
+void tint(material::Ward& material, const Rgb& factor) { material.diffuse = material.diffuse * factor; }
 
-Roughness scaled(const Roughness& alpha, double factor) { return {factor * alpha.x, factor * alpha.y}; }
-void smooth(RoughDiffuse& material, double factor) { material.roughness *= factor; }
-void smooth(Conductor& material, double factor) { material.alpha = scaled(material.alpha, factor); }
-void smooth(Dielectric& material, double factor) { material.alpha *= factor; }
-void smooth(Ward& material, double factor) { material.alpha = scaled(material.alpha, factor); }
+material::Roughness scaled(const material::Roughness& alpha, double factor) {
+  return {factor * alpha.x, factor * alpha.y};
+}
+void smooth(material::RoughDiffuse& material, double factor) { material.roughness *= factor; }
+void smooth(material::Conductor& material, double factor) { material.alpha = scaled(material.alpha, factor); }
+void smooth(material::Dielectric& material, double factor) { material.alpha *= factor; }
+void smooth(material::Ward& material, double factor) { material.alpha = scaled(material.alpha, factor); }
 
 template <class Kind> void vary(Kind& kind, const Rgb& colorFactor, double roughnessFactor) {
   if constexpr (requires { tint(kind, colorFactor); }) tint(kind, colorFactor);
   if constexpr (requires { smooth(kind, roughnessFactor); }) smooth(kind, roughnessFactor);
 }
-void vary(ClearCoat& coated, const Rgb& colorFactor, double roughnessFactor) {
+void vary(material::ClearCoat& coated, const Rgb& colorFactor, double roughnessFactor) {
   std::visit([&](auto& base) { vary(base, colorFactor, roughnessFactor); }, coated.base);
 }
 
 } // namespace
 
-Material varied(const Material& material, const Rgb& colorFactor, double roughnessFactor) {
-  Material result = material;
+material::Material varied(const material::Material& material, const Rgb& colorFactor,
+                          double roughnessFactor) {
+  material::Material result = material;
   std::visit([&](auto& kind) { vary(kind, colorFactor, roughnessFactor); }, result);
   return result;
 }
@@ -187,4 +190,4 @@ StageScene::leaving(const SurfaceHit& hit, const Direction3<AcquisitionSpace, do
   return hit.position + (dot(hit.facet, direction) < 0 ? -rays_->offset : rays_->offset) * hit.facet;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

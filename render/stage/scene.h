@@ -12,11 +12,11 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct StageObject {
   Surface surface;
-  Material material;
+  material::Material material;
   Textures textures = {}; // the surface has coordinates where there are any
 };
 
@@ -26,7 +26,7 @@ struct SurfaceHit {
   double distance;
   Direction3<AcquisitionSpace, double> facet;           // unit normal of the triangle
   Direction3<AcquisitionSpace, double> normal, tangent; // interpolated, of any length, may be 0
-  Material material;                                    // as the textures make it
+  material::Material material;                          // as the textures make it
 };
 
 // Something nearer than `distance` is in its way. As Embree takes it: about the middle of the scene.
@@ -41,7 +41,7 @@ enum class Beam { narrow, wide };
 
 // The material with its colour multiplied (diffuse, or a metal's), and its roughness by 0..1; of a coated one
 // those below the coat. What others do not have stays as it is.
-Material varied(const Material& material, const Rgb& colorFactor, double roughnessFactor);
+material::Material varied(const material::Material& material, const Rgb& colorFactor, double roughnessFactor);
 
 class StageScene {
 public:
@@ -67,4 +67,4 @@ private:
   std::unique_ptr<const Rays> rays_;
 };
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -9,7 +9,7 @@
 #include <functional>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -168,4 +168,4 @@ Surface lathe(std::span<const ProfilePoint> profile, bool closed, int segments) 
   return surface;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

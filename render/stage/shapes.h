@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::stage {
 
 // `segments` (3 or more) triangles' sides round the axis, half as many from pole to pole.
 Surface sphere(const Point3<AcquisitionSpace, double>& center, double radius, int segments);
@@ -33,4 +33,4 @@ struct ProfilePoint {
 // along the profile with its discs by length. Throws Error with fewer than 2 points, or one point alone.
 Surface lathe(std::span<const ProfilePoint> profile, bool closed, int segments);
 
-} // namespace surflect
+} // namespace surflect::stage

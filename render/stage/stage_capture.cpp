@@ -12,7 +12,7 @@
 #include <iterator>
 #include <memory>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace fs = std::filesystem;
 
@@ -82,12 +82,12 @@ void requireCapturable(const Stage& stage, const StageDeformation* deformation, 
 StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const fs::path& folder, const Progress& progress) {
   const StagePlan plan = planOf(stage, which);
-  const Capture& capture = plan.capture;
+  const capture::Capture& capture = plan.capture;
   const std::string identity = identityOf(stage, deformation, which);
   requireOurs(folder, identity);
   StageReport report{capture.views.size(), capture.lights.size()};
-  for (const Frame& frame : capture.frames)
-    ++(frame.split == Split::train ? report.trainingFrames : report.testFrames);
+  for (const capture::Frame& frame : capture.frames)
+    ++(frame.split == capture::Split::train ? report.trainingFrames : report.testFrames);
   std::vector<size_t> missing;
   for (size_t view = 0; view < capture.views.size(); ++view)
     if (!isFinished(plan, view, folder)) missing.push_back(view);
@@ -104,9 +104,9 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
   }
   if (!fs::exists(folder / capture.geometry))
     writeFileAtomically(folder / capture.geometry, objOf(meshOf(stage.objects)));
-  writeCapture(capture, folder);
+  capture::writeCapture(capture, folder);
   progress("tracing", 1);
   return report;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

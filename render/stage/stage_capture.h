@@ -7,11 +7,11 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::stage {
 
 // What bends the objects before they are photographed.
 struct StageDeformation {
-  const Warp& warp;
+  const warp::Warp& warp;
   uint64_t hash; // of all that the warp depends on
 };
 
@@ -31,4 +31,4 @@ void requireCapturable(const Stage& stage, const StageDeformation* deformation, 
 StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const std::filesystem::path& folder, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -10,7 +10,7 @@
 
 #include <array>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -24,16 +24,16 @@ void mix(uint64_t& hash, uint64_t other) {
   hash = contentHash(std::as_bytes(std::span(both)));
 }
 
-Stage asStage(const Entry& root) {
-  const Section s(root, {"transport", "samples", "seed", "segments", "center", "camera", "views", "lights",
-                         "exposure", "material", "object", "scale"});
+Stage asStage(const scene::Entry& root) {
+  const scene::Section s(root, {"transport", "samples", "seed", "segments", "center", "camera", "views",
+                                "lights", "exposure", "material", "object", "scale"});
   Stage stage;
   stage.trace.samples = integerOr(s, "samples", 1, kMostSamples, stage.trace.samples);
   stage.trace.seed = static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1));
   if (const auto transport = s.find("transport")) {
-    const std::string name = asText(*transport);
+    const std::string name = scene::asText(*transport);
     if (name != "local" && name != "direct" && name != "full")
-      throw mismatch(*transport, "local, direct or full");
+      throw scene::mismatch(*transport, "local, direct or full");
     stage.trace.transport = name == "local"    ? Transport::local
                             : name == "direct" ? Transport::direct
                                                : Transport::full;
@@ -64,7 +64,7 @@ Stage asStage(const Entry& root) {
 
 Stage parseStage(std::string_view text, const std::filesystem::path& path, std::string_view scale) {
   try {
-    ScriptDocument document(text, path);
+    scene::ScriptDocument document(text, path);
     if (!scale.empty()) document.prefer("scale", scale);
     Stage stage = asStage(document.root());
     stage.file = path;
@@ -81,4 +81,4 @@ Stage readStage(const std::filesystem::path& path, std::string_view scale) {
   return parseStage(readFile(path, most), path, scale);
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct Stage {
   std::filesystem::path file;
@@ -32,4 +32,4 @@ struct Stage {
 Stage readStage(const std::filesystem::path& path, std::string_view scale = "");
 Stage parseStage(std::string_view text, const std::filesystem::path& path, std::string_view scale = "");
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::stage {
 
 // Of how pictures come to be and are written: with another number, what was begun before is begun anew.
 constexpr int kPictureFormat = 3;
@@ -22,9 +22,9 @@ void write(const TracedView& traced, const Stage& stage, const StagePlan& plan, 
            const std::filesystem::path& folder, const Progress& progress);
 
 // What reading the file gives, to the bit; of a stage without exposure.
-ViewPictures asRead(TracedView traced, const Progress& progress);
+model::ViewPictures asRead(TracedView traced, const Progress& progress);
 
 // Are the view's pictures there? Files appear whole, so that the header tells enough.
 bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path& folder);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -17,7 +17,7 @@ size_t stepOfTestLights(size_t trainingViews) {
 namespace fs = std::filesystem;
 
 // images/C000.exr, or with an exposure images/C000.L00.0.png, ...
-void setPictures(Frame& frame, const View& view, const Light& light,
+void setPictures(capture::Frame& frame, const capture::View& view, const capture::Light& light,
                  const std::optional<StageExposure>& camera) {
   const fs::path folder = "images";
   if (!camera) {
@@ -43,8 +43,8 @@ void setPictures(Frame& frame, const View& view, const Light& light,
 StagePlan planOf(const Stage& stage, StageFrames which) {
   const StageRig& rig = stage.rig;
   StagePlan plan;
-  Capture& capture = plan.capture;
-  capture.colorSpace = stage.exposure ? ColorSpace::srgb : ColorSpace::linear;
+  capture::Capture& capture = plan.capture;
+  capture.colorSpace = stage.exposure ? capture::ColorSpace::srgb : capture::ColorSpace::linear;
   if (stage.exposure && !stage.exposure->isSrgb) {
     capture.colorSpace.reset();
     capture.response = stage.exposure->response;
@@ -73,13 +73,13 @@ StagePlan planOf(const Stage& stage, StageFrames which) {
     const size_t before = capture.frames.size();
     for (size_t l = 0; l < capture.lights.size(); ++l) {
       if (!isTaken(v, l)) continue;
-      Frame frame;
+      capture::Frame frame;
       frame.view = capture.views.size();
       frame.light = l;
       setPictures(frame, rig.views[v], rig.lights[l], stage.exposure);
       const bool isTraining =
           which != StageFrames::deformed && v < rig.trainingViews && l < rig.trainingLights;
-      frame.split = isTraining ? Split::train : Split::test;
+      frame.split = isTraining ? capture::Split::train : capture::Split::test;
       capture.frames.push_back(frame);
     }
     if (capture.frames.size() == before) continue;
@@ -102,4 +102,4 @@ TriangleMesh meshOf(const std::vector<StageObject>& objects) {
   return whole;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

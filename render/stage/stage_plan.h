@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 enum class StageFrames {
   all,      // all views under all lights: those for training, and the others for the test
@@ -18,7 +18,8 @@ enum class StageFrames {
 };
 
 struct StagePlan {
-  Capture capture; // EXRs of many layers, one a view; no file is there yet. Frames of a view are together
+  capture::Capture
+      capture; // EXRs of many layers, one a view; no file is there yet. Frames of a view are together
   std::vector<size_t> views; // of each view, its number in the stage, by which its noise differs
 };
 
@@ -28,4 +29,4 @@ StagePlan planOf(const Stage& stage, StageFrames which);
 // All objects as one mesh.
 TriangleMesh meshOf(const std::vector<StageObject>& objects);
 
-} // namespace surflect
+} // namespace surflect::stage

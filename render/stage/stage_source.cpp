@@ -7,34 +7,35 @@
 
 #include <fmt/format.h>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace fs = std::filesystem;
 
 namespace {
 
-class StageSource : public PackSource {
+class StageSource : public model::PackSource {
 public:
   StageSource(const Stage& stage, const fs::path& scratch)
       : stage_(stage), plan_(planOf(stage, StageFrames::training)), scratch_(scratch), scene_(stage.objects),
-        training_(parseCapture(captureText(plan_.capture, scratch), scratch / "transforms.json",
-                               PathRule::unmade)) {}
+        training_(capture::parseCapture(capture::captureText(plan_.capture, scratch),
+                                        scratch / "transforms.json", capture::PathRule::unmade)) {}
 
-  const Capture& training() const override { return training_; }
+  const capture::Capture& training() const override { return training_; }
 
-  Impostor impostor(const ImpostorOptions& options, const Progress& progress) const override {
-    if (!options.mesh.empty()) return impostorOf(training_, options, progress);
-    return {withoutFlat(meshOf(stage_.objects), progress), Impostor::Origin::given};
+  proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override {
+    if (!options.mesh.empty()) return proxy::impostorOf(training_, options, progress);
+    return {withoutFlat(meshOf(stage_.objects), progress), proxy::Impostor::Origin::given};
   }
 
   std::string identity() const override {
     return fmt::format("stage {} {:016x}", kPictureFormat, stage_.hash);
   }
 
-  ViewPictures pictures(std::span<const size_t> frames, bool isLastTime, const Progress& progress) override {
-    const Frame& first = training_.frames[frames[0]];
+  model::ViewPictures pictures(std::span<const size_t> frames, bool isLastTime,
+                               const Progress& progress) override {
+    const capture::Frame& first = training_.frames[frames[0]];
     if (isScratchOurs() && isFinished(plan_, first.view, scratch_))
-      return readViewPictures(training_, frames, progress);
+      return model::readViewPictures(training_, frames, progress);
     TracedView traced = trace(scene_, stage_, plan_, first.view, progress);
     if (!isLastTime) {
       claimScratch();
@@ -60,22 +61,23 @@ private:
   StagePlan plan_;
   fs::path scratch_;
   StageScene scene_;
-  Capture training_; // as one on disk is read
+  capture::Capture training_; // as one on disk is read
 };
 
 } // namespace
 
-PackReport packStage(const Stage& stage, const fs::path& folder, const PackOptions& options,
-                     const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
+model::PackReport packStage(const Stage& stage, const fs::path& folder, const model::PackOptions& options,
+                            const Progress& progress,
+                            const std::function<void(const model::PackEstimate&)>& announce) {
   if (stage.exposure)
     throw Error("brackets of photographs are captured, and packed then: not in one pass")
         .at("exposure")
         .in(stage.file);
   const fs::path scratch = folder / "traced";
   StageSource source(stage, scratch);
-  const PackReport report = pack(source, folder, options, progress, announce);
+  const model::PackReport report = model::pack(source, folder, options, progress, announce);
   removeFolder(scratch);
   return report;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

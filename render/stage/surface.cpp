@@ -10,7 +10,7 @@
 #include <map>
 #include <string>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -106,7 +106,7 @@ Surface withPlanarTexture(const Surface& surface) {
   return result;
 }
 
-Surface displaced(const Surface& surface, const Expression& height) {
+Surface displaced(const Surface& surface, const warp::Expression& height) {
   const size_t vertices = surface.mesh.positions.size();
   const auto place = [&](size_t i) {
     const auto& p = surface.mesh.positions[i];
@@ -144,16 +144,16 @@ Surface displaced(const Surface& surface, const Expression& height) {
   return result;
 }
 
-Surface deformed(const Surface& rest, const Warp& warp) {
+Surface deformed(const Surface& rest, const warp::Warp& warp) {
   SurfelCloud points;
   points.p0 = rest.mesh.positions;
-  const double step = differenceStep(points);
+  const double step = warp::differenceStep(points);
   Surface surface = rest;
   std::vector<char> mirrors(rest.mesh.positions.size());
   tbb::parallel_for(size_t{0}, rest.mesh.positions.size(), [&](size_t i) {
     const Vector x = rest.mesh.positions[i].cast<double>().raw();
     const auto exact = warp.jacobian(x);
-    const Mat3<double> j = exact ? *exact : centralDifferences(warp, x, Mat3<double>::Identity(), step);
+    const Mat3<double> j = exact ? *exact : warp::centralDifferences(warp, x, Mat3<double>::Identity(), step);
     mirrors[i] = carry(surface, i, warp.position(x), j);
     if (!surface.mesh.positions[i].raw().allFinite() || !j.allFinite())
       throw Error("the warp has no value there").at(vertexName(i));
@@ -163,4 +163,4 @@ Surface deformed(const Surface& rest, const Warp& warp) {
   return surface;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -9,7 +9,7 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 // Of one stage.
 constexpr size_t kMostTriangles = size_t{1} << 25;
@@ -49,12 +49,12 @@ constexpr std::string_view kHeightVariables[] = {"x", "y", "z", "s", "t"};
 // at one place stay together: the first of them says how far, the mean of their normals says where to.
 // Normals are means over the triangles round a vertex, and creases stay. Throws Error at the vertex where the
 // height has no value.
-Surface displaced(const Surface& surface, const Expression& height);
+Surface displaced(const Surface& surface, const warp::Expression& height);
 
 // The surface after the warp: positions Psi(p), tangents J t, normals along J^-T n; turned inside out again
 // where the warp mirrors. The result stands in the stage as the rest surface did: capture and script share
 // one world. J is exact, or by central differences with differenceStep(). Throws Error at the vertex where
 // the warp has no value.
-Surface deformed(const Surface& rest, const Warp& warp);
+Surface deformed(const Surface& rest, const warp::Warp& warp);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <string>
 
-namespace surflect {
+namespace surflect::stage {
 
 using Vector = Vec3<double>;
 using Direction = Direction3<AcquisitionSpace, double>;
@@ -27,7 +27,7 @@ MeshFile readTexturedMesh(const std::filesystem::path& path) {
   std::ranges::transform(extension, extension.begin(),
                          [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
   if (extension == ".gltf" || extension == ".glb") {
-    GltfMesh file = readGltfMesh(path);
+    warp::GltfMesh file = warp::readGltfMesh(path);
     return {std::move(file.mesh), file.contentHash};
   }
   const std::string bytes = readFile(path);
@@ -136,4 +136,4 @@ SurfaceFile readSurface(const std::filesystem::path& path, bool smooth) {
   return {std::move(surface), hash};
 }
 
-} // namespace surflect
+} // namespace surflect::stage

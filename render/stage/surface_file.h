@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::stage {
 
 struct SurfaceFile {
   Surface surface;
@@ -20,4 +20,4 @@ struct SurfaceFile {
 // Throws Error.
 SurfaceFile readSurface(const std::filesystem::path& path, bool smooth);
 
-} // namespace surflect
+} // namespace surflect::stage

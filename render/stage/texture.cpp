@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -16,8 +16,9 @@ namespace {
 int wrapped(int i, int n) { return ((i % n) + n) % n; }
 
 // By the picture's own statement; without one floating point is linear, all else sRGB.
-ColorDecoder decoderOf(const Picture& picture, const std::filesystem::path& path) {
-  const Transfer usual{picture.isFloat() ? Transfer::Curve::linear : Transfer::Curve::srgb};
+image::ColorDecoder decoderOf(const image::Picture& picture, const std::filesystem::path& path) {
+  const image::Transfer usual{picture.isFloat() ? image::Transfer::Curve::linear
+                                                : image::Transfer::Curve::srgb};
   if (!picture.color) return {{}, usual};
   if (!picture.color->problem.empty()) throw Error(picture.color->problem).at(picture.color->source).in(path);
   return {picture.color->encoding, usual};
@@ -31,12 +32,12 @@ Error inPixel(Error e, int x, int y, const std::filesystem::path& path) {
 
 } // namespace
 
-Image readTexels(const std::filesystem::path& path, Texels what) {
-  const Picture picture = readPicture(path);
-  const Image& image = picture.image;
+image::Image readTexels(const std::filesystem::path& path, Texels what) {
+  const image::Picture picture = image::readPicture(path);
+  const image::Image& image = picture.image;
   if (picture.hasAlpha() && picture.alphaPremultiplied)
     throw Error::mismatch("a texture without alpha", "colours multiplied by it").in(path);
-  Image stored(image.width, image.height, image.channels < 3 ? 1 : 3);
+  image::Image stored(image.width, image.height, image.channels < 3 ? 1 : 3);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       for (int c = 0; c < stored.channels; ++c) {
@@ -45,7 +46,8 @@ Image readTexels(const std::filesystem::path& path, Texels what) {
         stored.at(x, y)[static_cast<size_t>(c)] = value;
       }
   constexpr float kRounding = 1e-4f; // of conversion, of a profile's white too
-  Image linear = decoded(stored, what == Texels::factors ? ColorDecoder() : decoderOf(picture, path));
+  image::Image linear =
+      image::decoded(stored, what == Texels::factors ? image::ColorDecoder() : decoderOf(picture, path));
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       for (float& value : linear.at(x, y)) {
@@ -59,7 +61,7 @@ Image readTexels(const std::filesystem::path& path, Texels what) {
   return linear;
 }
 
-Texture::Texture(std::shared_ptr<const Image> texels, int columns, int rows)
+Texture::Texture(std::shared_ptr<const image::Image> texels, int columns, int rows)
     : texels_(std::move(texels)), columns_(columns), rows_(rows) {
   assert(texels_ && texels_->channels == 3);
 }
@@ -78,4 +80,4 @@ Rgb Texture::at(const Vec2<double>& st) const {
   return (1 - b) * ((1 - a) * texel(0, 0) + a * texel(1, 0)) + b * ((1 - a) * texel(0, 1) + a * texel(1, 1));
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -8,25 +8,25 @@
 #include <filesystem>
 #include <memory>
 
-namespace surflect {
+namespace surflect::stage {
 
 enum class Texels { colors, factors };
 
 // 3 channels. Colours in 8 or 16 bits are sRGB, and come out linear; factors are as stored. Alpha plays no
 // part. Throws Error naming the file, also where a float is not in 0..1 or a colour outside of Rec. 709's
 // gamut.
-Image readTexels(const std::filesystem::path& picture, Texels what);
+image::Image readTexels(const std::filesystem::path& picture, Texels what);
 
 class Texture {
 public:
   // What readTexels() gives, `columns` times across and `rows` times up the surface.
-  Texture(std::shared_ptr<const Image> texels, int columns, int rows);
+  Texture(std::shared_ptr<const image::Image> texels, int columns, int rows);
 
   // Linear between the middles of texels; (0, 0) is the picture's lower left corner.
   Rgb at(const Vec2<double>& st) const;
 
 private:
-  std::shared_ptr<const Image> texels_;
+  std::shared_ptr<const image::Image> texels_;
   double columns_, rows_;
 };
 
@@ -38,4 +38,4 @@ struct Textures {
   bool any() const { return color || roughness; }
 };
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -16,7 +16,7 @@
 #include <tuple>
 #include <utility>
 
-namespace surflect {
+namespace surflect::stage {
 
 namespace {
 
@@ -39,10 +39,10 @@ std::pair<Vector, Vector> across(const Vector& n) {
 struct ShadingFrame {
   Vector x, y, z;
 
-  ShadingDirection toLocal(const Direction& w) const {
+  material::ShadingDirection toLocal(const Direction& w) const {
     return {x.dot(w.raw()), y.dot(w.raw()), z.dot(w.raw())};
   }
-  Direction toWorld(const ShadingDirection& w) const {
+  Direction toWorld(const material::ShadingDirection& w) const {
     return normalized(assume<Direction>(w.x() * x + w.y() * y + w.z() * z));
   }
 };
@@ -55,7 +55,7 @@ ShadingFrame frameAt(SurfaceHit& hit, const Direction& towardsViewer) {
   n = n.squaredNorm() > 0 ? n.stableNormalized() : hit.facet.raw();
   if (n.dot(hit.facet.raw()) < 0) n = -n;
   const bool isSeenInside = dot(hit.facet, towardsViewer) < 0;
-  if (isSeenInside && !std::holds_alternative<Dielectric>(hit.material)) {
+  if (isSeenInside && !std::holds_alternative<material::Dielectric>(hit.material)) {
     hit.facet = -hit.facet;
     n = -n;
   }
@@ -68,10 +68,12 @@ ShadingFrame frameAt(SurfaceHit& hit, const Direction& towardsViewer) {
 }
 
 // 1 - cos(radius)
-double capHeight(Angle radius) { return 2 * squared(std::sin(radius.radians() / 2)); }
+double capHeight(Angle radius) { return 2 * material::squared(std::sin(radius.radians() / 2)); }
 
 // Radiance of a disc that gives irradiance 1 to a surface facing it: 1 / (pi sin^2 radius).
-double discRadiance(Angle radius) { return 1 / (kPi * squared(std::sin(radius.radians()))); }
+double discRadiance(Angle radius) {
+  return 1 / (material::kPi * material::squared(std::sin(radius.radians())));
+}
 
 // Both ways of finding a light of which one is taken with density p and the other with q: the share of the
 // first.  [Veach 1997, §9.2.4, power heuristic]
@@ -87,19 +89,20 @@ public:
     double distance;
   };
 
-  Lamp(const Light& light, Angle radius) : height_(capHeight(radius)) {
-    if (const auto* point = std::get_if<PointLight>(&light.kind)) {
+  Lamp(const capture::Light& light, Angle radius) : height_(capHeight(radius)) {
+    if (const auto* point = std::get_if<capture::PointLight>(&light.kind)) {
       position_ = point->position;
       strength_ = point->intensity;
       return;
     }
-    const auto& directional = std::get<DirectionalLight>(light.kind);
+    const auto& directional = std::get<capture::DirectionalLight>(light.kind);
     isPoint_ = false;
     middle_ = directional.towards;
     gradient_ = directional.irradianceGradient;
     isDisc_ = radius.radians() > 0;
     std::tie(x_, y_) = across(middle_.raw());
-    strength_ = isDisc_ ? scaled(discRadiance(radius), directional.irradiance) : directional.irradiance;
+    strength_ =
+        isDisc_ ? material::scaled(discRadiance(radius), directional.irradiance) : directional.irradiance;
   }
 
   Sample sample(const Point& p, double u, double v) const {
@@ -107,22 +110,23 @@ public:
     if (isPoint_) {
       const Direction d = position_ - p;
       const double distance = length(d);
-      return {(1 / distance) * d, scaled(1 / squared(distance), strength_), distance};
+      return {(1 / distance) * d, material::scaled(1 / material::squared(distance), strength_), distance};
     }
-    const double gain = gainAt(gradient_, p.raw());
-    if (!isDisc_) return {middle_, scaled(gain, strength_), kFar};
+    const double gain = capture::gainAt(gradient_, p.raw());
+    if (!isDisc_) return {middle_, material::scaled(gain, strength_), kFar};
     const double z = 1 - u * height_, r = std::sqrt(std::max(0.0, 1 - z * z));
-    const Vector w = r * std::cos(2 * kPi * v) * x_ + r * std::sin(2 * kPi * v) * y_ + z * middle_.raw();
-    return {normalized(assume<Direction>(w)), scaled(gain / density(), strength_), kFar};
+    const Vector w = r * std::cos(2 * material::kPi * v) * x_ + r * std::sin(2 * material::kPi * v) * y_ +
+                     z * middle_.raw();
+    return {normalized(assume<Direction>(w)), material::scaled(gain / density(), strength_), kFar};
   }
 
   // Of sample(), per steradian of a disc; 0 where other ways do not find the light.
-  double density() const { return isDisc_ ? 1 / (2 * kPi * height_) : 0; }
+  double density() const { return isDisc_ ? 1 / (2 * material::kPi * height_) : 0; }
 
   // Radiance that comes to p from a direction.
   std::optional<Rgb> seen(const Point& p, const Direction& direction) const {
     if (!isDisc_ || (middle_ + -direction).raw().squaredNorm() / 2 >= height_) return std::nullopt;
-    return scaled(gainAt(gradient_, p.raw()), strength_);
+    return material::scaled(capture::gainAt(gradient_, p.raw()), strength_);
   }
 
   // Lamps of one octant, as seen from the origin, may be asked for together.
@@ -167,11 +171,11 @@ struct Candidates {
 // Walks a handful of paths from one camera at a time, to all lights.
 class PathTracer {
 public:
-  PathTracer(const StageScene& scene, std::span<const Light> lights, const TraceOptions& options)
+  PathTracer(const StageScene& scene, std::span<const capture::Light> lights, const TraceOptions& options)
       : scene_(scene), transport_(options.transport), seesLights_(options.lightRadius.radians() > 0),
         strata_(static_cast<uint32_t>(options.samples)), order_(lights.size()), ofLight_(lights.size()),
         towards_(lights.size()), values_(lights.size()), densities_(lights.size()) {
-    for (const Light& light : lights) lamps_.emplace_back(light, options.lightRadius);
+    for (const capture::Light& light : lights) lamps_.emplace_back(light, options.lightRadius);
     std::iota(order_.begin(), order_.end(), size_t{0});
     std::ranges::stable_sort(order_, {}, [&](size_t i) { return lamps_[i].octant(); });
   }
@@ -197,14 +201,15 @@ private:
     }
     if (bounce > 0 && transport_ == Transport::direct) return false;
     path.hasHit = true;
-    path.throughput = path.throughput.cwiseProduct(vectorOf(transmittance(path.absorption, hit->distance)));
+    path.throughput =
+        path.throughput.cwiseProduct(vectorOf(material::transmittance(path.absorption, hit->distance)));
     const ShadingFrame frame = frameAt(*hit, -path.direction);
-    const Bsdf view = bsdfAt(frame.toLocal(-path.direction), hit->material);
-    if (!isSpecular(hit->material)) askLights(path, *hit, frame, view, bounce);
+    const material::Bsdf view = material::bsdfAt(frame.toLocal(-path.direction), hit->material);
+    if (!material::isSpecular(hit->material)) askLights(path, *hit, frame, view, bounce);
     if (transport_ != Transport::full && !seesLights_) return false;
 
     const auto [v, w] = square(path, bounce, 1);
-    const Uniforms uniforms{path.random.next(), v, w};
+    const material::Uniforms uniforms{path.random.next(), v, w};
     const auto scattered = sample(view, uniforms);
     if (!scattered) return false;
     path.throughput = path.throughput.cwiseProduct(vectorOf(scattered->weight));
@@ -215,14 +220,15 @@ private:
       return false;
     }
     if (!isOnItsSide(*hit, scattered->wi, path.direction) || !survives(path, bounce)) return false;
-    if (const auto* glass = std::get_if<Dielectric>(&hit->material))
-      path.absorption = isBelow(scattered->wi) ? glass->absorption : glass->absorptionOutside;
+    if (const auto* glass = std::get_if<material::Dielectric>(&hit->material))
+      path.absorption = material::isBelow(scattered->wi) ? glass->absorption : glass->absorptionOutside;
     path.origin = scene_.leaving(*hit, path.direction);
     return true;
   }
 
   // Interpolated normals and triangles agree on which side of the surface the light comes from.
-  static bool isOnItsSide(const SurfaceHit& hit, const ShadingDirection& wi, const Direction& world) {
+  static bool isOnItsSide(const SurfaceHit& hit, const material::ShadingDirection& wi,
+                          const Direction& world) {
     return (wi.z() > 0) == (dot(hit.facet, world) > 0);
   }
 
@@ -244,29 +250,29 @@ private:
     return true;
   }
 
-  void askLights(Path& path, const SurfaceHit& hit, const ShadingFrame& frame, const Bsdf& view,
+  void askLights(Path& path, const SurfaceHit& hit, const ShadingFrame& frame, const material::Bsdf& view,
                  int bounce) {
     const auto [u, v] = square(path, bounce, 0);
-    const bool isOpaque = !std::holds_alternative<DielectricBsdf>(view);
+    const bool isOpaque = !std::holds_alternative<material::DielectricBsdf>(view);
     const bool isHindered = transport_ != Transport::local;
     asked_.clear();
     for (const size_t light : order_) {
       const Lamp::Sample sample = lamps_[light].sample(hit.position, u, v);
       if (isOpaque && !(frame.z.dot(sample.towards.raw()) > 0)) continue;
-      const ShadingDirection wi = frame.toLocal(sample.towards);
+      const material::ShadingDirection wi = frame.toLocal(sample.towards);
       if (isHindered && !isOnItsSide(hit, wi, sample.towards)) continue;
       towards_[asked_.size()] = wi;
       asked_.push_back({light, sample});
     }
     const std::span wi = std::span(towards_).first(asked_.size());
-    evaluate(view, wi, std::span(values_).first(wi.size()));
-    if (seesLights_) pdf(view, wi, std::span(densities_).first(wi.size()));
+    material::evaluate(view, wi, std::span(values_).first(wi.size()));
+    if (seesLights_) material::pdf(view, wi, std::span(densities_).first(wi.size()));
     for (size_t i = 0; i < asked_.size(); ++i) {
       const auto& [light, sample] = asked_[i];
       const double density = lamps_[light].density();
       const double share = density > 0 ? powerShare(density, densities_[i]) : 1;
-      const Rgb reflected = scaled(share, values_[i] * sample.irradiance) * rgbOf(path.throughput);
-      if (!(brightest(reflected) > 0)) continue;
+      const Rgb reflected = material::scaled(share, values_[i] * sample.irradiance) * rgbOf(path.throughput);
+      if (!(material::brightest(reflected) > 0)) continue;
       if (!isHindered) {
         path.sums[light] += vectorOf(reflected);
         continue;
@@ -318,7 +324,7 @@ private:
   std::vector<Candidates> ofLight_;
   Candidates ofPath_;
   std::vector<Asked> asked_;
-  std::vector<ShadingDirection> towards_;
+  std::vector<material::ShadingDirection> towards_;
   std::vector<Rgb> values_;
   std::vector<double> densities_;
 };
@@ -334,8 +340,8 @@ class TileTracer {
 public:
   static constexpr int kSide = 8; // see placeInTile
 
-  TileTracer(const StageScene& scene, const Camera<AcquisitionSpace>& camera, uint64_t view,
-             std::span<const Light> lights, const TraceOptions& options, const Progress& progress)
+  TileTracer(const StageScene& scene, const capture::Camera<AcquisitionSpace>& camera, uint64_t view,
+             std::span<const capture::Light> lights, const TraceOptions& options, const Progress& progress)
       : tracer_(scene, lights, options), camera_(camera), worldFromCamera_(camera.cameraFromWorld.inverse()),
         view_(view), lights_(lights.size()), options_(options), progress_(progress),
         strata_(static_cast<uint32_t>(options.samples)), sums_(kSide * kSide * lights.size()) {}
@@ -365,7 +371,7 @@ private:
     for (uint32_t s = 0; s < static_cast<uint32_t>(options_.samples); ++s) {
       Random random{options_.seed, view_, pixel, s};
       const auto [u, v] = strata_.in(s, random);
-      const auto ray = rayThrough(camera_.lens, {x + u, y + v});
+      const auto ray = capture::rayThrough(camera_.lens, {x + u, y + v});
       if (!ray) continue;
       paths_.push_back({random,
                         {asking[s], goingOn[s]},
@@ -397,7 +403,7 @@ private:
   }
 
   PathTracer tracer_;
-  const Camera<AcquisitionSpace>& camera_;
+  const capture::Camera<AcquisitionSpace>& camera_;
   Rigid<AcquisitionSpace, CameraSpace> worldFromCamera_;
   uint64_t view_;
   size_t lights_;
@@ -412,12 +418,14 @@ private:
 
 } // namespace
 
-TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& camera, uint64_t view,
-                     std::span<const Light> lights, const TraceOptions& options, const Progress& progress) {
+TracedView traceView(const StageScene& scene, const capture::Camera<AcquisitionSpace>& camera, uint64_t view,
+                     std::span<const capture::Light> lights, const TraceOptions& options,
+                     const Progress& progress) {
   assert(options.samples > 0);
   constexpr int kSide = TileTracer::kSide;
   const int width = camera.lens.width, height = camera.lens.height;
-  TracedView traced{std::vector<Image>(lights.size(), Image(width, height, 3)), Image(width, height, 1)};
+  TracedView traced{std::vector<image::Image>(lights.size(), image::Image(width, height, 3)),
+                    image::Image(width, height, 1)};
   const int across = (width + kSide - 1) / kSide, down = (height + kSide - 1) / kSide;
   tbb::enumerable_thread_specific<TileTracer> tracers(
       [&] { return TileTracer(scene, camera, view, lights, options, progress); });
@@ -432,4 +440,4 @@ TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& ca
   return traced;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -25,7 +25,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 
 enum class Transport {
   local,  // what the first surface scatters of what falls on it unhindered: no shadows, no interreflection
@@ -41,12 +41,14 @@ struct TraceOptions {
 };
 
 struct TracedView {
-  std::vector<Image> radiance; // one a light; 3 channels, mean over the part of the pixel that is covered
-  Image alpha;                 // 1 channel: the share of samples, even over the pixel, that meet a surface
+  std::vector<image::Image>
+      radiance;       // one a light; 3 channels, mean over the part of the pixel that is covered
+  image::Image alpha; // 1 channel: the share of samples, even over the pixel, that meet a surface
 };
 
 // `view` is a number by which its noise differs from that of others. The same bits for any number of threads.
-TracedView traceView(const StageScene& scene, const Camera<AcquisitionSpace>& camera, uint64_t view,
-                     std::span<const Light> lights, const TraceOptions& options, const Progress& progress);
+TracedView traceView(const StageScene& scene, const capture::Camera<AcquisitionSpace>& camera, uint64_t view,
+                     std::span<const capture::Light> lights, const TraceOptions& options,
+                     const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 
 using Vector = Vec3<double>;
 
@@ -99,7 +99,8 @@ Surface tube(std::span<const CurvePoint> points, bool closed, int segments) {
   // Squares twice as long as wide, and at least 4 from point to point
   const double wanted = std::min(curve.length() * segments / (4 * kPi * thickest), 4096.0);
   Surface surface;
-  addTube(surface, evenlySpaced(curve, std::max(static_cast<int>(wanted), 4 * static_cast<int>(points.size()))),
+  addTube(surface,
+          evenlySpaced(curve, std::max(static_cast<int>(wanted), 4 * static_cast<int>(points.size()))),
           closed, segments);
   return surface;
 }
@@ -150,4 +151,4 @@ Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape&
   return surface;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

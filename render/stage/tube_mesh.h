@@ -5,7 +5,7 @@
 #include "render/stage/curve.h"
 #include "render/stage/surface.h"
 
-namespace surflect {
+namespace surflect::stage {
 
 // Appends the surface that a circle sweeps whose middle goes through the points: `sides` flat sides, at open
 // ends half spheres, on a closed one (its last point is the first) none. Throws Error as addGridMesh does.
@@ -25,4 +25,4 @@ struct BraidShape {
 // disorder.
 Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape& shape);
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -14,7 +14,7 @@
 #include <cmath>
 #include <functional>
 
-namespace surflect {
+namespace surflect::surfels {
 
 namespace {
 
@@ -44,21 +44,22 @@ private:
 };
 
 // A light as the query kernels know it. The light has one direction at a surfel: it is no environment.
-QuerySource sourceOf(const ShotLight& light) {
+QuerySource sourceOf(const scene::ShotLight& light) {
   const auto triple = [](const auto& t) { return std::array{t.x(), t.y(), t.z()}; };
   const auto source = [](bool isDistant, const std::array<double, 3>& place, Rgb strength) {
     return QuerySource{isDistant, {place[0], place[1], place[2]}, {strength.r, strength.g, strength.b}};
   };
-  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light))
+  if (const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light))
     return source(true, triple(directional->towards), directional->irradiance);
-  const auto& point = std::get<ShotPointLight>(light);
+  const auto& point = std::get<scene::ShotPointLight>(light);
   return source(false, triple(point.position), point.intensity);
 }
 
-QuerySource sourceOf(const Camera<ObjectSpace>& camera) {
-  const bool isDistant = camera.lens.model == Lens::Model::orthographic;
-  return sourceOf(isDistant ? ShotLight(ShotDirectionalLight{Viewpoint(camera).towards({}), {}})
-                            : ShotLight(ShotPointLight{camera.center(), {}}));
+QuerySource sourceOf(const capture::Camera<ObjectSpace>& camera) {
+  const bool isDistant = camera.lens.model == capture::Lens::Model::orthographic;
+  return sourceOf(
+      isDistant ? scene::ShotLight(scene::ShotDirectionalLight{capture::Viewpoint(camera).towards({}), {}})
+                : scene::ShotLight(scene::ShotPointLight{camera.center(), {}}));
 }
 
 // The three floats of each value, one value after another.
@@ -71,25 +72,27 @@ template <class Value> const float* floatsOf(const std::vector<Value>& values) {
   return reinterpret_cast<const float*>(values.data());
 }
 
-LightExtrapolation uncoveredOf(const ShotLight& light) {
-  if (const auto* directional = std::get_if<ShotDirectionalLight>(&light)) return directional->extrapolation;
-  return std::get<ShotPointLight>(light).extrapolation;
+ulr::LightExtrapolation uncoveredOf(const scene::ShotLight& light) {
+  if (const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light))
+    return directional->extrapolation;
+  return std::get<scene::ShotPointLight>(light).extrapolation;
 }
 
 // Multiplies the irradiance of light l of the batch by its gradient's gain at each surfel, which the kernels
 // leave out.
-void shineUnevenly(const ShotLight& light, size_t l, const DeformedCloud& deformed, QueryBatch& batch) {
-  const auto* directional = std::get_if<ShotDirectionalLight>(&light);
+void shineUnevenly(const scene::ShotLight& light, size_t l, const DeformedCloud& deformed,
+                   model::QueryBatch& batch) {
+  const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light);
   if (!directional || directional->irradianceGradient.isZero(0)) return;
   for (size_t query = 0; query < batch.size(); ++query) {
     const Vec3<double> place = deformed.p[batch.surfels[query]].raw().cast<double>();
     Rgb& irradiance = batch.irradiance[query * batch.lights + l];
-    irradiance = static_cast<float>(gainAt(directional->irradianceGradient, place)) * irradiance;
+    irradiance = static_cast<float>(capture::gainAt(directional->irradianceGradient, place)) * irradiance;
   }
 }
 
-QueryEnvironment queryOf(const ShotEnvironment& light) {
-  const PreparedEnvironment& environment = *light.environment;
+model::QueryEnvironment queryOf(const scene::ShotEnvironment& light) {
+  const scene::PreparedEnvironment& environment = *light.environment;
   return {environment.lights, light.strength, environment.extrapolation,
           environment.table ? &*environment.table : nullptr};
 }
@@ -103,8 +106,8 @@ struct BlendedAov {
 
 // Blends AOVs at once, with one confidence for all of them: empty, or per entry of coverage.visible.
 void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
-                 const SplatRaster& coverage, std::span<const float> confidence, FrameLayers& film) {
-  std::vector<Image*> pictures;
+                 const splat::SplatRaster& coverage, std::span<const float> confidence, FrameLayers& film) {
+  std::vector<image::Image*> pictures;
   size_t channels = 0;
   for (const std::string& name : names) {
     pictures.push_back(&film.aovs[name]);
@@ -122,7 +125,7 @@ void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::
                         channel += static_cast<size_t>(aov.channels);
                       }
                     });
-  blendInto(pictures, coverage, values, confidence);
+  splat::blendInto(pictures, coverage, values, confidence);
 }
 
 } // namespace
@@ -134,9 +137,10 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
   return std::sqrt((mean + spread) / smaller);
 }
 
-SplatRaster look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-              const SplatOptions& options, const Progress& progress, SplatRaster kept) {
-  return rasterize(camera, splatsOf(rest, deformed), options, progress, std::move(kept));
+splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const SurfelCloud& rest,
+                        const DeformedCloud& deformed, const splat::SplatOptions& options,
+                        const Progress& progress, splat::SplatRaster kept) {
+  return splat::rasterize(camera, splat::splatsOf(rest, deformed), options, progress, std::move(kept));
 }
 
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel) {
@@ -146,17 +150,17 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
   return {rotationOf<double>(rest.r0[surfel]), *frame, static_cast<double>(deformed.handedness[surfel])};
 }
 
-QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
-                     std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights, const Progress& progress, Simd simd,
-                     QueryBatch kept) {
-  QueryBatch batch = std::move(kept);
+model::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                            std::span<const uint32_t> surfels, const capture::Camera<ObjectSpace>& camera,
+                            std::span<const scene::ShotLight> lights, const Progress& progress, Simd simd,
+                            model::QueryBatch kept) {
+  model::QueryBatch batch = std::move(kept);
   batch.environments.clear();
   batch.extrapolation.clear();
   std::vector<QuerySource> sources{sourceOf(camera)}; // then lights with one direction at a surfel
-  std::vector<const ShotEnvironment*> environments;
-  for (const ShotLight& light : lights) {
-    if (const auto* environment = std::get_if<ShotEnvironment>(&light)) {
+  std::vector<const scene::ShotEnvironment*> environments;
+  for (const scene::ShotLight& light : lights) {
+    if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light)) {
       environments.push_back(environment);
       batch.environments.push_back(queryOf(*environment));
     } else {
@@ -201,39 +205,42 @@ QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
           turnEnvironments(query);
       });
   size_t l = 0;
-  for (const ShotLight& light : lights)
-    if (!std::holds_alternative<ShotEnvironment>(light)) shineUnevenly(light, l++, deformed, batch);
+  for (const scene::ShotLight& light : lights)
+    if (!std::holds_alternative<scene::ShotEnvironment>(light)) shineUnevenly(light, l++, deformed, batch);
   return batch;
 }
 
-Image developRadiance(const SplatRaster& coverage, const Shaded& shaded, Image kept) {
+image::Image developRadiance(const splat::SplatRaster& coverage, const model::Shaded& shaded,
+                             image::Image kept) {
   const std::span values(floatsOf(shaded.radiance), 3 * shaded.radiance.size());
-  return blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(kept));
+  return splat::blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(kept));
 }
 
-FrameLayers renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
-                 std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
-                 FrameStats& stats, const Progress& progress, FrameMemory* memory) {
+FrameLayers renderFrame(const model::Model& model, const warp::Warp& warp,
+                        const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
+                        const FrameOptions& options, codec::BlockCache& cache, FrameStats& stats,
+                        const Progress& progress, FrameMemory* memory) {
   StageClock clock(stats);
   FrameMemory own;
   auto& [deformed, coverage, kept] = memory ? *memory : own;
-  deformed = deform(model.cloud, warp, progress, options.splats.simd, std::move(deformed));
+  deformed = warp::deform(model.cloud, warp, progress, options.splats.simd, std::move(deformed));
   clock.finish("warp");
   coverage = look(camera, model.cloud, deformed, options.splats, progress, std::move(coverage));
   stats.splats = coverage.counts;
   stats.visible = coverage.visible.size();
   clock.finish("splat");
-  ShadeOptions shading = options.shade;
+  model::ShadeOptions shading = options.shade;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
-  const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& batch) {
+  const model::FillBatch fill = [&](size_t begin, size_t end, model::QueryBatch& batch) {
     const std::span surfels = std::span<const uint32_t>(coverage.visible).subspan(begin, end - begin);
     batch = queriesAt(model.cloud, deformed, surfels, camera, lights, progress, options.splats.simd,
                       std::move(batch));
     clock.finish("queries");
   };
-  const Shaded shaded = shade(model, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
-                              [&](double planning) { clock.finish("ulr", planning, "look-up"); });
+  const model::Shaded shaded =
+      model::shade(model, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
+                   [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
 
   FrameLayers film = std::move(kept);
@@ -272,9 +279,9 @@ FrameLayers renderFrame(const Model& model, const Warp& warp, const Camera<Objec
                   isConfident ? std::span(shaded.confidence) : std::span<const float>(), film);
   }
   if (std::ranges::count(options.aovs, "depth") > 0)
-    film.aovs["depth"] = depthImage(coverage, std::move(film.aovs["depth"]));
+    film.aovs["depth"] = splat::depthImage(coverage, std::move(film.aovs["depth"]));
   if (!options.aovs.empty()) clock.finish("aov");
   return film;
 }
 
-} // namespace surflect
+} // namespace surflect::surfels

@@ -13,11 +13,12 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::surfels {
 
 // What a camera sees of a cloud. `kept`, a coverage that is no longer needed, gives its memory.
-SplatRaster look(const Camera<ObjectSpace>& camera, const SurfelCloud& rest, const DeformedCloud& deformed,
-              const SplatOptions& options = {}, const Progress& progress = {}, SplatRaster kept = {});
+splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const SurfelCloud& rest,
+                        const DeformedCloud& deformed, const splat::SplatOptions& options = {},
+                        const Progress& progress = {}, splat::SplatRaster kept = {});
 
 // L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
@@ -26,25 +27,26 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 // acquisition space by L; environments are turned by it. One query per entry of `surfels`, none of which may
 // be dead. In double precision; the same bits for any number of threads, and for avx2 and avx512. `kept`, a
 // batch that is no longer needed, gives its memory.
-QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
-                     std::span<const uint32_t> surfels, const Camera<ObjectSpace>& camera,
-                     std::span<const ShotLight> lights, const Progress& progress = {}, Simd simd = bestSimd(),
-                     QueryBatch kept = {});
+model::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                            std::span<const uint32_t> surfels, const capture::Camera<ObjectSpace>& camera,
+                            std::span<const scene::ShotLight> lights, const Progress& progress = {},
+                            Simd simd = bestSimd(), model::QueryBatch kept = {});
 
 // RGBA, premultiplied, from radiance per entry of coverage.visible, and its confidence if it has one. `kept`,
 // a picture that is no longer needed, gives its memory.
-Image developRadiance(const SplatRaster& coverage, const Shaded& shaded, Image kept = {});
+image::Image developRadiance(const splat::SplatRaster& coverage, const model::Shaded& shaded,
+                             image::Image kept = {});
 
 // The frame's layers beside its colour, by name (script.h: aovNames).
 struct FrameLayers {
-  Image color;                       // RGBA, premultiplied
-  std::map<std::string, Image> aovs; // premultiplied but for depth, which is infinite off the object
+  image::Image color;                       // RGBA, premultiplied
+  std::map<std::string, image::Image> aovs; // premultiplied but for depth, which is infinite off the object
 };
 
 struct FrameStats {
-  SplatCounts splats;
+  splat::SplatCounts splats;
   size_t visible = 0, unseen = 0;
-  ShadingStats shading;
+  codec::ShadingStats shading;
   // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" where
   // there are any.
   std::map<std::string, double> seconds;          // per stage
@@ -52,8 +54,8 @@ struct FrameStats {
 };
 
 struct FrameOptions {
-  ShadeOptions shade;
-  SplatOptions splats;
+  model::ShadeOptions shade;
+  splat::SplatOptions splats;
   std::vector<std::string> aovs;
 };
 
@@ -61,15 +63,16 @@ struct FrameOptions {
 // in `film`.
 struct FrameMemory {
   DeformedCloud deformed;
-  SplatRaster coverage;
+  splat::SplatRaster coverage;
   FrameLayers film;
 };
 
-FrameLayers renderFrame(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
-                 std::span<const ShotLight> lights, const FrameOptions& options, BlockCache& cache,
-                 FrameStats& stats, const Progress& progress = {}, FrameMemory* memory = nullptr);
+FrameLayers renderFrame(const model::Model& model, const warp::Warp& warp,
+                        const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
+                        const FrameOptions& options, codec::BlockCache& cache, FrameStats& stats,
+                        const Progress& progress = {}, FrameMemory* memory = nullptr);
 
 // The ratio of the principal axes of a warped splat, 1 for a circle [Weyrich 2005, Fig. 15].
 double stretchOf(const Vec3<double>& u, const Vec3<double>& v);
 
-} // namespace surflect
+} // namespace surflect::surfels

@@ -4,7 +4,7 @@
 #include "render/surfels/query_kernels.h"
 #include "surfel/math/vector_lanes.h"
 
-namespace surflect {
+namespace surflect::surfels {
 namespace {
 
 constexpr int kQueryGroup = 8;
@@ -95,4 +95,4 @@ void directAll(const QueryJob& job, size_t begin, size_t end) {
 constexpr QueryKernels kernelsOfTheseLanes{directAll};
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::surfels

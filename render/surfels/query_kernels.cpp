@@ -2,7 +2,7 @@
 
 #include "surfel/math/simd.h"
 
-namespace surflect {
+namespace surflect::surfels {
 
 extern const QueryKernels scalarQueryKernels, avx2QueryKernels, avx512QueryKernels;
 
@@ -14,4 +14,4 @@ const QueryKernels& queryKernels([[maybe_unused]] Simd simd) {
   return scalarQueryKernels;
 }
 
-} // namespace surflect
+} // namespace surflect::surfels

@@ -7,6 +7,10 @@
 #include <cstdint>
 
 namespace surflect {
+enum class Simd;
+}
+
+namespace surflect::surfels {
 
 // A viewer or light, and where to write what it is to the queries.
 struct QuerySource {
@@ -31,7 +35,6 @@ struct QueryKernels {
   void (*direct)(const QueryJob&, size_t begin, size_t end);
 };
 
-enum class Simd;
 const QueryKernels& queryKernels(Simd simd);
 
-} // namespace surflect
+} // namespace surflect::surfels

@@ -3,10 +3,10 @@
 
 #include "render/surfels/query_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::surfels {
 
 extern const QueryKernels avx512QueryKernels;
 const QueryKernels avx512QueryKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::surfels
 #endif

@@ -2,9 +2,9 @@
 
 #include "render/surfels/query_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::surfels {
 
 extern const QueryKernels scalarQueryKernels;
 const QueryKernels scalarQueryKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::surfels

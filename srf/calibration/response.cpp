@@ -13,21 +13,22 @@
 #include <numeric>
 #include <string>
 
-namespace surflect {
+namespace surflect::calibration {
 
 namespace {
 
-constexpr int kCodes = static_cast<int>(Response::codes), kMiddle = 128;
+constexpr int kCodes = static_cast<int>(image::Response::codes), kMiddle = 128;
 constexpr size_t kBrackets = 16;     // from which the response is recovered
 constexpr size_t kPixelsPerCode = 8; // of one picture
 // Enough to carry over codes that no pixel has; more would straighten the bend of dark codes.
 constexpr double kLambda = 0.01;
 
-double weight(int z) { return static_cast<double>(hatWeight(static_cast<float>(z), 0, kCodes - 1)); }
+double weight(int z) { return static_cast<double>(image::hatWeight(static_cast<float>(z), 0, kCodes - 1)); }
 
 } // namespace
 
-std::array<double, Response::codes> recoverLogResponse(std::span<const BracketPixel> pixels, double lambda) {
+std::array<double, image::Response::codes> recoverLogResponse(std::span<const BracketPixel> pixels,
+                                                              double lambda) {
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(kCodes, kCodes);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(kCodes);
 
@@ -66,7 +67,7 @@ std::array<double, Response::codes> recoverLogResponse(std::span<const BracketPi
   normal(kMiddle, kMiddle) += normal.diagonal().maxCoeff(); // g(128) = 0, which no other equation opposes
   const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
   const Eigen::VectorXd solution = solver.solve(right);
-  std::array<double, Response::codes> g;
+  std::array<double, image::Response::codes> g;
   for (int z = 0; z < kCodes; ++z) g[static_cast<size_t>(z)] = solution[z] - solution[kMiddle];
   return g;
 }
@@ -101,7 +102,7 @@ struct Bracket {
   std::vector<double> logSeconds;
 };
 
-std::vector<uint8_t> codesOf(const Image& image) {
+std::vector<uint8_t> codesOf(const image::Image& image) {
   const auto channels = static_cast<size_t>(image.channels);
   const size_t pixels = image.values.size() / channels;
   std::vector<uint8_t> codes(3 * pixels);
@@ -112,18 +113,18 @@ std::vector<uint8_t> codesOf(const Image& image) {
   return codes;
 }
 
-Bracket readBracket(const Capture& capture, const Frame& frame) {
-  const Lens& lens = capture.views[frame.view].camera.lens;
+Bracket readBracket(const capture::Capture& capture, const capture::Frame& frame) {
+  const capture::Lens& lens = capture.views[frame.view].camera.lens;
   Bracket bracket;
-  for (const Exposure& shot : bracketOf(frame)) {
+  for (const capture::Exposure& shot : capture::bracketOf(frame)) {
     const auto path = capture.folder() / shot.picture;
-    const Picture picture = readPicture(path);
+    const image::Picture picture = image::readPicture(path);
     if (picture.bits != 8)
       throw Error::mismatch("8 bits, of which a response can be told",
                             picture.isFloat() ? "floating point" : std::to_string(picture.bits) + " bits")
           .in(path);
-    const PictureSize size{picture.image.width, picture.image.height};
-    if (size != PictureSize{lens.width, lens.height})
+    const image::PictureSize size{picture.image.width, picture.image.height};
+    if (size != image::PictureSize{lens.width, lens.height})
       throw Error::mismatch(std::to_string(lens.width) + " x " + std::to_string(lens.height),
                             std::to_string(size.width) + " x " + std::to_string(size.height))
           .at("size")
@@ -136,7 +137,7 @@ Bracket readBracket(const Capture& capture, const Frame& frame) {
 
 // For each code that a picture has, some pixels that have it, evenly from all of them.
 std::vector<size_t> spreadPixels(std::span<const uint8_t> codes, size_t channel) {
-  std::array<std::vector<size_t>, Response::codes> having;
+  std::array<std::vector<size_t>, image::Response::codes> having;
   for (size_t i = 0; 3 * i < codes.size(); ++i) having[codes[3 * i + channel]].push_back(i);
   std::vector<size_t> chosen;
   for (size_t z = 1; z + 1 < having.size(); ++z) {
@@ -148,9 +149,9 @@ std::vector<size_t> spreadPixels(std::span<const uint8_t> codes, size_t channel)
 
 } // namespace
 
-Response recoverResponse(const Capture& capture, const Progress& progress) {
-  std::vector<const Frame*> frames;
-  for (const Frame& frame : capture.frames)
+image::Response recoverResponse(const capture::Capture& capture, const Progress& progress) {
+  std::vector<const capture::Frame*> frames;
+  for (const capture::Frame& frame : capture.frames)
     if (!frame.further.empty()) frames.push_back(&frame);
   if (frames.empty())
     throw Error::mismatch("frames that differ in exposure alone", "none").at("frames").in(capture.file);
@@ -172,21 +173,21 @@ Response recoverResponse(const Capture& capture, const Progress& progress) {
         }
   }
 
-  Response response;
+  image::Response response;
   for (size_t channel = 0; channel < 3; ++channel) {
     progress.checkpoint();
-    std::array<double, Response::codes> g;
+    std::array<double, image::Response::codes> g;
     try {
       g = recoverLogResponse(pixels[channel], kLambda);
     } catch (Error& e) {
       throw std::move(e).in(capture.file);
     }
     const std::vector<double> rising = notFalling(g);
-    const auto middle = static_cast<double>(linearFromSrgb(kMiddle / 255.f));
-    for (size_t z = 0; z < Response::codes; ++z)
+    const auto middle = static_cast<double>(image::linearFromSrgb(kMiddle / 255.f));
+    for (size_t z = 0; z < image::Response::codes; ++z)
       response.exposure[channel][z] = static_cast<float>(middle * std::exp(rising[z] - rising[kMiddle]));
   }
   return response;
 }
 
-} // namespace surflect
+} // namespace surflect::calibration

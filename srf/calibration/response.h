@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::calibration {
 
 // One channel of one pixel in the exposures of a bracket, one code each.
 struct BracketPixel {
@@ -27,12 +27,13 @@ struct BracketPixel {
 //
 // over g and all E_i. The first sum is taken for a mean pixel, so that lambda means the same for any number
 // of pixels. Throws Error where the pixels do not determine g: no pixel has two codes within 1..254.
-std::array<double, Response::codes> recoverLogResponse(std::span<const BracketPixel> pixels, double lambda);
+std::array<double, image::Response::codes> recoverLogResponse(std::span<const BracketPixel> pixels,
+                                                              double lambda);
 
 // The response of the camera that made the capture's brackets (frames with further exposures, 8 bits), from
 // pixels spread evenly over all codes of at most 16 brackets. Scaled so that code 128 stands for what it does
 // in sRGB; where noise would make it fall, level. Throws Error: without brackets, for pictures that do not
 // have 8 bits, and as above. Progress names the stage "response".
-Response recoverResponse(const Capture& capture, const Progress& progress);
+image::Response recoverResponse(const capture::Capture& capture, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::calibration

@@ -28,7 +28,7 @@
 #include <cmath>
 #include <string>
 
-namespace surflect {
+namespace surflect::calibration {
 
 namespace {
 
@@ -100,7 +100,7 @@ void checkCount(size_t pixels) {
 }
 
 // Object pixels, evenly thinned.
-Samples samplesOf(std::span<const Image> radiance, const Mask& object, size_t channel) {
+Samples samplesOf(std::span<const image::Image> radiance, const image::Mask& object, size_t channel) {
   const auto n = static_cast<Eigen::Index>(radiance.size());
   std::vector<size_t> pixels;
   for (size_t i = 0; i < object.inside.size(); ++i)
@@ -119,7 +119,7 @@ Samples samplesOf(std::span<const Image> radiance, const Mask& object, size_t ch
                               static_cast<double>(pixel / width) + 0.5);
     samples.place.col(p) = (center - middle) / object.height;
     for (Eigen::Index l = 0; l < n; ++l) {
-      const Image& image = radiance[static_cast<size_t>(l)];
+      const image::Image& image = radiance[static_cast<size_t>(l)];
       const auto channels = static_cast<size_t>(image.channels);
       samples.i(l, p) = image.values[pixel * channels + (channels == 3 ? channel : 0)];
     }
@@ -328,7 +328,7 @@ Lamps fitLamps(Lamps lamps, const MatrixXd& towards, const Samples& samples, boo
 }
 
 // The same directions as columns.
-MatrixXd checkedDirections(std::span<const Image> radiance, const Mask& object,
+MatrixXd checkedDirections(std::span<const image::Image> radiance, const image::Mask& object,
                            std::span<const Direction3<AcquisitionSpace, double>> towards) {
   assert(radiance.size() == towards.size());
   for (size_t l = 0; l < radiance.size(); ++l)
@@ -342,14 +342,14 @@ MatrixXd checkedDirections(std::span<const Image> radiance, const Mask& object,
   return directions;
 }
 
-size_t channelsOf(std::span<const Image> radiance) {
-  const auto isGray = [](const Image& image) { return image.channels == 1; };
+size_t channelsOf(std::span<const image::Image> radiance) {
+  const auto isGray = [](const image::Image& image) { return image.channels == 1; };
   return std::ranges::all_of(radiance, isGray) ? 1 : 3;
 }
 
 } // namespace
 
-std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& object,
+std::vector<Rgb> lightStrengths(std::span<const image::Image> radiance, const image::Mask& object,
                                 std::span<const Direction3<AcquisitionSpace, double>> towards,
                                 std::span<const StrengthGradient> gradients) {
   assert(gradients.empty() || gradients.size() == towards.size());
@@ -369,7 +369,8 @@ std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& obj
   return strengths;
 }
 
-std::vector<StrengthGradient> lightGradients(std::span<const Image> radiance, const Mask& object,
+std::vector<StrengthGradient> lightGradients(std::span<const image::Image> radiance,
+                                             const image::Mask& object,
                                              std::span<const Direction3<AcquisitionSpace, double>> towards) {
   constexpr Eigen::Index kFewestLights = 6;
   const MatrixXd directions = checkedDirections(radiance, object, towards);
@@ -391,4 +392,4 @@ std::vector<StrengthGradient> lightGradients(std::span<const Image> radiance, co
   return gradients;
 }
 
-} // namespace surflect
+} // namespace surflect::calibration

@@ -16,14 +16,14 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::calibration {
 
 // How the logarithm of a light's strength rises to the right and down, per picture height.
 using StrengthGradient = Vec2<double>;
 
 // Relative strengths in the middle of the pictures, mean 1 in each channel. Gradients: one a light, or none
 // where all are even. Cost: #lights^2 for each of at most 20,000 pixels, taken evenly.
-std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& object,
+std::vector<Rgb> lightStrengths(std::span<const image::Image> radiance, const image::Mask& object,
                                 std::span<const Direction3<AcquisitionSpace, double>> towards,
                                 std::span<const StrengthGradient> gradients = {});
 
@@ -31,7 +31,8 @@ std::vector<Rgb> lightStrengths(std::span<const Image> radiance, const Mask& obj
 // albedo: the mean is 0. What is no Lambert surface, and directions that are not exact, look like gradients,
 // too: of even lights on a rough dome (Oren and Nayar's model, 0.3) up to 0.3. Cost: ten times that of
 // strengths.
-std::vector<StrengthGradient> lightGradients(std::span<const Image> radiance, const Mask& object,
+std::vector<StrengthGradient> lightGradients(std::span<const image::Image> radiance,
+                                             const image::Mask& object,
                                              std::span<const Direction3<AcquisitionSpace, double>> towards);
 
-} // namespace surflect
+} // namespace surflect::calibration

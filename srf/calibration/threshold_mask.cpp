@@ -8,7 +8,7 @@
 #include <cassert>
 #include <string>
 
-namespace surflect {
+namespace surflect::calibration {
 
 namespace {
 
@@ -25,7 +25,7 @@ struct Group {
 };
 
 // Connected pixels of one value.
-std::vector<Group> groupsOf(const Mask& mask, uint8_t value, bool diagonally) {
+std::vector<Group> groupsOf(const image::Mask& mask, uint8_t value, bool diagonally) {
   const int width = mask.width, height = mask.height;
   std::vector<uint8_t> seen(mask.inside.size());
   std::vector<Group> groups;
@@ -61,16 +61,17 @@ float medianOf(const Group& group, const std::vector<float>& luminance) {
   return *middle;
 }
 
-std::vector<float> largestLuminance(std::span<const Image> photographs) {
+std::vector<float> largestLuminance(std::span<const image::Image> photographs) {
   std::vector<float> largest(static_cast<size_t>(photographs[0].width) *
                              static_cast<size_t>(photographs[0].height));
-  for (const Image& image : photographs) {
+  for (const image::Image& image : photographs) {
     if (image.width != photographs[0].width || image.height != photographs[0].height)
       throw Error("photographs of one view have different sizes");
     const size_t channels = static_cast<size_t>(image.channels);
     for (size_t i = 0; i < largest.size(); ++i) {
       const float* texel = image.values.data() + i * channels;
-      largest[i] = std::max(largest[i], channels >= 3 ? luma({texel[0], texel[1], texel[2]}) : texel[0]);
+      largest[i] =
+          std::max(largest[i], channels >= 3 ? image::luma({texel[0], texel[1], texel[2]}) : texel[0]);
     }
   }
   return largest;
@@ -78,13 +79,13 @@ std::vector<float> largestLuminance(std::span<const Image> photographs) {
 
 } // namespace
 
-Mask objectByThreshold(std::span<const Image> photographs, double threshold) {
+image::Mask objectByThreshold(std::span<const image::Image> photographs, double threshold) {
   assert(!photographs.empty());
   const std::vector<float> luminance = largestLuminance(photographs);
-  PercentileCounter counter;
+  image::PercentileCounter counter;
   for (const float value : luminance) counter.add(value);
   const double level = threshold * counter.percentile(0.995);
-  Mask mask(photographs[0].width, photographs[0].height);
+  image::Mask mask(photographs[0].width, photographs[0].height);
   for (size_t i = 0; i < luminance.size(); ++i) mask.inside[i] = static_cast<double>(luminance[i]) > level;
 
   const std::vector<Group> parts = groupsOf(mask, 1, true);
@@ -105,4 +106,4 @@ Mask objectByThreshold(std::span<const Image> photographs, double threshold) {
   return mask;
 }
 
-} // namespace surflect
+} // namespace surflect::calibration

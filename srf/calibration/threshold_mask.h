@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::calibration {
 
 // Object pixels of one view from all its photographs (at least one; 1 or 3 channels, linear, one size), in
 // three steps:
@@ -19,6 +19,6 @@ namespace surflect {
 //      whose median luminance is below 0.18 of the threshold's, as in no shadow on an object.
 //
 // Throws Error for photographs of different sizes.
-Mask objectByThreshold(std::span<const Image> photographs, double threshold);
+image::Mask objectByThreshold(std::span<const image::Image> photographs, double threshold);
 
-} // namespace surflect
+} // namespace surflect::calibration

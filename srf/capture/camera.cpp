@@ -1,6 +1,6 @@
 #include "srf/capture/camera.h"
 
-namespace surflect {
+namespace surflect::capture {
 
 Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted) {
   const double x = undistorted[0], y = undistorted[1];
@@ -76,4 +76,4 @@ Lens resized(Lens lens, int width, int height) {
   return lens;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

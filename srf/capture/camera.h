@@ -9,7 +9,7 @@
 #include <limits>
 #include <optional>
 
-namespace surflect {
+namespace surflect::capture {
 
 struct Lens {
   enum class Model { pinhole, orthographic };
@@ -63,7 +63,7 @@ template <class World> struct Camera {
     return cameraFromWorld.inverse()(Point3<CameraSpace, double>(0, 0, 0));
   }
   std::optional<Pixel> project(const Point3<World, double>& p) const {
-    return surflect::project(lens, cameraFromWorld(p));
+    return surflect::capture::project(lens, cameraFromWorld(p));
   }
 };
 
@@ -119,4 +119,4 @@ private:
   Direction3<World, double> backwards_;
 };
 
-} // namespace surflect
+} // namespace surflect::capture

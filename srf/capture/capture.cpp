@@ -23,7 +23,7 @@
 #include <tuple>
 #include <utility>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace fs = std::filesystem;
 
@@ -187,10 +187,11 @@ void checkKeys(const Json& object, KeyPlace place, UnknownKeys& unknown) {
 // ---------------------------------------------------------------------------------------------------------
 // Response curves.
 
-std::array<float, Response::codes> readCurve(const Json& value) {
-  const std::string expected = std::to_string(Response::codes) + " exposures";
-  if (!value.is_array() || value.size() != Response::codes) throw Error::mismatch(expected, shown(value));
-  std::array<float, Response::codes> curve;
+std::array<float, image::Response::codes> readCurve(const Json& value) {
+  const std::string expected = std::to_string(image::Response::codes) + " exposures";
+  if (!value.is_array() || value.size() != image::Response::codes)
+    throw Error::mismatch(expected, shown(value));
+  std::array<float, image::Response::codes> curve;
   float last = 0;
   for (size_t z = 0; z < curve.size(); ++z)
     within(element("", z), [&] {
@@ -203,7 +204,7 @@ std::array<float, Response::codes> readCurve(const Json& value) {
   return curve;
 }
 
-Response readResponse(const Json& value) {
+image::Response readResponse(const Json& value) {
   const Json& curves = objectOf(value);
   return {
       {required(curves, "r", readCurve), required(curves, "g", readCurve), required(curves, "b", readCurve)}};
@@ -342,7 +343,7 @@ Lens::Model lensModel(const Json& value) {
 
 // Fills in the size where it is not stated: the picture's, or one of its shape, as pictures may be shrunk
 // copies.
-LensFields withSize(LensFields lens, PictureSize picture) {
+LensFields withSize(LensFields lens, image::PictureSize picture) {
   const double shape = static_cast<double>(picture.width) / picture.height;
   const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1., kMostPixels)); };
   if (!lens.width) lens.width = lens.height ? pixels(*lens.height * shape) : picture.width;
@@ -716,4 +717,4 @@ Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& 
   return part;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

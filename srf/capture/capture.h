@@ -31,7 +31,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::capture {
 
 enum class ColorSpace { linear, srgb };
 enum class Split { train, test };
@@ -69,10 +69,10 @@ struct Frame {
 };
 
 struct Capture {
-  std::filesystem::path file;           // the JSON file
-  std::optional<ColorSpace> colorSpace; // of the pictures; none: as each file says (picture_encoding.h)
-  std::optional<Response> response;     // instead of colorSpace: all pictures have 8 bits of this camera
-  std::filesystem::path geometry;       // a mesh, relative to the folder; empty: none
+  std::filesystem::path file;              // the JSON file
+  std::optional<ColorSpace> colorSpace;    // of the pictures; none: as each file says (picture_encoding.h)
+  std::optional<image::Response> response; // instead of colorSpace: all pictures have 8 bits of this camera
+  std::filesystem::path geometry;          // a mesh, relative to the folder; empty: none
   // Original coordinates of the point from which cameras and lights count. Mesh files, also those given
   // beside the capture, stay in original coordinates: readMesh() subtracts it.
   Vec3<double> origin = {0, 0, 0};
@@ -107,4 +107,4 @@ Capture parseCapture(std::string_view json, const std::filesystem::path& file,
 // The frames wanted, with the views and lights they use, in the same order.
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -2,7 +2,7 @@
 
 #include "surfel/base/error.h"
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace fs = std::filesystem;
 
@@ -36,10 +36,10 @@ bool CaptureFiles::isFileInside(const fs::path& path) const {
   return true;
 }
 
-PictureSize CaptureFiles::sizeOf(const fs::path& picture) {
+image::PictureSize CaptureFiles::sizeOf(const fs::path& picture) {
   const auto [known, isNew] = sizes_.try_emplace(picture);
-  if (isNew) known->second = readPictureSize(folder_ / picture);
+  if (isNew) known->second = image::readPictureSize(folder_ / picture);
   return known->second;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -9,7 +9,7 @@
 #include <set>
 #include <utility>
 
-namespace surflect {
+namespace surflect::capture {
 
 // Paths are relative to the folder and lexically normal. What was found, which many frames may share, is not
 // looked for again.
@@ -21,7 +21,7 @@ public:
   bool mayName(const std::filesystem::path& path) const;
   // Is it a regular file, or need it not be one yet? Throws Error where a link leads out of the folder.
   bool isThere(const std::filesystem::path& path);
-  PictureSize sizeOf(const std::filesystem::path& picture);
+  image::PictureSize sizeOf(const std::filesystem::path& picture);
 
   // What to add to a message about a path that leaves the folder.
   static constexpr const char* hint = " (--allow-outside lifts this)";
@@ -32,7 +32,7 @@ private:
   std::filesystem::path folder_;
   PathRule rule_;
   std::set<std::filesystem::path> found_;
-  std::map<std::filesystem::path, PictureSize> sizes_;
+  std::map<std::filesystem::path, image::PictureSize> sizes_;
 };
 
-} // namespace surflect
+} // namespace surflect::capture

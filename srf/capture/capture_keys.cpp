@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <array>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace {
 
@@ -194,4 +194,4 @@ std::optional<std::string> UnknownKeys::note() const {
          (all > mostNamed ? " and " + std::to_string(all - mostNamed) + " more" : "");
 }
 
-} // namespace surflect
+} // namespace surflect::capture

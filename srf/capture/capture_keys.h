@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-namespace surflect {
+namespace surflect::capture {
 
 enum class KeyPlace { capture, light, frame };
 
@@ -42,4 +42,4 @@ private:
   std::map<std::pair<std::string, KeyPlace>, size_t> counts_;
 };
 
-} // namespace surflect
+} // namespace surflect::capture

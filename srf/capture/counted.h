@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <string>
 
-namespace surflect {
+namespace surflect::capture {
 
 // "1 frame", "2 frames"
 inline std::string counted(size_t count, const char* thing) {
   return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
-} // namespace surflect
+} // namespace surflect::capture

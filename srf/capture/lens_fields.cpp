@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::capture {
 
 LensFields inherit(LensFields frame, const LensFields& capture) {
   const bool ownX = frame.focalX || frame.angleX, ownY = frame.focalY || frame.angleY;
@@ -80,4 +80,4 @@ Lens lensOf(const LensFields& fields) {
   return lens;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-namespace surflect {
+namespace surflect::capture {
 
 // Pixels and radians, orthoHeight in scene units. Where an axis has a focal length and an angle, the length
 // counts.
@@ -30,4 +30,4 @@ std::optional<double> otherFocalLength(std::optional<double> focal, std::optiona
 // the field where what the model needs is missing.
 Lens lensOf(const LensFields& fields);
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -2,10 +2,10 @@
 // arithmetic are not finite, or vanish.
 #pragma once
 
-namespace surflect {
+namespace surflect::capture {
 
 inline constexpr double kFarthest = 1e12; // coordinates in scene units, principal points in pixels
 // Irradiance and intensity, in each channel.
 inline constexpr float kLeastStrength = 1e-12f, kMostStrength = 1e12f;
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -12,7 +12,7 @@
 #include <ranges>
 #include <span>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace {
 
@@ -20,20 +20,20 @@ struct Texel {
   float white = 0, alpha = 1;
 };
 
-size_t texelCount(const Picture& mask) {
+size_t texelCount(const image::Picture& mask) {
   return static_cast<size_t>(mask.image.width) * static_cast<size_t>(mask.image.height);
 }
 
-Texel texelOf(const Picture& mask, size_t i) {
+Texel texelOf(const image::Picture& mask, size_t i) {
   const auto channels = static_cast<size_t>(mask.image.channels);
   const float* values = mask.image.values.data() + i * channels;
-  return {channels >= 3 ? luma({values[0], values[1], values[2]}) : values[0],
+  return {channels >= 3 ? image::luma({values[0], values[1], values[2]}) : values[0],
           mask.hasAlpha() ? values[channels - 1] : 1};
 }
 
 // Whether colours say what is inside: nearly all that is opaque is black or white, and some is white. Else
 // the picture shows the object itself, or nothing.
-bool isStencil(const Picture& mask) {
+bool isStencil(const image::Picture& mask) {
   constexpr float kNear = 0.05f;
   constexpr double kShare = 0.95;
   size_t opaque = 0, white = 0, black = 0;
@@ -85,24 +85,24 @@ bool isLossy(const std::filesystem::path& file) {
   return extension == ".jpg" || extension == ".jpeg" || extension == ".jpe" || extension == ".webp";
 }
 
-Picture readLayer(const std::filesystem::path& file, const std::string& layer,
-                  const std::string& alphaLayer) {
-  if (formatOf(file) != PictureFormat::exr) return readPicture(file);
-  const ExrFile exr(file);
-  ChannelSet channels = colorChannels(exr, layer);
-  if (const auto alpha = alphaChannel(exr, alphaLayer.empty() ? layer : alphaLayer))
+image::Picture readLayer(const std::filesystem::path& file, const std::string& layer,
+                         const std::string& alphaLayer) {
+  if (image::formatOf(file) != image::PictureFormat::exr) return image::readPicture(file);
+  const image::ExrFile exr(file);
+  image::ChannelSet channels = image::colorChannels(exr, layer);
+  if (const auto alpha = image::alphaChannel(exr, alphaLayer.empty() ? layer : alphaLayer))
     channels.push_back(*alpha);
   return {exr.read(channels), 0, true, exr.colorStatement()};
 }
 
 } // namespace
 
-MaskContent contentOf(const Picture& mask, bool lossy) {
+MaskContent contentOf(const image::Picture& mask, bool lossy) {
   const auto isOpen = [&](size_t i) { return !(texelOf(mask, i).alpha > 0.5f); };
   const bool hasHoles =
       mask.hasAlpha() && std::ranges::any_of(std::views::iota(size_t{0}, texelCount(mask)), isOpen);
   const bool alphaAlone = hasHoles && !isStencil(mask);
-  MaskContent content{Image(mask.image.width, mask.image.height, 1)};
+  MaskContent content{image::Image(mask.image.width, mask.image.height, 1)};
   std::vector<float>& values = content.coverage.values;
   for (size_t i = 0; i < values.size(); ++i) {
     const auto [white, alpha] = texelOf(mask, i);
@@ -115,22 +115,22 @@ MaskContent contentOf(const Picture& mask, bool lossy) {
 }
 
 MaskContent readMask(const std::filesystem::path& mask) {
-  return contentOf(readPicture(mask), isLossy(mask));
+  return contentOf(image::readPicture(mask), isLossy(mask));
 }
 
-Image readCoverage(const std::filesystem::path& mask, PictureSize size) {
-  Image coverage = readMask(mask).coverage;
-  const PictureSize found{coverage.width, coverage.height};
+image::Image readCoverage(const std::filesystem::path& mask, image::PictureSize size) {
+  image::Image coverage = readMask(mask).coverage;
+  const image::PictureSize found{coverage.width, coverage.height};
   if (found == size) return coverage;
   if (!isResized(found, size))
     throw Error::mismatch(shown(size.width, size.height) + " or of that shape",
                           shown(found.width, found.height))
         .at("size")
         .in(mask);
-  return resampled(coverage, {0, 0, found.width, found.height}, size.width, size.height);
+  return image::resampled(coverage, {0, 0, found.width, found.height}, size.width, size.height);
 }
 
-bool isResized(PictureSize a, PictureSize b) {
+bool isResized(image::PictureSize a, image::PictureSize b) {
   const double wide = static_cast<double>(a.width) / b.width, high = static_cast<double>(a.height) / b.height;
   const bool isCrop =
       std::max(std::abs(wide - 1), std::abs(high - 1)) < 0.05 || a.width == b.width || a.height == b.height;
@@ -143,7 +143,7 @@ bool isResized(PictureSize a, PictureSize b) {
 
 std::string describeMatte(const std::filesystem::path& file, const std::string& layer,
                           const std::string& alphaLayer) {
-  const Picture picture = readLayer(file, layer, alphaLayer);
+  const image::Picture picture = readLayer(file, layer, alphaLayer);
   Range white, alpha;
   for (size_t i = 0; i < texelCount(picture); ++i) {
     const Texel texel = texelOf(picture, i);
@@ -154,4 +154,4 @@ std::string describeMatte(const std::filesystem::path& file, const std::string& 
          white.shown(picture.bits) + (picture.hasAlpha() ? ", alpha " + alpha.shown(picture.bits) : "") + ")";
 }
 
-} // namespace surflect
+} // namespace surflect::capture

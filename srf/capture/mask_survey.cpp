@@ -13,7 +13,7 @@
 #include <cmath>
 #include <map>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace {
 
@@ -22,20 +22,20 @@ namespace fs = std::filesystem;
 // A mask file, and the pictures that it goes with.
 struct MaskFile {
   fs::path path;
-  PictureSize pictures, own;
+  image::PictureSize pictures, own;
   float white = 1;                     // as in MaskContent
   double inside = 0, insideBorder = 0; // shares of the object: of all pixels, and of those along the border
 };
 
 // At most so many, evenly chosen by their names.
 std::vector<MaskFile> masksOf(const Capture& capture, size_t most) {
-  std::map<fs::path, PictureSize> sizes;
+  std::map<fs::path, image::PictureSize> sizes;
   for (const Frame& frame : capture.frames) {
     const Lens& lens = capture.views[frame.view].camera.lens;
-    if (!frame.mask.empty()) sizes.try_emplace(frame.mask, PictureSize{lens.width, lens.height});
+    if (!frame.mask.empty()) sizes.try_emplace(frame.mask, image::PictureSize{lens.width, lens.height});
   }
   std::vector<MaskFile> masks;
-  const std::vector<std::pair<fs::path, PictureSize>> all(sizes.begin(), sizes.end());
+  const std::vector<std::pair<fs::path, image::PictureSize>> all(sizes.begin(), sizes.end());
   for (const size_t i : evenlySpaced(all.size(), most)) masks.push_back({all[i].first, all[i].second, {}});
   return masks;
 }
@@ -59,8 +59,10 @@ void measure(MaskFile& mask, const fs::path& folder, bool inverted) {
 }
 
 bool hasAlpha(const fs::path& picture, const Frame& frame) {
-  if (formatOf(picture) != PictureFormat::exr) return readPictureHeader(picture).hasAlpha;
-  return alphaChannel(ExrFile(picture), frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer)
+  if (image::formatOf(picture) != image::PictureFormat::exr)
+    return image::readPictureHeader(picture).hasAlpha;
+  return image::alphaChannel(image::ExrFile(picture),
+                             frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer)
       .has_value();
 }
 
@@ -184,4 +186,4 @@ std::optional<std::string> describeFirstMatte(const Capture& capture) {
   return std::nullopt;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

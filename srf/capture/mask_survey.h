@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::capture {
 
 // Sentences without a full stop, with counts and the first names.
 struct MaskSurvey {
@@ -30,4 +30,4 @@ MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& pr
 // mattes on disk. Reads it.
 std::optional<std::string> describeFirstMatte(const Capture& capture);
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace {
 
@@ -105,4 +105,4 @@ Capture countedFrom(Capture capture, const Vec3<double>& origin) {
   return capture;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

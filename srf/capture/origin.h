@@ -6,7 +6,7 @@
 
 #include <optional>
 
-namespace surflect {
+namespace surflect::capture {
 
 // The point nearest to the viewing axes of all cameras, by least squares; none where they are fewer than
 // three, or look along one line.
@@ -29,4 +29,4 @@ std::optional<Vec3<double>> nearerOrigin(const Capture& capture);
 // Returns the capture with coordinates that count from another origin, to about 1e-15 of the larger.
 Capture countedFrom(Capture capture, const Vec3<double>& origin);
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -19,23 +19,23 @@
 #include <optional>
 #include <utility>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace {
 
 // Pixels as the file has them.
 struct Undeveloped {
-  Image color; // 1 or 3 channels
-  std::optional<Image> alpha;
+  image::Image color; // 1 or 3 channels
+  std::optional<image::Image> alpha;
   int bits = 0; // these as in Picture
   bool alphaPremultiplied = false;
-  std::optional<ColorStatement> stated;
-  ColorDecoder decoder; // of the colours
-  Image radiance;       // where an ICC profile decodes them: linear, 3 channels; else empty
+  std::optional<image::ColorStatement> stated;
+  image::ColorDecoder decoder; // of the colours
+  image::Image radiance;       // where an ICC profile decodes them: linear, 3 channels; else empty
 };
 
-Image channelsOf(const Image& image, int first, int count) {
-  Image part(image.width, image.height, count);
+image::Image channelsOf(const image::Image& image, int first, int count) {
+  image::Image part(image.width, image.height, count);
   const size_t pixels = part.values.size() / static_cast<size_t>(count);
   for (size_t i = 0; i < pixels; ++i)
     std::copy_n(image.values.begin() + static_cast<std::ptrdiff_t>(i) * image.channels + first, count,
@@ -43,7 +43,7 @@ Image channelsOf(const Image& image, int first, int count) {
   return part;
 }
 
-Undeveloped split(const Picture& picture) {
+Undeveloped split(const image::Picture& picture) {
   const int channels = picture.image.channels, colors = picture.hasAlpha() ? channels - 1 : channels;
   Undeveloped parts{channelsOf(picture.image, 0, colors),
                     {},
@@ -59,19 +59,19 @@ Undeveloped split(const Picture& picture) {
 // The layers of one EXR, in one pass over it.
 std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std::vector<Exposure>& shots,
                                     const Progress& progress) {
-  const ExrFile file(path);
-  std::vector<ChannelSet> sets; // colour, and where there is one alpha, per shot
+  const image::ExrFile file(path);
+  std::vector<image::ChannelSet> sets; // colour, and where there is one alpha, per shot
   std::vector<bool> hasAlpha;
   for (const Exposure& shot : shots) {
-    sets.push_back(colorChannels(file, shot.layer));
-    const auto alpha = alphaChannel(file, shot.alphaLayer.empty() ? shot.layer : shot.alphaLayer);
+    sets.push_back(image::colorChannels(file, shot.layer));
+    const auto alpha = image::alphaChannel(file, shot.alphaLayer.empty() ? shot.layer : shot.alphaLayer);
     if (!alpha && !shot.alphaLayer.empty())
       throw Error::mismatch("a channel A", "none").at("layer " + shot.alphaLayer).in(path);
     hasAlpha.push_back(alpha.has_value());
     if (alpha) sets.push_back({*alpha});
   }
-  const std::optional<ColorStatement> stated = file.colorStatement();
-  std::vector<Image> images = file.read(sets, progress);
+  const std::optional<image::ColorStatement> stated = file.colorStatement();
+  std::vector<image::Image> images = file.read(sets, progress);
   std::vector<Undeveloped> layers;
   auto next = images.begin();
   for (const bool withAlpha : hasAlpha) {
@@ -84,14 +84,14 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std
 // One picture for each of the shots that use the file.
 std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots,
                                     const Progress& progress) {
-  if (formatOf(path) == PictureFormat::exr) return readLayers(path, shots, progress);
+  if (image::formatOf(path) == image::PictureFormat::exr) return readLayers(path, shots, progress);
   for (const Exposure& shot : shots)
     if (!shot.layer.empty() || !shot.alphaLayer.empty())
       throw Error("only .exr files have layers").at("layer " + shot.layer + shot.alphaLayer).in(path);
-  return std::vector<Undeveloped>(shots.size(), split(readPicture(path)));
+  return std::vector<Undeveloped>(shots.size(), split(image::readPicture(path)));
 }
 
-void checkSize(const Image& image, const Lens& lens, const std::filesystem::path& path) {
+void checkSize(const image::Image& image, const Lens& lens, const std::filesystem::path& path) {
   const auto size = [](int width, int height) {
     return std::to_string(width) + " x " + std::to_string(height);
   };
@@ -129,12 +129,12 @@ public:
   }
 
 private:
-  static Image decodedByProfile(const Undeveloped& picture) {
-    Image colors = picture.color;
+  static image::Image decodedByProfile(const Undeveloped& picture) {
+    image::Image colors = picture.color;
     const auto channels = static_cast<size_t>(colors.channels);
     for (size_t i = 0; i < colors.values.size(); ++i)
       colors.values[i] = straight(picture, i / channels, i % channels);
-    return decoded(colors, picture.decoder);
+    return image::decoded(colors, picture.decoder);
   }
 
   const Capture& capture_;
@@ -168,7 +168,7 @@ float leastTrusted(const Undeveloped& picture, size_t pixel, float zMax) {
   for (size_t c = 0; c < 3; ++c) {
     const float z = straight(picture, pixel, c);
     if (!std::isfinite(z)) return NAN;
-    const float weight = hatWeight(z, 0, zMax), least = hatWeight(worst, 0, zMax);
+    const float weight = image::hatWeight(z, 0, zMax), least = image::hatWeight(worst, 0, zMax);
     if (weight < least || (weight == least && z > worst)) worst = z;
   }
   return worst;
@@ -176,13 +176,13 @@ float leastTrusted(const Undeveloped& picture, size_t pixel, float zMax) {
 
 // The bracket: pictures of one size, and their exposures.
 Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposure> shots,
-                   const Image* coverage, const Encoding& encoding) {
+                   const image::Image* coverage, const Encoding& encoding) {
   const Undeveloped& first = bracket[0];
   const int width = first.color.width, height = first.color.height;
-  Photograph photograph{Image(width, height, 3), Image(width, height, 1)};
+  Photograph photograph{image::Image(width, height, 3), image::Image(width, height, 1)};
   photograph.hasMatte = first.alpha || coverage;
   const float zMax = bracket.size() > 1 ? largestColor(bracket) : 0;
-  std::vector<ExposureSample> samples(bracket.size());
+  std::vector<image::ExposureSample> samples(bracket.size());
 
   for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
     const float pictureAlpha = first.alpha ? first.alpha->values[i] : 1;
@@ -193,7 +193,7 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
     for (size_t c = 0; c < 3 && alpha > 0; ++c) {
       for (size_t k = 0; k < bracket.size(); ++k) {
         const float z = straight(bracket[k], i, c);
-        const Image& byProfile = bracket[k].radiance;
+        const image::Image& byProfile = bracket[k].radiance;
         const bool isNumber = std::isfinite(z);
         const float linear = byProfile.values.empty() || !isNumber ? encoding.linear(bracket[k], z, c)
                                                                    : byProfile.values[3 * i + c];
@@ -201,7 +201,7 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
         const float weighed = isMixed ? leastTrusted(bracket[k], i, zMax) : z;
         samples[k] = {isNumber ? weighed : NAN, linear, static_cast<float>(shots[k].exposure)};
       }
-      radiance[c] = bracket.size() > 1 ? mergedRadiance(samples, zMax)
+      radiance[c] = bracket.size() > 1 ? image::mergedRadiance(samples, zMax)
                                        : samples[0].exposure * static_cast<float>(1 / shots[0].exposure);
       valid = valid && std::isfinite(radiance[c]);
     }
@@ -231,9 +231,9 @@ struct MaskKey {
   auto operator<=>(const MaskKey&) const = default;
 };
 
-std::map<MaskKey, Image> readMasks(const Capture& capture, std::span<const size_t> frames,
-                                   const Progress& progress) {
-  std::map<MaskKey, Image> masks;
+std::map<MaskKey, image::Image> readMasks(const Capture& capture, std::span<const size_t> frames,
+                                          const Progress& progress) {
+  std::map<MaskKey, image::Image> masks;
   for (const size_t frame : frames)
     if (!capture.frames[frame].mask.empty()) masks[{capture, capture.frames[frame]}];
   tbb::parallel_for_each(masks, [&](auto& entry) {
@@ -270,7 +270,7 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     auto& [shots, bracket, missing] = developments[i];
     if (--missing > 0) return;
     const Frame& frame = capture.frames[frames[i]];
-    const Image* coverage = frame.mask.empty() ? nullptr : &masks.at({capture, frame});
+    const image::Image* coverage = frame.mask.empty() ? nullptr : &masks.at({capture, frame});
     checkMixing(bracket, capture.folder() / frame.picture);
     Photograph photograph = develop(bracket, shots, coverage, encoding);
     bracket.clear(); // its memory is not needed any more
@@ -322,4 +322,4 @@ ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size
   return view;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

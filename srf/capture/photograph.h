@@ -9,13 +9,14 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::capture {
 
 // Both images have the size of the view's lens.
 struct Photograph {
-  Image radiance; // 3 channels, in the photograph's own scale: linear, divided by alpha and exposure, a
-                  // bracket merged. Noise below zero is kept. Black where alpha is 0.
-  Image alpha;    // 1 channel, 0..1: the picture's alpha (the first's of a bracket) times the mask; 1 without
+  image::Image radiance; // 3 channels, in the photograph's own scale: linear, divided by alpha and exposure,
+                         // a bracket merged. Noise below zero is kept. Black where alpha is 0.
+  image::Image
+      alpha; // 1 channel, 0..1: the picture's alpha (the first's of a bracket) times the mask; 1 without
   bool hasMatte = false;    // the picture has alpha, or a mask
   size_t invalidTexels = 0; // were NaN or infinite, are black now
 };
@@ -30,14 +31,14 @@ std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const 
 
 // What photographs of one view show together.
 struct ViewPhotographs {
-  std::vector<Image> radiance; // of each frame
-  Image alpha;                 // of each pixel the least
-  bool hasMatte = false;       // some photograph has one
-  size_t invalidTexels = 0;    // of all
+  std::vector<image::Image> radiance; // of each frame
+  image::Image alpha;                 // of each pixel the least
+  bool hasMatte = false;              // some photograph has one
+  size_t invalidTexels = 0;           // of all
 };
 
 // The same for frames of one view; they take 12 bytes a pixel and frame, not 16. Of no frames it is empty.
 ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
                                     const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::capture

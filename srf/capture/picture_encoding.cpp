@@ -2,15 +2,19 @@
 
 #include "surfel/base/error.h"
 
-namespace surflect {
+namespace surflect::capture {
 
-Transfer usualTransfer(int bits) { return {bits == 8 ? Transfer::Curve::srgb : Transfer::Curve::linear}; }
+image::Transfer usualTransfer(int bits) {
+  return {bits == 8 ? image::Transfer::Curve::srgb : image::Transfer::Curve::linear};
+}
 
-ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
-                         const std::optional<ColorStatement>& ofFile, const std::filesystem::path& picture) {
+image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
+                                const std::optional<image::ColorStatement>& ofFile,
+                                const std::filesystem::path& picture) {
   if (ofCapture)
-    return {Transfer{*ofCapture == ColorSpace::srgb ? Transfer::Curve::srgb : Transfer::Curve::linear},
-            kRec709, nullptr};
+    return {image::Transfer{*ofCapture == ColorSpace::srgb ? image::Transfer::Curve::srgb
+                                                           : image::Transfer::Curve::linear},
+            image::kRec709, nullptr};
   if (!ofFile) return {};
   if (!ofFile->problem.empty())
     throw Error(ofFile->problem + "; color_space of the capture, linear or srgb, would overrule it (import: "
@@ -20,4 +24,4 @@ ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
   return ofFile->encoding;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -8,13 +8,14 @@
 #include <filesystem>
 #include <optional>
 
-namespace surflect {
+namespace surflect::capture {
 
 // Encoding of pictures of which nothing is said: 8 bits are sRGB, all others linear. Bits as in Picture.
-Transfer usualTransfer(int bits);
+image::Transfer usualTransfer(int bits);
 
 // Throws Error naming the picture where its file's statement counts and cannot be understood.
-ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
-                         const std::optional<ColorStatement>& ofFile, const std::filesystem::path& picture);
+image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
+                                const std::optional<image::ColorStatement>& ofFile,
+                                const std::filesystem::path& picture);
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -11,7 +11,7 @@
 #include <string>
 #include <variant>
 
-namespace surflect {
+namespace surflect::capture {
 
 // From one direction everywhere. Its strength may change over the object, as that of near lamps and of narrow
 // beams does.
@@ -66,4 +66,4 @@ inline Rgb irradianceAt(const Light& light, const Point3<AcquisitionSpace, doubl
   return static_cast<float>(1 / dot(toLight, toLight)) * point.intensity;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

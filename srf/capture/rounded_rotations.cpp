@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace {
 
@@ -76,4 +76,4 @@ std::vector<std::string> RoundedRotations::notes() const {
   return notes;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

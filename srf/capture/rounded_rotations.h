@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::capture {
 
 // The rotations of one file.
 class RoundedRotations {
@@ -31,4 +31,4 @@ private:
   double leastScale_ = std::numeric_limits<double>::infinity(), mostScale_ = 0;
 };
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::capture {
 
 inline constexpr int kDeepestJson = 64; // of descriptions that other programs write
 
@@ -26,4 +26,4 @@ inline std::string_view shallowPart(std::string_view json, int deepest) {
   return json;
 }
 
-} // namespace surflect
+} // namespace surflect::capture

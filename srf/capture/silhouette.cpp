@@ -2,11 +2,11 @@
 
 #include <tbb/parallel_for.h>
 
-namespace surflect {
+namespace surflect::capture {
 
-template <class Space> Image silhouette(const Camera<Space>& camera, const RayCaster<Space>& mesh) {
+template <class Space> image::Image silhouette(const Camera<Space>& camera, const RayCaster<Space>& mesh) {
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
-  Image mask(camera.lens.width, camera.lens.height, 1);
+  image::Image mask(camera.lens.width, camera.lens.height, 1);
   tbb::parallel_for(0, mask.height, [&](int y) {
     for (int x = 0; x < mask.width; ++x)
       if (const auto ray = rayThrough(camera.lens, {x + 0.5, y + 0.5}))
@@ -16,7 +16,7 @@ template <class Space> Image silhouette(const Camera<Space>& camera, const RayCa
   return mask;
 }
 
-template Image silhouette(const Camera<AcquisitionSpace>&, const RayCaster<AcquisitionSpace>&);
-template Image silhouette(const Camera<ObjectSpace>&, const RayCaster<ObjectSpace>&);
+template image::Image silhouette(const Camera<AcquisitionSpace>&, const RayCaster<AcquisitionSpace>&);
+template image::Image silhouette(const Camera<ObjectSpace>&, const RayCaster<ObjectSpace>&);
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -5,12 +5,12 @@
 #include "srf/image/image.h"
 #include "surfel/geometry/ray_caster.h"
 
-namespace surflect {
+namespace surflect::capture {
 
 // The mesh as a camera sees it, one channel: 1 where the ray through the pixel's centre meets it, else 0.
-template <class Space> Image silhouette(const Camera<Space>& camera, const RayCaster<Space>& mesh);
+template <class Space> image::Image silhouette(const Camera<Space>& camera, const RayCaster<Space>& mesh);
 
-extern template Image silhouette(const Camera<AcquisitionSpace>&, const RayCaster<AcquisitionSpace>&);
-extern template Image silhouette(const Camera<ObjectSpace>&, const RayCaster<ObjectSpace>&);
+extern template image::Image silhouette(const Camera<AcquisitionSpace>&, const RayCaster<AcquisitionSpace>&);
+extern template image::Image silhouette(const Camera<ObjectSpace>&, const RayCaster<ObjectSpace>&);
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <functional>
 
-namespace surflect {
+namespace surflect::capture {
 
 namespace {
 
@@ -138,19 +138,19 @@ void writeCapture(const Capture& capture, const std::filesystem::path& folder) {
 }
 
 void writeViewPictures(const std::filesystem::path& path, std::span<const RadianceLayer> layers,
-                       const Image* alpha, const std::string& alphaLayer, Precision precision,
+                       const image::Image* alpha, const std::string& alphaLayer, image::Precision precision,
                        const Progress& progress) {
   const auto inLayer = [](const std::string& layer, const char* channel) {
     return layer.empty() ? channel : layer + "." + channel;
   };
-  std::vector<ExrLayer> exrLayers;
+  std::vector<image::ExrLayer> exrLayers;
   for (const auto& [layer, radiance] : layers) {
     assert(radiance->channels == 3);
     exrLayers.push_back(
         {{inLayer(layer, "R"), inLayer(layer, "G"), inLayer(layer, "B")}, radiance, precision, alpha});
   }
   if (alpha) exrLayers.push_back({{inLayer(alphaLayer, "A")}, alpha, precision});
-  writeExr(path, exrLayers, {}, progress);
+  image::writeExr(path, exrLayers, {}, progress);
 }
 
-} // namespace surflect
+} // namespace surflect::capture

@@ -12,7 +12,7 @@
 #include <optional>
 #include <utility>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -230,4 +230,4 @@ void Answerer::answerFetched(std::span<AnsweredPart> parts, std::span<const Bloc
   });
 }
 
-} // namespace surflect
+} // namespace surflect::codec

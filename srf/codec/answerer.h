@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 // A part, and what its operations add to their targets.
 struct AnsweredPart {
@@ -63,4 +63,4 @@ private:
   const Progress& progress_;
 };
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace surflect {
+namespace surflect::codec {
 
 // A captured light, by its column, and how much of it.
 struct LightWeight {
@@ -19,4 +19,4 @@ struct BlendedLight {
   uint32_t begin = 0, end = 0;
 };
 
-} // namespace surflect
+} // namespace surflect::codec

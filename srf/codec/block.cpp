@@ -14,7 +14,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -187,4 +187,4 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   return block;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

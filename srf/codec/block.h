@@ -15,7 +15,7 @@
 #include <memory>
 #include <span>
 
-namespace surflect {
+namespace surflect::codec {
 
 inline constexpr int blockSize = 8; // pixels a side
 inline constexpr int blockTexels = blockSize * blockSize;
@@ -87,4 +87,4 @@ struct Block {
 // Throws Error where the record is not one of a block under so many lights.
 Block decodeBlock(std::span<const std::byte> record, size_t lights);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -51,4 +51,4 @@ double channelMeanBound(double mean, double white) {
   return kOfMean * std::max(std::abs(mean), kFaint * white);
 }
 
-} // namespace surflect
+} // namespace surflect::codec

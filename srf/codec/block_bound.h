@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace surflect {
+namespace surflect::codec {
 
 // One over the error that may be, in parts of the tolerance, where a block is this bright, root mean square:
 // (r^2 + r + 0.01)^-1/2 with r = rms / white. That is the shape of a camera's own noise: below white it
@@ -39,4 +39,4 @@ double blockErrorBound(const BlockSquares& squares, const BlockWeights& weights,
 // where one below 0.001 white counts as that.
 double channelMeanBound(double mean, double white);
 
-} // namespace surflect
+} // namespace surflect::codec

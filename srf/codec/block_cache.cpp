@@ -9,7 +9,7 @@
 #include <limits>
 #include <utility>
 
-namespace surflect {
+namespace surflect::codec {
 
 static_assert(2 * 3 * blockTexels <= std::numeric_limits<uint16_t>::max(), "the stride of a resident block");
 
@@ -135,4 +135,4 @@ CacheCounts BlockCache::counts() const {
   return counts_;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -17,7 +17,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 struct CacheCounts {
   uint64_t reads = 0;     // blocks taken from disk
@@ -129,4 +129,4 @@ private:
   CacheCounts counts_;
 };
 
-} // namespace surflect
+} // namespace surflect::codec

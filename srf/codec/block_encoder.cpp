@@ -20,7 +20,7 @@
 #include <optional>
 #include <span>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -294,4 +294,4 @@ EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tole
           encoding.errors.squared, encoding.errors.clipped};
 }
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 struct EncodedBlock {
   std::vector<std::byte> record;
@@ -25,4 +25,4 @@ struct EncodedBlock {
 EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white,
                          Simd simd = bestSimd());
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -70,4 +70,4 @@ BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const
 template BlockFactors<float> factorised(const WeightedBlock<float>&, float, const BlockKernels&);
 template BlockFactors<double> factorised(const WeightedBlock<double>&, double, const BlockKernels&);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 struct BlockKernels;
 
@@ -28,4 +28,4 @@ template <class Real> struct BlockFactors {
 template <class Real>
 BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const BlockKernels& kernels);
 
-} // namespace surflect
+} // namespace surflect::codec

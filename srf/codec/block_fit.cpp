@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -215,4 +215,4 @@ void BlockFit<Real>::addLevels(const std::vector<ChosenTerm>& terms, StoredTerms
 template class BlockFit<float>;
 template class BlockFit<double>;
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -12,7 +12,7 @@
 
 #include <array>
 
-namespace surflect {
+namespace surflect::codec {
 
 struct ChosenTerm {
   size_t term = 0;
@@ -60,4 +60,4 @@ private:
   Eigen::MatrixXd gram_;
 };
 
-} // namespace surflect
+} // namespace surflect::codec

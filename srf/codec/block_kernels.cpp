@@ -4,7 +4,7 @@
 
 #include "surfel/math/simd.h"
 
-namespace surflect {
+namespace surflect::codec {
 
 extern const BlockKernels avx2BlockKernels, avx512BlockKernels;
 
@@ -17,4 +17,4 @@ const BlockKernels& blockKernels([[maybe_unused]] Simd simd) {
   return plain;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

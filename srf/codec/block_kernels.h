@@ -9,6 +9,10 @@
 #include <limits>
 
 namespace surflect {
+enum class Simd;
+}
+
+namespace surflect::codec {
 
 // x + it - it is x to the nearest whole number: one and a half times the power of two from which on a Real
 // has no fraction.
@@ -81,7 +85,6 @@ struct BlockKernels {
   void run(const Rounding<double>& job) const { doubleRounding(job); }
 };
 
-enum class Simd;
 const BlockKernels& blockKernels(Simd simd);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -5,10 +5,10 @@
 
 #include "srf/codec/block_kernels_loops.h"
 
-namespace surflect {
+namespace surflect::codec {
 
 extern const BlockKernels avx2BlockKernels;
 const BlockKernels avx2BlockKernels = kernelsOf<32>();
 
-} // namespace surflect
+} // namespace surflect::codec
 #endif

@@ -5,10 +5,10 @@
 
 #include "srf/codec/block_kernels_loops.h"
 
-namespace surflect {
+namespace surflect::codec {
 
 extern const BlockKernels avx512BlockKernels;
 const BlockKernels avx512BlockKernels = kernelsOf<64>();
 
-} // namespace surflect
+} // namespace surflect::codec
 #endif

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 template <class Real, size_t bytes> struct VectorOf;
@@ -222,4 +222,4 @@ template <size_t bytes> constexpr BlockKernels kernelsOf() {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

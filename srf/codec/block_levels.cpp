@@ -12,7 +12,7 @@
 #include <numeric>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -171,4 +171,4 @@ bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, co
 template bool fitLevels(const WeightedBlock<float>&, const ChannelSums&, const BlockKernels&, StoredTerms&);
 template bool fitLevels(const WeightedBlock<double>&, const ChannelSums&, const BlockKernels&, StoredTerms&);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -11,7 +11,7 @@
 
 #include <array>
 
-namespace surflect {
+namespace surflect::codec {
 
 // Sum of each colour channel over texels and lights, and the error that channelMeanBound allows it.
 struct ChannelSums {
@@ -26,4 +26,4 @@ template <class Real>
 bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, const BlockKernels& kernels,
                StoredTerms& stored);
 
-} // namespace surflect
+} // namespace surflect::codec

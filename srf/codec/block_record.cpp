@@ -6,7 +6,7 @@
 #include <cstring>
 #include <span>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -79,4 +79,4 @@ std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTer
   return record;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 inline constexpr uint64_t allPresent = ~uint64_t{0};
 inline constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // flags
@@ -54,4 +54,4 @@ PaddedRows<double> shownPerLevel(const StoredTerms& stored, size_t lights);
 
 std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -12,7 +12,7 @@
 #include <limits>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -129,4 +129,4 @@ Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, co
 template Spectrum<float> strongestVectors(const PaddedRows<float>&, float, const BlockKernels&);
 template Spectrum<double> strongestVectors(const PaddedRows<double>&, double, const BlockKernels&);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -3,7 +3,7 @@
 
 #include "srf/codec/padded_rows.h"
 
-namespace surflect {
+namespace surflect::codec {
 
 struct BlockKernels;
 
@@ -21,4 +21,4 @@ template <class Real> struct Spectrum {
 template <class Real>
 Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, const BlockKernels& kernels);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 static_assert(std::endian::native == std::endian::little, "values are copied as they lie in memory");
 
@@ -47,4 +47,4 @@ private:
   std::span<const std::byte> rest_;
 };
 
-} // namespace surflect
+} // namespace surflect::codec

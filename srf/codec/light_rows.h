@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 // A row is a part of the lights: all that shines on a surfel, or on one for a view. Captured lights are
 // blended before they are coloured: n of them cost n + 3 products for each term of a block, where n with
@@ -35,4 +35,4 @@ struct LightRows {
   }
 };
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -4,7 +4,7 @@
 
 #include "surfel/math/simd.h"
 
-namespace surflect {
+namespace surflect::codec {
 
 extern const LookUpKernel avx2LookUp, avx512LookUp;
 
@@ -16,4 +16,4 @@ LookUpKernel lookUpKernel([[maybe_unused]] Simd simd) {
   return lookUp<Four>;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -8,6 +8,10 @@
 #include <cstdint>
 
 namespace surflect {
+enum class Simd;
+}
+
+namespace surflect::codec {
 
 // The taps of a bilinear interpolation that fall into a block: of the upper left texel, the one right of it,
 // the one below, and the one below right. What is not needed has weight 0.
@@ -35,7 +39,6 @@ struct LookUpJob {
 using LookUpKernel = void (*)(const BlendedLight* row, size_t lights, const LightWeight* weights,
                               const LookUpJob* jobs, size_t count);
 
-enum class Simd;
 LookUpKernel lookUpKernel(Simd simd);
 
-} // namespace surflect
+} // namespace surflect::codec

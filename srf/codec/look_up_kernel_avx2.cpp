@@ -3,10 +3,10 @@
 
 #include "srf/codec/look_up_kernel_fused.h"
 
-namespace surflect {
+namespace surflect::codec {
 
 extern const LookUpKernel avx2LookUp;
 const LookUpKernel avx2LookUp = lookUp<Eight>;
 
-} // namespace surflect
+} // namespace surflect::codec
 #endif

@@ -3,12 +3,12 @@
 
 #include "srf/codec/look_up_kernel_fused.h"
 
-namespace surflect {
+namespace surflect::codec {
 
 // As wide as AVX2's, for blocks have few terms and wider ones would be empty, but with twice as many
 // registers.
 extern const LookUpKernel avx512LookUp;
 const LookUpKernel avx512LookUp = lookUp<Eight>;
 
-} // namespace surflect
+} // namespace surflect::codec
 #endif

@@ -4,7 +4,7 @@
 #ifdef __AVX2__
 #include "srf/codec/look_up_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 template <> inline Eight levels(const int8_t* from) {
@@ -17,5 +17,5 @@ template <> inline Four sumsOf(Four red, Four green, Four blue) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec
 #endif

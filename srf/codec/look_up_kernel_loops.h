@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 typedef float Four __attribute__((vector_size(16)));
@@ -152,4 +152,4 @@ void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* we
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <memory>
 
-namespace surflect {
+namespace surflect::codec {
 
 template <class Real> class PaddedRows {
 public:
@@ -28,4 +28,4 @@ private:
   std::unique_ptr<Real[]> values_;
 };
 
-} // namespace surflect
+} // namespace surflect::codec

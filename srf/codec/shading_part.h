@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace surflect {
+namespace surflect::codec {
 
 // After [Weyrich 2005, Table 2], whose operation is one look-up for one surfel, camera and light. Here all
 // lights of a surfel and camera are one operation: they share the position, hence blocks and texels, and by
@@ -27,4 +27,4 @@ struct ShadingPart {
   size_t targets = 0;
 };
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -9,7 +9,7 @@
 #include <cassert>
 #include <limits>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -160,4 +160,4 @@ std::vector<Rgb> execute(std::span<const ShadingPart> parts, BlockCache& cache, 
   return queue.finish();
 }
 
-} // namespace surflect
+} // namespace surflect::codec

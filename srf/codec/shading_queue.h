@@ -17,7 +17,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 // Counts add up over calls.
 struct ShadingStats {
@@ -95,4 +95,4 @@ inline std::vector<Rgb> execute(std::span<const ShadingOp> ops, const LightRows&
 std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const LightRows& rows,
                                               size_t targets, BlockCache& cache);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -93,4 +93,4 @@ std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, co
   return radiance;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

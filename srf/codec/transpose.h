@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace surflect {
+namespace surflect::codec {
 
 // What is turned at once.
 template <class Real> struct TransposeTile {
@@ -77,4 +77,4 @@ void transpose(const Real* from, size_t fromRow, size_t rows, size_t columns, Re
       to[j * toRow + i] = from[i * fromRow + j];
 }
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -93,4 +93,4 @@ TridiagonalSpectrum<Real> tridiagonalSpectrum(std::span<const Real> diagonal, st
 template TridiagonalSpectrum<float> tridiagonalSpectrum(std::span<const float>, std::span<const float>);
 template TridiagonalSpectrum<double> tridiagonalSpectrum(std::span<const double>, std::span<const double>);
 
-} // namespace surflect
+} // namespace surflect::codec

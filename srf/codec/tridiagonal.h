@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 template <class Real> struct TridiagonalSpectrum {
   std::vector<Real> values; // falling
@@ -18,4 +18,4 @@ template <class Real> struct TridiagonalSpectrum {
 template <class Real>
 TridiagonalSpectrum<Real> tridiagonalSpectrum(std::span<const Real> diagonal, std::span<const Real> beside);
 
-} // namespace surflect
+} // namespace surflect::codec

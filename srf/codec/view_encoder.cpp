@@ -9,18 +9,19 @@
 #include <cmath>
 #include <string>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
 constexpr float radianceLimit = 1e30f;
 
-std::string sizeOf(const Image& image) {
+std::string sizeOf(const image::Image& image) {
   return std::to_string(image.width) + "x" + std::to_string(image.height) + "x" +
          std::to_string(image.channels);
 }
 
-void checkImage(const Image& image, const ReflectanceStack& stack, int channels, const std::string& field) {
+void checkImage(const image::Image& image, const ReflectanceStack& stack, int channels,
+                const std::string& field) {
   if (image.width == stack.width && image.height == stack.height && image.channels == channels) return;
   throw Error::mismatch(sizeOf({stack.width, stack.height, channels}), sizeOf(image)).at(field);
 }
@@ -45,7 +46,7 @@ void checkOptions(const StoreOptions& options) {
     throw Error::mismatch("0..1", numberText(options.tolerance)).at("tolerance");
 }
 
-uint64_t presentTexels(const Image& alpha, BlockPosition block, double presentAlpha) {
+uint64_t presentTexels(const image::Image& alpha, BlockPosition block, double presentAlpha) {
   uint64_t present = 0;
   const int x0 = block.x * blockSize, y0 = block.y * blockSize;
   for (int y = y0; y < std::min(y0 + blockSize, alpha.height); ++y)
@@ -137,4 +138,4 @@ EncodedView encodeView(const ReflectanceStack& stack, const StoreOptions& option
   return view;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -9,13 +9,13 @@
 #include <cstdint>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 // The photographs of one view. All images are width x height.
 struct ReflectanceStack {
   int width = 0, height = 0;
-  std::vector<Image> lights; // linear radiance, 3 channels; one image a light, at least one
-  Image alpha;               // 1 channel: the part of a pixel that shows the object
+  std::vector<image::Image> lights; // linear radiance, 3 channels; one image a light, at least one
+  image::Image alpha;               // 1 channel: the part of a pixel that shows the object
 };
 
 struct StoreOptions {
@@ -51,4 +51,4 @@ struct EncodedView {
 EncodedView encodeView(const ReflectanceStack& stack, const StoreOptions& options,
                        const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::codec

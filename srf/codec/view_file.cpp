@@ -15,7 +15,7 @@
 #include <unistd.h>
 #include <utility>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -246,4 +246,4 @@ std::string ViewFile::nameOf(uint32_t block) const {
   return "block (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")";
 }
 
-} // namespace surflect
+} // namespace surflect::codec

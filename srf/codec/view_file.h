@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 
 inline constexpr int largestViewSide = 32768; // pixels
 inline constexpr int mostLights = 65535;
@@ -122,4 +122,4 @@ private:
   std::vector<Stored> stored_;    // of 64 positions each
 };
 
-} // namespace surflect
+} // namespace surflect::codec

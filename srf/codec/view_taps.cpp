@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <limits>
 
-namespace surflect {
+namespace surflect::codec {
 
 namespace {
 
@@ -46,4 +46,4 @@ std::optional<StoredPoint> nearestStored(const ViewFile& view, float x, float y)
   return nearest;
 }
 
-} // namespace surflect
+} // namespace surflect::codec

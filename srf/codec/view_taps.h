@@ -13,7 +13,7 @@
 #include <optional>
 #include <span>
 
-namespace surflect {
+namespace surflect::codec {
 
 // A position among texels: the one up and left of it, and how far it is from this to the next.
 struct TexelPlace {
@@ -145,4 +145,4 @@ struct StoredPoint {
 // blocks about the one that holds (x, y).
 std::optional<StoredPoint> nearestStored(const ViewFile& view, float x, float y);
 
-} // namespace surflect
+} // namespace surflect::codec

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <string>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -92,4 +92,4 @@ BmpHeader bmpHeader(std::string_view file) {
   return header;
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 struct BmpHeader {
   bool declaresAlpha = false; // there is a mask of bits for it; else what lies in a fourth byte is anything
@@ -17,4 +17,4 @@ struct BmpHeader {
 // Other faults are for the reader of the pixels to say.
 BmpHeader bmpHeader(std::string_view file);
 
-} // namespace surflect
+} // namespace surflect::image

@@ -9,7 +9,7 @@
 #include <limits>
 #include <span>
 
-namespace surflect {
+namespace surflect::image {
 
 // How far a stored value can be trusted: most in the middle of the range, not at all where it is black or
 // clipped.  [Debevec 1997, Eq. 4]
@@ -44,4 +44,4 @@ inline float mergedRadiance(std::span<const ExposureSample> samples, float zMax)
   return radiance(longestOpen ? *longestOpen : *shortest);
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace surflect {
+namespace surflect::image {
 
 // Encoded value to linear light. Goes on beyond 0 and 1 by the same two pieces.  [IEC 61966-2-1]
 inline float linearFromSrgb(float encoded) {
@@ -22,4 +22,4 @@ inline float srgbFromLinear(float linear) {
 // The weights sum to one.  [BT.709]
 inline float luma(Rgb c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
 
-} // namespace surflect
+} // namespace surflect::image

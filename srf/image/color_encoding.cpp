@@ -11,7 +11,7 @@
 #include <cmath>
 #include <utility>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -145,4 +145,4 @@ Image decoded(const Image& colors, const ColorDecoder& decoder) {
   return linear;
 }
 
-} // namespace surflect
+} // namespace surflect::image

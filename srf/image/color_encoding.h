@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-namespace surflect {
+namespace surflect::image {
 
 struct Chromaticity {
   double x = 0, y = 0; // CIE 1931
@@ -104,4 +104,4 @@ private:
 // Linear Rec. 709, 3 channels, of stored colours without alpha, 1 or 3 channels.
 Image decoded(const Image& colors, const ColorDecoder& decoder);
 
-} // namespace surflect
+} // namespace surflect::image

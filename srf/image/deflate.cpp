@@ -6,7 +6,7 @@
 #include <memory>
 #include <new>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -29,4 +29,4 @@ std::string zlibStream(std::span<const std::byte> bytes) {
   return stream;
 }
 
-} // namespace surflect
+} // namespace surflect::image

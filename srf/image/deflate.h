@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
-namespace surflect {
+namespace surflect::image {
 
 // A zlib stream [RFC 1950], by libdeflate's fastest level; the same bytes for the same input.
 std::string zlibStream(std::span<const std::byte> bytes);
 
-} // namespace surflect
+} // namespace surflect::image

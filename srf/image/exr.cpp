@@ -25,7 +25,7 @@
 #include <set>
 #include <unistd.h>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -324,4 +324,4 @@ std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& 
 
 void setExrThreads(int threads) { Imf::setGlobalThreadCount(threads); }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 // Channels that become one image, in this order.
 using ChannelSet = std::vector<std::string>;
@@ -95,4 +95,4 @@ void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layer
 // One image of 1 to 4 channels as Y, YA, RGB or RGBA.
 void writeExr(const std::filesystem::path& path, const Image& image, Precision precision = Precision::half);
 
-} // namespace surflect
+} // namespace surflect::image

@@ -16,7 +16,7 @@
 #include <string>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -124,4 +124,4 @@ void requireHonestAttributes(const std::filesystem::path& path) {
   }
 }
 
-} // namespace surflect
+} // namespace surflect::image

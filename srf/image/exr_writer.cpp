@@ -22,7 +22,7 @@
 #include <memory>
 #include <utility>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -222,4 +222,4 @@ void writeExr(const std::filesystem::path& path, const Image& image, Precision p
   writeExr(path, std::span(&layer, 1));
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -8,7 +8,7 @@
 
 #include <bit>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -105,4 +105,4 @@ std::string_view webpProfile(std::string_view file) {
   return {};
 }
 
-} // namespace surflect
+} // namespace surflect::image

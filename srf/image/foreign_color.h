@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 // The statement of a profile of a picture with so many colour channels; damage is its problem.
 ColorStatement profileStatement(std::string source, std::string_view profile, int channels);
@@ -20,4 +20,4 @@ std::optional<ColorStatement> exifColorStatement(std::string_view jpeg);
 // The ICC profile of a WebP file; empty where there is none.
 std::string_view webpProfile(std::string_view file);
 
-} // namespace surflect
+} // namespace surflect::image

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -74,4 +74,4 @@ Picture completed(ForeignPicture read, const std::filesystem::path& path, std::s
   return picture;
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 // Adds the colour statement, and drops the fourth channel of a BMP or Targa where it is not alpha, which only
 // the pixels tell. `extension` is in lower case. Throws Error.
 Picture completed(ForeignPicture read, const std::filesystem::path& path, std::string_view extension);
 
-} // namespace surflect
+} // namespace surflect::image

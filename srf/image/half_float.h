@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace surflect {
+namespace surflect::image {
 
 // Bits of the half that is nearest to a float, ties to even [IEEE 754-2008, 3.6 and 4.3.1]. What is finite
 // but beyond +-65504, the largest half, becomes that; infinities and what is no number stay so.
@@ -23,4 +23,4 @@ inline uint16_t nearestHalf(float value) {
   return static_cast<uint16_t>((bits >> 16 & 0x8000) | half);
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -197,4 +197,4 @@ void IccTransform::toRec709(const float* stored, float* rgb, size_t pixels) cons
                    static_cast<cmsUInt32Number>(std::min(kMost, pixels - done)));
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 // From a profile's colours to linear light of Rec. 709: relative colorimetric, without black point
 // compensation, so the profile's white becomes white, and colours out of Rec. 709's gamut have negative
@@ -28,4 +28,4 @@ private:
   std::shared_ptr<const Transform> transform_;
 };
 
-} // namespace surflect
+} // namespace surflect::image

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 struct Image {
   int width = 0, height = 0, channels = 0;
@@ -30,4 +30,4 @@ private:
   }
 };
 
-} // namespace surflect
+} // namespace surflect::image

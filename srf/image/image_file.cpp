@@ -15,7 +15,7 @@
 #include <string>
 #include <unistd.h>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -141,4 +141,4 @@ PictureSize readPictureSize(const std::filesystem::path& path) {
   return {picture.image.width, picture.image.height};
 }
 
-} // namespace surflect
+} // namespace surflect::image

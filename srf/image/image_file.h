@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <optional>
 
-namespace surflect {
+namespace surflect::image {
 
 enum class PictureFormat { exr, png, radiance, foreign };
 // By the extension alone, in either case of letters.
@@ -47,4 +47,4 @@ PictureHeader readPictureHeader(const std::filesystem::path& path);
 // Reads the file's header only.
 PictureSize readPictureSize(const std::filesystem::path& path);
 
-} // namespace surflect
+} // namespace surflect::image

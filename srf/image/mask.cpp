@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::image {
 
 Mask objectMask(const Image& image) {
   Mask mask(image.width, image.height);
@@ -87,4 +87,4 @@ double intersectionOverUnion(const Mask& a, const Mask& b) {
   return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 1;
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 struct Mask {
   int width = 0, height = 0;
@@ -31,4 +31,4 @@ std::vector<size_t> nearestSeeds(const Mask& seeds, const Mask& region);
 // |a and b| / |a or b|; 1 for two empty masks.
 double intersectionOverUnion(const Mask& a, const Mask& b);
 
-} // namespace surflect
+} // namespace surflect::image

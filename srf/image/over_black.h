@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cstddef>
 
-namespace surflect {
+namespace surflect::image {
 
 // RGBA of straight colours (3 channels) and alpha (1 channel) of one size: colours are multiplied by alpha.
 inline Image overBlack(const Image& color, const Image& alpha) {
@@ -20,4 +20,4 @@ inline Image overBlack(const Image& color, const Image& alpha) {
   return over;
 }
 
-} // namespace surflect
+} // namespace surflect::image

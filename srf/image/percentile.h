@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 // Counts positive values by their leading 20 bits: percentiles to 2^-12 of their value, in 8 MiB.
 class PercentileCounter {
@@ -33,4 +33,4 @@ private:
   uint64_t total_ = 0;
 };
 
-} // namespace surflect
+} // namespace surflect::image

@@ -13,7 +13,7 @@
 // libpng reports errors by longjmp, over which no destructor runs. So each function that calls setjmp owns
 // nothing: what is allocated lives in its caller.
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -131,4 +131,4 @@ PngHeader readPngHeader(const std::filesystem::path& path) {
           start[kDepth] == 16 ? 16 : 8, pngColorStatement(start)};
 }
 
-} // namespace surflect
+} // namespace surflect::image

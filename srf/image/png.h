@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 struct PngPicture {
   Image image; // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA; alpha is straight, it does not scale the colour
@@ -59,4 +59,4 @@ inline uint16_t quantized(float value, float most) {
 void writePng(const std::filesystem::path& path, const Image& image, int bitDepth = 8,
               PngColors colors = PngColors::unstated);
 
-} // namespace surflect
+} // namespace surflect::image

@@ -14,7 +14,7 @@
 #include <map>
 #include <string>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -196,4 +196,4 @@ std::optional<ColorStatement> pngColorStatement(std::string_view file) {
   return saysNothing(statement) ? std::nullopt : std::optional(statement);
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 // Colour statement of a file, or of its beginning up to the pixels, by its strongest chunk: cICP before iCCP,
 // sRGB, and gAMA with cHRM. What is wrong with that chunk is the statement's problem; weaker ones are not
@@ -17,4 +17,4 @@ std::optional<ColorStatement> pngColorStatement(std::string_view file);
 // "IDAT".
 bool hasPngChunk(std::string_view file, std::string_view name);
 
-} // namespace surflect
+} // namespace surflect::image

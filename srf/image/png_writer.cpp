@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -103,4 +103,4 @@ void writePng(const std::filesystem::path& path, const Image& image, int bitDept
   writeFileAtomically(path, pngBytes(picture));
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -254,4 +254,4 @@ RadiancePicture readRadiance(const std::filesystem::path& path) try {
   throw std::move(e).in(path);
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 struct RadianceHeader {
   int width = 0, height = 0; // of the picture as it is looked at
@@ -37,4 +37,4 @@ struct RadiancePicture {
 // Throws Error for what is damaged, and for more than 2^28 pixels or 65536 a side.
 RadiancePicture readRadiance(const std::filesystem::path& path);
 
-} // namespace surflect
+} // namespace surflect::image

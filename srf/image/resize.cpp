@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -35,4 +35,4 @@ Image resampled(const Image& image, const PixelWindow& window, int width, int he
   return result;
 }
 
-} // namespace surflect
+} // namespace surflect::image

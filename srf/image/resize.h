@@ -3,7 +3,7 @@
 
 #include "srf/image/image.h"
 
-namespace surflect {
+namespace surflect::image {
 
 // Pixels [x0, x1) x [y0, y1).
 struct PixelWindow {
@@ -17,4 +17,4 @@ struct PixelWindow {
 // Keeps sums of light; a larger picture shows the image's pixels as they are.
 Image resampled(const Image& image, const PixelWindow& window, int width, int height);
 
-} // namespace surflect
+} // namespace surflect::image

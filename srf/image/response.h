@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-namespace surflect {
+namespace surflect::image {
 
 // The exposure (radiance times seconds, in any one unit) that each code of 8 bits stands for, of each colour
 // channel: not negative, not falling, and above 0 for the last code.
@@ -26,4 +26,4 @@ struct Response {
   friend bool operator==(const Response&, const Response&) = default;
 };
 
-} // namespace surflect
+} // namespace surflect::image

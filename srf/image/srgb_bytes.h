@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace surflect {
+namespace surflect::image {
 
 // The byte nearest to the sRGB curve, from the thresholds between bytes. Floats fall into buckets by their
 // leading 16 bits, none of which holds more than one threshold: the curve rises by at most 0.44 of a byte
@@ -52,4 +52,4 @@ private:
   std::array<uint8_t, kBuckets> ofBucket_{};
 };
 
-} // namespace surflect
+} // namespace surflect::image

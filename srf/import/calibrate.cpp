@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace {
 
@@ -17,23 +17,23 @@ constexpr int64_t kCalibrationPixels = int64_t{1} << 18; // memory: 12 bytes of 
 
 // From gradients to the right and down per pixel to those per scene unit, on the plane through the origin
 // that faces the camera.
-Vec3<double> inSpace(const Vec2<double>& gradient, const Camera<AcquisitionSpace>& camera) {
-  const Lens& lens = camera.lens;
-  const bool isDistant = lens.model == Lens::Model::orthographic;
+Vec3<double> inSpace(const Vec2<double>& gradient, const capture::Camera<AcquisitionSpace>& camera) {
+  const capture::Lens& lens = camera.lens;
+  const bool isDistant = lens.model == capture::Lens::Model::orthographic;
   const double depth = isDistant ? 1 : -camera.cameraFromWorld.translation().z();
   assert(depth > 0);
   const Vec3<double> across(gradient.x() * lens.focalX, -gradient.y() * lens.focalY, 0);
   return camera.cameraFromWorld.rotation().transpose() * across / depth;
 }
 
-Image radianceOf(const Capture& capture, size_t frame) {
-  return std::move(readPhotographs(capture, {&frame, 1}).front().radiance);
+image::Image radianceOf(const capture::Capture& capture, size_t frame) {
+  return std::move(capture::readPhotographs(capture, {&frame, 1}).front().radiance);
 }
 
 } // namespace
 
-Image shrunk(const Image& image, int factor) {
-  Image small(image.width / factor, image.height / factor, image.channels);
+image::Image shrunk(const image::Image& image, int factor) {
+  image::Image small(image.width / factor, image.height / factor, image.channels);
   const float share = 1 / static_cast<float>(factor * factor);
   for (int y = 0; y < small.height * factor; ++y)
     for (int x = 0; x < small.width * factor; ++x) {
@@ -44,8 +44,8 @@ Image shrunk(const Image& image, int factor) {
   return small;
 }
 
-Mask shrunk(const Mask& mask, int factor) {
-  Mask small(mask.width / factor, mask.height / factor);
+image::Mask shrunk(const image::Mask& mask, int factor) {
+  image::Mask small(mask.width / factor, mask.height / factor);
   std::ranges::fill(small.inside, uint8_t{1});
   for (int y = 0; y < small.height * factor; ++y)
     for (int x = 0; x < small.width * factor; ++x)
@@ -55,54 +55,54 @@ Mask shrunk(const Mask& mask, int factor) {
   return small;
 }
 
-Mask objectOfView(const Capture& capture, std::span<const size_t> frames, double threshold,
-                  const Progress& progress) {
-  Image brightest; // largest luminance of all photographs: what the threshold is applied to
+image::Mask objectOfView(const capture::Capture& capture, std::span<const size_t> frames, double threshold,
+                         const Progress& progress) {
+  image::Image brightest; // largest luminance of all photographs: what the threshold is applied to
   for (const size_t f : frames) {
     progress.checkpoint();
-    const Image radiance = radianceOf(capture, f);
-    if (brightest.values.empty()) brightest = Image(radiance.width, radiance.height, 1);
+    const image::Image radiance = radianceOf(capture, f);
+    if (brightest.values.empty()) brightest = image::Image(radiance.width, radiance.height, 1);
     for (size_t i = 0; i < brightest.values.size(); ++i) {
       const float* texel = radiance.values.data() + 3 * i;
-      brightest.values[i] = std::max(brightest.values[i], luma({texel[0], texel[1], texel[2]}));
+      brightest.values[i] = std::max(brightest.values[i], image::luma({texel[0], texel[1], texel[2]}));
     }
   }
-  return objectByThreshold({&brightest, 1}, threshold);
+  return calibration::objectByThreshold({&brightest, 1}, threshold);
 }
 
-StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
-                                 bool unevenly, const Progress& progress) {
+StrengthEstimate strengthsInView(const capture::Capture& capture, std::span<const size_t> frames,
+                                 const image::Mask& object, bool unevenly, const Progress& progress) {
   int factor = 1;
   while (int64_t{object.width / factor} * (object.height / factor) > kCalibrationPixels) ++factor;
-  const Mask small = shrunk(object, factor);
-  std::vector<Image> radiance;
+  const image::Mask small = shrunk(object, factor);
+  std::vector<image::Image> radiance;
   std::vector<Direction3<AcquisitionSpace, double>> towards;
   for (size_t i = 0; i < frames.size(); ++i) {
     progress("light strengths", static_cast<double>(i) / static_cast<double>(frames.size()));
     radiance.push_back(shrunk(radianceOf(capture, frames[i]), factor));
     towards.push_back(
-        std::get<DirectionalLight>(capture.lights[*capture.frames[frames[i]].light].kind).towards);
+        std::get<capture::DirectionalLight>(capture.lights[*capture.frames[frames[i]].light].kind).towards);
   }
   StrengthEstimate estimate;
-  std::vector<StrengthGradient> gradients(frames.size(), StrengthGradient::Zero());
+  std::vector<calibration::StrengthGradient> gradients(frames.size(), calibration::StrengthGradient::Zero());
   if (unevenly) try {
       std::vector<size_t> training;
-      std::vector<Image> ofTraining;
+      std::vector<image::Image> ofTraining;
       std::vector<Direction3<AcquisitionSpace, double>> towardsTraining;
       for (size_t i = 0; i < frames.size(); ++i) {
-        if (capture.frames[frames[i]].split != Split::train) continue;
+        if (capture.frames[frames[i]].split != capture::Split::train) continue;
         training.push_back(i);
         ofTraining.push_back(radiance[i]);
         towardsTraining.push_back(towards[i]);
       }
-      const auto found = lightGradients(ofTraining, small, towardsTraining);
+      const auto found = calibration::lightGradients(ofTraining, small, towardsTraining);
       for (size_t i = 0; i < training.size(); ++i) gradients[training[i]] = found[i];
     } catch (const Error& e) {
       estimate.problem = e.what();
     }
   try {
-    const auto strengths = lightStrengths(radiance, small, towards, gradients);
-    const Camera<AcquisitionSpace>& camera = capture.views[capture.frames[frames[0]].view].camera;
+    const auto strengths = calibration::lightStrengths(radiance, small, towards, gradients);
+    const capture::Camera<AcquisitionSpace>& camera = capture.views[capture.frames[frames[0]].view].camera;
     for (size_t i = 0; i < towards.size(); ++i)
       estimate.lights.push_back(
           {towards[i], strengths[i], inSpace(gradients[i] / (small.height * factor), camera)});
@@ -112,4 +112,4 @@ StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t>
   return estimate;
 }
 
-} // namespace surflect
+} // namespace surflect::importers

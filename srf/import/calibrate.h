@@ -11,29 +11,29 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 // Means over squares of factor x factor pixels; what does not fill a square at the right and below is left
 // out. The image has at least factor pixels each way.
-Image shrunk(const Image& image, int factor);
+image::Image shrunk(const image::Image& image, int factor);
 // Pixels all of whose square is in the mask.
-Mask shrunk(const Mask& mask, int factor);
+image::Mask shrunk(const image::Mask& mask, int factor);
 
 // Object pixels by threshold (srf/calibration/threshold_mask.h) of the view that the given frames (indices
 // into capture.frames) photograph. Black where a matte is: no object.
 // Throws Error.
-Mask objectOfView(const Capture& capture, std::span<const size_t> frames, double threshold,
-                  const Progress& progress = {});
+image::Mask objectOfView(const capture::Capture& capture, std::span<const size_t> frames, double threshold,
+                         const Progress& progress = {});
 
 // Irradiances (relative, mean 1) of the directional lights of the given frames of one view, from photographs
 // shrunk to at most 2^18 pixels; `unevenly` with gradients, from what trains alone: lights of test frames are
 // even, so that of these nothing but the strength is known. The middle of the picture shows the origin.
 // Throws Error for a damaged photograph.
 struct StrengthEstimate {
-  std::vector<DirectionalLight> lights; // one a frame; none where their strengths cannot be told
-  std::string problem;                  // why there are none, or why none has a gradient
+  std::vector<capture::DirectionalLight> lights; // one a frame; none where their strengths cannot be told
+  std::string problem;                           // why there are none, or why none has a gradient
 };
-StrengthEstimate strengthsInView(const Capture& capture, std::span<const size_t> frames, const Mask& object,
-                                 bool unevenly, const Progress& progress = {});
+StrengthEstimate strengthsInView(const capture::Capture& capture, std::span<const size_t> frames,
+                                 const image::Mask& object, bool unevenly, const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -14,7 +14,7 @@
 #include <cstring>
 #include <map>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -48,7 +48,7 @@ constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3, true},
 constexpr std::string_view kKnown =
     "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV (undistort the pictures with COLMAP first)";
 
-using Cameras = std::map<uint32_t, Lens>;
+using Cameras = std::map<uint32_t, capture::Lens>;
 
 struct Registered {
   std::string name;
@@ -57,7 +57,8 @@ struct Registered {
 };
 
 // COLMAP's QW QX QY QZ TX TY TZ.
-Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v, RoundedRotations& rotations) {
+Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v,
+                                            capture::RoundedRotations& rotations) {
   const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
   const double deviation = std::abs(q.norm() - 1);
   if (!(deviation <= 2e-3)) // of three decimals; at most 1e-3 by rounding
@@ -66,7 +67,7 @@ Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v, Roun
   return poseFromVisionAxes(q.normalized().toRotationMatrix(), {v[4], v[5], v[6]}, rotations);
 }
 
-void addCamera(Cameras& cameras, uint32_t id, const Lens& lens) {
+void addCamera(Cameras& cameras, uint32_t id, const capture::Lens& lens) {
   if (!cameras.try_emplace(id, lens).second) throw Error("a second camera has this CAMERA_ID");
 }
 
@@ -103,7 +104,7 @@ Cameras readCamerasText(const std::string& content) {
       const std::vector<std::string_view> words = wordsOf(line.text);
       if (words.size() < 4)
         throw Error::mismatch("CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]", shownText(line.text));
-      const Lens lens =
+      const capture::Lens lens =
           colmapLens(words[1], checkedPixelCount(numberOf(words[2])), checkedPixelCount(numberOf(words[3])),
                      numbersOf(std::span(words).subspan(4)));
       addCamera(cameras, static_cast<uint32_t>(countOf(words[0])), lens);
@@ -114,7 +115,7 @@ Cameras readCamerasText(const std::string& content) {
   return cameras;
 }
 
-Registered registeredIn(std::string_view text, RoundedRotations& rotations) {
+Registered registeredIn(std::string_view text, capture::RoundedRotations& rotations) {
   constexpr const char* expected = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME";
   const std::vector<std::string_view> words = wordsOf(text);
   if (words.size() < 10) throw Error::mismatch(expected, shownText(text));
@@ -134,7 +135,7 @@ void checkPoints(std::string_view text) {
     throw Error::mismatch("the picture's points, (X, Y, POINT3D_ID) each, or an empty line", shownText(text));
 }
 
-std::vector<Registered> readImagesText(const std::string& content, RoundedRotations& rotations) {
+std::vector<Registered> readImagesText(const std::string& content, capture::RoundedRotations& rotations) {
   const std::vector<TextLine> lines = linesOf(content);
   std::vector<Registered> images;
   for (size_t i = 0; i < lines.size(); ++i) {
@@ -229,7 +230,7 @@ Cameras readCamerasBinary(const std::string& content) {
   return cameras;
 }
 
-std::vector<Registered> readImagesBinary(const std::string& content, RoundedRotations& rotations) {
+std::vector<Registered> readImagesBinary(const std::string& content, capture::RoundedRotations& rotations) {
   Bytes bytes(content);
   std::vector<Registered> images;
   const uint64_t count = bytes.takeCount("num_reg_images", 4 + 7 * 8 + 4 + 1 + 8);
@@ -269,7 +270,7 @@ fs::path imagesFileOf(const fs::path& model) {
 struct Reconstruction {
   fs::path folder;
   std::vector<Registered> images;
-  RoundedRotations rotations;
+  capture::RoundedRotations rotations;
 };
 
 Reconstruction readReconstruction(const fs::path& folder) {
@@ -309,7 +310,7 @@ Reconstruction largestModel(const std::vector<fs::path>& models, const fs::path&
 
 } // namespace
 
-Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters) {
+capture::Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters) {
   const auto known =
       std::find_if(kModels.begin(), kModels.end(), [&](const Model& m) { return m.name == model; });
   if (known == kModels.end()) throw Error::mismatch(kKnown, shownText(model)).at("MODEL");
@@ -321,7 +322,7 @@ Lens colmapLens(std::string_view model, int width, int height, std::span<const d
   for (const double parameter : parameters)
     if (!std::isfinite(parameter)) throw Error("found a value that is not finite").at("PARAMS");
 
-  Lens lens{.model = Lens::Model::pinhole, .width = width, .height = height};
+  capture::Lens lens{.model = capture::Lens::Model::pinhole, .width = width, .height = height};
   const bool oneFocal = model.starts_with("SIMPLE_") || model == "RADIAL";
   lens.focalX = checkedFocalLength(parameters[0]);
   lens.focalY = checkedFocalLength(parameters[oneFocal ? 0 : 1]);
@@ -387,7 +388,7 @@ Source readColmap(const fs::path& folder, const fs::path& images, bool allowOuts
                               std::to_string(registered[i].camera))
             .at("CAMERA_ID");
       if (i > 0 && registered[i].name == registered[i - 1].name) throw Error("is listed twice");
-      Frame frame{.view = i, .picture = source.files.at(registered[i].name)};
+      capture::Frame frame{.view = i, .picture = source.files.at(registered[i].name)};
       source.capture.views.push_back({identities[i], {lens->second, registered[i].cameraFromWorld}});
       source.capture.frames.push_back(std::move(frame));
     } catch (Error& e) {
@@ -399,4 +400,4 @@ Source readColmap(const fs::path& folder, const fs::path& images, bool allowOuts
   return source;
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 // The folders with cameras.bin or cameras.txt: this one, and those where COLMAP's tools put models below.
 std::vector<std::filesystem::path> findColmapModels(const std::filesystem::path& folder);
@@ -23,6 +23,6 @@ Source readColmap(const std::filesystem::path& folder, const std::filesystem::pa
                   bool allowOutside);
 
 // The lens of a model by COLMAP's name and order of parameters; throws Error that names the model.
-Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters);
+capture::Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters);
 
-} // namespace surflect
+} // namespace surflect::importers

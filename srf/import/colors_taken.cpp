@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace {
 
@@ -17,31 +17,33 @@ std::string formatDefault(int bits) {
 }
 
 // As what, and by whose word.
-std::pair<std::string, std::string> colorsOf(const Capture& capture, const std::filesystem::path& path) {
-  const PictureHeader header = readPictureHeader(path);
+std::pair<std::string, std::string> colorsOf(const capture::Capture& capture,
+                                             const std::filesystem::path& path) {
+  const image::PictureHeader header = image::readPictureHeader(path);
   const auto& stated = header.color;
   const int bits = header.bits;
   if (capture.response) return {"the capture's response curve", "response"};
-  const ColorEncoding encoding = encodingOf(capture.colorSpace, stated, path);
+  const image::ColorEncoding encoding = capture::encodingOf(capture.colorSpace, stated, path);
   std::string word = stated ? stated->source : formatDefault(bits);
   if (capture.colorSpace) word = "color_space" + (stated ? ", over " + stated->source : "");
-  return {described(encoding, usualTransfer(bits)), word};
+  return {image::described(encoding, capture::usualTransfer(bits)), word};
 }
 
 } // namespace
 
-std::string colorsTaken(const Capture& capture, const Progress& progress) {
+std::string colorsTaken(const capture::Capture& capture, const Progress& progress) {
   std::map<std::filesystem::path, std::set<std::string>> layersOf; // those that frames want, by picture
-  for (const Frame& frame : capture.frames)
-    for (const Exposure& shot : bracketOf(frame))
+  for (const capture::Frame& frame : capture.frames)
+    for (const capture::Exposure& shot : capture::bracketOf(frame))
       layersOf[capture.folder() / shot.picture].insert(shot.layer);
   std::map<std::pair<std::string, std::string>, size_t> counts;
   size_t seen = 0;
   for (const auto& [path, layers] : layersOf) {
     progress("looking at colours", static_cast<double>(seen++) / static_cast<double>(layersOf.size()));
-    if (formatOf(path) == PictureFormat::exr) {
-      const ExrFile file(path);
-      for (const std::string& layer : layers) colorChannels(file, layer); // which throws where there are none
+    if (image::formatOf(path) == image::PictureFormat::exr) {
+      const image::ExrFile file(path);
+      for (const std::string& layer : layers)
+        image::colorChannels(file, layer); // which throws where there are none
     }
     ++counts[colorsOf(capture, path)];
   }
@@ -55,4 +57,4 @@ std::string colorsTaken(const Capture& capture, const Progress& progress) {
   return text;
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -6,11 +6,11 @@
 
 #include <string>
 
-namespace surflect {
+namespace surflect::importers {
 
 // "colour: 16 pictures as sRGB (PNG sRGB chunk), 2 as gamma 2.2 (PNG gAMA chunk)". Reads headers only. Throws
 // Error naming the picture for a statement that cannot be understood, and for an EXR without the layer
 // wanted.
-std::string colorsTaken(const Capture& capture, const Progress& progress);
+std::string colorsTaken(const capture::Capture& capture, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -28,7 +28,7 @@
 #include <map>
 #include <set>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -81,43 +81,43 @@ Source readSource(const fs::path& source, ImportFormat format, const ImportOptio
 // ---------------------------------------------------------------------------------------------------------
 // Lenses and pictures.
 
-std::string shown(PictureSize size) {
+std::string shown(image::PictureSize size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
 // Data sets come with shrunk copies of their pictures; the lens goes with them, if the shape is the same but
 // for rounding to whole pixels. Whether it was resized.
-bool fitLens(Lens& lens, PictureSize size) {
-  const PictureSize stated{lens.width, lens.height};
+bool fitLens(capture::Lens& lens, image::PictureSize size) {
+  const image::PictureSize stated{lens.width, lens.height};
   if (size == stated) return false;
   if (std::abs(static_cast<double>(lens.height) / lens.width * size.width - size.height) > 1)
     throw Error::mismatch(shown(stated) + " or of that shape", shown(size)).at("size");
-  lens = resized(lens, size.width, size.height);
+  lens = capture::resized(lens, size.width, size.height);
   return true;
 }
 
 // All pictures of a view have one size, and its masks that shape.
 void fitLenses(Source& source, const Progress& progress) {
-  Capture& capture = source.capture;
-  std::vector<std::optional<PictureSize>> sizes(capture.views.size());
+  capture::Capture& capture = source.capture;
+  std::vector<std::optional<image::PictureSize>> sizes(capture.views.size());
   std::set<fs::path> seen;
   std::map<fs::path, int> orientations; // of photographs
   size_t shrunken = 0;
   for (size_t f = 0; f < capture.frames.size(); ++f) {
-    const Frame& frame = capture.frames[f];
+    const capture::Frame& frame = capture.frames[f];
     progress("looking at pictures", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
     std::vector<fs::path> pictures;
-    for (const Exposure& exposure : bracketOf(frame)) pictures.push_back(exposure.picture);
+    for (const capture::Exposure& exposure : capture::bracketOf(frame)) pictures.push_back(exposure.picture);
     if (!frame.mask.empty()) pictures.push_back(frame.mask);
     for (const fs::path& picture : pictures) try {
-        std::optional<PictureSize>& ofView = sizes[frame.view];
+        std::optional<image::PictureSize>& ofView = sizes[frame.view];
         if (ofView && !seen.insert(picture).second) continue;
-        const PictureHeader header = readPictureHeader(picture);
-        const PictureSize size = header.size;
+        const image::PictureHeader header = image::readPictureHeader(picture);
+        const image::PictureSize size = header.size;
         const bool isMask = picture == frame.mask;
         if (!isMask) orientations[picture] = header.orientation;
         if (!ofView) shrunken += fitLens(capture.views[frame.view].camera.lens, size);
-        if (ofView && *ofView != size && isMask && isResized(size, *ofView)) continue;
+        if (ofView && *ofView != size && isMask && capture::isResized(size, *ofView)) continue;
         if (ofView && *ofView != size)
           throw Error::mismatch(shown(*ofView) + ", as other pictures of this view", shown(size)).at("size");
         ofView = size;
@@ -131,7 +131,7 @@ void fitLenses(Source& source, const Progress& progress) {
   noteTurned(orientations, source);
 }
 
-std::vector<std::vector<size_t>> framesOfViews(const Capture& capture) {
+std::vector<std::vector<size_t>> framesOfViews(const capture::Capture& capture) {
   std::vector<std::vector<size_t>> frames(capture.views.size());
   for (size_t f = 0; f < capture.frames.size(); ++f) frames[capture.frames[f].view].push_back(f);
   return frames;
@@ -139,9 +139,9 @@ std::vector<std::vector<size_t>> framesOfViews(const Capture& capture) {
 
 // Lets coordinates count from the middle of a scene that lies too far from 0 for float positions.
 void bringNear(Source& source) {
-  const auto origin = nearerOrigin(source.capture);
+  const auto origin = capture::nearerOrigin(source.capture);
   if (!origin) return;
-  source.capture = countedFrom(std::move(source.capture), *origin);
+  source.capture = capture::countedFrom(std::move(source.capture), *origin);
   const auto coordinate = [&](Eigen::Index axis) { return numberText((*origin)[axis]); };
   source.notes.push_back("coordinates are too large for single precision: cameras and lights count from (" +
                          coordinate(0) + ", " + coordinate(1) + ", " + coordinate(2) +
@@ -152,18 +152,18 @@ void bringNear(Source& source) {
 // Calibration.
 
 // The object of a view as far as the source tells it; empty where it does not.
-std::optional<Mask> objectByMatte(const Capture& capture, size_t frame) {
-  const Photograph photograph = std::move(readPhotographs(capture, {&frame, 1}).front());
+std::optional<image::Mask> objectByMatte(const capture::Capture& capture, size_t frame) {
+  const capture::Photograph photograph = std::move(capture::readPhotographs(capture, {&frame, 1}).front());
   if (!photograph.hasMatte) return std::nullopt;
-  return objectMask(photograph.alpha);
+  return image::objectMask(photograph.alpha);
 }
 
 // Masks by threshold are one a view; empty without.
-void estimateStrengths(Source& source, const std::vector<Mask>& masks, bool unevenly,
+void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bool unevenly,
                        const Progress& progress) {
-  Capture& capture = source.capture;
-  const auto isDirectional = [](const Light& light) {
-    return std::holds_alternative<DirectionalLight>(light.kind);
+  capture::Capture& capture = source.capture;
+  const auto isDirectional = [](const capture::Light& light) {
+    return std::holds_alternative<capture::DirectionalLight>(light.kind);
   };
   if (!source.strengthsUnknown) return;
   if (!std::ranges::all_of(capture.lights, isDirectional)) {
@@ -173,7 +173,7 @@ void estimateStrengths(Source& source, const std::vector<Mask>& masks, bool unev
   }
   std::vector<size_t> frames(capture.frames.size());
   for (size_t f = 0; f < frames.size(); ++f) frames[f] = f;
-  std::optional<Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
+  std::optional<image::Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
   if (!object) object = objectOfView(capture, frames, kStrengthThreshold, progress);
   const StrengthEstimate estimate = strengthsInView(capture, frames, *object, unevenly, progress);
   if (estimate.lights.empty()) { // a flat thing, a few lights: no reason to do without the photographs
@@ -197,19 +197,19 @@ void estimateStrengths(Source& source, const std::vector<Mask>& masks, bool unev
 // Removes the masks of the source, so that they need not be right where others are made.
 void dropMasks(Source& source) {
   std::set<fs::path> masks;
-  for (Frame& frame : source.capture.frames) {
+  for (capture::Frame& frame : source.capture.frames) {
     if (!frame.mask.empty()) masks.insert(frame.mask);
     frame.mask.clear();
   }
   if (!masks.empty())
-    source.notes.push_back(counted(masks.size(), "mask") + " of the source " +
+    source.notes.push_back(capture::counted(masks.size(), "mask") + " of the source " +
                            (masks.size() == 1 ? "is" : "are") + " not used: --mask-threshold makes others");
 }
 
 // One a view; empty for views whose silhouettes are poor.
-std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
+std::vector<image::Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
   const auto views = framesOfViews(source.capture);
-  std::vector<Mask> masks(views.size());
+  std::vector<image::Mask> masks(views.size());
   size_t poor = 0;
   for (size_t v = 0; v < views.size(); ++v) {
     progress("masks", static_cast<double>(v) / static_cast<double>(views.size()));
@@ -230,8 +230,8 @@ std::vector<Mask> masksByThreshold(Source& source, double threshold, const Progr
   return masks;
 }
 
-Image imageOf(const Mask& mask) {
-  Image image(mask.width, mask.height, 1);
+image::Image imageOf(const image::Mask& mask) {
+  image::Image image(mask.width, mask.height, 1);
   std::ranges::copy(mask.inside, image.values.begin());
   return image;
 }
@@ -270,9 +270,9 @@ public:
   }
 
   // A picture in the place of a file of the source, as PNG; where it lies, from where copy() leaves it.
-  fs::path write(const fs::path& source, const char* place, const Image& image) {
+  fs::path write(const fs::path& source, const char* place, const image::Image& image) {
     const fs::path path = claim(fs::path(source).replace_extension(".png"), place);
-    writePng(output_ / path, image);
+    image::writePng(output_ / path, image);
     count(path);
     copied_[{output_ / path, place}] = path;
     return output_ / path;
@@ -292,35 +292,36 @@ private:
   uint64_t bytes_ = 0;
 };
 
-Image inverted(Image coverage) {
+image::Image inverted(image::Image coverage) {
   for (float& value : coverage.values) value = 1 - value;
   return coverage;
 }
 
 // Writes the masks of the source anew; afterwards the capture's masks are those.
-void invertMasks(Capture& capture, Copies& copies, const Progress& progress) {
+void invertMasks(capture::Capture& capture, Copies& copies, const Progress& progress) {
   std::map<fs::path, fs::path> written;
-  for (Frame& frame : capture.frames) {
+  for (capture::Frame& frame : capture.frames) {
     if (frame.mask.empty()) continue;
     progress.checkpoint();
     const auto [known, isNew] = written.try_emplace(frame.mask);
-    if (isNew) known->second = copies.write(frame.mask, "masks", inverted(readMask(frame.mask).coverage));
+    if (isNew)
+      known->second = copies.write(frame.mask, "masks", inverted(capture::readMask(frame.mask).coverage));
     frame.mask = known->second;
   }
 }
 
 // Copies all files; afterwards the capture's paths are those of the output.
-void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies, const fs::path& output,
-               const Progress& progress) {
+void takeAlong(capture::Capture& capture, const std::vector<image::Mask>& masks, Copies& copies,
+               const fs::path& output, const Progress& progress) {
   std::vector<fs::path> maskOf(capture.views.size());
   for (size_t f = 0; f < capture.frames.size(); ++f) {
-    Frame& frame = capture.frames[f];
+    capture::Frame& frame = capture.frames[f];
     progress("copying", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
     if (!masks.empty()) {
       fs::path& mask = maskOf[frame.view];
       if (mask.empty() && !masks[frame.view].inside.empty()) {
         mask = copies.claim(fs::path(frame.picture).replace_extension(".png"), "masks");
-        writePng(output / mask, imageOf(masks[frame.view]));
+        image::writePng(output / mask, imageOf(masks[frame.view]));
         copies.count(mask);
       }
       frame.mask = mask;
@@ -328,7 +329,7 @@ void takeAlong(Capture& capture, const std::vector<Mask>& masks, Copies& copies,
       frame.mask = copies.copy(frame.mask, "masks", progress);
     }
     frame.picture = copies.copy(frame.picture, "images", progress);
-    for (Exposure& exposure : frame.further)
+    for (capture::Exposure& exposure : frame.further)
       exposure.picture = copies.copy(exposure.picture, "images", progress);
   }
   if (!capture.geometry.empty()) capture.geometry = copies.copy(capture.geometry, "geometry", progress);
@@ -360,20 +361,20 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
       .in(source);
 }
 
-void holdOut(Capture& capture, const std::vector<std::string>& names, size_t every) {
+void holdOut(capture::Capture& capture, const std::vector<std::string>& names, size_t every) {
   // In the order of their first frames; lights of one cluster are one.
   std::vector<std::string> cameras, lights;
   std::set<std::string> knownCameras, knownLights;
-  for (const View& view : capture.views)
+  for (const capture::View& view : capture.views)
     if (knownCameras.insert(view.identity).second) cameras.push_back(view.identity);
-  for (const Light& light : capture.lights)
+  for (const capture::Light& light : capture.lights)
     if (knownLights.insert(light.identity).second) lights.push_back(light.identity);
 
   std::set<std::string> outCameras, outLights;
   for (const std::string& name : names) {
     const bool isCamera = knownCameras.contains(name);
     const auto light = std::ranges::find_if(
-        capture.lights, [&](const Light& l) { return l.name == name || l.identity == name; });
+        capture.lights, [&](const capture::Light& l) { return l.name == name || l.identity == name; });
     if (isCamera) outCameras.insert(name);
     if (light != capture.lights.end()) outLights.insert(light->identity);
     if (isCamera || light != capture.lights.end()) continue;
@@ -388,11 +389,11 @@ void holdOut(Capture& capture, const std::vector<std::string>& names, size_t eve
   for (size_t i = 1; every > 0 && i * every <= counted.size(); ++i)
     (ofLights ? outLights : outCameras).insert(counted[i * every - 1]);
 
-  for (Frame& frame : capture.frames)
+  for (capture::Frame& frame : capture.frames)
     if (outCameras.contains(capture.views[frame.view].identity) ||
         (frame.light && outLights.contains(capture.lights[*frame.light].identity)))
-      frame.split = Split::test;
-  const auto trains = [](const Frame& frame) { return frame.split == Split::train; };
+      frame.split = capture::Split::test;
+  const auto trains = [](const capture::Frame& frame) { return frame.split == capture::Split::train; };
   if (std::ranges::none_of(capture.frames, trains)) throw Error("no photograph is left to train with");
 }
 
@@ -402,7 +403,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
   Source source = readSource(sourcePath, report.format, options);
-  Capture& capture = source.capture;
+  capture::Capture& capture = source.capture;
   if (options.maskThreshold) dropMasks(source);
   if (options.colorSpace) {
     capture.colorSpace = options.colorSpace;
@@ -424,24 +425,24 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   Copies copies(source.files.root, folder.temporaryPath());
   if (options.invertMasks) invertMasks(capture, copies, progress); // before they tell what is calibrated
   if (options.recoverResponse) {
-    capture.response = recoverResponse(capture, progress);
+    capture.response = calibration::recoverResponse(capture, progress);
     capture.colorSpace.reset();
     capture.calibration["response"] = "recovered from exposure brackets";
   }
   source.notes.push_back(colorsTaken(capture, progress));
-  std::vector<Mask> masks;
+  std::vector<image::Mask> masks;
   if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
   estimateStrengths(source, masks, options.unevenLights, progress);
 
   takeAlong(capture, masks, copies, folder.temporaryPath(), progress);
-  writeCapture(capture, folder.temporaryPath());
+  capture::writeCapture(capture, folder.temporaryPath());
   progress("copying", 1);
   folder.commit();
 
   report.views = capture.views.size();
   report.lights = capture.lights.size();
-  for (const Frame& frame : capture.frames)
-    ++(frame.split == Split::train ? report.trainingFrames : report.testFrames);
+  for (const capture::Frame& frame : capture.frames)
+    ++(frame.split == capture::Split::train ? report.trainingFrames : report.testFrames);
   report.pictures = copies.files("images");
   report.masks = copies.files("masks");
   report.bytes = copies.bytes();
@@ -449,4 +450,4 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   return report;
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 enum class ImportFormat { colmap, transforms, middlebury, lights };
 
@@ -20,14 +20,14 @@ struct ImportOptions {
   std::filesystem::path images;       // COLMAP: where its names start; empty: images/ of the source
   std::filesystem::path lights;       // the light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
-  std::vector<std::string> test;        // cameras and lights to hold out, beside those that the source does
-  size_t testEvery = 0;                 // hold out each Nth camera, or light where there is one view; 0: none
-  std::optional<double> maskThreshold;  // masks by threshold, in the place of the source's
-  bool invertMasks = false;             // of the source: black is the object
-  std::optional<ColorSpace> colorSpace; // of the pictures, whatever the source says
-  bool unevenLights = false;            // where strengths are estimated: with their gradients
-  bool recoverResponse = false;         // of the camera, from exposure brackets
-  bool allowOutside = false;            // files of the source can lie out of its folder
+  std::vector<std::string> test;       // cameras and lights to hold out, beside those that the source does
+  size_t testEvery = 0;                // hold out each Nth camera, or light where there is one view; 0: none
+  std::optional<double> maskThreshold; // masks by threshold, in the place of the source's
+  bool invertMasks = false;            // of the source: black is the object
+  std::optional<capture::ColorSpace> colorSpace; // of the pictures, whatever the source says
+  bool unevenLights = false;                     // where strengths are estimated: with their gradients
+  bool recoverResponse = false;                  // of the camera, from exposure brackets
+  bool allowOutside = false;                     // files of the source can lie out of its folder
 };
 
 struct ImportReport {
@@ -51,6 +51,6 @@ ImportReport importCapture(const std::filesystem::path& source, const std::files
 
 // Moves frames to the test split: those of the cameras and lights named, and each Nth camera's (light's,
 // where there is one view). Throws Error for names it does not know, and where nothing is left to train with.
-void holdOut(Capture& capture, const std::vector<std::string>& names, size_t every);
+void holdOut(capture::Capture& capture, const std::vector<std::string>& names, size_t every);
 
-} // namespace surflect
+} // namespace surflect::importers

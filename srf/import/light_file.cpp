@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace {
 
@@ -162,4 +162,4 @@ std::vector<LightEntry> parseLights(std::string_view content) {
   return entries;
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 // Blanks, too, stand between numbers.
 inline constexpr std::string_view kLightSeparators = ",;";
@@ -32,4 +32,4 @@ std::vector<LightEntry> parseLights(std::string_view content);
 // can be separators as well.
 std::string withDecimalPoints(std::string_view content);
 
-} // namespace surflect
+} // namespace surflect::importers

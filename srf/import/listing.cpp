@@ -7,7 +7,7 @@
 #include <cctype>
 #include <map>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -93,7 +93,7 @@ std::vector<fs::path> picturesIn(const fs::path& folder) {
   std::vector<fs::path> pictures;
   std::error_code problem, ignored;
   for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end; entry.increment(problem))
-    if (isPictureName(entry->path()) && !isHidden(entry->path()) && entry->is_regular_file(ignored))
+    if (image::isPictureName(entry->path()) && !isHidden(entry->path()) && entry->is_regular_file(ignored))
       pictures.push_back(entry->path());
   if (problem) throw Error("cannot open (" + problem.message() + ")").in(folder);
   sortNaturally(pictures);
@@ -107,11 +107,11 @@ std::vector<fs::path> picturesBelow(const fs::path& folder) {
        entry.increment(problem)) {
     if (isHidden(entry->path()))
       entry.disable_recursion_pending();
-    else if (isPictureName(entry->path()) && entry->is_regular_file(ignored))
+    else if (image::isPictureName(entry->path()) && entry->is_regular_file(ignored))
       pictures.push_back(entry->path());
   }
   sortNaturally(pictures);
   return pictures;
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 // In lower case, ASCII letters only.
 std::string lowered(std::string text);
@@ -31,4 +31,4 @@ std::vector<std::filesystem::path> picturesIn(const std::filesystem::path& folde
 // Pictures of a folder that need not be there, with all folders below it. Links to folders are not followed.
 std::vector<std::filesystem::path> picturesBelow(const std::filesystem::path& folder);
 
-} // namespace surflect
+} // namespace surflect::importers

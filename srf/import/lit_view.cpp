@@ -13,7 +13,7 @@
 #include <cmath>
 #include <set>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -224,12 +224,12 @@ void addLights(Source& source, const std::vector<LightEntry>& entries, const std
       if (!(v.norm() >= 1e-6 && v.norm() <= (positions ? 1e6 : 1e9)))
         throw Error::mismatch(positions ? "a position off the origin, within 1e6 of it" : "a direction",
                               "length " + numberText(v.norm()));
-      Light light{names[l], names[l], {}};
+      capture::Light light{names[l], names[l], {}};
       if (positions)
-        light.kind = PointLight{assume<Point3<AcquisitionSpace, double>>(v), strengths[l]};
+        light.kind = capture::PointLight{assume<Point3<AcquisitionSpace, double>>(v), strengths[l]};
       else
-        light.kind =
-            DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(v.normalized()), strengths[l]};
+        light.kind = capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(v.normalized()),
+                                               strengths[l]};
       source.capture.lights.push_back(std::move(light));
     } catch (Error& e) {
       throw std::move(e).at("line " + std::to_string(entries[l].line));
@@ -243,8 +243,8 @@ float meanIntensity(const std::vector<LightEntry>& entries) {
   return static_cast<float>(static_cast<double>(entries.size()) / irradiance);
 }
 
-Camera<AcquisitionSpace> frontCamera(PictureSize size, const LitViewOptions& options) {
-  Lens lens{
+capture::Camera<AcquisitionSpace> frontCamera(image::PictureSize size, const LitViewOptions& options) {
+  capture::Lens lens{
       .width = size.width, .height = size.height, .centerX = size.width / 2., .centerY = size.height / 2.};
   double distance = 2 * options.height;
   if (options.fieldOfView) {
@@ -252,7 +252,7 @@ Camera<AcquisitionSpace> frontCamera(PictureSize size, const LitViewOptions& opt
     lens.focalX = lens.focalY = size.height / 2. / tangent;
     distance = options.height / 2 / tangent;
   } else {
-    lens.model = Lens::Model::orthographic;
+    lens.model = capture::Lens::Model::orthographic;
     lens.focalX = lens.focalY = size.height / options.height;
   }
   return {lens, {Mat3<double>::Identity(), Vec3<double>(0, 0, -distance)}};
@@ -300,7 +300,7 @@ Source readLitView(const fs::path& folder, const fs::path& lights, const LitView
   addLights(source, entries, lightNames,
             stated ? *stated : std::vector<Rgb>(entries.size(), Rgb{alike, alike, alike}), options.positions);
 
-  source.capture.views.push_back({"front", frontCamera(readPictureSize(photographs[0]), options)});
+  source.capture.views.push_back({"front", frontCamera(image::readPictureSize(photographs[0]), options)});
   for (size_t l = 0; l < entries.size(); ++l)
     source.capture.frames.push_back(
         {.view = 0, .light = l, .picture = photographs[l], .mask = pictures.mask});
@@ -320,4 +320,4 @@ Source readLitView(const fs::path& folder, const fs::path& lights, const LitView
   throw std::move(e).in(lights);
 }
 
-} // namespace surflect
+} // namespace surflect::importers

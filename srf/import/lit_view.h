@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 struct LitViewOptions {
   bool positions = false;           // the light file gives where lights stand, not directions towards them
@@ -32,4 +32,4 @@ std::optional<std::filesystem::path> findLights(const std::filesystem::path& fol
 Source readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
                    const LitViewOptions& options, bool allowOutside);
 
-} // namespace surflect
+} // namespace surflect::importers

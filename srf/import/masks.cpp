@@ -9,7 +9,7 @@
 #include <set>
 #include <span>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -94,15 +94,17 @@ std::vector<fs::path> maskFoldersIn(const fs::path& parent, std::string_view pic
 }
 
 void findMasks(Source& source) {
-  std::vector<Frame>& frames = source.capture.frames;
+  std::vector<capture::Frame>& frames = source.capture.frames;
   const auto shown = [&](const fs::path& file) { return source.files.shown(file); };
-  const bool named = std::ranges::any_of(frames, [](const Frame& frame) { return !frame.mask.empty(); });
+  const bool named =
+      std::ranges::any_of(frames, [](const capture::Frame& frame) { return !frame.mask.empty(); });
 
   Listings listings;
   std::set<fs::path> inUse, searched;
-  for (const Frame& frame : frames) {
+  for (const capture::Frame& frame : frames) {
     if (!frame.mask.empty()) inUse.insert(frame.mask.lexically_normal());
-    for (const Exposure& shot : bracketOf(frame)) inUse.insert(shot.picture.lexically_normal());
+    for (const capture::Exposure& shot : capture::bracketOf(frame))
+      inUse.insert(shot.picture.lexically_normal());
   }
   std::map<fs::path, std::vector<size_t>> claims; // frames that a mask is found for
   std::vector<std::string> ambiguous;
@@ -139,13 +141,13 @@ void findMasks(Source& source) {
   std::vector<std::string>& notes = source.notes;
   if (named && !taken.empty())
     notes.push_back(
-        "masks of " + counted(masked, "photograph") +
+        "masks of " + capture::counted(masked, "photograph") +
         " that the source names no mask for are not used, though their names fit: " + firstNames(taken));
   if (!named && !taken.empty())
-    notes.push_back(counted(taken.size(), "mask") + " found by name for " + std::to_string(masked) + " of " +
-                    counted(frames.size(), "photograph") + ": " + firstNames(taken));
+    notes.push_back(capture::counted(taken.size(), "mask") + " found by name for " + std::to_string(masked) +
+                    " of " + capture::counted(frames.size(), "photograph") + ": " + firstNames(taken));
   if (!named && !ambiguous.empty())
-    notes.push_back("several masks fit " + counted(ambiguous.size(), "photograph") +
+    notes.push_back("several masks fit " + capture::counted(ambiguous.size(), "photograph") +
                     " by name; taken: " + firstNames(ambiguous));
   if (!shared.empty())
     notes.push_back("masks whose names photographs of several views have, which are not used: " +
@@ -159,4 +161,4 @@ void findMasks(Source& source) {
                     firstNames(idle) + ")");
 }
 
-} // namespace surflect
+} // namespace surflect::importers

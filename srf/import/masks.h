@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 // The folders in `parent` that can hold masks of pictures in a folder of the given name: masks_2 for
 // images_2, masks, mask. Those that exist.
@@ -24,4 +24,4 @@ std::vector<std::filesystem::path> maskFoldersIn(const std::filesystem::path& pa
 // is not used. Throws Error for masks out of the root, unless that is allowed.
 void findMasks(Source& source);
 
-} // namespace surflect
+} // namespace surflect::importers

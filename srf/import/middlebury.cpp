@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -23,7 +23,7 @@ Mat3<double> matrixAt(const std::vector<std::string_view>& words, size_t first) 
 }
 
 // K of the file, whose whole numbers are centres, to a lens whose centres lie at +0.5.
-Lens lensOf(Mat3<double> k, PictureSize size) {
+capture::Lens lensOf(Mat3<double> k, image::PictureSize size) {
   if (k(1, 0) != 0 || k(2, 0) != 0 || k(2, 1) != 0 || !(k(2, 2) > 0))
     throw Error::mismatch("an upper triangular matrix with k33 above 0", "another").at("K");
   k /= k(2, 2);
@@ -37,12 +37,12 @@ Lens lensOf(Mat3<double> k, PictureSize size) {
           .centerY = checkedCenter(k(1, 2) + 0.5)};
 }
 
-void addPicture(Source& source, const TextLine& line, RoundedRotations& rotations) {
+void addPicture(Source& source, const TextLine& line, capture::RoundedRotations& rotations) {
   const std::vector<std::string_view> words = wordsOf(line.text);
   if (words.size() != 22)
     throw Error::mismatch("a picture, K, R and t: 22 words", std::to_string(words.size()));
   const fs::path picture = source.files.at(words[0]);
-  const Lens lens = lensOf(matrixAt(words, 1), readPictureSize(picture));
+  const capture::Lens lens = lensOf(matrixAt(words, 1), image::readPictureSize(picture));
   const Vec3<double> translation(numberOf(words[19]), numberOf(words[20]), numberOf(words[21]));
   source.capture.frames.push_back({.view = source.capture.views.size(), .picture = picture});
   source.capture.views.push_back(
@@ -75,7 +75,7 @@ Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
   if (lines.empty()) throw Error::mismatch("the number of pictures", "an empty file");
   Source source;
   source.files = {parameters.parent_path(), allowOutside};
-  RoundedRotations rotations;
+  capture::RoundedRotations rotations;
   for (size_t i = 0; i < lines.size(); ++i) try {
       if (i > 0)
         addPicture(source, lines[i], rotations);
@@ -87,12 +87,12 @@ Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
     }
   if (source.capture.frames.empty()) throw Error("it lists no picture");
   if (const auto good = goodSilhouettes(silhouetteList(parameters)))
-    for (const Frame& frame : source.capture.frames)
+    for (const capture::Frame& frame : source.capture.frames)
       if (!good->contains(frame.picture.filename().string())) source.poorSilhouettes.insert(frame.picture);
 
   std::vector<fs::path> names;
   std::set<std::string> different;
-  for (const View& view : source.capture.views) {
+  for (const capture::View& view : source.capture.views) {
     names.emplace_back(view.identity);
     if (!different.insert(view.identity).second) throw Error(shownText(view.identity) + " is listed twice");
   }
@@ -105,4 +105,4 @@ Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
   throw std::move(e).in(parameters);
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -9,10 +9,10 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::importers {
 
 // K without skew, of any scale. Where NAME_good_silhouette_images.txt lies beside, pictures that it does not
 // list have poor silhouettes. Throws Error with the line.
 Source readMiddlebury(const std::filesystem::path& parameters, bool allowOutside);
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <set>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -30,9 +30,9 @@ void noteTurned(const std::map<fs::path, int>& orientations, Source& source) {
 
 void noteUnused(Source& source, bool below) {
   std::set<fs::path> folders, used;
-  for (const Frame& frame : source.capture.frames) {
+  for (const capture::Frame& frame : source.capture.frames) {
     used.insert(frame.mask.lexically_normal());
-    for (const Exposure& shot : bracketOf(frame)) {
+    for (const capture::Exposure& shot : capture::bracketOf(frame)) {
       used.insert(shot.picture.lexically_normal());
       folders.insert(shot.picture.parent_path());
     }
@@ -56,12 +56,12 @@ void noteUnused(Source& source, bool below) {
 
 void noteMasks(Source& source, bool inverted, const Progress& progress) {
   const bool anyMask =
-      std::ranges::any_of(source.capture.frames, [](const Frame& f) { return !f.mask.empty(); });
+      std::ranges::any_of(source.capture.frames, [](const capture::Frame& f) { return !f.mask.empty(); });
   if (inverted && !anyMask) throw Error("the source has no masks").at("--invert-masks").in(source.files.root);
-  const auto [warnings, notes] = surveyMasks(source.capture, inverted, progress);
+  const auto [warnings, notes] = capture::surveyMasks(source.capture, inverted, progress);
   for (const std::string& warning : warnings) source.notes.push_back("warning: " + warning); // as inspect
   source.notes.insert(source.notes.end(), notes.begin(), notes.end());
   if (inverted) source.notes.push_back("masks were inverted: black is the object");
 }
 
-} // namespace surflect
+} // namespace surflect::importers

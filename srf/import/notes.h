@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <map>
 
-namespace surflect {
+namespace surflect::importers {
 
 // Photographs that EXIF would have turned are not, which matters most where it turns some of a set. Their
 // orientations are as in Picture.
@@ -21,4 +21,4 @@ void noteUnused(Source& source, bool below);
 // where they are to be inverted and there are none, and Cancelled.
 void noteMasks(Source& source, bool inverted, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::importers

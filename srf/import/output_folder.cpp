@@ -12,7 +12,7 @@
 #include <unistd.h>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -98,4 +98,4 @@ void OutputFolder::commit() {
   ::fchmod(descriptor_, 0755);
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::importers {
 
 // Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); dropped by the destructor
 // otherwise. What a killed process has left of the same target is removed first. The target must not be there
@@ -24,4 +24,4 @@ private:
   bool committed_ = false;
 };
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <set>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -55,9 +55,9 @@ std::string SourceFiles::shown(const fs::path& file) const {
 
 Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
                                                         const Vec3<double>& translation,
-                                                        RoundedRotations& rotations) {
+                                                        capture::RoundedRotations& rotations) {
   if (!rotation.allFinite() || !translation.allFinite()) throw Error("the pose is not finite");
-  if (!(translation.norm() <= kFarthest)) // then the camera's place is as near
+  if (!(translation.norm() <= capture::kFarthest)) // then the camera's place is as near
     throw Error::mismatch("a translation within 1e12", "a longer one");
   const Vec3<double> flip(1, -1, -1); // x right, y up, looking along -z
   return {flip.asDiagonal() * rotations.nearest(rotation), flip.cwiseProduct(translation)};
@@ -83,7 +83,7 @@ double checkedFocalLength(double pixels) {
 }
 
 double checkedCenter(double pixels) {
-  if (!(std::abs(pixels) <= kFarthest))
+  if (!(std::abs(pixels) <= capture::kFarthest))
     throw Error::mismatch("a principal point within 1e12", "one farther out");
   return pixels;
 }
@@ -95,4 +95,4 @@ int checkedPixelCount(double pixels) {
   return static_cast<int>(pixels);
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 // Where a source's files lie, and whether they may lie elsewhere.
 struct SourceFiles {
@@ -32,7 +32,7 @@ struct SourceFiles {
 struct Source {
   SourceFiles files;
   std::vector<std::filesystem::path> maskFolders; // those with masks by the pictures' names below the root
-  Capture capture; // its paths can be opened as they are; capture.file is empty
+  capture::Capture capture; // its paths can be opened as they are; capture.file is empty
   std::set<std::filesystem::path>
       poorSilhouettes;            // pictures whose object no threshold tells, by the source's word
   bool strengthsUnknown = false;  // the lights' irradiance is 1 for all, and stands for nothing
@@ -43,7 +43,7 @@ struct Source {
 // rounding of the rotation's digits is taken out, and counted. Throws Error for anything but a rigid motion.
 Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
                                                         const Vec3<double>& translation,
-                                                        RoundedRotations& rotations);
+                                                        capture::RoundedRotations& rotations);
 
 // A camera of each picture, named after it without its extension where that tells them apart.
 std::vector<std::string> namesOfPictures(const std::vector<std::filesystem::path>& pictures);
@@ -53,4 +53,4 @@ double checkedFocalLength(double pixels);
 double checkedCenter(double pixels);
 int checkedPixelCount(double pixels);
 
-} // namespace surflect
+} // namespace surflect::importers

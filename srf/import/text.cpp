@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace {
 
@@ -93,4 +93,4 @@ std::string shownText(std::string_view text) {
 
 std::string fieldOf(const TextLine& line) { return "line " + std::to_string(line.number); }
 
-} // namespace surflect
+} // namespace surflect::importers

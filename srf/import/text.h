@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace surflect {
+namespace surflect::importers {
 
 struct TextLine {
   size_t number = 0;     // from 1
@@ -49,4 +49,4 @@ template <class Work> auto inLine(const TextLine& line, Work work) {
   }
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -12,7 +12,7 @@
 #include <array>
 #include <set>
 
-namespace surflect {
+namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
@@ -165,12 +165,12 @@ void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vecto
   frames = std::move(kept);
 }
 
-Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings& findings) try {
-  const PathRule paths = allowOutside ? PathRule::anywhere : PathRule::inside;
+capture::Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings& findings) try {
+  const capture::PathRule paths = allowOutside ? capture::PathRule::anywhere : capture::PathRule::inside;
   const std::string content = readFile(file);
-  Json root = Json::parse(shallowPart(content, kDeepestJson), nullptr, false);
+  Json root = Json::parse(capture::shallowPart(content, capture::kDeepestJson), nullptr, false);
   if (!root.is_object() || !root.contains("frames") || !root["frames"].is_array())
-    return parseCapture(content, file, paths); // which says what is wrong
+    return capture::parseCapture(content, file, paths); // which says what is wrong
 
   if (root.contains("applied_transform") || root.contains("applied_scale"))
     findings.notes.push_back("nerfstudio's applied_transform is kept in: poses are as " +
@@ -184,7 +184,7 @@ Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings&
     spellOutIntrinsics(frame);
     spellOutPath(frame);
   }
-  return parseCapture(root.dump(), file, paths);
+  return capture::parseCapture(root.dump(), file, paths);
 } catch (Error& e) {
   throw std::move(e).in(file);
 }
@@ -192,15 +192,15 @@ Capture describe(const fs::path& file, Part ofFile, bool allowOutside, Findings&
 // ---------------------------------------------------------------------------------------------------------
 // Several files become one capture.
 
-bool samePlace(const View& a, const View& b) {
+bool samePlace(const capture::View& a, const capture::View& b) {
   const auto &x = a.camera.cameraFromWorld, &y = b.camera.cameraFromWorld;
   return a.camera.lens == b.camera.lens && x.rotation() == y.rotation() && x.translation() == y.translation();
 }
 
 // Lights that the reader has named by the frame they were found in.
-bool isUnnamed(const Light& light) { return light.name.starts_with("pl_pos["); }
+bool isUnnamed(const capture::Light& light) { return light.name.starts_with("pl_pos["); }
 
-size_t lightIn(std::vector<Light>& lights, Light light, const std::string& file) {
+size_t lightIn(std::vector<capture::Light>& lights, capture::Light light, const std::string& file) {
   for (size_t l = 0; l < lights.size(); ++l) {
     const bool sameName = lights[l].name == light.name;
     if (lights[l].kind == light.kind && (sameName || (isUnnamed(lights[l]) && isUnnamed(light)))) return l;
@@ -217,7 +217,7 @@ template <class Value, class IsSet> void agree(Value& all, const Value& part, co
   if (isSet(part)) all = part;
 }
 
-void append(Capture& all, Capture part, const fs::path& file) {
+void append(capture::Capture& all, capture::Capture part, const fs::path& file) {
   agree(all.colorSpace, part.colorSpace, "color_space", [](auto& c) { return bool(c); });
   agree(all.response, part.response, "response", [](auto& r) { return bool(r); });
   agree(all.geometry, part.geometry, "geometry", [](auto& g) { return !g.empty(); });
@@ -226,15 +226,15 @@ void append(Capture& all, Capture part, const fs::path& file) {
   if (all.frames[0].light.has_value() != part.frames[0].light.has_value())
     throw Error("one file has lights, another has none").at("frames[0].light");
   std::vector<size_t> newView, newLight;
-  for (View& view : part.views) {
+  for (capture::View& view : part.views) {
     const auto known =
-        std::ranges::find_if(all.views, [&](const View& other) { return samePlace(view, other); });
+        std::ranges::find_if(all.views, [&](const capture::View& other) { return samePlace(view, other); });
     newView.push_back(static_cast<size_t>(known - all.views.begin()));
     if (known == all.views.end()) all.views.push_back(std::move(view));
   }
-  for (Light& light : part.lights)
+  for (capture::Light& light : part.lights)
     newLight.push_back(lightIn(all.lights, std::move(light), file.stem().string()));
-  for (Frame& frame : part.frames) {
+  for (capture::Frame& frame : part.frames) {
     frame.view = newView[frame.view];
     if (frame.light) frame.light = newLight[*frame.light];
     all.frames.push_back(std::move(frame));
@@ -279,7 +279,7 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
   source.files = {folder, allowOutside};
 
   Findings findings;
-  Capture all = describe(file, Part::train, allowOutside, findings);
+  capture::Capture all = describe(file, Part::train, allowOutside, findings);
   if (ofFolder && file.filename() == "transforms.json") noteSplitFiles(folder, findings.notes);
   if (ofFolder && file.filename() == "transforms_train.json") {
     const auto test = firstFile(folder, {"transforms_test.json"}),
@@ -303,14 +303,14 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
     source.files.check(path); // links, too
   };
   toPlace(all.geometry);
-  for (Frame& frame : all.frames) {
+  for (capture::Frame& frame : all.frames) {
     toPlace(frame.picture);
     toPlace(frame.mask);
-    for (Exposure& exposure : frame.further) toPlace(exposure.picture);
+    for (capture::Exposure& exposure : frame.further) toPlace(exposure.picture);
   }
   source.capture = std::move(all);
   sayLamps(findings, source);
   return source;
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <optional>
 
-namespace surflect {
+namespace surflect::importers {
 
 // The description in a folder: transforms.json, or transforms_train.json; none: empty.
 std::optional<std::filesystem::path> findTransforms(const std::filesystem::path& folder);
@@ -18,4 +18,4 @@ std::optional<std::filesystem::path> findTransforms(const std::filesystem::path&
 // test photographs: then they are these. Throws Error.
 Source readTransforms(const std::filesystem::path& folderOrFile, bool allowOutside);
 
-} // namespace surflect
+} // namespace surflect::importers

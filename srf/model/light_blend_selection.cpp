@@ -12,7 +12,7 @@
 #include <numbers>
 #include <set>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -22,20 +22,20 @@ constexpr double kForeshortenedSpacing = std::numbers::pi / 3;
 
 // What may be foreshortened. Normals that photographs tell are as rough as a relief made of them: by those a
 // mean would err by tens of percent, while a plane leaves them a few percent to say.
-std::vector<LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
+std::vector<ulr::LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
   if (normals == NormalsFrom::nothing || spacing > kForeshortenedSpacing) return {};
-  if (normals == NormalsFrom::photographs) return {LightFit::plane};
-  return {LightFit::mean, LightFit::plane};
+  if (normals == NormalsFrom::photographs) return {ulr::LightFit::plane};
+  return {ulr::LightFit::mean, ulr::LightFit::plane};
 }
 
 // From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
 // light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
-std::vector<LightBlend> candidatesFor(size_t lights, std::span<const LightFit> foreshortened) {
-  std::vector<LightBlend> candidates;
+std::vector<ulr::LightBlend> candidatesFor(size_t lights, std::span<const ulr::LightFit> foreshortened) {
+  std::vector<ulr::LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8}) {
     if (blended + 2 > lights) break;
-    for (const LightFit fit : {LightFit::mean, LightFit::plane}) {
-      if (fit == LightFit::plane && blended == 3) continue;
+    for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane}) {
+      if (fit == ulr::LightFit::plane && blended == 3) continue;
       candidates.push_back({blended, fit, false});
       if (std::ranges::find(foreshortened, fit) != foreshortened.end())
         candidates.push_back({blended, fit, true});
@@ -44,7 +44,9 @@ std::vector<LightBlend> candidatesFor(size_t lights, std::span<const LightFit> f
   return candidates;
 }
 
-float shown(float radiance, float white) { return srgbFromLinear(std::clamp(radiance / white, 0.f, 1.f)); }
+float shown(float radiance, float white) {
+  return image::srgbFromLinear(std::clamp(radiance / white, 0.f, 1.f));
+}
 
 } // namespace
 
@@ -81,13 +83,14 @@ std::vector<Normal3<AcquisitionSpace>> LightSamples::normalsWithout(size_t light
       const auto& [r, g, b] = reflectance_[others[i]];
       shares[i] = std::numbers::pi_v<float> * Rgb{r[texel], g[texel], b[texel]};
     }
-    normals.push_back(assume<Normal3<AcquisitionSpace>>(fitLambert(towards, shares).normal.cast<float>()));
+    normals.push_back(
+        assume<Normal3<AcquisitionSpace>>(relief::fitLambert(towards, shares).normal.cast<float>()));
   }
   return normals;
 }
 
 // The summed squared error of each candidate.
-std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const LightBlend> candidates,
+std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const ulr::LightBlend> candidates,
                                                 std::span<const Normal3<AcquisitionSpace>> normals,
                                                 float white, const Progress& progress) const {
   std::vector<size_t> indices;
@@ -99,10 +102,11 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
     others.push_back(towards_[other]);
     covering.push_back(towards_[other].cast<double>());
   }
-  const LightCoverage coverage(covering);
-  std::vector<BlendSet> blends;
-  for (const LightBlend& candidate : candidates)
-    blends.push_back(blendOfLights(others, towards_[light], candidate, coverage, LightExtrapolation::clamp));
+  const ulr::LightCoverage coverage(covering);
+  std::vector<ulr::BlendSet> blends;
+  for (const ulr::LightBlend& candidate : candidates)
+    blends.push_back(
+        ulr::blendOfLights(others, towards_[light], candidate, coverage, ulr::LightExtrapolation::clamp));
 
   // How a texel's blends are foreshortened, candidate by candidate.
   std::set<uint32_t> blended; // few, however many lights there are
@@ -112,11 +116,13 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const Li
   std::vector<float> factors, cosines(others.size());
   for (size_t texel = 0; texel < normals.size(); ++texel) {
     progress.checkNowAndThen(texel);
-    for (const uint32_t other : blended) cosines[other] = foreshortenedCosine(normals[texel], others[other]);
-    const float asked = foreshortenedCosine(normals[texel], towards_[light]);
+    for (const uint32_t other : blended)
+      cosines[other] = ulr::foreshortenedCosine(normals[texel], others[other]);
+    const float asked = ulr::foreshortenedCosine(normals[texel], towards_[light]);
     for (size_t c = 0; c < candidates.size(); ++c)
-      factors.push_back(candidates[c].foreshortened ? foreshortening(asked, blendedCosine(blends[c], cosines))
-                                                    : 1);
+      factors.push_back(candidates[c].foreshortened
+                            ? ulr::foreshortening(asked, ulr::blendedCosine(blends[c], cosines))
+                            : 1);
   }
 
   std::vector<double> errors(candidates.size());
@@ -147,7 +153,7 @@ LightBlendSelection LightSamples::choose(double white, NormalsFrom normals, cons
   const size_t lights = towards_.size();
   std::vector<Direction3<AcquisitionSpace, double>> covering;
   for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
-  const auto fits = foreshortenedFits(normals, LightCoverage(covering).spacing());
+  const auto fits = foreshortenedFits(normals, ulr::LightCoverage(covering).spacing());
   const auto candidates = candidatesFor(lights, fits);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);
@@ -168,4 +174,4 @@ LightBlendSelection LightSamples::choose(double white, NormalsFrom normals, cons
   return {candidates[chosen], -10 * std::log10(std::max(errors[chosen] / values, 1e-30))};
 }
 
-} // namespace surflect
+} // namespace surflect::model

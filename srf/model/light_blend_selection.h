@@ -10,10 +10,10 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 struct LightBlendSelection {
-  LightBlend blend;
+  ulr::LightBlend blend;
   // Of the photographs of lights left out, after the sRGB curve; none where there are too few lights to tell.
   std::optional<double> leftOutDb;
 };
@@ -42,7 +42,7 @@ public:
 
 private:
   std::vector<Normal3<AcquisitionSpace>> normalsWithout(size_t light, const Progress& progress) const;
-  std::vector<double> leftOutErrors(size_t light, std::span<const LightBlend> candidates,
+  std::vector<double> leftOutErrors(size_t light, std::span<const ulr::LightBlend> candidates,
                                     std::span<const Normal3<AcquisitionSpace>> normals, float white,
                                     const Progress& progress) const;
 
@@ -56,4 +56,4 @@ private:
   std::vector<Normal3<AcquisitionSpace>> normals_; // of all texels
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -8,7 +8,7 @@
 #include <cassert>
 #include <cstring>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -24,7 +24,7 @@ Eigen::Array4f fourFloats(float a, float b, float c, float d) {
 
 } // namespace
 
-LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+LightFolder::LightFolder(const Model& model, const ulr::LightCoverage& coverage, const QueryBatch& batch,
                          const ShadeOptions& options)
     : model_(model), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       how_(lightBlend(model, options)), lights_(model.rig.lights),
@@ -37,27 +37,27 @@ LightFolder::LightFolder(const Model& model, const LightCoverage& coverage, cons
   mayBeTogether_ = isShort_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_;
   for (size_t l = 0; l < batch.lights; ++l) mayBeTogether_ &= isPlain(batch.uncoveredOf(l));
   for (const QueryEnvironment& environment : batch.environments)
-    environments_.emplace_back(environment.table ? environment.lights : std::span<const EnvironmentLight>(),
-                               options.simd);
+    environments_.emplace_back(
+        environment.table ? environment.lights : std::span<const ulr::EnvironmentLight>(), options.simd);
 }
 
-void LightFolder::choose(size_t begin, size_t count, LightRows& rows) {
+void LightFolder::choose(size_t begin, size_t count, codec::LightRows& rows) {
   begin_ = begin;
   count_ = count;
-  std::array<Point3<AcquisitionSpace>, kChoiceLanes> places;
+  std::array<Point3<AcquisitionSpace>, ulr::kChoiceLanes> places;
   for (size_t lane = 0; lane < count; ++lane) places[lane] = model_.cloud.p0[batch_.surfels[begin + lane]];
   rig_.lookFrom({places.data(), count});
-  std::array<Direction3<AcquisitionSpace>, kChoiceLanes> towards;
+  std::array<Direction3<AcquisitionSpace>, ulr::kChoiceLanes> towards;
   for (size_t l = 0; l < batch_.lights; ++l) {
     for (size_t lane = 0; lane < count; ++lane)
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     rig_.blend({towards.data(), count}, how_.lights, chosen_[l]);
   }
-  areTogether_ = mayBeTogether_ && std::ranges::all_of(chosen_, &LaneBlends::areWhole);
+  areTogether_ = mayBeTogether_ && std::ranges::all_of(chosen_, &ulr::LaneBlends::areWhole);
   if (areTogether_) foldTogether(rows);
 }
 
-LightFolder::Row LightFolder::fold(size_t lane, LightRows& rows) {
+LightFolder::Row LightFolder::fold(size_t lane, codec::LightRows& rows) {
   color_ = {};
   if (areTogether_) return {ends_[lane], ends_[lane + 1]};
   const size_t begin = rows.lights.size();
@@ -66,13 +66,13 @@ LightFolder::Row LightFolder::fold(size_t lane, LightRows& rows) {
 }
 
 // As addBlend has them.
-void LightFolder::foldTogether(LightRows& rows) {
+void LightFolder::foldTogether(codec::LightRows& rows) {
   size_t next = rows.weights.size();
   rows.weights.resize(next + count_ * batch_.lights * how_.lights);
   size_t entry = begin_ * batch_.lights;
   ends_[0] = rows.lights.size();
   for (size_t lane = 0; lane < count_; ++lane) {
-    for (const LaneBlends& blends : chosen_) {
+    for (const ulr::LaneBlends& blends : chosen_) {
       assert(blends.size() == how_.lights);
       const Rgb& now = batch_.irradiance[entry++];
       if (now == Rgb{}) continue;
@@ -88,7 +88,7 @@ void LightFolder::foldTogether(LightRows& rows) {
   rows.weights.resize(next);
 }
 
-void LightFolder::foldOne(size_t lane, LightRows& rows) {
+void LightFolder::foldOne(size_t lane, codec::LightRows& rows) {
   lights_.lookFrom(model_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
   if (isShort_) {
     foldLights(lane,
@@ -106,7 +106,7 @@ void LightFolder::foldOne(size_t lane, LightRows& rows) {
 
 // Appends a light, or as many as it blends if these have colours of their own.
 template <class ForEach>
-void LightFolder::addBlend(const Rgb& now, const ForEach& forEachOfBlend, LightRows& rows) const {
+void LightFolder::addBlend(const Rgb& now, const ForEach& forEachOfBlend, codec::LightRows& rows) const {
   if (lights_.inverseColor()) {
     const auto begin = static_cast<uint32_t>(rows.weights.size());
     forEachOfBlend([&](uint32_t light, float weight) {
@@ -144,7 +144,7 @@ template <class Use> void LightFolder::foldLights(size_t lane, const Use& use) {
       continue;
     }
     const auto& towards = batch_.towardsLight[entry];
-    const BlendSet blend = finish(chosen_[l], lane, towards, batch_.uncoveredOf(l));
+    const ulr::BlendSet blend = finish(chosen_[l], lane, towards, batch_.uncoveredOf(l));
     useBlend(foreshorteningOf(blend, towards) * irradiance, [&](const auto& each) {
       for (const auto& [light, weight] : blend) each(light, weight);
     });
@@ -152,30 +152,31 @@ template <class Use> void LightFolder::foldLights(size_t lane, const Use& use) {
 }
 
 // From the lane's ULR weights, with the blended lights faced.
-BlendSet LightFolder::finish(const LaneBlends& blends, size_t lane,
-                             const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation) {
-  const LightExtrapolation beyond = nearest_ ? LightExtrapolation::clamp : extrapolation;
+ulr::BlendSet LightFolder::finish(const ulr::LaneBlends& blends, size_t lane,
+                                  const Direction3<AcquisitionSpace>& towards,
+                                  ulr::LightExtrapolation extrapolation) {
+  const ulr::LightExtrapolation beyond = nearest_ ? ulr::LightExtrapolation::clamp : extrapolation;
   if (!blends.isSure(lane)) {
     lights_.faceAll();
-    return blendOfLights(lights_.towards(), towards, how_, coverage_, beyond);
+    return ulr::blendOfLights(lights_.towards(), towards, how_, coverage_, beyond);
   }
-  const BlendSet ulr = blends.of(lane);
+  const ulr::BlendSet ulr = blends.of(lane);
   for (const auto& [light, weight] : ulr) lights_.face(light);
-  return fitted(ulr, blends.penalty(lane), lights_.towards(), towards, how_, coverage_, beyond);
+  return ulr::fitted(ulr, blends.penalty(lane), lights_.towards(), towards, how_, coverage_, beyond);
 }
 
 void LightFolder::faceLights(uint32_t surfel) {
   lights_.faceAll();
   normal_ = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model_.cloud.r0[surfel]).col(2));
   for (size_t light = 0; light < cosine_.size(); ++light)
-    cosine_[light] = foreshortenedCosine(normal_, lights_.towards(light));
+    cosine_[light] = ulr::foreshortenedCosine(normal_, lights_.towards(light));
 }
 
 // What the radiance under the blended lights is multiplied by.
-float LightFolder::foreshorteningOf(const BlendSet& blend,
+float LightFolder::foreshorteningOf(const ulr::BlendSet& blend,
                                     const Direction3<AcquisitionSpace>& towards) const {
   if (!how_.foreshortened) return 1;
-  return foreshortening(foreshortenedCosine(normal_, towards), blendedCosine(blend, cosine_));
+  return ulr::foreshortening(ulr::foreshortenedCosine(normal_, towards), ulr::blendedCosine(blend, cosine_));
 }
 
 // By the linearity of light: what falls from around each captured light, as a share of the row.
@@ -200,7 +201,7 @@ void LightFolder::foldEnvironment(size_t query, size_t e) {
 void LightFolder::shareEnvironment(
     size_t e, const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment) {
   const QueryEnvironment& environment = batch_.environments[e];
-  const Foreshortened surface{normal_, cosine_};
+  const ulr::Foreshortened surface{normal_, cosine_};
   if (environment.table) {
     environment.table->spread(environments_[e], acquisitionFromEnvironment, share_,
                               how_.foreshortened ? &surface : nullptr);
@@ -208,14 +209,14 @@ void LightFolder::shareEnvironment(
   }
   const Point3<AcquisitionSpace> place = lights_.place().cast<float>();
   near_.lookFrom({&place, 1});
-  std::array<Direction3<AcquisitionSpace>, kChoiceLanes> towards;
-  for (size_t begin = 0; begin < environment.lights.size(); begin += kChoiceLanes) {
+  std::array<Direction3<AcquisitionSpace>, ulr::kChoiceLanes> towards;
+  for (size_t begin = 0; begin < environment.lights.size(); begin += ulr::kChoiceLanes) {
     const auto lights =
-        environment.lights.subspan(begin, std::min(kChoiceLanes, environment.lights.size() - begin));
+        environment.lights.subspan(begin, std::min(ulr::kChoiceLanes, environment.lights.size() - begin));
     for (size_t i = 0; i < lights.size(); ++i) towards[i] = acquisitionFromEnvironment(lights[i].towards);
     near_.blend({towards.data(), lights.size()}, how_.lights, blends_);
     for (size_t i = 0; i < lights.size(); ++i) {
-      const BlendSet blend = finish(blends_, i, towards[i], environment.extrapolation);
+      const ulr::BlendSet blend = finish(blends_, i, towards[i], environment.extrapolation);
       const Rgb& irradiance = lights[i].irradiance;
       const Rgb scaled = foreshorteningOf(blend, towards[i]) * irradiance;
       for (const auto& [light, weight] : blend)
@@ -224,4 +225,4 @@ void LightFolder::shareEnvironment(
   }
 }
 
-} // namespace surflect
+} // namespace surflect::model

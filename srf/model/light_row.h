@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 class LightRow {
 public:
@@ -22,7 +22,7 @@ public:
   }
 
   // Appends what was added and is not 0, in order, and begins anew.
-  void take(LightRows& rows) {
+  void take(codec::LightRows& rows) {
     for (uint32_t word = 0; word < inRow_.size(); ++word) {
       for (uint64_t bits = inRow_[word]; bits != 0; bits &= bits - 1) {
         const auto light = 64 * word + static_cast<uint32_t>(std::countr_zero(bits));
@@ -40,4 +40,4 @@ private:
   std::vector<uint64_t> inRow_; // a bit for each light that was added
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -26,7 +26,7 @@ Json jsonOf(const Manifest& manifest) {
       {"tolerance", manifest.tolerance},
       {"light_blend",
        {{"lights", manifest.lightBlend.lights},
-        {"fit", nameOf(manifest.lightBlend.fit)},
+        {"fit", ulr::nameOf(manifest.lightBlend.fit)},
         {"foreshortened", manifest.lightBlend.foreshortened}}},
       {"surfels", manifest.surfels},
       {"views", manifest.views},
@@ -71,22 +71,22 @@ size_t countOf(const Json& object, const char* key) {
   return value.get<size_t>();
 }
 
-LightBlend lightBlendOf(const Json& json) {
+ulr::LightBlend lightBlendOf(const Json& json) {
   const Json& blend = member(json, "light_blend");
   const size_t lights = countOf(blend, "lights");
-  if (lights < 1 || lights > kMaxBlended)
-    throw mismatch(("a count from 1 to " + std::to_string(kMaxBlended)).c_str(), member(blend, "lights"))
+  if (lights < 1 || lights > ulr::kMaxBlended)
+    throw mismatch(("a count from 1 to " + std::to_string(ulr::kMaxBlended)).c_str(), member(blend, "lights"))
         .at("light_blend.lights");
   const Json& foreshortened = member(blend, "foreshortened");
   if (!foreshortened.is_boolean())
     throw mismatch("true or false", foreshortened).at("light_blend.foreshortened");
-  for (const LightFit fit : {LightFit::mean, LightFit::plane})
-    if (member(blend, "fit") == nameOf(fit)) return {lights, fit, foreshortened.get<bool>()};
+  for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane})
+    if (member(blend, "fit") == ulr::nameOf(fit)) return {lights, fit, foreshortened.get<bool>()};
   throw mismatch("\"mean\" or \"plane\"", member(blend, "fit")).at("light_blend.fit");
 }
 
 Json parse(std::string_view text) {
-  const std::string_view shallow = shallowPart(text, kDeepest);
+  const std::string_view shallow = capture::shallowPart(text, kDeepest);
   Json json = Json::parse(shallow, nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded() && shallow.size() < text.size()) throw Error("nested too deeply");
   if (!json.is_object()) throw Error::mismatch("a JSON object", "something else");
@@ -137,4 +137,4 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
 
 uint64_t identityOf(const Manifest& manifest) { return hashOf(jsonOf(manifest).dump()); }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 // Of the folder's form and of how its content is made; older models are refused, and packed anew.
 inline constexpr int kModelVersion = 5;
@@ -19,7 +19,7 @@ inline constexpr int kModelVersion = 5;
 struct Manifest {
   double white = 1;     // radiance of a white pixel; positive
   double tolerance = 0; // of every block
-  LightBlend lightBlend;
+  ulr::LightBlend lightBlend;
   size_t surfels = 0, views = 0, lights = 0;
   std::string rig, cloud, fades;          // checksums of transforms.json, surfels.ply and fades.bin
   std::vector<std::string> viewChecksums; // ViewFile::checksum of each view
@@ -33,4 +33,4 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
 // Of all that the manifest says, and so, through its checksums, of the whole model.
 uint64_t identityOf(const Manifest& manifest);
 
-} // namespace surflect
+} // namespace surflect::model

@@ -7,17 +7,17 @@
 
 #include <cstddef>
 
-namespace surflect {
+namespace surflect::model {
 
 struct MattedView {
-  ReflectanceStack stack;
-  Mask object;
+  codec::ReflectanceStack stack;
+  image::Mask object;
   size_t invalidTexels = 0; // as in ViewPictures
 };
 
 // Without a matte the impostor's silhouette is the object. Its rim, where an impostor that is a pixel or two
 // off would show background, continues what lies inside.
-MattedView withMatte(ViewPictures pictures, const Camera<AcquisitionSpace>& camera,
+MattedView withMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
                      const RayCaster<AcquisitionSpace>& impostor);
 
-} // namespace surflect
+} // namespace surflect::model

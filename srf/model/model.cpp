@@ -1,9 +1,9 @@
 #include "srf/model/model.h"
 
 #include "srf/capture/writer.h"
-#include "srf/model/visibility_file.h"
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
+#include "srf/model/visibility_file.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
@@ -13,7 +13,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -82,8 +82,8 @@ Manifest readManifest(const std::filesystem::path& path) {
   return parseManifest(readFile(path, kLargestText), path);
 }
 
-VisibilityWeights readFades(const std::filesystem::path& path, size_t surfels, size_t views,
-                    const Progress& progress) {
+ulr::VisibilityWeights readFades(const std::filesystem::path& path, size_t surfels, size_t views,
+                                 const Progress& progress) {
   const std::string packed = readFile(path, kLargestFile, progress);
   try {
     return unpackVisibility(std::as_bytes(std::span(packed)), surfels, views, progress);
@@ -92,7 +92,7 @@ VisibilityWeights readFades(const std::filesystem::path& path, size_t surfels, s
   }
 }
 
-std::vector<std::vector<uint32_t>> columnsOf(const Capture& rig) {
+std::vector<std::vector<uint32_t>> columnsOf(const capture::Capture& rig) {
   std::vector<std::vector<uint32_t>> columns(rig.views.size());
   for (const auto& frame : rig.frames)
     if (frame.light) columns[frame.view].push_back(static_cast<uint32_t>(*frame.light));
@@ -106,9 +106,9 @@ bool isFullProduct(const std::vector<std::vector<uint32_t>>& columns, size_t lig
 }
 
 // A view file must hold what the rig says of it: look-ups rely on its size and columns.
-void checkView(const ViewFile& file, const Model& model, size_t view) {
-  const Lens& lens = model.rig.views[view].camera.lens;
-  const ViewHeader& header = file.header();
+void checkView(const codec::ViewFile& file, const Model& model, size_t view) {
+  const capture::Lens& lens = model.rig.views[view].camera.lens;
+  const codec::ViewHeader& header = file.header();
   const auto stated = [](int width, int height, size_t lights) {
     return std::to_string(width) + " x " + std::to_string(height) + " pixels, " + std::to_string(lights) +
            " columns";
@@ -146,7 +146,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   model.white = manifest.white;
   model.tolerance = manifest.tolerance;
   model.lightBlend = manifest.lightBlend;
-  model.rig = readCapture(folder);
+  model.rig = capture::readCapture(folder);
   if (manifest.viewChecksums.size() != model.rig.views.size())
     throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
                           std::to_string(manifest.viewChecksums.size()))
@@ -164,7 +164,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   requireCount("lights", model.rig.lights.size(), manifest.lights, manifestPath);
   for (size_t view = 0; view < model.rig.views.size(); ++view) {
     progress.checkpoint();
-    const ViewFile& file = model.files.emplace_back(folder / viewFilePath(view));
+    const codec::ViewFile& file = model.files.emplace_back(folder / viewFilePath(view));
     if (hex(file.checksum()) != manifest.viewChecksums[view])
       throw Error::mismatch(manifest.viewChecksums[view], hex(file.checksum()))
           .at("checksum")
@@ -175,7 +175,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
 }
 
 void writeModel(const std::filesystem::path& folder, const ModelContent& content, const Progress& progress) {
-  writeCapture(content.rig, folder);
+  capture::writeCapture(content.rig, folder);
   writeCloud(folder / kSurfelFile, content.cloud);
   progress.checkpoint();
   writeFileAtomically(folder / kFadeFile, packVisibility(content.fades, progress));
@@ -190,8 +190,8 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
                     .fades = fileHash(folder / kFadeFile, progress),
                     .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
-    manifest.viewChecksums.push_back(hex(ViewFile(folder / viewFilePath(view)).checksum()));
+    manifest.viewChecksums.push_back(hex(codec::ViewFile(folder / viewFilePath(view)).checksum()));
   writeFileAtomically(folder / kManifestFile, manifestText(manifest));
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -16,20 +16,20 @@
 #include <filesystem>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 struct Model {
   std::filesystem::path folder;
   uint64_t identity = 0; // of all its content
-  Capture rig;           // training views and lights only
+  capture::Capture rig;  // training views and lights only
   SurfelCloud cloud;
   Point3<AcquisitionSpace, double> middle; // of the cloud's box
-  VisibilityWeights fades;
-  std::vector<ViewFile> files;                // one per view of the rig
+  ulr::VisibilityWeights fades;
+  std::vector<codec::ViewFile> files;         // one per view of the rig
   std::vector<std::vector<uint32_t>> columns; // per view: the light of each column; empty: fixed illumination
   double white = 1;                           // radiance of a white pixel
   double tolerance = 0;                       // of every block
-  LightBlend lightBlend;                      // which the photographs are best told by, see light_blend_selection.h
+  ulr::LightBlend lightBlend; // which the photographs are best told by, see light_blend_selection.h
 
   // Does every view hold every light, in the order of the rig? Then cameras and lights are chosen apart.
   bool isFullProduct = false;
@@ -41,11 +41,11 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress = 
 // What openModel reads beside the view files, which must be in place already. Written last, so that a folder
 // without manifest is an unfinished one.
 struct ModelContent {
-  const Capture& rig;
+  const capture::Capture& rig;
   const SurfelCloud& cloud;
-  const VisibilityWeights& fades;
+  const ulr::VisibilityWeights& fades;
   double white, tolerance;
-  LightBlend lightBlend;
+  ulr::LightBlend lightBlend;
 };
 void writeModel(const std::filesystem::path& folder, const ModelContent& content,
                 const Progress& progress = {});
@@ -53,4 +53,4 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
 // views/0007.srfb
 std::filesystem::path viewFilePath(size_t view);
 
-} // namespace surflect
+} // namespace surflect::model

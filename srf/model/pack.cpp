@@ -21,12 +21,12 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
 // Training frames by view, in the order of the capture; columns of the view's file.
-std::vector<std::vector<size_t>> framesByView(const Capture& capture) {
+std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture) {
   std::vector<std::vector<size_t>> frames(capture.views.size());
   for (size_t i = 0; i < capture.frames.size(); ++i) frames[capture.frames[i].view].push_back(i);
   for (auto& ofView : frames)
@@ -35,15 +35,15 @@ std::vector<std::vector<size_t>> framesByView(const Capture& capture) {
 }
 
 // The capture as a model's rig: each frame's picture is a column of its view's file.
-Capture rigOf(const Capture& capture, std::span<const std::vector<size_t>> frames) {
-  Capture rig = capture;
+capture::Capture rigOf(const capture::Capture& capture, std::span<const std::vector<size_t>> frames) {
+  capture::Capture rig = capture;
   rig.geometry.clear();
-  rig.colorSpace = ColorSpace::linear;
+  rig.colorSpace = capture::ColorSpace::linear;
   rig.response.reset();
   rig.frames.clear();
   for (size_t view = 0; view < frames.size(); ++view)
     for (const size_t i : frames[view]) {
-      Frame column;
+      capture::Frame column;
       column.view = view;
       column.light = capture.frames[i].light;
       column.picture = viewFilePath(view);
@@ -66,20 +66,20 @@ std::string packIdentity(const PackSource& source, double tolerance, const Trian
                      source.identity(), hash(mesh.positions), hash(mesh.triangles), tolerance);
 }
 
-NormalsFrom normalsOf(Impostor::Origin origin) {
-  if (origin == Impostor::Origin::plane) return NormalsFrom::nothing;
-  return origin == Impostor::Origin::relief ? NormalsFrom::photographs : NormalsFrom::shape;
+NormalsFrom normalsOf(proxy::Impostor::Origin origin) {
+  if (origin == proxy::Impostor::Origin::plane) return NormalsFrom::nothing;
+  return origin == proxy::Impostor::Origin::relief ? NormalsFrom::photographs : NormalsFrom::shape;
 }
 
 } // namespace
 
 PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
-  const Capture& capture = source.training();
+  const capture::Capture& capture = source.training();
   const auto frames = framesByView(capture);
   if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
   const Stopwatch surfelWatch;
-  const Impostor geometry = source.impostor(options.impostor, progress);
+  const proxy::Impostor geometry = source.impostor(options.impostor, progress);
   const TriangleMesh& mesh = geometry.mesh;
   const RayCaster<AcquisitionSpace> impostor(mesh, progress);
 
@@ -88,7 +88,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.fits = geometry.fits;
   report.meshNotes = geometry.notes;
   progress("surfels", 0);
-  const double footprint = pixelFootprint(capture, middleOf(mesh.positions));
+  const double footprint = capture::pixelFootprint(capture, middleOf(mesh.positions));
   const auto spacingOn = [&](const TriangleMesh& surface) {
     return options.surfels ? spacingFor(surface, *options.surfels)
                            : std::max(footprint / 2, spacingFor(surface, kMostSurfels));
@@ -97,20 +97,20 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
   const TriangleMesh surface =
-      withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, kMostSurfels)), progress);
+      proxy::withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, kMostSurfels)), progress);
   if (announce)
     announce(
         estimatePack(source, frames, surface, spacingOn(surface), impostor, surfelWatch.seconds(), progress));
   const SurfelCloud cloud = sampleSurfels(surface, spacingOn(surface), 1, progress);
   report.surfels = cloud.size();
-  for (const View& view : capture.views) report.views.push_back(view.identity);
+  for (const capture::View& view : capture.views) report.views.push_back(view.identity);
   report.lights = capture.lights.size();
   report.surfelSeconds = surfelWatch.seconds();
 
   const Stopwatch fadeWatch;
-  std::vector<Camera<AcquisitionSpace>> cameras;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
-  const VisibilityWeights fades = visibilityWeights(cloud, cameras, impostor, progress);
+  const ulr::VisibilityWeights fades = ulr::visibilityWeights(cloud, cameras, impostor, progress);
   report.fadeSeconds = fadeWatch.seconds();
 
   const Stopwatch storeWatch;
@@ -120,8 +120,9 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   if (resumes && std::filesystem::exists(folder / surveyPath()))
     surveyed = parsePackSurvey(readFile(folder / surveyPath()));
   if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
-  if (!surveyed) surveyed = surveyCapture(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
-  StoreOptions store;
+  if (!surveyed)
+    surveyed = surveyCapture(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
+  codec::StoreOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
   report.lightChoice = surveyed->lights;
@@ -147,12 +148,12 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     const Progress ofView = stepOf(progress, "reflectance images", i, missing.size());
     ofView("", 0);
     const MattedView loaded = withMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
-    const EncodedView encoded = encodeView(loaded.stack, store, progress);
+    const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, progress);
     writeView(folder, view, encoded);
     report.ofView[view] = encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
   }
-  for (const ViewSummary& summary : report.ofView) report.store += summary;
+  for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
   writeModel(folder,
              {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, surveyed->lights.blend},
              progress);
@@ -161,10 +162,11 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   return report;
 }
 
-PackReport pack(const Capture& capture, const std::filesystem::path& folder, const PackOptions& options,
-                const Progress& progress, const std::function<void(const PackEstimate&)>& announce) {
+PackReport pack(const capture::Capture& capture, const std::filesystem::path& folder,
+                const PackOptions& options, const Progress& progress,
+                const std::function<void(const PackEstimate&)>& announce) {
   CaptureSource source(capture);
   return pack(source, folder, options, progress, announce);
 }
 
-} // namespace surflect
+} // namespace surflect::model

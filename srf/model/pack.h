@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 struct PackOptions {
-  ImpostorOptions impostor;
+  proxy::ImpostorOptions impostor;
   double tolerance = 0.02; // of every block, see blockErrorBound
   std::optional<size_t>
       surfels;            // about so many; none: two across a pixel of the photographs, a million at most
@@ -25,16 +25,16 @@ struct PackOptions {
 };
 
 struct PackReport {
-  Impostor::Origin geometry = Impostor::Origin::given;
-  std::vector<std::string> meshNotes; // see Impostor::notes
-  std::vector<Impostor::Fit> fits;    // as in Impostor
+  proxy::Impostor::Origin geometry = proxy::Impostor::Origin::given;
+  std::vector<std::string> meshNotes;     // see Impostor::notes
+  std::vector<proxy::Impostor::Fit> fits; // as in Impostor
   size_t surfels = 0, lights = 0, resumedViews = 0;
   std::vector<std::string> views; // identities
   double white = 0;
   LightBlendSelection lightChoice;
-  size_t invalidTexels = 0;        // NaN or infinite in the photographs of views that were not resumed
-  std::vector<ViewSummary> ofView; // as `views`, also of resumed ones
-  ViewSummary store;               // their sum
+  size_t invalidTexels = 0;               // NaN or infinite in the photographs of views that were not resumed
+  std::vector<codec::ViewSummary> ofView; // as `views`, also of resumed ones
+  codec::ViewSummary store;               // their sum
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;
 };
 
@@ -45,7 +45,8 @@ struct PackReport {
 PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
 // Of the training frames of a capture on disk.
-PackReport pack(const Capture& capture, const std::filesystem::path& folder, const PackOptions& options,
-                const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
+PackReport pack(const capture::Capture& capture, const std::filesystem::path& folder,
+                const PackOptions& options, const Progress& progress,
+                const std::function<void(const PackEstimate&)>& announce);
 
-} // namespace surflect
+} // namespace surflect::model

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -51,37 +51,37 @@ struct SurfelEstimate {
 };
 
 // Times are those of a part of the surface; a surface of few triangles is sampled as a whole, but coarsely.
-SurfelEstimate estimateSurfels(const Capture& capture, const TriangleMesh& surface, double spacing,
+SurfelEstimate estimateSurfels(const capture::Capture& capture, const TriangleMesh& surface, double spacing,
                                const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   const double count = surfelsAt(surface, spacing),
                share = std::clamp(kProbeSurfels / count, kLeastShare, kMostShare);
   const bool isFine = surface.triangles.size() >= kManyTriangles;
-  std::vector<Camera<AcquisitionSpace>> cameras;
-  for (const View& view : capture.views) cameras.push_back(view.camera);
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
+  for (const capture::View& view : capture.views) cameras.push_back(view.camera);
   const TriangleMesh part = isFine ? partOf(surface, share) : surface;
   const double times = isFine ? surfaceArea(surface) / surfaceArea(part) : 1 / share;
   const Stopwatch sampling;
   const SurfelCloud probe = sampleSurfels(part, isFine ? spacing : spacing / std::sqrt(share), 1, progress);
   const double samplingSeconds = sampling.seconds();
   const Stopwatch fading;
-  visibilityWeights(probe, cameras, impostor, progress);
+  ulr::visibilityWeights(probe, cameras, impostor, progress);
   return {count, times * samplingSeconds, times * fading.seconds()};
 }
 
 // The share of pictures that the object fills, of four views, by as many rays as small pictures have pixels.
-double objectShare(const Capture& capture, const RayCaster<AcquisitionSpace>& impostor,
+double objectShare(const capture::Capture& capture, const RayCaster<AcquisitionSpace>& impostor,
                    const Progress& progress) {
   constexpr size_t kViews = 4;
   constexpr int kSide = 256; // pixels
   double shown = 0, all = 0;
   for (const size_t i : evenlySpaced(capture.views.size(), kViews)) {
     progress.checkpoint();
-    Camera<AcquisitionSpace> camera = capture.views[i].camera;
+    capture::Camera<AcquisitionSpace> camera = capture.views[i].camera;
     const int width = camera.lens.width, height = camera.lens.height, longer = std::max(width, height);
     if (longer > kSide)
-      camera.lens =
-          resized(camera.lens, std::max(1, width * kSide / longer), std::max(1, height * kSide / longer));
-    const Image outline = silhouette(camera, impostor);
+      camera.lens = capture::resized(camera.lens, std::max(1, width * kSide / longer),
+                                     std::max(1, height * kSide / longer));
+    const image::Image outline = capture::silhouette(camera, impostor);
     shown += static_cast<double>(std::ranges::count(outline.values, 1.f));
     all += static_cast<double>(outline.values.size());
   }
@@ -94,12 +94,12 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
                           const TriangleMesh& surface, double spacing,
                           const RayCaster<AcquisitionSpace>& impostor, double secondsSoFar,
                           const Progress& progress) {
-  const Capture& capture = source.training();
+  const capture::Capture& capture = source.training();
   const Progress quiet{nullptr, progress.cancelled};
   double values = 0, largest = 0;
   const double shown = objectShare(capture, impostor, progress);
   for (size_t view = 0; view < frames.size(); ++view) {
-    const Lens& lens = capture.views[view].camera.lens;
+    const capture::Lens& lens = capture.views[view].camera.lens;
     const double stack = 1.0 * lens.width * lens.height * static_cast<double>(frames[view].size());
     values += 3 * stack * shown;
     largest = std::max(largest, stack);
@@ -122,4 +122,4 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
   return estimate;
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 struct PackEstimate {
   size_t surfels = 0;
@@ -27,4 +27,4 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
                           const RayCaster<AcquisitionSpace>& impostor, double secondsSoFar,
                           const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::model

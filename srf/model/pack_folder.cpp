@@ -14,7 +14,7 @@
 #include <locale>
 #include <sstream>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 fs::path errorPath(size_t view) { return viewFilePath(view).replace_extension(".error"); }
 
-std::string errorText(std::span<const std::byte> file, const ViewSummary& summary) {
+std::string errorText(std::span<const std::byte> file, const codec::ViewSummary& summary) {
   return fmt::format("{:016x} {:.17g} {:.17g}\n", contentHash(file), summary.squaredError,
                      summary.clippedSquaredError);
 }
@@ -87,26 +87,26 @@ void claimPackFolder(const fs::path& folder) {
   removeLitter(folder);
 }
 
-void writeView(const fs::path& folder, size_t view, const EncodedView& encoded) {
+void writeView(const fs::path& folder, size_t view, const codec::EncodedView& encoded) {
   writeFileAtomically(folder / errorPath(view), errorText(encoded.file, encoded.summary));
   writeFileAtomically(folder / viewFilePath(view), encoded.file);
 }
 
-std::optional<ViewSummary> finishedView(const fs::path& folder, size_t view) {
+std::optional<codec::ViewSummary> finishedView(const fs::path& folder, size_t view) {
   const auto path = folder / viewFilePath(view);
   if (!fs::exists(path) || !fs::exists(folder / errorPath(view))) return std::nullopt;
   try {
     const std::string bytes = readFile(path), record = readFile(folder / errorPath(view), 1 << 12);
-    ViewSummary summary;
+    codec::ViewSummary summary;
     std::istringstream words(record);
     words.imbue(std::locale::classic());
     std::string hash;
     words >> hash >> summary.squaredError >> summary.clippedSquaredError;
     if (errorText(std::as_bytes(std::span(bytes)), summary) != record) return std::nullopt;
-    const ViewFile file(path);
+    const codec::ViewFile file(path);
     summary.fileBytes = bytes.size();
     for (uint32_t index = 0; index < file.blockCount(); ++index) {
-      const Block block = file.read(index);
+      const codec::Block block = file.read(index);
       summary.objectTexels += static_cast<uint64_t>(std::popcount(block.present));
       summary.blocksOfRank.resize(std::max(summary.blocksOfRank.size(), static_cast<size_t>(block.rank) + 1));
       ++summary.blocksOfRank[static_cast<size_t>(block.rank)];
@@ -125,4 +125,4 @@ void removeViews(const fs::path& folder) {
   for (const fs::path& view : views) fs::remove(view);
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace surflect {
+namespace surflect::model {
 
 // views/identity: what the files of an earlier run were made of.
 std::filesystem::path packIdentityPath();
@@ -29,11 +29,11 @@ void claimPackFolder(const std::filesystem::path& folder);
 
 // Writes the file of a view, and beside it what encoding lost: nothing else knows it once the photographs are
 // gone.
-void writeView(const std::filesystem::path& folder, size_t view, const EncodedView& encoded);
+void writeView(const std::filesystem::path& folder, size_t view, const codec::EncodedView& encoded);
 // What a view file of an earlier run holds and lost, where it is complete.
-std::optional<ViewSummary> finishedView(const std::filesystem::path& folder, size_t view);
+std::optional<codec::ViewSummary> finishedView(const std::filesystem::path& folder, size_t view);
 
 // All views, and the survey.
 void removeViews(const std::filesystem::path& folder);
 
-} // namespace surflect
+} // namespace surflect::model

@@ -11,19 +11,21 @@
 #include <set>
 #include <utility>
 
-namespace surflect {
+namespace surflect::model {
 
-CaptureSource::CaptureSource(const Capture& capture)
-    : training_(subset(capture, [](const Frame& frame) { return frame.split == Split::train; })) {}
+CaptureSource::CaptureSource(const capture::Capture& capture)
+    : training_(capture::subset(
+          capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; })) {}
 
-Impostor CaptureSource::impostor(const ImpostorOptions& options, const Progress& progress) const {
-  return impostorOf(training_, options, progress);
+proxy::Impostor CaptureSource::impostor(const proxy::ImpostorOptions& options,
+                                        const Progress& progress) const {
+  return proxy::impostorOf(training_, options, progress);
 }
 
 std::string CaptureSource::identity() const {
   std::set<std::filesystem::path> pictures;
-  for (const Frame& frame : training_.frames) {
-    for (const Exposure& shot : bracketOf(frame)) pictures.insert(shot.picture);
+  for (const capture::Frame& frame : training_.frames) {
+    for (const capture::Exposure& shot : capture::bracketOf(frame)) pictures.insert(shot.picture);
     if (!frame.mask.empty()) pictures.insert(frame.mask);
   }
   std::string description = readFile(training_.file);
@@ -35,10 +37,10 @@ std::string CaptureSource::identity() const {
   return fmt::format("capture {:016x}", contentHash(std::as_bytes(std::span(description))));
 }
 
-ViewPictures readViewPictures(const Capture& capture, std::span<const size_t> frames,
+ViewPictures readViewPictures(const capture::Capture& capture, std::span<const size_t> frames,
                               const Progress& progress) {
   assert(!frames.empty());
-  ViewPhotographs photographs = readViewPhotographs(capture, frames, progress);
+  capture::ViewPhotographs photographs = capture::readViewPhotographs(capture, frames, progress);
   const int width = photographs.alpha.width, height = photographs.alpha.height;
   return {{width, height, std::move(photographs.radiance), std::move(photographs.alpha)},
           photographs.hasMatte,
@@ -55,7 +57,7 @@ double CaptureSource::secondsPerPicture(const Progress& progress) const {
   std::set<std::filesystem::path> files;
   std::vector<size_t> frames;
   for (size_t i = 0; i < training_.frames.size(); ++i) {
-    const Frame& frame = training_.frames[i];
+    const capture::Frame& frame = training_.frames[i];
     if (frame.view != view || (files.size() == kFiles && !files.contains(frame.picture))) continue;
     files.insert(frame.picture);
     frames.push_back(i);
@@ -65,4 +67,4 @@ double CaptureSource::secondsPerPicture(const Progress& progress) const {
   return watch.seconds() / static_cast<double>(frames.size());
 }
 
-} // namespace surflect
+} // namespace surflect::model

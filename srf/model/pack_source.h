@@ -10,16 +10,16 @@
 #include <span>
 #include <string>
 
-namespace surflect {
+namespace surflect::model {
 
 struct ViewPictures {
-  ReflectanceStack stack;   // alpha is 1 where there is no matte
-  bool hasMatte = false;    // some picture has alpha, or a mask
-  size_t invalidTexels = 0; // were NaN or infinite, are black now
+  codec::ReflectanceStack stack; // alpha is 1 where there is no matte
+  bool hasMatte = false;         // some picture has alpha, or a mask
+  size_t invalidTexels = 0;      // were NaN or infinite, are black now
 };
 
 // Those of frames of a capture on disk, all of one view. Throws Error and Cancelled.
-ViewPictures readViewPictures(const Capture& capture, std::span<const size_t> frames,
+ViewPictures readViewPictures(const capture::Capture& capture, std::span<const size_t> frames,
                               const Progress& progress);
 
 class PackSource {
@@ -27,8 +27,8 @@ public:
   virtual ~PackSource() = default;
 
   // Cameras, lights and training frames: no view without one, and no two of one view and light.
-  virtual const Capture& training() const = 0;
-  virtual Impostor impostor(const ImpostorOptions& options, const Progress& progress) const = 0;
+  virtual const capture::Capture& training() const = 0;
+  virtual proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const = 0;
   // One line, another one where pictures may be others.
   virtual std::string identity() const = 0;
   // The pictures of some frames, all of one view, by their indices in training().frames and in that order:
@@ -43,16 +43,16 @@ public:
 // Training frames of a capture on disk.
 class CaptureSource : public PackSource {
 public:
-  explicit CaptureSource(const Capture& capture);
+  explicit CaptureSource(const capture::Capture& capture);
 
-  const Capture& training() const override { return training_; }
-  Impostor impostor(const ImpostorOptions& options, const Progress& progress) const override;
+  const capture::Capture& training() const override { return training_; }
+  proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override;
   std::string identity() const override; // pictures are known by size and time of change
   ViewPictures pictures(std::span<const size_t> frames, bool isLastTime, const Progress& progress) override;
   double secondsPerPicture(const Progress& progress) const override;
 
 private:
-  Capture training_;
+  capture::Capture training_;
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -16,7 +16,7 @@
 #include <locale>
 #include <sstream>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -24,20 +24,20 @@ namespace {
 constexpr const char* kSurvey = "survey-3";
 
 // As they shine on the middle of the impostor.
-LightSamples lightSamples(const Capture& capture, const Point3<AcquisitionSpace, double>& middle) {
+LightSamples lightSamples(const capture::Capture& capture, const Point3<AcquisitionSpace, double>& middle) {
   std::vector<Direction3<AcquisitionSpace>> towards;
   std::vector<Rgb> irradiance;
-  for (const Light& light : capture.lights) {
-    towards.push_back(towardsLight(light, middle).cast<float>());
-    irradiance.push_back(irradianceAt(light, middle));
+  for (const capture::Light& light : capture.lights) {
+    towards.push_back(capture::towardsLight(light, middle).cast<float>());
+    irradiance.push_back(capture::irradianceAt(light, middle));
   }
   return {towards, irradiance};
 }
 
 // At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
-void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, std::span<const Light> lights,
-                const SmoothNormals& normals, const RayCaster<AcquisitionSpace>& impostor, size_t most,
-                LightSamples& samples) {
+void addSamples(const MattedView& view, const capture::Camera<AcquisitionSpace>& camera,
+                std::span<const capture::Light> lights, const SmoothNormals& normals,
+                const RayCaster<AcquisitionSpace>& impostor, size_t most, LightSamples& samples) {
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const auto width = static_cast<size_t>(camera.lens.width);
   const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
@@ -46,7 +46,7 @@ void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, 
   size_t seen = 0;
   for (size_t texel = 0; texel < view.object.inside.size(); ++texel) {
     if (!view.object.inside[texel] || seen++ % step != 0) continue;
-    const auto ray = rayThrough(
+    const auto ray = capture::rayThrough(
         camera.lens, {static_cast<double>(texel % width) + 0.5, static_cast<double>(texel / width) + 0.5});
     if (!ray) continue;
     const auto origin = worldFromCamera(ray->origin);
@@ -57,7 +57,7 @@ void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, 
     const Vec3<float> normal = normals.at(hit->triangle, place.raw()).cast<float>();
     for (size_t light = 0; light < lights.size(); ++light) {
       const float* value = &view.stack.lights[light].values[3 * texel];
-      const Rgb fallen = irradianceAt(lights[light], place);
+      const Rgb fallen = capture::irradianceAt(lights[light], place);
       reflectance[light] = {value[0] / fallen.r, value[1] / fallen.g, value[2] / fallen.b};
     }
     samples.add(reflectance, assume<Normal3<AcquisitionSpace>>(normal));
@@ -66,10 +66,11 @@ void addSamples(const MattedView& view, const Camera<AcquisitionSpace>& camera, 
 
 } // namespace
 
-PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
-              NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>> frames,
+                         const TriangleMesh& mesh, NormalsFrom normals,
+                         const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   constexpr size_t kViews = 8, kTexels = 4000;
-  const Capture& capture = source.training();
+  const capture::Capture& capture = source.training();
   // No view has two frames of one light.
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
@@ -89,7 +90,7 @@ PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>
     if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
   }
   if (!white.isKnown()) {
-    const auto matte = describeFirstMatte(capture);
+    const auto matte = capture::describeFirstMatte(capture);
     throw Error(
         "no photograph shows anything of the object" +
         (matte ? ", which is what is above half of white in mask and alpha; the first is " + *matte : ""))
@@ -109,11 +110,11 @@ std::optional<PackSurvey> parsePackSurvey(const std::string& text) {
   std::istringstream words(text);
   words.imbue(std::locale::classic());
   PackSurvey survey;
-  LightBlend& blend = survey.lights.blend;
+  ulr::LightBlend& blend = survey.lights.blend;
   std::string fit, shortening, leftOutDb;
   std::string kind;
   if (!(words >> kind >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb)) return std::nullopt;
-  if (fit == nameOf(LightFit::plane)) blend.fit = LightFit::plane;
+  if (fit == nameOf(ulr::LightFit::plane)) blend.fit = ulr::LightFit::plane;
   blend.foreshortened = shortening == "foreshortened";
   if (leftOutDb != "unknown") {
     double db = 0;
@@ -124,4 +125,4 @@ std::optional<PackSurvey> parsePackSurvey(const std::string& text) {
   return survey;
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-namespace surflect {
+namespace surflect::model {
 
-PairPlanner::PairPlanner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+PairPlanner::PairPlanner(const Model& model, const ulr::LightCoverage& coverage, const QueryBatch& batch,
                          const ShadeOptions& options)
     : model_(model), coverage_(coverage), batch_(batch), options_(options),
       views_(model, options.nearest, options.simd), lights_(model.rig.lights),
@@ -34,7 +34,7 @@ PairPlanner::BlendColors PairPlanner::planQuery(size_t query, size_t target, Sha
   lights_.faceAll();
   const Sight sight = views_.rate(batch_.surfels[query], batch_.towardsView[query]);
   if (!sight.isSeen) ++plan.unseen;
-  plan.confidence[target / plan.targetsPerQuery] = confidenceOf(sight.penalty);
+  plan.confidence[target / plan.targetsPerQuery] = ulr::confidenceOf(sight.penalty);
   const auto targets = static_cast<float>(batch_.targets());
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;
@@ -90,24 +90,24 @@ void PairPlanner::planEnvironment(size_t query, size_t e, size_t target, Shading
 }
 
 // Penalties of the rig's lights for a direction, and its coverage.
-float PairPlanner::rate(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation) {
+float PairPlanner::rate(const Direction3<AcquisitionSpace>& towards, ulr::LightExtrapolation extrapolation) {
   float smallest = std::numeric_limits<float>::infinity();
   for (size_t light = 0; light < lights_.size(); ++light) {
-    lightPenalty_[light] = anglePenalty(lights_.towards(light), towards);
+    lightPenalty_[light] = ulr::anglePenalty(lights_.towards(light), towards);
     smallest = std::min(smallest, lightPenalty_[light]);
   }
-  return extrapolation == LightExtrapolation::fade && !options_.nearest ? coverage_.at(smallest) : 1.f;
+  return extrapolation == ulr::LightExtrapolation::fade && !options_.nearest ? coverage_.at(smallest) : 1.f;
 }
 
-BlendSet PairPlanner::blend() const {
-  NearestCandidates nearest(options_.nearest ? 1 : options_.pairs);
+ulr::BlendSet PairPlanner::blend() const {
+  ulr::NearestCandidates nearest(options_.nearest ? 1 : options_.pairs);
   for (size_t view = 0; view < model_.columns.size(); ++view) {
     const auto& lights = model_.columns[view];
     for (size_t column = 0; column < lights.size(); ++column)
       nearest.offer({static_cast<uint32_t>(firstPair_[view] + column),
                      views_.with(view, lightPenalty_[lights[column]])});
   }
-  return ulrWeights(nearest);
+  return ulr::ulrWeights(nearest);
 }
 
 PairPlanner::Pair PairPlanner::placeOf(uint32_t pair) const {
@@ -117,4 +117,4 @@ PairPlanner::Pair PairPlanner::placeOf(uint32_t pair) const {
   return {view, column, model_.columns[view][column]};
 }
 
-} // namespace surflect
+} // namespace surflect::model

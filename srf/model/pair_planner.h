@@ -9,13 +9,13 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 // Plans one query after the other; holds what it would otherwise allocate anew.
 class PairPlanner {
 public:
   // All must outlive the planner.
-  PairPlanner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+  PairPlanner(const Model& model, const ulr::LightCoverage& coverage, const QueryBatch& batch,
               const ShadeOptions& options);
 
   // As many queries as the plan has, from `begin` on; a target for each light and environment of each.
@@ -32,12 +32,12 @@ private:
 
   BlendColors planQuery(size_t query, size_t target, ShadingPlan& plan);
   void planEnvironment(size_t query, size_t e, size_t target, ShadingPlan& plan, BlendColors& colors);
-  float rate(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation);
-  BlendSet blend() const;
+  float rate(const Direction3<AcquisitionSpace>& towards, ulr::LightExtrapolation extrapolation);
+  ulr::BlendSet blend() const;
   Pair placeOf(uint32_t pair) const;
 
   const Model& model_;
-  const LightCoverage& coverage_;
+  const ulr::LightCoverage& coverage_;
   const QueryBatch& batch_;
   const ShadeOptions& options_;
   ViewPenalties views_; // of the current query
@@ -52,4 +52,4 @@ private:
   Point3<AcquisitionSpace, double> place_;
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -18,9 +18,9 @@ Rgb colorOf(uint32_t index) {
 
 } // namespace
 
-ViewProjectors projectorsOf(std::span<const View> views) {
+ViewProjectors projectorsOf(std::span<const capture::View> views) {
   ViewProjectors all;
-  for (const View& view : views) all.emplace_back(view.camera);
+  for (const capture::View& view : views) all.emplace_back(view.camera);
   return all;
 }
 
@@ -33,8 +33,8 @@ std::vector<Rgb> indexColors(size_t count) {
 std::vector<float> environmentBrightness(const QueryBatch& batch) {
   std::vector<float> all;
   for (const QueryEnvironment& environment : batch.environments)
-    all.push_back(brightness(totalIrradiance(environment.lights)));
+    all.push_back(brightness(ulr::totalIrradiance(environment.lights)));
   return all;
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
-using ViewProjectors = std::vector<Projector<AcquisitionSpace>>;
-ViewProjectors projectorsOf(std::span<const View> views);
+using ViewProjectors = std::vector<capture::Projector<AcquisitionSpace>>;
+ViewProjectors projectorsOf(std::span<const capture::View> views);
 
 // A look-up for a target.
 struct Question {
@@ -39,4 +39,4 @@ inline float brightness(Rgb light) { return light.r + light.g + light.b; }
 // Of each environment of the batch, as it is before its strength.
 std::vector<float> environmentBrightness(const QueryBatch& batch);
 
-} // namespace surflect
+} // namespace surflect::model

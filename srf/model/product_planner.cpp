@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
 // The row of a query to what was captured under fixed illumination.
-LightFolder::Row fixedLight(LightRows& rows) {
+LightFolder::Row fixedLight(codec::LightRows& rows) {
   rows.add(0, {1, 1, 1});
   return {rows.lights.size() - 1, rows.lights.size()};
 }
@@ -16,8 +16,8 @@ LightFolder::Row fixedLight(LightRows& rows) {
 
 void ProductPlanner::plan(size_t begin, ShadingPlan& plan) {
   const bool isLit = !model_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
-  for (size_t first = 0; first < plan.queries; first += kChoiceLanes) {
-    const size_t count = std::min(kChoiceLanes, plan.queries - first);
+  for (size_t first = 0; first < plan.queries; first += ulr::kChoiceLanes) {
+    const size_t count = std::min(ulr::kChoiceLanes, plan.queries - first);
     if (isLit) lights_.choose(begin + first, count, plan.rows);
     views_.choose(begin + first, count);
     for (size_t lane = 0; lane < count; ++lane) {
@@ -29,10 +29,10 @@ void ProductPlanner::plan(size_t begin, ShadingPlan& plan) {
         ask(projectors_, place, {target, view, weight, row.begin, row.end}, plan);
         if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
       });
-      plan.confidence[target] = confidenceOf(sight.penalty);
+      plan.confidence[target] = ulr::confidenceOf(sight.penalty);
       if (!sight.isSeen) ++plan.unseen;
     }
   }
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -8,13 +8,13 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 // Plans one group of queries after the other; holds what it would otherwise allocate anew.
 class ProductPlanner {
 public:
   // All must outlive the planner.
-  ProductPlanner(const Model& model, const LightCoverage& coverage, const QueryBatch& batch,
+  ProductPlanner(const Model& model, const ulr::LightCoverage& coverage, const QueryBatch& batch,
                  const ShadeOptions& options)
       : model_(model), batch_(batch), views_(model, batch, options), lights_(model, coverage, batch, options),
         projectors_(projectorsOf(model.rig.views)), viewColor_(indexColors(model.rig.views.size())) {}
@@ -31,4 +31,4 @@ private:
   std::vector<Rgb> viewColor_;
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -15,18 +15,20 @@
 #include <variant>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
-inline bool isDirectional(const Light& light) { return std::holds_alternative<DirectionalLight>(light.kind); }
+inline bool isDirectional(const capture::Light& light) {
+  return std::holds_alternative<capture::DirectionalLight>(light.kind);
+}
 
 // The same direction and irradiance at every place?
-inline bool isUniform(const Light& light) {
-  const auto* directional = std::get_if<DirectionalLight>(&light.kind);
+inline bool isUniform(const capture::Light& light) {
+  const auto* directional = std::get_if<capture::DirectionalLight>(&light.kind);
   return directional && directional->isEven();
 }
 
 // What their directions lead to.
-std::vector<Source> sourcesOf(std::span<const Light> lights);
+std::vector<ulr::Source> sourcesOf(std::span<const capture::Light> lights);
 
 // The colour of all lights, where they have the same: one over what each channel is of the strongest. Empty
 // where their channels are in other proportions, by more than rounding makes of them.
@@ -34,12 +36,12 @@ struct SharedColor {
   std::optional<Rgb> inverse;
   Eigen::Index strongest = 0; // channel
 };
-SharedColor sharedColor(std::span<const Light> lights);
+SharedColor sharedColor(std::span<const capture::Light> lights);
 
 // Directions and irradiances are computed where they are asked for; those of uniform lights once.
 class RigLights {
 public:
-  explicit RigLights(std::span<const Light> lights) // which must outlive this
+  explicit RigLights(std::span<const capture::Light> lights) // which must outlive this
       : lights_(lights), color_(sharedColor(lights)), towards_(lights.size()), inverse_(lights.size()),
         facedFrom_(lights.size(), 0) {
     if (!std::ranges::all_of(lights, isUniform)) return;
@@ -58,9 +60,9 @@ public:
   // Makes what follows known of a light.
   void face(uint32_t light) {
     if (isFaced_ || facedFrom_[light] == current_) return;
-    const Light& captured = lights_[light];
-    towards_[light] = towardsLight(captured, place_).cast<float>();
-    const Rgb fallen = irradianceAt(captured, place_);
+    const capture::Light& captured = lights_[light];
+    towards_[light] = capture::towardsLight(captured, place_).cast<float>();
+    const Rgb fallen = capture::irradianceAt(captured, place_);
     const auto inverse = [](float x) { return x >= std::numeric_limits<float>::min() ? 1 / x : 0; };
     inverse_[light] = {1, inverse(fallen.r), inverse(fallen.g), inverse(fallen.b)};
     facedFrom_[light] = current_;
@@ -72,7 +74,7 @@ public:
   const Point3<AcquisitionSpace, double>& place() const { return place_; }
   const Direction3<AcquisitionSpace>& towards(size_t light) const { return towards_[light]; }
   std::span<const Direction3<AcquisitionSpace>> towards() const { return towards_; }
-  Rgb irradiance(size_t light) const { return irradianceAt(lights_[light], place_); }
+  Rgb irradiance(size_t light) const { return capture::irradianceAt(lights_[light], place_); }
   // irradianceRatio of the last three but for a rounding, where an irradiance below the normal numbers is
   // none; the first stays as it is.
   Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
@@ -83,7 +85,7 @@ public:
   float inverseStrength(size_t light) const { return inverse_[light][1 + color_.strongest]; }
 
 private:
-  std::span<const Light> lights_;
+  std::span<const capture::Light> lights_;
   SharedColor color_;
   std::vector<Direction3<AcquisitionSpace>> towards_; // from the current place
   std::vector<Eigen::Array4f> inverse_; // 1, and one over the irradiance there, 0 where nothing falls
@@ -93,4 +95,4 @@ private:
   Point3<AcquisitionSpace, double> place_;
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <atomic>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -28,8 +28,8 @@ template <class T> void append(const std::vector<T>& part, std::vector<T>& all) 
 class Shading {
 public:
   // All must outlive this.
-  Shading(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
-          ShadingStats& stats, const Progress& progress, const std::function<void(double)>& lap)
+  Shading(const Model& model, const QueryBatch& batch, const ShadeOptions& options, codec::BlockCache& cache,
+          codec::ShadingStats& stats, const Progress& progress, const std::function<void(double)>& lap)
       : planner_(model, batch, options), queue_(cache, stats, progress, options.simd), progress_(progress),
         lap_(lap) {}
 
@@ -62,21 +62,22 @@ public:
 
 private:
   ShadingPlanner planner_;
-  ShadingQueue queue_;
+  codec::ShadingQueue queue_;
   const Progress& progress_;
   const std::function<void(double)>& lap_;
 };
 
 } // namespace
 
-std::vector<Rgb> shade(const ShadingPlan& plan, BlockCache& cache, ShadingStats& stats,
+std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, codec::ShadingStats& stats,
                        const Progress& progress, Simd simd) {
-  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress, simd),
+  return summed(codec::execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress, simd),
                 plan.targetsPerQuery);
 }
 
-Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options, BlockCache& cache,
-             ShadingStats& stats, const Progress& progress, const std::function<void(double)>& lap) {
+Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& options,
+             codec::BlockCache& cache, codec::ShadingStats& stats, const Progress& progress,
+             const std::function<void(double)>& lap) {
   Shaded shaded;
   shaded.radiance.reserve(batch.size());
   Shading shading(model, batch, options, cache, stats, progress, lap);
@@ -90,7 +91,7 @@ Shaded shade(const Model& model, const QueryBatch& batch, const ShadeOptions& op
 }
 
 Shaded shade(const Model& model, size_t queries, const FillBatch& fill, const ShadeOptions& options,
-             BlockCache& cache, ShadingStats& stats, const Progress& progress,
+             codec::BlockCache& cache, codec::ShadingStats& stats, const Progress& progress,
              const std::function<void(double)>& lap) {
   Shaded shaded;
   shaded.radiance.reserve(queries);
@@ -108,4 +109,4 @@ Shaded shade(const Model& model, size_t queries, const FillBatch& fill, const Sh
   return shaded;
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -11,7 +11,7 @@
 #include <limits>
 #include <variant>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -22,7 +22,8 @@ using Planner = std::variant<ProductPlanner, PairPlanner>;
 // Towards each light of the rig from the middle of the cloud.
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const Model& model) {
   std::vector<Direction3<AcquisitionSpace, double>> directions;
-  for (const Light& light : model.rig.lights) directions.push_back(towardsLight(light, model.middle));
+  for (const capture::Light& light : model.rig.lights)
+    directions.push_back(capture::towardsLight(light, model.middle));
   return directions;
 }
 
@@ -35,32 +36,33 @@ Rgb irradianceRatio(Rgb now, Rgb captured) {
   return {divide(now.r, captured.r), divide(now.g, captured.g), divide(now.b, captured.b)};
 }
 
-LightBlend lightBlend(const Model& model, const ShadeOptions& options) {
-  if (options.nearest) return {1, LightFit::mean};
+ulr::LightBlend lightBlend(const Model& model, const ShadeOptions& options) {
+  if (options.nearest) return {1, ulr::LightFit::mean};
   return {options.lights.value_or(model.lightBlend.lights), options.lightFit.value_or(model.lightBlend.fit),
           options.foreshortened.value_or(model.lightBlend.foreshortened)};
 }
 
-double lightSpacing(const Model& model) { return LightCoverage(lightDirections(model)).spacing(); }
+double lightSpacing(const Model& model) { return ulr::LightCoverage(lightDirections(model)).spacing(); }
 
-std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, LightExtrapolation extrapolation) {
+std::optional<ulr::LightTable> lightTable(const Model& model, const ShadeOptions& options,
+                                          ulr::LightExtrapolation extrapolation) {
   if (!model.isFullProduct || !std::ranges::all_of(model.rig.lights, isDirectional)) return std::nullopt;
-  return LightTable(lightDirections(model), lightBlend(model, options),
-                    options.nearest ? LightExtrapolation::clamp : extrapolation);
+  return ulr::LightTable(lightDirections(model), lightBlend(model, options),
+                         options.nearest ? ulr::LightExtrapolation::clamp : extrapolation);
 }
 
 struct ShadingPlanner::Parts {
   const Model& model;
   const QueryBatch& batch;
   ShadeOptions options;
-  LightCoverage coverage;
+  ulr::LightCoverage coverage;
   size_t targetsPerQuery = isProduct(model) ? 1 : std::max(size_t{1}, batch.targets());
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return isProduct(model) ? Planner(std::in_place_type<ProductPlanner>, model, coverage, batch, options)
                             : Planner(std::in_place_type<PairPlanner>, model, coverage, batch, options);
   }};
   size_t queriesPerPlan =
-      std::max(size_t{1}, kTargetsPerPlan / targetsPerQuery / kChoiceLanes) * kChoiceLanes;
+      std::max(size_t{1}, kTargetsPerPlan / targetsPerQuery / ulr::kChoiceLanes) * ulr::kChoiceLanes;
   std::vector<ShadingPlan> plans = {};
   size_t begin = 0, end = 0; // of what is planned
 
@@ -98,7 +100,8 @@ ShadingPlanner::ShadingPlanner(const Model& model, const QueryBatch& batch, cons
                           model.rig.lights.empty() ? "fixed illumination" : "pairs of cameras and lights")
         .at("foreshortening on")
         .in(model.folder);
-  parts_ = std::unique_ptr<Parts>(new Parts{model, batch, options, LightCoverage(lightDirections(model))});
+  parts_ =
+      std::unique_ptr<Parts>(new Parts{model, batch, options, ulr::LightCoverage(lightDirections(model))});
 }
 
 ShadingPlanner::~ShadingPlanner() = default;
@@ -129,4 +132,4 @@ ShadingPlan planShading(const Model& model, const QueryBatch& batch, const Shade
   return ShadingPlanner(model, batch, options).planAll();
 }
 
-} // namespace surflect
+} // namespace surflect::model

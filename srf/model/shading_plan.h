@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 inline constexpr size_t kTargetsAtOnce = 1 << 14;
 
@@ -21,7 +21,7 @@ struct ShadeOptions {
   size_t pairs = 4;   // (camera, light) pairs blended instead, where the capture is not a full product
   // Instead of the model's own blend of lights, which pack has chosen; see LightBlend.
   std::optional<size_t> lights = {};
-  std::optional<LightFit> lightFit = {};
+  std::optional<ulr::LightFit> lightFit = {};
   std::optional<bool> foreshortened = {};
   // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
   // without any fading.
@@ -33,7 +33,7 @@ struct ShadeOptions {
 };
 
 // What the options say, or else the model.
-LightBlend lightBlend(const Model& model, const ShadeOptions& options);
+ulr::LightBlend lightBlend(const Model& model, const ShadeOptions& options);
 
 // For some queries: one operation per query and camera, its lights folded into a row of weights.
 struct ShadingPlan {
@@ -41,8 +41,8 @@ struct ShadingPlan {
   // A target per query; where pairs are blended one per query and light or environment, so that an operation
   // which shows background is made up for by others of its light.
   size_t targetsPerQuery = 1;
-  std::vector<ShadingOp> ops;
-  LightRows rows;
+  std::vector<codec::ShadingOp> ops;
+  codec::LightRows rows;
   // Per query, by its best view alone (ulr.h): whether that turns out to show background there, and how far
   // the light is, are not looked at.
   std::vector<float> confidence;
@@ -63,7 +63,8 @@ double lightSpacing(const Model& model);
 
 // For the environments of queries to this model, with these options; nothing where weights depend on more
 // than the direction: lights near the object, or a capture that is not a full product.
-std::optional<LightTable> lightTable(const Model& model, const ShadeOptions& options, LightExtrapolation extrapolation);
+std::optional<ulr::LightTable> lightTable(const Model& model, const ShadeOptions& options,
+                                          ulr::LightExtrapolation extrapolation);
 
 // Plans a few queries at a time, by many threads at once; holds what it would otherwise allocate anew.
 class ShadingPlanner {
@@ -94,4 +95,4 @@ private:
 // The same in one call.
 ShadingPlan planShading(const Model& model, const QueryBatch& batch, const ShadeOptions& options);
 
-} // namespace surflect
+} // namespace surflect::model

@@ -6,7 +6,7 @@
 #include "srf/model/view_penalties.h"
 #include "srf/ulr/choice_lanes.h"
 
-namespace surflect {
+namespace surflect::model {
 
 class ViewChooser {
 public:
@@ -18,7 +18,7 @@ public:
 
   // use(view, weight) of each that is blended for the lane-th of them.
   template <class Use> Sight forEach(size_t lane, const Use& use) {
-    if (!options_.nearest && blends_->isSure(lane) && blends_->penalty(lane) <= kFallbackFrom) {
+    if (!options_.nearest && blends_->isSure(lane) && blends_->penalty(lane) <= ulr::kFallbackFrom) {
       blends_->forEach(lane, use);
       return {blends_->penalty(lane), true};
     }
@@ -34,9 +34,9 @@ private:
   const QueryBatch& batch_;
   const ShadeOptions& options_;
   ViewPenalties all_; // where none sees a surfel well, and for the baseline
-  ViewLanes lanes_;
+  ulr::ViewLanes lanes_;
   size_t begin_ = 0;
-  const LaneBlends* blends_ = nullptr;
+  const ulr::LaneBlends* blends_ = nullptr;
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -1,15 +1,15 @@
 #include "srf/model/view_penalties.h"
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 } // namespace
 
-std::vector<Source> sourcesOf(std::span<const View> views) {
-  std::vector<Source> sources;
-  for (const View& view : views) {
-    const Viewpoint viewpoint(view.camera);
+std::vector<ulr::Source> sourcesOf(std::span<const capture::View> views) {
+  std::vector<ulr::Source> sources;
+  for (const capture::View& view : views) {
+    const capture::Viewpoint viewpoint(view.camera);
     sources.push_back({viewpoint.place(), viewpoint.isDistant()});
   }
   return sources;
@@ -18,13 +18,13 @@ std::vector<Source> sourcesOf(std::span<const View> views) {
 ViewPenalties::ViewPenalties(const Model& model, bool nearest, Simd simd)
     : model_(model), nearest_(nearest), look_(sourcesOf(model.rig.views), simd),
       penalty_(model.rig.views.size()), anglePenalty_(penalty_), standInScale_(penalty_) {
-  for (const View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
+  for (const capture::View& view : model.rig.views) viewpoints_.emplace_back(view.camera);
 }
 
 float ViewPenalties::penaltyOf(size_t view, const Point3<AcquisitionSpace, double>& p0, uint8_t fade,
                                const Direction3<AcquisitionSpace>& towardsView) const {
-  const float penalty = anglePenalty(viewpoints_[view].towards(p0).cast<float>(), towardsView);
-  return nearest_ ? penalty : penalty / VisibilityWeights::decode(fade);
+  const float penalty = ulr::anglePenalty(viewpoints_[view].towards(p0).cast<float>(), towardsView);
+  return nearest_ ? penalty : penalty / ulr::VisibilityWeights::decode(fade);
 }
 
 float ViewPenalties::rateSeeing(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView) {
@@ -53,7 +53,7 @@ public:
     view_ = view;
     const auto towards = views_.viewpoints_[view].towards(p0_);
     cosine_ = normal_.dot(towards.raw());
-    angle_ = anglePenalty(towards.cast<float>(), towardsView);
+    angle_ = ulr::anglePenalty(towards.cast<float>(), towardsView);
   }
   Normal3<AcquisitionSpace> normal() const { return assume<Normal3<AcquisitionSpace>>(normal_); }
   float angle() const { return angle_; }
@@ -61,8 +61,9 @@ public:
   float scale() const {
     const auto& camera = views_.model_.rig.views[view_].camera;
     const auto pixel = camera.project(p0_);
-    if (!pixel || !contains(camera.lens, *pixel)) return kInfinity;
-    return fallbackScale(cosine_, borderFade(camera.lens, *pixel), VisibilityWeights::decode(fades_[view_]));
+    if (!pixel || !capture::contains(camera.lens, *pixel)) return kInfinity;
+    return ulr::fallbackScale(cosine_, ulr::borderFade(camera.lens, *pixel),
+                              ulr::VisibilityWeights::decode(fades_[view_]));
   }
 
 private:
@@ -93,10 +94,10 @@ Sight ViewPenalties::rate(uint32_t surfel, const Direction3<AcquisitionSpace>& t
 ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
                                           size_t count) {
   const float best = rateSeeing(surfel, towardsView);
-  NearestCandidates nearest(count);
+  ulr::NearestCandidates nearest(count);
   if (!asksStandIns(best)) {
     for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
-    return {ulrWeights(nearest), {best, true}};
+    return {ulr::ulrWeights(nearest), {best, true}};
   }
   StandIns standIns(*this, surfel);
   look_.look(model_.cloud.p0[surfel], towardsView, standIns.normal());
@@ -104,15 +105,16 @@ ViewPenalties::Rated ViewPenalties::blend(uint32_t surfel, const Direction3<Acqu
   const auto fades = model_.fades.of(surfel);
   for (uint32_t view = 0; view < penalty_.size(); ++view) {
     float penalty = penalty_[view];
-    const float least = leastFallbackPenalty(angles[view], cosines[view], fades[view] > 0, SourceLook::kError);
+    const float least =
+        ulr::leastFallbackPenalty(angles[view], cosines[view], fades[view] > 0, ulr::SourceLook::kError);
     if (!(least >= nearest.worst())) { // else it would not be kept
       standIns.look(view, towardsView);
-      penalty = std::min(penalty, fallbackPenalty(standIns.angle(), standIns.scale()));
+      penalty = std::min(penalty, ulr::fallbackPenalty(standIns.angle(), standIns.scale()));
     }
     nearest.offer({view, penalty});
   }
   const float least = nearest.sorted().empty() ? kInfinity : nearest.sorted()[0].penalty;
-  return {ulrWeights(nearest), {least, best < kInfinity}};
+  return {ulr::ulrWeights(nearest), {least, best < kInfinity}};
 }
 
-} // namespace surflect
+} // namespace surflect::model

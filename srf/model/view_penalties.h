@@ -11,10 +11,10 @@
 #include <limits>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 // What directions to the views lead to.
-std::vector<Source> sourcesOf(std::span<const View> views);
+std::vector<ulr::Source> sourcesOf(std::span<const capture::View> views);
 
 // How well the views together see a surfel from a direction.
 struct Sight {
@@ -34,7 +34,7 @@ public:
 
   // The weights of the `count` best, of all views that rate would rate.
   struct Rated {
-    BlendSet blend;
+    ulr::BlendSet blend;
     Sight sight;
   };
   Rated blend(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView, size_t count);
@@ -44,7 +44,7 @@ public:
   float with(size_t view, float lightPenalty) const {
     const float own = penalty_[view] + lightPenalty;
     if (standInScale_[view] == std::numeric_limits<float>::infinity()) return own;
-    return std::min(own, fallbackPenalty(anglePenalty_[view] + lightPenalty, standInScale_[view]));
+    return std::min(own, ulr::fallbackPenalty(anglePenalty_[view] + lightPenalty, standInScale_[view]));
   }
 
 private:
@@ -52,18 +52,18 @@ private:
                   const Direction3<AcquisitionSpace>& towardsView) const;
   float rateSeeing(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView);
   bool asksStandIns(float best) const {
-    return best == std::numeric_limits<float>::infinity() || (best > kFallbackFrom && !nearest_);
+    return best == std::numeric_limits<float>::infinity() || (best > ulr::kFallbackFrom && !nearest_);
   }
 
   class StandIns;
 
   const Model& model_;
   const bool nearest_;
-  SourceLook look_;
-  std::vector<Viewpoint<AcquisitionSpace>> viewpoints_;
+  ulr::SourceLook look_;
+  std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints_;
   // Per view, of the current query; the scale is infinite where the view does not stand in, and without it
   // the angle has no meaning.
   std::vector<float> penalty_, anglePenalty_, standInScale_;
 };
 
-} // namespace surflect
+} // namespace surflect::model

@@ -8,7 +8,7 @@
 #include <new>
 #include <string>
 
-namespace surflect {
+namespace surflect::model {
 
 namespace {
 
@@ -37,7 +37,7 @@ struct Inflate : z_stream {
 } // namespace
 
 // Fades are few values in long runs once they stand view by view; deflate makes them small.
-std::vector<std::byte> packVisibility(const VisibilityWeights& fades, const Progress& progress) {
+std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const Progress& progress) {
   const size_t surfels = fades.views ? fades.values.size() / fades.views : 0;
   std::vector<std::byte> packed;
   Deflate stream;
@@ -67,8 +67,8 @@ std::vector<std::byte> packVisibility(const VisibilityWeights& fades, const Prog
   return packed;
 }
 
-VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
-                      const Progress& progress) {
+ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
+                                        const Progress& progress) {
   const auto mismatch = [&] {
     return Error::mismatch("deflated fades of " + std::to_string(surfels) + " surfels x " +
                                std::to_string(views) + " views",
@@ -78,7 +78,7 @@ VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t sur
   const size_t most = kDensest * packed.size();
   if (views > 0 && surfels > most / views) throw mismatch();
 
-  VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
+  ulr::VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
   Inflate stream;
   const size_t atOnce =
       std::min(views, std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews));
@@ -118,4 +118,4 @@ VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t sur
   return fades;
 }
 
-} // namespace surflect
+} // namespace surflect::model

@@ -8,13 +8,13 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::model {
 
 // Throws Cancelled.
-std::vector<std::byte> packVisibility(const VisibilityWeights& fades, const Progress& progress = {});
+std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const Progress& progress = {});
 
 // Throws Error unless the bytes hold the fades of exactly so many surfels and views; and Cancelled.
-VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
-                      const Progress& progress = {});
+ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
+                                        const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::model

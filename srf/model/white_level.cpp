@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::model {
 
-void WhiteLevel::add(const ReflectanceStack& stack, const Mask& object, const Progress& progress) {
-  for (const Image& light : stack.lights) {
+void WhiteLevel::add(const codec::ReflectanceStack& stack, const image::Mask& object,
+                     const Progress& progress) {
+  for (const image::Image& light : stack.lights) {
     progress.checkpoint();
     for (size_t texel = 0; texel < object.inside.size(); ++texel)
       if (object.inside[texel])
@@ -15,4 +16,4 @@ void WhiteLevel::add(const ReflectanceStack& stack, const Mask& object, const Pr
 
 double WhiteLevel::value() const { return std::clamp(values_.percentile(0.995), 1e-20, 1e20); }
 
-} // namespace surflect
+} // namespace surflect::model

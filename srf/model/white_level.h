@@ -6,18 +6,18 @@
 #include "srf/image/percentile.h"
 #include "surfel/base/progress.h"
 
-namespace surflect {
+namespace surflect::model {
 
 // The 99.5th percentile of the object's radiance over all channels.
 class WhiteLevel {
 public:
-  void add(const ReflectanceStack& stack, const Mask& object, const Progress& progress = {});
+  void add(const codec::ReflectanceStack& stack, const image::Mask& object, const Progress& progress = {});
 
   bool isKnown() const { return values_.count() > 0; } // was there any object?
   double value() const;                                // within 1e-20..1e20
 
 private:
-  PercentileCounter values_;
+  image::PercentileCounter values_;
 };
 
-} // namespace surflect
+} // namespace surflect::model

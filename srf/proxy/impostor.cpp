@@ -12,32 +12,36 @@
 #include <algorithm>
 #include <string>
 
-namespace surflect {
+namespace surflect::proxy {
 
 namespace {
 
-Impostor hullOf(const Capture& training, const Progress& progress) {
-  const std::vector<SilhouetteView> silhouetteViews = silhouetteViewsOf(training, progress);
-  const auto isEmpty = [](const SilhouetteView& silhouetteView) { return silhouetteView.outline.isEmpty(); };
+Impostor hullOf(const capture::Capture& training, const Progress& progress) {
+  const std::vector<hull::SilhouetteView> silhouetteViews = hull::silhouetteViewsOf(training, progress);
+  const auto isEmpty = [](const hull::SilhouetteView& silhouetteView) {
+    return silhouetteView.outline.isEmpty();
+  };
   if (std::ranges::all_of(silhouetteViews, isEmpty)) { // or there is none
-    const auto matte = describeFirstMatte(training);
-    const std::string found = !matte ? "neither geometry nor mattes"
-                                     : std::string("no geometry, and mattes that show no ") +
-                                           (silhouetteViews.empty() ? "background (nothing is below half of white)"
-                                                           : "object (nothing is above half of white)") +
-                                           "; the first is " + *matte;
+    const auto matte = capture::describeFirstMatte(training);
+    const std::string found =
+        !matte ? "neither geometry nor mattes"
+               : std::string("no geometry, and mattes that show no ") +
+                     (silhouetteViews.empty() ? "background (nothing is below half of white)"
+                                              : "object (nothing is above half of white)") +
+                     "; the first is " + *matte;
     throw Error("several views, but " + found +
                 ": give a mesh with --mesh, or masks (surflect import --mask-threshold makes them)")
         .in(training.file);
   }
   try {
-    VisualHull hull = visualHull(silhouetteViews, {}, progress);
+    hull::VisualHull hull = hull::visualHull(silhouetteViews, {}, progress);
     Impostor impostor{std::move(hull.mesh), Impostor::Origin::hull};
     const RayCaster<AcquisitionSpace> caster(impostor.mesh, progress);
     for (size_t i = 0; i < silhouetteViews.size(); ++i) {
       progress.checkpoint();
-      const Mask outline = objectMask(silhouette(silhouetteViews[i].camera, caster));
-      impostor.fits.push_back({silhouetteViews[i].name, intersectionOverUnion(outline, silhouetteViews[i].outline.mask()),
+      const image::Mask outline = image::objectMask(capture::silhouette(silhouetteViews[i].camera, caster));
+      impostor.fits.push_back({silhouetteViews[i].name,
+                               image::intersectionOverUnion(outline, silhouetteViews[i].outline.mask()),
                                std::ranges::binary_search(hull.leftOut, i)});
     }
     return impostor;
@@ -46,7 +50,8 @@ Impostor hullOf(const Capture& training, const Progress& progress) {
   }
 }
 
-Impostor mendedFile(const std::filesystem::path& path, const Capture& training, const Progress& progress) {
+Impostor mendedFile(const std::filesystem::path& path, const capture::Capture& training,
+                    const Progress& progress) {
   MendedMesh mesh = readMended(path, training, progress);
   Impostor impostor{std::move(mesh.mesh), Impostor::Origin::given};
   for (const std::string& note : mesh.notes) impostor.notes.push_back(path.string() + ": " + note);
@@ -55,7 +60,8 @@ Impostor mendedFile(const std::filesystem::path& path, const Capture& training, 
 
 } // namespace
 
-Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress) {
+Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,
+                    const Progress& progress) {
   progress("geometry", 0);
   if (options.relief && training.views.size() != 1)
     throw Error::mismatch("one view, for a relief", std::to_string(training.views.size())).in(training.file);
@@ -81,4 +87,4 @@ std::string_view nameOf(Impostor::Origin origin) {
   return {};
 }
 
-} // namespace surflect
+} // namespace surflect::proxy

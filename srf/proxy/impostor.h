@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
+namespace surflect::proxy {
 
 struct ImpostorOptions {
   std::filesystem::path mesh; // instead of the capture's geometry, in original coordinates; empty: that
@@ -44,6 +44,7 @@ std::string_view nameOf(Impostor::Origin origin);
 // The geometry that pack samples and inspect draws. Only training frames may take part: hand over a capture
 // of these. With nothing else, one view gives a plane, see one_view.h, and several with mattes a visual hull,
 // see visual_hull.h. A mesh from a file is mended, see mesh_mending.h. Throws Error and Cancelled.
-Impostor impostorOf(const Capture& training, const ImpostorOptions& options, const Progress& progress);
+Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,
+                    const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::proxy

@@ -5,7 +5,7 @@
 #include "srf/ulr/choice_kernels.h"
 #include "surfel/math/lanes.h"
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 inline Lanes infinity() { return broadcast(__builtin_inff()); }
@@ -230,4 +230,4 @@ inline void unfold(const float* directions, size_t groups, const float* turn, si
 constexpr ChoiceKernels kernelsOfTheseLanes{face, farthest, nearest, within, look, weigh, unfold};
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

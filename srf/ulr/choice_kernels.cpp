@@ -2,7 +2,7 @@
 
 #include "surfel/math/simd.h"
 
-namespace surflect {
+namespace surflect::ulr {
 
 extern const ChoiceKernels scalarChoiceKernels, avx2ChoiceKernels, avx512ChoiceKernels;
 
@@ -14,4 +14,4 @@ const ChoiceKernels& choiceKernels([[maybe_unused]] Simd simd) {
   return scalarChoiceKernels;
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

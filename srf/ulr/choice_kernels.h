@@ -7,6 +7,10 @@
 #include <cstdint>
 
 namespace surflect {
+enum class Simd;
+}
+
+namespace surflect::ulr {
 
 constexpr size_t kChoiceLanes = 16;
 constexpr size_t kMostSlots = 17; // kMaxBlended, and the one after
@@ -66,7 +70,6 @@ struct ChoiceKernels {
                  float* right, float* down);
 };
 
-enum class Simd;
 const ChoiceKernels& choiceKernels(Simd simd);
 
-} // namespace surflect
+} // namespace surflect::ulr

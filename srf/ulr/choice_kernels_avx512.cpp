@@ -3,10 +3,10 @@
 
 #include "srf/ulr/choice_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::ulr {
 
 extern const ChoiceKernels avx512ChoiceKernels;
 const ChoiceKernels avx512ChoiceKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::ulr
 #endif

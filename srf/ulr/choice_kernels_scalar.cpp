@@ -2,9 +2,9 @@
 
 #include "srf/ulr/choice_kernel_loops.h"
 
-namespace surflect {
+namespace surflect::ulr {
 
 extern const ChoiceKernels scalarChoiceKernels;
 const ChoiceKernels scalarChoiceKernels = kernelsOfTheseLanes;
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -30,7 +30,7 @@
 #include <cmath>
 #include <limits>
 
-namespace surflect {
+namespace surflect::ulr {
 
 namespace {
 
@@ -276,4 +276,4 @@ const LaneBlends& ViewLanes::blend(std::span<const uint32_t> surfels,
   return blends_;
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::ulr {
 
 // What a direction leads to: a place, or something so distant that the direction to it is everywhere the
 // same, unit length.
@@ -159,4 +159,4 @@ private:
   LaneBlends blends_;
 };
 
-} // namespace surflect
+} // namespace surflect::ulr

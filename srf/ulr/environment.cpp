@@ -8,7 +8,7 @@
 #include <numbers>
 #include <queue>
 
-namespace surflect {
+namespace surflect::ulr {
 
 namespace {
 
@@ -85,7 +85,8 @@ std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, d
   return Direction3<EnvironmentSpace, double>{across * right, across * up, -std::cos(theta)};
 }
 
-EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping, const Progress& progress) {
+EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
+                             const Progress& progress) {
   const auto solidAngleSum = [&] { // of an angular map before it is scaled to 4 pi
     double sum = 0;
     for (int y = 0; y < radiance.height; ++y) {
@@ -136,18 +137,18 @@ EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping, 
 namespace {
 
 // Reads a picture in floating point.
-Image linearRec709(Picture picture, const std::filesystem::path& path) {
+image::Image linearRec709(image::Picture picture, const std::filesystem::path& path) {
   if (!picture.color) return std::move(picture.image);
   if (!picture.color->problem.empty()) throw Error(picture.color->problem).at(picture.color->source).in(path);
-  const ColorDecoder decoder(picture.color->encoding, {});
+  const image::ColorDecoder decoder(picture.color->encoding, {});
   if (!decoder.profile() && !decoder.mixesChannels()) return std::move(picture.image); // Rec. 709
-  Image colors(picture.image.width, picture.image.height, picture.image.channels >= 3 ? 3 : 1);
+  image::Image colors(picture.image.width, picture.image.height, picture.image.channels >= 3 ? 3 : 1);
   for (size_t i = 0; i < colors.values.size(); ++i) {
     const auto channels = static_cast<size_t>(colors.channels);
     colors.values[i] =
         picture.image.values[i / channels * static_cast<size_t>(picture.image.channels) + i % channels];
   }
-  return decoded(colors, decoder);
+  return image::decoded(colors, decoder);
 }
 
 } // namespace
@@ -155,7 +156,7 @@ Image linearRec709(Picture picture, const std::filesystem::path& path) {
 EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<EnvironmentMapping> mapping,
                                const Progress& progress) {
   constexpr int64_t mostPixels = int64_t{1} << 25;
-  const PictureSize size = readPictureSize(path);
+  const image::PictureSize size = image::readPictureSize(path);
   const std::string found = std::to_string(size.width) + " x " + std::to_string(size.height);
   if (int64_t{size.width} * size.height > mostPixels)
     throw Error::mismatch("an environment of at most 2^25 pixels", found).in(path);
@@ -166,7 +167,7 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
     throw Error::mismatch("twice as wide as high (lat-long), or a square (angular map), or a mapping",
                           found + (isCross ? " (a cube cross?)" : ""))
         .in(path);
-  Picture picture = readPicture(path);
+  image::Picture picture = image::readPicture(path);
   if (!picture.isFloat())
     throw Error::mismatch("radiance in floating point (EXR, HDR)",
                           std::to_string(picture.bits) + "-bit samples")
@@ -221,4 +222,4 @@ Rgb totalIrradiance(std::span<const EnvironmentLight> lights) {
   return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

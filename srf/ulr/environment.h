@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::ulr {
 
 enum class EnvironmentMapping {
   latLong, // columns are longitudes, rows latitudes: the whole sphere, twice as wide as high
@@ -44,7 +44,7 @@ struct EnvironmentMap {
 inline constexpr float kLargestHalf = 65504;
 
 // Gray or RGB radiance; alpha is ignored.
-EnvironmentMap environmentOf(const Image& radiance, EnvironmentMapping mapping,
+EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress = {});
 
 // Without a mapping the picture's shape tells: 2:1 is a lat-long, 1:1 an angular map. Throws Error, also
@@ -66,4 +66,4 @@ std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, dou
 // The sum of irradiances: of a constant map 4 pi times its radiance.
 Rgb totalIrradiance(std::span<const EnvironmentLight> lights);
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::ulr {
 
 inline constexpr float kFallbackFade = 1 / 3.f;   // e
 inline constexpr float kFallbackOffset = 2 / 3.f; // d: no ray is met by a view that sees something else there
@@ -44,4 +44,4 @@ inline float leastFallbackPenalty(float penalty, float cosine, bool isOpen, floa
   return fallbackPenalty(penalty - rounding, 0.999f / kFallbackFade * (mayBeOpen ? 1 : inverse));
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -17,7 +17,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::ulr {
 
 // c(l)
 template <class T>
@@ -42,4 +42,4 @@ template <class Cosines> float blendedCosine(const BlendSet& blend, const Cosine
   return weights > 0 ? sum / weights : 0;
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

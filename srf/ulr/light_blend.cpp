@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-namespace surflect {
+namespace surflect::ulr {
 
 namespace {
 
@@ -77,4 +77,4 @@ BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<A
   return blend;
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -22,7 +22,7 @@
 #include <span>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::ulr {
 
 enum class LightFit { mean, plane }; // to the blended lights' photographs; the mean is plain ULR
 
@@ -50,4 +50,4 @@ BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<A
                 const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                 const LightCoverage& coverage, LightExtrapolation extrapolation);
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::ulr {
 
 LightCoverage::LightCoverage(std::span<const Direction3<AcquisitionSpace, double>> lights) {
   constexpr double same = 1e-12; // penalty of directions that are one
@@ -29,4 +29,4 @@ float LightCoverage::at(float penalty) const {
   return to_ > from_ ? static_cast<float>(1 - smoothStep(from_, to_, penalty)) : 1.f;
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -7,7 +7,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::ulr {
 
 enum class LightExtrapolation { clamp, fade };
 
@@ -30,4 +30,4 @@ private:
   double spacing_, from_, to_; // the last two as penalties
 };
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::ulr {
 
 namespace {
 
@@ -128,4 +128,4 @@ void LightTable::spread(const EnvironmentLanes& environment,
   }
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::ulr {
 
 // A surface by which light is foreshortened: its normal, and the cosine of each captured light to it.
 struct Foreshortened {
@@ -62,4 +62,4 @@ private:
   std::vector<Shares> shares_;
 };
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -14,7 +14,7 @@
 #include <limits>
 #include <span>
 
-namespace surflect {
+namespace surflect::ulr {
 
 // The angular penalty 1 - cos(angle) of two unit directions, as |a - b|^2 / 2, which keeps its digits where
 // the angle is small.
@@ -123,4 +123,4 @@ inline float confidenceOf(float penalty) {
   return share * share * share * share;
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

@@ -9,7 +9,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::ulr {
 
 namespace {
 
@@ -30,7 +30,8 @@ Normal3<AcquisitionSpace> normalOf(const SurfelCloud& cloud, size_t i) {
   return assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2));
 }
 
-std::vector<Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const Camera<AcquisitionSpace>> views) {
+std::vector<capture::Viewpoint<AcquisitionSpace>>
+viewpointsOf(std::span<const capture::Camera<AcquisitionSpace>> views) {
   return {views.begin(), views.end()};
 }
 
@@ -63,13 +64,14 @@ float VisibilityWeights::decode(uint8_t value) {
 
 double grazingFade(double cosine) { return smoothStep(0.0, 0.3, cosine); }
 
-double borderFade(const Lens& lens, Pixel pixel) {
+double borderFade(const capture::Lens& lens, capture::Pixel pixel) {
   constexpr double kBorder = 6; // pixels
   const double distance = std::min({pixel.x, pixel.y, lens.width - pixel.x, lens.height - pixel.y});
   return smoothStep(0, kBorder, distance);
 }
 
-std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
+                                 std::span<const capture::Camera<AcquisitionSpace>> views,
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   std::vector<uint8_t> free(cloud.size() * views.size(), 0);
   const auto viewpoints = viewpointsOf(views);
@@ -99,7 +101,7 @@ struct SmoothedVisibility::Votes {
   std::vector<Vec3<float>> normals;
   std::vector<uint8_t> free, facing; // rows of one byte per view
 
-  Votes(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> cameras,
+  Votes(const SurfelCloud& cloud, std::span<const capture::Camera<AcquisitionSpace>> cameras,
         std::vector<uint8_t> sight, float reach, const Progress& progress)
       : views(cameras.size()), radius(reach), index(cloud.p0, progress), normals(cloud.size()),
         free(std::move(sight)), facing(cloud.size() * views) {
@@ -115,14 +117,16 @@ struct SmoothedVisibility::Votes {
   }
 };
 
-SmoothedVisibility::SmoothedVisibility(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-                   std::vector<uint8_t> lineOfSight, float radius, const Progress& progress)
+SmoothedVisibility::SmoothedVisibility(const SurfelCloud& cloud,
+                                       std::span<const capture::Camera<AcquisitionSpace>> views,
+                                       std::vector<uint8_t> lineOfSight, float radius,
+                                       const Progress& progress)
     : votes_(std::make_unique<Votes>(cloud, views, std::move(lineOfSight), radius, progress)) {}
 
 SmoothedVisibility::~SmoothedVisibility() = default;
 
 void SmoothedVisibility::at(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
-                  std::span<float> visibility) const {
+                            std::span<float> visibility) const {
   std::vector<float> all(votes_->views, 0.f);
   std::ranges::fill(visibility, 0.f);
   for (const auto& [j, distance] : votes_->index.within(p, votes_->radius)) {
@@ -139,8 +143,10 @@ void SmoothedVisibility::at(const Point3<AcquisitionSpace>& p, const Normal3<Acq
     visibility[view] = visibility[view] > 0 ? visibility[view] / all[view] : 0;
 }
 
-double visibilityWeight(const Camera<AcquisitionSpace>& camera, const Viewpoint<AcquisitionSpace>& viewpoint,
-                const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n, double visibility) {
+double visibilityWeight(const capture::Camera<AcquisitionSpace>& camera,
+                        const capture::Viewpoint<AcquisitionSpace>& viewpoint,
+                        const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
+                        double visibility) {
   const auto point = p.cast<double>();
   const auto pixel = camera.project(point);
   if (!pixel) return 0;
@@ -158,12 +164,13 @@ float visibilityRadius(const SurfelCloud& cloud) {
   return 4 * *middle;
 }
 
-VisibilityWeights visibilityWeights(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+VisibilityWeights visibilityWeights(const SurfelCloud& cloud,
+                                    std::span<const capture::Camera<AcquisitionSpace>> views,
+                                    const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   VisibilityWeights result{views.size(), std::vector<uint8_t>(cloud.size() * views.size())};
   if (cloud.size() == 0) return result;
-  const SmoothedVisibility votes(cloud, views, lineOfSight(cloud, views, impostor, progress), visibilityRadius(cloud),
-                       progress);
+  const SmoothedVisibility votes(cloud, views, lineOfSight(cloud, views, impostor, progress),
+                                 visibilityRadius(cloud), progress);
   const auto viewpoints = viewpointsOf(views);
   forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
     std::vector<float> visibility(views.size());
@@ -171,11 +178,11 @@ VisibilityWeights visibilityWeights(const SurfelCloud& cloud, std::span<const Ca
       const auto n = normalOf(cloud, i);
       votes.at(cloud.p0[i], n, visibility);
       for (size_t view = 0; view < views.size(); ++view)
-        result.values[i * views.size() + view] =
-            VisibilityWeights::encode(visibilityWeight(views[view], viewpoints[view], cloud.p0[i], n, visibility[view]));
+        result.values[i * views.size() + view] = VisibilityWeights::encode(
+            visibilityWeight(views[view], viewpoints[view], cloud.p0[i], n, visibility[view]));
     }
   });
   return result;
 }
 
-} // namespace surflect
+} // namespace surflect::ulr

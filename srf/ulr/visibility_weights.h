@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::ulr {
 
 // 0 for x <= from, 1 for x >= to, continuously differentiable between.
 double smoothStep(double from, double to, double x);
@@ -24,7 +24,7 @@ double smoothStep(double from, double to, double x);
 double grazingFade(double cosine);
 
 // Smooth fall over the last pixels before the border of the image; 0 outside.
-double borderFade(const Lens& lens, Pixel pixel);
+double borderFade(const capture::Lens& lens, capture::Pixel pixel);
 
 // A row per surfel of one byte per view, the logarithm of the fade: near a camera of small penalty p a fade
 // still moves the weights when it is as small as p, and equal ratios of fades move them by equal amounts.
@@ -39,9 +39,10 @@ struct VisibilityWeights {
   static float decode(uint8_t value);
 };
 
-// Is the line of sight from each surfel to each view free? Rows as in VisibilityWeights, 1 or 0; 0 for surfels that
-// face away from the view.
-std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
+// Is the line of sight from each surfel to each view free? Rows as in VisibilityWeights, 1 or 0; 0 for
+// surfels that face away from the view.
+std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
+                                 std::span<const capture::Camera<AcquisitionSpace>> views,
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
 
 // The share of free lines of sight among the surfels around a point, weighted by a smooth kernel of the given
@@ -49,8 +50,8 @@ std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud, std::span<const Camer
 // sheet that face the view have a vote. 0 where none has.
 class SmoothedVisibility {
 public:
-  SmoothedVisibility(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-           std::vector<uint8_t> lineOfSight, float radius, const Progress& progress = {});
+  SmoothedVisibility(const SurfelCloud& cloud, std::span<const capture::Camera<AcquisitionSpace>> views,
+                     std::vector<uint8_t> lineOfSight, float radius, const Progress& progress = {});
   ~SmoothedVisibility();
 
   // One value per view.
@@ -62,15 +63,19 @@ private:
   std::unique_ptr<const Votes> votes_;
 };
 
-// The fade of a view at any point of the surface with unit normal n; `openness` from SmoothedVisibility at this point.
-double visibilityWeight(const Camera<AcquisitionSpace>& camera, const Viewpoint<AcquisitionSpace>& viewpoint,
-                const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n, double visibility);
+// The fade of a view at any point of the surface with unit normal n; `openness` from SmoothedVisibility at
+// this point.
+double visibilityWeight(const capture::Camera<AcquisitionSpace>& camera,
+                        const capture::Viewpoint<AcquisitionSpace>& viewpoint,
+                        const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
+                        double visibility);
 
 // How far the kernel of the openness reaches: four splat radii, of which the median of the cloud is taken.
 float visibilityRadius(const SurfelCloud& cloud);
 
 // The fades at all surfels.
-VisibilityWeights visibilityWeights(const SurfelCloud& cloud, std::span<const Camera<AcquisitionSpace>> views,
-                      const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
+VisibilityWeights visibilityWeights(const SurfelCloud& cloud,
+                                    std::span<const capture::Camera<AcquisitionSpace>> views,
+                                    const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::ulr

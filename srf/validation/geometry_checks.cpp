@@ -12,7 +12,7 @@
 #include <numbers>
 #include <optional>
 
-namespace surflect {
+namespace surflect::validation {
 
 namespace {
 
@@ -31,7 +31,7 @@ std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
   return vertices;
 }
 
-double degreesAside(const Camera<AcquisitionSpace>& camera, const WorldPoint& point) {
+double degreesAside(const capture::Camera<AcquisitionSpace>& camera, const WorldPoint& point) {
   const Vec3<double> seen = camera.cameraFromWorld(point).raw();
   return std::acos(std::clamp(-seen[2] / seen.norm(), -1., 1.)) * 180 / std::numbers::pi;
 }
@@ -42,7 +42,7 @@ double median(std::vector<double> values) {
 }
 
 // The larger side of what vertices cover, over the picture's; empty where none is in front.
-std::optional<double> shareOfPicture(const Camera<AcquisitionSpace>& camera,
+std::optional<double> shareOfPicture(const capture::Camera<AcquisitionSpace>& camera,
                                      const std::vector<WorldPoint>& vertices) {
   Eigen::AlignedBox2d box;
   for (const WorldPoint& vertex : vertices)
@@ -53,14 +53,14 @@ std::optional<double> shareOfPicture(const Camera<AcquisitionSpace>& camera,
 
 } // namespace
 
-std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& mesh) {
+std::vector<Finding> checkCameras(const capture::Capture& capture, const TriangleMesh& mesh) {
   const std::vector<WorldPoint> vertices = someVertices(mesh);
   const WorldPoint center = middleOf(mesh.positions);
   std::vector<Offender> blind;
-  for (const View& view : capture.views) {
+  for (const capture::View& view : capture.views) {
     const auto seen = [&](const WorldPoint& vertex) {
       const auto pixel = view.camera.project(vertex);
-      return pixel && contains(view.camera.lens, *pixel);
+      return pixel && capture::contains(view.camera.lens, *pixel);
     };
     if (std::ranges::any_of(vertices, seen)) continue;
     const double aside = degreesAside(view.camera, center);
@@ -75,7 +75,7 @@ std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& me
                    blind.size(), capture.views.size(), worst(blind))}};
 }
 
-std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh) {
+std::vector<Finding> checkUnits(const capture::Capture& capture, const TriangleMesh& mesh) {
   const Eigen::AlignedBox3d box = boundsOf(mesh.positions);
   const auto center = assume<WorldPoint>(box.center());
   const double size = box.diagonal().norm();
@@ -84,9 +84,9 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
   const std::vector<WorldPoint> vertices = someVertices(mesh);
   std::vector<Offender> inside;
   std::vector<double> distances, shares;
-  for (const View& view : capture.views) {
+  for (const capture::View& view : capture.views) {
     if (const auto share = shareOfPicture(view.camera, vertices)) shares.push_back(*share);
-    if (view.camera.lens.model == Lens::Model::orthographic) continue; // it has no place
+    if (view.camera.lens.model == capture::Lens::Model::orthographic) continue; // it has no place
     const double distance = length(view.camera.center() - center);
     distances.push_back(distance);
     if (box.contains(view.camera.center().raw())) inside.push_back({-distance, view.identity});
@@ -115,8 +115,8 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
 
   std::vector<Offender> within, far;
   size_t points = 0;
-  for (const Light& light : capture.lights) {
-    const auto* point = std::get_if<PointLight>(&light.kind);
+  for (const capture::Light& light : capture.lights) {
+    const auto* point = std::get_if<capture::PointLight>(&light.kind);
     if (!point) continue;
     ++points;
     const double distance = length(point->position - center);
@@ -141,15 +141,15 @@ std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh
   return findings;
 }
 
-std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh, const CheckEffort& effort,
-                                  const Progress& progress) {
+std::vector<Finding> checkCapture(const capture::Capture& capture, const TriangleMesh& mesh,
+                                  const CheckEffort& effort, const Progress& progress) {
   std::vector<Finding> findings = checkCameras(capture, mesh);
   const auto append = [&](const std::vector<Finding>& more) {
     findings.insert(findings.end(), more.begin(), more.end());
   };
   append(checkUnits(capture, mesh));
   const WorldPoint middle = middleOf(mesh.positions);
-  if (!middleOfScene(capture))
+  if (!capture::middleOfScene(capture))
     if (auto imprecise = checkPrecision(capture, middle)) findings.push_back(std::move(*imprecise));
   if (std::ranges::any_of(findings, [](const Finding& f) { return f.severity == Severity::error; }))
     return findings;
@@ -175,4 +175,4 @@ std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& me
   return findings;
 }
 
-} // namespace surflect
+} // namespace surflect::validation

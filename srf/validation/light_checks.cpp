@@ -2,9 +2,9 @@
 // cosine c = max(0, n . d).
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
-#include "srf/validation/validation.h"
 #include "srf/validation/names.h"
 #include "srf/validation/outline_contrast.h"
+#include "srf/validation/validation.h"
 #include "surfel/base/evenly_spaced.h"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@
 #include <map>
 #include <optional>
 
-namespace surflect {
+namespace surflect::validation {
 
 namespace {
 
@@ -47,14 +47,15 @@ struct Samples {
 };
 
 // Up to kPixels pixels that see the mesh, evenly from all.
-Samples samplePixels(const Camera<World>& camera, const TriangleMesh& mesh, const RayCaster<World>& caster) {
+Samples samplePixels(const capture::Camera<World>& camera, const TriangleMesh& mesh,
+                     const RayCaster<World>& caster) {
   Samples all;
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const double area = 1.0 * camera.lens.width * camera.lens.height;
   const int step = std::max(1, static_cast<int>(std::sqrt(area / (4.0 * kPixels))));
   for (int y = step / 2; y < camera.lens.height; y += step)
     for (int x = step / 2; x < camera.lens.width; x += step) {
-      const auto ray = rayThrough(camera.lens, {x + 0.5, y + 0.5});
+      const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
       if (!ray) continue;
       const auto origin = worldFromCamera(ray->origin);
       const auto direction = worldFromCamera(ray->direction);
@@ -76,7 +77,8 @@ Samples samplePixels(const Camera<World>& camera, const TriangleMesh& mesh, cons
 
 // The views to look at, with their frames: some with their lights, and for every light that these lack one
 // frame more.
-std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture, const CheckEffort& effort) {
+std::map<size_t, std::vector<size_t>> chooseFrames(const capture::Capture& capture,
+                                                   const CheckEffort& effort) {
   std::map<size_t, std::vector<size_t>> ofChosen, frames;
   for (const size_t view : evenlySpaced(capture.views.size(), effort.litViews)) ofChosen[view];
   for (size_t i = 0; i < capture.frames.size(); ++i)
@@ -95,13 +97,13 @@ std::map<size_t, std::vector<size_t>> chooseFrames(const Capture& capture, const
   return frames;
 }
 
-std::vector<Samples> readSamples(const Capture& capture, const TriangleMesh& mesh,
+std::vector<Samples> readSamples(const capture::Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<World>& caster, const CheckEffort& effort,
                                  const Progress& progress) {
   const auto frames = chooseFrames(capture, effort);
   std::vector<Samples> views;
   for (const auto& [view, ofView] : frames) {
-    const Camera<World>& camera = capture.views[view].camera;
+    const capture::Camera<World>& camera = capture.views[view].camera;
     Samples& samples = views.emplace_back(samplePixels(camera, mesh, caster));
     const size_t bytes = size_t{48} * static_cast<size_t>(camera.lens.width) *
                          static_cast<size_t>(camera.lens.height),
@@ -112,12 +114,12 @@ std::vector<Samples> readSamples(const Capture& capture, const TriangleMesh& mes
                           static_cast<double>(first) / static_cast<double>(ofView.size())) /
                              static_cast<double>(frames.size()));
       const auto some = std::span(ofView).subspan(first, std::min(batch, ofView.size() - first));
-      const auto photographs = readPhotographs(capture, some);
+      const auto photographs = capture::readPhotographs(capture, some);
       for (size_t k = 0; k < some.size(); ++k) {
         Shot& shot = samples.shots.emplace_back(Shot{*capture.frames[some[k]].light, {}});
         for (size_t i = 0; i < samples.pixels.size(); ++i) {
           const float* radiance = &photographs[k].radiance.values[3 * samples.pixels[i]];
-          shot.luminance.push_back(luma({radiance[0], radiance[1], radiance[2]}));
+          shot.luminance.push_back(image::luma({radiance[0], radiance[1], radiance[2]}));
           if (!(photographs[k].alpha.values[samples.pixels[i]] > 0.5f)) inObject[i] = false;
         }
       }
@@ -174,20 +176,20 @@ std::string describe(const AxisMap& map) {
 }
 
 // A light whose direction or position has gone through a map.
-Light mapped(Light light, const AxisMap& map) {
-  if (auto* directional = std::get_if<DirectionalLight>(&light.kind))
+capture::Light mapped(capture::Light light, const AxisMap& map) {
+  if (auto* directional = std::get_if<capture::DirectionalLight>(&light.kind))
     directional->towards = assume<Direction3<World, double>>(map(directional->towards.raw()));
   else {
-    auto& point = std::get<PointLight>(light.kind);
+    auto& point = std::get<capture::PointLight>(light.kind);
     point.position = assume<Point3<World, double>>(map(point.position.raw()));
   }
   return light;
 }
 
 // Luma of what would fall on the surface.
-double incident(const Light& light, const Point3<World, double>& p, const Vec3<double>& n) {
-  const double cosine = n.dot(towardsLight(light, p).raw());
-  return cosine > 0 ? cosine * static_cast<double>(luma(irradianceAt(light, p))) : 0;
+double incident(const capture::Light& light, const Point3<World, double>& p, const Vec3<double>& n) {
+  const double cosine = n.dot(capture::towardsLight(light, p).raw());
+  return cosine > 0 ? cosine * static_cast<double>(image::luma(capture::irradianceAt(light, p))) : 0;
 }
 
 // Highlights and noise count no more than what is bright.
@@ -233,7 +235,7 @@ Correlation correlate(const std::vector<double>& a, const std::vector<double>& b
 using Table = std::vector<std::vector<double>>;
 
 // What a Lambert surface of albedo 1 would show.
-std::vector<double> shaded(const Samples& view, const Light& light) {
+std::vector<double> shaded(const Samples& view, const capture::Light& light) {
   std::vector<double> values;
   for (size_t i = 0; i < view.points.size(); ++i)
     values.push_back(incident(light, view.points[i], view.normals[i]));
@@ -273,7 +275,7 @@ struct Fit {
   std::vector<Correlation> ofLight; // over all views
   std::vector<Table> shown;         // by view
 
-  Fit(const std::vector<Samples>& views, const std::vector<Light>& lights) : ofLight(lights.size()) {
+  Fit(const std::vector<Samples>& views, const std::vector<capture::Light>& lights) : ofLight(lights.size()) {
     for (const Samples& view : views) {
       Table expected;
       for (const Shot& shot : view.shots) expected.push_back(shaded(view, lights[shot.light]));
@@ -286,7 +288,8 @@ struct Fit {
 
 // How well the photographs of light l would be explained by another light in its place; of views where albedo
 // is known, which could pass for shading.
-Correlation fitOf(const std::vector<Samples>& views, const Fit& stated, size_t l, const Light& other) {
+Correlation fitOf(const std::vector<Samples>& views, const Fit& stated, size_t l,
+                  const capture::Light& other) {
   Correlation fit;
   for (size_t v = 0; v < views.size(); ++v)
     for (size_t s = 0; s < views[v].shots.size() && views[v].shots.size() >= kLightsForAlbedo; ++s)
@@ -302,7 +305,7 @@ std::optional<double> meanOf(const std::vector<Correlation>& ofLight) {
 
 } // namespace
 
-std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
+std::vector<Finding> checkLights(const capture::Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
                                  std::optional<double> outlineContrast, const Progress& progress) {
   if (capture.lights.empty()) return {};
@@ -328,8 +331,8 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
   std::vector<std::optional<double>> fits(maps.size());
   tbb::parallel_for(size_t{0}, maps.size(), [&](size_t m) {
     progress.checkpoint();
-    std::vector<Light> lights;
-    for (const Light& light : capture.lights) lights.push_back(mapped(light, maps[m]));
+    std::vector<capture::Light> lights;
+    for (const capture::Light& light : capture.lights) lights.push_back(mapped(light, maps[m]));
     fits[m] = meanOf(Fit(views, lights).ofLight);
   });
   size_t best = 0;
@@ -403,4 +406,4 @@ std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mes
   return findings;
 }
 
-} // namespace surflect
+} // namespace surflect::validation

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::validation {
 
 // Something wrong with one camera or light, and how much.
 struct Offender {
@@ -23,4 +23,4 @@ inline std::string worst(std::vector<Offender> offenders) {
   return list;
 }
 
-} // namespace surflect
+} // namespace surflect::validation

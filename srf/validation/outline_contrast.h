@@ -1,8 +1,8 @@
 // Contrasts at the mesh's outline, see ViewMeasures: wrong places have 0.9 to 1.7.
 #pragma once
 
-namespace surflect {
+namespace surflect::validation {
 
 inline constexpr double kSteepOutline = 2, kFlatOutline = 1.5;
 
-} // namespace surflect
+} // namespace surflect::validation

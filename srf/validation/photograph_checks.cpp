@@ -1,8 +1,8 @@
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
-#include "srf/validation/validation.h"
 #include "srf/validation/names.h"
 #include "srf/validation/outline_contrast.h"
+#include "srf/validation/validation.h"
 #include "surfel/base/evenly_spaced.h"
 #include "surfel/math/bounds.h"
 
@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::validation {
 
 namespace {
 
@@ -33,18 +33,18 @@ constexpr double kNearViews = 0.25;  // cosine between the directions to two cam
 constexpr size_t kNeighbours = 8;
 constexpr double kAgreeing = 0.8, kDiffering = 0.5; // correlations
 
-float lumaAt(const Image& image, size_t pixel) {
+float lumaAt(const image::Image& image, size_t pixel) {
   const float* value = &image.values[3 * pixel];
-  return luma({value[0], value[1], value[2]});
+  return image::luma({value[0], value[1], value[2]});
 }
 
-Mask complement(Mask mask) {
+image::Mask complement(image::Mask mask) {
   for (uint8_t& inside : mask.inside) inside = !inside;
   return mask;
 }
 
 // Mean of values over the pixels that `outer` has and `inner` lacks; 0 where there are none.
-double ringMean(const std::vector<float>& values, const Mask& outer, const Mask& inner) {
+double ringMean(const std::vector<float>& values, const image::Mask& outer, const image::Mask& inner) {
   double sum = 0, count = 0;
   for (size_t i = 0; i < values.size(); ++i)
     if (outer.inside[i] && !inner.inside[i]) {
@@ -55,7 +55,7 @@ double ringMean(const std::vector<float>& values, const Mask& outer, const Mask&
 }
 
 // Logarithm of luminance, dark noise left out: steps count alike in light and in shadow.
-std::vector<float> logLuma(const Image& image) {
+std::vector<float> logLuma(const image::Image& image) {
   std::vector<float> values(image.values.size() / 3);
   for (size_t i = 0; i < values.size(); ++i) values[i] = std::max(0.f, lumaAt(image, i));
   const float floor = 0.02f * std::max(*std::ranges::max_element(values), 1e-6f);
@@ -74,14 +74,14 @@ std::vector<float> gradientMagnitude(const std::vector<float>& values, int width
 }
 
 std::optional<double> outlineContrastOf(const SmallView& view) {
-  const Mask &inside = view.outline, outside = complement(view.outline);
+  const image::Mask &inside = view.outline, outside = complement(view.outline);
   const auto steep = gradientMagnitude(logLuma(view.radiance), inside.width, inside.height);
   const int reach = std::max(8, std::max(inside.width, inside.height) / 24);
-  const Mask core = eroded(inside, 4), halo = complement(eroded(outside, 4));
-  const double atOutline = std::max(ringMean(steep, inside, eroded(inside, kRim)),
-                                    ringMean(steep, outside, eroded(outside, kRim)));
-  const double within = ringMean(steep, core, eroded(inside, reach)),
-               beyond = ringMean(steep, complement(halo), eroded(outside, reach));
+  const image::Mask core = image::eroded(inside, 4), halo = complement(image::eroded(outside, 4));
+  const double atOutline = std::max(ringMean(steep, inside, image::eroded(inside, kRim)),
+                                    ringMean(steep, outside, image::eroded(outside, kRim)));
+  const double within = ringMean(steep, core, image::eroded(inside, reach)),
+               beyond = ringMean(steep, complement(halo), image::eroded(outside, reach));
   const double off = (within + beyond) / 2;
   if (!(off > 0)) return std::nullopt;
   return atOutline / off;
@@ -109,15 +109,15 @@ struct SeenPoint {
 std::vector<SeenPoint> seenPoints(const SmallView& view, const std::vector<float>& values,
                                   const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& caster) {
   std::vector<size_t> pixels;
-  const Mask core = eroded(view.outline, kRim);
+  const image::Mask core = image::eroded(view.outline, kRim);
   for (size_t i = 0; i < core.inside.size(); ++i)
     if (core.inside[i]) pixels.push_back(i);
   std::vector<SeenPoint> points;
   const auto worldFromCamera = view.camera.cameraFromWorld.inverse();
   for (const size_t k : evenlySpaced(pixels.size(), kPointsOfView)) {
     const size_t pixel = pixels[k], width = static_cast<size_t>(core.width);
-    const auto ray = rayThrough(view.camera.lens, {static_cast<double>(pixel % width) + 0.5,
-                                                   static_cast<double>(pixel / width) + 0.5});
+    const auto ray = capture::rayThrough(view.camera.lens, {static_cast<double>(pixel % width) + 0.5,
+                                                            static_cast<double>(pixel / width) + 0.5});
     if (!ray) continue;
     const auto origin = worldFromCamera(ray->origin);
     const auto direction = worldFromCamera(ray->direction);
@@ -138,12 +138,12 @@ struct Agreement {
 // Correlation between what a view shows of points and what others show of them.
 Agreement agreementOf(const SmallView& a, std::span<const SeenPoint> points, const SmallView& b,
                       const std::vector<float>& valuesOfB, const RayCaster<AcquisitionSpace>& caster) {
-  const Viewpoint fromA(a.camera), fromB(b.camera);
+  const capture::Viewpoint fromA(a.camera), fromB(b.camera);
   Sums pairs;
   for (const auto& [place, normal, value] : points) {
     const auto towardsA = fromA.towards(place), towardsB = fromB.towards(place);
     const auto pixel = b.camera.project(place);
-    if (!pixel || !contains(b.camera.lens, *pixel) || dot(towardsA, towardsB) < kNearViews ||
+    if (!pixel || !capture::contains(b.camera.lens, *pixel) || dot(towardsA, towardsB) < kNearViews ||
         normal.dot(towardsA.raw()) < kLeastCosine || normal.dot(towardsB.raw()) < kLeastCosine ||
         caster.occluded(place, towardsB, 4 * caster.selfHitOffset(), fromB.distance(place)))
       continue;
@@ -157,11 +157,13 @@ Agreement agreementOf(const SmallView& a, std::span<const SeenPoint> points, con
 
 // The views nearest to view `a`, by the angle between directions from `middle`.
 std::vector<size_t> neighboursOf(size_t a, std::span<const SmallView> views, const Point& middle) {
-  const auto towardsA = Viewpoint(views[a].camera).towards(middle);
+  const auto towardsA = capture::Viewpoint(views[a].camera).towards(middle);
   std::vector<size_t> others(views.size());
   std::iota(others.begin(), others.end(), size_t{0});
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(a));
-  const auto cosine = [&](size_t b) { return dot(towardsA, Viewpoint(views[b].camera).towards(middle)); };
+  const auto cosine = [&](size_t b) {
+    return dot(towardsA, capture::Viewpoint(views[b].camera).towards(middle));
+  };
   const size_t count = std::min(kNeighbours, others.size());
   std::ranges::partial_sort(others, others.begin() + static_cast<std::ptrdiff_t>(count),
                             std::ranges::greater(), cosine);
@@ -202,11 +204,11 @@ double median(std::vector<double> values) {
 
 // Largest value of a pixel of a picture of whole numbers, divided by exposure; infinite where numbers may be
 // larger, and in a bracket, whose shorter exposures go on.
-double largestValue(const Capture& capture, const Frame& frame) {
+double largestValue(const capture::Capture& capture, const capture::Frame& frame) {
   const auto isFloat = [&] {
-    const PictureFormat format = formatOf(frame.picture);
-    return format == PictureFormat::exr || format == PictureFormat::radiance ||
-           readPictureHeader(capture.folder() / frame.picture).bits == 0;
+    const image::PictureFormat format = image::formatOf(frame.picture);
+    return format == image::PictureFormat::exr || format == image::PictureFormat::radiance ||
+           image::readPictureHeader(capture.folder() / frame.picture).bits == 0;
   };
   if (!frame.further.empty() || isFloat()) return std::numeric_limits<double>::infinity();
   if (!capture.response) return 1 / frame.exposure;
@@ -214,8 +216,8 @@ double largestValue(const Capture& capture, const Frame& frame) {
   return static_cast<double>(std::max({r.back(), g.back(), b.back()})) / frame.exposure;
 }
 
-ViewMeasures::MaskDifference maskDifference(const Mask& outline, const Mask& mask) {
-  const Mask outlineCore = eroded(outline, kRim), maskCore = eroded(mask, kRim);
+ViewMeasures::MaskDifference maskDifference(const image::Mask& outline, const image::Mask& mask) {
+  const image::Mask outlineCore = image::eroded(outline, kRim), maskCore = image::eroded(mask, kRim);
   double surplus = 0, missing = 0, all = 0;
   for (size_t i = 0; i < mask.inside.size(); ++i) {
     surplus += outlineCore.inside[i] && !mask.inside[i];
@@ -228,7 +230,7 @@ ViewMeasures::MaskDifference maskDifference(const Mask& outline, const Mask& mas
 
 } // namespace
 
-ViewMeasures measure(const Capture& capture, const SmallView& view) {
+ViewMeasures measure(const capture::Capture& capture, const SmallView& view) {
   ViewMeasures measures;
   measures.view = view.view;
   if (view.matte)
@@ -250,7 +252,7 @@ ViewMeasures measure(const Capture& capture, const SmallView& view) {
   return measures;
 }
 
-std::vector<Finding> checkMasks(const Capture& capture, std::span<const ViewMeasures> views) {
+std::vector<Finding> checkMasks(const capture::Capture& capture, std::span<const ViewMeasures> views) {
   std::vector<Offender> different;
   size_t checked = 0;
   for (const ViewMeasures& view : views) {
@@ -295,7 +297,7 @@ std::vector<Finding> checkPlacement(double outlineContrast, std::span<const Smal
                          : "")}};
 }
 
-std::vector<Finding> checkExposures(const Capture& capture, std::span<const ViewMeasures> views) {
+std::vector<Finding> checkExposures(const capture::Capture& capture, std::span<const ViewMeasures> views) {
   if (views.empty()) return {};
   if (std::ranges::all_of(views, &ViewMeasures::isBlack))
     return {{Severity::error, fmt::format("all {} photographs are black", views.size())}};
@@ -320,4 +322,4 @@ std::vector<Finding> checkExposures(const Capture& capture, std::span<const View
   return findings;
 }
 
-} // namespace surflect
+} // namespace surflect::validation

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::validation {
 
 namespace {
 
@@ -18,7 +18,7 @@ struct Axis {
   Vec3<double> center, forward;
 };
 
-Axis axisOf(const Camera<AcquisitionSpace>& camera) {
+Axis axisOf(const capture::Camera<AcquisitionSpace>& camera) {
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   return {camera.center().raw(), -worldFromCamera.rotation().col(2)};
 }
@@ -27,19 +27,20 @@ Axis axisOf(const Camera<AcquisitionSpace>& camera) {
 constexpr double kTold = 0.1, kWrong = 1;
 
 // Poses that lack positions, say. Distant cameras have none.
-bool standAtOnePlace(const Capture& capture) {
-  return capture.views.size() > 1 && !middleOfScene(capture) &&
-         std::ranges::all_of(capture.views,
-                             [](const View& view) { return view.camera.lens.model == Lens::Model::pinhole; });
+bool standAtOnePlace(const capture::Capture& capture) {
+  return capture.views.size() > 1 && !capture::middleOfScene(capture) &&
+         std::ranges::all_of(capture.views, [](const capture::View& view) {
+           return view.camera.lens.model == capture::Lens::Model::pinhole;
+         });
 }
 
-std::vector<Finding> checkAxes(const Capture& capture) {
-  const auto meeting = whereAxesMeet(capture);
+std::vector<Finding> checkAxes(const capture::Capture& capture) {
+  const auto meeting = capture::whereAxesMeet(capture);
   if (!meeting) return {};
 
   const Vec3<double> middle = meeting->raw();
   std::vector<Axis> axes;
-  for (const View& view : capture.views) axes.push_back(axisOf(view.camera));
+  for (const capture::View& view : capture.views) axes.push_back(axisOf(view.camera));
   const auto ahead = [&](const Axis& axis) { return (middle - axis.center).dot(axis.forward); };
   const auto away =
       static_cast<size_t>(std::ranges::count_if(axes, [&](const Axis& a) { return ahead(a) < 0; }));
@@ -57,7 +58,7 @@ std::vector<Finding> checkAxes(const Capture& capture) {
   const double median = sorted[sorted.size() / 2];
   std::vector<Offender> apart;
   for (size_t v = 0; v < axes.size(); ++v) {
-    const bool isPinhole = capture.views[v].camera.lens.model == Lens::Model::pinhole;
+    const bool isPinhole = capture.views[v].camera.lens.model == capture::Lens::Model::pinhole;
     if (isPinhole && distances[v] > kOtherScale * median)
       apart.push_back(
           {distances[v], fmt::format("{} ({:.3g} times)", capture.views[v].identity, distances[v] / median)});
@@ -69,9 +70,9 @@ std::vector<Finding> checkAxes(const Capture& capture) {
 
 } // namespace
 
-std::optional<Finding> checkPrecision(const Capture& capture,
+std::optional<Finding> checkPrecision(const capture::Capture& capture,
                                       const Point3<AcquisitionSpace, double>& middle) {
-  const double pixels = roundingInPixels(capture, middle);
+  const double pixels = capture::roundingInPixels(capture, middle);
   if (!(pixels > kTold)) return std::nullopt;
   return Finding{
       pixels > kWrong ? Finding::Severity::error : Finding::Severity::warning,
@@ -80,15 +81,15 @@ std::optional<Finding> checkPrecision(const Capture& capture,
                   middle.x(), middle.y(), middle.z(), pixels)};
 }
 
-std::vector<Finding> checkPoses(const Capture& capture) {
+std::vector<Finding> checkPoses(const capture::Capture& capture) {
   if (standAtOnePlace(capture))
     return {{Finding::Severity::warning,
              fmt::format("all {} cameras stand at one place: are their positions missing?",
                          capture.views.size())}};
   std::vector<Finding> findings = checkAxes(capture);
-  if (const auto middle = middleOfScene(capture))
+  if (const auto middle = capture::middleOfScene(capture))
     if (auto imprecise = checkPrecision(capture, *middle)) findings.push_back(std::move(*imprecise));
   return findings;
 }
 
-} // namespace surflect
+} // namespace surflect::validation

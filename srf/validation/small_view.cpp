@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::validation {
 
 namespace {
 
@@ -18,8 +18,8 @@ std::pair<int, int> coveredBy(int i, int count, int all) {
   return {first, std::max(first + 1, static_cast<int>(static_cast<int64_t>(i + 1) * all / count))};
 }
 
-Image shrunkTo(const Image& image, int width, int height) {
-  Image small(width, height, image.channels);
+image::Image shrunkTo(const image::Image& image, int width, int height) {
+  image::Image small(width, height, image.channels);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const auto [top, bottom] = coveredBy(y, height, image.height);
@@ -33,30 +33,31 @@ Image shrunkTo(const Image& image, int width, int height) {
   return small;
 }
 
-SmallView smallView(const Capture& capture, size_t frame, const RayCaster<AcquisitionSpace>& mesh) {
+SmallView smallView(const capture::Capture& capture, size_t frame, const RayCaster<AcquisitionSpace>& mesh) {
   const size_t number = capture.frames[frame].view;
-  const Lens& lens = capture.views[number].camera.lens;
+  const capture::Lens& lens = capture.views[number].camera.lens;
   const int step = (std::max(lens.width, lens.height) + kSide - 1) / kSide;
   const int width = std::max(1, lens.width / step), height = std::max(1, lens.height / step);
   SmallView view{number, frame, capture.views[number].camera, {}, {}, {}};
-  view.camera.lens = resized(lens, width, height);
-  const Photograph photograph = readPhotographs(capture, std::span(&frame, 1))[0];
+  view.camera.lens = capture::resized(lens, width, height);
+  const capture::Photograph photograph = capture::readPhotographs(capture, std::span(&frame, 1))[0];
   view.radiance = shrunkTo(photograph.radiance, width, height);
-  if (photograph.hasMatte) view.matte = objectMask(shrunkTo(photograph.alpha, width, height));
-  view.outline = objectMask(silhouette(view.camera, mesh));
+  if (photograph.hasMatte) view.matte = image::objectMask(shrunkTo(photograph.alpha, width, height));
+  view.outline = image::objectMask(capture::silhouette(view.camera, mesh));
   return view;
 }
 
 // For each view, the frame whose light comes most from the camera's side; none for a view without frames.
-std::vector<std::optional<size_t>> frontallyLit(const Capture& capture,
+std::vector<std::optional<size_t>> frontallyLit(const capture::Capture& capture,
                                                 const Point3<AcquisitionSpace, double>& middle) {
   std::vector<std::optional<size_t>> best(capture.views.size());
   std::vector<double> bestCosine(capture.views.size());
   for (size_t i = 0; i < capture.frames.size(); ++i) {
-    const Frame& frame = capture.frames[i];
-    const Viewpoint viewpoint(capture.views[frame.view].camera);
-    const double cosine =
-        frame.light ? dot(towardsLight(capture.lights[*frame.light], middle), viewpoint.towards(middle)) : 0;
+    const capture::Frame& frame = capture.frames[i];
+    const capture::Viewpoint viewpoint(capture.views[frame.view].camera);
+    const double cosine = frame.light ? dot(capture::towardsLight(capture.lights[*frame.light], middle),
+                                            viewpoint.towards(middle))
+                                      : 0;
     if (best[frame.view] && !(cosine > bestCosine[frame.view])) continue;
     best[frame.view] = i;
     bestCosine[frame.view] = cosine;
@@ -66,7 +67,7 @@ std::vector<std::optional<size_t>> frontallyLit(const Capture& capture,
 
 } // namespace
 
-void forEachSmallView(const Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
+void forEachSmallView(const capture::Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
                       const Point3<AcquisitionSpace, double>& middle, size_t most, const Progress& progress,
                       const std::function<void(SmallView)>& look) {
   std::vector<size_t> frames;
@@ -79,4 +80,4 @@ void forEachSmallView(const Capture& capture, const RayCaster<AcquisitionSpace>&
   }
 }
 
-} // namespace surflect
+} // namespace surflect::validation

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::validation {
 
 struct Finding {
   enum class Severity {
@@ -40,21 +40,23 @@ inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
 // Without a mesh: most cameras look away from where their axes meet, as where axes or matrices are others
 // than stated; cameras thirty times farther away than most, of three views or more whose axes do meet. All
 // cameras at one place. A scene so far from 0 that float positions are off by more than a tenth of a pixel.
-std::vector<Finding> checkPoses(const Capture& capture);
+std::vector<Finding> checkPoses(const capture::Capture& capture);
 
 // Masks without object or with black and white exchanged, and views without a mask beside those with one: the
 // warnings of srf/capture/mask_survey.h. Reads at most `effort.views` masks.
-std::vector<Finding> checkMattes(const Capture& capture, const CheckEffort& effort, const Progress& progress);
+std::vector<Finding> checkMattes(const capture::Capture& capture, const CheckEffort& effort,
+                                 const Progress& progress);
 
 // A middle of the scene where float positions are off by more than a tenth of a pixel.
-std::optional<Finding> checkPrecision(const Capture& capture, const Point3<AcquisitionSpace, double>& middle);
+std::optional<Finding> checkPrecision(const capture::Capture& capture,
+                                      const Point3<AcquisitionSpace, double>& middle);
 
 // Cameras that have none of the mesh in their picture.
-std::vector<Finding> checkCameras(const Capture& capture, const TriangleMesh& mesh);
+std::vector<Finding> checkCameras(const capture::Capture& capture, const TriangleMesh& mesh);
 
 // Units that differ: cameras inside the mesh's box, or the mesh a speck in all pictures; point lights inside
 // the box, or a thousand times as far away as the mesh is large.
-std::vector<Finding> checkUnits(const Capture& capture, const TriangleMesh& mesh);
+std::vector<Finding> checkUnits(const capture::Capture& capture, const TriangleMesh& mesh);
 
 // Numbers that stand for a small view.
 struct ViewMeasures {
@@ -71,10 +73,10 @@ struct ViewMeasures {
   double clipped = 0;   // share of the object at the largest value of the picture's format
   bool isBlack = false; // all of the picture
 };
-ViewMeasures measure(const Capture& capture, const SmallView& view);
+ViewMeasures measure(const capture::Capture& capture, const SmallView& view);
 
 // Views whose masks and silhouettes of the mesh differ by more than a rim: more than 2 % of the silhouette.
-std::vector<Finding> checkMasks(const Capture& capture, std::span<const ViewMeasures> views);
+std::vector<Finding> checkMasks(const capture::Capture& capture, std::span<const ViewMeasures> views);
 
 // Median over the views that have it. Below 1.5 photographs are flat where the mesh has its outline, because
 // it lies elsewhere, or before a wild background.
@@ -89,7 +91,7 @@ std::vector<Finding> checkPlacement(double outlineContrast, std::span<const Smal
 
 // Photographs that are black (under fixed light, or all), or at the largest value of their format in more
 // than half of the object.
-std::vector<Finding> checkExposures(const Capture& capture, std::span<const ViewMeasures> views);
+std::vector<Finding> checkExposures(const capture::Capture& capture, std::span<const ViewMeasures> views);
 
 // Whether photographs are brighter where the mesh faces the light, by the correlation over pixels between
 // max(0, n . l) and luminance, divided by what a pixel's other photographs tell of its albedo (where a view
@@ -99,13 +101,13 @@ std::vector<Finding> checkExposures(const Capture& capture, std::span<const View
 // fixed illumination; cast shadows are not expected. Where shading does not follow the lights and
 // the contrast at the outline is flat, the mesh lies elsewhere: an error. Reads the photographs that `effort`
 // allows; progress names the stage "lights".
-std::vector<Finding> checkLights(const Capture& capture, const TriangleMesh& mesh,
+std::vector<Finding> checkLights(const capture::Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
                                  std::optional<double> outlineContrast, const Progress& progress);
 
 // checkCameras to checkLights; after an error of checkCameras or checkUnits, no others. And checkPrecision at
 // the mesh, where checkPoses() finds no middle of the scene.
-std::vector<Finding> checkCapture(const Capture& capture, const TriangleMesh& mesh, const CheckEffort& effort,
-                                  const Progress& progress);
+std::vector<Finding> checkCapture(const capture::Capture& capture, const TriangleMesh& mesh,
+                                  const CheckEffort& effort, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::validation

@@ -142,7 +142,9 @@ public:
     return assume<Direction3<To, U>>(Eigen::Map<const Mat3<T>>(matrix_.data()) * d.raw().template cast<T>());
   }
 
-  template <class U> Rotation<To, From, U> cast() const { return Rotation<To, From, U>(matrix().template cast<U>()); }
+  template <class U> Rotation<To, From, U> cast() const {
+    return Rotation<To, From, U>(matrix().template cast<U>());
+  }
 
 private:
   std::array<T, 9> matrix_;

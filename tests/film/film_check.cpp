@@ -36,8 +36,8 @@ struct Agreement {
   bool holds() const { return leastAlpha >= kLeastAlpha && overlap >= kLeastOverlap; }
 };
 
-Agreement agreement(const Image& rendered, const Mask& truth) {
-  const Mask interior = eroded(truth, kErosion);
+Agreement agreement(const image::Image& rendered, const image::Mask& truth) {
+  const image::Mask interior = image::eroded(truth, kErosion);
   if (std::ranges::count(interior.inside, 1) == 0) throw Error("the mesh is not in the picture");
   Agreement result;
   for (size_t i = 0; i < interior.inside.size(); ++i) {
@@ -47,19 +47,19 @@ Agreement agreement(const Image& rendered, const Mask& truth) {
     result.x = static_cast<int>(i % static_cast<size_t>(interior.width));
     result.y = static_cast<int>(i / static_cast<size_t>(interior.width));
   }
-  result.overlap = intersectionOverUnion(truth, objectMask(rendered));
+  result.overlap = image::intersectionOverUnion(truth, image::objectMask(rendered));
   return result;
 }
 
-Agreement checkFrame(const Script& script, const TriangleMesh& mesh, const std::filesystem::path& path,
+Agreement checkFrame(const scene::Script& script, const TriangleMesh& mesh, const std::filesystem::path& path,
                      int frame) {
-  const Image rendered = ExrFile(path).read({"R", "G", "B", "A"});
-  const ShotTime time = shotTime(script, frame);
-  Camera<ObjectSpace> camera = cameraAt(script, time);
-  camera.lens = resized(camera.lens, rendered.width, rendered.height);
-  const RayCaster<ObjectSpace> caster(deform(mesh, *warpAt(script, time)));
+  const image::Image rendered = image::ExrFile(path).read({"R", "G", "B", "A"});
+  const warp::ShotTime time = scene::shotTime(script, frame);
+  capture::Camera<ObjectSpace> camera = scene::cameraAt(script, time);
+  camera.lens = capture::resized(camera.lens, rendered.width, rendered.height);
+  const RayCaster<ObjectSpace> caster(warp::deform(mesh, *scene::warpAt(script, time)));
   try {
-    return agreement(rendered, objectMask(silhouette(camera, caster)));
+    return agreement(rendered, image::objectMask(capture::silhouette(camera, caster)));
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
@@ -67,9 +67,9 @@ Agreement checkFrame(const Script& script, const TriangleMesh& mesh, const std::
 
 int checkFilm(const std::filesystem::path& scriptPath, const std::filesystem::path& frames,
               const std::filesystem::path& meshPath, int step) {
-  const Script script = readScript(scriptPath);
-  requireShot(script);
-  if (std::holds_alternative<NamedCamera>(*script.camera))
+  const scene::Script script = scene::readScript(scriptPath);
+  scene::requireShot(script);
+  if (std::holds_alternative<scene::NamedCamera>(*script.camera))
     throw Error::mismatch("a camera with position or orbit", "a captured one")
         .at("camera.from")
         .in(scriptPath);
@@ -78,7 +78,7 @@ int checkFilm(const std::filesystem::path& scriptPath, const std::filesystem::pa
   Agreement worst;
   int checked = 0, failed = 0;
   for (int frame = script.frames->first; frame <= script.frames->last; frame += step) {
-    const auto path = framePath(*script.output, frames, frame);
+    const auto path = scene::framePath(*script.output, frames, frame);
     const Agreement found = checkFrame(script, mesh, path, frame);
     std::printf("%s: least alpha inside %.5f at (%d, %d), mask IoU %.5f%s\n", path.c_str(), found.leastAlpha,
                 found.x, found.y, found.overlap, found.holds() ? "" : "  FAILED");

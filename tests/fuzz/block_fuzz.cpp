@@ -5,9 +5,9 @@
 void surflect::fuzz(std::string_view input) {
   if (input.empty()) return;
   const size_t lights = 1 + static_cast<uint8_t>(input[0]);
-  const Block block = decodeBlock(std::as_bytes(std::span(input.substr(1))), lights);
+  const codec::Block block = codec::decodeBlock(std::as_bytes(std::span(input.substr(1))), lights);
   float sum = 0; // reaches everything that look-ups reach
-  for (int t = 0; t < blockTexels; ++t)
+  for (int t = 0; t < codec::blockTexels; ++t)
     for (int k = 0; k < 3 * block.stride; ++k) sum += static_cast<float>(block.texel(t)[k]);
   for (size_t l = 0; l < lights; ++l)
     for (int k = 0; k < block.stride; ++k) sum += block.light(l)[k];

@@ -6,7 +6,7 @@
 
 void surflect::fuzz(std::string_view input) {
   static const FuzzFolder folder;
-  const Capture capture = parseCapture(input, folder / "transforms.json");
+  const capture::Capture capture = capture::parseCapture(input, folder / "transforms.json");
   for (size_t frame = 0; frame < std::min<size_t>(capture.frames.size(), 4); ++frame)
-    readPhotographs(capture, std::span(&frame, 1));
+    capture::readPhotographs(capture, std::span(&frame, 1));
 }

@@ -11,5 +11,5 @@ void surflect::fuzz(std::string_view input) {
   for (const char* name : {"cameras", "images"}) std::filesystem::remove(folder / (name + other));
   folder.write("cameras" + extension, files.first);
   folder.write("images" + extension, files.second);
-  readColmap(folder.path(), folder.path(), false);
+  importers::readColmap(folder.path(), folder.path(), false);
 }

@@ -8,7 +8,7 @@
 namespace {
 
 // What a light may be that goes on to shading, whatever the picture said.
-void requireLight(const surflect::EnvironmentLight& light) {
+void requireLight(const surflect::ulr::EnvironmentLight& light) {
   const auto& [r, g, b] = light.irradiance;
   const bool shines = r >= 0 && g >= 0 && b >= 0 && std::isfinite(r) && std::isfinite(g) && std::isfinite(b);
   if (!shines || std::abs(light.towards.raw().norm() - 1) > 1e-3f) std::abort();
@@ -23,9 +23,10 @@ void surflect::fuzz(std::string_view input) {
   const auto path = folder / (input[0] & 1 ? "environment.exr" : "environment.hdr");
   const auto content = memoryFile(input.substr(1));
   if (!std::filesystem::is_symlink(path)) std::filesystem::create_symlink(content, path);
-  std::optional<EnvironmentMapping> mapping; // else by its shape
-  if (input[0] & 2) mapping = input[0] & 4 ? EnvironmentMapping::angular : EnvironmentMapping::latLong;
-  const EnvironmentMap map = readEnvironment(path, mapping);
-  for (const EnvironmentLight& light : map.texels) requireLight(light);
-  for (const EnvironmentLight& light : gathered(map.texels, 0.01)) requireLight(light);
+  std::optional<ulr::EnvironmentMapping> mapping; // else by its shape
+  if (input[0] & 2)
+    mapping = input[0] & 4 ? ulr::EnvironmentMapping::angular : ulr::EnvironmentMapping::latLong;
+  const ulr::EnvironmentMap map = ulr::readEnvironment(path, mapping);
+  for (const ulr::EnvironmentLight& light : map.texels) requireLight(light);
+  for (const ulr::EnvironmentLight& light : ulr::gathered(map.texels, 0.01)) requireLight(light);
 }

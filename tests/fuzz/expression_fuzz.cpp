@@ -4,6 +4,7 @@
 #include <vector>
 
 void surflect::fuzz(std::string_view input) {
-  const Expression expression(std::string(input), warpVariables);
-  for (const double value : {0., -1.5, 1e300}) expression(std::vector<double>(warpVariables.size(), value));
+  const warp::Expression expression(std::string(input), warp::warpVariables);
+  for (const double value : {0., -1.5, 1e300})
+    expression(std::vector<double>(warp::warpVariables.size(), value));
 }

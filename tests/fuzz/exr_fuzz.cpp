@@ -2,7 +2,7 @@
 #include "tests/fuzz/fuzz.h"
 
 void surflect::fuzz(std::string_view input) {
-  const ExrFile file(memoryFile(input));
+  const image::ExrFile file(memoryFile(input));
   file.attribute("surflect.identity");
   file.read(file.channels());
 }

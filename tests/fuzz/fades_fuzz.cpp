@@ -10,5 +10,5 @@ void surflect::fuzz(std::string_view input) {
   if (input.size() < 8) return;
   std::memcpy(&surfels, input.data(), 4);
   std::memcpy(&views, input.data() + 4, 4);
-  unpackVisibility(std::as_bytes(std::span(input.substr(8))), surfels, views);
+  model::unpackVisibility(std::as_bytes(std::span(input.substr(8))), surfels, views);
 }

@@ -18,9 +18,9 @@ public:
     std::string name = std::filesystem::temp_directory_path() / "surflect_fuzz.XXXXXX";
     if (!::mkdtemp(name.data())) std::abort();
     path_ = name;
-    const Image picture(4, 3, 4);
-    writePng(path_ / "a.png", picture);
-    writeExr(path_ / "a.exr", picture);
+    const image::Image picture(4, 3, 4);
+    image::writePng(path_ / "a.png", picture);
+    image::writeExr(path_ / "a.exr", picture);
     writeFileAtomically(path_ / "mesh.ply", std::string_view("not read here"));
   }
   ~FuzzFolder() { std::filesystem::remove_all(path_); }

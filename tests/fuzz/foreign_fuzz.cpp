@@ -10,7 +10,7 @@
 #include <string>
 
 namespace surflect {
-extern "C" ReadForeign surflectReadForeign; // foreign.cpp, linked here without its module
+extern "C" image::ReadForeign surflectReadForeign; // foreign.cpp, linked here without its module
 }
 
 // The first byte says of what format.
@@ -20,18 +20,18 @@ void surflect::fuzz(std::string_view input) {
   const auto content = memoryFile(input.substr(1));
   const std::string extension = extensions[static_cast<uint8_t>(input[0]) % extensions.size()];
   if (extension == "hdr") {
-    const RadiancePicture picture = readRadiance(content);
+    const image::RadiancePicture picture = image::readRadiance(content);
     if (picture.header.color && picture.header.color->problem.empty())
-      decoded(picture.image, {picture.header.color->encoding, {}});
+      image::decoded(picture.image, {picture.header.color->encoding, {}});
     return;
   }
   const std::filesystem::path path = std::filesystem::temp_directory_path() /
                                      ("surflect_fuzz." + std::to_string(::getpid()) + "." + extension);
   std::filesystem::create_symlink(content, path); // OpenImageIO chooses by the extension
-  ForeignPicture picture;
+  image::ForeignPicture picture;
   std::string problem;
-  const bool read = surflectReadForeign(path.c_str(), ForeignExtent::pixels, picture, problem);
+  const bool read = surflectReadForeign(path.c_str(), image::ForeignExtent::pixels, picture, problem);
   std::filesystem::remove(path);
   if (!read) throw Error(problem);
-  completed(std::move(picture), content, "." + extension);
+  image::completed(std::move(picture), content, "." + extension);
 }

@@ -9,13 +9,13 @@ void surflect::fuzz(std::string_view input) {
   constexpr size_t fewVertices = 1000; // a field of more takes its time
   folder.write("a.gltf", input);
   try {
-    readGltfMesh(folder / "a.gltf");
+    warp::readGltfMesh(folder / "a.gltf");
   } catch (const Error&) { // and yet there may be a skin
   }
-  const GltfFile file = readGltf(folder / "a.gltf");
-  for (const GltfAnimation& animation : file.animations)
-    for (const double seconds : {-1.0, 0.5, 1e9}) pose(file.skeleton, animation.channels, seconds);
+  const warp::GltfFile file = warp::readGltf(folder / "a.gltf");
+  for (const warp::GltfAnimation& animation : file.animations)
+    for (const double seconds : {-1.0, 0.5, 1e9}) warp::pose(file.skeleton, animation.channels, seconds);
   if (file.skeleton.vertices.size() > fewVertices) return;
-  const Rig rig(folder / "a.gltf", file.animations.empty() ? "" : file.animations[0].name);
+  const warp::Rig rig(folder / "a.gltf", file.animations.empty() ? "" : file.animations[0].name);
   for (const double seconds : {0.5, 1e9}) rig.at(seconds)->position({0.1, -0.2, 0.3});
 }

@@ -6,10 +6,10 @@
 void surflect::fuzz(std::string_view input) {
   static const FuzzFolder folder;
   const TwoFiles files = twoFilesOf(input);
-  LitViewOptions options;
+  importers::LitViewOptions options;
   if (files.kind == 'p') options = {.positions = true, .fieldOfView = Angle::fromDegrees(40)};
   folder.write("a.lp", files.first);
   folder.write("light_intensities.txt", files.second);
   if (files.second.empty()) std::filesystem::remove(folder / "light_intensities.txt");
-  readLitView(folder.path(), folder / "a.lp", options, false);
+  importers::readLitView(folder.path(), folder / "a.lp", options, false);
 }

@@ -12,6 +12,6 @@ void surflect::fuzz(std::string_view input) {
   folder.write("rest" + extension, files.first);
   folder.write("key.3" + extension, files.second);
   folder.write("key.7" + extension, files.first);
-  const MeshSequence sequence(folder / ("rest" + extension), folder / ("key.#" + extension));
+  const warp::MeshSequence sequence(folder / ("rest" + extension), folder / ("key.#" + extension));
   for (const double frame : {0.0, 4.5, 9.0}) sequence.at(frame)->position({0.1, -0.2, 0.3});
 }

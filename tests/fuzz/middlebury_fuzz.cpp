@@ -5,5 +5,5 @@
 void surflect::fuzz(std::string_view input) {
   static const FuzzFolder folder;
   folder.write("a_par.txt", input);
-  readMiddlebury(folder / "a_par.txt", false);
+  importers::readMiddlebury(folder / "a_par.txt", false);
 }

@@ -31,11 +31,11 @@ std::string withChecksums(std::string file) {
 
 void surflect::fuzz(std::string_view input) {
   const auto path = memoryFile(withChecksums(std::string(input)));
-  const PngPicture picture = readPng(path);
-  const PngHeader header = readPngHeader(path);
+  const image::PngPicture picture = image::readPng(path);
+  const image::PngHeader header = image::readPngHeader(path);
   if (header.width != picture.image.width || header.height != picture.image.height) std::abort();
   if (header.bitDepth != picture.bitDepth || header.color.has_value() != picture.color.has_value())
     std::abort();
   if (picture.color && picture.color->problem.empty() && picture.image.channels % 2 == 1)
-    decoded(picture.image, {picture.color->encoding, {}});
+    image::decoded(picture.image, {picture.color->encoding, {}});
 }

@@ -67,5 +67,5 @@ void surflect::fuzz(std::string_view input) {
   }();
   // Shapes that do not say have few segments, too.
   if (isFurnished && !asksForMuch(input) && !asksForTable(input))
-    parseStage("segments = 6\n" + std::string(input), folder / "stage.toml");
+    stage::parseStage("segments = 6\n" + std::string(input), folder / "stage.toml");
 }

@@ -15,5 +15,5 @@ void surflect::fuzz(std::string_view input) {
   std::filesystem::remove(folder / (alone ? "transforms_train.json" : "transforms.json"));
   folder.write(alone ? "transforms.json" : "transforms_train.json", files.first);
   if (!alone) folder.write(others[kind], files.second);
-  readTransforms(folder.path(), false);
+  importers::readTransforms(folder.path(), false);
 }

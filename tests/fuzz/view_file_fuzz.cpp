@@ -36,7 +36,7 @@ std::string withChecksums(std::string file) {
 } // namespace
 
 void surflect::fuzz(std::string_view input) {
-  const ViewFile file(memoryFile(withChecksums(std::string(input))));
+  const codec::ViewFile file(memoryFile(withChecksums(std::string(input))));
   for (uint32_t block = 0; block < file.blockCount(); ++block) file.read(block);
   file.find({file.header().blocksAcross() - 1, file.header().blocksDown() - 1});
 }

@@ -90,14 +90,14 @@ inline void append(SurfelCloud& rest, DeformedCloud& cloud, const SurfelCloud& m
 }
 
 // At eye, looking at target, y up on the picture.
-inline Camera<ObjectSpace> lookAt(const Vec3<double>& eye, const Vec3<double>& target, int width, int height,
-                                  double focal) {
+inline capture::Camera<ObjectSpace> lookAt(const Vec3<double>& eye, const Vec3<double>& target, int width,
+                                           int height, double focal) {
   const Vec3<double> back = (eye - target).normalized();
   const Vec3<double> side = std::abs(back[1]) < 0.99 ? Vec3<double>(0, 1, 0) : Vec3<double>(0, 0, -1);
   const Vec3<double> right = side.cross(back).normalized();
   Mat3<double> rotation;
   rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
-  Camera<ObjectSpace> camera;
+  capture::Camera<ObjectSpace> camera;
   camera.lens.width = width;
   camera.lens.height = height;
   camera.lens.focalX = camera.lens.focalY = focal;

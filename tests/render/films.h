@@ -16,16 +16,18 @@ namespace surflect::studio {
 
 inline constexpr int pictureSize = 40; // pixels
 
-inline FrameLayers filmOf(const Model& model, const Warp& warp, const Camera<ObjectSpace>& camera,
-                   const std::vector<ShotLight>& lights, const FrameOptions& options = {}) {
-  BlockCache cache(model.files, size_t{1} << 28);
-  FrameStats stats;
-  return renderFrame(model, warp, camera, lights, options, cache, stats);
+inline surfels::FrameLayers filmOf(const model::Model& model, const warp::Warp& warp,
+                                   const capture::Camera<ObjectSpace>& camera,
+                                   const std::vector<scene::ShotLight>& lights,
+                                   const surfels::FrameOptions& options = {}) {
+  codec::BlockCache cache(model.files, size_t{1} << 28);
+  surfels::FrameStats stats;
+  return surfels::renderFrame(model, warp, camera, lights, options, cache, stats);
 }
 
-inline WarpPointer noWarp() { return chainWarp({}); }
+inline warp::WarpPointer noWarp() { return warp::chainWarp({}); }
 
-inline double largestDifference(const Image& a, const Image& b) {
+inline double largestDifference(const image::Image& a, const image::Image& b) {
   EXPECT_EQ(a.values.size(), b.values.size());
   double largest = 0;
   for (size_t i = 0; i < a.values.size(); ++i)
@@ -34,12 +36,14 @@ inline double largestDifference(const Image& a, const Image& b) {
 }
 
 // Away from the outline, where splats and truth filter differently.
-inline Mask interiorOf(const SphereView& view) { return eroded(objectMask(view.alpha), 2); }
+inline image::Mask interiorOf(const SphereView& view) {
+  return image::eroded(image::objectMask(view.alpha), 2);
+}
 
 // The white furnace: light of radiance 1 from everywhere gives a Lambert sphere the colour of its albedo.
 // The bound is what 80 captured lights leave of it.
-inline void expectAlbedo(const Image& film, const Camera<ObjectSpace>& camera, Rgb albedo) {
-  const Mask interior = interiorOf(viewSphere(camera, 1));
+inline void expectAlbedo(const image::Image& film, const capture::Camera<ObjectSpace>& camera, Rgb albedo) {
+  const image::Mask interior = interiorOf(viewSphere(camera, 1));
   const std::array expected{albedo.r, albedo.g, albedo.b};
   size_t pixels = 0;
   for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
@@ -59,8 +63,8 @@ struct RigidMotion {
   Rigid<ObjectSpace, ObjectSpace> rigid() const {
     return {Eigen::AngleAxisd(angle.radians(), axis).toRotationMatrix(), translation};
   }
-  WarpPointer warp() const { return rigidWarp(axis, angle, Vec3<double>::Zero(), translation); }
-  Camera<ObjectSpace> operator()(Camera<ObjectSpace> camera) const {
+  warp::WarpPointer warp() const { return warp::rigidWarp(axis, angle, Vec3<double>::Zero(), translation); }
+  capture::Camera<ObjectSpace> operator()(capture::Camera<ObjectSpace> camera) const {
     camera.cameraFromWorld = camera.cameraFromWorld * rigid().inverse();
     return camera;
   }
@@ -75,14 +79,14 @@ inline RigidMotion randomMotion(std::mt19937& random) {
 // The world with x turned into -x: the camera that stands in it as another does here, and its picture.
 inline const Mat3<double> mirror = Vec3<double>(-1, 1, 1).asDiagonal();
 
-inline Camera<ObjectSpace> mirrored(Camera<ObjectSpace> camera) {
+inline capture::Camera<ObjectSpace> mirrored(capture::Camera<ObjectSpace> camera) {
   const auto& pose = camera.cameraFromWorld;
   camera.cameraFromWorld = {mirror * pose.rotation() * mirror, mirror * pose.translation()};
   return camera;
 }
 
-inline Image flipped(const Image& image) {
-  Image result = image;
+inline image::Image flipped(const image::Image& image) {
+  image::Image result = image;
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       std::ranges::copy(image.at(image.width - 1 - x, y), result.at(x, y).begin());
@@ -96,9 +100,9 @@ protected:
     packed = std::make_unique<PackedStudio>(Studio{.size = pictureSize}, surfels);
   }
   static void TearDownTestSuite() { packed.reset(); }
-  static const Model& model() { return packed->model; }
+  static const model::Model& model() { return packed->model; }
 
-  const Camera<ObjectSpace> camera = cameraFrom<ObjectSpace>({0.3, 0.5, 1}, pictureSize);
+  const capture::Camera<ObjectSpace> camera = cameraFrom<ObjectSpace>({0.3, 0.5, 1}, pictureSize);
 
 private:
   static inline std::unique_ptr<PackedStudio> packed;

@@ -17,7 +17,7 @@ struct Scene {
   DeformedCloud cloud;
   std::vector<float> colors; // RGB
 
-  Splats splats() const { return splatsOf(rest, cloud); }
+  splat::Splats splats() const { return splat::splatsOf(rest, cloud); }
 
   // color: of a surfel at its deformed position
   template <class Color> void add(const SurfelCloud& more, const Warp& warp, Color color) {
@@ -36,7 +36,7 @@ inline auto constant(const V3& color) {
 }
 inline const V3 red(1, 0, 0), green(0, 1, 0);
 
-inline std::vector<float> ofVisible(const SplatRaster& coverage, const std::vector<float>& colors) {
+inline std::vector<float> ofVisible(const splat::SplatRaster& coverage, const std::vector<float>& colors) {
   std::vector<float> values;
   for (const uint32_t i : coverage.visible)
     for (size_t k = 0; k < 3; ++k) values.push_back(colors[3 * size_t{i} + k]);
@@ -44,10 +44,10 @@ inline std::vector<float> ofVisible(const SplatRaster& coverage, const std::vect
 }
 
 // cover and blend, with alpha as fourth channel.
-inline Image rendered(const Scene& scene, const Camera<ObjectSpace>& camera,
-                      const SplatOptions& options = {}) {
-  const SplatRaster coverage = rasterize(camera, scene.splats(), options);
-  return blendWithAlpha(coverage, ofVisible(coverage, scene.colors), 3);
+inline image::Image rendered(const Scene& scene, const capture::Camera<ObjectSpace>& camera,
+                             const splat::SplatOptions& options = {}) {
+  const splat::SplatRaster coverage = splat::rasterize(camera, scene.splats(), options);
+  return splat::blendWithAlpha(coverage, ofVisible(coverage, scene.colors), 3);
 }
 
 // A sphere of many surfels before a plane, in smooth colours.

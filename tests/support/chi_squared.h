@@ -60,9 +60,9 @@ inline double pValue(const std::vector<double>& counted, const std::vector<doubl
 // Each of n tests must fail with this chance, that one of all does with `significance`.  [Sidak 1967]
 inline double sidak(double significance, int tests) { return 1 - std::pow(1 - significance, 1.0 / tests); }
 
-using Density = std::function<double(const ShadingDirection&)>;
+using Density = std::function<double(const material::ShadingDirection&)>;
 
-inline ShadingDirection onSphere(double z, double phi) {
+inline material::ShadingDirection onSphere(double z, double phi) {
   const double r = std::sqrt(std::max(0.0, 1 - z * z));
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
@@ -107,7 +107,7 @@ struct Result {
 
 // Bins are even in solid angle; one more holds the samples that are not returned. `draw` is given a seeded
 // generator.
-inline Result compare(const std::function<std::optional<ShadingDirection>(std::mt19937&)>& draw,
+inline Result compare(const std::function<std::optional<material::ShadingDirection>(std::mt19937&)>& draw,
                       const Density& density, int samples, unsigned seed) {
   constexpr int kHeights = 16, kAzimuths = 24;
   const auto count = static_cast<size_t>(kHeights * kAzimuths);
@@ -119,7 +119,7 @@ inline Result compare(const std::function<std::optional<ShadingDirection>(std::m
       ++counted[count];
       continue;
     }
-    double turn = std::atan2(w->y(), w->x()) / (2 * kPi);
+    double turn = std::atan2(w->y(), w->x()) / (2 * material::kPi);
     if (turn < 0) turn += 1;
     const int row = std::clamp(static_cast<int>((w->z() + 1) / 2 * kHeights), 0, kHeights - 1);
     const int column = std::clamp(static_cast<int>(turn * kAzimuths), 0, kAzimuths - 1);
@@ -130,7 +130,8 @@ inline Result compare(const std::function<std::optional<ShadingDirection>(std::m
   for (int row = 0; row < kHeights; ++row)
     for (int column = 0; column < kAzimuths; ++column) {
       const double mass = integral(density, 2.0 * row / kHeights - 1, 2.0 * (row + 1) / kHeights - 1,
-                                   2 * kPi * column / kAzimuths, 2 * kPi * (column + 1) / kAzimuths, 1e-5);
+                                   2 * material::kPi * column / kAzimuths,
+                                   2 * material::kPi * (column + 1) / kAzimuths, 1e-5);
       expected[static_cast<size_t>(row * kAzimuths + column)] = samples * mass;
       result.integral += mass;
     }

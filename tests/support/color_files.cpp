@@ -33,8 +33,8 @@ std::string saved(cmsHPROFILE profile) {
 
 } // namespace
 
-std::string profileBytes(const Primaries& primaries, ProfileCurve kind) {
-  const auto at = [](const Chromaticity& c) { return cmsCIExyY{c.x, c.y, 1}; };
+std::string profileBytes(const image::Primaries& primaries, ProfileCurve kind) {
+  const auto at = [](const image::Chromaticity& c) { return cmsCIExyY{c.x, c.y, 1}; };
   const cmsCIExyY white = at(primaries.white);
   const cmsCIExyYTRIPLE points{at(primaries.red), at(primaries.green), at(primaries.blue)};
   const std::array<double, 5> srgb{2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045}; // [IEC 61966-2-1]
@@ -91,9 +91,9 @@ std::string gamaContent(double gamma) {
   return bigEndianBytes(static_cast<uint32_t>(std::lround(1e5 * gamma)));
 }
 
-std::string chrmContent(const Primaries& primaries) {
+std::string chrmContent(const image::Primaries& primaries) {
   std::string content;
-  for (const Chromaticity& c : {primaries.white, primaries.red, primaries.green, primaries.blue})
+  for (const image::Chromaticity& c : {primaries.white, primaries.red, primaries.green, primaries.blue})
     content += gamaContent(c.x) + gamaContent(c.y);
   return content;
 }

@@ -10,7 +10,7 @@ namespace surflect {
 enum class ProfileCurve { srgb, linear };
 
 // Profile of a matrix and three equal curves; called "made by a test".
-std::string profileBytes(const Primaries& primaries, ProfileCurve kind);
+std::string profileBytes(const image::Primaries& primaries, ProfileCurve kind);
 std::string grayProfileBytes(double gamma);
 // Profile of a table, not a matrix: RGB is a gray of the CIE lightness 100 min(R, G, B).
 std::string tableProfileBytes();
@@ -20,7 +20,7 @@ std::string withChunk(std::string png, const std::string& name, const std::strin
 
 // Contents of the chunks that have these names.
 std::string gamaContent(double gamma);
-std::string chrmContent(const Primaries& primaries);
+std::string chrmContent(const image::Primaries& primaries);
 std::string iccpContent(const std::string& profile);
 
 } // namespace surflect

@@ -18,18 +18,18 @@ namespace {
 
 constexpr double kLampDistance = 100;
 
-Vec3<double> towardsOf(const Capture& capture, size_t frame) {
-  return std::get<DirectionalLight>(capture.lights[*capture.frames[frame].light].kind).towards.raw();
+Vec3<double> towardsOf(const capture::Capture& capture, size_t frame) {
+  return std::get<capture::DirectionalLight>(capture.lights[*capture.frames[frame].light].kind).towards.raw();
 }
 
 // Seen from the origin.
-Vec3<double> aboveRightShoulder(const Camera<AcquisitionSpace>& camera) {
+Vec3<double> aboveRightShoulder(const capture::Camera<AcquisitionSpace>& camera) {
   return camera.cameraFromWorld.rotation().transpose() * Vec3<double>(0.6, 0.7, 1).normalized();
 }
 
 // Straight alpha, linear light.
-Image rgbaOf(const Photograph& photograph) {
-  Image rgba(photograph.alpha.width, photograph.alpha.height, 4);
+image::Image rgbaOf(const capture::Photograph& photograph) {
+  image::Image rgba(photograph.alpha.width, photograph.alpha.height, 4);
   for (size_t pixel = 0; pixel < photograph.alpha.values.size(); ++pixel) {
     std::copy_n(&photograph.radiance.values[3 * pixel], 3, &rgba.values[4 * pixel]);
     rgba.values[4 * pixel + 3] = photograph.alpha.values[pixel];
@@ -38,32 +38,32 @@ Image rgbaOf(const Photograph& photograph) {
 }
 
 // sRGB, with one exposure for all: 2 % of the object's pixels are white.
-void expose(std::vector<ForeignView>& views, Image ForeignView::*image) {
-  PercentileCounter counter;
+void expose(std::vector<ForeignView>& views, image::Image ForeignView::*image) {
+  image::PercentileCounter counter;
   for (const ForeignView& view : views) {
     const std::vector<float>& values = (view.*image).values;
     for (size_t i = 0; i < values.size(); i += 4)
-      if (values[i + 3] > 0.5f) counter.add(luma({values[i], values[i + 1], values[i + 2]}));
+      if (values[i + 3] > 0.5f) counter.add(image::luma({values[i], values[i + 1], values[i + 2]}));
   }
   const auto exposure = static_cast<float>(1 / counter.percentile(0.98));
   for (ForeignView& view : views) {
     std::vector<float>& values = (view.*image).values;
     for (size_t i = 0; i < values.size(); ++i)
-      if (i % 4 != 3) values[i] = srgbFromLinear(std::max(0.f, exposure * values[i]));
+      if (i % 4 != 3) values[i] = image::srgbFromLinear(std::max(0.f, exposure * values[i]));
   }
 }
 
 // As a camera sees it.
-Image overBlack(const Image& rgba) {
-  Image rgb(rgba.width, rgba.height, 3);
+image::Image overBlack(const image::Image& rgba) {
+  image::Image rgb(rgba.width, rgba.height, 3);
   for (size_t i = 0; i < rgb.values.size(); ++i)
-    rgb.values[i] = srgbFromLinear(rgba.values[i / 3 * 4 + 3] *
-                                   std::min(1.f, linearFromSrgb(rgba.values[i / 3 * 4 + i % 3])));
+    rgb.values[i] = image::srgbFromLinear(
+        rgba.values[i / 3 * 4 + 3] * std::min(1.f, image::linearFromSrgb(rgba.values[i / 3 * 4 + i % 3])));
   return rgb;
 }
 
-Image alphaOf(const Image& rgba) {
-  Image alpha(rgba.width, rgba.height, 1);
+image::Image alphaOf(const image::Image& rgba) {
+  image::Image alpha(rgba.width, rgba.height, 1);
   for (size_t i = 0; i < alpha.values.size(); ++i) alpha.values[i] = rgba.values[4 * i + 3];
   return alpha;
 }
@@ -72,23 +72,24 @@ void write(const fs::path& path, const std::string& text) {
   fs::create_directories(path.parent_path());
   writeFileAtomically(path, text);
 }
-void write(const fs::path& path, const Image& image) {
+void write(const fs::path& path, const image::Image& image) {
   fs::create_directories(path.parent_path());
-  writePng(path, image);
+  image::writePng(path, image);
 }
 
 } // namespace
 
-std::vector<ForeignView> photographedByOthers(const Capture& capture, size_t first, size_t every) {
+std::vector<ForeignView> photographedByOthers(const capture::Capture& capture, size_t first, size_t every) {
   std::vector<ForeignView> views;
   for (size_t v = first; v < capture.views.size(); v += every) {
-    const View& view = capture.views[v];
+    const capture::View& view = capture.views[v];
     std::vector<size_t> frames;
     for (size_t f = 0; f < capture.frames.size(); ++f)
-      if (capture.frames[f].view == v && capture.frames[f].split == Split::train) frames.push_back(f);
+      if (capture.frames[f].view == v && capture.frames[f].split == capture::Split::train)
+        frames.push_back(f);
     if (frames.empty()) continue;
-    const std::vector<Photograph> photographs = readPhotographs(capture, frames);
-    Image all = rgbaOf(photographs[0]);
+    const std::vector<capture::Photograph> photographs = capture::readPhotographs(capture, frames);
+    image::Image all = rgbaOf(photographs[0]);
     for (size_t i = 1; i < photographs.size(); ++i)
       for (size_t k = 0; k < photographs[i].radiance.values.size(); ++k)
         all.values[k / 3 * 4 + k % 3] += photographs[i].radiance.values[k];

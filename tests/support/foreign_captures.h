@@ -15,14 +15,14 @@ namespace surflect {
 struct ForeignView {
   std::string name; // of files, without extension
   VisionCamera camera;
-  Image underAll;    // lights at once: fixed illumination
-  Image underOne;    // lamp, at this place
-  Vec3<double> lamp; // at 100 units from the origin
+  image::Image underAll; // lights at once: fixed illumination
+  image::Image underOne; // lamp, at this place
+  Vec3<double> lamp;     // at 100 units from the origin
 };
 
 // Of views first, first + every, .. that have training photographs, whose lights must be directional. The one
 // lamp of each is the light that stands nearest to above the photographer's right shoulder.
-std::vector<ForeignView> photographedByOthers(const Capture& capture, size_t first, size_t every);
+std::vector<ForeignView> photographedByOthers(const capture::Capture& capture, size_t first, size_t every);
 
 // Each writes a folder with pictures as PNG, without geometry.
 

@@ -30,13 +30,13 @@ inline std::vector<Vec3<double>> spiral(int count) {
 }
 
 // Looks at the origin from the given direction; the sphere leaves a border of 7 of the size x size pixels.
-template <class World> Camera<World> cameraFrom(const Vec3<double>& direction, int size) {
+template <class World> capture::Camera<World> cameraFrom(const Vec3<double>& direction, int size) {
   const Vec3<double> back = direction.normalized();
   const Vec3<double> right =
       (std::abs(back[1]) < 0.99 ? Vec3<double>(0, 1, 0) : Vec3<double>(0, 0, -1)).cross(back).normalized();
   Mat3<double> rotation;
   rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
-  Camera<World> camera;
+  capture::Camera<World> camera;
   camera.lens.width = camera.lens.height = size;
   camera.lens.centerX = camera.lens.centerY = size / 2.0;
   const double tangent = 1 / std::sqrt(cameraDistance * cameraDistance - 1); // of the sphere's angular radius
@@ -51,15 +51,15 @@ struct SphereView {
   int width = 0, height = 0;
   std::vector<Vec3<float>> normals; // pixel by pixel
   std::vector<uint32_t> first;      // of each pixel; one more, for the end
-  Image alpha;                      // share of the rays that meet the sphere
+  image::Image alpha;               // share of the rays that meet the sphere
 };
 
-template <class World> SphereView viewSphere(const Camera<World>& camera, int samples) {
+template <class World> SphereView viewSphere(const capture::Camera<World>& camera, int samples) {
   SphereView view{camera.lens.width, camera.lens.height, {}, {0}, {}};
-  view.alpha = Image(view.width, view.height, 1);
+  view.alpha = image::Image(view.width, view.height, 1);
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
-  const auto traced = [&](Pixel pixel) -> std::optional<Vec3<double>> {
-    const auto ray = rayThrough(camera.lens, pixel);
+  const auto traced = [&](capture::Pixel pixel) -> std::optional<Vec3<double>> {
+    const auto ray = capture::rayThrough(camera.lens, pixel);
     const Vec3<double> o = worldFromCamera(ray->origin).raw(), d = worldFromCamera(ray->direction).raw();
     const double b = o.dot(d), discriminant = b * b - o.squaredNorm() + 1;
     if (discriminant < 0) return std::nullopt;
@@ -79,8 +79,8 @@ template <class World> SphereView viewSphere(const Camera<World>& camera, int sa
 }
 
 // The picture of a radiance that is a function of the unit normal, not multiplied by alpha.
-template <class RadianceAt> Image shadeSphere(const SphereView& view, const RadianceAt& radianceAt) {
-  Image image(view.width, view.height, 3);
+template <class RadianceAt> image::Image shadeSphere(const SphereView& view, const RadianceAt& radianceAt) {
+  image::Image image(view.width, view.height, 3);
   for (size_t pixel = 0; pixel + 1 < view.first.size(); ++pixel) {
     const uint32_t begin = view.first[pixel], end = view.first[pixel + 1];
     Rgb sum;
@@ -92,8 +92,8 @@ template <class RadianceAt> Image shadeSphere(const SphereView& view, const Radi
 }
 
 // The same over black: RGBA, premultiplied.
-template <class RadianceAt> Image overBlack(const SphereView& view, const RadianceAt& radianceAt) {
-  return surflect::overBlack(shadeSphere(view, radianceAt), view.alpha);
+template <class RadianceAt> image::Image overBlack(const SphereView& view, const RadianceAt& radianceAt) {
+  return surflect::image::overBlack(shadeSphere(view, radianceAt), view.alpha);
 }
 
 // Radiance of a Lambert surface: albedo / pi  E  max(0, n . l).
@@ -120,7 +120,7 @@ inline void writeSphereMesh(const std::filesystem::path& path, int slices = 96) 
       ply << "4 " << j * slices + i << ' ' << (j + 1) * slices + i << ' ' << (j + 1) * slices + next << ' '
           << j * slices + next << '\n';
     }
-  writeBytes(path, ply.str());
+  image::writeBytes(path, ply.str());
 }
 
 inline std::string numbered(const char* prefix, size_t number) {
@@ -136,50 +136,50 @@ struct Studio {
   bool matte = true;     // pictures have alpha
   double unevenness = 0; // how much the logarithm of each light's irradiance changes over a radius
   // What a frame is for; nothing: it is not taken.
-  std::function<std::optional<Split>(size_t view, size_t light)> split = [](size_t, size_t) {
-    return std::optional(Split::train);
+  std::function<std::optional<capture::Split>(size_t view, size_t light)> split = [](size_t, size_t) {
+    return std::optional(capture::Split::train);
   };
 };
 
 inline Rgb fixedRadiance(const Vec3<float>& n) { return (0.6f + 0.4f * n[1]) * Rgb{0.9f, 0.7f, 0.2f}; }
 
 // Of different strengths, which rise along directions of their own; results must not show either.
-inline std::vector<Light> studioLights(int count, double unevenness = 0) {
+inline std::vector<capture::Light> studioLights(int count, double unevenness = 0) {
   const std::vector<Vec3<double>> rises = spiral(2 * count);
-  std::vector<Light> lights;
+  std::vector<capture::Light> lights;
   for (const Vec3<double>& towards : spiral(count)) {
     const size_t i = lights.size();
     const auto level = static_cast<float>(1 + i % 3);
     lights.push_back({numbered("L", i), numbered("L", i),
-                      DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards),
-                                       {level, 2 * level, 3},
-                                       unevenness * rises[(7 * i + 3) % rises.size()]}});
+                      capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards),
+                                                {level, 2 * level, 3},
+                                                unevenness * rises[(7 * i + 3) % rises.size()]}});
   }
   return lights;
 }
 
 // Writes transforms.json, mesh.ply and one EXR a camera.
-inline Capture photograph(const Studio& studio, const std::filesystem::path& folder) {
+inline capture::Capture photograph(const Studio& studio, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   writeSphereMesh(folder / "mesh.ply");
-  Capture capture;
+  capture::Capture capture;
   capture.file = folder / "transforms.json";
-  capture.colorSpace = ColorSpace::linear;
+  capture.colorSpace = capture::ColorSpace::linear;
   capture.geometry = "mesh.ply";
   capture.lights = studioLights(studio.lights, studio.unevenness);
   const auto shots = static_cast<size_t>(std::max(studio.lights, 1));
   for (const Vec3<double>& direction : spiral(studio.cameras)) {
     const size_t v = capture.views.size();
-    const View& view = capture.views.emplace_back(
-        View{numbered("C", v), cameraFrom<AcquisitionSpace>(direction, studio.size)});
+    const capture::View& view = capture.views.emplace_back(
+        capture::View{numbered("C", v), cameraFrom<AcquisitionSpace>(direction, studio.size)});
     const SphereView sphere = viewSphere(view.camera, studio.samples);
     const std::string picture = numbered("C", v) + ".exr";
-    std::vector<Image> images(shots);
-    std::vector<RadianceLayer> layers;
+    std::vector<image::Image> images(shots);
+    std::vector<capture::RadianceLayer> layers;
     for (size_t l = 0; l < shots; ++l) {
       const auto split = studio.split(v, l);
       if (!split) continue;
-      Frame frame;
+      capture::Frame frame;
       frame.view = v;
       frame.picture = picture;
       frame.layer = numbered("L", l);
@@ -188,39 +188,39 @@ inline Capture photograph(const Studio& studio, const std::filesystem::path& fol
       images[l] = shadeSphere(sphere, fixedRadiance);
       if (studio.lights > 0) {
         frame.light = l;
-        const Light& light = capture.lights[l];
-        const Vec3<float> towards = towardsLight(light, {0, 0, 0}).raw().cast<float>();
+        const capture::Light& light = capture.lights[l];
+        const Vec3<float> towards = capture::towardsLight(light, {0, 0, 0}).raw().cast<float>();
         images[l] = shadeSphere(sphere, [&](const Vec3<float>& n) {
           const auto place = assume<Point3<AcquisitionSpace, double>>(n.cast<double>());
-          return lambert(studio.albedo, irradianceAt(light, place), n, towards);
+          return lambert(studio.albedo, capture::irradianceAt(light, place), n, towards);
         });
       }
       layers.push_back({frame.layer, &images[l]});
       capture.frames.push_back(frame);
     }
-    writeViewPictures(folder / picture, layers, studio.matte ? &sphere.alpha : nullptr, "matte");
+    capture::writeViewPictures(folder / picture, layers, studio.matte ? &sphere.alpha : nullptr, "matte");
   }
-  writeCapture(capture, folder);
+  capture::writeCapture(capture, folder);
   return capture;
 }
 
 // The same, but nothing tells of the mesh.
-inline Capture photographWithoutMesh(const Studio& studio, const std::filesystem::path& folder) {
-  Capture capture = photograph(studio, folder);
+inline capture::Capture photographWithoutMesh(const Studio& studio, const std::filesystem::path& folder) {
+  capture::Capture capture = photograph(studio, folder);
   capture.geometry.clear();
-  writeCapture(capture, folder);
+  capture::writeCapture(capture, folder);
   return capture;
 }
 
 // About a third of the frames is left out, and no camera altogether.
 inline Studio gappyStudio() {
   return {.split = [](size_t view, size_t light) {
-    return (view * 7 + light * light * 5) % 3 == 0 ? std::nullopt : std::optional(Split::train);
+    return (view * 7 + light * light * 5) % 3 == 0 ? std::nullopt : std::optional(capture::Split::train);
   }};
 }
 
-inline PackOptions packOptions(size_t surfels, double tolerance = 0.005) {
-  PackOptions options;
+inline model::PackOptions packOptions(size_t surfels, double tolerance = 0.005) {
+  model::PackOptions options;
   options.surfels = surfels;
   options.tolerance = tolerance;
   return options;
@@ -231,13 +231,13 @@ class PackedStudio {
 public:
   explicit PackedStudio(const Studio& studio, size_t surfels = 3000)
       : capture(photograph(studio, folder / "capture")),
-        report(pack(capture, folder / "model", packOptions(surfels), {}, nullptr)),
-        model(openModel(folder / "model")) {}
+        report(model::pack(capture, folder / "model", packOptions(surfels), {}, nullptr)),
+        model(model::openModel(folder / "model")) {}
 
-  TemporaryFolder folder;
-  Capture capture;
-  PackReport report;
-  Model model;
+  image::TemporaryFolder folder;
+  capture::Capture capture;
+  model::PackReport report;
+  model::Model model;
 };
 
 } // namespace surflect::studio

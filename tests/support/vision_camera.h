@@ -25,9 +25,9 @@ struct VisionCamera {
 };
 
 // The same of a camera of ours: y and z of its axes turn around.
-inline VisionCamera visionCameraOf(const Camera<AcquisitionSpace>& camera) {
+inline VisionCamera visionCameraOf(const capture::Camera<AcquisitionSpace>& camera) {
   const Vec3<double> axes(1, -1, -1);
-  const Lens& lens = camera.lens;
+  const capture::Lens& lens = camera.lens;
   return {Eigen::Quaterniond(Mat3<double>(axes.asDiagonal() * camera.cameraFromWorld.rotation())),
           axes.asDiagonal() * camera.cameraFromWorld.translation(),
           lens.focalX,

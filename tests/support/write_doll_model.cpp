@@ -9,7 +9,7 @@
 int main(int argc, char** argv) {
   if (argc != 4) return 2;
   try {
-    surflect::writeDollModel(argv[1], {.surfels = std::stoul(argv[2]), .views = std::stoul(argv[3])});
+    surflect::bench::writeDollModel(argv[1], {.surfels = std::stoul(argv[2]), .views = std::stoul(argv[3])});
   } catch (const std::exception& error) {
     std::fprintf(stderr, "write_doll_model: %s\n", error.what());
     return 1;

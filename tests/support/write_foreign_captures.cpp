@@ -11,7 +11,7 @@ int main(int argc, char** argv) try {
     return 2;
   }
   const std::filesystem::path folder = argv[2];
-  const Capture capture = readCapture(argv[1]);
+  const capture::Capture capture = capture::readCapture(argv[1]);
   auto views = photographedByOthers(capture, 0, 3);
   writeColmap(views, folder / "colmap-text", false);
   writeColmap(views, folder / "colmap-binary", true);

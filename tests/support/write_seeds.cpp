@@ -5,8 +5,8 @@
 #include "srf/codec/view_encoder.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
-#include "srf/model/visibility_file.h"
 #include "srf/model/manifest.h"
+#include "srf/model/visibility_file.h"
 #include "surfel/base/file.h"
 #include "surfel/geometry/ply.h"
 #include "tests/support/color_files.h"
@@ -27,8 +27,8 @@ namespace fs = std::filesystem;
 
 std::mt19937 randomBits(1);
 
-Image noise(int width, int height, int channels) {
-  Image image(width, height, channels);
+image::Image noise(int width, int height, int channels) {
+  image::Image image(width, height, channels);
   for (float& value : image.values) value = static_cast<float>(randomBits() % 256) / 255;
   return image;
 }
@@ -38,27 +38,29 @@ std::string textOf(std::span<const std::byte> bytes) {
 }
 
 void writeExrs(const fs::path& folder) {
-  for (const int channels : {1, 3, 4}) writeExr(folder / std::to_string(channels), noise(5, 4, channels));
-  const Image rgb = noise(9, 3, 3), depth = noise(9, 3, 1);
-  writeExr(folder / "layers",
-           std::array{ExrLayer{{"L0.R", "L0.G", "L0.B"}, &rgb, Precision::half},
-                      ExrLayer{{"depth.Z"}, &depth, Precision::single}},
-           {{"surflect.identity", "film"}});
+  for (const int channels : {1, 3, 4})
+    image::writeExr(folder / std::to_string(channels), noise(5, 4, channels));
+  const image::Image rgb = noise(9, 3, 3), depth = noise(9, 3, 1);
+  image::writeExr(folder / "layers",
+                  std::array{image::ExrLayer{{"L0.R", "L0.G", "L0.B"}, &rgb, image::Precision::half},
+                             image::ExrLayer{{"depth.Z"}, &depth, image::Precision::single}},
+                  {{"surflect.identity", "film"}});
 }
 
 void writePngs(const fs::path& folder) {
   for (const int channels : {1, 2, 3, 4})
     for (const int bits : {8, 16})
-      writePng(folder / (std::to_string(channels) + "." + std::to_string(bits)), noise(5, 4, channels), bits);
+      image::writePng(folder / (std::to_string(channels) + "." + std::to_string(bits)), noise(5, 4, channels),
+                      bits);
   const std::string plain = readFile(folder / "3.8");
   const auto write = [&](const std::string& name, const std::string& content) {
     writeFileAtomically(folder / name, withChunk(plain, name, content));
   };
   write("sRGB", std::string(1, '\0'));
   write("gAMA", gamaContent(0.5));
-  write("cHRM", chrmContent(kAdobeRgb));
+  write("cHRM", chrmContent(image::kAdobeRgb));
   write("cICP", {9, 8, 0, 1});
-  write("iCCP", iccpContent(profileBytes(kDisplayP3, ProfileCurve::srgb)));
+  write("iCCP", iccpContent(profileBytes(image::kDisplayP3, ProfileCurve::srgb)));
 }
 
 void writeBlocks(const fs::path& folder) {
@@ -68,41 +70,42 @@ void writeBlocks(const fs::path& folder) {
       const Eigen::MatrixXf radiance = Eigen::MatrixXf::NullaryExpr(
           3 * std::popcount(present), lights, [] { return static_cast<float>(randomBits() % 100); });
       std::string seed(1, static_cast<char>(lights - 1));
-      seed += textOf(encodeBlock(present, radiance, tolerance, 100).record);
+      seed += textOf(codec::encodeBlock(present, radiance, tolerance, 100).record);
       writeFileAtomically(folder / (std::to_string(present) + "." + std::to_string(tolerance)), seed);
     }
 }
 
 void writeViews(const fs::path& folder) {
   for (const int size : {7, 20}) {
-    ReflectanceStack stack{size, size, {noise(size, size, 3), noise(size, size, 3)}, Image(size, size, 1)};
+    codec::ReflectanceStack stack{
+        size, size, {noise(size, size, 3), noise(size, size, 3)}, image::Image(size, size, 1)};
     for (int i = 0; i < size; ++i) stack.alpha.at(i, size - 1 - i)[0] = 1;
-    writeFileAtomically(folder / std::to_string(size), encodeView(stack, {}).file);
+    writeFileAtomically(folder / std::to_string(size), codec::encodeView(stack, {}).file);
   }
 }
 
 void writeFades(const fs::path& folder) {
   for (const uint32_t surfels : {0u, 1u, 50u}) {
     const uint32_t views = 3;
-    VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
+    ulr::VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
     for (uint8_t& fade : fades.values) fade = static_cast<uint8_t>(randomBits());
     std::string seed =
         textOf(std::as_bytes(std::span(&surfels, 1))) + textOf(std::as_bytes(std::span(&views, 1)));
-    writeFileAtomically(folder / std::to_string(surfels), seed + textOf(packVisibility(fades)));
+    writeFileAtomically(folder / std::to_string(surfels), seed + textOf(model::packVisibility(fades)));
   }
 }
 
 void writeManifests(const fs::path& folder) {
-  writeFileAtomically(folder / "one", manifestText({.white = 0.5,
-                                                    .tolerance = 0.03,
-                                                    .lightBlend = {},
-                                                    .surfels = 10,
-                                                    .views = 1,
-                                                    .lights = 2,
-                                                    .rig = "0123456789abcdef",
-                                                    .cloud = "0123456789abcdef",
-                                                    .fades = "0123456789abcdef",
-                                                    .viewChecksums = {"0123456789abcdef"}}));
+  writeFileAtomically(folder / "one", model::manifestText({.white = 0.5,
+                                                           .tolerance = 0.03,
+                                                           .lightBlend = {},
+                                                           .surfels = 10,
+                                                           .views = 1,
+                                                           .lights = 2,
+                                                           .rig = "0123456789abcdef",
+                                                           .cloud = "0123456789abcdef",
+                                                           .fades = "0123456789abcdef",
+                                                           .viewChecksums = {"0123456789abcdef"}}));
 }
 
 void writeMeshes(const fs::path& folder) {
@@ -111,7 +114,7 @@ void writeMeshes(const fs::path& folder) {
 }
 
 void writeGltfs(const fs::path& folder) {
-  GltfMaker tube = tubeFile(3, 3);
+  warp::GltfMaker tube = warp::tubeFile(3, 3);
   writeFileAtomically(folder / "tube.glb", tube.glb());
   writeFileAtomically(folder / "tube.gltf", tube.json("a.png"));
   tube.document["animations"][0]["samplers"][0]["interpolation"] = "STEP";
@@ -122,7 +125,7 @@ void writeGltfs(const fs::path& folder) {
 }
 
 // What makes a file one of OpenImageIO's formats is its name.
-std::string fileOf(const fs::path& path, const Image& image, OIIO::TypeDesc type) {
+std::string fileOf(const fs::path& path, const image::Image& image, OIIO::TypeDesc type) {
   const auto output = OIIO::ImageOutput::create(path.string());
   if (!output ||
       !output->open(path.string(), OIIO::ImageSpec(image.width, image.height, image.channels, type)) ||
@@ -137,9 +140,9 @@ std::string fileOf(const fs::path& path, const Image& image, OIIO::TypeDesc type
 void writeEnvironments(const fs::path& folder) {
   const fs::path picture = folder / "picture";
   for (const int height : {2, 4}) {
-    Image image = noise(8, height, 3);
+    image::Image image = noise(8, height, 3);
     image.values[7] = -1, image.values[20] = std::numeric_limits<float>::infinity();
-    writeExr(picture, image);
+    image::writeExr(picture, image);
     const std::string exr = readFile(picture);
     fs::remove(picture);
     const auto write = [&](const std::string& kind, const std::string& content) {

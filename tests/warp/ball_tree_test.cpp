@@ -6,7 +6,7 @@
 
 #include <set>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 TEST(BallTree, VisitsEveryBallThatHoldsThePointOnce) {
@@ -40,4 +40,4 @@ TEST(BallTree, PassesOverBallsThatAreFarAway) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

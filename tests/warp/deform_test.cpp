@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 SurfelCloud randomCloud(size_t count, std::mt19937& random) {
@@ -270,4 +270,4 @@ TEST(DifferenceStep, IsPositiveForEveryCloud) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

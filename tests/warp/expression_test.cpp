@@ -11,7 +11,7 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 constexpr std::array<std::string_view, 2> xy = {"x", "y"};
@@ -115,4 +115,4 @@ TEST(Expression, RandomTextIsAnErrorOrAnExpression) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::warp {
 
 // Collects a document and its one buffer.
 struct GltfMaker {
@@ -110,4 +110,4 @@ inline GltfMaker tubeFile(int rings = 12, int sides = 8) {
   return maker;
 }
 
-} // namespace surflect
+} // namespace surflect::warp

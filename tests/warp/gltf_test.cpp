@@ -9,11 +9,11 @@
 #include <fstream>
 #include <random>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
-const TemporaryFolder& folder() {
-  static const TemporaryFolder folder; // of this process: tests run side by side
+const image::TemporaryFolder& folder() {
+  static const image::TemporaryFolder folder; // of this process: tests run side by side
   return folder;
 }
 
@@ -84,7 +84,7 @@ TEST(Gltf, BuffersMayBeInTheFileOrBesideIt) {
 
 TEST(Gltf, BuffersElsewhereAreRefused) {
   const GltfMaker maker = tubeFile();
-  const TemporaryFolder elsewhere;
+  const image::TemporaryFolder elsewhere;
   const std::filesystem::path bytes = elsewhere / "bytes";
   std::ofstream(bytes, std::ios::binary) << maker.binary;
   std::filesystem::create_symlink(bytes, folder() / "link");
@@ -344,4 +344,4 @@ TEST(Gltf, WhatIsWrongWithAMeshAtRestIsSaid) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 const Mat3<double> identity = Mat3<double>::Identity();
@@ -106,4 +106,4 @@ TEST(Handles, NoneOrTwoAtOnePlaceIsAnError) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 const Mat3<double> identity = Mat3<double>::Identity();
@@ -180,4 +180,4 @@ TEST(Lattice, WhereTheTwoOutermostLayersRestSoDoesAllBeyond) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 const Mat3<double> identity = Mat3<double>::Identity();
@@ -260,4 +260,4 @@ TEST(MeshField, LooseVerticesAndTrianglesWithoutAreaDoNotMatter) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

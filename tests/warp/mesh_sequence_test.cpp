@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 // A torus at rest, and as it is at the frames given: moved by one along x for each frame.
@@ -33,7 +33,7 @@ protected:
     return "no complaint";
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   std::filesystem::path rest = folder / "rest.obj";
   TriangleMesh mesh = torus(8, 5);
 };
@@ -53,8 +53,8 @@ TEST_F(MeshSequenceTest, KeysAreMetAndVerticesGoStraightBetweenThem) {
 }
 
 TEST_F(MeshSequenceTest, AFaceMayBecomeConcave) {
-  writeBytes(rest, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
-  writeBytes(folder / "cage.01.obj", "v 0 0 0\nv 0.3 0.5 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  image::writeBytes(rest, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  image::writeBytes(folder / "cage.01.obj", "v 0 0 0\nv 0.3 0.5 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
   EXPECT_EQ(complaint(), "no complaint");
 }
 
@@ -106,4 +106,4 @@ TEST_F(MeshSequenceTest, ItsHashIsThatOfTheFilesContents) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::warp {
 
 // A torus about z, of radii 0.6 and 0.25, with `around` times `through` quads, all split the same way.
 inline Vec3<double> torusPoint(double u, double v, double radius = 0.25) {
@@ -47,4 +47,4 @@ inline void writeObj(const std::filesystem::path& path, const TriangleMesh& mesh
   for (const auto& t : mesh.triangles) file << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -7,7 +7,7 @@
 
 #include <numbers>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 const Track3 yAxis{0, 3, 0}; // any length will do
@@ -81,4 +81,4 @@ TEST(Freeze, ComplaintsNameTheParameter) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-namespace surflect {
+namespace surflect::warp {
 
 inline Vec3<double> randomVector(std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -117,4 +117,4 @@ inline WarpPointer chainOf(WarpPointer first, WarpPointer second) {
   return chainWarp(std::move(links));
 }
 
-} // namespace surflect
+} // namespace surflect::warp

@@ -9,7 +9,7 @@
 
 #include <fstream>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 class RigTest : public testing::Test {
@@ -26,7 +26,7 @@ protected:
   }
 
   std::mt19937 random{1};
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
 };
 
 TEST_F(RigTest, AtRestItMovesNothing) {
@@ -115,4 +115,4 @@ TEST_F(RigTest, TheAnimationIsTheOneNamedOrTheOnlyOne) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 Eigen::Vector4d randomQuaternion(std::mt19937& random) {
@@ -167,4 +167,4 @@ TEST(Pose, IsTheWeightedSumOfTheJointsMatrices) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

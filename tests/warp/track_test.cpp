@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 ShotTime atFrame(double frame) { return {0, frame, 0}; }
@@ -96,4 +96,4 @@ TEST(UnitAt, NormalisesWhateverHasALength) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 constexpr int kCount = WarpBatch::capacity;
@@ -247,4 +247,4 @@ TEST(WarpKernels, FinishRoundsAndDoubtsWhatMayHaveNoFrame) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::warp {
 namespace {
 
 const Mat3<double> identity = Mat3<double>::Identity();
@@ -204,4 +204,4 @@ TEST(ExpressionWarp, KnowsTheShotTimeAndHasNoExactJacobian) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::warp

@@ -12,7 +12,7 @@
 
 #include <optional>
 
-namespace surflect {
+namespace surflect::material {
 
 template <class Kind>
 concept Scatterer = requires {
@@ -33,4 +33,4 @@ std::optional<ScatterSample> sample(const Kind& material, const ShadingDirection
   return sample(typename Kind::Bsdf(material, wo), u);
 }
 
-} // namespace surflect
+} // namespace surflect::material

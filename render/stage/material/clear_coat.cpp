@@ -5,7 +5,7 @@
 
 #include <cassert>
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -57,8 +57,8 @@ ClearCoatBsdf::ClearCoatBsdf(const ClearCoat& coat, const ShadingDirection& towa
   To = passed(*this, wo);
   if (const auto* lambert = std::get_if<Lambert>(&coat.base)) {
     const double meanT = isSmooth ? 1 - meanDielectricFresnel(eta) : coatT.meanLoss;
-    throughCoat =
-        byChannel(lambert->albedo, [&](double rho) { return surflect::throughCoat(rho, eta, meanT); });
+    throughCoat = byChannel(lambert->albedo,
+                            [&](double rho) { return surflect::material::throughCoat(rho, eta, meanT); });
   }
 }
 
@@ -102,4 +102,4 @@ std::optional<ScatterSample> sample(const ClearCoatBsdf& bsdf, const Uniforms& u
   return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
-} // namespace surflect
+} // namespace surflect::material

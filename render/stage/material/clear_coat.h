@@ -18,7 +18,7 @@
 
 #include <variant>
 
-namespace surflect {
+namespace surflect::material {
 
 // T of rough coats of one index of refraction, over direction and roughness; to be shared.
 struct CoatTransmission {
@@ -56,4 +56,4 @@ Rgb evaluate(const ClearCoatBsdf& bsdf, const ShadingDirection& wi);
 double pdf(const ClearCoatBsdf& bsdf, const ShadingDirection& wi);
 std::optional<ScatterSample> sample(const ClearCoatBsdf& bsdf, const Uniforms& u);
 
-} // namespace surflect
+} // namespace surflect::material

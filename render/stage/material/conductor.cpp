@@ -5,7 +5,7 @@
 
 #include <cassert>
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -28,9 +28,11 @@ bool scatters(const ConductorBsdf& bsdf, const ShadingDirection& wi) {
 } // namespace
 
 EnergyCompensation mirrorEnergyCompensation() {
-  return EnergyCompensation([](const ShadingDirection& wo, const ShadingDirection& h,
-                      const Roughness& alpha) { return ggx::unshadowed(mirrored(wo, h), wo, alpha); },
-                   EnergyCompensation::Shape::anisotropic, EnergyCompensation::Coordinate::stretched);
+  return EnergyCompensation(
+      [](const ShadingDirection& wo, const ShadingDirection& h, const Roughness& alpha) {
+        return ggx::unshadowed(mirrored(wo, h), wo, alpha);
+      },
+      EnergyCompensation::Shape::anisotropic, EnergyCompensation::Coordinate::stretched);
 }
 
 bool isSpecular(const Conductor& conductor) { return isSmooth(conductor.alpha); }
@@ -72,4 +74,4 @@ std::optional<ScatterSample> sample(const ConductorBsdf& bsdf, const Uniforms& u
   return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
-} // namespace surflect
+} // namespace surflect::material

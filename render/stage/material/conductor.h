@@ -6,17 +6,17 @@
 // complex index of refraction: textures can hold it, and it fits measured metals closely.
 #pragma once
 
-#include "render/stage/material/energy_compensation.h"
 #include "render/stage/material/bsdf.h"
+#include "render/stage/material/energy_compensation.h"
 
-namespace surflect {
+namespace surflect::material {
 
 struct Conductor {
   using Bsdf = struct ConductorBsdf;
 
-  Rgb color{1, 1, 1};                    // reflectance at normal incidence, 0..1
-  Rgb grazingTint{1, 1, 1};              // 0..1, factor on Schlick's curve at 82 degrees
-  Roughness alpha{0.1, 0.1};             // 0..1; both below kSmooth: a mirror
+  Rgb color{1, 1, 1};                             // reflectance at normal incidence, 0..1
+  Rgb grazingTint{1, 1, 1};                       // 0..1, factor on Schlick's curve at 82 degrees
+  Roughness alpha{0.1, 0.1};                      // 0..1; both below kSmooth: a mirror
   const EnergyCompensation* mirrorLoss = nullptr; // mirrorEnergyCompensation(), shared; not read where smooth
 };
 
@@ -42,4 +42,4 @@ Rgb evaluate(const ConductorBsdf& bsdf, const ShadingDirection& wi);
 double pdf(const ConductorBsdf& bsdf, const ShadingDirection& wi);
 std::optional<ScatterSample> sample(const ConductorBsdf& bsdf, const Uniforms& u);
 
-} // namespace surflect
+} // namespace surflect::material

@@ -5,7 +5,7 @@
 
 #include <cassert>
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -40,8 +40,7 @@ double facetsPerRefracted(const ShadingDirection& wi, const ShadingDirection& wo
 // f cos of L / n^2; masking on both sides is not correlated.  [Walter 2007, Eq. 21]
 double transmitted(const ShadingDirection& wi, const ShadingDirection& wo, const ShadingDirection& h,
                    double eta, const Roughness& alpha) {
-  return ggx::visibleDensity(h, wo, alpha) * ggx::G1(flipped(wi), alpha) *
-         facetsPerRefracted(wi, wo, h, eta);
+  return ggx::visibleDensity(h, wo, alpha) * ggx::G1(flipped(wi), alpha) * facetsPerRefracted(wi, wo, h, eta);
 }
 
 // x. As much lost light passes one way as the other where x_here loss_here = eta^2 x_beyond loss_beyond
@@ -107,8 +106,8 @@ double facetAlbedo(const ShadingDirection& wo, const ShadingDirection& h, const 
 
 EnergyCompensation lossesFrom(double eta) {
   return EnergyCompensation([eta](const ShadingDirection& wo, const ShadingDirection& h,
-                         const Roughness& alpha) { return facetAlbedo(wo, h, alpha, eta); },
-                   EnergyCompensation::Shape::isotropic, EnergyCompensation::Coordinate::stretched);
+                                  const Roughness& alpha) { return facetAlbedo(wo, h, alpha, eta); },
+                            EnergyCompensation::Shape::isotropic, EnergyCompensation::Coordinate::stretched);
 }
 
 ScatterSample sampleClear(const DielectricBsdf& bsdf, double u) {
@@ -142,8 +141,8 @@ DielectricBsdf::DielectricBsdf(const Dielectric& dielectric, const ShadingDirect
   beyond = (isOutside ? losses->inside : losses->outside).at(alpha);
   lost = here.loss(wo);
   const double entering = losses->passed, leaving = entering / squared(dielectric.eta);
-  shareBeyond = surflect::shareBeyond(isOutside ? entering : leaving, isOutside ? leaving : entering,
-                                      here.meanLoss, beyond.meanLoss);
+  shareBeyond = surflect::material::shareBeyond(
+      isOutside ? entering : leaving, isOutside ? leaving : entering, here.meanLoss, beyond.meanLoss);
 }
 
 Rgb evaluate(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
@@ -175,4 +174,4 @@ std::optional<ScatterSample> sample(const DielectricBsdf& bsdf, const Uniforms& 
   return ScatterSample{turned(bsdf, wi), gray(evaluateTurned(bsdf, wi) / density), density};
 }
 
-} // namespace surflect
+} // namespace surflect::material

@@ -9,10 +9,10 @@
 // then reads f(wi, wo) / n_i^2 = f(wo, wi) / n_o^2, n_i and n_o the indices where wi and wo are.
 #pragma once
 
-#include "render/stage/material/energy_compensation.h"
 #include "render/stage/material/bsdf.h"
+#include "render/stage/material/energy_compensation.h"
 
-namespace surflect {
+namespace surflect::material {
 
 // What a rough interface loses, seen from outside and from inside; for one index of refraction. To be shared.
 struct DielectricLosses {
@@ -56,4 +56,4 @@ Rgb evaluate(const DielectricBsdf& bsdf, const ShadingDirection& wi);
 double pdf(const DielectricBsdf& bsdf, const ShadingDirection& wi);
 std::optional<ScatterSample> sample(const DielectricBsdf& bsdf, const Uniforms& u);
 
-} // namespace surflect
+} // namespace surflect::material

@@ -1,6 +1,6 @@
 #include "render/stage/material/diffuse.h"
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -58,4 +58,4 @@ std::optional<ScatterSample> sample(const RoughDiffuseBsdf& bsdf, const Uniforms
   return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
-} // namespace surflect
+} // namespace surflect::material

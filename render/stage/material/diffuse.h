@@ -8,7 +8,7 @@
 
 #include "render/stage/material/bsdf.h"
 
-namespace surflect {
+namespace surflect::material {
 
 struct Lambert {
   using Bsdf = struct LambertBsdf;
@@ -76,4 +76,4 @@ inline double multipleAlbedo(double rho, double meanE) { return rho * rho * mean
 
 } // namespace eon
 
-} // namespace surflect
+} // namespace surflect::material

@@ -4,7 +4,7 @@
 
 #include <cassert>
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -193,4 +193,4 @@ double EnergyCompensation::meanLoss(const Roughness& alpha) const {
   return std::exp(sum);
 }
 
-} // namespace surflect
+} // namespace surflect::material

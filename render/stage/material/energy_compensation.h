@@ -11,7 +11,7 @@
 #include <functional>
 #include <vector>
 
-namespace surflect {
+namespace surflect::material {
 
 // What share of light a facet h lets arrive that is seen from wo, above the surface.
 using FacetAlbedo =
@@ -87,4 +87,4 @@ inline double grazingDensity(const ShadingDirection& w, const Roughness& alpha) 
   return std::abs(w.z()) / (kPi * (squared(w.z()) + a2) * std::log1p(1 / a2));
 }
 
-} // namespace surflect
+} // namespace surflect::material

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::material {
 
 // Cosine of the refracted ray by Snell's law; 0 where all light is reflected.
 inline double refractedCosine(double mu, double eta) {
@@ -75,4 +75,4 @@ inline double meanConductorFresnel(double F0, double tint) {
   return F0 + (1 - F0) / 21 - dipAt82(F0, tint) / 126;
 }
 
-} // namespace surflect
+} // namespace surflect::material

@@ -10,7 +10,7 @@
 
 #include "render/stage/material/shading.h"
 
-namespace surflect {
+namespace surflect::material {
 
 // Standard deviations, up to a factor, of the microfacets' slopes along x and y.
 struct Roughness {
@@ -47,9 +47,7 @@ inline double lambda(const ShadingDirection& w, const Roughness& alpha) {
 }
 
 // Share of the facets facing w that is not hidden from it.  [Heitz 2014, Eq. 43]
-inline double G1(const ShadingDirection& w, const Roughness& alpha) {
-  return 1 / (1 + lambda(w, alpha));
-}
+inline double G1(const ShadingDirection& w, const Roughness& alpha) { return 1 / (1 + lambda(w, alpha)); }
 
 // The same for two directions on one side, correlated by height.  [Heitz 2014, Eq. 99]
 inline double G2(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
@@ -74,4 +72,4 @@ inline ShadingDirection visibleNormal(const ShadingDirection& w, const Roughness
 
 } // namespace ggx
 
-} // namespace surflect
+} // namespace surflect::material

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -86,8 +86,7 @@ void requireValid(const Material& material) {
 }
 
 Bsdf bsdfAt(const ShadingDirection& wo, const Material& material) {
-  return std::visit([&]<class Kind>(const Kind& m) -> Bsdf { return typename Kind::Bsdf(m, wo); },
-                    material);
+  return std::visit([&]<class Kind>(const Kind& m) -> Bsdf { return typename Kind::Bsdf(m, wo); }, material);
 }
 
 void evaluate(const Bsdf& bsdf, std::span<const ShadingDirection> wi, std::span<Rgb> values) {
@@ -146,4 +145,4 @@ Rgb albedo(const Material& material, const ShadingDirection& wo, int count) {
   return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
 }
 
-} // namespace surflect
+} // namespace surflect::material

@@ -12,7 +12,7 @@
 #include <span>
 #include <variant>
 
-namespace surflect {
+namespace surflect::material {
 
 using Material = std::variant<Lambert, RoughDiffuse, Conductor, Dielectric, Ward, Measured, ClearCoat>;
 
@@ -21,7 +21,7 @@ void requireValid(const Material& material);
 
 // As seen from wo: view.h.
 using Bsdf = std::variant<LambertBsdf, RoughDiffuseBsdf, ConductorBsdf, DielectricBsdf, WardBsdf,
-                                  MeasuredBsdf, ClearCoatBsdf>;
+                          MeasuredBsdf, ClearCoatBsdf>;
 Bsdf bsdfAt(const ShadingDirection& wo, const Material& material);
 
 // Of all wi at once: those below, and pdf. Spans have one length.
@@ -47,4 +47,4 @@ bool isSpecular(const Material& material);
 // times the variation of the weights.
 Rgb albedo(const Material& material, const ShadingDirection& wo, int count = 4096);
 
-} // namespace surflect
+} // namespace surflect::material

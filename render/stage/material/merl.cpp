@@ -9,7 +9,7 @@
 #include <cstring>
 #include <string>
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -170,4 +170,4 @@ std::optional<ScatterSample> sample(const MeasuredBsdf& bsdf, const Uniforms& u)
   return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
-} // namespace surflect
+} // namespace surflect::material

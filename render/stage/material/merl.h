@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace surflect {
+namespace surflect::material {
 
 class MerlTable {
 public:
@@ -55,4 +55,4 @@ Rgb evaluate(const MeasuredBsdf& bsdf, const ShadingDirection& wi);
 double pdf(const MeasuredBsdf& bsdf, const ShadingDirection& wi);
 std::optional<ScatterSample> sample(const MeasuredBsdf& bsdf, const Uniforms& u);
 
-} // namespace surflect
+} // namespace surflect::material

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-namespace surflect::ggx {
+namespace surflect::material::ggx {
 
 // f cos of facets that reflect everything; wi and wo above.  [Walter 2007, Eq. 20]
 inline double reflected(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
@@ -28,4 +28,4 @@ inline double unshadowed(const ShadingDirection& wi, const ShadingDirection& wo,
   return seen / (seen + lambda(wi, alpha));
 }
 
-} // namespace surflect::ggx
+} // namespace surflect::material::ggx

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::material {
 
 struct ShadingSpace;
 using ShadingDirection = Direction3<ShadingSpace, double>; // unit
@@ -77,4 +77,4 @@ inline ShadingDirection hemisphereDirection(double u, double v) {
 }
 inline double hemisphereDensity(const ShadingDirection& w) { return isAbove(w) ? 1 / (2 * kPi) : 0; }
 
-} // namespace surflect
+} // namespace surflect::material

@@ -1,6 +1,6 @@
 #include "render/stage/material/ward.h"
 
-namespace surflect {
+namespace surflect::material {
 
 namespace {
 
@@ -33,7 +33,7 @@ double glossShare(const Ward& ward) {
 
 WardBsdf::WardBsdf(const Ward& ward, const ShadingDirection& towards)
     : diffuse(ward.diffuse), specular(ward.specular), alpha(bounded(ward.alpha)),
-      glossShare(surflect::glossShare(ward)), wo(towards) {}
+      glossShare(surflect::material::glossShare(ward)), wo(towards) {}
 
 Rgb evaluate(const WardBsdf& bsdf, const ShadingDirection& wi) {
   if (!isAbove(wi) || !isAbove(bsdf.wo)) return {};
@@ -58,4 +58,4 @@ std::optional<ScatterSample> sample(const WardBsdf& bsdf, const Uniforms& u) {
   return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};
 }
 
-} // namespace surflect
+} // namespace surflect::material

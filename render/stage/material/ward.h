@@ -7,10 +7,10 @@
 // Symbols: h half vector, H = wi + wo the same before it is made unit.
 #pragma once
 
-#include "render/stage/material/ggx.h"
 #include "render/stage/material/bsdf.h"
+#include "render/stage/material/ggx.h"
 
-namespace surflect {
+namespace surflect::material {
 
 struct Ward {
   using Bsdf = struct WardBsdf;
@@ -33,4 +33,4 @@ Rgb evaluate(const WardBsdf& bsdf, const ShadingDirection& wi);
 double pdf(const WardBsdf& bsdf, const ShadingDirection& wi);
 std::optional<ScatterSample> sample(const WardBsdf& bsdf, const Uniforms& u);
 
-} // namespace surflect
+} // namespace surflect::material

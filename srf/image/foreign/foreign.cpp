@@ -9,7 +9,7 @@
 #include <mutex>
 #include <string_view>
 
-namespace surflect {
+namespace surflect::image {
 
 namespace {
 
@@ -135,4 +135,4 @@ extern "C" bool surflectReadForeign(const char* path, ForeignExtent extent, Fore
   return done;
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace surflect {
+namespace surflect::image {
 
 struct ForeignPicture {
   Image image;
@@ -25,4 +25,4 @@ using ReadForeign = bool(const char* path, ForeignExtent extent, ForeignPicture&
 
 inline constexpr const char* readForeignSymbol = "surflectReadForeign";
 
-} // namespace surflect
+} // namespace surflect::image

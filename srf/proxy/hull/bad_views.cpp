@@ -12,7 +12,7 @@
 #include <numeric>
 #include <optional>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
@@ -42,8 +42,8 @@ struct Ballot {
   std::span<const uint64_t> opponents(size_t i) const { return {against.data() + i * words, words}; }
 };
 
-Ballot voteOnCells(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
-                   const Progress& progress) {
+Ballot voteOnCells(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+                   const Eigen::AlignedBox3d& box, const Progress& progress) {
   const auto cubes = possibleCubes(silhouetteViews, quorum, box, kCells, true, progress);
   Ballot all;
   all.words = wordsFor(silhouetteViews.size());
@@ -63,10 +63,12 @@ Ballot voteOnCells(std::span<const SilhouetteView> silhouetteViews, size_t quoru
 // The picture of one view in cells as large as those of the space.
 class Witness {
 public:
-  Witness(const SilhouetteView& silhouetteView, const Ballot& ballot) : sight_(silhouetteView), words_(ballot.words) {
+  Witness(const SilhouetteView& silhouetteView, const Ballot& ballot)
+      : sight_(silhouetteView), words_(ballot.words) {
     std::vector<double> footprints;
     for (const auto& center : ballot.centers)
-      if (const double here = pixelFootprint(silhouetteView.camera, center); here > 0) footprints.push_back(here);
+      if (const double here = pixelFootprint(silhouetteView.camera, center); here > 0)
+        footprints.push_back(here);
     if (!footprints.empty()) {
       const auto middle = footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2);
       std::ranges::nth_element(footprints, middle);
@@ -97,8 +99,8 @@ public:
     double silhouette = 0;
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x) {
-        const Pixel center{(x + 0.5) * cell_, (y + 0.5) * cell_};
-        if (!contains(sight_.camera.lens, center)) continue;
+        const capture::Pixel center{(x + 0.5) * cell_, (y + 0.5) * cell_};
+        if (!capture::contains(sight_.camera.lens, center)) continue;
         if (!(sight_.outline.signedDistance(center) > 0.75 * cell_)) continue; // all of the cell is inside
         ++silhouette;
         const size_t cell = static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
@@ -162,8 +164,8 @@ std::optional<size_t> worstView(std::span<const Witness> witnesses, const Ballot
 
 } // namespace
 
-std::vector<size_t> badViews(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
-                             const Progress& progress) {
+std::vector<size_t> badViews(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+                             const Eigen::AlignedBox3d& box, const Progress& progress) {
   const Ballot ballot = voteOnCells(silhouetteViews, quorum, box, progress);
   std::vector<Witness> witnesses;
   Bits taking(ballot.words);
@@ -183,4 +185,4 @@ std::vector<size_t> badViews(std::span<const SilhouetteView> silhouetteViews, si
   return bad;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

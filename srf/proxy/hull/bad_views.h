@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::hull {
 
 // The silhouette of a good matte is covered by the hull of all good ones, since the object is in it. Where it
 // is not, some view wrongly carves all along the ray: on each ray the points with the fewest votes against
@@ -21,7 +21,7 @@ namespace surflect {
 // large does no harm and stays.
 //
 // `box` holds what is possible with dissent, see boundsOf. Returns indices in rising order.
-std::vector<size_t> badViews(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
-                             const Progress& progress);
+std::vector<size_t> badViews(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+                             const Eigen::AlignedBox3d& box, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::hull

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-bool isPossible(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Ball& ball, bool dissent) {
+bool isPossible(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Ball& ball,
+                bool dissent) {
   size_t against = 0, mayAgree = 0;
   for (const SilhouetteView& silhouetteView : silhouetteViews) {
     const BallVote vote = voteOn(silhouetteView, ball);
@@ -43,16 +44,17 @@ std::vector<Cube> split(const std::vector<Cube>& cubes) {
 
 } // namespace
 
-std::vector<Cube> possibleCubes(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Box& box, int across,
-                                bool dissent, const Progress& progress) {
+std::vector<Cube> possibleCubes(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+                                const Box& box, int across, bool dissent, const Progress& progress) {
   constexpr int kLevels = 4;
   std::vector<Cube> cubes = fill(box, box.sizes().maxCoeff() / across * (1 << (kLevels - 1)));
   for (int level = 0; level < kLevels; ++level) {
     progress.checkpoint();
     if (level > 0) cubes = split(cubes);
     std::vector<uint8_t> possible(cubes.size());
-    tbb::parallel_for(size_t{0}, cubes.size(),
-                      [&](size_t i) { possible[i] = isPossible(silhouetteViews, quorum, cubes[i].ball(), dissent); });
+    tbb::parallel_for(size_t{0}, cubes.size(), [&](size_t i) {
+      possible[i] = isPossible(silhouetteViews, quorum, cubes[i].ball(), dissent);
+    });
     size_t kept = 0;
     for (size_t i = 0; i < cubes.size(); ++i)
       if (possible[i]) cubes[kept++] = cubes[i];
@@ -65,8 +67,8 @@ Box startingBox(std::span<const SilhouetteView> silhouetteViews) {
   const auto center = pointInView(silhouetteViews);
   std::vector<double> reach;
   for (const SilhouetteView& silhouetteView : silhouetteViews) {
-    const Lens& lens = silhouetteView.camera.lens;
-    reach.push_back(lens.model == Lens::Model::orthographic
+    const capture::Lens& lens = silhouetteView.camera.lens;
+    reach.push_back(lens.model == capture::Lens::Model::orthographic
                         ? std::hypot(lens.width / lens.focalX, lens.height / lens.focalY)
                         : length(silhouetteView.camera.center() - center));
   }
@@ -75,7 +77,8 @@ Box startingBox(std::span<const SilhouetteView> silhouetteViews) {
   return Box(center.raw().array() - half, center.raw().array() + half);
 }
 
-Box boundsOf(std::span<const SilhouetteView> silhouetteViews, size_t quorum, bool dissent, const Progress& progress) {
+Box boundsOf(std::span<const SilhouetteView> silhouetteViews, size_t quorum, bool dissent,
+             const Progress& progress) {
   constexpr int kAcross = 48, kRounds = 30;
   Box box = startingBox(silhouetteViews);
   const double point = 1e-9 * box.sizes().maxCoeff(); // where silhouettes only touch
@@ -91,4 +94,4 @@ Box boundsOf(std::span<const SilhouetteView> silhouetteViews, size_t quorum, boo
   return box;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::hull {
 
 // How many of so many votes may be wrong while it is not known which views have bad mattes: a quarter.
 inline size_t allowedDissent(size_t votes) { return votes / 4; }
@@ -29,8 +29,9 @@ struct Cube {
 
 // Of the cubes that fill the box, `across` along its longest side, those in which a point may have a quorum
 // and no vote against it, or with `dissent` no more than allowed. By an octree, in its order.
-std::vector<Cube> possibleCubes(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Eigen::AlignedBox3d& box,
-                                int across, bool dissent, const Progress& progress);
+std::vector<Cube> possibleCubes(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+                                const Eigen::AlignedBox3d& box, int across, bool dissent,
+                                const Progress& progress);
 
 // A cube about pointInView that reaches to the farthest camera, or twice as far as the one in the middle,
 // where some stand elsewhere altogether: hulls are cut off there.
@@ -41,4 +42,4 @@ Eigen::AlignedBox3d startingBox(std::span<const SilhouetteView> silhouetteViews)
 Eigen::AlignedBox3d boundsOf(std::span<const SilhouetteView> silhouetteViews, size_t quorum, bool dissent,
                              const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::hull

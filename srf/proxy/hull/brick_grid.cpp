@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::hull {
 
 BrickGrid::BrickGrid(const GridShape& shape, const std::function<Region(const Ball&)>& regionOf,
                      const std::function<double(const Point3<AcquisitionSpace, double>&)>& valueAt,
@@ -127,4 +127,4 @@ bool BrickGrid::mayHaveSurface(size_t brick) const {
   return false;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

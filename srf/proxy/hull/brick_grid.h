@@ -9,7 +9,7 @@
 #include <functional>
 #include <vector>
 
-namespace surflect {
+namespace surflect::hull {
 
 struct GridShape {
   Vec3<double> origin = Vec3<double>::Zero(); // of corner (0, 0, 0), acquisition space
@@ -61,4 +61,4 @@ private:
   std::vector<Values> values_;
 };
 
-} // namespace surflect
+} // namespace surflect::hull

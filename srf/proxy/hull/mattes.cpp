@@ -7,16 +7,16 @@
 #include <set>
 #include <tuple>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
 // Frames of a view, one for each matte that they have.
-std::vector<std::vector<size_t>> framesByMatte(const Capture& capture) {
+std::vector<std::vector<size_t>> framesByMatte(const capture::Capture& capture) {
   std::vector<std::vector<size_t>> frames(capture.views.size());
   std::set<std::tuple<size_t, std::string, std::string, std::string>> known;
   for (size_t i = 0; i < capture.frames.size(); ++i) {
-    const Frame& frame = capture.frames[i];
+    const capture::Frame& frame = capture.frames[i];
     const std::string& layer = frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer;
     if (known.emplace(frame.view, frame.picture.string(), layer, frame.mask.string()).second)
       frames[frame.view].push_back(i);
@@ -25,14 +25,14 @@ std::vector<std::vector<size_t>> framesByMatte(const Capture& capture) {
 }
 
 // Pictures often have an alpha channel that is opaque throughout.
-bool showsBackground(const Image& matte) {
+bool showsBackground(const image::Image& matte) {
   return std::ranges::any_of(matte.values, [](float alpha) { return !(alpha > 0.5f); });
 }
 
-std::optional<Image> matteOf(const Capture& capture, std::span<const size_t> frames) {
-  std::optional<Image> matte;
+std::optional<image::Image> matteOf(const capture::Capture& capture, std::span<const size_t> frames) {
+  std::optional<image::Image> matte;
   for (const size_t frame : frames) {
-    Photograph photograph = std::move(readPhotographs(capture, std::span(&frame, 1))[0]);
+    capture::Photograph photograph = std::move(capture::readPhotographs(capture, std::span(&frame, 1))[0]);
     if (!photograph.hasMatte) continue;
     if (!matte) {
       matte = std::move(photograph.alpha);
@@ -46,7 +46,7 @@ std::optional<Image> matteOf(const Capture& capture, std::span<const size_t> fra
 
 } // namespace
 
-std::vector<SilhouetteView> silhouetteViewsOf(const Capture& capture, const Progress& progress) {
+std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress) {
   const auto frames = framesByMatte(capture);
   std::vector<SilhouetteView> silhouetteViews;
   for (size_t view = 0; view < frames.size(); ++view) {
@@ -58,4 +58,4 @@ std::vector<SilhouetteView> silhouetteViewsOf(const Capture& capture, const Prog
   return silhouetteViews;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

@@ -7,11 +7,11 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::hull {
 
 // Of each view that has a matte, the union of all its frames' mattes, each read once. A matte without
 // background says nothing and counts as none. Throws Error for what
 // cannot be read.
-std::vector<SilhouetteView> silhouetteViewsOf(const Capture& capture, const Progress& progress);
+std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::hull

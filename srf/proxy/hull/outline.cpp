@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
@@ -26,7 +26,7 @@ float squaredDistance(const Segment& s, float x, float y) {
 }
 
 // Marching squares; calls use(segment) for the at most two in the square that starts at (x, y).
-template <class Use> void contourOfSquare(const Image& alpha, int x, int y, const Use& use) {
+template <class Use> void contourOfSquare(const image::Image& alpha, int x, int y, const Use& use) {
   constexpr int kCorner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   float value[4];
   for (int c = 0; c < 4; ++c) value[c] = alpha.at(x + kCorner[c][0], y + kCorner[c][1])[0] - kContour;
@@ -61,7 +61,7 @@ constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 // For each pixel, the nearest segment of those that its neighbours know [Danielsson 1980, 8SED].
 class NearestSegments {
 public:
-  explicit NearestSegments(const Image& alpha)
+  explicit NearestSegments(const image::Image& alpha)
       : width_(alpha.width), height_(alpha.height), nearest_(alpha.values.size(), kNone),
         squared_(alpha.values.size(), std::numeric_limits<float>::infinity()) {
     for (int y = 0; y + 1 < height_; ++y)
@@ -112,10 +112,10 @@ private:
 
 } // namespace
 
-Outline::Outline(const Image& alpha) : centroid_{alpha.width / 2.0, alpha.height / 2.0} {
+Outline::Outline(const image::Image& alpha) : centroid_{alpha.width / 2.0, alpha.height / 2.0} {
   assert(alpha.channels == 1 && alpha.width > 0 && alpha.height > 0);
   const NearestSegments nearest(alpha);
-  Image distances(alpha.width, alpha.height, 1);
+  image::Image distances(alpha.width, alpha.height, 1);
   const auto far = static_cast<float>(alpha.width + alpha.height);
   double sumX = 0, sumY = 0, count = 0;
   for (int y = 0; y < alpha.height; ++y)
@@ -129,18 +129,18 @@ Outline::Outline(const Image& alpha) : centroid_{alpha.width / 2.0, alpha.height
       sumX += x + 0.5, sumY += y + 0.5, ++count;
       isCropped_ |= x == 0 || y == 0 || x == alpha.width - 1 || y == alpha.height - 1;
     }
-  distances_ = std::make_shared<const Image>(std::move(distances));
+  distances_ = std::make_shared<const image::Image>(std::move(distances));
   isEmpty_ = count == 0;
   if (!isEmpty_) centroid_ = {sumX / count, sumY / count};
 }
 
-Mask Outline::mask() const {
-  Mask mask(width(), height());
+image::Mask Outline::mask() const {
+  image::Mask mask(width(), height());
   for (size_t i = 0; i < mask.inside.size(); ++i) mask.inside[i] = distances_->values[i] > 0;
   return mask;
 }
 
-double Outline::signedDistance(Pixel pixel) const {
+double Outline::signedDistance(capture::Pixel pixel) const {
   const double x = std::clamp(pixel.x - 0.5, 0.0, width() - 1.0),
                y = std::clamp(pixel.y - 0.5, 0.0, height() - 1.0);
   const int x0 = std::min(static_cast<int>(x), std::max(width() - 2, 0)),
@@ -154,4 +154,4 @@ double Outline::signedDistance(Pixel pixel) const {
          fy * ((1 - fx) * value(x0, y1) + fx * value(x1, y1)) - std::hypot(beyondX, beyondY);
 }
 
-} // namespace surflect
+} // namespace surflect::hull

@@ -7,7 +7,7 @@
 
 #include <memory>
 
-namespace surflect {
+namespace surflect::hull {
 
 // Copies share their pixels.
 class Outline {
@@ -15,16 +15,16 @@ public:
   // alpha: one channel. It is taken as bilinear between pixel centres, and its contour as straight within
   // each square of four centres: sub-pixel where alpha has values between 0 and 1. The border of the image is
   // no outline.
-  explicit Outline(const Image& alpha);
+  explicit Outline(const image::Image& alpha);
 
   int width() const { return distances_->width; }
   int height() const { return distances_->height; }
   // The pixels whose alpha is above 1/2.
-  Mask mask() const;
+  image::Mask mask() const;
   // Is no pixel's alpha above 1/2?
   bool isEmpty() const { return isEmpty_; }
   // The centre of mass of the pixels whose alpha is above 1/2; of the image where it is empty.
-  Pixel centroid() const { return centroid_; }
+  capture::Pixel centroid() const { return centroid_; }
 
   // Is a pixel on the border of the image inside? Then there may be more beyond.
   bool isCropped() const { return isCropped_; }
@@ -32,12 +32,12 @@ public:
   // Distance to the outline in pixels, positive inside; without an outline, width + height. Bilinear between
   // pixel centres, and beyond the outermost as on them. Beyond the image, less the way to it.
 
-  double signedDistance(Pixel pixel) const;
+  double signedDistance(capture::Pixel pixel) const;
 
 private:
-  std::shared_ptr<const Image> distances_;
-  Pixel centroid_;
+  std::shared_ptr<const image::Image> distances_;
+  capture::Pixel centroid_;
   bool isEmpty_ = true, isCropped_ = false;
 };
 
-} // namespace surflect
+} // namespace surflect::hull

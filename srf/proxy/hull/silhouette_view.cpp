@@ -8,52 +8,55 @@
 #include <cmath>
 #include <limits>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
-double meanFocal(const Lens& lens) { return std::sqrt(lens.focalX * lens.focalY); }
+double meanFocal(const capture::Lens& lens) { return std::sqrt(lens.focalX * lens.focalY); }
 
-double footprintAt(const Lens& lens, const Point3<CameraSpace, double>& p) {
-  return (lens.model == Lens::Model::orthographic ? 1 : -p.z()) / meanFocal(lens);
+double footprintAt(const capture::Lens& lens, const Point3<CameraSpace, double>& p) {
+  return (lens.model == capture::Lens::Model::orthographic ? 1 : -p.z()) / meanFocal(lens);
 }
 
 // Of a pixel to the nearest side of the image; negative outside.
-double borderDistance(const Lens& lens, Pixel pixel) {
+double borderDistance(const capture::Lens& lens, capture::Pixel pixel) {
   return std::min({pixel.x, pixel.y, lens.width - pixel.x, lens.height - pixel.y});
 }
 
 } // namespace
 
-double pixelFootprint(const Camera<AcquisitionSpace>& camera, const Point3<AcquisitionSpace, double>& p) {
+double pixelFootprint(const capture::Camera<AcquisitionSpace>& camera,
+                      const Point3<AcquisitionSpace, double>& p) {
   return footprintAt(camera.lens, camera.cameraFromWorld(p));
 }
 
-std::optional<double> coneDistance(const SilhouetteView& silhouetteView, const Point3<AcquisitionSpace, double>& p) {
+std::optional<double> coneDistance(const SilhouetteView& silhouetteView,
+                                   const Point3<AcquisitionSpace, double>& p) {
   const auto local = silhouetteView.camera.cameraFromWorld(p);
-  const auto pixel = project(silhouetteView.camera.lens, local);
-  const bool isInImage = pixel && contains(silhouetteView.camera.lens, *pixel);
+  const auto pixel = capture::project(silhouetteView.camera.lens, local);
+  const bool isInImage = pixel && capture::contains(silhouetteView.camera.lens, *pixel);
   if (!isInImage && silhouetteView.outline.isCropped()) return std::nullopt;
   if (!pixel) return -std::numeric_limits<double>::infinity();
   return silhouetteView.outline.signedDistance(*pixel) * footprintAt(silhouetteView.camera.lens, local);
 }
 
-double projectedRadius(const Camera<AcquisitionSpace>& camera, const Ball& ball) {
-  const Lens& lens = camera.lens;
+double projectedRadius(const capture::Camera<AcquisitionSpace>& camera, const Ball& ball) {
+  const capture::Lens& lens = camera.lens;
   const double focal = std::max(lens.focalX, lens.focalY);
-  if (lens.model == Lens::Model::orthographic) return focal * ball.radius;
+  if (lens.model == capture::Lens::Model::orthographic) return focal * ball.radius;
   const auto local = camera.cameraFromWorld(ball.center);
   const double depth = -local.z();
   if (!(depth > ball.radius)) return std::numeric_limits<double>::infinity();
   const Vec2<double> x(local.x() / depth, -local.y() / depth);
-  const double stretch = lens.distorts() ? distortionJacobian(lens, x).norm() : 1;
+  const double stretch = lens.distorts() ? capture::distortionJacobian(lens, x).norm() : 1;
   return stretch * focal * ball.radius * std::sqrt(1 + x.squaredNorm()) / (depth - ball.radius);
 }
 
 BallVote voteOn(const SilhouetteView& silhouetteView, const Ball& ball) {
   constexpr double kSlack = 1; // pixels
   const auto& camera = silhouetteView.camera;
-  const bool isCropped = silhouetteView.outline.isCropped(), isPinhole = camera.lens.model == Lens::Model::pinhole;
+  const bool isCropped = silhouetteView.outline.isCropped(),
+             isPinhole = camera.lens.model == capture::Lens::Model::pinhole;
   if (isPinhole && camera.cameraFromWorld(ball.center).z() >= ball.radius)
     return {.votes = !isCropped, .inside = isCropped, .outside = !isCropped};
   const double reach = projectedRadius(camera, ball) + kSlack;
@@ -71,7 +74,7 @@ Point3<AcquisitionSpace, double> pointInView(std::span<const SilhouetteView> sil
   Mat3<double> sum = Mat3<double>::Zero();
   Vec3<double> weighted = Vec3<double>::Zero();
   for (const SilhouetteView& silhouetteView : silhouetteViews) {
-    const auto ray = rayThrough(silhouetteView.camera.lens, silhouetteView.outline.centroid());
+    const auto ray = capture::rayThrough(silhouetteView.camera.lens, silhouetteView.outline.centroid());
     if (!ray) continue;
     const auto worldFromCamera = silhouetteView.camera.cameraFromWorld.inverse();
     const Vec3<double> d = worldFromCamera(ray->direction).raw();
@@ -90,13 +93,14 @@ Point3<AcquisitionSpace, double> pointInView(std::span<const SilhouetteView> sil
 
 size_t quorumOf(std::span<const SilhouetteView> silhouetteViews) {
   const auto p = pointInView(silhouetteViews);
-  const auto containing =
-      std::ranges::count_if(silhouetteViews, [&](const SilhouetteView& silhouetteView) { return coneDistance(silhouetteView, p).has_value(); });
+  const auto containing = std::ranges::count_if(silhouetteViews, [&](const SilhouetteView& silhouetteView) {
+    return coneDistance(silhouetteView, p).has_value();
+  });
   return std::max<size_t>(2, (static_cast<size_t>(containing) + 1) / 2);
 }
 
-double hullDistance(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Point3<AcquisitionSpace, double>& p,
-                    double limit) {
+double hullDistance(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+                    const Point3<AcquisitionSpace, double>& p, double limit) {
   double least = limit;
   size_t votes = 0;
   for (const SilhouetteView& silhouetteView : silhouetteViews) {
@@ -123,4 +127,4 @@ Region classify(std::span<const SilhouetteView> silhouetteViews, size_t quorum, 
   return inside && votes >= quorum ? Region::inside : Region::mixed;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

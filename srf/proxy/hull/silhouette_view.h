@@ -12,20 +12,22 @@
 #include <span>
 #include <string>
 
-namespace surflect {
+namespace surflect::hull {
 
 struct SilhouetteView {
   std::string name;
-  Camera<AcquisitionSpace> camera;
+  capture::Camera<AcquisitionSpace> camera;
   Outline outline;
 };
 
 // What a pixel covers at a point in front of the camera, scene units: depth / f; orthographic: 1 / f.
-double pixelFootprint(const Camera<AcquisitionSpace>& camera, const Point3<AcquisitionSpace, double>& p);
+double pixelFootprint(const capture::Camera<AcquisitionSpace>& camera,
+                      const Point3<AcquisitionSpace, double>& p);
 
 // The distance of p to the cone of the silhouette, in scene units by the footprint, positive inside; empty
 // without a vote, minus infinity behind the camera.
-std::optional<double> coneDistance(const SilhouetteView& silhouetteView, const Point3<AcquisitionSpace, double>& p);
+std::optional<double> coneDistance(const SilhouetteView& silhouetteView,
+                                   const Point3<AcquisitionSpace, double>& p);
 
 struct Ball {
   Point3<AcquisitionSpace, double> center;
@@ -35,7 +37,7 @@ struct Ball {
 // How far a ball can reach in the picture, from the projection of its centre, pixels. For a pinhole, of the
 // points c + d with |d| <= r: |x(c + d) - x(c)| = |d_xy - x(c) d_z| / (z + d_z) <= r sqrt(1 + |x|^2) / (z -
 // r). A distortion is taken as linear within. Infinite where the ball touches the plane of the camera.
-double projectedRadius(const Camera<AcquisitionSpace>& camera, const Ball& ball);
+double projectedRadius(const capture::Camera<AcquisitionSpace>& camera, const Ball& ball);
 
 // True of every point of a ball, or not known. Outline distances count as exact to one pixel.
 struct BallVote {
@@ -56,11 +58,11 @@ size_t quorumOf(std::span<const SilhouetteView> silhouetteViews);
 
 // The hull's field: the least coneDistance of all that vote, positive inside, cut off at +-limit. Without a
 // quorum it is -limit.
-double hullDistance(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Point3<AcquisitionSpace, double>& p,
-                    double limit);
+double hullDistance(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+                    const Point3<AcquisitionSpace, double>& p, double limit);
 
 enum class Region { outside, inside, mixed };
 // Of the hull, in a ball: mixed where it is not sure.
 Region classify(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Ball& ball);
 
-} // namespace surflect
+} // namespace surflect::hull

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
@@ -46,4 +46,4 @@ TriangleMesh smoothed(TriangleMesh mesh, int pairs, const Progress& progress) {
   return mesh;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

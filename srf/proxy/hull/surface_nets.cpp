@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
@@ -211,4 +211,4 @@ TriangleMesh surfaceNet(BrickGrid grid, const Progress& progress) {
   return mesh;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

@@ -5,7 +5,7 @@
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 
-namespace surflect {
+namespace surflect::hull {
 
 // A surface net [Gibson 1998]: one vertex in each cell that the surface crosses, at the mean of the crossings
 // of the cell's edges; one quad, as two triangles that face outwards, around each edge that is crossed. Every
@@ -14,4 +14,4 @@ namespace surflect {
 // none do (the set of inside corners is then well-composed [Latecki 1997], and in no cell two sheets meet).
 TriangleMesh surfaceNet(BrickGrid grid, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::hull

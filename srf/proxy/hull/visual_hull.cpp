@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::hull {
 
 namespace {
 
@@ -29,7 +29,8 @@ std::string namesOf(std::span<const SilhouetteView> silhouetteViews, std::span<c
 }
 
 // At the point where most views agree, those that do not.
-std::vector<size_t> dissenters(std::span<const SilhouetteView> silhouetteViews, const Eigen::AlignedBox3d& box) {
+std::vector<size_t> dissenters(std::span<const SilhouetteView> silhouetteViews,
+                               const Eigen::AlignedBox3d& box) {
   constexpr int kAcross = 64;
   std::vector<size_t> fewest;
   size_t most = 0;
@@ -51,7 +52,8 @@ std::vector<size_t> dissenters(std::span<const SilhouetteView> silhouetteViews, 
   return fewest;
 }
 
-double medianFootprint(std::span<const SilhouetteView> silhouetteViews, const Point3<AcquisitionSpace, double>& p) {
+double medianFootprint(std::span<const SilhouetteView> silhouetteViews,
+                       const Point3<AcquisitionSpace, double>& p) {
   std::vector<double> footprints;
   for (const SilhouetteView& silhouetteView : silhouetteViews)
     if (const double here = pixelFootprint(silhouetteView.camera, p); here > 0) footprints.push_back(here);
@@ -75,7 +77,8 @@ GridShape gridAround(const Eigen::AlignedBox3d& box, double voxel) {
 
 // Moves vertices along their normals to where the field is zero: a net lies inside of what it spans, by most
 // at ridges. No more than half a voxel, for the field has steps where images end.
-void project(TriangleMesh& mesh, std::span<const SilhouetteView> silhouetteViews, size_t quorum, double voxel) {
+void project(TriangleMesh& mesh, std::span<const SilhouetteView> silhouetteViews, size_t quorum,
+             double voxel) {
   std::vector<Vec3<double>> normals(mesh.positions.size(), Vec3<double>::Zero());
   for (size_t t = 0; t < mesh.triangles.size(); ++t)
     for (const uint32_t corner : mesh.triangles[t]) normals[corner] += areaVector(mesh, t);
@@ -90,7 +93,8 @@ void project(TriangleMesh& mesh, std::span<const SilhouetteView> silhouetteViews
 
 } // namespace
 
-VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& options, const Progress& progress) {
+VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& options,
+                      const Progress& progress) {
   VisualHull hull;
   std::vector<SilhouetteView> silhouetteViews;
   std::vector<size_t> indices;
@@ -121,7 +125,8 @@ VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& op
   const size_t quorum = quorumOf(silhouetteViews); // of those that are left
   const auto box = boundsOf(silhouetteViews, quorum, false, progress);
   const auto empty = [&] {
-    const auto against = dissenters(silhouetteViews, possible.isEmpty() ? startingBox(silhouetteViews) : possible);
+    const auto against =
+        dissenters(silhouetteViews, possible.isEmpty() ? startingBox(silhouetteViews) : possible);
     return Error("the silhouettes of the " + std::to_string(silhouetteViews.size()) +
                  " views have no point in common; where most of them agree, these do not: " +
                  namesOf(silhouetteViews, against) +
@@ -129,7 +134,8 @@ VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& op
   };
   if (box.isEmpty()) throw empty();
 
-  const double footprint = medianFootprint(silhouetteViews, assume<Point3<AcquisitionSpace, double>>(box.center()));
+  const double footprint =
+      medianFootprint(silhouetteViews, assume<Point3<AcquisitionSpace, double>>(box.center()));
   hull.voxel = std::max(options.voxelPixels * footprint, box.sizes().maxCoeff() / kMostVoxels);
   const GridShape shape = gridAround(box, hull.voxel);
   BrickGrid grid(
@@ -146,4 +152,4 @@ VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& op
   return hull;
 }
 
-} // namespace surflect
+} // namespace surflect::hull

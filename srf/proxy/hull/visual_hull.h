@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::hull {
 
 struct HullOptions {
   double voxelPixels = 1.5; // edge of a voxel in pixels: the median of what they cover at the object
@@ -25,6 +25,7 @@ struct VisualHull {
 // A point is of the hull if all images that contain it show it inside of the silhouette, and these are a
 // quorum. The grid has at most 512 voxels a side. Throws Error, which names the views at fault, where the
 // silhouettes have no common point or all look along one line; Cancelled.
-VisualHull visualHull(std::span<const SilhouetteView> silhouetteViews, const HullOptions& options, const Progress& progress);
+VisualHull visualHull(std::span<const SilhouetteView> silhouetteViews, const HullOptions& options,
+                      const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::hull

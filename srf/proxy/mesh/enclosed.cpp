@@ -13,7 +13,7 @@
 #include <optional>
 #include <utility>
 
-namespace surflect {
+namespace surflect::proxy {
 
 namespace {
 
@@ -174,4 +174,4 @@ TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<Acquisiti
   return open.triangles.empty() ? mesh : open;
 }
 
-} // namespace surflect
+} // namespace surflect::proxy

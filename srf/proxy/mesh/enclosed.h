@@ -4,7 +4,7 @@
 
 #include "surfel/geometry/ray_caster.h"
 
-namespace surflect {
+namespace surflect::proxy {
 
 // The mesh without triangles that are enclosed: a little in front of each of their points, tried `pitch`
 // apart at most (scene units, above 0), each of six rays finds a winding above 0. Vertices between which the
@@ -15,4 +15,4 @@ namespace surflect {
 TriangleMesh withoutEnclosed(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays, double pitch,
                              const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::proxy

@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::proxy {
 
 namespace {
 
@@ -84,8 +84,8 @@ TriangleMesh dropUnused(TriangleMesh mesh, std::vector<std::string>& notes) {
   return mesh;
 }
 
-void dropSpikes(Triangles& triangles, std::span<const Camera<World>> cameras, const Progress& progress,
-                std::vector<std::string>& notes) {
+void dropSpikes(Triangles& triangles, std::span<const capture::Camera<World>> cameras,
+                const Progress& progress, std::vector<std::string>& notes) {
   const auto all = triangles.chosen([](uint32_t) { return true; });
   const Spikes spikes = spikesIn(all.mesh, cameras, progress);
   if (spikes.triangles.empty()) return;
@@ -111,7 +111,7 @@ Fronts frontsOf(const Triangles& triangles, const Repeats& repeats, const Progre
 }
 
 // Returns whether there were any.
-bool dropSpecks(const Fronts& fronts, std::span<const Camera<World>> cameras, Triangles& triangles,
+bool dropSpecks(const Fronts& fronts, std::span<const capture::Camera<World>> cameras, Triangles& triangles,
                 std::vector<std::string>& notes) {
   const auto& parts = fronts.parts.parts;
   const std::vector<size_t> specks = specksAmong(parts, cameras);
@@ -231,7 +231,8 @@ void say(const Counts& counts, size_t all, std::vector<std::string>& notes) {
 
 } // namespace
 
-MendedMesh mended(TriangleMesh mesh, std::span<const Camera<World>> cameras, const Progress& progress) {
+MendedMesh mended(TriangleMesh mesh, std::span<const capture::Camera<World>> cameras,
+                  const Progress& progress) {
   MendedMesh result;
   mesh = dropUnused(withoutFlat(std::move(mesh), progress), result.notes);
   Triangles triangles(mesh);
@@ -255,9 +256,10 @@ MendedMesh mended(TriangleMesh mesh, std::span<const Camera<World>> cameras, con
   return result;
 }
 
-MendedMesh readMended(const std::filesystem::path& path, const Capture& training, const Progress& progress) {
-  std::vector<Camera<World>> cameras;
-  for (const View& view : training.views) cameras.push_back(view.camera);
+MendedMesh readMended(const std::filesystem::path& path, const capture::Capture& training,
+                      const Progress& progress) {
+  std::vector<capture::Camera<World>> cameras;
+  for (const capture::View& view : training.views) cameras.push_back(view.camera);
   try {
     return mended(readMeshAsStored(path, {.origin = training.origin}, progress), cameras, progress);
   } catch (Error& error) {
@@ -265,4 +267,4 @@ MendedMesh readMended(const std::filesystem::path& path, const Capture& training
   }
 }
 
-} // namespace surflect
+} // namespace surflect::proxy

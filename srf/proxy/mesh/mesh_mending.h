@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::proxy {
 
 struct MendedMesh {
   TriangleMesh mesh;
@@ -26,12 +26,12 @@ struct MendedMesh {
 // - triangles wound against their neighbours are turned, unless cameras would see more backs than before;
 // - parts of the mesh of which cameras see the back more than twice as often as the front are turned.
 // Throws Error where no triangle has an area, and Cancelled.
-MendedMesh mended(TriangleMesh mesh, std::span<const Camera<AcquisitionSpace>> cameras,
+MendedMesh mended(TriangleMesh mesh, std::span<const capture::Camera<AcquisitionSpace>> cameras,
                   const Progress& progress = {});
 
 // A mesh file in the capture's coordinates, mended by its cameras: as pack and inspect use it, which take
 // part with training frames only. Throws Error, which names the file, and Cancelled.
-MendedMesh readMended(const std::filesystem::path& path, const Capture& training,
+MendedMesh readMended(const std::filesystem::path& path, const capture::Capture& training,
                       const Progress& progress = {});
 
-} // namespace surflect
+} // namespace surflect::proxy

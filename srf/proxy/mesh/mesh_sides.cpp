@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::proxy {
 
 namespace {
 
@@ -22,20 +22,20 @@ struct Seen {
   int front = 0, back = 0;
 };
 
-Seen seen(const TriangleMesh& mesh, uint32_t triangle, std::span<const Camera<World>> cameras,
+Seen seen(const TriangleMesh& mesh, uint32_t triangle, std::span<const capture::Camera<World>> cameras,
           const RayCaster<World>& rays) {
   Vec3<double> middle = Vec3<double>::Zero();
   for (const uint32_t v : mesh.triangles[triangle]) middle += mesh.positions[v].cast<double>().raw() / 3;
   const auto p = assume<Point3<World, double>>(middle);
   const Vec3<double> normal = areaVector(mesh, triangle).stableNormalized();
   Seen seen;
-  for (const Camera<World>& camera : cameras) {
-    const Viewpoint<World> viewpoint(camera);
+  for (const capture::Camera<World>& camera : cameras) {
+    const capture::Viewpoint<World> viewpoint(camera);
     const auto direction = viewpoint.towards(p);
     const double cosine = normal.dot(direction.raw());
     if (!(std::abs(cosine) > kGrazing)) continue;
     const auto pixel = camera.project(p);
-    if (!pixel || !contains(camera.lens, *pixel)) continue;
+    if (!pixel || !capture::contains(camera.lens, *pixel)) continue;
     if (rays.occluded(p, direction, 4 * rays.selfHitOffset(), viewpoint.distance(p))) continue;
     ++(cosine > 0 ? seen.front : seen.back);
   }
@@ -45,14 +45,14 @@ Seen seen(const TriangleMesh& mesh, uint32_t triangle, std::span<const Camera<Wo
 } // namespace
 
 std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& parts,
-                                 const std::vector<bool>& asksAll, std::span<const Camera<World>> cameras,
-                                 const Progress& progress) {
+                                 const std::vector<bool>& asksAll,
+                                 std::span<const capture::Camera<World>> cameras, const Progress& progress) {
   const RayCaster<World> rays(mesh, progress);
-  std::vector<Camera<World>> some;
+  std::vector<capture::Camera<World>> some;
   for (const size_t i : evenlySpaced(cameras.size(), kViews)) some.push_back(cameras[i]);
   std::vector<uint32_t> triangles;
-  std::vector<std::span<const Camera<World>>> asked; // #triangles
-  std::vector<size_t> end;                           // of each part's
+  std::vector<std::span<const capture::Camera<World>>> asked; // #triangles
+  std::vector<size_t> end;                                    // of each part's
   for (size_t part = 0; part < parts.parts.size(); ++part) {
     const std::vector<uint32_t>& all = parts.parts[part].triangles;
     for (const size_t i :
@@ -81,4 +81,4 @@ std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& part
   return sides;
 }
 
-} // namespace surflect
+} // namespace surflect::proxy

@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::proxy {
 
 // Area of a part's triangles that cameras see from the front, and from the back, counted once for each
 // camera: as they are wound, and as they would be if all were wound as most of the part, by area, is.
@@ -20,6 +20,7 @@ struct SeenSides {
 // 6 degrees, or beside the picture, tell nothing.
 std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& parts,
                                  const std::vector<bool>& asksAll,
-                                 std::span<const Camera<AcquisitionSpace>> cameras, const Progress& progress);
+                                 std::span<const capture::Camera<AcquisitionSpace>> cameras,
+                                 const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::proxy

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::proxy {
 
 namespace {
 
@@ -49,17 +49,17 @@ TriangleMesh subMesh(const TriangleMesh& mesh, const std::vector<uint8_t>& isCho
 }
 
 // The share of `some` in what cameras see of it and of `others`.
-double seenShare(const TriangleMesh& some, const TriangleMesh& others, std::span<const Camera<World>> cameras,
-                 const Progress& progress) {
+double seenShare(const TriangleMesh& some, const TriangleMesh& others,
+                 std::span<const capture::Camera<World>> cameras, const Progress& progress) {
   const RayCaster<World> ofSome(some, progress), ofOthers(others, progress); // each at its own precision
   size_t seen = 0, all = 0;
   for (const size_t i : evenlySpaced(cameras.size(), kViews)) {
     progress.checkpoint();
-    const Camera<World>& camera = cameras[i];
+    const capture::Camera<World>& camera = cameras[i];
     const auto worldFromCamera = camera.cameraFromWorld.inverse();
     for (int y = 0; y < kSide; ++y)
       for (int x = 0; x < kSide; ++x) {
-        const auto ray = rayThrough(
+        const auto ray = capture::rayThrough(
             camera.lens, {(x + 0.5) / kSide * camera.lens.width, (y + 0.5) / kSide * camera.lens.height});
         if (!ray) continue;
         const auto origin = worldFromCamera(ray->origin);
@@ -74,7 +74,8 @@ double seenShare(const TriangleMesh& some, const TriangleMesh& others, std::span
 
 } // namespace
 
-Spikes spikesIn(const TriangleMesh& mesh, std::span<const Camera<World>> cameras, const Progress& progress) {
+Spikes spikesIn(const TriangleMesh& mesh, std::span<const capture::Camera<World>> cameras,
+                const Progress& progress) {
   const Box most = boxOfMost(mesh.positions);
   const double reach = kFarSpike * most.diagonal().norm();
   Spikes spikes;
@@ -100,7 +101,7 @@ Spikes spikesIn(const TriangleMesh& mesh, std::span<const Camera<World>> cameras
 }
 
 std::vector<size_t> specksAmong(const std::vector<MeshParts::Part>& parts,
-                                std::span<const Camera<World>> cameras) {
+                                std::span<const capture::Camera<World>> cameras) {
   std::vector<size_t> order(parts.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::ranges::stable_sort(order, std::ranges::greater(), [&](size_t i) { return parts[i].area; });
@@ -116,9 +117,9 @@ std::vector<size_t> specksAmong(const std::vector<MeshParts::Part>& parts,
   for (const size_t i : std::span(order).subspan(bodyParts)) {
     if (body.exteriorDistance(parts[i].box) <= kFarSpeck * body.diagonal().norm()) continue;
     const auto middle = assume<Point3<World, double>>(parts[i].box.center());
-    const auto shows = std::ranges::count_if(cameras, [&](const Camera<World>& camera) {
+    const auto shows = std::ranges::count_if(cameras, [&](const capture::Camera<World>& camera) {
       const auto pixel = camera.project(middle);
-      return pixel && contains(camera.lens, *pixel);
+      return pixel && capture::contains(camera.lens, *pixel);
     });
     if (2 * static_cast<size_t>(shows) < cameras.size()) specks.push_back(i);
   }
@@ -126,4 +127,4 @@ std::vector<size_t> specksAmong(const std::vector<MeshParts::Part>& parts,
   return specks;
 }
 
-} // namespace surflect
+} // namespace surflect::proxy

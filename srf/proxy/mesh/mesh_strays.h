@@ -7,7 +7,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::proxy {
 
 struct Spikes {
   std::vector<uint32_t> triangles; // in rising order
@@ -17,12 +17,12 @@ struct Spikes {
 
 // Triangles with a corner farther from the box of most vertices (98 % along each axis) than ten times its
 // diagonal.
-Spikes spikesIn(const TriangleMesh& mesh, std::span<const Camera<AcquisitionSpace>> cameras,
+Spikes spikesIn(const TriangleMesh& mesh, std::span<const capture::Camera<AcquisitionSpace>> cameras,
                 const Progress& progress);
 
 // Parts farther from the box of the largest parts, which have 99 % of the area, than its diagonal, and in the
 // pictures of fewer than half of the cameras. Indices of parts, in rising order.
 std::vector<size_t> specksAmong(const std::vector<MeshParts::Part>& parts,
-                                std::span<const Camera<AcquisitionSpace>> cameras);
+                                std::span<const capture::Camera<AcquisitionSpace>> cameras);
 
-} // namespace surflect
+} // namespace surflect::proxy

@@ -7,16 +7,16 @@
 
 #include <optional>
 
-namespace surflect {
+namespace surflect::relief {
 
 // Depth along the viewing axis, scene units; may be negative for an orthographic camera.
-double frontalDepth(const Camera<AcquisitionSpace>& camera);
+double frontalDepth(const capture::Camera<AcquisitionSpace>& camera);
 
 // A pixel position on the image plane at depth 1: x right, y up. A pinhole camera sees what lies at
 // depth * (x, y, -1), an orthographic one (x, y, -depth). Empty where the distortion has no inverse.
-std::optional<Vec2<double>> imagePoint(const Lens& lens, Pixel pixel);
+std::optional<Vec2<double>> imagePoint(const capture::Lens& lens, capture::Pixel pixel);
 
 // Where such a ray is at a depth.
-Point3<CameraSpace, double> atDepth(const Lens& lens, const Vec2<double>& imagePoint, double depth);
+Point3<CameraSpace, double> atDepth(const capture::Lens& lens, const Vec2<double>& imagePoint, double depth);
 
-} // namespace surflect
+} // namespace surflect::relief

@@ -7,16 +7,16 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::relief {
 
 namespace {
 
 constexpr double kUnknown = 1e-4; // weight of a difference that nothing is known of
 constexpr double kGrazing = 0.1;  // least cosine between normal and viewer that is told apart
 
-Vec3<double> towardsViewer(const Lens& lens, const Vec2<double>& q) {
-  return lens.model == Lens::Model::orthographic ? Vec3<double>(0, 0, 1)
-                                                 : Vec3<double>(-q[0], -q[1], 1).normalized();
+Vec3<double> towardsViewer(const capture::Lens& lens, const Vec2<double>& q) {
+  return lens.model == capture::Lens::Model::orthographic ? Vec3<double>(0, 0, 1)
+                                                          : Vec3<double>(-q[0], -q[1], 1).normalized();
 }
 
 // Errors of normals enter gradients as 1 / cosine^2; weights are the inverse of their variance, but for what
@@ -29,17 +29,17 @@ double trust(const Vec3<double>& n, const Vec3<double>& viewer) {
 
 } // namespace
 
-Vec2<double> depthGradient(const Lens& lens, const Vec2<double>& q, const Vec3<double>& normal) {
+Vec2<double> depthGradient(const capture::Lens& lens, const Vec2<double>& q, const Vec3<double>& normal) {
   if (normal.isZero()) return Vec2<double>::Zero();
   const Vec3<double> viewer = towardsViewer(lens, q);
   Vec3<double> n = normal.normalized();
   if (const double cosine = n.dot(viewer); cosine < kGrazing) n += (kGrazing - cosine) * viewer;
-  const double unit = lens.model == Lens::Model::orthographic ? 1 : std::sqrt(1 + q.squaredNorm());
+  const double unit = lens.model == capture::Lens::Model::orthographic ? 1 : std::sqrt(1 + q.squaredNorm());
   return Vec2<double>(n[0], n[1]) / (unit * n.dot(viewer));
 }
 
-DepthMap integrateNormals(const Camera<AcquisitionSpace>& camera, const Image& normals, const Mask& wanted,
-                          const Progress& progress) {
+DepthMap integrateNormals(const capture::Camera<AcquisitionSpace>& camera, const image::Image& normals,
+                          const image::Mask& wanted, const Progress& progress) {
   assert(normals.channels == 3 && normals.width == wanted.width && normals.height == wanted.height);
   progress("relief", 0);
   const size_t width = static_cast<size_t>(wanted.width), pixels = wanted.inside.size();
@@ -77,10 +77,11 @@ DepthMap integrateNormals(const Camera<AcquisitionSpace>& camera, const Image& n
   const double middle = frontalDepth(camera);
   for (size_t i = 0; i < potential.size(); ++i)
     if (map.mask.inside[i])
-      map.depth[i] = camera.lens.model == Lens::Model::orthographic ? middle + potential[i]
-                                                                    : middle * std::exp(potential[i]);
+      map.depth[i] = camera.lens.model == capture::Lens::Model::orthographic
+                         ? middle + potential[i]
+                         : middle * std::exp(potential[i]);
   progress("relief", 1);
   return map;
 }
 
-} // namespace surflect
+} // namespace surflect::relief

@@ -16,14 +16,14 @@
 #include <optional>
 #include <vector>
 
-namespace surflect {
+namespace surflect::relief {
 
 // The gradient above; `n` in camera space, of any length. Where the surface is seen at less than about six
 // degrees, or from behind, it goes on as if at six. Zero for a zero normal.
-Vec2<double> depthGradient(const Lens& lens, const Vec2<double>& imagePoint, const Vec3<double>& n);
+Vec2<double> depthGradient(const capture::Lens& lens, const Vec2<double>& imagePoint, const Vec3<double>& n);
 
 struct DepthMap {
-  Mask mask;
+  image::Mask mask;
   std::vector<double> depth;          // along the viewing axis, scene units; 0 off the mask
   std::vector<Vec2<double>> gradient; // see above
 };
@@ -32,7 +32,7 @@ struct DepthMap {
 // unknown: there the surface is as smooth as its neighbours allow). Every connected piece of the mask has the
 // mean depth of the frontal plane; the geometric mean for a pinhole camera. Pixels without a ray leave the
 // mask. Throws Cancelled.
-DepthMap integrateNormals(const Camera<AcquisitionSpace>& camera, const Image& normals, const Mask& mask,
-                          const Progress& progress);
+DepthMap integrateNormals(const capture::Camera<AcquisitionSpace>& camera, const image::Image& normals,
+                          const image::Mask& mask, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::relief

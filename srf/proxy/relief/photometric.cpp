@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect {
+namespace surflect::relief {
 
 namespace {
 
@@ -127,7 +127,7 @@ Rgb lambertRadiance(const LambertFit& fit, const Vec3<double>& l, Rgb irradiance
 namespace {
 
 // The point of the frontal plane that a pixel's centre shows.
-std::optional<Point3<AcquisitionSpace, double>> frontalPoint(const Camera<AcquisitionSpace>& camera,
+std::optional<Point3<AcquisitionSpace, double>> frontalPoint(const capture::Camera<AcquisitionSpace>& camera,
                                                              double depth, int x, int y) {
   const auto q = imagePoint(camera.lens, {x + 0.5, y + 0.5});
   if (!q) return std::nullopt;
@@ -141,7 +141,7 @@ Rgb reflectedShare(std::span<const float> radiance, Rgb irradiance) {
 }
 
 // Throws where the lights of a scene cannot tell a normal.
-void checkLights(const Camera<AcquisitionSpace>& camera, std::span<const Light> lights) {
+void checkLights(const capture::Camera<AcquisitionSpace>& camera, std::span<const capture::Light> lights) {
   if (lights.size() < 3)
     throw Error::mismatch("photographs under three lights or more, for normals",
                           std::to_string(lights.size()));
@@ -149,7 +149,7 @@ void checkLights(const Camera<AcquisitionSpace>& camera, std::span<const Light> 
       frontalPoint(camera, frontalDepth(camera), camera.lens.width / 2, camera.lens.height / 2);
   std::vector<Vec3<double>> towards;
   if (center)
-    for (const Light& light : lights) towards.push_back(towardsLight(light, *center).raw());
+    for (const capture::Light& light : lights) towards.push_back(capture::towardsLight(light, *center).raw());
   const std::vector<double> ones(towards.size(), 1);
   if (!center || !weightedFit(towards, ones, ones))
     throw Error::mismatch("lights that do not lie in a plane with the object, for normals", "such lights");
@@ -162,12 +162,14 @@ LambertFit LambertImage::at(int x, int y) const {
   return {Vec3<double>(n[0], n[1], n[2]), {a[0], a[1], a[2]}, residual.at(x, y)[0]};
 }
 
-LambertImage fitLambert(const Camera<AcquisitionSpace>& camera, std::span<const Light> lights,
-                        std::span<const Image> radiance, const Mask& mask, const Progress& progress) {
+LambertImage fitLambert(const capture::Camera<AcquisitionSpace>& camera,
+                        std::span<const capture::Light> lights, std::span<const image::Image> radiance,
+                        const image::Mask& mask, const Progress& progress) {
   assert(lights.size() == radiance.size());
   checkLights(camera, lights);
   const int width = mask.width, height = mask.height;
-  LambertImage fits{Image(width, height, 3), Image(width, height, 3), Image(width, height, 1)};
+  LambertImage fits{image::Image(width, height, 3), image::Image(width, height, 3),
+                    image::Image(width, height, 1)};
   const double depth = frontalDepth(camera);
   tbb::parallel_for(0, height, [&](int y) {
     progress.checkpoint();
@@ -179,8 +181,8 @@ LambertImage fitLambert(const Camera<AcquisitionSpace>& camera, std::span<const 
       const auto p = frontalPoint(camera, depth, x, y);
       if (!p) continue;
       for (size_t i = 0; i < lights.size(); ++i) {
-        towards[i] = towardsLight(lights[i], *p).raw();
-        shares[i] = reflectedShare(radiance[i].at(x, y), irradianceAt(lights[i], *p));
+        towards[i] = capture::towardsLight(lights[i], *p).raw();
+        shares[i] = reflectedShare(radiance[i].at(x, y), capture::irradianceAt(lights[i], *p));
       }
       const LambertFit fit = fitLambert(towards, shares);
       for (size_t c = 0; c < 3; ++c)
@@ -193,17 +195,18 @@ LambertImage fitLambert(const Camera<AcquisitionSpace>& camera, std::span<const 
   return fits;
 }
 
-Image relit(const LambertImage& fits, const Camera<AcquisitionSpace>& camera, const Light& light) {
-  Image image(fits.normal.width, fits.normal.height, 3);
+image::Image relit(const LambertImage& fits, const capture::Camera<AcquisitionSpace>& camera,
+                   const capture::Light& light) {
+  image::Image image(fits.normal.width, fits.normal.height, 3);
   const double depth = frontalDepth(camera);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       if (const auto p = frontalPoint(camera, depth, x, y)) {
-        const Rgb value =
-            lambertRadiance(fits.at(x, y), towardsLight(light, *p).raw(), irradianceAt(light, *p));
+        const Rgb value = lambertRadiance(fits.at(x, y), capture::towardsLight(light, *p).raw(),
+                                          capture::irradianceAt(light, *p));
         std::ranges::copy(std::array{value.r, value.g, value.b}, image.at(x, y).begin());
       }
   return image;
 }
 
-} // namespace surflect
+} // namespace surflect::relief

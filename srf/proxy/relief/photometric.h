@@ -17,7 +17,7 @@
 
 #include <span>
 
-namespace surflect {
+namespace surflect::relief {
 
 // y_i = rho max(0, n . l_i)  [Woodham 1980, Eq. 4]
 struct LambertFit {
@@ -36,9 +36,9 @@ Rgb lambertRadiance(const LambertFit& fit, const Vec3<double>& towardsLight, Rgb
 
 // A fit per pixel of a mask, in acquisition space.
 struct LambertImage {
-  Image normal;   // 3 channels
-  Image albedo;   // 3 channels
-  Image residual; // 1 channel
+  image::Image normal;   // 3 channels
+  image::Image albedo;   // 3 channels
+  image::Image residual; // 1 channel
 
   LambertFit at(int x, int y) const;
 };
@@ -46,10 +46,12 @@ struct LambertImage {
 // Fits every pixel of the mask. One image of radiance (3 channels, of the lens' size) per light. Lights act
 // as at the frontal plane, see frontal_plane.h. Throws Error where the lights lie in a plane or are less than
 // three, and Cancelled.
-LambertImage fitLambert(const Camera<AcquisitionSpace>& camera, std::span<const Light> lights,
-                        std::span<const Image> radiance, const Mask& mask, const Progress& progress);
+LambertImage fitLambert(const capture::Camera<AcquisitionSpace>& camera,
+                        std::span<const capture::Light> lights, std::span<const image::Image> radiance,
+                        const image::Mask& mask, const Progress& progress);
 
 // What was fitted, under another light: 3 channels, black off the mask.
-Image relit(const LambertImage& fits, const Camera<AcquisitionSpace>& camera, const Light& light);
+image::Image relit(const LambertImage& fits, const capture::Camera<AcquisitionSpace>& camera,
+                   const capture::Light& light);
 
-} // namespace surflect
+} // namespace surflect::relief

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::relief {
 
 namespace {
 
@@ -163,7 +163,7 @@ void centerPieces(const Grid& grid, Values& f) {
 
 } // namespace
 
-Differences::Differences(const Mask& where)
+Differences::Differences(const image::Mask& where)
     : mask(where), right(where.inside.size(), 0), down(right), rightWeight(right), downWeight(right) {
   size_t i = 0;
   for (int y = 0; y < mask.height; ++y)
@@ -191,4 +191,4 @@ std::vector<double> potentialOf(const Differences& d, const Progress& progress) 
   return f;
 }
 
-} // namespace surflect
+} // namespace surflect::relief

@@ -10,17 +10,17 @@
 #include <cstddef>
 #include <vector>
 
-namespace surflect {
+namespace surflect::relief {
 
 // What is known of a function on the pixels of a mask: its differences to the right-hand and to the lower
 // neighbour, each with a weight. Vectors have an entry per pixel, row 0 on top. Weights are not below 0, and
 // 0 where a neighbour is off the mask or off the image.
 struct Differences {
-  Mask mask;
+  image::Mask mask;
   std::vector<double> right, down;
   std::vector<double> rightWeight, downWeight;
 
-  explicit Differences(const Mask& where);
+  explicit Differences(const image::Mask& where);
 };
 
 // Minimises sum_e w_e (f_j - f_i - d_e)^2  [Horn 1990]. Every piece of the mask that is connected by weights
@@ -28,4 +28,4 @@ struct Differences {
 // [Braess 1995], to 1e-9 of the first residual; O(pixels). Throws Cancelled.
 std::vector<double> potentialOf(const Differences& differences, const Progress& progress);
 
-} // namespace surflect
+} // namespace surflect::relief

@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-namespace surflect {
+namespace surflect::relief {
 
 namespace {
 
@@ -31,7 +31,7 @@ Cut bestCut(const std::array<Vec2<double>, 4>& q) {
 // Where corners of pixels lie, row by row, such that the outline of a mask goes without stairs: each corner
 // on it is drawn towards its two neighbours along the outline, as by a Gaussian of two pixels, but by less
 // than half a pixel. Corners of a pixel that would be folded over stay where they are.
-std::vector<Vec2<double>> smoothCorners(const Mask& mask) {
+std::vector<Vec2<double>> smoothCorners(const image::Mask& mask) {
   constexpr int kRounds = 8;          // of variance 1/2 each
   constexpr double kFarthest = 0.45;  // pixels, in each coordinate
   constexpr double kLeastArea = 1e-3; // of a triangle, twice, in pixels
@@ -86,7 +86,7 @@ class CornerMesh {
 public:
   // `places` of all corners, row by row; on the grid without them. depthAt(corner x, corner y, image point)
   // of the image plane.
-  CornerMesh(const Camera<AcquisitionSpace>& camera, std::vector<Vec2<double>> places,
+  CornerMesh(const capture::Camera<AcquisitionSpace>& camera, std::vector<Vec2<double>> places,
              std::function<double(int, int, const Vec2<double>&)> depthAt)
       : lens_(camera.lens), worldFromCamera_(camera.cameraFromWorld.inverse()), places_(std::move(places)),
         depthAt_(std::move(depthAt)),
@@ -129,7 +129,7 @@ private:
     return index;
   }
 
-  const Lens& lens_;
+  const capture::Lens& lens_;
   Rigid<AcquisitionSpace, CameraSpace> worldFromCamera_;
   std::vector<Vec2<double>> places_;
   std::function<double(int, int, const Vec2<double>&)> depthAt_;
@@ -139,8 +139,8 @@ private:
 
 } // namespace
 
-TriangleMesh reliefMesh(const Camera<AcquisitionSpace>& camera, const DepthMap& map) {
-  const bool isPinhole = camera.lens.model == Lens::Model::pinhole;
+TriangleMesh reliefMesh(const capture::Camera<AcquisitionSpace>& camera, const DepthMap& map) {
+  const bool isPinhole = camera.lens.model == capture::Lens::Model::pinhole;
   const auto index = [&](int x, int y) {
     return static_cast<size_t>(y) * static_cast<size_t>(map.mask.width) + static_cast<size_t>(x);
   };
@@ -164,7 +164,7 @@ TriangleMesh reliefMesh(const Camera<AcquisitionSpace>& camera, const DepthMap& 
   return mesh.take();
 }
 
-TriangleMesh planeMesh(const Camera<AcquisitionSpace>& camera, const Mask& mask) {
+TriangleMesh planeMesh(const capture::Camera<AcquisitionSpace>& camera, const image::Mask& mask) {
   constexpr int kBlock = 8;
   const double depth = frontalDepth(camera);
   CornerMesh mesh(camera, {}, [&](int, int, const Vec2<double>&) { return depth; });
@@ -186,4 +186,4 @@ TriangleMesh planeMesh(const Camera<AcquisitionSpace>& camera, const Mask& mask)
   return mesh.take();
 }
 
-} // namespace surflect
+} // namespace surflect::relief

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 constexpr std::array<DirectionsBack, 4> all{byPolarFactor, byBisector, byGramSchmidt, byInverseJacobian};
@@ -82,4 +82,4 @@ TEST(Directions, ParallelTangentsHaveNone) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 using Towards = Direction3<AcquisitionSpace>;
@@ -23,7 +23,7 @@ std::vector<Towards> randomLights(size_t count, std::mt19937& random) {
   return lights;
 }
 
-Vec3<double> blended(std::span<const Towards> lights, const BlendSet& blend) {
+Vec3<double> blended(std::span<const Towards> lights, const ulr::BlendSet& blend) {
   Vec3<double> sum = Vec3<double>::Zero();
   for (const auto& [light, weight] : blend) sum += weight * lights[light].raw().cast<double>();
   return sum;
@@ -51,7 +51,7 @@ TEST(LightHull, WeightsArePositiveSumToOneAndStandInTheDirectionAskedFor) {
   EXPECT_EQ(hull.triangles().size(), 2 * lights.size() - 4); // Euler
   for (int i = 0; i < 2000; ++i) {
     const Towards asked = randomUnit(random);
-    const BlendSet blend = hull.weights(asked);
+    const ulr::BlendSet blend = hull.weights(asked);
     float sum = 0;
     for (const auto& [light, weight] : blend) {
       EXPECT_GE(weight, -2e-6f);
@@ -122,7 +122,7 @@ TEST(LightHull, BeyondTheHullTheNearestLightAnswers) {
   std::vector<Towards> lights;
   for (const float x : {0.5f, -0.5f})
     for (const float y : {0.5f, -0.5f}) lights.push_back(assume<Towards>(Vec3<float>(x, y, 1).normalized()));
-  const BlendSet blend =
+  const ulr::BlendSet blend =
       LightHull(lights).weights(assume<Towards>(Vec3<float>(0.6f, 0.6f, -0.5f).normalized()));
   ASSERT_EQ(blend.size(), 1u);
   EXPECT_EQ(blend[0].index, 0u);
@@ -130,4 +130,4 @@ TEST(LightHull, BeyondTheHullTheNearestLightAnswers) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

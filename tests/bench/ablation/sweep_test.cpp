@@ -12,7 +12,7 @@
 #include <random>
 #include <set>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 using Towards = Direction3<AcquisitionSpace>;
@@ -23,15 +23,15 @@ TEST(Sweep, AParabolaHasItsSecondDifferenceAndALineHasNone) {
   for (int trial = 0; trial < 20; ++trial) {
     // Two pixels of the mask, with two slopes and curvatures; the third is outside and jumps.
     const double curvature = number(random), slope = number(random), step = 0.25 + std::abs(number(random));
-    std::vector<Image> pictures;
+    std::vector<image::Image> pictures;
     for (int i = 0; i < 9; ++i) {
       const double t = i * step;
       const auto bent = static_cast<float>(curvature * t * t + slope * t),
                  straight = static_cast<float>(slope * t);
-      Image& picture = pictures.emplace_back(3, 1, 4);
+      image::Image& picture = pictures.emplace_back(3, 1, 4);
       picture.values = {bent, bent, bent, 1, straight, straight, straight, 1, i % 2 ? 99.f : 0, 0, 0, 1};
     }
-    Mask mask(3, 1);
+    image::Mask mask(3, 1);
     mask.inside = {1, 1, 0};
     const double white = 2, second = std::abs(2 * curvature * step * step) / white;
     const SecondDifferences measured = secondDifferences(pictures, mask, white);
@@ -43,7 +43,7 @@ TEST(Sweep, AParabolaHasItsSecondDifferenceAndALineHasNone) {
 // Lights all around, each with a value of its own, blended along a great circle.
 class BlendSweep : public testing::TestWithParam<unsigned> {
 protected:
-  using Blend = std::function<BlendSet(const Towards&)>;
+  using Blend = std::function<ulr::BlendSet(const Towards&)>;
   using Ends = std::function<std::set<uint32_t>(const Towards&)>; // the lights that an answer depends on
 
   BlendSweep() : random(GetParam()) {
@@ -66,23 +66,23 @@ protected:
     return assume<Towards>(direction.normalized().cast<float>());
   }
 
-  Image picture(const Blend& blend, double degrees) const {
+  image::Image picture(const Blend& blend, double degrees) const {
     float value = 0;
     for (const auto& [light, weight] : blend(at(degrees))) value += weight * values[light];
-    Image image(1, 1, 3);
+    image::Image image(1, 1, 3);
     image.values = {value, value, value};
     return image;
   }
 
   // Along the sweep, where `counts` for the three directions.
   template <class Counts> double largest(const Blend& blend, double step, const Counts& counts) const {
-    Mask mask(1, 1);
+    image::Mask mask(1, 1);
     mask.inside = {1};
     double found = 0;
     for (double middle = 0; middle < 360; middle += step)
       if (counts(middle - step, middle, middle + step)) {
-        const Image pictures[] = {picture(blend, middle - step), picture(blend, middle),
-                                  picture(blend, middle + step)};
+        const image::Image pictures[] = {picture(blend, middle - step), picture(blend, middle),
+                                         picture(blend, middle + step)};
         found = std::max(found, secondDifferences(pictures, mask, 1).largest);
       }
     return found;
@@ -98,14 +98,14 @@ protected:
     });
   }
 
-  NearestCandidates nearest(size_t k, const Towards& towards) const {
-    NearestCandidates candidates(k);
+  ulr::NearestCandidates nearest(size_t k, const Towards& towards) const {
+    ulr::NearestCandidates candidates(k);
     for (uint32_t light = 0; light < lights.size(); ++light)
-      candidates.offer({light, anglePenalty(lights[light], towards)});
+      candidates.offer({light, ulr::anglePenalty(lights[light], towards)});
     return candidates;
   }
   Blend ulr(size_t k) const {
-    return [this, k](const Towards& towards) { return ulrWeights(nearest(k, towards)); };
+    return [this, k](const Towards& towards) { return ulr::ulrWeights(nearest(k, towards)); };
   }
 
   std::mt19937 random;
@@ -128,7 +128,7 @@ TEST_P(BlendSweep, TheHullHasKinksAtItsEdgesAlone) {
   const Blend ofHull = [&](const Towards& towards) { return hull.weights(towards); };
   const Ends corners = [&](const Towards& towards) {
     std::set<uint32_t> set;
-    for (const Blended& blended : hull.weights(towards)) set.insert(blended.index);
+    for (const ulr::Blended& blended : hull.weights(towards)) set.insert(blended.index);
     return set;
   };
   EXPECT_GT(largest(ofHull, 0.0625), largest(ofHull, 0.25) / 8);
@@ -139,9 +139,9 @@ TEST_P(BlendSweep, TheHullHasKinksAtItsEdgesAlone) {
 TEST_P(BlendSweep, UlrHasKinksWhereItsLightsChangeAlone) {
   constexpr uint32_t threshold = 1000;
   const Ends lightsOf = [&](const Towards& towards) {
-    const NearestCandidates candidates = nearest(3, towards);
+    const ulr::NearestCandidates candidates = nearest(3, towards);
     std::set<uint32_t> set{threshold + candidates.sorted().back().index};
-    for (const Candidate& candidate : candidates.sorted()) set.insert(candidate.index);
+    for (const ulr::Candidate& candidate : candidates.sorted()) set.insert(candidate.index);
     return set;
   };
   EXPECT_GT(largest(ulr(3), 0.0625), largest(ulr(3), 0.25) / 8);
@@ -151,4 +151,4 @@ TEST_P(BlendSweep, UlrHasKinksWhereItsLightsChangeAlone) {
 INSTANTIATE_TEST_SUITE_P(Seeds, BlendSweep, testing::Range(1u, 4u));
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 // A ball in a bowl of light: wide lamps, so that paths are noisy.
@@ -39,28 +39,28 @@ segments = 32
 )";
 
 TEST(TruthNoise, FallsWithTheSamplesAndIsNoneWithoutSeeds) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto captured = [&](int samples, int seed) {
     const auto path = folder / fmt::format("{}-{}", samples, seed);
-    captureStage(parseStage(fmt::format(fmt::runtime(kStage), samples, seed), "stage.toml"), nullptr,
-                 StageFrames::all, path, {});
-    return readCapture(path);
+    stage::captureStage(stage::parseStage(fmt::format(fmt::runtime(kStage), samples, seed), "stage.toml"),
+                        nullptr, stage::StageFrames::all, path, {});
+    return capture::readCapture(path);
   };
-  const Capture coarse = captured(4, 1), fine = captured(64, 1);
+  const capture::Capture coarse = captured(4, 1), fine = captured(64, 1);
   EXPECT_EQ(differenceOf(coarse, coarse, {}).squaredErrorLinear.mean(), 0);
   EXPECT_NEAR(differenceOf(coarse, coarse, {}).ssim(), 1, 1e-6);
-  const Difference ofCoarse = differenceOf(coarse, captured(4, 2), {}),
-                   ofFine = differenceOf(fine, captured(64, 2), {});
+  const evaluation::Difference ofCoarse = differenceOf(coarse, captured(4, 2), {}),
+                               ofFine = differenceOf(fine, captured(64, 2), {});
   EXPECT_GT(ofFine.squaredErrorLinear.mean(), 0);
   EXPECT_GT(ofCoarse.squaredErrorLinear.mean(), 10 * ofFine.squaredErrorLinear.mean());
   EXPECT_LT(ofCoarse.ssim(), ofFine.ssim());
 }
 
 TEST(TruthNoise, NeedsTheSameFrames) {
-  Capture one, other;
+  capture::Capture one, other;
   one.frames.emplace_back();
   EXPECT_THROW(differenceOf(one, other, {}), Error);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

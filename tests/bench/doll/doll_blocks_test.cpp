@@ -9,18 +9,18 @@
 #include <bit>
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 // A smooth block plus noise; the tolerance decides how many terms of which precision there are.
 std::vector<std::byte> encoded(size_t lights, double tolerance, std::mt19937_64& random) {
   std::normal_distribution<float> gauss;
-  Eigen::MatrixXf radiance(3 * blockTexels, lights);
+  Eigen::MatrixXf radiance(3 * codec::blockTexels, lights);
   for (Eigen::Index column = 0; column < radiance.cols(); ++column)
     for (Eigen::Index row = 0; row < radiance.rows(); ++row)
       radiance(row, column) =
           std::cos(0.02f * static_cast<float>(row * (column + 1))) + 0.05f * gauss(random);
-  return encodeBlock(~uint64_t{0}, radiance, tolerance, 1).record;
+  return codec::encodeBlock(~uint64_t{0}, radiance, tolerance, 1).record;
 }
 
 TEST(DollBlocks, WithoutTexelsTheOthersStayAsTheyAre) {
@@ -33,12 +33,12 @@ TEST(DollBlocks, WithoutTexelsTheOthersStayAsTheyAre) {
       for (int p = 0; p < 3; ++p)
         precisions |= record[1 + static_cast<size_t>(p)] != std::byte{0} ? 1 << p : 0;
       const uint64_t present = random() | random();
-      const Block all = decodeBlock(record, lights);
-      const Block part = decodeBlock(withTexels(record, lights, present), lights);
+      const codec::Block all = codec::decodeBlock(record, lights);
+      const codec::Block part = codec::decodeBlock(withTexels(record, lights, present), lights);
       ASSERT_EQ(part.present, present);
       ASSERT_EQ(part.rank, all.rank);
       EXPECT_TRUE(std::equal(part.light(0), part.light(lights), all.light(0)));
-      for (int texel = 0; texel < blockTexels; ++texel) {
+      for (int texel = 0; texel < codec::blockTexels; ++texel) {
         if (!(present >> texel & 1)) continue;
         for (int value = 0; value < 3 * all.stride; ++value)
           ASSERT_EQ(part.texel(texel)[value], all.texel(texel)[value]) << texel;
@@ -56,11 +56,11 @@ TEST(DollBlocks, AllTexelsAreTheRecordItself) {
 // A record may hold no more terms than it has rows.
 TEST(DollBlocks, AFewTexelsKeepTheFirstTerms) {
   std::mt19937_64 random(3);
-  for (int texel = 0; texel < blockTexels; ++texel) {
+  for (int texel = 0; texel < codec::blockTexels; ++texel) {
     const auto record = encoded(16, 0.003, random);
-    const Block all = decodeBlock(record, 16);
+    const codec::Block all = codec::decodeBlock(record, 16);
     ASSERT_GT(all.rank, 3);
-    const Block one = decodeBlock(withTexels(record, 16, uint64_t{1} << texel), 16);
+    const codec::Block one = codec::decodeBlock(withTexels(record, 16, uint64_t{1} << texel), 16);
     ASSERT_EQ(one.rank, 3);
     for (int channel = 0; channel < 3; ++channel)
       for (int k = 0; k < 3; ++k)
@@ -68,11 +68,12 @@ TEST(DollBlocks, AFewTexelsKeepTheFirstTerms) {
   }
 }
 
-std::vector<Light> lightsAround(size_t count) {
-  std::vector<Light> lights;
+std::vector<capture::Light> lightsAround(size_t count) {
+  std::vector<capture::Light> lights;
   for (const auto& towards : spiral(count))
     lights.push_back(
-        {"", "", DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
+        {"", "",
+         capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
   return lights;
 }
 
@@ -83,7 +84,7 @@ TEST(DollBlocks, RanksArePlausible) {
   const auto normals = spiral(500);
   for (const auto& normal : normals) {
     const auto record = blocks.record(normal, normals.size(), ~uint64_t{0});
-    const Block block = decodeBlock(record, 60);
+    const codec::Block block = codec::decodeBlock(record, 60);
     EXPECT_GE(block.rank, 1);
     EXPECT_LE(block.rank, 30);
     ranks += block.rank / 500.0;
@@ -91,7 +92,7 @@ TEST(DollBlocks, RanksArePlausible) {
   }
   EXPECT_GT(ranks, 4);
   EXPECT_LT(ranks, 12);
-  EXPECT_LT(bytes / (60 * blockTexels), 0.6); // a pixel and light
+  EXPECT_LT(bytes / (60 * codec::blockTexels), 0.6); // a pixel and light
 }
 
 // What bench_doll measures of packing: few terms, and an error little above the least that so many can have.
@@ -101,7 +102,8 @@ TEST(DollBlocks, ErrLittleMoreThanTheBestOfTheirRank) {
   const auto normals = spiral(12);
   for (size_t i = 0; i < normals.size(); ++i) {
     const Eigen::MatrixXf x = dollPatch(normals[i], lights, i);
-    const EncodedBlock encoded = encodeBlock(~uint64_t{0}, x, DollBlocks::kTolerance, DollBlocks::kWhite);
+    const codec::EncodedBlock encoded =
+        codec::encodeBlock(~uint64_t{0}, x, DollBlocks::kTolerance, DollBlocks::kWhite);
     const Eigen::MatrixXd exact = x.cast<double>(), gram = exact.transpose() * exact;
     const Eigen::VectorXd squares = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(gram).eigenvalues();
     ours += encoded.squaredError;
@@ -115,16 +117,16 @@ TEST(DollBlocks, ShowTheSideThatIsLit) {
   const auto lights = lightsAround(30);
   const DollBlocks blocks(lights, 1);
   for (const auto& normal : spiral(50)) {
-    const Block block = decodeBlock(blocks.record(normal, 0, ~uint64_t{0}), lights.size());
+    const codec::Block block = codec::decodeBlock(blocks.record(normal, 0, ~uint64_t{0}), lights.size());
     const auto green = [&](size_t light) {
       double sum = 0;
-      for (int texel = 0; texel < blockTexels; ++texel)
+      for (int texel = 0; texel < codec::blockTexels; ++texel)
         for (int k = 0; k < block.rank; ++k)
           sum += block.texel(texel)[block.stride + k] * block.light(light)[k];
-      return sum / blockTexels;
+      return sum / codec::blockTexels;
     };
     for (size_t light = 0; light < lights.size(); ++light) {
-      const double cosine = normal.dot(std::get<DirectionalLight>(lights[light].kind).towards.raw());
+      const double cosine = normal.dot(std::get<capture::DirectionalLight>(lights[light].kind).towards.raw());
       if (cosine < -0.3) {
         EXPECT_LT(green(light), 0.05);
       }
@@ -136,4 +138,4 @@ TEST(DollBlocks, ShowTheSideThatIsLit) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

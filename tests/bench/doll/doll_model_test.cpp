@@ -13,7 +13,7 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 // A small doll in a folder that goes with it.
@@ -26,9 +26,9 @@ protected:
   }
   ~DollModel() override { std::filesystem::remove_all(folder_); }
 
-  Model written(const DollSize& size, const std::string& name = "doll") const {
+  model::Model written(const DollSize& size, const std::string& name = "doll") const {
     writeDollModel(folder_ / name, size);
-    return openModel(folder_ / name);
+    return model::openModel(folder_ / name);
   }
 
   std::filesystem::path folder_;
@@ -36,7 +36,7 @@ protected:
 };
 
 TEST_F(DollModel, HasTheSizeAskedFor) {
-  const Model model = written(kSmall);
+  const model::Model model = written(kSmall);
   EXPECT_NEAR(static_cast<double>(model.cloud.size()), 2000, 200);
   EXPECT_EQ(model.rig.views.size(), 12u);
   EXPECT_EQ(model.rig.lights.size(), 6u);
@@ -46,14 +46,14 @@ TEST_F(DollModel, HasTheSizeAskedFor) {
 }
 
 TEST_F(DollModel, BlocksAreThoseOfTheOutline) {
-  const Model model = written(kSmall);
+  const model::Model model = written(kSmall);
   for (const size_t view : {0, 5, 11}) {
-    const ViewFile& file = model.files[view];
+    const codec::ViewFile& file = model.files[view];
     const auto outline = dollOutline(model.rig.views[view].camera);
     for (int y = 0; y < 132; ++y)
       for (int x = 0; x < 100; ++x) {
-        const auto block = file.find({x / blockSize, y / blockSize});
-        const int texel = y % blockSize * blockSize + x % blockSize;
+        const auto block = file.find({x / codec::blockSize, y / codec::blockSize});
+        const int texel = y % codec::blockSize * codec::blockSize + x % codec::blockSize;
         const bool stored = block && (file.read(*block).present >> texel & 1);
         ASSERT_EQ(stored, outline[static_cast<size_t>(y * 100 + x)] == 1) << x << ", " << y;
       }
@@ -76,7 +76,7 @@ TEST_F(DollModel, TheSameSeedGivesTheSameModel) {
 }
 
 TEST_F(DollModel, ARigIsKnownByItsCameras) {
-  Model model = written(kSmall);
+  model::Model model = written(kSmall);
   EXPECT_TRUE(isDoll(model.rig));
   model.rig.views.pop_back();
   EXPECT_FALSE(isDoll(model.rig)); // those of fewer views stand elsewhere
@@ -84,7 +84,7 @@ TEST_F(DollModel, ARigIsKnownByItsCameras) {
 }
 
 TEST_F(DollModel, TheSurfaceIsThatOfTheModel) {
-  const Model model = written(kSmall);
+  const model::Model model = written(kSmall);
   const DollSurface surface = dollSurface(kSmall.surfels, kSmall.seed, dollCameras(kSmall));
   EXPECT_EQ(surface.cloud.p0, model.cloud.p0);
   EXPECT_EQ(surface.fades.values, model.fades.values);
@@ -95,26 +95,27 @@ TEST_F(DollModel, FramesAreThoseOfThePaper) {
   for (const size_t views : {2, 5, 12}) {
     DollSize size = kSmall;
     size.views = views;
-    const Model model = written(size, std::to_string(views));
+    const model::Model model = written(size, std::to_string(views));
     const Shot shot = dollShot(model, 160, 120, 3);
-    BlockCache cache(model.files, size_t{1} << 28);
-    FrameStats stats;
-    const FrameLayers film = renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats);
+    codec::BlockCache cache(model.files, size_t{1} << 28);
+    surfels::FrameStats stats;
+    const surfels::FrameLayers film =
+        surfels::renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats);
     ResidentBlocks blocks(cache);
     const PaperFrame paper = paperFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
     EXPECT_EQ(paper.visible, stats.visible);
-    const double white = whiteOf(paper.color);
+    const double white = film::whiteOf(paper.color);
     ASSERT_GT(white, 0);
-    EXPECT_GT(compare(paper.color, film.color, 1 / white).psnrLinear(), 130) << views;
+    EXPECT_GT(evaluation::compare(paper.color, film.color, 1 / white).psnrLinear(), 130) << views;
     for (size_t i = 0; i < paper.color.values.size(); ++i)
       ASSERT_NEAR(paper.color.values[i], film.color.values[i], 2.2e-6 * white);
   }
 }
 
 TEST_F(DollModel, CountsAreThoseOfTheFrame) {
-  const Model model = written(kSmall);
+  const model::Model model = written(kSmall);
   const Shot shot = dollShot(model, 160, 120, 3);
-  BlockCache cache(model.files, size_t{1} << 28);
+  codec::BlockCache cache(model.files, size_t{1} << 28);
   const FrameTimes times = timeFrames(model, shot, cache, size_t{1} << 28, 3);
   const FrameCounts& counts = times.counts;
   EXPECT_EQ(counts.surfels, model.cloud.size());
@@ -135,4 +136,4 @@ TEST_F(DollModel, CountsAreThoseOfTheFrame) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 TEST(DollShape, OutlineIsWhereRaysMeetTheDoll) {
@@ -18,7 +18,7 @@ TEST(DollShape, OutlineIsWhereRaysMeetTheDoll) {
     size_t covered = 0;
     for (int y = 0; y < 80; ++y)
       for (int x = 0; x < 63; ++x) {
-        const auto ray = rayThrough(camera.lens, {x + 0.5, y + 0.5});
+        const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
         const auto direction = camera.cameraFromWorld.inverse()(ray->direction);
         const bool meets = firstHit(camera.center().raw(), direction.raw()).has_value();
         ASSERT_EQ(meets, outline[static_cast<size_t>(y * 63 + x)] == 1) << view << ": " << x << ", " << y;
@@ -73,4 +73,4 @@ TEST(DollShape, MeshIsTheSolid) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -6,12 +6,12 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 // Cameras at these directions from the only surfel.
-Model seenFrom(const std::vector<Camera<AcquisitionSpace>>& cameras) {
-  Model model;
+model::Model seenFrom(const std::vector<capture::Camera<AcquisitionSpace>>& cameras) {
+  model::Model model;
   model.cloud.p0.emplace_back(0.f, 0.f, 0.5f);
   for (const auto& camera : cameras) model.rig.views.push_back({"", camera});
   return model;
@@ -19,9 +19,9 @@ Model seenFrom(const std::vector<Camera<AcquisitionSpace>>& cameras) {
 
 using Directions = std::vector<Vec3<double>>;
 
-Directions towards(const Model& model) {
+Directions towards(const model::Model& model) {
   Directions result;
-  for (const View& view : model.rig.views)
+  for (const capture::View& view : model.rig.views)
     result.push_back((view.camera.center().raw() - Vec3<double>(0, 0, 0.5)).normalized());
   return result;
 }
@@ -39,7 +39,7 @@ double largestGap(const Directions& all, const Directions& chosen) {
 
 // About as well as so many that are placed for it.
 TEST(FewerViews, SurroundTheObjectEvenly) {
-  const Model model = seenFrom(dollCameras({.views = 432}));
+  const model::Model model = seenFrom(dollCameras({.views = 432}));
   const Directions all = towards(model);
   for (const size_t count : {216, 108, 54}) {
     Directions chosen;
@@ -51,7 +51,7 @@ TEST(FewerViews, SurroundTheObjectEvenly) {
 }
 
 TEST(FewerViews, AreThoseOfMoreViews) {
-  const Model model = seenFrom(dollCameras({.views = 60}));
+  const model::Model model = seenFrom(dollCameras({.views = 60}));
   const auto many = evenViews(model, 30), few = evenViews(model, 15), all = evenViews(model, 60);
   EXPECT_TRUE(std::ranges::includes(many, few));
   EXPECT_TRUE(std::ranges::includes(all, many));
@@ -62,9 +62,9 @@ TEST(FewerViews, KeepWhatBelongsToThem) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "FewerViews";
   std::filesystem::remove_all(folder);
   writeDollModel(folder, {.surfels = 500, .views = 9, .lights = 4, .width = 64, .height = 80});
-  const Model model = openModel(folder);
+  const model::Model model = model::openModel(folder);
   const std::vector<size_t> kept{0, 3, 7};
-  const Model part = withViews(model, kept);
+  const model::Model part = withViews(model, kept);
   ASSERT_EQ(part.rig.views.size(), 3u);
   ASSERT_EQ(part.files.size(), 3u);
   ASSERT_EQ(part.columns.size(), 3u);
@@ -80,10 +80,10 @@ TEST(FewerViews, KeepWhatBelongsToThem) {
     for (size_t surfel = 0; surfel < model.cloud.size(); ++surfel)
       ASSERT_EQ(part.fades.of(surfel)[i], model.fades.of(surfel)[kept[i]]);
   }
-  for (const Frame& frame : part.rig.frames)
-    EXPECT_EQ(frame.picture, viewFilePath(kept[frame.view])); // as the doll's rig names them
+  for (const capture::Frame& frame : part.rig.frames)
+    EXPECT_EQ(frame.picture, model::viewFilePath(kept[frame.view])); // as the doll's rig names them
   std::filesystem::remove_all(folder);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

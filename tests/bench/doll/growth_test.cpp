@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 GrowthStep step(size_t from, size_t to, double time, double error = 0) {
@@ -35,10 +35,10 @@ TEST(Growth, TheWorstStepCounts) {
 class GrowthOfDoll : public testing::Test {
 protected:
   ~GrowthOfDoll() override { std::filesystem::remove_all(folder_); }
-  Model model(size_t views) const {
+  model::Model model(size_t views) const {
     std::filesystem::remove_all(folder_);
     writeDollModel(folder_, {.surfels = 1000, .views = views, .lights = 6, .width = 64, .height = 80});
-    return openModel(folder_);
+    return model::openModel(folder_);
   }
   std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) /
                                   testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -106,11 +106,11 @@ TEST_F(GrowthOfDoll, ViewsOfOneDoNotGrow) {
 }
 
 TEST_F(GrowthOfDoll, OtherObjectsHaveNoMoreSurfels) {
-  Model other = model(4);
+  model::Model other = model(4);
   other.rig.views[0].camera.lens.focalX *= 1.01;
   const Growth growth = measureGrowth(other, 96, 72, 1);
   EXPECT_EQ(std::ranges::count(growth.sweeps, "surfels", &GrowthSweep::what), 0);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

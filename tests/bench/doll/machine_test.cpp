@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 TEST(Machine, LimitsAreFinite) {
@@ -52,4 +52,4 @@ TEST(Machine, TwoThreadsReadAsMuchAsOne) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

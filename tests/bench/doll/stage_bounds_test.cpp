@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 FrameCounts paperDoll() {
@@ -91,4 +91,4 @@ TEST(StageBounds, TheSlowerOfTwoBounds) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

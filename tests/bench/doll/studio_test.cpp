@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 TEST(Studio, TheWarmLampIsTheBrightest) {
-  const EnvironmentMap studio = studioLight();
-  const auto brightest = std::ranges::max_element(studio.texels, {}, [](const EnvironmentLight& texel) {
+  const ulr::EnvironmentMap studio = studioLight();
+  const auto brightest = std::ranges::max_element(studio.texels, {}, [](const ulr::EnvironmentLight& texel) {
     return texel.irradiance.r + texel.irradiance.g + texel.irradiance.b;
   });
   EXPECT_GT(brightest->irradiance.r, brightest->irradiance.b);
@@ -17,17 +17,17 @@ TEST(Studio, TheWarmLampIsTheBrightest) {
 }
 
 TEST(Studio, LightComesFromEverywhereButMostOfItFromTheLamps) {
-  const EnvironmentMap studio = studioLight();
+  const ulr::EnvironmentMap studio = studioLight();
   EXPECT_EQ(studio.replaced, 0u);
   EXPECT_EQ(studio.texels.size(), 256u * 128u);
-  const Rgb all = totalIrradiance(studio.texels);
-  std::vector<EnvironmentLight> lamps;
+  const Rgb all = ulr::totalIrradiance(studio.texels);
+  std::vector<ulr::EnvironmentLight> lamps;
   for (const Vec3<double>& towards : {Vec3<double>(1, 0.8, 0.6), Vec3<double>(-1, 0.5, 0.8)})
-    for (const EnvironmentLight& texel : studio.texels)
+    for (const ulr::EnvironmentLight& texel : studio.texels)
       if (texel.towards.raw().cast<double>().dot(towards.normalized()) > std::cos(0.3))
         lamps.push_back(texel);
-  EXPECT_GT(totalIrradiance(lamps).g, 0.9f * all.g);
+  EXPECT_GT(ulr::totalIrradiance(lamps).g, 0.9f * all.g);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -16,44 +16,44 @@
 #include <random>
 #include <sstream>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 using Json = nlohmann::json;
 
 // RGB whose values survive 8 bits.
-Image randomPicture(int width, int height, std::mt19937& random) {
-  Image image(width, height, 3);
+image::Image randomPicture(int width, int height, std::mt19937& random) {
+  image::Image image(width, height, 3);
   for (float& value : image.values) value = static_cast<float>(random() % 256) / 255;
   return image;
 }
 
-Image composed(const TemporaryFolder& folder, Json layout) {
+image::Image composed(const image::TemporaryFolder& folder, Json layout) {
   layout["out"] = folder / "out.png";
   std::istringstream text(layout.dump());
   composePanels(text);
-  return readPng(folder / "out.png").image;
+  return image::readPng(folder / "out.png").image;
 }
 
-std::array<float, 3> colorAt(const Image& image, int x, int y) {
+std::array<float, 3> colorAt(const image::Image& image, int x, int y) {
   return {image.at(x, y)[0], image.at(x, y)[1], image.at(x, y)[2]};
 }
 
 TEST(Panels, PicturesStandUnchangedBesideAndBelowEachOther) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   std::mt19937 random(1);
   const std::array pictures{randomPicture(5, 4, random), randomPicture(3, 7, random),
                             randomPicture(6, 2, random)};
   Json cells = Json::array();
   for (size_t i = 0; i < pictures.size(); ++i) {
     const auto file = folder / std::to_string(i).append(".png");
-    writePng(file, pictures[i]);
+    image::writePng(file, pictures[i]);
     cells.push_back({{"file", file}});
   }
-  const Image sheet = composed(folder, {{"columns", 2}, {"cells", cells}});
+  const image::Image sheet = composed(folder, {{"columns", 2}, {"cells", cells}});
   ASSERT_EQ(sheet.width, 6 + 6 + 3); // the wider of a column, and the gap
   ASSERT_EQ(sheet.height, 7 + 6 + 2);
-  Image wanted(sheet.width, sheet.height, 3);
+  image::Image wanted(sheet.width, sheet.height, 3);
   std::ranges::fill(wanted.values, 1.f);
   const std::array<std::array<int, 2>, 3> corners{{{0, 0}, {12, 0}, {0, 13}}};
   for (size_t i = 0; i < pictures.size(); ++i)
@@ -65,15 +65,15 @@ TEST(Panels, PicturesStandUnchangedBesideAndBelowEachOther) {
 }
 
 TEST(Panels, ZoomRepeatsThePixelsOfTheCrop) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   std::mt19937 random(2);
-  const Image picture = randomPicture(9, 8, random);
-  writePng(folder / "p.png", picture);
+  const image::Image picture = randomPicture(9, 8, random);
+  image::writePng(folder / "p.png", picture);
   const auto cropped = [&](const Json& crop) {
     return composed(folder,
                     {{"columns", 1}, {"cells", {{{"file", folder / "p.png"}, {"crop", crop}, {"zoom", 3}}}}});
   };
-  const Image sheet = cropped({2, 1, 5, 4});
+  const image::Image sheet = cropped({2, 1, 5, 4});
   ASSERT_EQ(sheet.width, 15);
   ASSERT_EQ(sheet.height, 12);
   for (int y = 0; y < 12; ++y)
@@ -82,36 +82,36 @@ TEST(Panels, ZoomRepeatsThePixelsOfTheCrop) {
 }
 
 // A film of one radiance, opaque, at depth 1 in its left half, and of nothing in its right.
-std::filesystem::path filmOf(const TemporaryFolder& folder, const std::string& name, float radiance) {
-  FrameLayers film{Image(20, 10, 4), {{"depth", Image(20, 10, 1)}}};
+std::filesystem::path filmOf(const image::TemporaryFolder& folder, const std::string& name, float radiance) {
+  surfels::FrameLayers film{image::Image(20, 10, 4), {{"depth", image::Image(20, 10, 1)}}};
   for (size_t i = 0; i < 200; ++i) {
     const bool isObject = i % 20 < 10;
     if (isObject) std::ranges::copy(std::array{radiance, radiance, radiance, 1.f}, &film.color.values[4 * i]);
     film.aovs["depth"].values[i] = isObject ? 1 : std::numeric_limits<float>::infinity();
   }
-  writeFrame(folder / name, film, {});
+  film::writeFrame(folder / name, film, {});
   return folder / name;
 }
 
 TEST(Panels, FilmsOfOneNameShareAnExposure) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto bright = filmOf(folder, "bright.exr", 2), dim = filmOf(folder, "dim.exr", 0.5f);
   const auto ofDim = [&](const char* white) {
     const Json cells{{{"file", bright}, {"white", "a"}}, {{"file", dim}, {"white", white}}};
     return composed(folder, {{"columns", 2}, {"cells", cells}}).at(26 + 5, 5)[0];
   };
-  EXPECT_NEAR(ofDim("a"), srgbFromLinear(0.25f), 0.5 / 255);
+  EXPECT_NEAR(ofDim("a"), image::srgbFromLinear(0.25f), 0.5 / 255);
   EXPECT_EQ(ofDim("b"), 1);
 }
 
 TEST(Panels, ALampShowsBeforeTheObjectAndIsHiddenBehindIt) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto film = filmOf(folder, "film.exr", 1);
   const auto with = [&](double depth) {
     const Json dot{10, 5, 4, 0, 0, 1, depth}; // blue, in the middle
     return composed(folder, {{"columns", 1}, {"cells", {{{"file", film}, {"dots", {dot}}}}}});
   };
-  const Image before = with(0.5), behind = with(2);
+  const image::Image before = with(0.5), behind = with(2);
   const std::array white{1.f, 1.f, 1.f};
   for (const int x : {7, 12}) EXPECT_LT(before.at(x, 5)[0], 0.5f);
   EXPECT_EQ(colorAt(behind, 7, 5), white);
@@ -132,28 +132,28 @@ protected:
     view_ = studio::viewSphere(capture_.views[0].camera, studio_.samples);
   }
 
-  Image sum(const Image& environment) {
-    writeExr(folder_ / "environment.exr", environment, Precision::single);
+  image::Image sum(const image::Image& environment) {
+    image::writeExr(folder_ / "environment.exr", environment, image::Precision::single);
     relightReflectanceImage(folder_ / "capture", "C0", folder_ / "environment.exr", folder_ / "figure");
-    return ExrFile(folder_ / "figure/sum.exr").read({"R", "G", "B", "A"});
+    return image::ExrFile(folder_ / "figure/sum.exr").read({"R", "G", "B", "A"});
   }
 
-  TemporaryFolder folder_;
+  image::TemporaryFolder folder_;
   studio::Studio studio_;
-  Capture capture_;
+  capture::Capture capture_;
   studio::SphereView view_;
 };
 
 TEST_F(ReflectanceImage, EachTexelShinesFromTheLightNearestToIt) {
   std::mt19937 random(3);
-  Image environment(32, 16, 3);
+  image::Image environment(32, 16, 3);
   for (int k = 0; k < 4; ++k) {
     const auto texel = environment.at(static_cast<int>(random() % 32), static_cast<int>(random() % 16));
     for (float& value : texel) value = static_cast<float>(1 + random() % 1000);
   }
   // Latitudes and longitudes as docs of the environment have them; z of the world is up, y lies in the
   // middle.
-  Image wanted(studio_.size, studio_.size, 4);
+  image::Image wanted(studio_.size, studio_.size, 4);
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 32; ++x) {
       const auto texel = environment.at(x, y);
@@ -168,13 +168,13 @@ TEST_F(ReflectanceImage, EachTexelShinesFromTheLightNearestToIt) {
           2 * std::numbers::pi / 32 *
           (std::sin(latitude + std::numbers::pi / 32) - std::sin(latitude - std::numbers::pi / 32));
       const Rgb irradiance = static_cast<float>(solidAngle) * Rgb{texel[0], texel[1], texel[2]};
-      const Image lit = studio::overBlack(view_, [&](const Vec3<float>& n) {
+      const image::Image lit = studio::overBlack(view_, [&](const Vec3<float>& n) {
         return studio::lambert(studio_.albedo, irradiance, n, towards.cast<float>());
       });
       for (size_t i = 0; i < lit.values.size(); ++i) wanted.values[i] += lit.values[i];
     }
   for (size_t i = 0; i < view_.alpha.values.size(); ++i) wanted.values[4 * i + 3] = view_.alpha.values[i];
-  const Image got = sum(environment);
+  const image::Image got = sum(environment);
   const float brightest = std::ranges::max(wanted.values);
   ASSERT_GT(brightest, 2); // a colour, not alpha
   for (size_t i = 0; i < wanted.values.size(); ++i)
@@ -182,9 +182,9 @@ TEST_F(ReflectanceImage, EachTexelShinesFromTheLightNearestToIt) {
 }
 
 TEST_F(ReflectanceImage, InLightFromEverywhereTheSphereHasTheColourOfItsAlbedo) {
-  Image environment(128, 64, 3);
+  image::Image environment(128, 64, 3);
   std::ranges::fill(environment.values, 1.f);
-  const Image got = sum(environment);
+  const image::Image got = sum(environment);
   size_t inside = 0;
   for (size_t i = 0; i < view_.alpha.values.size(); ++i) {
     if (view_.alpha.values[i] < 1) continue;
@@ -199,16 +199,16 @@ TEST_F(ReflectanceImage, InLightFromEverywhereTheSphereHasTheColourOfItsAlbedo) 
 }
 
 TEST_F(ReflectanceImage, ACameraThatIsNotThereIsNamed) {
-  const std::string error = errorOf(
+  const std::string error = image::errorOf(
       [&] { relightReflectanceImage(folder_ / "capture", "C7", folder_ / "none.exr", folder_ / "figure"); });
   EXPECT_NE(error.find("C7"), std::string::npos) << error;
 }
 
-TEST(Splats, EllipsesCloseTheStretchedGridAndReducedOnesDoNot) {
-  const TemporaryFolder folder;
+TEST(splat::Splats, EllipsesCloseTheStretchedGridAndReducedOnesDoNot) {
+  const image::TemporaryFolder folder;
   drawSplats(folder.path());
   const auto share = [&](const char* name) { // of pixels that are covered
-    const Image alpha = ExrFile(folder / name).read({"A"});
+    const image::Image alpha = image::ExrFile(folder / name).read({"A"});
     return static_cast<double>(std::ranges::count(alpha.values, 1.f)) /
            static_cast<double>(alpha.values.size());
   };
@@ -218,26 +218,26 @@ TEST(Splats, EllipsesCloseTheStretchedGridAndReducedOnesDoNot) {
 }
 
 TEST(BesideTruth, APhotographStandsBesideWhatARenderingIsOffIt) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   studio::Studio studio;
   studio.cameras = 2, studio.lights = 3, studio.size = 20;
-  const Capture capture = photograph(studio, folder / "capture");
-  const auto beside = [&](const std::string& camera, const std::string& light, const Image& rendered) {
-    writeFrame(folder / "rendered.exr", {rendered, {}}, {});
+  const capture::Capture capture = photograph(studio, folder / "capture");
+  const auto beside = [&](const std::string& camera, const std::string& light, const image::Image& rendered) {
+    film::writeFrame(folder / "rendered.exr", {rendered, {}}, {});
     writeTruthAndDifference(folder / "capture", camera, light, folder / "rendered.exr", folder / "out");
-    return std::pair(ExrFile(folder / "out/truth.exr").read({"R", "G", "B", "A"}),
-                     ExrFile(folder / "out/difference.exr").read({"R", "G", "B", "A"}));
+    return std::pair(image::ExrFile(folder / "out/truth.exr").read({"R", "G", "B", "A"}),
+                     image::ExrFile(folder / "out/difference.exr").read({"R", "G", "B", "A"}));
   };
   std::mt19937 random(4);
-  Image rendered(20, 20, 4);
+  image::Image rendered(20, 20, 4);
   for (float& value : rendered.values) value = static_cast<float>(random() % 256) / 256;
   for (size_t view = 0; view < 2; ++view)
-    for (const Light& light : capture.lights) {
+    for (const capture::Light& light : capture.lights) {
       const auto [truth, difference] = beside(capture.views[view].identity, light.name, rendered);
       const auto sphere = studio::viewSphere(capture.views[view].camera, studio.samples);
-      const Image lit = studio::overBlack(sphere, [&](const Vec3<float>& n) {
-        return studio::lambert(studio.albedo, irradianceAt(light, {0, 0, 0}), n,
-                               towardsLight(light, {0, 0, 0}).raw().cast<float>());
+      const image::Image lit = studio::overBlack(sphere, [&](const Vec3<float>& n) {
+        return studio::lambert(studio.albedo, capture::irradianceAt(light, {0, 0, 0}), n,
+                               capture::towardsLight(light, {0, 0, 0}).raw().cast<float>());
       });
       for (size_t i = 0; i < lit.values.size(); ++i) {
         const bool isAlpha = i % 4 == 3;
@@ -250,8 +250,8 @@ TEST(BesideTruth, APhotographStandsBesideWhatARenderingIsOffIt) {
     }
   EXPECT_THROW(beside("C1", "dusk", rendered), Error);
   EXPECT_THROW(beside("C2", capture.lights[0].name, rendered), Error);
-  EXPECT_THROW(beside("C1", capture.lights[0].name, Image(19, 20, 4)), Error);
+  EXPECT_THROW(beside("C1", capture.lights[0].name, image::Image(19, 20, 4)), Error);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -7,16 +7,16 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 // Smooth and a little noisy, the object a disc.
-ReflectanceStack photographs(uint64_t seed) {
+codec::ReflectanceStack photographs(uint64_t seed) {
   constexpr int kSide = 48;
   std::mt19937_64 random(seed);
   std::normal_distribution<float> gauss;
-  ReflectanceStack stack{kSide, kSide, std::vector<Image>(16, Image(kSide, kSide, 3)),
-                         Image(kSide, kSide, 1)};
+  codec::ReflectanceStack stack{kSide, kSide, std::vector<image::Image>(16, image::Image(kSide, kSide, 3)),
+                                image::Image(kSide, kSide, 1)};
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x) {
       stack.alpha.at(x, y)[0] = std::hypot(x - 24, y - 24) < 20 ? 1.f : 0.f;
@@ -28,7 +28,7 @@ ReflectanceStack photographs(uint64_t seed) {
 }
 
 TEST(PackingQuality, KeepsToItsBytesAndComesNear) {
-  const std::vector<ReflectanceStack> views{photographs(1), photographs(2)};
+  const std::vector<codec::ReflectanceStack> views{photographs(1), photographs(2)};
   for (const double bytes : {0.5, 0.7, 1.0}) {
     const PackingQuality quality = qualityAt(bytes, views);
     EXPECT_LE(quality.bytes, bytes);
@@ -38,32 +38,32 @@ TEST(PackingQuality, KeepsToItsBytesAndComesNear) {
 
 // Packed as it says, the photographs have the size and the error that it says.
 TEST(PackingQuality, IsThatOfItsTolerance) {
-  const std::vector<ReflectanceStack> views{photographs(1), photographs(2)};
+  const std::vector<codec::ReflectanceStack> views{photographs(1), photographs(2)};
   const PackingQuality quality = qualityAt(0.7, views);
-  ViewSummary sum;
-  for (const ReflectanceStack& view : views)
-    sum += encodeView(view, {.tolerance = quality.tolerance, .white = quality.white}).summary;
+  codec::ViewSummary sum;
+  for (const codec::ReflectanceStack& view : views)
+    sum += codec::encodeView(view, {.tolerance = quality.tolerance, .white = quality.white}).summary;
   EXPECT_EQ(quality.texels, sum.objectTexels);
   EXPECT_EQ(quality.lights, 16u);
   EXPECT_DOUBLE_EQ(quality.bytes,
                    static_cast<double>(sum.fileBytes) / static_cast<double>(16 * sum.objectTexels));
-  EXPECT_DOUBLE_EQ(quality.db, psnrDb(sum, quality.white));
+  EXPECT_DOUBLE_EQ(quality.db, codec::psnrDb(sum, quality.white));
 }
 
 TEST(PackingQuality, MoreBytesAreBetter) {
-  const std::vector<ReflectanceStack> views{photographs(3)};
+  const std::vector<codec::ReflectanceStack> views{photographs(3)};
   EXPECT_GT(qualityAt(1.0, views).db, qualityAt(0.6, views).db + 1);
 }
 
 TEST(PackingQuality, TooFewBytesAreAnError) {
-  EXPECT_THROW(qualityAt(0.01, std::vector<ReflectanceStack>{photographs(3)}), Error);
+  EXPECT_THROW(qualityAt(0.01, std::vector<codec::ReflectanceStack>{photographs(3)}), Error);
 }
 
 TEST(PackingQuality, NothingSeenIsAnError) {
-  std::vector<ReflectanceStack> views{photographs(1)};
+  std::vector<codec::ReflectanceStack> views{photographs(1)};
   std::ranges::fill(views[0].alpha.values, 0.f);
   EXPECT_THROW(qualityAt(0.6, views), Error);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 constexpr const char* kBall = R"(
@@ -33,7 +33,7 @@ radius = 0.7
 segments = 64
 )";
 
-size_t texelsOf(const Image& alpha) {
+size_t texelsOf(const image::Image& alpha) {
   return static_cast<size_t>(std::ranges::count_if(alpha.values, [](float a) { return a >= 0.5f; }));
 }
 
@@ -41,7 +41,7 @@ struct Total {
   size_t texels = 0;
   double green = 0; // under the first light
 };
-Total total(const ReflectanceStack& stack) {
+Total total(const codec::ReflectanceStack& stack) {
   Total sum{texelsOf(stack.alpha), 0};
   for (size_t i = 0; i < stack.alpha.values.size(); ++i)
     if (stack.alpha.values[i] >= 0.5f) sum.green += stack.lights[0].values[3 * i + 1];
@@ -49,14 +49,15 @@ Total total(const ReflectanceStack& stack) {
 }
 
 TEST(TracedBlocks, AllOfThemAreThePictures) {
-  const Stage stage = parseStage(kBall, "ball.toml");
+  const stage::Stage stage = stage::parseStage(kBall, "ball.toml");
   const auto blocks = traceBlocks(stage, {.views = 3, .every = 1});
   ASSERT_EQ(blocks.size(), 3u);
-  const StageScene scene(stage.objects);
-  const std::vector<Light> lights(stage.rig.lights.begin(), stage.rig.lights.begin() + 4);
+  const stage::StageScene scene(stage.objects);
+  const std::vector<capture::Light> lights(stage.rig.lights.begin(), stage.rig.lights.begin() + 4);
   for (size_t view = 0; view < 3; ++view) {
     ASSERT_EQ(blocks[view].lights.size(), 4u); // none for the test
-    const TracedView traced = traceView(scene, stage.rig.views[view].camera, view, lights, stage.trace, {});
+    const stage::TracedView traced =
+        stage::traceView(scene, stage.rig.views[view].camera, view, lights, stage.trace, {});
     const Total whole = total({156, 124, traced.radiance, traced.alpha}), parts = total(blocks[view]);
     EXPECT_NEAR(static_cast<double>(parts.texels), static_cast<double>(whole.texels),
                 0.01 * static_cast<double>(whole.texels));
@@ -65,7 +66,7 @@ TEST(TracedBlocks, AllOfThemAreThePictures) {
 }
 
 TEST(TracedBlocks, EveryFifthIsAFifthOfTheObject) {
-  const Stage stage = parseStage(kBall, "ball.toml");
+  const stage::Stage stage = stage::parseStage(kBall, "ball.toml");
   size_t all = 0, some = 0;
   for (const auto& stack : traceBlocks(stage, {.views = 3, .every = 1})) all += texelsOf(stack.alpha);
   for (const auto& stack : traceBlocks(stage, {.views = 3, .every = 5})) some += texelsOf(stack.alpha);
@@ -74,20 +75,21 @@ TEST(TracedBlocks, EveryFifthIsAFifthOfTheObject) {
 
 // What lies in a block is one piece of the ball, not a mixture: neighbours in it differ little.
 TEST(TracedBlocks, AreWholeBlocks) {
-  Stage stage = parseStage(kBall, "ball.toml");
+  stage::Stage stage = stage::parseStage(kBall, "ball.toml");
   stage.trace.samples = 64;
-  const ReflectanceStack stack = traceBlocks(stage, {.views = 1, .every = 3})[0];
-  EXPECT_EQ(stack.width % blockSize, 0);
-  for (const Image& light : stack.lights)
+  const codec::ReflectanceStack stack = traceBlocks(stage, {.views = 1, .every = 3})[0];
+  EXPECT_EQ(stack.width % codec::blockSize, 0);
+  for (const image::Image& light : stack.lights)
     for (int y = 0; y < stack.height; ++y)
       for (int x = 0; x < stack.width; ++x) {
-        if (x % blockSize == 0 || stack.alpha.at(x, y)[0] < 1 || stack.alpha.at(x - 1, y)[0] < 1) continue;
+        if (x % codec::blockSize == 0 || stack.alpha.at(x, y)[0] < 1 || stack.alpha.at(x - 1, y)[0] < 1)
+          continue;
         ASSERT_NEAR(light.at(x, y)[1], light.at(x - 1, y)[1], 0.06) << x << ", " << y;
       }
 }
 
 TEST(TracedBlocks, AreTheSameEachTime) {
-  const Stage stage = parseStage(kBall, "ball.toml");
+  const stage::Stage stage = stage::parseStage(kBall, "ball.toml");
   const auto once = traceBlocks(stage, {.views = 2, .every = 4}),
              again = traceBlocks(stage, {.views = 2, .every = 4});
   for (size_t view = 0; view < 2; ++view) {
@@ -97,4 +99,4 @@ TEST(TracedBlocks, AreTheSameEachTime) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 namespace {
 
 std::vector<Lap> laps(const std::vector<double>& processorSeconds) {
@@ -44,4 +44,4 @@ TEST(TimeRatio, TheErrorIsThatOfTheMedian) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::bench

@@ -5,11 +5,11 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::evaluation {
 namespace {
 
-FrameStats statsOf(size_t visible, size_t dead, size_t notFinite) {
-  FrameStats stats;
+surfels::FrameStats statsOf(size_t visible, size_t dead, size_t notFinite) {
+  surfels::FrameStats stats;
   stats.visible = visible;
   stats.splats.dead = dead;
   stats.splats.notFinite = notFinite;
@@ -26,23 +26,23 @@ TEST(Emptied, SaysWhereMostSurfelsAreGoneOrNothingIsVisible) {
 class Unreached : public testing::Test {
 protected:
   Unreached() {
-    writeObj(folder / "cage.obj", torus(24, 12));
-    writeObj(folder / "cage.1.obj", torus(24, 12));
-    for (const auto& p : torus(96, 48).positions) cloud.p0.push_back(p);
+    warp::writeObj(folder / "cage.obj", warp::torus(24, 12));
+    warp::writeObj(folder / "cage.1.obj", warp::torus(24, 12));
+    for (const auto& p : warp::torus(96, 48).positions) cloud.p0.push_back(p);
     cloud.r0.resize(cloud.p0.size());
     cloud.radius.resize(cloud.p0.size());
   }
   std::optional<std::string> of(const std::string& before, const std::string& after = "") const {
-    const Script script = parseScript(
+    const scene::Script script = scene::parseScript(
         before + "[[warp]]\ntype = \"mesh\"\nrest = \"cage.obj\"\nframes = \"cage.#.obj\"\n" + after,
         folder / "film.toml");
-    return beyondRestMesh(script, shotTime(script, 1), cloud);
+    return beyondRestMesh(script, scene::shotTime(script, 1), cloud);
   }
   static std::string scale(const std::string& factor) {
     return "[[warp]]\ntype = \"scale\"\nfactor = [" + factor + ", " + factor + ", " + factor + "]\n";
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   SurfelCloud cloud;
 };
 
@@ -61,4 +61,4 @@ TEST_F(Unreached, OneInOtherUnitsIsTold) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::evaluation

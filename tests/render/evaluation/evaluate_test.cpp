@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <fstream>
 
-namespace surflect {
+namespace surflect::evaluation {
 namespace {
 
 using studio::PackedStudio;
@@ -20,60 +20,64 @@ constexpr int pictureSize = 32; // pixels
 
 Studio testStudio() { return {.cameras = 9, .lights = 12, .size = pictureSize}; }
 
-Evaluation evaluated(const Model& model, const Capture& capture, const EvaluateOptions& options = {}) {
-  BlockCache cache(model.files, size_t{1} << 28);
-  return evaluate(model, capture, *chainWarp({}), options, cache, {});
+Evaluation evaluated(const model::Model& model, const capture::Capture& capture,
+                     const EvaluateOptions& options = {}) {
+  codec::BlockCache cache(model.files, size_t{1} << 28);
+  return evaluate(model, capture, *warp::chainWarp({}), options, cache, {});
 }
 
 EvaluateOptions ofTraining() {
   EvaluateOptions options;
-  options.split = Split::train;
+  options.split = capture::Split::train;
   return options;
 }
 
 // Cameras 2 and 5 and lights 3 and 7 have no frame that trains.
-std::optional<Split> heldOut(size_t view, size_t light) {
-  return view == 2 || view == 5 || light == 3 || light == 7 || (view == 0 && light == 0) ? Split::test
-                                                                                         : Split::train;
+std::optional<capture::Split> heldOut(size_t view, size_t light) {
+  return view == 2 || view == 5 || light == 3 || light == 7 || (view == 0 && light == 0)
+             ? capture::Split::test
+             : capture::Split::train;
 }
 
 TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
   Studio studio = testStudio();
   const PackedStudio packed(studio, 1200);
-  Capture capture = packed.capture;
+  capture::Capture capture = packed.capture;
   const auto folder = packed.folder / "rendered";
   std::filesystem::create_directories(folder);
   capture.frames.clear();
-  BlockCache cache(packed.model.files, size_t{1} << 28);
-  const auto turn = rigidWarp({0.6, 0, 0.8}, Angle::fromDegrees(50), {0, 0, 0}, {0.05, 0, 0});
+  codec::BlockCache cache(packed.model.files, size_t{1} << 28);
+  const auto turn = warp::rigidWarp({0.6, 0, 0.8}, Angle::fromDegrees(50), {0, 0, 0}, {0.05, 0, 0});
   for (size_t v = 0; v < 4; ++v) {
     const auto& pose = capture.views[v].camera.cameraFromWorld;
-    const Camera<ObjectSpace> camera{capture.views[v].camera.lens, {pose.rotation(), pose.translation()}};
-    const auto& light = std::get<DirectionalLight>(capture.lights[v].kind);
-    const std::vector<ShotLight> lights{
-        ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(light.towards.raw()), light.irradiance}};
-    FrameStats stats;
-    const Image film = renderFrame(packed.model, *turn, camera, lights, {}, cache, stats).color;
-    Image straight(pictureSize, pictureSize, 3), alpha(pictureSize, pictureSize, 1);
+    const capture::Camera<ObjectSpace> camera{capture.views[v].camera.lens,
+                                              {pose.rotation(), pose.translation()}};
+    const auto& light = std::get<capture::DirectionalLight>(capture.lights[v].kind);
+    const std::vector<scene::ShotLight> lights{scene::ShotDirectionalLight{
+        assume<Direction3<ObjectSpace, double>>(light.towards.raw()), light.irradiance}};
+    surfels::FrameStats stats;
+    const image::Image film =
+        surfels::renderFrame(packed.model, *turn, camera, lights, {}, cache, stats).color;
+    image::Image straight(pictureSize, pictureSize, 3), alpha(pictureSize, pictureSize, 1);
     for (size_t i = 0; i < alpha.values.size(); ++i) {
       alpha.values[i] = film.values[4 * i + 3];
       for (size_t c = 0; alpha.values[i] > 0 && c < 3; ++c)
         straight.values[3 * i + c] = film.values[4 * i + c] / alpha.values[i];
     }
     const std::string name = studio::numbered("frame", v) + ".exr";
-    writeViewPictures(folder / name, std::vector<RadianceLayer>{{"", &straight}}, &alpha, "",
-                      Precision::single);
-    Frame frame;
+    capture::writeViewPictures(folder / name, std::vector<capture::RadianceLayer>{{"", &straight}}, &alpha,
+                               "", image::Precision::single);
+    capture::Frame frame;
     frame.view = v;
     frame.light = v;
     frame.picture = name;
-    frame.split = Split::test;
+    frame.split = capture::Split::test;
     capture.frames.push_back(frame);
   }
   capture.geometry.clear();
-  writeCapture(capture, folder);
+  capture::writeCapture(capture, folder);
 
-  const Evaluation evaluation = evaluate(packed.model, readCapture(folder), *turn, {}, cache, {});
+  const Evaluation evaluation = evaluate(packed.model, capture::readCapture(folder), *turn, {}, cache, {});
   ASSERT_EQ(evaluation.frames.size(), 4u);
   constexpr double single = 160; // dB; a rounding of floats here and there, measured 163.7
   for (const FrameScore& frame : evaluation.frames) {
@@ -104,11 +108,13 @@ TEST(Evaluate, UnevenLightsAreAsGoodAsEvenOnes) {
     Studio studio = testStudio();
     studio.lights = 40;
     studio.unevenness = unevenness;
-    studio.split = [](size_t, size_t light) { return light % 5 == 0 ? Split::test : Split::train; };
+    studio.split = [](size_t, size_t light) {
+      return light % 5 == 0 ? capture::Split::test : capture::Split::train;
+    };
     PackedStudio packed(studio, 2000);
     if (!isKnown)
-      for (Light& light : packed.model.rig.lights)
-        std::get<DirectionalLight>(light.kind).irradianceGradient.setZero();
+      for (capture::Light& light : packed.model.rig.lights)
+        std::get<capture::DirectionalLight>(light.kind).irradianceGradient.setZero();
     Score pooled;
     for (const FrameScore& frame : evaluated(packed.model, packed.capture).frames) pooled += frame.score;
     return psnr(pooled.interiorError.mean());
@@ -126,8 +132,8 @@ TEST(Evaluate, GroupsGoByIdentity) {
   // A test light of another name, in the place where a training light was, is known.
   auto& lights = packed.capture.lights;
   lights[7].identity = lights[6].identity;
-  writeCapture(packed.capture, packed.folder / "capture");
-  const Capture capture = readCapture(packed.folder / "capture");
+  capture::writeCapture(packed.capture, packed.folder / "capture");
+  const capture::Capture capture = capture::readCapture(packed.folder / "capture");
   const Evaluation evaluation = evaluated(packed.model, capture);
   EXPECT_EQ(evaluation.frames.size(), 2u * 12 + 7 * 2 + 1);
   for (const FrameScore& frame : evaluation.frames) {
@@ -143,7 +149,7 @@ TEST(Evaluate, ScoresAreTheSameInAnyOrderOfFrames) {
   Studio studio = testStudio();
   studio.split = heldOut;
   const PackedStudio packed(studio, 300);
-  Capture reversed = packed.capture;
+  capture::Capture reversed = packed.capture;
   std::ranges::reverse(reversed.frames);
   const Evaluation a = evaluated(packed.model, packed.capture), b = evaluated(packed.model, reversed);
   EXPECT_EQ(a.exposure, b.exposure);
@@ -177,20 +183,22 @@ Studio oneViewStudio() {
   Studio studio = testStudio();
   studio.cameras = 1;
   studio.lights = 24;
-  studio.split = [](size_t, size_t light) { return light % 3 == 0 ? Split::test : Split::train; };
+  studio.split = [](size_t, size_t light) {
+    return light % 3 == 0 ? capture::Split::test : capture::Split::train;
+  };
   return studio;
 }
 
 struct OneView {
-  TemporaryFolder folder;
-  Capture capture;
-  Model model;
+  image::TemporaryFolder folder;
+  capture::Capture capture;
+  model::Model model;
 
   explicit OneView(const Studio& studio) : capture(photograph(studio, folder / "capture")) {
     capture.geometry.clear();
-    writeCapture(capture, folder / "capture");
-    pack(capture, folder / "model", studio::packOptions(4000), {}, nullptr);
-    model = openModel(folder / "model");
+    capture::writeCapture(capture, folder / "capture");
+    model::pack(capture, folder / "model", studio::packOptions(4000), {}, nullptr);
+    model = model::openModel(folder / "model");
   }
 };
 
@@ -237,8 +245,8 @@ TEST(Evaluate, ExposureMapsThe995thPercentileToOne) {
   const PackedStudio packed(studio, 300);
   std::vector<float> values;
   for (size_t i = 0; i < packed.capture.frames.size(); ++i) {
-    if (packed.capture.frames[i].split != Split::test) continue;
-    const Photograph photograph = readPhotographs(packed.capture, std::vector{i})[0];
+    if (packed.capture.frames[i].split != capture::Split::test) continue;
+    const capture::Photograph photograph = capture::readPhotographs(packed.capture, std::vector{i})[0];
     for (size_t v = 0; v < photograph.radiance.values.size(); ++v)
       if (const float alpha = photograph.alpha.values[v / 3]; alpha > 0.5f)
         values.push_back(alpha * photograph.radiance.values[v]);
@@ -251,7 +259,8 @@ TEST(Evaluate, ExposureMapsThe995thPercentileToOne) {
 TEST(Evaluate, ACaptureMayCountFromAnotherOriginThanTheModel) {
   const PackedStudio packed(testStudio(), 300);
   const auto errorOf = [&](const Vec3<double>& origin) {
-    const Evaluation evaluation = evaluated(packed.model, countedFrom(packed.capture, origin), ofTraining());
+    const Evaluation evaluation =
+        evaluated(packed.model, capture::countedFrom(packed.capture, origin), ofTraining());
     return evaluation.frames[5].score.interiorError.mean();
   };
   EXPECT_NEAR(errorOf({500000, 4600000, 30}) / errorOf({0, 0, 0}), 1, 1e-5);
@@ -262,7 +271,7 @@ TEST(Evaluate, AFarSpeckInTheGeometryIsNoObject) {
   Studio studio = testStudio();
   studio.matte = false;
   const PackedStudio packed(studio, 300);
-  Capture capture = packed.capture;
+  capture::Capture capture = packed.capture;
   const auto scores = [&] {
     std::vector<double> all;
     for (const FrameScore& frame : evaluated(packed.model, capture, ofTraining()).frames) {
@@ -289,7 +298,7 @@ TEST(Evaluate, AFarSpeckInTheGeometryIsNoObject) {
 TEST(Evaluate, FixedIlluminationHasNoLight) {
   Studio studio = testStudio();
   studio.lights = 0;
-  studio.split = [](size_t view, size_t) { return view == 4 ? Split::test : Split::train; };
+  studio.split = [](size_t view, size_t) { return view == 4 ? capture::Split::test : capture::Split::train; };
   const PackedStudio packed(studio, 1000);
   const Evaluation evaluation = evaluated(packed.model, packed.capture);
   ASSERT_EQ(evaluation.frames.size(), 1u);
@@ -319,11 +328,11 @@ TEST(Evaluate, FramesWithoutAnObjectHaveNoScore) {
   Studio studio = testStudio();
   studio.matte = false;
   PackedStudio packed(studio, 300);
-  for (View& view : packed.capture.views) // the object is far aside
+  for (capture::View& view : packed.capture.views) // the object is far aside
     view.camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(1e4, 0, -10)};
   const std::string line = errorOf([&] { evaluated(packed.model, packed.capture, ofTraining()); });
   EXPECT_NE(line.find("frames: no pixel of an object"), std::string::npos) << line;
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::evaluation

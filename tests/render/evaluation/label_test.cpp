@@ -6,11 +6,11 @@
 #include <set>
 #include <string>
 
-namespace surflect {
+namespace surflect::evaluation {
 namespace {
 
-Image drawnLabel(const std::string& text, int scale = 1) {
-  Image image(static_cast<int>(text.size()) * scale * kLabelAdvance, scale * kLabelHeight, 3);
+image::Image drawnLabel(const std::string& text, int scale = 1) {
+  image::Image image(static_cast<int>(text.size()) * scale * kLabelAdvance, scale * kLabelHeight, 3);
   drawLabel(image, 0, 0, text, {1, 1, 1}, scale);
   return image;
 }
@@ -29,18 +29,18 @@ TEST(Label, CharactersLeaveAColumnToTheirNeighbours) {
 }
 
 TEST(Label, ATextIsItsCharactersSideBySide) {
-  const Image text = drawnLabel("C07", 2), last = drawnLabel("7", 2);
+  const image::Image text = drawnLabel("C07", 2), last = drawnLabel("7", 2);
   for (int y = 0; y < last.height; ++y)
     for (int x = 0; x < last.width; ++x) EXPECT_EQ(text.at(4 * kLabelAdvance + x, y)[0], last.at(x, y)[0]);
 }
 
 TEST(Label, PartsOffTheImageAreLeftOut) {
-  const Image whole = drawnLabel("Ag", 3);
-  Image cut(20, 11, 3);
+  const image::Image whole = drawnLabel("Ag", 3);
+  image::Image cut(20, 11, 3);
   drawLabel(cut, -9, -7, "Ag", {1, 1, 1}, 3);
   for (int y = 0; y < cut.height; ++y)
     for (int x = 0; x < cut.width; ++x) EXPECT_EQ(cut.at(x, y)[0], whole.at(x + 9, y + 7)[0]);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -8,37 +8,37 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::evaluation {
 namespace {
 
-Image randomImage(std::mt19937& rng, int width, int height, int channels) {
-  Image image(width, height, channels);
+image::Image randomImage(std::mt19937& rng, int width, int height, int channels) {
+  image::Image image(width, height, channels);
   std::uniform_real_distribution<float> uniform(0, 1);
   for (float& value : image.values) value = uniform(rng);
   return image;
 }
 
-Mask randomMask(std::mt19937& rng, int width, int height, double share) {
-  Mask mask(width, height);
+image::Mask randomMask(std::mt19937& rng, int width, int height, double share) {
+  image::Mask mask(width, height);
   std::bernoulli_distribution inside(share);
   for (auto& value : mask.inside) value = inside(rng);
   return mask;
 }
 
-Mask fullMask(const Image& image) {
-  Mask mask(image.width, image.height);
+image::Mask fullMask(const image::Image& image) {
+  image::Mask mask(image.width, image.height);
   mask.inside.assign(mask.inside.size(), 1);
   return mask;
 }
 
-Image plus(Image image, float offset) {
+image::Image plus(image::Image image, float offset) {
   for (float& value : image.values) value += offset;
   return image;
 }
 
 TEST(Measure, PsnrOfAConstantOffsetIsItsLevel) {
   std::mt19937 rng(1);
-  const Image image = randomImage(rng, 31, 17, 3);
+  const image::Image image = randomImage(rng, 31, 17, 3);
   for (const float offset : {0.5f, 0.1f, 0.01f})
     EXPECT_NEAR(psnr(squaredError(image, plus(image, offset), fullMask(image)).mean()),
                 -20 * std::log10(offset), 1e-3);
@@ -48,9 +48,9 @@ TEST(Measure, PsnrOfAConstantOffsetIsItsLevel) {
 
 TEST(Measure, OnlyTheMaskCounts) {
   std::mt19937 rng(2);
-  const Image a = randomImage(rng, 40, 30, 3);
-  Image b = a;
-  const Mask mask = randomMask(rng, 40, 30, 0.5);
+  const image::Image a = randomImage(rng, 40, 30, 3);
+  image::Image b = a;
+  const image::Mask mask = randomMask(rng, 40, 30, 0.5);
   for (int y = 0; y < 30; ++y)
     for (int x = 0; x < 40; ++x)
       if (!mask.inside[static_cast<size_t>(y * 40 + x)]) b.at(x, y)[1] = 7;
@@ -60,7 +60,7 @@ TEST(Measure, OnlyTheMaskCounts) {
 
 TEST(Measure, PoolsPixelsNotDecibels) {
   std::mt19937 rng(3);
-  const Image small = randomImage(rng, 8, 8, 3), large = randomImage(rng, 16, 16, 3);
+  const image::Image small = randomImage(rng, 8, 8, 3), large = randomImage(rng, 16, 16, 3);
   PooledMean pooled = squaredError(small, plus(small, 0.1f), fullMask(small));
   pooled += squaredError(large, plus(large, 0.3f), fullMask(large));
   EXPECT_NEAR(pooled.mean(), (64 * 0.01 + 256 * 0.09) / 320, 1e-7);
@@ -68,12 +68,12 @@ TEST(Measure, PoolsPixelsNotDecibels) {
 
 TEST(Measure, SsimOfIdenticalImagesIsOne) {
   std::mt19937 rng(4);
-  const Image image = randomImage(rng, 40, 25, 3);
+  const image::Image image = randomImage(rng, 40, 25, 3);
   EXPECT_NEAR(structuralSimilarity(image, image, fullMask(image)).mean(), 1, 1e-12);
 }
 
 TEST(Measure, SsimOfTwoFlatImagesIsTheLuminanceTerm) {
-  Image a(20, 20, 3), b(20, 20, 3);
+  image::Image a(20, 20, 3), b(20, 20, 3);
   std::fill(a.values.begin(), a.values.end(), 0.4f);
   std::fill(b.values.begin(), b.values.end(), 0.7f);
   const double expected = (2 * 0.4 * 0.7 + 1e-4) / (0.4 * 0.4 + 0.7 * 0.7 + 1e-4);
@@ -83,16 +83,16 @@ TEST(Measure, SsimOfTwoFlatImagesIsTheLuminanceTerm) {
 // The definition, window by window, without separating it.
 TEST(Measure, SsimAgreesWithItsDefinition) {
   std::mt19937 rng(5);
-  const Image a = randomImage(rng, 23, 19, 3), b = randomImage(rng, 23, 19, 3);
+  const image::Image a = randomImage(rng, 23, 19, 3), b = randomImage(rng, 23, 19, 3);
   for (const auto& [cx, cy] : {std::pair{11, 9}, {0, 0}, {22, 3}, {5, 18}}) {
-    Mask one(23, 19);
+    image::Mask one(23, 19);
     one.inside[static_cast<size_t>(cy * 23 + cx)] = 1;
     double n = 0, ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
     for (int y = std::max(0, cy - 5); y <= std::min(18, cy + 5); ++y)
       for (int x = std::max(0, cx - 5); x <= std::min(22, cx + 5); ++x) {
         const double w = std::exp(-((x - cx) * (x - cx) + (y - cy) * (y - cy)) / 4.5);
-        const double va = luma({a.at(x, y)[0], a.at(x, y)[1], a.at(x, y)[2]});
-        const double vb = luma({b.at(x, y)[0], b.at(x, y)[1], b.at(x, y)[2]});
+        const double va = image::luma({a.at(x, y)[0], a.at(x, y)[1], a.at(x, y)[2]});
+        const double vb = image::luma({b.at(x, y)[0], b.at(x, y)[1], b.at(x, y)[2]});
         n += w, ma += w * va, mb += w * vb, aa += w * va * va, bb += w * vb * vb, ab += w * va * vb;
       }
     ma /= n, mb /= n;
@@ -104,9 +104,9 @@ TEST(Measure, SsimAgreesWithItsDefinition) {
 
 TEST(Measure, ErosionIsTheSetWhoseDiscFits) {
   std::mt19937 rng(6);
-  const Mask mask = randomMask(rng, 33, 21, 0.97);
+  const image::Mask mask = randomMask(rng, 33, 21, 0.97);
   for (int n = 0; n < 5; ++n) {
-    Mask expected(33, 21);
+    image::Mask expected(33, 21);
     for (int y = 0; y < 21; ++y)
       for (int x = 0; x < 33; ++x) {
         bool fits = true;
@@ -117,34 +117,34 @@ TEST(Measure, ErosionIsTheSetWhoseDiscFits) {
               fits = false;
         expected.inside[static_cast<size_t>(y * 33 + x)] = fits;
       }
-    EXPECT_EQ(eroded(mask, n), expected) << n;
+    EXPECT_EQ(image::eroded(mask, n), expected) << n;
   }
 }
 
 TEST(Measure, IntersectionOverUnionOfShiftedSquares) {
   const auto square = [](int x0) {
-    Mask mask(30, 10);
+    image::Mask mask(30, 10);
     for (int y = 0; y < 10; ++y)
       for (int x = x0; x < x0 + 10; ++x) mask.inside[static_cast<size_t>(y * 30 + x)] = 1;
     return mask;
   };
-  EXPECT_EQ(intersectionOverUnion(square(3), square(3)), 1);
-  EXPECT_DOUBLE_EQ(intersectionOverUnion(square(3), square(8)), 5.0 / 15);
-  EXPECT_EQ(intersectionOverUnion(square(0), square(10)), 0);
-  EXPECT_EQ(intersectionOverUnion(Mask(4, 4), Mask(4, 4)), 1);
-  EXPECT_DOUBLE_EQ(intersectionOverUnion(square(3), unionOf(square(3), square(13))), 0.5);
+  EXPECT_EQ(image::intersectionOverUnion(square(3), square(3)), 1);
+  EXPECT_DOUBLE_EQ(image::intersectionOverUnion(square(3), square(8)), 5.0 / 15);
+  EXPECT_EQ(image::intersectionOverUnion(square(0), square(10)), 0);
+  EXPECT_EQ(image::intersectionOverUnion(image::Mask(4, 4), image::Mask(4, 4)), 1);
+  EXPECT_DOUBLE_EQ(image::intersectionOverUnion(square(3), image::unionOf(square(3), square(13))), 0.5);
 }
 
 TEST(Measure, ExposedClipsWhatIsInfiniteToWhite) {
   constexpr float infinite = std::numeric_limits<float>::infinity();
-  Image image(5, 1, 1);
+  image::Image image(5, 1, 1);
   image.values = {0.25f, 3, infinite, -infinite, std::numeric_limits<float>::quiet_NaN()};
   EXPECT_EQ(exposed(image, 2).values, (std::vector<float>{0.5f, 1, 1, 0, 0}));
 }
 
 TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {
-  Image truth(4, 1, 4), rendered(4, 1, 4);
-  const auto set = [](Image& image, int x, float grey, float alpha) {
+  image::Image truth(4, 1, 4), rendered(4, 1, 4);
+  const auto set = [](image::Image& image, int x, float grey, float alpha) {
     const auto pixel = image.at(x, 0);
     pixel[0] = pixel[1] = pixel[2] = grey;
     pixel[3] = alpha;
@@ -156,7 +156,7 @@ TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {
   const Difference difference = compare(truth, rendered, 2);
   EXPECT_EQ(difference.squaredErrorLinear.count, 9u);
   EXPECT_NEAR(difference.squaredErrorLinear.sum, 3 * 0.2 * 0.2, 1e-7);
-  const double srgb = srgbFromLinear(0.4f) - srgbFromLinear(0.2f);
+  const double srgb = image::srgbFromLinear(0.4f) - image::srgbFromLinear(0.2f);
   EXPECT_NEAR(difference.squaredErrorSrgb.sum, 3 * srgb * srgb, 1e-6);
   EXPECT_EQ(difference.similaritySrgb.count, 3u);
 }
@@ -164,24 +164,24 @@ TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {
 TEST(NoiseVariance, IsThatOfWhiteNoiseOnAPlane) {
   std::mt19937_64 random(3);
   std::normal_distribution<float> noise(0, 0.05f);
-  Image image(200, 200, 3);
+  image::Image image(200, 200, 3);
   for (int y = 0; y < 200; ++y)
     for (int x = 0; x < 200; ++x)
       for (float& value : image.at(x, y))
         value = 0.3f + 0.002f * static_cast<float>(x - 2 * y) + noise(random);
-  Mask all(200, 200);
+  image::Mask all(200, 200);
   std::ranges::fill(all.inside, uint8_t{1});
   EXPECT_NEAR(noiseVariance(image, all).mean(), 0.05 * 0.05, 0.04 * 0.05 * 0.05);
 }
 
 TEST(NoiseVariance, IsZeroOnAPlane) {
-  Image image(50, 40, 3);
+  image::Image image(50, 40, 3);
   for (int y = 0; y < 40; ++y)
     for (int x = 0; x < 50; ++x) std::ranges::fill(image.at(x, y), static_cast<float>(x + 3 * y));
-  Mask all(50, 40);
+  image::Mask all(50, 40);
   std::ranges::fill(all.inside, uint8_t{1});
   EXPECT_EQ(noiseVariance(image, all).mean(), 0);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::evaluation

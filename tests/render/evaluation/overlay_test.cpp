@@ -11,7 +11,7 @@
 #include <map>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::evaluation {
 namespace {
 
 using V3 = Vec3<double>;
@@ -21,12 +21,12 @@ using Direction = Direction3<AcquisitionSpace, double>;
 constexpr double kPi = std::numbers::pi;
 constexpr int kSize = 80; // of pictures, pixels
 
-Light directional(const V3& towards, Rgb irradiance) {
-  return {"D", "D", DirectionalLight{assume<Direction>(towards.normalized()), irradiance}};
+capture::Light directional(const V3& towards, Rgb irradiance) {
+  return {"D", "D", capture::DirectionalLight{assume<Direction>(towards.normalized()), irradiance}};
 }
 
 TriangleMesh sphereMesh(int slices = 192) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   studio::writeSphereMesh(folder / "sphere.ply", slices);
   return readMesh(folder / "sphere.ply");
 }
@@ -35,21 +35,22 @@ TriangleMesh sphereMesh(int slices = 192) {
 OverlayView sphereView(const WhiteSurface& surface, const V3& from, int size = kSize) {
   OverlayView view;
   view.camera = studio::cameraFrom<AcquisitionSpace>(from, size);
-  view.silhouette = objectMask(silhouette(view.camera, surface.rays()));
+  view.silhouette = image::objectMask(capture::silhouette(view.camera, surface.rays()));
   view.window = {0, 0, size, size};
   view.size = {size, size};
   return view;
 }
 
-Overlay overlayOfBlack(const OverlayView& view, const Light* light, const WhiteSurface& surface,
-                       const Image* mask = nullptr) {
-  return overlayOf(view, light, Image(view.camera.lens.width, view.camera.lens.height, 3), mask, surface, {});
+Overlay overlayOfBlack(const OverlayView& view, const capture::Light* light, const WhiteSurface& surface,
+                       const image::Image* mask = nullptr) {
+  return overlayOf(view, light, image::Image(view.camera.lens.width, view.camera.lens.height, 3), mask,
+                   surface, {});
 }
 
 // Largest difference of the overlay's geometry from a radiance that is a function of the unit normal.
 template <class RadianceAt>
 double worstAgainst(const Overlay& overlay, const OverlayView& view, const RadianceAt& radianceAt) {
-  const Image wanted = studio::overBlack(studio::viewSphere(view.camera, 3), radianceAt);
+  const image::Image wanted = studio::overBlack(studio::viewSphere(view.camera, 3), radianceAt);
   double worst = 0;
   for (size_t i = 0; i < wanted.values.size(); ++i)
     if (wanted.values[i / 4 * 4 + 3] == 1) // the limb of a mesh lies elsewhere
@@ -67,7 +68,7 @@ void addSquare(TriangleMesh& mesh, double x0, double half, double z) {
 }
 
 // Looks straight down on (x, y).
-Rgb seenFromAbove(const WhiteSurface& surface, double x, double y, const Light& light) {
+Rgb seenFromAbove(const WhiteSurface& surface, double x, double y, const capture::Light& light) {
   const auto seen = surface.seen(Point(x, y, 9), Direction(0, 0, -1), &light);
   return seen ? seen->radiance : Rgb{-1, -1, -1};
 }
@@ -78,7 +79,7 @@ TEST(Overlay, AWhiteSphereIsLambertsInClosedForm) {
   // Where light grazes, flat triangles shade each other.
   constexpr double kGrazing = kPi / 192;
   for (const V3& towards : {V3(1, 0.4, 0.7), V3(0.2, 1, 0.3), V3(-1, 0.2, 0.3)}) {
-    const Light light = directional(towards, {1, 2, 3});
+    const capture::Light light = directional(towards, {1, 2, 3});
     const auto n = towards.normalized().cast<float>().eval();
     const Overlay overlay = overlayOfBlack(view, &light, surface);
     EXPECT_LT(worstAgainst(overlay, view,
@@ -94,7 +95,7 @@ TEST(Overlay, APointLightFallsOffWithTheSquareOfTheDistance) {
   const WhiteSurface surface(sphereMesh());
   const OverlayView view = sphereView(surface, {1, 0.4, 0.7});
   const V3 position(2, 1, 2.5);
-  const Light light{"P", "P", PointLight{assume<Point>(position), {10, 20, 30}}};
+  const capture::Light light{"P", "P", capture::PointLight{assume<Point>(position), {10, 20, 30}}};
   EXPECT_LT(worstAgainst(overlayOfBlack(view, &light, surface), view,
                          [&](const Vec3<float>& normal) {
                            const V3 toLight = position - normal.cast<double>();
@@ -122,7 +123,7 @@ TEST(Overlay, AShadowLiesWhereTheOccluderIsTowardsTheLight) {
   addSquare(mesh, 0, 4, 0);
   addSquare(mesh, 2, 0.5, 1); // shades |x - 1| < 0.5 from (1, 0, 1)
   const WhiteSurface surface(mesh);
-  const Light slanting = directional({1, 0, 1}, {1, 1, 1});
+  const capture::Light slanting = directional({1, 0, 1}, {1, 1, 1});
   const auto lit = static_cast<float>(std::numbers::sqrt2 / 2 / kPi);
   for (const double y : {-0.6, -0.4, 0.0, 0.4, 0.6})
     for (const double x : {0.4, 0.6, 1.0, 1.4}) {
@@ -130,7 +131,7 @@ TEST(Overlay, AShadowLiesWhereTheOccluderIsTowardsTheLight) {
       EXPECT_FLOAT_EQ(seenFromAbove(surface, x, y, slanting).r, isShaded ? 0 : lit) << x << ' ' << y;
     }
   // The square is beyond a light below it.
-  const Light below{"P", "P", PointLight{Point(2, 0, 0.5), {1, 1, 1}}};
+  const capture::Light below{"P", "P", capture::PointLight{Point(2, 0, 0.5), {1, 1, 1}}};
   EXPECT_NEAR(seenFromAbove(surface, 1.2, 0, below).r, 0.5 / std::pow(0.64 + 0.25, 1.5) / kPi, 1e-5);
   EXPECT_EQ(seenFromAbove(surface, 2, 0, below).r, 0); // its upper side
 }
@@ -144,7 +145,7 @@ TEST(Overlay, FacesAreFlatUpToACreaseAndSmoothAcrossABend) {
                         V3(std::cos(turn), -1, -std::sin(turn)), V3(std::cos(turn), 1, -std::sin(turn))})
       mesh.positions.push_back(assume<Point>(p).cast<float>());
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}};
-    const Light light = directional({1, 0, 0.2}, {1, 1, 1});
+    const capture::Light light = directional({1, 0, 0.2}, {1, 1, 1});
     return kPi * seenFromAbove(WhiteSurface(mesh), -1e-4, 0, light).r;
   };
   const auto leaning = [](double degrees) {
@@ -171,7 +172,7 @@ TEST(Overlay, TheOutlineIsOnTheAnalyticCircle) {
   const WhiteSurface surface(sphereMesh());
   OverlayView view = sphereView(surface, {0.5, 0.5, 1});
   view.size = {3 * kSize, 3 * kSize};
-  Image mask(kSize, kSize, 1);
+  image::Image mask(kSize, kSize, 1);
   const double radius = kSize / 2.0 - 7, maskRadius = 20.3; // pixels of the photograph
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) { // antialiased
@@ -203,7 +204,7 @@ TEST(Overlay, TheOutlineIsOnTheAnalyticCircle) {
 
 TEST(Overlay, AWindowShowsThePartOfTheWholePicture) {
   const WhiteSurface surface(sphereMesh(96));
-  const Light light = directional({1, 1, 0}, {1, 1, 1});
+  const capture::Light light = directional({1, 1, 0}, {1, 1, 1});
   OverlayView view = sphereView(surface, {0, 0, 1});
   view.camera.lens.k1 = 0.2;
   const Overlay whole = overlayOfBlack(view, &light, surface);
@@ -229,22 +230,23 @@ TEST(Overlay, CorrelationIsOneForAnyGainAndMinusOneForTheOpposite) {
 class ContactSheets : public testing::Test {
 protected:
   const studio::Studio smallStudio{.cameras = 5, .lights = 6};
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
 };
 
 TEST_F(ContactSheets, TheStatedLightAgreesWithThePhotographAndTheFlippedOneDoesNot) {
   studio::Studio studio = smallStudio;
   studio.size = kSize;
-  const Capture capture = studio::photograph(studio, folder / "capture");
+  const capture::Capture capture = studio::photograph(studio, folder / "capture");
   const WhiteSurface surface(sphereMesh());
   int lit = 0;
   for (size_t i = 0; i < capture.frames.size(); ++i) {
-    const Camera<AcquisitionSpace>& camera = capture.views[capture.frames[i].view].camera;
-    Light light = capture.lights[*capture.frames[i].light];
-    auto& towards = std::get<DirectionalLight>(light.kind).towards;
-    if (dot(towards, Viewpoint(camera).towards(Point(0, 0, 0))) < -0.7) continue; // a crescent on the limb
+    const capture::Camera<AcquisitionSpace>& camera = capture.views[capture.frames[i].view].camera;
+    capture::Light light = capture.lights[*capture.frames[i].light];
+    auto& towards = std::get<capture::DirectionalLight>(light.kind).towards;
+    if (dot(towards, capture::Viewpoint(camera).towards(Point(0, 0, 0))) < -0.7)
+      continue; // a crescent on the limb
     ++lit;
-    const Photograph photograph = readPhotographs(capture, {&i, 1})[0];
+    const capture::Photograph photograph = capture::readPhotographs(capture, {&i, 1})[0];
     const OverlayView view = sphereView(surface, camera.center().raw());
     const auto agreement = [&] {
       return overlayOf(view, &light, photograph.radiance, &photograph.alpha, surface, {}).shadingCorrelation;
@@ -257,7 +259,7 @@ TEST_F(ContactSheets, TheStatedLightAgreesWithThePhotographAndTheFlippedOneDoesN
 }
 
 TEST_F(ContactSheets, AMeshInPlaceHasTheOverlapThatAShiftedOneLoses) {
-  const Capture capture = studio::photograph(smallStudio, folder / "capture");
+  const capture::Capture capture = studio::photograph(smallStudio, folder / "capture");
   TriangleMesh mesh = sphereMesh();
   const auto frames = spreadFrames(capture, 5);
   for (const Overlay& overlay : contactSheet(capture, frames, WhiteSurface(mesh), {}).overlays)
@@ -271,7 +273,7 @@ TEST_F(ContactSheets, GeometryThatNoCameraSeesStillMakesASheet) {
   studio::Studio studio = smallStudio;
   studio.matte = false;
   studio.lights = 0;
-  const Capture capture = studio::photograph(studio, folder / "capture");
+  const capture::Capture capture = studio::photograph(studio, folder / "capture");
   TriangleMesh mesh = sphereMesh(24);
   for (auto& p : mesh.positions) p = p + Direction3<AcquisitionSpace>(0, 1000, 0);
   const ContactSheet sheet = contactSheet(capture, spreadFrames(capture, 3), WhiteSurface(mesh), {});
@@ -284,7 +286,7 @@ TEST_F(ContactSheets, GeometryThatNoCameraSeesStillMakesASheet) {
 }
 
 TEST_F(ContactSheets, AreTheSameForAnyNumberOfThreads) {
-  const Capture capture = studio::photograph(smallStudio, folder / "capture");
+  const capture::Capture capture = studio::photograph(smallStudio, folder / "capture");
   const WhiteSurface surface(sphereMesh(48));
   const auto frames = spreadFrames(capture, 4);
   const ContactSheet many = contactSheet(capture, frames, surface, {});
@@ -297,7 +299,7 @@ TEST_F(ContactSheets, StayBelow4000PixelsInWidth) {
   studio.size = 24;
   studio.cameras = 12;
   studio.lights = 12;
-  const Capture capture = studio::photograph(studio, folder / "capture");
+  const capture::Capture capture = studio::photograph(studio, folder / "capture");
   const WhiteSurface surface(sphereMesh(24));
   for (const size_t count : {1u, 2u, 100u}) {
     const ContactSheet sheet = contactSheet(capture, spreadFrames(capture, count), surface, {});
@@ -308,12 +310,12 @@ TEST_F(ContactSheets, StayBelow4000PixelsInWidth) {
 }
 
 TEST(SpreadFrames, TakesEachFrameOnceAndViewsAndLightsAlike) {
-  Capture capture;
+  capture::Capture capture;
   capture.views.resize(12);
   capture.lights.resize(8);
   for (size_t view = 0; view < 12; ++view)
     for (size_t light = 0; light < 8; ++light) {
-      Frame frame;
+      capture::Frame frame;
       frame.view = view;
       frame.light = light;
       capture.frames.push_back(frame);
@@ -334,4 +336,4 @@ TEST(SpreadFrames, TakesEachFrameOnceAndViewsAndLightsAlike) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::evaluation

@@ -11,16 +11,17 @@
 #include <mutex>
 #include <thread>
 
-namespace surflect {
+namespace surflect::film {
 namespace {
 
 constexpr int kFrames = 12; // more than share a commit
 
 class WrittenFilm : public testing::Test {
 protected:
-  static FrameLayers film(int frame) {
+  static surfels::FrameLayers film(int frame) {
     const auto seed = static_cast<unsigned>(frame);
-    return {randomImage(40, 30, 4, 0, 1, seed), {{"stretch", randomImage(40, 30, 1, 1, 2, seed)}}};
+    return {image::randomImage(40, 30, 4, 0, 1, seed),
+            {{"stretch", image::randomImage(40, 30, 1, 1, 2, seed)}}};
   }
   std::filesystem::path picture(int frame) const { return folder / (std::to_string(frame) + ".exr"); }
   std::filesystem::path preview(int frame) const { return folder / (std::to_string(frame) + ".png"); }
@@ -42,7 +43,7 @@ protected:
     return finished;
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
 };
 
 // A film whose caller is always ahead of the writing thread, so that frames share commits.
@@ -85,7 +86,7 @@ TEST_F(SharedCommit, TakesUpToEightFrames) {
 
 TEST_F(SharedCommit, HasNothingOfAFrameThatFailsAndAllOfThoseBeforeIt) {
   std::filesystem::create_directory(picture(2));
-  EXPECT_EQ(errorOf([&] { writeFrames(4, [](int) {}); }),
+  EXPECT_EQ(image::errorOf([&] { writeFrames(4, [](int) {}); }),
             picture(2).string() + ": cannot write (a folder is there)");
   const auto left = content();
   EXPECT_EQ(left.size(), 4u);
@@ -101,7 +102,7 @@ TEST_F(SharedCommit, ThatStopsInBetweenHasNoPictureWithoutItsPreview) {
   const auto blockFrame2 = [&](int frame) { // once it is encoded
     if (frame == 3) std::filesystem::create_directory(picture(2));
   };
-  const std::string error = errorOf([&] { writeFrames(4, blockFrame2); });
+  const std::string error = image::errorOf([&] { writeFrames(4, blockFrame2); });
   EXPECT_EQ(error.find(picture(2).string() + ": cannot rename to"), 0u) << error;
   EXPECT_EQ(names(), (std::vector<std::string>{"0.exr", "0.png", "1.exr", "1.png", "2.png"}));
   EXPECT_EQ(content().size(), names().size()); // no temporaries
@@ -126,7 +127,7 @@ TEST_F(WrittenFilm, AFrameThatFailsIsNamedAndThoseBeforeItAreThere) {
   for (const auto thread : {FilmWriter::Thread::own, FilmWriter::Thread::callers}) {
     std::filesystem::create_directory(picture(3));
     FilmWriter writer(thread, {});
-    const std::string error = errorOf([&] {
+    const std::string error = image::errorOf([&] {
       for (int frame = 0; frame < 6; ++frame) write(writer, frame);
       writer.finish();
     });
@@ -164,4 +165,4 @@ TEST_F(WrittenFilm, ACancelledFrameLeavesNothing) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::film

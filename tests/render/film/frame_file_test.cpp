@@ -9,42 +9,42 @@
 #include <algorithm>
 #include <limits>
 
-namespace surflect {
+namespace surflect::film {
 namespace {
 
-FrameLayers randomFilm() {
-  FrameLayers film;
-  film.color = randomImage(13, 9, 4, 0, 2, 1);
-  film.aovs["depth"] = randomImage(13, 9, 1, 1, 5, 2);
+surfels::FrameLayers randomFilm() {
+  surfels::FrameLayers film;
+  film.color = image::randomImage(13, 9, 4, 0, 2, 1);
+  film.aovs["depth"] = image::randomImage(13, 9, 1, 1, 5, 2);
   film.aovs["depth"].at(3, 4)[0] = std::numeric_limits<float>::infinity();
-  film.aovs["normal"] = randomImage(13, 9, 3, -1, 1, 3);
-  film.aovs["camera_blend"] = randomImage(13, 9, 3, 0, 1, 4);
-  film.aovs["light_blend"] = randomImage(13, 9, 3, 0, 1, 5);
-  film.aovs["stretch"] = randomImage(13, 9, 1, 1, 3, 6);
+  film.aovs["normal"] = image::randomImage(13, 9, 3, -1, 1, 3);
+  film.aovs["camera_blend"] = image::randomImage(13, 9, 3, 0, 1, 4);
+  film.aovs["light_blend"] = image::randomImage(13, 9, 3, 0, 1, 5);
+  film.aovs["stretch"] = image::randomImage(13, 9, 1, 1, 3, 6);
   return film;
 }
 
-TEST(FrameLayers, WhatLiesBelowBlackIsBlack) {
-  const TemporaryFolder folder;
-  FrameLayers film;
-  film.color = Image(2, 1, 4);
+TEST(surfels::FrameLayers, WhatLiesBelowBlackIsBlack) {
+  const image::TemporaryFolder folder;
+  surfels::FrameLayers film;
+  film.color = image::Image(2, 1, 4);
   film.color.values = {-0.5f, 0.25f, -1e-9f, 1, 0.5f, -2, 1, 1};
   writeFrame(folder / "film.exr", film, {});
-  EXPECT_EQ(ExrFile(folder / "film.exr").read(ChannelSet{"R", "G", "B", "A"}).values,
+  EXPECT_EQ(image::ExrFile(folder / "film.exr").read(image::ChannelSet{"R", "G", "B", "A"}).values,
             (std::vector<float>{0, 0.25f, 0, 1, 0.5f, 0, 1, 1}));
 }
 
-TEST(FrameLayers, LayersAndMetadataComeBack) {
-  const TemporaryFolder folder;
-  const FrameLayers film = randomFilm();
+TEST(surfels::FrameLayers, LayersAndMetadataComeBack) {
+  const image::TemporaryFolder folder;
+  const surfels::FrameLayers film = randomFilm();
   writeFrame(folder / "film.exr", film, {{"surflect.identity", "script 1 model 2"}, {"surflect.frame", "7"}});
-  const ExrFile file(folder / "film.exr");
+  const image::ExrFile file(folder / "film.exr");
   EXPECT_EQ(file.attribute("surflect.identity"), "script 1 model 2");
   EXPECT_EQ(file.attribute("surflect.frame"), "7");
   EXPECT_EQ(file.channels().size(), 4u + 1 + 3 + 3 + 3 + 1);
 
-  const auto isBack = [&](const ChannelSet& channels, const Image& wanted, float relative) {
-    const Image got = file.read(channels);
+  const auto isBack = [&](const image::ChannelSet& channels, const image::Image& wanted, float relative) {
+    const image::Image got = file.read(channels);
     ASSERT_EQ(got.values.size(), wanted.values.size());
     for (size_t i = 0; i < got.values.size(); ++i)
       EXPECT_LE(std::abs(got.values[i] - wanted.values[i]), relative * std::abs(wanted.values[i]) + 3e-8f);
@@ -55,20 +55,22 @@ TEST(FrameLayers, LayersAndMetadataComeBack) {
   for (const std::string blend : {"camera_blend", "light_blend"})
     isBack({blend + ".R", blend + ".G", blend + ".B"}, film.aovs.at(blend), half);
   isBack({"stretch.V"}, film.aovs.at("stretch"), half);
-  EXPECT_EQ(file.read(ChannelSet{"depth.Z"}).values, film.aovs.at("depth").values); // with its infinity
+  EXPECT_EQ(file.read(image::ChannelSet{"depth.Z"}).values,
+            film.aovs.at("depth").values); // with its infinity
 }
 
-TEST(FrameLayers, SameFilmSameBytes) {
-  const TemporaryFolder folder;
+TEST(surfels::FrameLayers, SameFilmSameBytes) {
+  const image::TemporaryFolder folder;
   writeFrame(folder / "a.exr", randomFilm(), {{"surflect.frame", "7"}});
   writeFrame(folder / "b.exr", randomFilm(), {{"surflect.frame", "7"}});
   EXPECT_EQ(readFile(folder / "a.exr"), readFile(folder / "b.exr"));
 }
 
 TEST(Preview, ShowsExposedColoursWithStraightAlpha) {
-  const TemporaryFolder folder;
-  Image color(40, 25, 4);
-  const Image straight = randomImage(40, 25, 3, 0, 3, 7), alpha = randomImage(40, 25, 1, 0.02f, 1, 8);
+  const image::TemporaryFolder folder;
+  image::Image color(40, 25, 4);
+  const image::Image straight = image::randomImage(40, 25, 3, 0, 3, 7),
+                     alpha = image::randomImage(40, 25, 1, 0.02f, 1, 8);
   for (size_t i = 0; i < alpha.values.size(); ++i) {
     for (size_t c = 0; c < 3; ++c) color.values[4 * i + c] = alpha.values[i] * straight.values[3 * i + c];
     color.values[4 * i + 3] = alpha.values[i];
@@ -76,7 +78,7 @@ TEST(Preview, ShowsExposedColoursWithStraightAlpha) {
   color.at(5, 5)[3] = 0; // colour without alpha stays finite
   const float exposure = 0.5f;
   writePreview(folder / "preview.png", color, exposure);
-  const PngPicture png = readPng(folder / "preview.png");
+  const image::PngPicture png = image::readPng(folder / "preview.png");
   ASSERT_EQ(png.image.channels, 4);
   EXPECT_EQ(png.bitDepth, 8);
   constexpr float step = 0.5001f / 255;
@@ -85,24 +87,24 @@ TEST(Preview, ShowsExposedColoursWithStraightAlpha) {
     if (color.values[4 * i + 3] == 0) continue;
     for (size_t c = 0; c < 3; ++c)
       EXPECT_NEAR(png.image.values[4 * i + c],
-                  srgbFromLinear(std::min(1.f, exposure * straight.values[3 * i + c])), step);
+                  image::srgbFromLinear(std::min(1.f, exposure * straight.values[3 * i + c])), step);
   }
 }
 
 TEST(Preview, AnInfinitePixelIsWhiteAndNoNumberIsBlack) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   constexpr float infinite = std::numeric_limits<float>::infinity();
-  Image color(2, 1, 4);
+  image::Image color(2, 1, 4);
   color.values = {infinite, -infinite, std::numeric_limits<float>::quiet_NaN(), 1, infinite, infinite,
                   0,        0.6f};
   writePreview(folder / "preview.png", color, 0.5);
-  const std::vector<float> values = readPng(folder / "preview.png").image.values;
+  const std::vector<float> values = image::readPng(folder / "preview.png").image.values;
   EXPECT_EQ(values, (std::vector<float>{1, 0, 0, 1, 1, 1, 0, 0.6f}));
 }
 
 TEST(WhiteOf, IsThe995thPercentileOfTheObject) {
   // A thousand object pixels: in each, channels 3 i, 3 i + 1, 3 i + 2 of 0..2999; and bright ones outside.
-  Image color(60, 20, 4);
+  image::Image color(60, 20, 4);
   for (size_t i = 0; i < 1200; ++i) {
     const bool isObject = i % 6 != 5;
     const size_t rank = 3 * (i / 6 * 5 + i % 6);
@@ -113,11 +115,11 @@ TEST(WhiteOf, IsThe995thPercentileOfTheObject) {
 }
 
 TEST(WhiteOf, IsZeroWhereThereIsNothingToSee) {
-  EXPECT_EQ(whiteOf(Image(4, 4, 4)), 0);
-  Image black(4, 4, 4);
+  EXPECT_EQ(whiteOf(image::Image(4, 4, 4)), 0);
+  image::Image black(4, 4, 4);
   for (size_t i = 3; i < black.values.size(); i += 4) black.values[i] = 1;
   EXPECT_EQ(whiteOf(black), 0);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::film

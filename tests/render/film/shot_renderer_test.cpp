@@ -3,7 +3,7 @@
 #include "render/film/frame_file.h"
 #include "tests/render/films.h"
 
-namespace surflect {
+namespace surflect::film {
 namespace {
 
 using studio::filmOf;
@@ -11,17 +11,17 @@ using studio::filmOf;
 class ShotOfSphere : public studio::PackedSphere<600> {
 protected:
   // One light that brightens and goes dark again, one warp; `camera` is the table's content.
-  static Script script(const std::string& camera, const std::string& size = "[40, 40]",
-                       const std::string& intensity = "[[3, 1], [6, 40], [11, 0]]") {
-    return parseScript("model = \"m.srf\"\n[frames]\nfirst = 3\nlast = 11\n[output]\nsize = " + size +
-                           "\npath = \"#.exr\"\naov = [\"depth\"]\n[camera]\n" + camera +
-                           "\n[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\n"
-                           "intensity = " +
-                           intensity +
-                           "\n[[warp]]\ntype = \"twist\"\naxis = [0, 1, 0]\nangle_deg = \"5*frame\"",
-                       "shots/shot.toml");
+  static scene::Script script(const std::string& camera, const std::string& size = "[40, 40]",
+                              const std::string& intensity = "[[3, 1], [6, 40], [11, 0]]") {
+    return scene::parseScript("model = \"m.srf\"\n[frames]\nfirst = 3\nlast = 11\n[output]\nsize = " + size +
+                                  "\npath = \"#.exr\"\naov = [\"depth\"]\n[camera]\n" + camera +
+                                  "\n[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\n"
+                                  "intensity = " +
+                                  intensity +
+                                  "\n[[warp]]\ntype = \"twist\"\naxis = [0, 1, 0]\nangle_deg = \"5*frame\"",
+                              "shots/shot.toml");
   }
-  ShotRenderer rendererOf(const Script& script) const {
+  ShotRenderer rendererOf(const scene::Script& script) const {
     return ShotRenderer(script, model(), {}, size_t{1} << 28, progress);
   }
 
@@ -30,24 +30,24 @@ protected:
 };
 
 TEST_F(ShotOfSphere, AFrameIsTheScriptAtItsTime) {
-  const Script shot = script(placed);
-  FrameStats stats;
-  const FrameLayers film = rendererOf(shot).render(7, 1, stats);
-  const ShotTime time = shotTime(shot, 7);
-  FrameOptions options;
+  const scene::Script shot = script(placed);
+  surfels::FrameStats stats;
+  const surfels::FrameLayers film = rendererOf(shot).render(7, 1, stats);
+  const warp::ShotTime time = scene::shotTime(shot, 7);
+  surfels::FrameOptions options;
   options.aovs = {"depth"};
-  const FrameLayers expected =
-      filmOf(model(), *warpAt(shot, time), cameraAt(shot, time), lightsAt(shot, time), options);
+  const surfels::FrameLayers expected = filmOf(
+      model(), *scene::warpAt(shot, time), scene::cameraAt(shot, time), scene::lightsAt(shot, time), options);
   EXPECT_EQ(film.color.values, expected.color.values);
   ASSERT_EQ(film.aovs.size(), 1u);
   EXPECT_EQ(film.aovs.at("depth").values, expected.aovs.at("depth").values);
 }
 
 TEST_F(ShotOfSphere, ACapturedCameraHasItsOwnPoseAndViewAtAnySize) {
-  const Script shot = script("from = \"C5\"", "[60, 60]");
-  const Camera<AcquisitionSpace>& captured = model().rig.views[5].camera;
+  const scene::Script shot = script("from = \"C5\"", "[60, 60]");
+  const capture::Camera<AcquisitionSpace>& captured = model().rig.views[5].camera;
   for (const double scale : {1.0, 0.5, 3.0}) {
-    const Camera<ObjectSpace> got = rendererOf(shot).camera(7, scale);
+    const capture::Camera<ObjectSpace> got = rendererOf(shot).camera(7, scale);
     EXPECT_EQ(got.lens.width, 60 * scale);
     EXPECT_EQ(got.lens.height, 60 * scale);
     EXPECT_NEAR(got.lens.focalX / got.lens.width, captured.lens.focalX / captured.lens.width, 1e-15);
@@ -57,20 +57,20 @@ TEST_F(ShotOfSphere, ACapturedCameraHasItsOwnPoseAndViewAtAnySize) {
 }
 
 TEST_F(ShotOfSphere, ACameraThatCannotBeIsToldWithItsPlaceInTheScript) {
-  const Script nobody = script("from = \"C99\""), wide = script("from = \"C5\"", "[80, 40]");
-  EXPECT_EQ(errorOf([&] { rendererOf(nobody).camera(3, 1); }),
+  const scene::Script nobody = script("from = \"C99\""), wide = script("from = \"C5\"", "[80, 40]");
+  EXPECT_EQ(image::errorOf([&] { rendererOf(nobody).camera(3, 1); }),
             "shots/shot.toml: camera.from: found 'C99', expected a camera of " + model().folder.string());
-  EXPECT_EQ(errorOf([&] { rendererOf(wide).camera(3, 1); }),
+  EXPECT_EQ(image::errorOf([&] { rendererOf(wide).camera(3, 1); }),
             "shots/shot.toml: output.size: found 80 x 40, expected the shape of the camera's pictures, "
             "40 x 40");
 }
 
 TEST_F(ShotOfSphere, TheBrightestOfFiveFramesIsWhiteInThePreviews) {
-  const Script shot = script(placed, "[160, 160]");
+  const scene::Script shot = script(placed, "[160, 160]");
   ShotRenderer shots = rendererOf(shot);
   double white = 0;
   for (const int frame : {3, 5, 7, 9, 11}) {
-    FrameStats stats;
+    surfels::FrameStats stats;
     white = std::max(white, whiteOf(shots.render(frame, 0.25, stats).color));
   }
   EXPECT_GT(white, 0);
@@ -79,9 +79,9 @@ TEST_F(ShotOfSphere, TheBrightestOfFiveFramesIsWhiteInThePreviews) {
 }
 
 TEST_F(ShotOfSphere, WhereNothingShinesPreviewsAreAsTheyAre) {
-  const Script dark = script(placed, "[40, 40]", "0");
+  const scene::Script dark = script(placed, "[40, 40]", "0");
   EXPECT_EQ(rendererOf(dark).previewExposure(), 1);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::film

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::scene {
 namespace {
 
 using studio::cameraFrom;
@@ -22,26 +22,26 @@ using studio::PackedStudio;
 using studio::pictureSize;
 using studio::Studio;
 
-double rootMeanSquare(const Image& a, const Image& b) {
+double rootMeanSquare(const image::Image& a, const image::Image& b) {
   double sum = 0;
   for (size_t i = 0; i < a.values.size(); ++i) sum += std::pow(a.values[i] - b.values[i], 2);
   return std::sqrt(sum / static_cast<double>(a.values.size()));
 }
 
 // A sky, a dark ground and two suns of different colour.
-EnvironmentMap liveliest(int height) {
-  Image image(2 * height, height, 3);
+ulr::EnvironmentMap liveliest(int height) {
+  image::Image image(2 * height, height, 3);
   const auto sun = [](const Vec3<double>& d, const Vec3<double>& towards) {
     return std::exp(80 * (d.dot(towards.normalized()) - 1));
   };
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < 2 * height; ++x) {
-      const Vec3<double> d = latLongDirection((x + 0.5) / (2 * height), (y + 0.5) / height).raw();
+      const Vec3<double> d = ulr::latLongDirection((x + 0.5) / (2 * height), (y + 0.5) / height).raw();
       const double sky = 0.6 + 0.4 * d[1], warm = 30 * sun(d, {1, 1, -1}), cold = 20 * sun(d, {-2, 0.3, 0.5});
       const std::array rgb{sky + warm, sky + 0.5 * (warm + cold), 1.5 * sky + cold};
       for (size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(rgb[c]);
     }
-  return environmentOf(image, EnvironmentMapping::latLong);
+  return ulr::environmentOf(image, ulr::EnvironmentMapping::latLong);
 }
 
 std::vector<ShotLight> lightOf(const PreparedEnvironment& environment,
@@ -52,10 +52,10 @@ std::vector<ShotLight> lightOf(const PreparedEnvironment& environment,
 TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
   const Studio studio{.lights = 80, .size = pictureSize};
   const PackedStudio packed(studio, 1500);
-  Image white(64, 32, 3);
+  image::Image white(64, 32, 3);
   std::ranges::fill(white.values, 1.f);
-  const auto map = environmentOf(white, EnvironmentMapping::latLong);
-  const auto environment = prepareEnvironment(map, 0.01, LightExtrapolation::fade, packed.model, {});
+  const auto map = ulr::environmentOf(white, ulr::EnvironmentMapping::latLong);
+  const auto environment = prepareEnvironment(map, 0.01, ulr::LightExtrapolation::fade, packed.model, {});
   const auto camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, pictureSize);
   studio::expectAlbedo(filmOf(packed.model, *noWarp(), camera, lightOf(environment)).color, camera,
                        studio.albedo);
@@ -63,8 +63,9 @@ TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
 
 class EnvironmentOfSphere : public studio::PackedSphere<1500> {
 protected:
-  const EnvironmentMap map = liveliest(32);
-  const PreparedEnvironment environment = prepareEnvironment(map, 0.01, LightExtrapolation::fade, model(), {});
+  const ulr::EnvironmentMap map = liveliest(32);
+  const PreparedEnvironment environment =
+      prepareEnvironment(map, 0.01, ulr::LightExtrapolation::fade, model(), {});
 };
 
 // Through a script and a picture on disk, against where the texel's light must come from, by hand: with z up
@@ -96,11 +97,11 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
                         {32, 16, "rotate_deg = 90", front, aboutY},
                         {48, 16, "rotate_deg = \"45*frame\"", right, aboutY},
                         {32, 16, "up = [0, 0, 1]\nrotate_deg = 90", front, zUpTurned}};
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   for (const Case& one : cases) {
-    Image texel(64, 32, 3);
+    image::Image texel(64, 32, 3);
     std::ranges::copy(std::array{300.f, 200.f, 100.f}, texel.at(one.x, one.y).begin());
-    writeExr(folder / "texel.exr", texel, Precision::single);
+    image::writeExr(folder / "texel.exr", texel, image::Precision::single);
     const Script script = parseScript(std::string("[[light]]\ntype = \"environment\"\nimage = \"texel.exr\"\n"
                                                   "color = [0.5, 1, 1]\nintensity = 2\n") +
                                           one.placement,
@@ -116,42 +117,43 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
                                                            solidAngle * Rgb{300, 400, 200}}};
     // From in front of the light, where a light from elsewhere would be seen at once.
     const auto facing = cameraFrom<ObjectSpace>(towards + Vec3<double>(0.2, 0.3, 0.1), pictureSize);
-    const Image expected = filmOf(model(), *noWarp(), facing, lamp).color;
-    const Image got = filmOf(model(), *noWarp(), facing, lights).color;
+    const image::Image expected = filmOf(model(), *noWarp(), facing, lamp).color;
+    const image::Image got = filmOf(model(), *noWarp(), facing, lights).color;
     const float brightest = *std::ranges::max_element(expected.values);
     EXPECT_LT(largestDifference(got, expected) / brightest, 0.001) << one.placement << ' ' << one.x;
-    EXPECT_GT(largestDifference(got, Image(got.width, got.height, 4)), 0.5 * brightest);
+    EXPECT_GT(largestDifference(got, image::Image(got.width, got.height, 4)), 0.5 * brightest);
   }
 }
 
 // The paper's way for a still object [Weyrich 2005, Fig. 2]: the map filtered once by the weights of the
 // captured lights, and the photographs added up with it. Here texel by texel.
 TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
-  FrameOptions plain;
+  surfels::FrameOptions plain;
   plain.shade.foreshortened = false; // else weights depend on the normal, too
   plain.shade.lights = 4;
-  plain.shade.lightFit = LightFit::plane; // which turns less steeply than the mean
-  const auto prepared = prepareEnvironment(map, 0.01, LightExtrapolation::fade, model(), plain.shade);
+  plain.shade.lightFit = ulr::LightFit::plane; // which turns less steeply than the mean
+  const auto prepared = prepareEnvironment(map, 0.01, ulr::LightExtrapolation::fade, model(), plain.shade);
   const auto& rig = model().rig.lights;
   std::vector<Vec3<double>> filtered(rig.size(), Vec3<double>::Zero());
   std::vector<Direction3<AcquisitionSpace>> towardsCaptured;
   std::vector<Direction3<AcquisitionSpace, double>> covering;
-  for (const Light& light : rig) {
-    covering.push_back(std::get<DirectionalLight>(light.kind).towards);
+  for (const capture::Light& light : rig) {
+    covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
     towardsCaptured.push_back(covering.back().cast<float>());
   }
-  const LightCoverage coverage(covering);
+  const ulr::LightCoverage coverage(covering);
   for (const auto& texel : map.texels) {
     const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
     for (const auto& [light, weight] :
-         blendOfLights(towardsCaptured, towards, lightBlend(model(), plain.shade), coverage, LightExtrapolation::fade))
+         ulr::blendOfLights(towardsCaptured, towards, model::lightBlend(model(), plain.shade), coverage,
+                            ulr::LightExtrapolation::fade))
       filtered[light] += weight * Vec3<double>(texel.irradiance.r, texel.irradiance.g, texel.irradiance.b);
   }
-  Image relit(pictureSize, pictureSize, 4);
+  image::Image relit(pictureSize, pictureSize, 4);
   for (size_t l = 0; l < rig.size(); ++l) {
-    const auto& light = std::get<DirectionalLight>(rig[l].kind);
+    const auto& light = std::get<capture::DirectionalLight>(rig[l].kind);
     const auto towards = assume<Direction3<ObjectSpace, double>>(light.towards.raw());
-    const Image alone =
+    const image::Image alone =
         filmOf(model(), *noWarp(), camera, {ShotDirectionalLight{towards, light.irradiance}}, plain).color;
     const std::array captured{light.irradiance.r, light.irradiance.g, light.irradiance.b};
     for (size_t i = 0; i < alone.values.size(); ++i)
@@ -162,29 +164,29 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
         relit.values[i] = alone.values[i];
   }
   const float brightest = *std::ranges::max_element(relit.values);
-  const Image film = filmOf(model(), *noWarp(), camera, lightOf(prepared), plain).color;
+  const image::Image film = filmOf(model(), *noWarp(), camera, lightOf(prepared), plain).color;
   EXPECT_LT(rootMeanSquare(film, relit) / brightest, 0.0006);
   EXPECT_LT(largestDifference(film, relit) / brightest, 0.004);
 
   // Every surfel has the same weights.
-  const auto deformed = deform(model().cloud, *noWarp());
+  const auto deformed = warp::deform(model().cloud, *noWarp());
   const std::vector<uint32_t> some{3, 500, 1200};
-  const auto batch = queriesAt(model().cloud, deformed, some, camera, lightOf(environment));
+  const auto batch = surfels::queriesAt(model().cloud, deformed, some, camera, lightOf(environment));
   for (const auto& turn : batch.acquisitionFromEnvironment)
     EXPECT_LT((turn.matrix() - Mat3<float>::Identity()).norm(), 1e-6);
 }
 
 // Under a warp, in the limit of as many lights as the map has texels and without a table.
 TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
-  const auto warp = twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
+  const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
   PreparedEnvironment exact;
   exact.lights = map.texels;
-  const Image truth = filmOf(model(), *warp, camera, lightOf(exact)).color;
+  const image::Image truth = filmOf(model(), *warp, camera, lightOf(exact)).color;
   const float brightest = *std::ranges::max_element(truth.values);
   for (const double error : {0.1, 0.01}) {
-    const auto prepared = prepareEnvironment(map, error, LightExtrapolation::fade, model(), {});
+    const auto prepared = prepareEnvironment(map, error, ulr::LightExtrapolation::fade, model(), {});
     EXPECT_LT(prepared.lights.size(), map.texels.size() / 5);
-    const Image film = filmOf(model(), *warp, camera, lightOf(prepared)).color;
+    const image::Image film = filmOf(model(), *warp, camera, lightOf(prepared)).color;
     EXPECT_LT(rootMeanSquare(film, truth) / brightest, error / 10);
     EXPECT_LT(largestDifference(film, truth) / brightest, error);
   }
@@ -194,35 +196,35 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
 // that the map gives them texel by texel. Rigs of several sizes, a map of lively and one of constant
 // radiance, turned at random.
 TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
-  constexpr LightBlend mean{3, LightFit::mean}, plane{4, LightFit::plane};
+  constexpr ulr::LightBlend mean{3, ulr::LightFit::mean}, plane{4, ulr::LightFit::plane};
   constexpr int height = 128;
-  Image white(2 * height, height, 3);
+  image::Image white(2 * height, height, 3);
   std::ranges::fill(white.values, 1.f);
   std::mt19937 random(5);
   for (const auto& [lights, how] : {std::pair{28, mean}, {60, mean}, {200, mean}, {60, plane}}) {
-    Model model;
+    model::Model model;
     model.rig.lights = studio::studioLights(lights);
     std::vector<Direction3<AcquisitionSpace>> captured;
     std::vector<Direction3<AcquisitionSpace, double>> covering;
-    for (const Light& light : model.rig.lights) {
-      covering.push_back(std::get<DirectionalLight>(light.kind).towards);
+    for (const capture::Light& light : model.rig.lights) {
+      covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
       captured.push_back(covering.back().cast<float>());
     }
-    const LightCoverage coverage(covering);
-    const auto weightsOf = [&](std::span<const EnvironmentLight> environment, const Mat3<float>& turn) {
+    const ulr::LightCoverage coverage(covering);
+    const auto weightsOf = [&](std::span<const ulr::EnvironmentLight> environment, const Mat3<float>& turn) {
       std::vector<double> weights(model.rig.lights.size());
       double whole = 0;
       for (const auto& [direction, irradiance] : environment) {
         const auto towards = assume<Direction3<AcquisitionSpace>>(turn * direction.raw());
         for (const auto& [light, weight] :
-             blendOfLights(captured, towards, how, coverage, LightExtrapolation::clamp))
+             ulr::blendOfLights(captured, towards, how, coverage, ulr::LightExtrapolation::clamp))
           weights[light] += weight * irradiance.g;
         whole += irradiance.g;
       }
       for (double& weight : weights) weight /= whole;
       return weights;
     };
-    for (const auto& map : {environmentOf(white, EnvironmentMapping::latLong), liveliest(height)}) {
+    for (const auto& map : {ulr::environmentOf(white, ulr::EnvironmentMapping::latLong), liveliest(height)}) {
       std::vector<Mat3<float>> turns;
       std::vector<std::vector<double>> exact;
       for (int trial = 0; trial < 3; ++trial) {
@@ -230,7 +232,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
         exact.push_back(weightsOf(map.texels, turns.back()));
       }
       for (const double error : {0.1, 0.03, 0.01}) {
-        const auto prepared = prepareEnvironment(map, error, LightExtrapolation::clamp, model, {});
+        const auto prepared = prepareEnvironment(map, error, ulr::LightExtrapolation::clamp, model, {});
         for (size_t trial = 0; trial < turns.size(); ++trial) {
           const auto got = weightsOf(prepared.lights, turns[trial]);
           double sum = 0;
@@ -243,11 +245,11 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
 }
 
 TEST_F(EnvironmentOfSphere, OneRigidMotionOfEverythingLeavesTheImageUnchanged) {
-  const Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
+  const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
   std::mt19937 random(1);
   for (int trial = 0; trial < 3; ++trial) {
     const studio::RigidMotion motion = studio::randomMotion(random);
-    const Image moved =
+    const image::Image moved =
         filmOf(model(), *motion.warp(), motion(camera), lightOf(environment, motion.rigid().rotation()))
             .color;
     EXPECT_LT(largestDifference(moved, still) / *std::ranges::max_element(still.values), 2e-5);
@@ -255,9 +257,9 @@ TEST_F(EnvironmentOfSphere, OneRigidMotionOfEverythingLeavesTheImageUnchanged) {
 }
 
 TEST_F(EnvironmentOfSphere, AMirroredWorldGivesTheMirroredImage) {
-  const Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
-  const auto warp = scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
-  const Image mirrored =
+  const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
+  const auto warp = warp::scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
+  const image::Image mirrored =
       filmOf(model(), *warp, studio::mirrored(camera), lightOf(environment, studio::mirror)).color;
   EXPECT_LT(largestDifference(studio::flipped(mirrored), still) / *std::ranges::max_element(still.values),
             2e-5);
@@ -265,12 +267,13 @@ TEST_F(EnvironmentOfSphere, AMirroredWorldGivesTheMirroredImage) {
 
 TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
   const ShotPointLight lamp{{2, 1, 2}, {9, 8, 7}};
-  FrameOptions options;
+  surfels::FrameOptions options;
   options.aovs = {"light_blend"};
-  const FrameLayers mapAlone = filmOf(model(), *noWarp(), camera, lightOf(environment), options),
-             lampAlone = filmOf(model(), *noWarp(), camera, {lamp}, options),
-             both = filmOf(model(), *noWarp(), camera, {lamp, lightOf(environment)[0]}, options);
-  Image sum = mapAlone.color, mean = mapAlone.aovs.at("light_blend");
+  const surfels::FrameLayers mapAlone = filmOf(model(), *noWarp(), camera, lightOf(environment), options),
+                             lampAlone = filmOf(model(), *noWarp(), camera, {lamp}, options),
+                             both =
+                                 filmOf(model(), *noWarp(), camera, {lamp, lightOf(environment)[0]}, options);
+  image::Image sum = mapAlone.color, mean = mapAlone.aovs.at("light_blend");
   for (size_t i = 0; i < sum.values.size(); ++i)
     if (i % 4 < 3) sum.values[i] += lampAlone.color.values[i];
   for (size_t i = 0; i < mean.values.size(); ++i)
@@ -280,12 +283,12 @@ TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
 }
 
 TEST_F(EnvironmentOfSphere, PreparingTellsWhatTheMapHolds) {
-  Image image(32, 16, 3);
+  image::Image image(32, 16, 3);
   std::ranges::fill(image.values, 1.f);
   image.at(3, 4)[1] = -2;
   std::ranges::fill(image.at(9, 9), std::numeric_limits<float>::quiet_NaN());
-  TemporaryFolder folder;
-  writeExr(folder / "map.exr", image, Precision::single);
+  image::TemporaryFolder folder;
+  image::writeExr(folder / "map.exr", image, image::Precision::single);
   const auto prepared = [&](const std::string& keys) {
     return prepareEnvironments(parseScript("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\n[[light]]\n"
                                            "type = \"environment\"\nimage = \"map.exr\"\n" +
@@ -304,4 +307,4 @@ TEST_F(EnvironmentOfSphere, PreparingTellsWhatTheMapHolds) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::scene

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::scene {
 namespace {
 
 const std::string example = R"toml(
@@ -207,25 +207,27 @@ warp = [
   {type = "handles", radius = 0.5, handle = [{rest = [0,0,0], to = [1,"frame",0]}, {rest = [1,0,0], to = [1,0,0]}]},
 ])toml");
   const Vec3<double> axis(0, 1, 0), direction(1, 0, 0), center(0, 0, 1);
-  std::vector<WarpPointer> expected;
-  expected.push_back(rigidWarp(axis, Angle::fromDegrees(90), {1, 0, 0}, {0, 0, 1}));
-  expected.push_back(scaleWarp({2, 3, 4}, {0, 1, 0}));
-  expected.push_back(twistWarp(axis, Angle::fromDegrees(15), center));
-  expected.push_back(bendWarp(axis, direction, Angle::fromDegrees(15), center));
-  expected.push_back(sineWarp({axis, direction, {0, 0, 0}, 2, 3, Angle::fromDegrees(20)}));
+  std::vector<warp::WarpPointer> expected;
+  expected.push_back(warp::rigidWarp(axis, Angle::fromDegrees(90), {1, 0, 0}, {0, 0, 1}));
+  expected.push_back(warp::scaleWarp({2, 3, 4}, {0, 1, 0}));
+  expected.push_back(warp::twistWarp(axis, Angle::fromDegrees(15), center));
+  expected.push_back(warp::bendWarp(axis, direction, Angle::fromDegrees(15), center));
+  expected.push_back(warp::sineWarp({axis, direction, {0, 0, 0}, 2, 3, Angle::fromDegrees(20)}));
   const Vec3<double> x(0.3, 0.4, 0.5);
   ASSERT_EQ(script.warps.size(), 9u);
   for (size_t i = 0; i < expected.size(); ++i)
-    EXPECT_LT((evaluateAt(script.warps[i], {})->position(x) - expected[i]->position(x)).norm(), 1e-15) << i;
-  const auto at7 = [&](size_t warp) { return evaluateAt(script.warps[warp], {0, 7, 0})->position(x); };
+    EXPECT_LT((warp::evaluateAt(script.warps[i], {})->position(x) - expected[i]->position(x)).norm(), 1e-15)
+        << i;
+  const auto at7 = [&](size_t warp) { return warp::evaluateAt(script.warps[warp], {0, 7, 0})->position(x); };
   EXPECT_LT((at7(5) - Vec3<double>(0.7, 0.8, 7)).norm(), 1e-15);
-  EXPECT_LT((at7(6) - taperWarp(axis, std::log(0.25) / 2, center)->position(x)).norm(), 1e-15);
-  Lattice lattice{{-1, -1, -1}, {1, 1, 7}, {1, 2, 1}, std::vector<Vec3<double>>(12, Vec3<double>(0, 0, 0))};
+  EXPECT_LT((at7(6) - warp::taperWarp(axis, std::log(0.25) / 2, center)->position(x)).norm(), 1e-15);
+  warp::Lattice lattice{
+      {-1, -1, -1}, {1, 1, 7}, {1, 2, 1}, std::vector<Vec3<double>>(12, Vec3<double>(0, 0, 0))};
   lattice.moves[lattice.pointIndex({1, 2, 0})] = {7, 0, 0};
   lattice.moves[lattice.pointIndex({0, 0, 1})] = {0, 2, 0};
-  EXPECT_EQ(at7(7), latticeWarp(lattice)->position(x));
+  EXPECT_EQ(at7(7), warp::latticeWarp(lattice)->position(x));
   const std::vector<Vec3<double>> rest = {{0, 0, 0}, {1, 0, 0}}, targets = {{1, 7, 0}, {1, 0, 0}};
-  EXPECT_EQ(at7(8), Handles(rest, 0.5).pullTo(targets)->position(x));
+  EXPECT_EQ(at7(8), warp::Handles(rest, 0.5).pullTo(targets)->position(x));
 }
 
 TEST(Script, WhatMakesNoLatticeOrHandlesIsAnErrorAtItsKey) {
@@ -263,7 +265,7 @@ TEST(Script, WhatMakesNoLatticeOrHandlesIsAnErrorAtItsKey) {
 }
 
 TEST(Script, MeshesAndSkeletonsAreReadFromBesideTheScriptAndAreInItsHash) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto write = [&](const char* name, const std::string& text) {
     writeFileAtomically(folder / name, std::string_view(text));
   };
@@ -336,7 +338,7 @@ TEST(Script, ACenterMayBeLeftOutOnlyWhereTheModelsOriginIsThatOfItsSource) {
 }
 
 TEST(Script, ItsHeadIsReadWithoutTheFilesOfWarps) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto path = folder / "shot.toml";
   const std::string frames = "model = \"doll.srf\"\ncoordinates = \"original\"\n"
                              "frames = { first = 2, last = 5 }\n"
@@ -356,7 +358,7 @@ TEST(Script, ItsHeadIsReadWithoutTheFilesOfWarps) {
 }
 
 TEST(Script, AMeshInOriginalCoordinatesIsReadToDoublePrecision) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto write = [&](const char* name, const std::string& corners) {
     writeFileAtomically(folder / name, std::string_view(corners + "f 1 2 3\nf 1 2 4\n"));
   };
@@ -376,7 +378,7 @@ TEST(Script, AMeshInOriginalCoordinatesIsReadToDoublePrecision) {
 }
 
 TEST(Script, ReadingKeepsThePathAndTheHashOfTheText) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto path = folder / "shot.toml";
   writeFileAtomically(path, std::string_view(example));
   const Script script = readScript(path);
@@ -389,7 +391,7 @@ TEST(Script, ReadingKeepsThePathAndTheHashOfTheText) {
 
 TEST(Shot, TimeRunsFromZeroToOneOverTheFrames) {
   const Script script = parse(example);
-  const ShotTime first = shotTime(script, 1), last = shotTime(script, 48);
+  const warp::ShotTime first = shotTime(script, 1), last = shotTime(script, 48);
   EXPECT_EQ(first.t, 0);
   EXPECT_EQ(first.s, 0);
   EXPECT_EQ(last.t, 47. / 24);
@@ -406,7 +408,7 @@ TEST(Shot, FramePathsArePadded) {
 
 TEST(Shot, WarpsActInTheOrderWritten) {
   const Script script = parse(example);
-  const ShotTime time = shotTime(script, 24);
+  const warp::ShotTime time = shotTime(script, 24);
   const Vec3<double> x(0.5, 0.25, -0.5);
   const double turn = std::numbers::pi / 2 * x.y(); // 90 degrees a unit at frame 24
   const Vec3<double> twisted(x.x() * std::cos(turn) + x.z() * std::sin(turn), x.y(),
@@ -417,7 +419,7 @@ TEST(Shot, WarpsActInTheOrderWritten) {
 
 TEST(Shot, LightsAreColorTimesIntensityAtTheirPlaces) {
   const Script script = parse(example);
-  const ShotTime time = shotTime(script, 13);
+  const warp::ShotTime time = shotTime(script, 13);
   const auto lights = lightsAt(script, time);
   const auto& point = std::get<ShotPointLight>(lights.at(0));
   EXPECT_LT((point.position.raw() - Vec3<double>(2 * std::cos(0.5), 1, 2 * std::sin(0.5))).norm(), 1e-15);
@@ -443,19 +445,19 @@ uncovered = "extrapolate"
 TEST(Script, AnEnvironmentHoldsWhatItSays) {
   const auto full = std::get<EnvironmentLightMotion>(parse(studioLight).lights[0]);
   EXPECT_EQ(full.image, "shots/maps/studio.exr");
-  EXPECT_EQ(full.mapping, EnvironmentMapping::angular);
+  EXPECT_EQ(full.mapping, ulr::EnvironmentMapping::angular);
   EXPECT_EQ(full.up[2].at({}), 1);
   EXPECT_EQ(full.rotateDeg.at({2, 0, 0}), 60);
   EXPECT_EQ(full.color[1].at({}), 0.5);
   EXPECT_EQ(full.intensity.at({}), 2);
   EXPECT_EQ(full.error, 0.05);
-  EXPECT_EQ(full.extrapolation, LightExtrapolation::clamp);
+  EXPECT_EQ(full.extrapolation, ulr::LightExtrapolation::clamp);
   const auto bare = std::get<EnvironmentLightMotion>(
       parse("[[light]]\ntype = \"environment\"\nimage = \"/a.hdr\"").lights[0]);
   EXPECT_EQ(bare.image, "/a.hdr");
   EXPECT_FALSE(bare.mapping);
   EXPECT_EQ(bare.up[1].at({}), 1);
-  EXPECT_EQ(bare.extrapolation, LightExtrapolation::fade);
+  EXPECT_EQ(bare.extrapolation, ulr::LightExtrapolation::fade);
 }
 
 TEST(Script, WhatIsNoEnvironmentIsToldWithWhatWasExpected) {
@@ -475,8 +477,8 @@ TEST(Script, LampsFadeWhenAsked) {
   const Script script = parse("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nuncovered = \"fade\"\n"
                               "[[light]]\ntype = \"directional\"\ndirection = [1, 2, 3]");
   const auto lights = lightsAt(script, {});
-  EXPECT_EQ(std::get<ShotPointLight>(lights[0]).extrapolation, LightExtrapolation::fade);
-  EXPECT_EQ(std::get<ShotDirectionalLight>(lights[1]).extrapolation, LightExtrapolation::clamp);
+  EXPECT_EQ(std::get<ShotPointLight>(lights[0]).extrapolation, ulr::LightExtrapolation::fade);
+  EXPECT_EQ(std::get<ShotDirectionalLight>(lights[1]).extrapolation, ulr::LightExtrapolation::clamp);
 }
 
 TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
@@ -494,7 +496,7 @@ TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
                                  {target[0], target[1], target[2]},
                                  {up[0], up[1], up[2]},
                                  fov};
-    const Camera<ObjectSpace> camera = cameraAt(script, {});
+    const capture::Camera<ObjectSpace> camera = cameraAt(script, {});
     EXPECT_LT((camera.center().raw() - position).norm(), 3e-15);
     const Mat3<double> r = camera.cameraFromWorld.rotation();
     EXPECT_LT((r * r.transpose() - Mat3<double>::Identity()).norm(), 1.5e-15);
@@ -514,7 +516,7 @@ TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
   }
 }
 
-Vec3<double> orbitPosition(const Track3& up, double azimuth, double elevation) {
+Vec3<double> orbitPosition(const warp::Track3& up, double azimuth, double elevation) {
   Script script;
   script.output = Output{64, 64, "a.#.exr", false, {}};
   script.camera = OrbitCamera{{1, 2, 3}, up, 2, azimuth, elevation, 30};
@@ -522,7 +524,7 @@ Vec3<double> orbitPosition(const Track3& up, double azimuth, double elevation) {
 }
 
 TEST(Shot, AnOrbitStartsInFrontAndTurnsCounterclockwiseSeenFromAbove) {
-  const Track3 y{0, 1, 0}, z{0, 0, 3};
+  const warp::Track3 y{0, 1, 0}, z{0, 0, 3};
   EXPECT_LT((orbitPosition(y, 0, 0) - Vec3<double>(0, 0, 2)).norm(), 1e-15);
   EXPECT_LT((orbitPosition(y, 90, 0) - Vec3<double>(2, 0, 0)).norm(), 1e-15);
   EXPECT_LT((orbitPosition(y, 0, 30) - Vec3<double>(0, 1, std::sqrt(3))).norm(), 9e-16);
@@ -531,12 +533,12 @@ TEST(Shot, AnOrbitStartsInFrontAndTurnsCounterclockwiseSeenFromAbove) {
 }
 
 TEST(Shot, AnOrbitMayStandOnItsHead) {
-  const Track3 down{0, -1, 0};
+  const warp::Track3 down{0, -1, 0};
   EXPECT_LT((orbitPosition(down, 0, 0) - Vec3<double>(0, 0, 2)).norm(), 9e-16);
   EXPECT_LT((orbitPosition(down, 90, 0) - Vec3<double>(-2, 0, 0)).norm(), 9e-16);
   EXPECT_LT((orbitPosition(down, 0, 30) - Vec3<double>(0, -1, std::sqrt(3))).norm(), 9e-16);
   for (const double aside : {1e-3, 1e-6, 1e-9, 1e-15, 1e-161}) {
-    const Track3 nearly{aside, -1, 0};
+    const warp::Track3 nearly{aside, -1, 0};
     const Vec3<double> place = orbitPosition(nearly, 20, 50);
     EXPECT_NEAR(place.norm(), 2, 2e-15) << aside;
     EXPECT_NEAR(place.dot(Vec3<double>(aside, -1, 0).normalized()), 2 * std::sin(50 * std::numbers::pi / 180),
@@ -548,7 +550,7 @@ TEST(Shot, WhatMakesNoCameraLightOrWarpAtSomeFrameIsAnErrorThatSaysWhere) {
   const auto at = [](const std::string& old, const std::string& by, double frame) {
     const Script script = parse(replaced(example, old, by));
     return complaintOf([&] {
-      const ShotTime time = shotTime(script, frame);
+      const warp::ShotTime time = shotTime(script, frame);
       cameraAt(script, time);
       lightsAt(script, time);
       warpAt(script, time);
@@ -571,4 +573,4 @@ TEST(Shot, WhatMakesNoCameraLightOrWarpAtSomeFrameIsAnErrorThatSaysWhere) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::scene

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace surflect {
+namespace surflect::scene {
 namespace {
 
 std::string dotted(int keys) {
@@ -66,4 +66,4 @@ TEST(ShallowToml, LongTextsAreReadThrough) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::scene

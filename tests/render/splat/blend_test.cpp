@@ -7,7 +7,7 @@
 
 #include <limits>
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 using namespace testing;
@@ -27,7 +27,7 @@ TEST(Blend, ALinearRampOnAWarpedSheetIsReproduced) {
     const int size = 192;
     const auto camera = lookAt(eye, {0, 0, 0}, size, size, focal);
     const SplatRaster coverage = rasterize(camera, scene.splats());
-    const Image image = blend(coverage, ofVisible(coverage, scene.colors), 3);
+    const image::Image image = blend(coverage, ofVisible(coverage, scene.colors), 3);
     double sum = 0, low = 1e9, high = 0, worst = 0;
     size_t pixels = 0;
     for (int y = 0; y < size; ++y)
@@ -65,8 +65,8 @@ TEST(Blend, ACheckerboardToTheHorizonIsAntialiased) {
 
   const int width = 160, height = 120;
   const double focal = 110;
-  const Camera<ObjectSpace> camera = lookAt({0, 1, 0}, {0, 0.6, -1}, width, height, focal);
-  const Image image = rendered(scene, camera);
+  const capture::Camera<ObjectSpace> camera = lookAt({0, 1, 0}, {0, 0.6, -1}, width, height, focal);
+  const image::Image image = rendered(scene, camera);
   double squared = 0;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -74,7 +74,7 @@ TEST(Blend, ACheckerboardToTheHorizonIsAntialiased) {
       double sum = 0;
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
-          const auto ray = rayThrough(camera.lens, {x + (i + 0.5) / n, y + (j + 0.5) / n});
+          const auto ray = capture::rayThrough(camera.lens, {x + (i + 0.5) / n, y + (j + 0.5) / n});
           const V3 d = camera.cameraFromWorld.inverse()(ray->direction).raw();
           const double t = -1 / d[1];
           if (d[1] < 0 && std::hypot(t * d[0], t * d[2]) < 300) sum += white(t * d[0], t * d[2]) ? 0.8 : 0.2;
@@ -82,7 +82,7 @@ TEST(Blend, ACheckerboardToTheHorizonIsAntialiased) {
       const double difference = image.at(x, y)[0] - sum / (n * n);
       squared += difference * difference;
     }
-  EXPECT_GT(psnr(squared / (width * height)), 30);
+  EXPECT_GT(evaluation::psnr(squared / (width * height)), 30);
 }
 
 TEST(Blend, RowsSumToAlphaWhateverTheConfidence) {
@@ -92,7 +92,7 @@ TEST(Blend, RowsSumToAlphaWhateverTheConfidence) {
   const std::vector<float> ones(coverage.visible.size(), 1);
   std::vector<float> confidence;
   for (size_t i = 0; i < ones.size(); ++i) confidence.push_back(static_cast<float>(uniform(rng, 1e-6, 1)));
-  const Image sums = blend(coverage, ones, 1, confidence);
+  const image::Image sums = blend(coverage, ones, 1, confidence);
   for (size_t pixel = 0; pixel < sums.values.size(); ++pixel)
     EXPECT_NEAR(sums.values[pixel], coverage.alpha[pixel], 1e-6);
 }
@@ -103,7 +103,7 @@ TEST(Blend, ConfidenceThatIsTheSameForAllChangesNothing) {
   const SplatRaster coverage = rasterize(lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150), scene.splats());
   const auto colors = ofVisible(coverage, scene.colors);
   const std::vector<float> alike(coverage.visible.size(), 0.03f);
-  const Image plain = blend(coverage, colors, 3), weighted = blend(coverage, colors, 3, alike);
+  const image::Image plain = blend(coverage, colors, 3), weighted = blend(coverage, colors, 3, alike);
   for (size_t i = 0; i < plain.values.size(); ++i) EXPECT_NEAR(weighted.values[i], plain.values[i], 1e-6);
 }
 
@@ -124,7 +124,7 @@ TEST(Blend, ConfidenceActsWithinALayer) {
     confidence.push_back(isDoubted ? 1e-4f : 1);
   }
   const auto colors = ofVisible(coverage, scene.colors);
-  const Image plain = blend(coverage, colors, 3), image = blend(coverage, colors, 3, confidence);
+  const image::Image plain = blend(coverage, colors, 3), image = blend(coverage, colors, 3, confidence);
   EXPECT_NEAR(plain.at(48, 48)[1], 0.5, 0.2);
   for (int y = 32; y < 64; ++y)
     for (int x = 32; x < 64; ++x) {
@@ -137,13 +137,14 @@ TEST(Blend, WhatIsInfiniteStaysWhereItIsSeen) {
   Rng rng(17);
   const Scene scene = sphereBeforePlane(rng);
   for (const Simd simd : supportedSimd()) {
-    const SplatRaster coverage = rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats(), {.simd = simd});
+    const SplatRaster coverage =
+        rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats(), {.simd = simd});
     std::vector<float> values(coverage.visible.size(), 0);
     for (size_t i = 0; i < values.size(); i += 50) {
       values[i] = 1;
-      const Image seen = blend(coverage, values, 1);
+      const image::Image seen = blend(coverage, values, 1);
       values[i] = std::numeric_limits<float>::infinity();
-      const Image image = blend(coverage, values, 1);
+      const image::Image image = blend(coverage, values, 1);
       values[i] = 0;
       for (size_t p = 0; p < image.values.size(); ++p)
         ASSERT_EQ(std::isfinite(image.values[p]), seen.values[p] == 0) << nameOf(simd) << ", pixel " << p;
@@ -152,4 +153,4 @@ TEST(Blend, WhatIsInfiniteStaysWhereItIsSeen) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

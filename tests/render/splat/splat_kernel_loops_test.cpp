@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 TEST(SplatKernelLoops, TheColorWeightIsWithin8e6OfItselfUpToTheCutOff) {
@@ -48,4 +48,4 @@ TEST(SplatKernelLoops, ABoxIsOverTheBlocksOfItsPixels) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

@@ -10,20 +10,20 @@
 
 #include <limits>
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 using namespace testing;
 
-float largestDifference(const Image& a, const Image& b) {
+float largestDifference(const image::Image& a, const image::Image& b) {
   float largest = 0;
   for (size_t i = 0; i < a.values.size(); ++i)
     largest = std::max(largest, std::abs(a.values[i] - b.values[i]));
   return largest;
 }
 
-Mask discMask(int width, int height, double radius) {
-  Mask mask(width, height);
+image::Mask discMask(int width, int height, double radius) {
+  image::Mask mask(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       mask.inside[static_cast<size_t>(y * width + x)] =
@@ -41,7 +41,7 @@ TEST(SplatRaster, ATinySplatCoversItsProjectedAreaWhereverItFalls) {
     scene.rest.coverage = {static_cast<float>(peak)};
     scene.cloud = deformed(scene.rest, [&](const V3& p) { return V3(p[0], 0.5 * p[1], p[2] + 0.7 * p[0]); });
     auto camera = lookAt({0, 0, 5}, {0, 0, 0}, 16, 16, focal);
-    camera.lens.model = Lens::Model::orthographic;
+    camera.lens.model = capture::Lens::Model::orthographic;
     camera.lens.centerX += uniform(rng, -0.5, 0.5);
     camera.lens.centerY += uniform(rng, -0.5, 0.5);
     const SplatRaster coverage = rasterize(camera, scene.splats());
@@ -57,7 +57,7 @@ TEST(SplatRaster, MovingCloudAndCameraTogetherChangesNothing) {
   Rng rng(4);
   Scene scene = sphereBeforePlane(rng);
   const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
-  const Image before = rendered(scene, camera);
+  const image::Image before = rendered(scene, camera);
   for (int trial = 0; trial < 3; ++trial) {
     const Mat3<double> rotation =
         Eigen::AngleAxisd(uniform(rng, 0, 6), randomVector(rng, 1).normalized()).toRotationMatrix();
@@ -68,7 +68,7 @@ TEST(SplatRaster, MovingCloudAndCameraTogetherChangesNothing) {
       moved.cloud.u[i] = motion(scene.cloud.u[i]);
       moved.cloud.v[i] = motion(scene.cloud.v[i]);
     }
-    const Image after = rendered(moved, {camera.lens, camera.cameraFromWorld * motion.inverse()});
+    const image::Image after = rendered(moved, {camera.lens, camera.cameraFromWorld * motion.inverse()});
     // Each coordinate of a moved point is rounded by half an epsilon of its size at most. On the screen that
     // is `rounding` times the pixels of a unit where the sphere is nearest; a colour changes by less than 1
     // over a pixel, and of that motion only a part is along its gradient.
@@ -90,10 +90,10 @@ TEST(SplatRaster, ASphereCoversItsDisc) {
   const double distance = 5, sine = 1 / distance;
   for (const double focal : {100., 300., 900.}) {
     const int size = static_cast<int>(0.5 * focal);
-    const Image image = rendered(scene, lookAt({0, 0, distance}, {0, 0, 0}, size, size, focal));
-    const Mask disc = discMask(size, size, focal * sine / std::sqrt(1 - sine * sine));
-    EXPECT_GT(intersectionOverUnion(objectMask(image), disc), 0.9915) << focal;
-    const Mask interior = eroded(disc, 2);
+    const image::Image image = rendered(scene, lookAt({0, 0, distance}, {0, 0, 0}, size, size, focal));
+    const image::Mask disc = discMask(size, size, focal * sine / std::sqrt(1 - sine * sine));
+    EXPECT_GT(image::intersectionOverUnion(image::objectMask(image), disc), 0.9915) << focal;
+    const image::Mask interior = image::eroded(disc, 2);
     for (size_t i = 0; i < interior.inside.size(); ++i)
       EXPECT_TRUE(!interior.inside[i] || image.values[4 * i + 3] == 1) << focal;
   }
@@ -126,7 +126,7 @@ TEST(SplatRaster, OutlinesOfSampledFacesStayWhereTheyAre) {
     for (const double focal : {60., 240., 700.}) { // surfels from 3 to 35 pixels apart
       const int size = static_cast<int>(1.4 * focal);
       auto camera = lookAt({0, 0, 5}, {0, 0, 0}, size, size, focal);
-      camera.lens.model = Lens::Model::orthographic;
+      camera.lens.model = capture::Lens::Model::orthographic;
       const SplatRaster coverage = rasterize(camera, scene.splats());
       for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
@@ -152,7 +152,7 @@ TEST(SplatRaster, OfTwoCloseSheetsOnlyTheFrontOneIsSeen) {
       sheet(1, 1, spacing, 0.1, rng), [&](const V3& p) { return V3(p - V3(0, 0, gap)); }, constant(green));
   for (const V3& eye : {V3(0, 0, 4), V3(2, 0, 3), V3(0, 3, 1.5)})
     for (const double focal : {600., 2400.}) {
-      const Image image = rendered(scene, lookAt(eye, {0, 0, 0}, 128, 128, focal));
+      const image::Image image = rendered(scene, lookAt(eye, {0, 0, 0}, 128, 128, focal));
       float seen = 0;
       for (int y = 32; y < 96; ++y)
         for (int x = 32; x < 96; ++x) seen = std::max(seen, image.at(x, y)[1]);
@@ -168,8 +168,8 @@ TEST(SplatRaster, ASphereBeforeAPlaneHasNoHalo) {
       sheet(3, 3, 0.05, 0.1, rng), [](const V3& p) { return V3(p - V3(0, 0, 1.2)); }, constant(green));
   const int size = 160;
   const double focal = 250, radius = focal * 0.2 / std::sqrt(1 - 0.04);
-  const Image image = rendered(scene, lookAt({0, 0, 5}, {0, 0, 0}, size, size, focal));
-  const Mask nearDisc = discMask(size, size, radius + 2), inDisc = discMask(size, size, radius - 2);
+  const image::Image image = rendered(scene, lookAt({0, 0, 5}, {0, 0, 0}, size, size, focal));
+  const image::Mask nearDisc = discMask(size, size, radius + 2), inDisc = discMask(size, size, radius - 2);
   for (size_t i = 0; i < nearDisc.inside.size(); ++i) {
     const float* rgba = &image.values[4 * i];
     EXPECT_NEAR(rgba[0] + rgba[1], 1, 7e-7); // no gap between them
@@ -189,7 +189,7 @@ TEST(SplatRaster, AMirroredCloudIsTheMirroredImage) {
   mirrored.add(
       sphere, [&](const V3& p) { return flip(lean(p)); }, [&](const V3& p) { return color(flip(p)); });
   const auto camera = lookAt({0, 1, 5}, {0, 0, 0}, 130, 90, 120);
-  const Image a = rendered(scene, camera), b = rendered(mirrored, camera);
+  const image::Image a = rendered(scene, camera), b = rendered(mirrored, camera);
   float worst = 0;
   for (int y = 0; y < a.height; ++y)
     for (int x = 0; x < a.width; ++x)
@@ -227,8 +227,8 @@ TEST(SplatRaster, RowsSumToAlphaAndDepthIsThereWhereTheyAreNotEmpty) {
   const Scene scene = sphereBeforePlane(rng);
   const SplatRaster coverage = rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 150, 110, 130), scene.splats());
   EXPECT_LT(coverage.visible.size(), coverage.counts.drawn); // some of the plane is hidden
-  const Image ones = blend(coverage, std::vector<float>(coverage.visible.size(), 1), 1);
-  const Image depth = depthImage(coverage);
+  const image::Image ones = blend(coverage, std::vector<float>(coverage.visible.size(), 1), 1);
+  const image::Image depth = depthImage(coverage);
   for (size_t i = 0; i < coverage.alpha.size(); ++i) {
     EXPECT_NEAR(ones.values[i], coverage.alpha[i], 6e-7);
     EXPECT_EQ(ones.values[i] > 0, std::isfinite(depth.values[i]));
@@ -245,7 +245,7 @@ TEST(SplatRaster, EverySplatThatIsVisibleBrightensAPixel) {
   std::vector<float> values(coverage.visible.size(), 0);
   for (float& value : values) {
     value = 1;
-    const Image image = blend(coverage, values, 1);
+    const image::Image image = blend(coverage, values, 1);
     EXPECT_GT(*std::ranges::max_element(image.values), 0);
     value = 0;
   }
@@ -253,23 +253,23 @@ TEST(SplatRaster, EverySplatThatIsVisibleBrightensAPixel) {
 
 // 115 to 139 dB. The doll has limbs before its body and creases; the sphere grazes a plane; the sheet is a
 // stack of two.
-void expectTheSame(const Camera<ObjectSpace>& camera, const Splats& splats, const std::vector<float>& colors,
-                   double leastDb = 110) {
-  const slow::SplatRaster expected = slow::rasterize(camera, splats);
+void expectTheSame(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
+                   const std::vector<float>& colors, double leastDb = 110) {
+  const bench::slow::SplatRaster expected = bench::slow::rasterize(camera, splats);
   std::mt19937 random(1);
   std::vector<float> confidence; // from 1e-4 to 1
   for (size_t i = 0; i < splats.size(); ++i)
     confidence.push_back(std::pow(10.f, -4 * static_cast<float>(random() % 1000) / 1000));
-  const Image expectedImage = slow::blend(expected, colors, 3, confidence);
+  const image::Image expectedImage = bench::slow::blend(expected, colors, 3, confidence);
   for (const Simd simd : supportedSimd()) {
     const SplatRaster got = rasterize(camera, splats, {.simd = simd});
     std::vector<float> ofSeen;
     for (const uint32_t splat : got.visible) ofSeen.push_back(confidence[splat]);
-    const Image image = blend(got, ofVisible(got, colors), 3, ofSeen), depth = depthImage(got);
+    const image::Image image = blend(got, ofVisible(got, colors), 3, ofSeen), depth = depthImage(got);
     const auto near = [](size_t a, size_t b) { return std::max(a, b) - std::min(a, b) <= 1 + a / 2000; };
     EXPECT_TRUE(near(got.counts.drawn, expected.counts.drawn));
     EXPECT_TRUE(near(got.counts.backFacing, expected.counts.backFacing));
-    EXPECT_TRUE(near(got.visible.size(), slow::visibleSplats(expected).size()));
+    EXPECT_TRUE(near(got.visible.size(), bench::slow::visibleSplats(expected).size()));
     // A fragment at the end of a layer may fall on either side of it, by rounding.
     size_t flipped = 0;
     double squared = 0;
@@ -286,14 +286,14 @@ void expectTheSame(const Camera<ObjectSpace>& camera, const Splats& splats, cons
       }
     }
     EXPECT_LE(flipped, got.alpha.size() / 50'000) << nameOf(simd);
-    EXPECT_GT(psnr(squared / static_cast<double>(3 * got.alpha.size())), leastDb) << nameOf(simd);
+    EXPECT_GT(evaluation::psnr(squared / static_cast<double>(3 * got.alpha.size())), leastDb) << nameOf(simd);
   }
 }
 
 TEST(SplatRaster, IsThatOfThePlainSplatter) {
-  const DollCloud doll = dollCloud(60'000, SurfelOrder::coherent);
+  const bench::DollCloud doll = bench::dollCloud(60'000, bench::SurfelOrder::coherent);
   for (const int height : {90, 400})
-    expectTheSame(dollCamera(height * 4 / 3 + 1, height + 1), splatsOf(doll.rest, doll.deformed),
+    expectTheSame(bench::dollCamera(height * 4 / 3 + 1, height + 1), splatsOf(doll.rest, doll.deformed),
                   doll.colors);
   Rng rng(17);
   const Scene scene = sphereBeforePlane(rng);
@@ -301,7 +301,7 @@ TEST(SplatRaster, IsThatOfThePlainSplatter) {
   expectTheSame(camera, scene.splats(), scene.colors);
   camera.lens.k1 = -0.1;
   expectTheSame(camera, scene.splats(), scene.colors);
-  camera.lens.model = Lens::Model::orthographic;
+  camera.lens.model = capture::Lens::Model::orthographic;
   camera.lens.focalX = camera.lens.focalY = 40;
   expectTheSame(camera, scene.splats(), scene.colors);
   expectTheSame(lookAt({0, 0, 1.2}, {0.3, 0.2, 0}, 160, 120, 900), scene.splats(),
@@ -329,9 +329,10 @@ TEST(SplatRaster, OfCopiesIsThatOfThePlainSplatter) {
 }
 
 TEST(SplatRaster, TheOrderOfTheCloudChangesNothing) {
-  const DollCloud a = dollCloud(20'000, SurfelOrder::coherent), b = dollCloud(20'000, SurfelOrder::shuffled);
-  const auto camera = dollCamera(320, 240);
-  const auto draw = [&](const DollCloud& doll) {
+  const bench::DollCloud a = bench::dollCloud(20'000, bench::SurfelOrder::coherent),
+                         b = bench::dollCloud(20'000, bench::SurfelOrder::shuffled);
+  const auto camera = bench::dollCamera(320, 240);
+  const auto draw = [&](const bench::DollCloud& doll) {
     const SplatRaster coverage = rasterize(camera, splatsOf(doll.rest, doll.deformed));
     return blendWithAlpha(coverage, ofVisible(coverage, doll.colors), 3);
   };
@@ -342,10 +343,10 @@ TEST(SplatRaster, SameBitsWithAllVectorInstructions) {
   Rng rng(18);
   const Scene scene = sphereBeforePlane(rng);
   const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
-  std::vector<Image> images;
+  std::vector<image::Image> images;
   for (const Simd simd : supportedSimd())
     if (simd != Simd::scalar) images.push_back(rendered(scene, camera, {.simd = simd}));
-  for (const Image& image : images) EXPECT_EQ(image.values, images.front().values);
+  for (const image::Image& image : images) EXPECT_EQ(image.values, images.front().values);
 }
 
 TEST(SplatRaster, DepthIsThatOfTheSurfaceInFront) {
@@ -353,9 +354,9 @@ TEST(SplatRaster, DepthIsThatOfTheSurfaceInFront) {
   const Scene scene = sphereBeforePlane(rng);
   const auto camera = lookAt({0, 0, 5}, {0, 0, 0}, 120, 120, 200);
   const SplatRaster coverage = rasterize(camera, scene.splats());
-  const Image depth = depthImage(coverage);
-  const Mask disc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) - 2);
-  const Mask aroundDisc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) + 2);
+  const image::Image depth = depthImage(coverage);
+  const image::Mask disc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) - 2);
+  const image::Mask aroundDisc = discMask(120, 120, 200 * 0.2 / std::sqrt(1 - 0.04) + 2);
   for (int y = 0; y < 120; ++y)
     for (int x = 0; x < 120; ++x) {
       const double q2 = (std::pow(x + 0.5 - 60, 2) + std::pow(y + 0.5 - 60, 2)) / (200 * 200);
@@ -392,7 +393,7 @@ TEST(SplatRaster, AStackOfThinnedCloudsIsTheCloud) {
   once.add(rest, unmoved, color);
   for (int i = 0; i < copies; ++i) stacked.add(thinned, unmoved, color);
   const auto camera = lookAt({0.2, 0.3, 2}, {0, 0, 0}, 40, 36, 80);
-  const Image wanted = rendered(once, camera);
+  const image::Image wanted = rendered(once, camera);
   EXPECT_GT(wanted.at(20, 18)[3], 0.9f);
   EXPECT_LT(largestDifference(wanted, rendered(stacked, camera)), 1e-4);
 }
@@ -403,10 +404,10 @@ TEST(SplatRaster, ACloudAroundTheViewerGivesFiniteValuesWithinBounds) {
   scene.add(sheet(1, 1, 0.05, 0.1, rng), unmoved, constant(red));
   scene.add(unitSphere(2000, rng), unmoved, constant(green));
   for (const V3& eye : {V3(0, 0, 1e-3), V3(0.3, 0.1, 0.02), V3(0, 0, 0.9)}) {
-    const Image image = rendered(scene, lookAt(eye, {0.5, 0.1, 0}, 96, 64, 40));
+    const image::Image image = rendered(scene, lookAt(eye, {0.5, 0.1, 0}, 96, 64, 40));
     for (const float value : image.values) EXPECT_TRUE(value >= 0 && value <= 1.00001f);
   }
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

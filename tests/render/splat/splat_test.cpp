@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::splat {
 namespace {
 
 using namespace testing;
@@ -31,13 +31,13 @@ Disc randomDisc(Rng& rng, double depth) {
   return disc;
 }
 
-Lens pinhole(int width = 640, int height = 480, double focal = 700) {
+capture::Lens pinhole(int width = 640, int height = 480, double focal = 700) {
   return lookAt({0, 0, 1}, {0, 0, 0}, width, height, focal).lens;
 }
 
 // Largest |d^T V^-1 d - 1| over the images of points of the circle, d their offsets from the ellipse's
 // centre.
-double contourError(const Lens& lens, const Disc& disc, double s) {
+double contourError(const capture::Lens& lens, const Disc& disc, double s) {
   const ScreenGaussian gaussian = project(lens, disc.p, disc.u, disc.v, s);
   const Eigen::Matrix2d inverse = gaussian.covariance.topLeftCorner<2, 2>().inverse();
   double worst = 0;
@@ -57,7 +57,7 @@ TEST(Splat, ItsEllipseIsTheExactPerspectiveImageOfTheCircle) {
 
 TEST(Splat, ItsEllipseFollowsLensDistortionToFirstOrder) {
   Rng rng(2);
-  Lens lens = pinhole();
+  capture::Lens lens = pinhole();
   lens.k1 = -0.15, lens.k2 = 0.05, lens.p1 = 0.01, lens.p2 = -0.02;
   for (int trial = 0; trial < 200; ++trial) {
     const Disc disc = randomDisc(rng, 10);
@@ -68,15 +68,15 @@ TEST(Splat, ItsEllipseFollowsLensDistortionToFirstOrder) {
 
 TEST(Splat, OrthographicIsTheLimitOfAFarPinhole) {
   Rng rng(3);
-  Lens orthographic = pinhole();
-  orthographic.model = Lens::Model::orthographic;
+  capture::Lens orthographic = pinhole();
+  orthographic.model = capture::Lens::Model::orthographic;
   for (int trial = 0; trial < 100; ++trial) {
     const Disc near = randomDisc(rng, 2);
     const auto difference = [&](double distance) {
       Disc far = near;
       far.p = far.p + Direction3<CameraSpace, double>(0, 0, -distance);
-      Lens lens = orthographic;
-      lens.model = Lens::Model::pinhole;
+      capture::Lens lens = orthographic;
+      lens.model = capture::Lens::Model::pinhole;
       lens.focalX = lens.focalY = orthographic.focalX * distance;
       const auto a = project(orthographic, near.p, near.u, near.v, 0.1);
       const auto b = project(lens, far.p, far.u, far.v, 0.1);
@@ -95,7 +95,7 @@ struct OneSplat {
   Handedness handedness = Handedness::kept;
   float radius = 0.1f, coverage = 0.5f;
 
-  std::variant<Footprint, Rejection> seenBy(const Camera<ObjectSpace>& camera,
+  std::variant<Footprint, Rejection> seenBy(const capture::Camera<ObjectSpace>& camera,
                                             const SplatOptions& options = {}) const {
     return footprintOf(camera, {{&p, 1}, {&u, 1}, {&v, 1}, {&handedness, 1}, {&radius, 1}, {&coverage, 1}}, 0,
                        options);
@@ -112,7 +112,7 @@ OneSplat randomSplat(Rng& rng) {
 
 TEST(Splat, ItsOrderIsThatOfItsPlaneAtEveryPixel) {
   Rng rng(4);
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic})
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic})
     for (int trial = 0; trial < 200; ++trial) {
       const OneSplat splat = randomSplat(rng);
       auto camera = lookAt({0.3, 0.2, 5}, {0, 0, 0}, 640, 480, 1000);
@@ -203,9 +203,9 @@ TEST(Splat, WhatTheLensFoldsBackIntoTheImageIsNotSeen) {
   splat.p = {0.9f, 0, 0};
   EXPECT_TRUE(std::holds_alternative<Footprint>(splat.seenBy(camera)));
   splat.p = {1.7f, 0, 0};
-  ASSERT_NEAR(distort(camera.lens, {1.7, 0})[0], 0.226, 1e-3);
+  ASSERT_NEAR(capture::distort(camera.lens, {1.7, 0})[0], 0.226, 1e-3);
   EXPECT_EQ(std::get<Rejection>(splat.seenBy(camera)), Rejection::outside);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::splat

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 using Vector = Vec3<double>;
@@ -119,4 +119,4 @@ TEST(CurveFrames, CloseAndSpreadWhatIsLeft) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

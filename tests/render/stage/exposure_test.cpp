@@ -11,7 +11,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 // Two balls, one much darker, at 48 x 48.
@@ -96,7 +96,7 @@ TEST(StageExposure, NoiseIsThatOfTheElectronsAndOfReading) {
 }
 
 // What a code may be off by, in exposure: half a step to either side.
-double halfStep(const Response& response, int code) {
+double halfStep(const image::Response& response, int code) {
   const auto& curve = response.exposure[0];
   const double below = curve[static_cast<size_t>(code)] - curve[static_cast<size_t>(std::max(code - 1, 0))];
   const double above = curve[static_cast<size_t>(std::min(code + 1, 255))] - curve[static_cast<size_t>(code)];
@@ -123,21 +123,21 @@ double mergedBound(double radiance, const StageExposure& camera) {
 }
 
 TEST(StageExposure, MergingGivesTheRadianceBackWithinTheNoise) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   captureStage(stageWith(""), nullptr, StageFrames::all, folder / "exact", {});
-  const Capture exact = readCapture(folder / "exact");
+  const capture::Capture exact = capture::readCapture(folder / "exact");
   int number = 0;
   for (const std::string& exposure : {kTimes, kTimes + kNoise, kTimes + "response = \"gamma\"\n" + kNoise}) {
     const std::string name = "c" + std::to_string(number++);
     const Stage stage = stageWith(exposure);
     captureStage(stage, nullptr, StageFrames::all, folder / name, {});
-    const Capture capture = readCapture(folder / name);
+    const capture::Capture capture = capture::readCapture(folder / name);
     ASSERT_EQ(capture.frames.size(), exact.frames.size());
     size_t compared = 0, darkest = 0;
     for (size_t i = 0; i < capture.frames.size(); ++i) {
       ASSERT_EQ(capture.frames[i].further.size(), 3u);
-      const Photograph merged = readPhotographs(capture, std::span(&i, 1))[0],
-                       truth = readPhotographs(exact, std::span(&i, 1))[0];
+      const capture::Photograph merged = capture::readPhotographs(capture, std::span(&i, 1))[0],
+                                truth = capture::readPhotographs(exact, std::span(&i, 1))[0];
       for (size_t v = 0; v < truth.radiance.values.size(); ++v) {
         if (truth.alpha.values[v / 3] < 1) continue;
         const double radiance = truth.radiance.values[v];
@@ -157,11 +157,11 @@ TEST(StageExposure, MergingGivesTheRadianceBackWithinTheNoise) {
 // it.
 TEST(StageExposure, TheResponseIsRecovered) {
   for (const char* response : {"srgb", "gamma"}) {
-    const TemporaryFolder folder;
+    const image::TemporaryFolder folder;
     const Stage stage = stageWith("[exposure]\ntimes = [0.2, 0.4, 0.8, 1.6]\nresponse = \"" +
                                   std::string(response) + "\"\n" + kNoise);
     captureStage(stage, nullptr, StageFrames::all, folder / "c", {});
-    const Response recovered = recoverResponse(readCapture(folder / "c"), {});
+    const image::Response recovered = calibration::recoverResponse(capture::readCapture(folder / "c"), {});
     const auto& truth = stage.exposure->response.exposure[0];
     for (size_t channel = 0; channel < 3; ++channel) {
       const auto& curve = recovered.exposure[channel];
@@ -173,7 +173,7 @@ TEST(StageExposure, TheResponseIsRecovered) {
 }
 
 TEST(StageExposure, ItsCaptureGoesOnWhereItStopped) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const Stage stage = stageWith(kTimes + kNoise);
   captureStage(stage, nullptr, StageFrames::all, folder / "c", {});
   const std::string picture = readFile(folder / "c/images/C001.L00.2.png");
@@ -183,8 +183,8 @@ TEST(StageExposure, ItsCaptureGoesOnWhereItStopped) {
 }
 
 TEST(StageExposure, WhatIsWrongIsSaid) {
-  const TemporaryFolder folder;
-  const auto error = [](const std::string& exposure) { return errorOf([&] { stageWith(exposure); }); };
+  const image::TemporaryFolder folder;
+  const auto error = [](const std::string& exposure) { return image::errorOf([&] { stageWith(exposure); }); };
   const auto expect = [&](const std::string& exposure, const std::string& part) {
     EXPECT_NE(error(exposure).find(part), std::string::npos) << error(exposure);
   };
@@ -197,7 +197,7 @@ TEST(StageExposure, WhatIsWrongIsSaid) {
   expect(kTimes + "full_well = 0\n", "exposure.full_well");
   expect(kTimes + "gain = 2\n", "exposure.gain");
   const auto file = [&](const std::string& content) {
-    writeBytes(folder / "curve.txt", content);
+    image::writeBytes(folder / "curve.txt", content);
     return kTimes + "response = \"" + (folder / "curve.txt").string() + "\"\n";
   };
   expect(kTimes + "response = \"" + (folder / "none.txt").string() + "\"\n", "none.txt");
@@ -216,4 +216,4 @@ TEST(StageExposure, WhatIsWrongIsSaid) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

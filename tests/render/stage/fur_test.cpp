@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 TEST(Fur, StandsOnTheSkinAlongItsNormals) {
@@ -68,4 +68,4 @@ TEST(Fur, HasTheTextureOfItsRootAndTheSameHairsForASeed) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 using namespace stage_example;
@@ -15,7 +15,7 @@ TEST(MaterialSection, GlassSaysWhatLiesOnItsOtherSide) {
   const std::string media = with("type = \"conductor\"\ncolor = [0.6, 0.6, 0.5]\nalpha = [0, 0]",
                                  "type = \"dielectric\"\neta = 0.9\nabsorption = [1, 2, 3]\n"
                                  "absorption_outside = [4, 5, 6]");
-  const auto glass = std::get<Dielectric>(parse(media).objects[1].material);
+  const auto glass = std::get<material::Dielectric>(parse(media).objects[1].material);
   EXPECT_EQ(glass.absorption, (Rgb{1, 2, 3}));
   EXPECT_EQ(glass.absorptionOutside, (Rgb{4, 5, 6}));
   expectError(with("[4, 5, 6]", "[4, -5, 6]", media), {"absorption_outside[1]"});
@@ -35,7 +35,7 @@ TEST(MaterialSection, MaterialsRefuseWhatIsOutOfRange) {
   expectError(with(metal, "type = \"clear_coat\"\neta = 1.5\nbase = \"clai\""), {"material[1].base", "clay"});
   expectError(with(metal, "type = \"ward\"\ndiffuse = [1,1,1]\nspecular = [1,1,1]\nalpha = 0.1"),
               {"material[1].diffuse + specular"});
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               parse(with(metal, "type = \"measured\"\nfile = \"nothing.binary\""));
             }).find("nothing.binary"),
             std::string::npos);
@@ -60,13 +60,13 @@ TEST(MaterialSection, GlassCannotBeCoated) {
 }
 
 TEST(MaterialSection, TexturesAreFoundAndCounted) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto textured = [&](const std::string& more) {
     return with("roughness = 0.5",
                 "roughness = 0.5\ntexture = \"" + (folder / "cloth.png").string() + "\"\n" + more);
   };
   expectError(textured(""), {"material[0].texture: ", "cloth.png"});
-  writePng(folder / "cloth.png", Image(4, 4, 3));
+  image::writePng(folder / "cloth.png", image::Image(4, 4, 3));
   const Stage stage = parse(textured("repeat = [3, 2]"));
   EXPECT_TRUE(stage.objects[0].textures.color);
   EXPECT_FALSE(stage.objects[1].textures.any());
@@ -75,32 +75,32 @@ TEST(MaterialSection, TexturesAreFoundAndCounted) {
   EXPECT_NE(rough.objects[0].textures.roughness, rough.objects[0].textures.color);
   expectError(textured("repeat = [3, 0]"), {"material[0].repeat[1]"});
   expectError(with("roughness = 0.5", "roughness = 0.5\nrepeat = [3, 1]"), {"material[0].repeat"});
-  writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  image::writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   expectError(with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5\nsegments = 16",
                    "type = \"mesh\"\nmaterial = \"clay\"\nfile = \"" + (folder / "flat.obj").string() + "\"",
                    textured("")),
               {"object[0].material", "texture coordinates"});
-  writePng(folder / "cloth.png", Image(4, 5, 3));
+  image::writePng(folder / "cloth.png", image::Image(4, 5, 3));
   EXPECT_NE(parse(textured("repeat = [3, 2]")).hash, stage.hash);
 }
 
 TEST(MaterialSection, WhatMaterialsShareIsReadOnce) {
-  const TemporaryFolder folder;
-  writePng(folder / "cloth.png", Image(4, 4, 3));
-  writeBytes(folder / "gloss.binary", zoo::merlFile([](double, double, double) {
-               return std::array{0.1, 0.1, 0.1};
-             }));
+  const image::TemporaryFolder folder;
+  image::writePng(folder / "cloth.png", image::Image(4, 4, 3));
+  image::writeBytes(folder / "gloss.binary", material::zoo::merlFile([](double, double, double) {
+                      return std::array{0.1, 0.1, 0.1};
+                    }));
   std::string text;
   for (const char* name : {"a", "b"})
     text += fmt::format("[[material]]\nname = \"{0}\"\ntype = \"measured\"\nfile = \"gloss.binary\"\n"
                         "[[material]]\nname = \"cloth {0}\"\ntype = \"lambert\"\nalbedo = [1, 1, 1]\n"
                         "texture = \"cloth.png\"\nrepeat = [{1}, 1]\n",
                         name, name[0] - 'a' + 1);
-  const ScriptDocument document(text, folder / "stage.toml");
-  const MaterialList list = asMaterials(Section(document.root(), {"material"}).require("material"));
+  const scene::ScriptDocument document(text, folder / "stage.toml");
+  const MaterialList list = asMaterials(scene::Section(document.root(), {"material"}).require("material"));
   EXPECT_EQ(list.files, (std::vector{folder / "gloss.binary", folder / "cloth.png"}));
   const auto table = [&](const char* name) {
-    return std::get<Measured>(list.materials.find(name)->second.material).table;
+    return std::get<material::Measured>(list.materials.find(name)->second.material).table;
   };
   EXPECT_TRUE(table("a"));
   EXPECT_EQ(table("a"), table("b"));
@@ -110,9 +110,9 @@ TEST(MaterialSection, WhatMaterialsShareIsReadOnce) {
 
 TEST(MaterialSection, RoughMaterialsHaveTheirTables) {
   const Stage stage = parse(with("alpha = [0, 0]", "alpha = 0.3"));
-  requireValid(stage.objects[1].material);
-  EXPECT_TRUE(std::get<Conductor>(stage.objects[1].material).mirrorLoss);
+  material::requireValid(stage.objects[1].material);
+  EXPECT_TRUE(std::get<material::Conductor>(stage.objects[1].material).mirrorLoss);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 using namespace stage_example;
@@ -15,19 +15,19 @@ TEST(ObjectSection, ObjectsRefuseWhatIsNotThere) {
   expectError(with("radius = 0.5", "radius = 0"), {"object[0].radius"});
   expectError(with("segments = 16", "segments = 100000"), {"object[0].segments", "100000"});
   expectError(with("size = [2, 2, 0.1]", "size = [2, -2, 0.1]"), {"object[1].size"});
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto meshAt = [&](const std::string& name) {
     return with("type = \"sphere\"\nmaterial = \"clay\"\ncenter = [0, 0, 1]\nradius = 0.5\nsegments = 16",
                 "type = \"mesh\"\nmaterial = \"clay\"\nfile = \"" + (folder / name).string() + "\"");
   };
-  const auto error = [&](const std::string& name) { return errorOf([&] { parse(meshAt(name)); }); };
+  const auto error = [&](const std::string& name) { return image::errorOf([&] { parse(meshAt(name)); }); };
   EXPECT_NE(error("missing.obj").find("missing.obj"), std::string::npos);
-  writeBytes(folder / "nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+  image::writeBytes(folder / "nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_NE(error("nan.obj").find("nan.obj"), std::string::npos);
   EXPECT_NE(error("nan.obj").find("line 2"), std::string::npos) << error("nan.obj");
-  writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  image::writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const Stage one = parse(meshAt("good.obj"));
-  writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
+  image::writeBytes(folder / "good.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
   EXPECT_NE(one.hash, parse(meshAt("good.obj")).hash); // a stage is what its files hold
 }
 
@@ -160,4 +160,4 @@ TEST(ObjectSection, TheInterfacesOfTheMugCloseWhatTheyHold) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

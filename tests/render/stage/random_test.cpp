@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 // Of numbers even in [0, 1): the mean within 5 standard deviations, and neighbours uncorrelated.
@@ -82,4 +82,4 @@ TEST(Strata, GiveEachCellOneSample) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

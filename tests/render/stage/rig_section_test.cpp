@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 using namespace stage_example;
@@ -18,8 +18,8 @@ TEST(RigSection, TestViewsAndLightsAreNew) {
   const Stage stage = parse(example);
   for (size_t i = stage.rig.trainingLights; i < stage.rig.lights.size(); ++i)
     for (size_t j = 0; j < stage.rig.trainingLights; ++j)
-      EXPECT_LT(dot(std::get<DirectionalLight>(stage.rig.lights[i].kind).towards,
-                    std::get<DirectionalLight>(stage.rig.lights[j].kind).towards),
+      EXPECT_LT(dot(std::get<capture::DirectionalLight>(stage.rig.lights[i].kind).towards,
+                    std::get<capture::DirectionalLight>(stage.rig.lights[j].kind).towards),
                 0.999);
   for (size_t i = stage.rig.trainingViews; i < stage.rig.views.size(); ++i)
     for (size_t j = 0; j < stage.rig.trainingViews; ++j)
@@ -28,8 +28,8 @@ TEST(RigSection, TestViewsAndLightsAreNew) {
 
 TEST(RigSection, LightsAtADistanceGiveTheSameIrradianceAtTheCentre) {
   const Stage stage = parse(with("irradiance", "distance = 4\nirradiance"));
-  for (const Light& light : stage.rig.lights) {
-    const Rgb irradiance = irradianceAt(light, {0, 0, 0.5});
+  for (const capture::Light& light : stage.rig.lights) {
+    const Rgb irradiance = capture::irradianceAt(light, {0, 0, 0.5});
     EXPECT_NEAR(irradiance.r, 3, 1e-5);
     EXPECT_NEAR(irradiance.b, 1, 1e-5);
   }
@@ -37,7 +37,7 @@ TEST(RigSection, LightsAtADistanceGiveTheSameIrradianceAtTheCentre) {
 
 TEST(RigSection, OrthographicCamerasHaveAHeight) {
   const Stage stage = parse(with("pinhole", "orthographic", with("fov_deg = 30", "height = 2")));
-  EXPECT_EQ(stage.rig.views[0].camera.lens.model, Lens::Model::orthographic);
+  EXPECT_EQ(stage.rig.views[0].camera.lens.model, capture::Lens::Model::orthographic);
   EXPECT_NEAR(stage.rig.views[0].camera.project(StagePoint(0, 0, 0.5))->y, 15, 1e-9);
   EXPECT_NEAR(stage.rig.views[0].camera.lens.focalY, 15, 1e-12);
 }
@@ -102,10 +102,10 @@ TEST(RigSection, ViewsAndLightsStandWhereListsSay) {
       EXPECT_LT(length(camera.center() - (center + 5. * expected[i])), 1e-9) << key;
       EXPECT_NEAR(camera.project(center)->x, 20, 1e-9);
       EXPECT_NEAR(camera.project(center)->y, 15, 1e-9);
-      const Light& light = stage.rig.lights[i];
-      EXPECT_LT(length(towardsLight(light, center) + -expected[i]), 1e-9) << key;
-      EXPECT_NEAR(irradianceAt(light, center).g, 2, 1e-5);
-      EXPECT_EQ(std::holds_alternative<PointLight>(light.kind), key == "positions");
+      const capture::Light& light = stage.rig.lights[i];
+      EXPECT_LT(length(capture::towardsLight(light, center) + -expected[i]), 1e-9) << key;
+      EXPECT_NEAR(capture::irradianceAt(light, center).g, 2, 1e-5);
+      EXPECT_EQ(std::holds_alternative<capture::PointLight>(light.kind), key == "positions");
     }
   }
 }
@@ -133,22 +133,22 @@ TEST(RigSection, ListsRefuseWhatIsNoPlace) {
 }
 
 TEST(RigSection, AnotherCapturesRigCanBeTaken) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const Stage first = parse(example);
-  Capture capture;
+  capture::Capture capture;
   capture.lights = first.rig.lights;
   for (size_t v = 0; v < 3; ++v) { // the second for the test
     capture.views.push_back({v == 2 ? "left" : fmt::format("C{}", v), first.rig.views[4 * v].camera});
     for (size_t l = 0; l < capture.lights.size(); ++l) {
-      Frame frame;
+      capture::Frame frame;
       frame.view = v;
       frame.light = l;
       frame.picture = "gone.exr";
-      frame.split = v == 1 || l == 0 ? Split::test : Split::train;
+      frame.split = v == 1 || l == 0 ? capture::Split::test : capture::Split::train;
       capture.frames.push_back(frame);
     }
   }
-  writeCapture(capture, folder.path());
+  capture::writeCapture(capture, folder.path());
   const std::string from = "from = \"" + folder.path().string() + "\"\n";
   const std::string camera = "[camera]\nmodel = \"pinhole\"\nsize = [40, 30]\ndistance = 5\nfov_deg = 30\n";
   const std::string text =
@@ -165,36 +165,37 @@ TEST(RigSection, AnotherCapturesRigCanBeTaken) {
   EXPECT_EQ(stage.rig.lights[9], first.rig.lights[0]);
 
   // The capture counts as part of the stage.
-  capture.lights[3].kind = PointLight{{1, 2, 3}, {4, 5, 6}};
+  capture.lights[3].kind = capture::PointLight{{1, 2, 3}, {4, 5, 6}};
   capture.lights[3].identity = "cluster";
-  writeCapture(capture, folder.path());
+  capture::writeCapture(capture, folder.path());
   EXPECT_NE(parse(text).hash, stage.hash);
   EXPECT_EQ(parse(text).rig.lights[2], capture.lights[3]);
   // Names that no file could have are replaced by numbers.
   capture.views[2].identity = "../left";
-  writeCapture(capture, folder.path());
+  capture::writeCapture(capture, folder.path());
   EXPECT_EQ(parse(text).rig.views[1].identity, "C001");
 
   expectError(with(kTurntable, from), {"camera", "views.from"});
   expectError(with(kCount, from), {"lights.irradiance", "from"});
   const std::string disc = with("irradiance = [3, 2, 1]\n", "radius_deg = 2\n", with(kCount, from));
   EXPECT_NEAR(parse(disc).rig.lightRadius.degrees(), 2, 1e-12); // some are directional
-  Capture points = capture;
-  for (Light& light : points.lights) light.kind = PointLight{{1, 2, 3}, {4, 5, 6}};
-  writeCapture(points, folder.path());
+  capture::Capture points = capture;
+  for (capture::Light& light : points.lights) light.kind = capture::PointLight{{1, 2, 3}, {4, 5, 6}};
+  capture::writeCapture(points, folder.path());
   expectError(disc, {"lights.radius_deg", "point lights"});
-  writeCapture(capture, folder.path());
+  capture::writeCapture(capture, folder.path());
   expectError(with(kTurntable, from + "test = 2\n", with(camera, "")), {"views.test", "from"});
-  EXPECT_NE(
-      errorOf([&] { parse(with(kTurntable, "from = \"nowhere\"\n", with(camera, ""))); }).find("nowhere"),
-      std::string::npos);
+  EXPECT_NE(image::errorOf([&] {
+              parse(with(kTurntable, "from = \"nowhere\"\n", with(camera, "")));
+            }).find("nowhere"),
+            std::string::npos);
   const std::string long300(300, 'a'); // more than file systems take
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               parse(with(kTurntable, "from = \"" + long300 + "\"\n", with(camera, "")));
             }).find("File name too long"),
             std::string::npos);
-  for (Frame& frame : capture.frames) frame.split = Split::test;
-  writeCapture(capture, folder.path());
+  for (capture::Frame& frame : capture.frames) frame.split = capture::Split::test;
+  capture::writeCapture(capture, folder.path());
   expectError(text, {"views.from", "training frames"});
 }
 
@@ -212,9 +213,10 @@ TEST(RigSection, RigsOfThePapersScaleAreRead) {
   EXPECT_EQ(mug.rig.views.size(), 216u);
   EXPECT_EQ(mug.rig.lights.size(), 44u);
   size_t below = 0; // lights stand all around
-  for (const Light& light : mug.rig.lights) below += std::get<DirectionalLight>(light.kind).towards.z() < 0;
+  for (const capture::Light& light : mug.rig.lights)
+    below += std::get<capture::DirectionalLight>(light.kind).towards.z() < 0;
   EXPECT_EQ(below, 22u);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 TEST(StageRig, ATurntableStepsRoundAtEachElevation) {
@@ -41,7 +41,7 @@ TEST(StageRig, ASpiralIsEvenOverItsZone) {
 }
 
 TEST(StageRig, CamerasSeeTheCentreInTheMiddleAndStandUpright) {
-  Lens lens;
+  capture::Lens lens;
   lens.width = 40, lens.height = 30, lens.focalX = lens.focalY = 50, lens.centerX = 20, lens.centerY = 15;
   const Point3<AcquisitionSpace, double> center(1, 2, 3);
   auto directions = spiral(50, -1, 1, Angle());
@@ -64,4 +64,4 @@ TEST(StageRig, CamerasSeeTheCentreInTheMiddleAndStandUpright) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 // Whatever rays go beside it, and whether they take it for a narrow beam or not.
@@ -11,8 +11,8 @@ TEST(StageScene, RaysTogetherMeetWhatTheyMeetAlone) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.2, 1.2), distances(0.1, 3);
   std::uniform_int_distribution<size_t> counts(0, kMostRays);
-  std::vector<StageObject> objects = oneObject(bumpySphere({5, 0, 0}, 0.9, 0.3, 6, 48), Lambert{});
-  objects.push_back({box({5.9, 0.4, 0.3}, {0.3, 0.6, 0.5}, 1), Lambert{}});
+  std::vector<StageObject> objects = oneObject(bumpySphere({5, 0, 0}, 0.9, 0.3, 6, 48), material::Lambert{});
+  objects.push_back({box({5.9, 0.4, 0.3}, {0.3, 0.6, 0.5}, 1), material::Lambert{}});
   const StageScene scene(objects);
   int met = 0, all = 0;
   for (int trial = 0; trial < 2000; ++trial) {
@@ -45,7 +45,7 @@ TEST(StageScene, RaysTogetherMeetWhatTheyMeetAlone) {
 // On the triangle, at the distance from the origin; and a ray that leaves does not meet the same triangle.
 TEST(StageScene, HitsLieOnTheirRays) {
   std::mt19937 random(2);
-  const StageScene scene(oneObject(sphere({3, 0, 0}, 1, 64), Lambert{}));
+  const StageScene scene(oneObject(sphere({3, 0, 0}, 1, 64), material::Lambert{}));
   for (int trial = 0; trial < 500; ++trial) {
     const StageDirection in = randomDirection(random), out = randomDirection(random);
     const auto hit = scene.firstHit({3, 0, 0}, in);
@@ -57,4 +57,4 @@ TEST(StageScene, HitsLieOnTheirRays) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

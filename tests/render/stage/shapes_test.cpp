@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -123,4 +123,4 @@ TEST(StageShapes, ATextureGoesAlongAProfileByLength) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 const std::string text = ballOnSlab(4, "size = [12, 10]", "turntable = 3\nelevations_deg = [20]\ntest = 2",
@@ -15,11 +15,11 @@ const std::string text = ballOnSlab(4, "size = [12, 10]", "turntable = 3\nelevat
 Stage stage() { return parseStage(text, "stage.toml"); }
 
 TEST(StageCapture, ReadsBackAsItWasTraced) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const StageReport report = captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
   EXPECT_EQ(report.trainingFrames, 9u);
   EXPECT_EQ(report.testFrames, 11u);
-  const Capture capture = readCapture(folder / "c");
+  const capture::Capture capture = capture::readCapture(folder / "c");
   ASSERT_EQ(capture.frames.size(), 20u);
   ASSERT_EQ(capture.views.size(), 5u);
   EXPECT_EQ(capture.lights, stage().rig.lights);
@@ -30,9 +30,9 @@ TEST(StageCapture, ReadsBackAsItWasTraced) {
     for (size_t i = 0; i < capture.frames.size(); ++i) {
       if (capture.views[capture.frames[i].view].identity != stage().rig.views[v].identity) continue;
       const size_t light = *capture.frames[i].light;
-      EXPECT_EQ(capture.frames[i].split, v < 3 && light < 3 ? Split::train : Split::test);
+      EXPECT_EQ(capture.frames[i].split, v < 3 && light < 3 ? capture::Split::train : capture::Split::test);
       const std::vector<size_t> one{i};
-      const Photograph photograph = readPhotographs(capture, one, {})[0];
+      const capture::Photograph photograph = capture::readPhotographs(capture, one, {})[0];
       for (size_t p = 0; p < traced.alpha.values.size(); ++p) {
         EXPECT_EQ(photograph.alpha.values[p], traced.alpha.values[p]); // quarters fit a half float
         for (size_t c = 0; c < 3 && traced.alpha.values[p] > 0; ++c) {
@@ -45,21 +45,21 @@ TEST(StageCapture, ReadsBackAsItWasTraced) {
 }
 
 TEST(StageCapture, BrighterThanHalfFloatsIsKept) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const Stage sunny = parseStage(replaced(text, "[3, 3, 3]", "[1e6, 1e6, 1e6]"), "stage.toml");
   captureStage(sunny, nullptr, StageFrames::all, folder / "c", {});
-  const Capture capture = readCapture(folder / "c");
+  const capture::Capture capture = capture::readCapture(folder / "c");
   const std::vector<size_t> one{1};
-  const Photograph photograph = readPhotographs(capture, one, {})[0];
+  const capture::Photograph photograph = capture::readPhotographs(capture, one, {})[0];
   const auto& values = photograph.radiance.values;
   EXPECT_GT(*std::ranges::max_element(values), 65504.f);
   EXPECT_LT(*std::ranges::max_element(values), 1e6f);
 }
 
 TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
-  const TriangleMesh mesh = readMeshAsStored(folder / "c" / readCapture(folder / "c").geometry);
+  const TriangleMesh mesh = readMeshAsStored(folder / "c" / capture::readCapture(folder / "c").geometry);
   std::vector<Point3<AcquisitionSpace>> vertices;
   size_t triangles = 0;
   for (const auto& object : stage().objects) {
@@ -72,7 +72,7 @@ TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
 }
 
 TEST(StageCapture, AnInterruptedRunGoesOnToTheSameBytes) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   captureStage(stage(), nullptr, StageFrames::all, folder / "whole", {});
   int calls = 0;
   Progress progress;
@@ -81,14 +81,14 @@ TEST(StageCapture, AnInterruptedRunGoesOnToTheSameBytes) {
   };
   EXPECT_THROW(captureStage(stage(), nullptr, StageFrames::all, folder / "part", progress), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "part" / "transforms.json"));
-  writeBytes(folder / "part" / "images" / "C000.exr", "damaged");
+  image::writeBytes(folder / "part" / "images" / "C000.exr", "damaged");
   EXPECT_EQ(captureStage(stage(), nullptr, StageFrames::all, folder / "part", {}).resumedViews, 1u);
-  EXPECT_EQ(contentOf(folder / "part"), contentOf(folder / "whole"));
+  EXPECT_EQ(image::contentOf(folder / "part"), image::contentOf(folder / "whole"));
 }
 
 // Killed before the folder was its own.
 TEST(StageCapture, WhatWasLeftOfItsIdentityIsRemoved) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   std::filesystem::create_directories(folder / "c");
   writeFileAtomically(folder / "c" / "stage.identity.k3ZxQ1.tmp", "st");
   captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
@@ -96,23 +96,23 @@ TEST(StageCapture, WhatWasLeftOfItsIdentityIsRemoved) {
 }
 
 TEST(StageCapture, AnotherStageIsNotMixedIn) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
   Stage other = stage();
   other.hash ^= 1;
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               captureStage(other, nullptr, StageFrames::all, folder / "c", {});
             }).find("another stage"),
             std::string::npos);
-  const auto warp = chainWarp({});
+  const auto warp = warp::chainWarp({});
   const StageDeformation deformation{*warp, 5};
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               captureStage(stage(), &deformation, StageFrames::deformed, folder / "c", {});
             }).find("another stage"),
             std::string::npos);
   std::filesystem::create_directory(folder / "mine");
-  writeBytes(folder / "mine" / "letter.txt", "dear");
-  EXPECT_NE(errorOf([&] {
+  image::writeBytes(folder / "mine" / "letter.txt", "dear");
+  EXPECT_NE(image::errorOf([&] {
               captureStage(stage(), nullptr, StageFrames::all, folder / "mine", {});
             }).find("something there"),
             std::string::npos);
@@ -120,18 +120,18 @@ TEST(StageCapture, AnotherStageIsNotMixedIn) {
 
 // The identity bends nothing: the test views are those of the plain capture, to the bit.
 TEST(StageCapture, TheTruthUnderTheIdentityIsThePlainCapture) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   captureStage(stage(), nullptr, StageFrames::all, folder / "plain", {});
-  const auto warp = chainWarp({});
+  const auto warp = warp::chainWarp({});
   const StageDeformation deformation{*warp, 5};
   const StageReport report = captureStage(stage(), &deformation, StageFrames::deformed, folder / "truth", {});
   EXPECT_EQ(report.views, 2u);
   EXPECT_EQ(report.trainingFrames, 0u);
   EXPECT_EQ(report.testFrames, 8u);
-  const auto plain = contentOf(folder / "plain"), truth = contentOf(folder / "truth");
+  const auto plain = image::contentOf(folder / "plain"), truth = image::contentOf(folder / "truth");
   for (const char* name : {"images/C003.exr", "images/C004.exr", "geometry.obj"})
     EXPECT_EQ(truth.at(name), plain.at(name)) << name;
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace surflect::stage_example {
+namespace surflect::stage::stage_example {
 
 inline const std::string example = R"toml(
 transport = "local"
@@ -57,13 +57,13 @@ inline std::string with(const std::string& from, const std::string& to, const st
   return replaced(text, from, to);
 }
 
-inline Stage parse(const std::string& text) { return parseStage(text, "stage.toml"); }
+inline stage::Stage parse(const std::string& text) { return stage::parseStage(text, "stage.toml"); }
 
 // The Error names the file, and what else it says has these parts.
 inline void expectError(const std::string& text, const std::vector<std::string>& parts) {
-  const std::string line = errorOf([&] { parse(text); });
+  const std::string line = image::errorOf([&] { parse(text); });
   EXPECT_EQ(line.rfind("stage.toml: ", 0), 0u) << line;
   for (const std::string& part : parts) EXPECT_NE(line.find(part), std::string::npos) << line;
 }
 
-} // namespace surflect::stage_example
+} // namespace surflect::stage::stage_example

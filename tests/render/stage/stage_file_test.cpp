@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 using namespace stage_example;
@@ -20,18 +20,18 @@ TEST(StageFile, SaysWhatStandsWhere) {
   EXPECT_EQ(stage.rig.trainingViews, 12u);
   EXPECT_EQ(stage.rig.lights.size(), 10u);
   EXPECT_EQ(stage.rig.trainingLights, 8u);
-  for (const View& view : stage.rig.views) {
+  for (const capture::View& view : stage.rig.views) {
     const auto middle = view.camera.project({0, 0, 0.5});
     EXPECT_NEAR(middle->x, 20, 1e-9);
     EXPECT_NEAR(length(view.camera.center() - StagePoint(0, 0, 0.5)), 5, 1e-9);
     // A point fov/2 above the axis is on the upper border.
     EXPECT_NEAR(view.camera.lens.focalY * std::tan(Angle::fromDegrees(15).radians()), 15, 1e-9);
   }
-  for (const Light& light : stage.rig.lights)
-    EXPECT_EQ(std::get<DirectionalLight>(light.kind).irradiance, (Rgb{3, 2, 1}));
+  for (const capture::Light& light : stage.rig.lights)
+    EXPECT_EQ(std::get<capture::DirectionalLight>(light.kind).irradiance, (Rgb{3, 2, 1}));
   ASSERT_EQ(stage.objects.size(), 2u);
-  EXPECT_EQ(std::get<RoughDiffuse>(stage.objects[0].material).roughness, 0.5);
-  EXPECT_TRUE(isSpecular(stage.objects[1].material));
+  EXPECT_EQ(std::get<material::RoughDiffuse>(stage.objects[0].material).roughness, 0.5);
+  EXPECT_TRUE(material::isSpecular(stage.objects[1].material));
 }
 
 TEST(StageFile, TransportsHaveTheirNames) {
@@ -61,7 +61,7 @@ lights = { count = 5 }
   EXPECT_EQ(full.rig.lights.size(), whole.rig.lights.size());
   EXPECT_NE(tiny.hash, full.hash);
   const auto error = [&](const std::string& stage, const char* scale) {
-    return errorOf([&] { parseStage(stage, "stage.toml", scale); });
+    return image::errorOf([&] { parseStage(stage, "stage.toml", scale); });
   };
   EXPECT_EQ(error(text, "tyny"), "stage.toml: scale.tyny: missing; the nearest one there is tiny");
   EXPECT_EQ(error(example, "tiny"), "stage.toml: scale.tiny: missing");
@@ -123,4 +123,4 @@ TEST(StageFile, TheHashIsThatOfTheText) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -10,7 +10,7 @@
 
 #include <map>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,8 +24,8 @@ Stage stage(const std::string& irradiance = "[3, 3, 3]") {
                     "stage.toml");
 }
 
-PackOptions options() {
-  PackOptions chosen;
+model::PackOptions options() {
+  model::PackOptions chosen;
   chosen.surfels = 500;
   chosen.tolerance = 0.01;
   chosen.overwrite = true;
@@ -34,10 +34,11 @@ PackOptions options() {
 
 class StagePack : public testing::Test {
 protected:
-  PackReport packed(const std::string& name, const Stage& what = stage(), const Progress& progress = {}) {
+  model::PackReport packed(const std::string& name, const Stage& what = stage(),
+                           const Progress& progress = {}) {
     return packStage(what, folder / name, options(), progress, nullptr);
   }
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
 };
 
 TEST_F(StagePack, IsThePackedCaptureToTheBit) {
@@ -47,9 +48,10 @@ TEST_F(StagePack, IsThePackedCaptureToTheBit) {
                       one = "one" + std::to_string(number);
     ++number;
     captureStage(stage(irradiance), nullptr, StageFrames::all, folder / capture, {});
-    const PackReport there = pack(readCapture(folder / capture), folder / two, options(), {}, nullptr);
-    const PackReport streamed = packed(one, stage(irradiance));
-    EXPECT_EQ(modelContentOf(folder / one), modelContentOf(folder / two));
+    const model::PackReport there =
+        model::pack(capture::readCapture(folder / capture), folder / two, options(), {}, nullptr);
+    const model::PackReport streamed = packed(one, stage(irradiance));
+    EXPECT_EQ(image::modelContentOf(folder / one), image::modelContentOf(folder / two));
     EXPECT_EQ(streamed.white, there.white);
     EXPECT_EQ(streamed.store.squaredError, there.store.squaredError);
     EXPECT_EQ(streamed.views, there.views);
@@ -58,7 +60,7 @@ TEST_F(StagePack, IsThePackedCaptureToTheBit) {
 }
 
 TEST_F(StagePack, AnInterruptedRunGoesOnToTheSameBytesAndErrors) {
-  const PackReport whole = packed("whole");
+  const model::PackReport whole = packed("whole");
   const std::vector<std::pair<std::string, std::string>> moments = {
       {"traced/images/C001.exr", "survey"}, {"views/survey", "store"}, {"views/0003.srfb", "store"}};
   for (const auto& [file, phase] : moments) {
@@ -67,9 +69,9 @@ TEST_F(StagePack, AnInterruptedRunGoesOnToTheSameBytesAndErrors) {
     untilThen.cancelled = [&] { return fs::exists(folder / name / file); };
     EXPECT_THROW(packed(name, stage(), untilThen), Cancelled);
     EXPECT_FALSE(fs::exists(folder / name / "manifest.json"));
-    const PackReport report = packed(name);
+    const model::PackReport report = packed(name);
     EXPECT_EQ(report.resumedViews, file == "views/0003.srfb" ? 4u : 0u) << file;
-    EXPECT_EQ(modelContentOf(folder / name), modelContentOf(folder / "whole"));
+    EXPECT_EQ(image::modelContentOf(folder / name), image::modelContentOf(folder / "whole"));
     EXPECT_EQ(report.store.squaredError, whole.store.squaredError);
     EXPECT_EQ(report.store.clippedSquaredError, whole.store.clippedSquaredError);
     EXPECT_EQ(report.store.values, whole.store.values);
@@ -79,10 +81,10 @@ TEST_F(StagePack, AnInterruptedRunGoesOnToTheSameBytesAndErrors) {
 
 TEST_F(StagePack, AnotherStageStartsAnew) {
   packed("model");
-  const PackReport other = packed("model", stage("[2, 3, 3]"));
+  const model::PackReport other = packed("model", stage("[2, 3, 3]"));
   EXPECT_EQ(other.resumedViews, 0u);
   packed("fresh", stage("[2, 3, 3]"));
-  EXPECT_EQ(modelContentOf(folder / "model"), modelContentOf(folder / "fresh"));
+  EXPECT_EQ(image::modelContentOf(folder / "model"), image::modelContentOf(folder / "fresh"));
 }
 
 TEST_F(StagePack, SurveyedViewsOfAnotherStageAreNotTakenForItsOwn) {
@@ -91,24 +93,24 @@ TEST_F(StagePack, SurveyedViewsOfAnotherStageAreNotTakenForItsOwn) {
   EXPECT_THROW(packed("model", stage("[2, 3, 3]"), untilTheSurvey), Cancelled);
   packed("model");
   packed("fresh");
-  EXPECT_EQ(modelContentOf(folder / "model"), modelContentOf(folder / "fresh"));
+  EXPECT_EQ(image::modelContentOf(folder / "model"), image::modelContentOf(folder / "fresh"));
 }
 
 // The error of each view, from the stored numbers and the traced ones.
 TEST_F(StagePack, TheErrorIsThatOfTheStoredBlocks) {
-  const PackReport report = packed("model");
-  const Model model = openModel(folder / "model");
+  const model::PackReport report = packed("model");
+  const model::Model model = model::openModel(folder / "model");
   const StageScene scene(stage().objects);
   for (size_t v = 0; v < report.views.size(); ++v) {
-    std::vector<Light> lights = stage().rig.lights;
+    std::vector<capture::Light> lights = stage().rig.lights;
     lights.pop_back(); // that of the test
     const TracedView traced = traceView(scene, stage().rig.views[v].camera, v, lights, stage().trace, {});
     double squared = 0;
     size_t values = 0;
     for (uint32_t b = 0; b < model.files[v].blockCount(); ++b) {
-      const Block block = model.files[v].read(b);
-      const BlockPosition at = model.files[v].position(b);
-      for (int t = 0; t < blockTexels; ++t) {
+      const codec::Block block = model.files[v].read(b);
+      const codec::BlockPosition at = model.files[v].position(b);
+      for (int t = 0; t < codec::blockTexels; ++t) {
         if (!(block.present >> t & 1)) continue;
         for (size_t l = 0; l < lights.size(); ++l)
           for (size_t c = 0; c < 3; ++c) {
@@ -123,7 +125,7 @@ TEST_F(StagePack, TheErrorIsThatOfTheStoredBlocks) {
     }
     ASSERT_EQ(values, report.ofView[v].values);
     const double db = 10 * std::log10(report.white * report.white * static_cast<double>(values) / squared);
-    EXPECT_NEAR(psnrDb(report.ofView[v], report.white), db, 0.05); // half floats of the traced ones
+    EXPECT_NEAR(codec::psnrDb(report.ofView[v], report.white), db, 0.05); // half floats of the traced ones
     EXPECT_GT(db, 30);
   }
 }
@@ -133,20 +135,21 @@ TEST_F(StagePack, WhatIsKeptForTheTestIsOfTheWholeCapture) {
   const StageReport report = captureStage(stage(), nullptr, StageFrames::test, folder / "test", {});
   EXPECT_EQ(report.trainingFrames, 0u);
   EXPECT_EQ(report.testFrames, 2u * 7 + 5u); // of ten training views every second
-  const Capture all = readCapture(folder / "all"), test = readCapture(folder / "test");
+  const capture::Capture all = capture::readCapture(folder / "all"),
+                         test = capture::readCapture(folder / "test");
   EXPECT_EQ(test.lights, all.lights);
   for (size_t i = 0; i < test.frames.size(); ++i) {
-    const Frame& frame = test.frames[i];
-    const auto same = std::ranges::find_if(all.frames, [&](const Frame& other) {
+    const capture::Frame& frame = test.frames[i];
+    const auto same = std::ranges::find_if(all.frames, [&](const capture::Frame& other) {
       return other.picture == frame.picture && other.layer == frame.layer;
     });
     ASSERT_NE(same, all.frames.end());
-    EXPECT_EQ(same->split, Split::test);
+    EXPECT_EQ(same->split, capture::Split::test);
     EXPECT_EQ(all.views[same->view].camera.cameraFromWorld.rotation(),
               test.views[frame.view].camera.cameraFromWorld.rotation());
     const auto j = static_cast<size_t>(same - all.frames.begin());
-    EXPECT_EQ(readPhotographs(test, std::span(&i, 1))[0].radiance.values,
-              readPhotographs(all, std::span(&j, 1))[0].radiance.values);
+    EXPECT_EQ(capture::readPhotographs(test, std::span(&i, 1))[0].radiance.values,
+              capture::readPhotographs(all, std::span(&j, 1))[0].radiance.values);
   }
 }
 
@@ -154,10 +157,11 @@ TEST_F(StagePack, WithNothingKeptBackThereIsNothingForTheTest) {
   Stage whole = stage();
   whole.rig.views.resize(whole.rig.trainingViews);
   whole.rig.lights.resize(whole.rig.trainingLights);
-  EXPECT_NE(
-      errorOf([&] { captureStage(whole, nullptr, StageFrames::test, folder / "t", {}); }).find("nothing"),
-      std::string::npos);
+  EXPECT_NE(image::errorOf([&] {
+              captureStage(whole, nullptr, StageFrames::test, folder / "t", {});
+            }).find("nothing"),
+            std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

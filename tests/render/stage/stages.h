@@ -8,7 +8,7 @@
 
 #include <string>
 
-namespace surflect {
+namespace surflect::stage {
 
 using StagePoint = Point3<AcquisitionSpace, double>;
 using StageDirection = Direction3<AcquisitionSpace, double>;
@@ -22,10 +22,11 @@ inline StageDirection randomDirection(std::mt19937& random) {
 }
 
 // Stands in direction `from` of the origin, `distance` away, and looks at it; z is up.
-inline Camera<AcquisitionSpace> lookFrom(const StageDirection& from, double distance, int size, double focal,
-                                         Lens::Model model = Lens::Model::pinhole) {
+inline capture::Camera<AcquisitionSpace>
+lookFrom(const StageDirection& from, double distance, int size, double focal,
+         capture::Lens::Model model = capture::Lens::Model::pinhole) {
   const Vec3<double> back = from.raw(), right = Vec3<double>::UnitZ().cross(back).normalized();
-  Camera<AcquisitionSpace> camera;
+  capture::Camera<AcquisitionSpace> camera;
   camera.lens = {model, size, size, focal, focal, size / 2., size / 2., 0, 0, 0, 0};
   Mat3<double> rotation;
   rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
@@ -33,11 +34,11 @@ inline Camera<AcquisitionSpace> lookFrom(const StageDirection& from, double dist
   return camera;
 }
 
-inline Light sun(const StageDirection& towards, const Rgb& irradiance = {3, 3, 3}) {
-  return {"sun", "sun", DirectionalLight{towards, irradiance}};
+inline capture::Light sun(const StageDirection& towards, const Rgb& irradiance = {3, 3, 3}) {
+  return {"sun", "sun", capture::DirectionalLight{towards, irradiance}};
 }
 
-inline std::vector<StageObject> oneObject(Surface surface, const Material& material) {
+inline std::vector<StageObject> oneObject(Surface surface, const material::Material& material) {
   std::vector<StageObject> objects;
   objects.push_back({std::move(surface), material});
   return objects;
@@ -80,10 +81,10 @@ segments = 4
 )toml";
 }
 
-inline double sum(const Image& image) {
+inline double sum(const image::Image& image) {
   double total = 0;
   for (const float value : image.values) total += value;
   return total;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

@@ -10,7 +10,7 @@
 
 #include <string>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 // A shape as OBJ, with its texture coordinates; vertices at the texture's seam are one.
@@ -39,8 +39,8 @@ std::string objOf(const Surface& shape) {
 }
 
 TEST(SurfaceFile, MeshesComeFromFilesSmoothOrFaceted) {
-  const TemporaryFolder folder;
-  writeBytes(folder / "tent.obj", "v 0 0 0\nv 1 0 1\nv 0 2 0\nv -1 0 1\nf 1 2 3\nf 1 3 4\n");
+  const image::TemporaryFolder folder;
+  image::writeBytes(folder / "tent.obj", "v 0 0 0\nv 1 0 1\nv 0 2 0\nv -1 0 1\nf 1 2 3\nf 1 3 4\n");
   const Surface smooth = readSurface(folder / "tent.obj", true).surface,
                 faceted = readSurface(folder / "tent.obj", false).surface;
   EXPECT_EQ(smooth.mesh.positions.size(), 4u);
@@ -51,8 +51,8 @@ TEST(SurfaceFile, MeshesComeFromFilesSmoothOrFaceted) {
 }
 
 TEST(SurfaceFile, ObjNormalsCountWhereItIsSmooth) {
-  const TemporaryFolder folder;
-  writeBytes(folder / "flat.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nvn 3 0 3\nvn 0 0 0\nf 1//1 2//1 3//2\n");
+  const image::TemporaryFolder folder;
+  image::writeBytes(folder / "flat.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nvn 3 0 3\nvn 0 0 0\nf 1//1 2//1 3//2\n");
   const Surface smooth = readSurface(folder / "flat.obj", true).surface;
   EXPECT_LT((smooth.normals[1].raw() - Vec3<double>(1, 0, 1).normalized()).norm(), 1e-12);
   EXPECT_EQ(smooth.normals[2].raw(), Vec3<double>::UnitZ()); // none is none
@@ -61,9 +61,9 @@ TEST(SurfaceFile, ObjNormalsCountWhereItIsSmooth) {
 }
 
 TEST(SurfaceFile, ASphereReadBackHasItsTextureItsTangentsAndNoSeam) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const Surface ball = sphere({0, 0, 0}, 1, 64);
-  writeBytes(folder / "ball.obj", objOf(ball));
+  image::writeBytes(folder / "ball.obj", objOf(ball));
   const Surface read = readSurface(folder / "ball.obj", true).surface;
   EXPECT_EQ(read.mesh.triangles.size(), ball.mesh.triangles.size());
   EXPECT_NEAR(volumeOf(read.mesh), volumeOf(ball.mesh), 1e-6);
@@ -81,19 +81,20 @@ TEST(SurfaceFile, ASphereReadBackHasItsTextureItsTangentsAndNoSeam) {
 }
 
 TEST(SurfaceFile, AMirroredTextureHasTheTangentsOfItsFirstCoordinate) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   for (const auto& [coordinates, along] : {std::pair{"vt 0 0\nvt 1 0\nvt 1 1\n", Vec3<double>(1, 0, 0)},
                                            std::pair{"vt 0 0\nvt -1 0\nvt -1 1\n", Vec3<double>(-1, 0, 0)},
                                            std::pair{"vt 0 0\nvt 0 1\nvt 1 1\n", Vec3<double>(0, 1, 0)}}) {
-    writeBytes(folder / "flat.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nf 1/1 2/2 3/3\n" + std::string(coordinates));
+    image::writeBytes(folder / "flat.obj",
+                      "v 0 0 0\nv 2 0 0\nv 2 2 0\nf 1/1 2/2 3/3\n" + std::string(coordinates));
     const Surface surface = readSurface(folder / "flat.obj", true).surface;
     for (const auto& tangent : surface.tangents) EXPECT_LT((tangent.raw() - along).norm(), 1e-12);
   }
 }
 
 TEST(SurfaceFile, GltfComesWithItsNormalsAndTexture) {
-  const TemporaryFolder folder;
-  GltfMaker maker;
+  const image::TemporaryFolder folder;
+  warp::GltfMaker maker;
   nlohmann::json attributes;
   attributes["POSITION"] = maker.addFloats("VEC3", 3, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
   attributes["NORMAL"] = maker.addFloats("VEC3", 3, {1, 0, 1, 1, 0, 1, 1, 0, 1, 1, 0, 1});
@@ -103,7 +104,7 @@ TEST(SurfaceFile, GltfComesWithItsNormalsAndTexture) {
       maker.add<uint8_t>("SCALAR", 5121, 1, {0, 1, 2, 0, 2, 3, 0, 0, 1}); // the last has no area
   maker.document["nodes"] = {{{"mesh", 0}}};
   maker.document["meshes"] = {{{"primitives", {{{"attributes", attributes}, {"indices", corners}}}}}};
-  writeBytes(folder / "flat.GLB", maker.glb());
+  image::writeBytes(folder / "flat.GLB", maker.glb());
   const auto [smooth, hash] = readSurface(folder / "flat.GLB", true);
   EXPECT_EQ(smooth.mesh.triangles.size(), 2u);
   EXPECT_LT((smooth.normals[0].raw() - Vec3<double>(1, 0, 1).normalized()).norm(), 1e-6);
@@ -114,17 +115,17 @@ TEST(SurfaceFile, GltfComesWithItsNormalsAndTexture) {
   for (const auto& tangent : faceted.tangents)
     EXPECT_EQ(tangent.raw(), Vec3<double>::UnitX()); // the texture's
   maker.binary[0] = 1;
-  writeBytes(folder / "flat.GLB", maker.glb());
+  image::writeBytes(folder / "flat.GLB", maker.glb());
   EXPECT_NE(readSurface(folder / "flat.GLB", true).hash, hash);
 }
 
 TEST(SurfaceFile, PlyComesWithItsTexture) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
                           "property float z\nproperty float s\nproperty float t\nelement face 1\n"
                           "property list uchar int vertex_index\nend_header\n"
                           "0 0 0 0 0\n2 0 0 0 1\n2 2 0 1 1\n3 0 1 2\n";
-  writeBytes(folder / "flat.ply", ply);
+  image::writeBytes(folder / "flat.ply", ply);
   const Surface surface = readSurface(folder / "flat.ply", true).surface;
   ASSERT_EQ(surface.textureCoordinates.size(), 3u);
   EXPECT_EQ(surface.textureCoordinates[1], Vec2<double>(0, 1)); // (0, 0) is the lower left, as in OBJ
@@ -132,9 +133,9 @@ TEST(SurfaceFile, PlyComesWithItsTexture) {
 }
 
 TEST(SurfaceFile, NormalsDecideWhatTheFrontOfATriangleIs) {
-  const TemporaryFolder folder;
-  writeBytes(folder / "two.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvn 0 0 -1\nvn 1 0 0.1\n"
-                                 "f 1//1 2//1 3//1\nf 1//1 3//2 4//1\n");
+  const image::TemporaryFolder folder;
+  image::writeBytes(folder / "two.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvn 0 0 -1\nvn 1 0 0.1\n"
+                                        "f 1//1 2//1 3//1\nf 1//1 3//2 4//1\n");
   for (const bool smooth : {true, false}) {
     const Surface surface = readSurface(folder / "two.obj", smooth).surface;
     EXPECT_LT(areaVector(surface.mesh, 0).z(), 0);
@@ -143,8 +144,8 @@ TEST(SurfaceFile, NormalsDecideWhatTheFrontOfATriangleIs) {
 }
 
 TEST(SurfaceFile, SaysWhatItCannotRead) {
-  const TemporaryFolder folder;
-  writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+  const image::TemporaryFolder folder;
+  image::writeBytes(folder / "flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
   for (const char* name : {"missing.glb", "missing.obj", "missing.ply", "flat.obj"}) try {
       readSurface(folder / name, true);
       ADD_FAILURE() << name;
@@ -154,4 +155,4 @@ TEST(SurfaceFile, SaysWhatItCannotRead) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 std::vector<Surface> shapes(int segments = 32) {
@@ -22,7 +22,7 @@ Mat3<double> randomMatrix(std::mt19937& random) {
   return matrix;
 }
 
-Expression height(const char* formula) { return Expression(formula, kHeightVariables); }
+warp::Expression height(const char* formula) { return warp::Expression(formula, kHeightVariables); }
 
 TEST(StageSurface, ATransformedSurfaceHasTheVolumeTheMapGivesIt) {
   std::mt19937 random(1);
@@ -117,10 +117,10 @@ TEST(StageSurface, AHeightWithoutValueIsAnError) {
 }
 
 TEST(StageSurface, DeformedNormalsAreThoseOfDeformedTriangles) {
-  const auto twist = twistWarp({0, 0, 1}, Angle::fromRadians(1), {1, 2, 3});
-  const auto bend = bendWarp({0, 0, 1}, {1, 0, 0}, Angle::fromRadians(0.4), {1, 2, 3});
-  const auto mirror = scaleWarp({-1, 2, 1}, {0, 0, 0});
-  for (const Warp* warp : {twist.get(), bend.get(), mirror.get()})
+  const auto twist = warp::twistWarp({0, 0, 1}, Angle::fromRadians(1), {1, 2, 3});
+  const auto bend = warp::bendWarp({0, 0, 1}, {1, 0, 0}, Angle::fromRadians(0.4), {1, 2, 3});
+  const auto mirror = warp::scaleWarp({-1, 2, 1}, {0, 0, 0});
+  for (const warp::Warp* warp : {twist.get(), bend.get(), mirror.get()})
     for (size_t i = 0; i < 3; ++i) {
       const Surface coarse = deformed(shapes(64)[i], *warp), fine = deformed(shapes(256)[i], *warp);
       EXPECT_NEAR(largestTilt(coarse) / largestTilt(fine), 4, 0.6) << i;
@@ -131,8 +131,9 @@ TEST(StageSurface, DeformedNormalsAreThoseOfDeformedTriangles) {
 }
 
 TEST(StageSurface, AWarpWithoutValueIsAnError) {
-  const auto formula = [](const char* text) { return Expression(text, warpVariables); };
-  const auto warp = expressionWarp(formula("x"), formula("y"), formula("sqrt(z - 3)"), ShotTime{});
+  const auto formula = [](const char* text) { return warp::Expression(text, warp::warpVariables); };
+  const auto warp =
+      warp::expressionWarp(formula("x"), formula("y"), formula("sqrt(z - 3)"), warp::ShotTime{});
   try {
     deformed(shapes()[0], *warp);
     FAIL();
@@ -142,4 +143,4 @@ TEST(StageSurface, AWarpWithoutValueIsAnError) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

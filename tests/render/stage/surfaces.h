@@ -8,7 +8,7 @@
 #include <map>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::stage {
 
 // By the divergence theorem.
 inline double volumeOf(const TriangleMesh& mesh) {
@@ -62,4 +62,4 @@ inline double largestLift(const Surface& surface) {
   return lift;
 }
 
-} // namespace surflect
+} // namespace surflect::stage

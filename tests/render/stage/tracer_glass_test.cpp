@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 constexpr double kGlass = 1.5, kWater = 1.33, kRadiusDeg = 1;
@@ -30,8 +30,9 @@ TraceOptions discs(int samples, double radiusDeg) {
 double seen(const StageScene& scene, const StageDirection& from, const StageDirection& towards, int samples,
             double radiusDeg = kRadiusDeg) {
   const TraceOptions options = discs(samples, radiusDeg);
-  const auto E = static_cast<float>(kPi * squared(std::sin(options.lightRadius.radians())));
-  Camera<AcquisitionSpace> camera = lookFrom(from, 5, 1, 1000, Lens::Model::orthographic);
+  const auto E =
+      static_cast<float>(material::kPi * material::squared(std::sin(options.lightRadius.radians())));
+  capture::Camera<AcquisitionSpace> camera = lookFrom(from, 5, 1, 1000, capture::Lens::Model::orthographic);
   return traceView(scene, camera, 0, std::vector{sun(towards, {E, E, E})}, options, {}).radiance[0].values[0];
 }
 
@@ -43,12 +44,12 @@ struct Layer {
 // All ways of going to and fro between them.
 Layer stacked(const Layer& above, const Layer& below) {
   const double series = 1 / (1 - above.Rbelow * below.Rabove);
-  return {above.Rabove + squared(above.T) * below.Rabove * series,
-          below.Rbelow + squared(below.T) * above.Rbelow * series, above.T * below.T * series};
+  return {above.Rabove + material::squared(above.T) * below.Rabove * series,
+          below.Rbelow + material::squared(below.T) * above.Rbelow * series, above.T * below.T * series};
 }
 
 Layer interface(double mu, double eta) {
-  const double r = dielectricFresnel(mu, eta);
+  const double r = material::dielectricFresnel(mu, eta);
   return {r, r, 1 - r};
 }
 
@@ -61,14 +62,17 @@ Layer absorbing(double sigma, double thickness, double mu) {
 TEST(TracerGlass, WaterOnGlassPassesWhatFresnelAndBeerSay) {
   const float inWater = 0.6f, inGlass = 1.1f;
   const Rgb water{inWater, inWater, inWater}, glass{inGlass, inGlass, inGlass};
-  const StageObject surface{plane(0.7, true), Dielectric{kWater, 0, water}};
-  const StageObject outOfWater{plane(0, false), Dielectric{kWater / kGlass, 0, water, nullptr, glass}};
-  const StageObject outOfGlass{plane(0, true), Dielectric{kGlass / kWater, 0, glass, nullptr, water}};
-  const StageObject bottom{plane(-0.4, false), Dielectric{kGlass, 0, glass}};
+  const StageObject surface{plane(0.7, true), material::Dielectric{kWater, 0, water}};
+  const StageObject outOfWater{plane(0, false),
+                               material::Dielectric{kWater / kGlass, 0, water, nullptr, glass}};
+  const StageObject outOfGlass{plane(0, true),
+                               material::Dielectric{kGlass / kWater, 0, glass, nullptr, water}};
+  const StageObject bottom{plane(-0.4, false), material::Dielectric{kGlass, 0, glass}};
   for (const StageObject& between : {outOfWater, outOfGlass})
     for (const double degrees : {1e-4, 40.0, 65.0}) {
       const double mu = std::cos(Angle::fromDegrees(degrees).radians());
-      const double muWater = refractedCosine(mu, kWater), muGlass = refractedCosine(mu, kGlass);
+      const double muWater = material::refractedCosine(mu, kWater),
+                   muGlass = material::refractedCosine(mu, kGlass);
       const Layer all =
           stacked(stacked(stacked(interface(mu, kWater), absorbing(inWater, 0.7, muWater)),
                           stacked(interface(muWater, kGlass / kWater), absorbing(inGlass, 0.4, muGlass))),
@@ -76,10 +80,11 @@ TEST(TracerGlass, WaterOnGlassPassesWhatFresnelAndBeerSay) {
       const double sine = std::sqrt(1 - mu * mu);
       const StageScene scene({surface, between, bottom});
       for (const bool isAbove : {true, false}) {
-        const double z = isAbove ? mu : -mu;
+        const double z = material::isAbove ? mu : -mu;
         const StageDirection from(sine, 0, z), through(-sine, 0, -z), back(-sine, 0, z);
         EXPECT_NEAR(seen(scene, from, through, 40000), all.T, 0.01) << degrees << ' ' << isAbove;
-        EXPECT_NEAR(seen(scene, from, back, 40000), isAbove ? all.Rabove : all.Rbelow, 0.01) << degrees;
+        EXPECT_NEAR(seen(scene, from, back, 40000), material::isAbove ? all.Rabove : all.Rbelow, 0.01)
+            << degrees;
       }
     }
 }
@@ -87,7 +92,7 @@ TEST(TracerGlass, WaterOnGlassPassesWhatFresnelAndBeerSay) {
 // Through a right prism of legs of 1: in, reflected wholly at the long side (45 degrees are beyond the
 // critical angle of 41.8), out; all ways through it have the length of 1.
 TEST(TracerGlass, PrismsReflectTotally) {
-  const Dielectric glass{kGlass, 0, {0.8f, 0.8f, 0.8f}};
+  const material::Dielectric glass{kGlass, 0, {0.8f, 0.8f, 0.8f}};
   const double w = 1; // half of its width along y
   std::vector<StageObject> prism;
   prism.push_back({quad({0, -w, 1}, {0, 2 * w, 0}, {0, 0, -1}), glass}); // x = 0, facing -x
@@ -97,15 +102,17 @@ TEST(TracerGlass, PrismsReflectTotally) {
   ASSERT_LT(prism[1].surface.normals[0].z(), 0);
   ASSERT_GT(prism[2].surface.normals[0].x(), 0);
   const StageScene scene(prism);
-  Camera<AcquisitionSpace> camera = lookFrom(unit(-1, 0, 0), 5, 1, 10, Lens::Model::orthographic);
+  capture::Camera<AcquisitionSpace> camera =
+      lookFrom(unit(-1, 0, 0), 5, 1, 10, capture::Lens::Model::orthographic);
   camera.lens.centerY = 5.5; // the pixel lies at z = 0.5
-  const double E = kPi * squared(std::sin(Angle::fromDegrees(kRadiusDeg).radians()));
+  const double E = material::kPi * material::squared(std::sin(Angle::fromDegrees(kRadiusDeg).radians()));
   const auto e = static_cast<float>(E);
   const TracedView view = traceView(scene, camera, 0, std::vector{sun({0, 0, -1}, {e, e, e}), sun({1, 0, 0})},
                                     discs(20000, kRadiusDeg), {});
   const double r = 0.04, t = std::exp(-0.8);
   ASSERT_EQ(view.alpha.values[0], 1);
-  EXPECT_NEAR(view.radiance[0].values[0], t * squared(1 - r) / (1 - squared(r * t)), 0.01);
+  EXPECT_NEAR(view.radiance[0].values[0], t * material::squared(1 - r) / (1 - material::squared(r * t)),
+              0.01);
   EXPECT_EQ(view.radiance[1].values[0], 0);
 }
 
@@ -115,20 +122,21 @@ TEST(TracerGlass, FloorUnderWaterIsDimmerByTheSquareOfTheIndex) {
   constexpr double kWide = 40;
   for (const double rho : {0.5, 1.0}) {
     const auto albedo = static_cast<float>(rho);
-    const StageScene scene({{plane(0, true), Dielectric{kWater, 0, {}}},
-                            {plane(-0.2, true), Lambert{{albedo, albedo, albedo}}}});
+    const StageScene scene({{plane(0, true), material::Dielectric{kWater, 0, {}}},
+                            {plane(-0.2, true), material::Lambert{{albedo, albedo, albedo}}}});
     double integral = 0;
     constexpr int kSteps = 1000;
     const double lowest = std::cos(Angle::fromDegrees(kWide).radians());
     for (int i = 0; i < kSteps; ++i) {
       const double mu = lowest + (1 - lowest) * (i + 0.5) / kSteps;
-      integral += 2 * kPi * (1 - dielectricFresnel(mu, kWater)) * mu * (1 - lowest) / kSteps;
+      integral +=
+          2 * material::kPi * (1 - material::dielectricFresnel(mu, kWater)) * mu * (1 - lowest) / kSteps;
     }
-    const double n2 = kWater * kWater, meanT = 1 - meanDielectricFresnel(kWater);
+    const double n2 = kWater * kWater, meanT = 1 - material::meanDielectricFresnel(kWater);
     for (const double degrees : {1e-4, 60.0}) {
       const double mu = std::cos(Angle::fromDegrees(degrees).radians()), sine = std::sqrt(1 - mu * mu);
-      const double T = 1 - dielectricFresnel(mu, kWater);
-      const double expected = T * rho / (kPi * n2 * (1 - rho * (1 - meanT / n2))) * integral;
+      const double T = 1 - material::dielectricFresnel(mu, kWater);
+      const double expected = T * rho / (material::kPi * n2 * (1 - rho * (1 - meanT / n2))) * integral;
       // The disc's mirror image is aside, or is added.
       const double mirrored = degrees < kWide ? 1 - T : 0;
       EXPECT_NEAR(seen(scene, {sine, 0, mu}, {0, 0, 1}, 250000, kWide), expected + mirrored, 0.015 * expected)
@@ -141,8 +149,8 @@ TEST(TracerGlass, FloorUnderWaterIsDimmerByTheSquareOfTheIndex) {
 // whole white in a white room.
 TEST(TracerGlass, RoughWaterOnWhiteLosesNothing) {
   constexpr double kHemisphere = 89.9999;
-  const Dielectric rough{1.5, 0.3, {}, &zoo::glassLosses()};
-  const StageScene scene({{plane(0, true), rough}, {plane(-0.2, true), Lambert{{1, 1, 1}}}});
+  const material::Dielectric rough{1.5, 0.3, {}, &material::zoo::glassLosses()};
+  const StageScene scene({{plane(0, true), rough}, {plane(-0.2, true), material::Lambert{{1, 1, 1}}}});
   for (const double degrees : {10.0, 75.0}) {
     const double angle = Angle::fromDegrees(degrees).radians();
     EXPECT_NEAR(seen(scene, {std::sin(angle), 0, std::cos(angle)}, {0, 0, 1}, 20000, kHemisphere), 1, 0.01);
@@ -150,4 +158,4 @@ TEST(TracerGlass, RoughWaterOnWhiteLosesNothing) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::stage {
 namespace {
 
 using Vector = Vec3<double>;
@@ -100,4 +100,4 @@ TEST(Braid, ClosesRoundARingAndIsTheSameForASeed) {
 TEST(Braid, TooManyTrianglesAreAnError) { EXPECT_THROW(braid(bow, false, {10'000, 1000}), Error); }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::stage

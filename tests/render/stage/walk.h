@@ -7,7 +7,7 @@
 
 #include <functional>
 
-namespace surflect {
+namespace surflect::stage {
 
 using EnvironmentRadiance = std::function<double(const StageDirection&)>;
 
@@ -21,14 +21,14 @@ inline double walk(const StageScene& scene, StagePoint origin, StageDirection di
     auto hit = scene.firstHit(origin, direction);
     if (!hit) return bounce > 0 ? throughput * environment(direction) : 0;
     throughput *= std::exp(-absorption * hit->distance);
-    const auto* glass = std::get_if<Dielectric>(&hit->material);
+    const auto* glass = std::get_if<material::Dielectric>(&hit->material);
     Vec3<double> z = hit->normal.raw().normalized();
     if (!glass && z.dot(direction.raw()) > 0) z = -z;
     Vec3<double> x = hit->tangent.raw() - hit->tangent.raw().dot(z) * z;
     x = x.norm() > 0 ? x.normalized() : z.unitOrthogonal();
     const Vec3<double> y = z.cross(x), back = -direction.raw();
     const double u = uniform(random), v = uniform(random), w = uniform(random);
-    const auto s = sample(hit->material, {x.dot(back), y.dot(back), z.dot(back)}, {u, v, w});
+    const auto s = material::sample(hit->material, {x.dot(back), y.dot(back), z.dot(back)}, {u, v, w});
     if (!s || bounce > 1000) return 0;
     throughput *= double{s->weight.r};
     if (throughput < 0.1) {
@@ -57,4 +57,4 @@ inline Estimate estimateOf(int count, const std::function<double()>& draw) {
   return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean) / (count - 1))};
 }
 
-} // namespace surflect
+} // namespace surflect::stage

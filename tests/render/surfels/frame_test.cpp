@@ -14,7 +14,7 @@
 #include <random>
 #include <utility>
 
-namespace surflect {
+namespace surflect::surfels {
 namespace {
 
 using studio::cameraFrom;
@@ -27,134 +27,138 @@ using studio::pictureSize;
 using studio::Studio;
 using studio::viewSphere;
 
-ShotPointLight pointLight(const Vec3<double>& position, Rgb intensity) {
+scene::ShotPointLight pointLight(const Vec3<double>& position, Rgb intensity) {
   return {assume<Point3<ObjectSpace, double>>(position), intensity};
 }
 
 // A / pi  I / d^2  max(0, n . l) on the unit sphere.
-Image sphereUnder(const ShotPointLight& light, Rgb albedo, const studio::SphereView& view) {
+image::Image sphereUnder(const scene::ShotPointLight& light, Rgb albedo, const studio::SphereView& view) {
   const Vec3<float> position = light.position.raw().cast<float>();
-  return overBlack(view, [&](const Vec3<float>& n) {
+  return image::overBlack(view, [&](const Vec3<float>& n) {
     const Vec3<float> toLight = position - n;
     const float squared = toLight.squaredNorm();
     return studio::lambert(albedo, 1 / squared * light.intensity, n, toLight / std::sqrt(squared));
   });
 }
 
-TEST(Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
+TEST(capture::Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
   const Studio studio{.lights = 200, .size = pictureSize};
   const PackedStudio packed(studio, 3000);
-  BlockCache cache(packed.model.files, size_t{1} << 28);
+  codec::BlockCache cache(packed.model.files, size_t{1} << 28);
 
   // Side, front and back light from 1.2 to 2.7 above the surface, seen from places where no camera was.
-  std::vector<Image> truths, films;
-  std::vector<Mask> interiors;
+  std::vector<image::Image> truths, films;
+  std::vector<image::Mask> interiors;
   std::vector<float> values;
   for (int i = 0; i < 4; ++i) {
     const auto camera = cameraFrom<ObjectSpace>(studio::spiral(9)[2 * i + 1], pictureSize);
     const Vec3<double> fromCamera(1.5 * std::cos(1.9 * i), 1.5 * std::sin(1.9 * i), i == 3 ? -1.5 : 1.5);
     const Vec3<double> towards = camera.cameraFromWorld.rotation().transpose() * fromCamera.normalized();
-    const ShotPointLight light = pointLight((2.2 + 0.5 * i) * towards, {10, 8, 6});
+    const scene::ShotPointLight light = pointLight((2.2 + 0.5 * i) * towards, {10, 8, 6});
     const studio::SphereView view = viewSphere(camera, 5);
     truths.push_back(sphereUnder(light, studio.albedo, view));
     interiors.push_back(interiorOf(view));
     FrameStats stats;
     films.push_back(
-        renderFrame(packed.model, *noWarp(), camera, std::vector<ShotLight>{light}, {}, cache, stats).color);
+        renderFrame(packed.model, *noWarp(), camera, std::vector<scene::ShotLight>{light}, {}, cache, stats)
+            .color);
     for (size_t k = 0; k < truths[i].values.size(); ++k)
       if (k % 4 < 3 && truths[i].values[k - k % 4 + 3] > 0.5f) values.push_back(truths[i].values[k]);
   }
   const auto white = values.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size()));
   std::ranges::nth_element(values, white);
-  PooledMean interior;
-  Difference whole;
+  evaluation::PooledMean interior;
+  evaluation::Difference whole;
   for (int i = 0; i < 4; ++i) {
-    interior += squaredError(exposed(truths[i], 1 / *white), exposed(films[i], 1 / *white), interiors[i]);
-    whole += compare(truths[i], films[i], 1 / *white);
+    interior += evaluation::squaredError(evaluation::exposed(truths[i], 1 / *white),
+                                         evaluation::exposed(films[i], 1 / *white), interiors[i]);
+    whole += evaluation::compare(truths[i], films[i], 1 / *white);
   }
   // With 40, 100, 200, 400, 800 lights: 33.8, 41.0, 43.7, 46.4, 50.5 dB. On the whole mask 38.7: on a sphere
   // 30 pixels wide every seventh pixel lies on the outline, where splats and truth filter differently.
-  EXPECT_GT(psnr(interior.mean()), 43);
+  EXPECT_GT(evaluation::psnr(interior.mean()), 43);
   EXPECT_GT(whole.psnrLinear(), 38);
 }
 
-TEST(Frame, LambertSphereUnderAConstantEnvironmentOfOneIsItsAlbedo) {
+TEST(capture::Frame, LambertSphereUnderAConstantEnvironmentOfOneIsItsAlbedo) {
   const Studio studio{.lights = 80, .size = pictureSize};
   const PackedStudio packed(studio, 1500);
   constexpr int directions = 300;
-  std::vector<ShotLight> environment; // of radiance 1: irradiance d omega from each direction
+  std::vector<scene::ShotLight> environment; // of radiance 1: irradiance d omega from each direction
   const auto solidAngle = static_cast<float>(4 * std::numbers::pi / directions);
   for (const Vec3<double>& towards : studio::spiral(directions))
-    environment.push_back(ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
-                                               {solidAngle, solidAngle, solidAngle}});
+    environment.push_back(scene::ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
+                                                      {solidAngle, solidAngle, solidAngle}});
   const auto camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, pictureSize);
   studio::expectAlbedo(filmOf(packed.model, *noWarp(), camera, environment).color, camera, studio.albedo);
 }
 
 class FrameOfSphere : public studio::PackedSphere<2000> {
 protected:
-  const std::vector<ShotLight> lights{pointLight({2, 1, 2}, {9, 8, 7}), pointLight({-3, 2, 0}, {1, 9, 20})};
+  const std::vector<scene::ShotLight> lights{pointLight({2, 1, 2}, {9, 8, 7}),
+                                             pointLight({-3, 2, 0}, {1, 9, 20})};
 };
 
 TEST_F(FrameOfSphere, OneRigidMotionOfEverythingLeavesTheImageUnchanged) {
-  const Image still = filmOf(model(), *noWarp(), camera, lights).color;
+  const image::Image still = filmOf(model(), *noWarp(), camera, lights).color;
   std::mt19937 random(1);
   for (int trial = 0; trial < 3; ++trial) {
     const studio::RigidMotion motion = studio::randomMotion(random);
     auto movedLights = lights;
-    for (ShotLight& light : movedLights) {
-      auto& point = std::get<ShotPointLight>(light);
+    for (scene::ShotLight& light : movedLights) {
+      auto& point = std::get<scene::ShotPointLight>(light);
       point.position = motion.rigid()(point.position);
     }
-    const Image moved = filmOf(model(), *motion.warp(), motion(camera), movedLights).color;
+    const image::Image moved = filmOf(model(), *motion.warp(), motion(camera), movedLights).color;
     EXPECT_LT(largestDifference(moved, still), 2.8e-6);
   }
 }
 
 TEST_F(FrameOfSphere, AMirroredWorldGivesTheMirroredImage) {
-  const Image still = filmOf(model(), *noWarp(), camera, lights).color;
+  const image::Image still = filmOf(model(), *noWarp(), camera, lights).color;
   auto mirroredLights = lights;
-  for (ShotLight& light : mirroredLights) {
-    auto& point = std::get<ShotPointLight>(light);
+  for (scene::ShotLight& light : mirroredLights) {
+    auto& point = std::get<scene::ShotPointLight>(light);
     point.position = assume<Point3<ObjectSpace, double>>(studio::mirror * point.position.raw());
   }
-  const auto warp = scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
-  const Image mirrored = filmOf(model(), *warp, studio::mirrored(camera), mirroredLights).color;
+  const auto warp = warp::scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
+  const image::Image mirrored = filmOf(model(), *warp, studio::mirrored(camera), mirroredLights).color;
   // A footprint is evaluated about its tile's middle, up to 20 of its deviations away, and what is left of it
   // and right of it is rounded each in its own way: by 20 * 2^-24 of a deviation, twice.
   EXPECT_LT(largestDifference(studio::flipped(mirrored), still), 2.4e-6);
 }
 
 TEST_F(FrameOfSphere, TheIdentityHoweverItIsWrittenChangesNothing) {
-  const Image still = filmOf(model(), *noWarp(), camera, lights).color;
-  EXPECT_EQ(filmOf(model(), *scaleWarp({1, 1, 1}, {0, 0, 0}), camera, lights).color.values, still.values);
+  const image::Image still = filmOf(model(), *noWarp(), camera, lights).color;
+  EXPECT_EQ(filmOf(model(), *warp::scaleWarp({1, 1, 1}, {0, 0, 0}), camera, lights).color.values,
+            still.values);
   const Vec3<double> axis(0.6, 0, 0.8);
-  std::vector<WarpPointer> thereAndBack;
-  thereAndBack.push_back(twistWarp(axis, Angle::fromDegrees(100), {0.1, 0.2, 0.3}));
-  thereAndBack.push_back(twistWarp(axis, Angle::fromDegrees(-100), {0.1, 0.2, 0.3}));
-  const Image back = filmOf(model(), *chainWarp(std::move(thereAndBack)), camera, lights).color;
+  std::vector<warp::WarpPointer> thereAndBack;
+  thereAndBack.push_back(warp::twistWarp(axis, Angle::fromDegrees(100), {0.1, 0.2, 0.3}));
+  thereAndBack.push_back(warp::twistWarp(axis, Angle::fromDegrees(-100), {0.1, 0.2, 0.3}));
+  const image::Image back = filmOf(model(), *warp::chainWarp(std::move(thereAndBack)), camera, lights).color;
   EXPECT_LT(largestDifference(back, still), 1e-6);
 }
 
 TEST_F(FrameOfSphere, AUniformScaleSeenFromAsMuchFurtherChangesNothing) {
-  const std::vector<ShotLight> sun{ShotDirectionalLight{{0.6, 0, 0.8}, {3, 3, 3}}};
+  const std::vector<scene::ShotLight> sun{scene::ShotDirectionalLight{{0.6, 0, 0.8}, {3, 3, 3}}};
   auto further = camera;
   further.cameraFromWorld = {camera.cameraFromWorld.rotation(), 3 * camera.cameraFromWorld.translation()};
-  const Image still = filmOf(model(), *noWarp(), camera, sun).color;
-  const Image scaled = filmOf(model(), *scaleWarp({3, 3, 3}, {0, 0, 0}), further, sun).color;
+  const image::Image still = filmOf(model(), *noWarp(), camera, sun).color;
+  const image::Image scaled = filmOf(model(), *warp::scaleWarp({3, 3, 3}, {0, 0, 0}), further, sun).color;
   EXPECT_LT(largestDifference(scaled, still), 1.4e-6);
 }
 
 TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
-  const auto warp = twistWarp({0, 1, 0}, Angle::fromDegrees(40), {0, 0, 0});
+  const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(40), {0, 0, 0});
   FrameOptions options;
-  options.aovs.assign(aovNames.begin(), aovNames.end());
+  options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
   const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
   for (const int threads : {1, 2})
     for (const auto& [cacheBytes, targets] :
-         {std::pair<size_t, size_t>{0, 700}, {size_t{1} << 28, 33}, {size_t{1} << 28, kTargetsAtOnce}})
+         {std::pair<size_t, size_t>{0, 700}, {size_t{1} << 28, 33}, {size_t{1} << 28, model::kTargetsAtOnce}})
       tbb::task_arena(threads).execute([&, cacheBytes = cacheBytes, targets = targets] {
-        BlockCache cache(model().files, cacheBytes);
+        codec::BlockCache cache(model().files, cacheBytes);
         FrameStats stats;
         options.shade.targetsAtOnce = targets;
         const FrameLayers film = renderFrame(model(), *warp, camera, lights, options, cache, stats);
@@ -166,11 +170,11 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
 
 // Of a larger picture, of another warp, of a frame that nothing is seen in, and of one that was interrupted.
 TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
-  BlockCache cache(model().files, size_t{1} << 28);
+  codec::BlockCache cache(model().files, size_t{1} << 28);
   FrameMemory memory;
-  const std::vector<std::string> all(aovNames.begin(), aovNames.end());
-  const auto render = [&](const Warp& warp, int size, FrameMemory* kept, const std::vector<std::string>& aovs,
-                          const Progress& progress = {}) {
+  const std::vector<std::string> all(scene::aovNames.begin(), scene::aovNames.end());
+  const auto render = [&](const warp::Warp& warp, int size, FrameMemory* kept,
+                          const std::vector<std::string>& aovs, const Progress& progress = {}) {
     FrameStats stats;
     FrameOptions options;
     options.aovs = aovs;
@@ -182,9 +186,9 @@ TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
     ASSERT_EQ(film.aovs.size(), wanted.aovs.size());
     for (const auto& [name, image] : wanted.aovs) EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
   };
-  const Expression x("x", warpVariables), nan("sqrt(-1 - x^2)", warpVariables);
-  const auto still = noWarp(), flat = scaleWarp({1, 1, 0.3}, Vec3<double>::Zero()),
-             nowhere = expressionWarp(nan, x, x, {});
+  const warp::Expression x("x", warp::warpVariables), nan("sqrt(-1 - x^2)", warp::warpVariables);
+  const auto still = noWarp(), flat = warp::scaleWarp({1, 1, 0.3}, Vec3<double>::Zero()),
+             nowhere = warp::expressionWarp(nan, x, x, {});
   const FrameLayers expected = render(*noWarp(), pictureSize, nullptr, {"normal", "light_blend"});
   for (const auto& [warp, size] :
        {std::pair{still.get(), pictureSize}, {flat.get(), 3 * pictureSize}, {nowhere.get(), 20}}) {
@@ -208,9 +212,9 @@ TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
 
 TEST_F(FrameOfSphere, AovsAskedForTogetherAreThoseAskedForAlone) {
   FrameOptions options;
-  options.aovs.assign(aovNames.begin(), aovNames.end());
+  options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
   const FrameLayers together = filmOf(model(), *noWarp(), camera, lights, options);
-  for (const std::string_view name : aovNames) {
+  for (const std::string_view name : scene::aovNames) {
     options.aovs = {std::string(name)};
     EXPECT_EQ(filmOf(model(), *noWarp(), camera, lights, options).aovs.at(options.aovs[0]).values,
               together.aovs.at(options.aovs[0]).values)
@@ -223,7 +227,7 @@ TEST_F(FrameOfSphere, NormalAndDepthAreThoseOfTheSphere) {
   options.aovs = {"normal", "depth"};
   const FrameLayers film = filmOf(model(), *noWarp(), camera, lights, options);
   const studio::SphereView view = viewSphere(camera, 1);
-  const Mask interior = interiorOf(view);
+  const image::Mask interior = interiorOf(view);
   for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
     const bool isEmpty = film.color.values[4 * pixel + 3] == 0;
     EXPECT_EQ(std::isinf(film.aovs.at("depth").values[pixel]), isEmpty);
@@ -240,9 +244,9 @@ TEST_F(FrameOfSphere, NormalAndDepthAreThoseOfTheSphere) {
 TEST_F(FrameOfSphere, TheNormalOfAMirroredSurfaceStillPointsOutwards) {
   FrameOptions options;
   options.aovs = {"normal"};
-  const FrameLayers film = filmOf(model(), *scaleWarp({1, 1, -1}, {0, 0, 0}), camera, lights, options);
+  const FrameLayers film = filmOf(model(), *warp::scaleWarp({1, 1, -1}, {0, 0, 0}), camera, lights, options);
   const studio::SphereView view = viewSphere(camera, 1);
-  const Mask interior = interiorOf(view);
+  const image::Mask interior = interiorOf(view);
   for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
     if (!interior.inside[pixel]) continue;
     const Vec3<float> normal(&film.aovs.at("normal").values[3 * pixel]);
@@ -254,11 +258,11 @@ TEST_F(FrameOfSphere, ACapturedCameraIsBlendedAlone) {
   FrameOptions options;
   options.aovs = {"camera_blend"};
   std::vector<Vec3<float>> colors;
-  for (const View& captured : {model().rig.views[3], model().rig.views[8]}) {
+  for (const capture::View& captured : {model().rig.views[3], model().rig.views[8]}) {
     const auto& pose = captured.camera.cameraFromWorld;
-    const Camera<ObjectSpace> same{captured.camera.lens, {pose.rotation(), pose.translation()}};
+    const capture::Camera<ObjectSpace> same{captured.camera.lens, {pose.rotation(), pose.translation()}};
     const FrameLayers film = filmOf(model(), *noWarp(), same, lights, options);
-    const Mask interior = interiorOf(viewSphere(same, 1));
+    const image::Mask interior = interiorOf(viewSphere(same, 1));
     std::optional<Vec3<float>> color;
     for (size_t pixel = 0; pixel < interior.inside.size(); ++pixel) {
       if (!interior.inside[pixel]) continue;
@@ -276,7 +280,7 @@ TEST_F(FrameOfSphere, StretchIsThatOfTheWarp) {
   options.aovs = {"stretch"};
   const auto front = cameraFrom<ObjectSpace>({0, 0, 1}, pictureSize);
   const auto stretchAtCenter = [&](const Vec3<double>& factors) {
-    const FrameLayers film = filmOf(model(), *scaleWarp(factors, {0, 0, 0}), front, lights, options);
+    const FrameLayers film = filmOf(model(), *warp::scaleWarp(factors, {0, 0, 0}), front, lights, options);
     return film.aovs.at("stretch").at(pictureSize / 2, pictureSize / 2)[0];
   };
   EXPECT_NEAR(stretchAtCenter({1, 1, 1}), 1, 1.2e-7);
@@ -285,10 +289,10 @@ TEST_F(FrameOfSphere, StretchIsThatOfTheWarp) {
 }
 
 TEST_F(FrameOfSphere, CountsAddUp) {
-  BlockCache cache(model().files, size_t{1} << 28);
+  codec::BlockCache cache(model().files, size_t{1} << 28);
   FrameStats stats;
   renderFrame(model(), *noWarp(), camera, lights, {}, cache, stats);
-  const SplatCounts& n = stats.splats;
+  const splat::SplatCounts& n = stats.splats;
   EXPECT_EQ(n.drawn + n.dead + n.notFinite + n.backFacing + n.tooNear + n.outside, model().cloud.size());
   EXPECT_GT(stats.visible, 0u);
   EXPECT_LE(stats.visible, n.drawn);
@@ -298,15 +302,16 @@ TEST_F(FrameOfSphere, CountsAddUp) {
 }
 
 TEST_F(FrameOfSphere, AWarpWithoutValuesLeavesAnEmptyFrame) {
-  const Expression x("x", warpVariables), nan("sqrt(-1 - x^2)", warpVariables);
-  const FrameLayers film = filmOf(model(), *expressionWarp(nan, x, x, {}), camera, lights);
+  const warp::Expression x("x", warp::warpVariables), nan("sqrt(-1 - x^2)", warp::warpVariables);
+  const FrameLayers film = filmOf(model(), *warp::expressionWarp(nan, x, x, {}), camera, lights);
   for (const float value : film.color.values) EXPECT_EQ(value, 0);
 }
 
 TEST_F(FrameOfSphere, ALightOnASurfelLeavesEveryPixelFinite) {
   for (const uint32_t surfel : {7u, 700u}) {
     const Vec3<double> p = model().cloud.p0[surfel].raw().cast<double>();
-    const FrameLayers film = filmOf(model(), *noWarp(), camera, std::vector<ShotLight>{pointLight(p, {5, 0, 5})});
+    const FrameLayers film =
+        filmOf(model(), *noWarp(), camera, std::vector<scene::ShotLight>{pointLight(p, {5, 0, 5})});
     for (const float value : film.color.values) EXPECT_TRUE(std::isfinite(value));
   }
 }
@@ -338,4 +343,4 @@ TEST(Stretch, IsTheRatioOfSingularValues) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::surfels

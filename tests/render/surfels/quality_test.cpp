@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::surfels {
 namespace {
 
 using V3 = Vec3<double>;
@@ -30,7 +30,7 @@ V3 alongPath(double s) {
 // All cameras that train stand above the sphere's middle; no camera sees what lies far below.
 studio::Studio halfSurrounded() {
   return {.cameras = 24, .lights = 12, .split = [](size_t view, size_t) {
-            return view < 12 ? Split::train : Split::test;
+            return view < 12 ? capture::Split::train : capture::Split::test;
           }};
 }
 
@@ -39,8 +39,8 @@ double distance(Rgb a, Rgb b) {
 }
 
 // Per surfel, the blend of cameras seen from its own place on the path.
-std::vector<Rgb> cameraBlend(const Model& model, std::span<const double> places) {
-  QueryBatch batch;
+std::vector<Rgb> cameraBlend(const model::Model& model, std::span<const double> places) {
+  model::QueryBatch batch;
   batch.lights = model.rig.lights.empty() ? 0 : 1;
   for (uint32_t i = 0; i < places.size(); ++i) {
     const V3 eye = studio::cameraDistance * alongPath(places[i]);
@@ -52,7 +52,7 @@ std::vector<Rgb> cameraBlend(const Model& model, std::span<const double> places)
       batch.irradiance.push_back({1, 1, 1});
     }
   }
-  return planShading(model, batch, {.showsBlends = true}).cameraBlend;
+  return model::planShading(model, batch, {.showsBlends = true}).cameraBlend;
 }
 
 // For each surfel the largest change of its blend over a step of the path, and what is left of it after
@@ -61,7 +61,7 @@ std::vector<Rgb> cameraBlend(const Model& model, std::span<const double> places)
 struct Change {
   double overStep = 0, afterHalving = 0;
 };
-std::vector<Change> changesAlongPath(const Model& model, int steps, int halvings) {
+std::vector<Change> changesAlongPath(const model::Model& model, int steps, int halvings) {
   const size_t n = model.cloud.size();
   std::vector<Change> changes(n);
   std::vector<double> from(n), places(n, 0.0);
@@ -111,12 +111,13 @@ TEST(Quality, PicturesBeyondTheCapturedViewsStayWithinWhatWasPhotographed) {
             brightest = 1.03f * studio::fixedRadiance({0, 1, 0});
   size_t unseen = 0;
   for (int frame = 0; frame <= 12; ++frame) {
-    BlockCache cache(packed.model.files, size_t{1} << 28);
+    codec::BlockCache cache(packed.model.files, size_t{1} << 28);
     FrameStats stats;
     const auto camera = cameraFrom<ObjectSpace>(alongPath(frame / 12.0), 64);
-    const Image color = renderFrame(packed.model, *chainWarp({}), camera, {}, {}, cache, stats).color;
+    const image::Image color =
+        renderFrame(packed.model, *warp::chainWarp({}), camera, {}, {}, cache, stats).color;
     unseen += stats.unseen;
-    const Mask interior = eroded(objectMask(studio::viewSphere(camera, 3).alpha), 2);
+    const image::Mask interior = image::eroded(image::objectMask(studio::viewSphere(camera, 3).alpha), 2);
     for (size_t i = 0; i < interior.inside.size(); ++i) {
       if (!interior.inside[i]) continue;
       const float* pixel = &color.values[4 * i];
@@ -129,7 +130,7 @@ TEST(Quality, PicturesBeyondTheCapturedViewsStayWithinWhatWasPhotographed) {
 }
 
 // Largest difference between neighbours well inside of the sphere.
-double largestJump(const Image& image, const Mask& interior) {
+double largestJump(const image::Image& image, const image::Mask& interior) {
   double largest = 0;
   const auto at = [&](int x, int y) {
     return static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x);
@@ -146,24 +147,25 @@ double largestJump(const Image& image, const Mask& interior) {
 }
 
 TEST(Quality, BlendingFieldsHaveNoSeams) {
-  const TemporaryFolder folder;
-  const Capture capture = studio::photograph(halfSurrounded(), folder / "capture");
+  const image::TemporaryFolder folder;
+  const capture::Capture capture = studio::photograph(halfSurrounded(), folder / "capture");
   FrameOptions options;
   options.aovs = {"camera_blend", "light_blend"};
-  const std::vector<ShotLight> lights{ShotPointLight{{1.5, 1.0, 1.2}, {5, 5, 5}}};
+  const std::vector<scene::ShotLight> lights{scene::ShotPointLight{{1.5, 1.0, 1.2}, {5, 5, 5}}};
   studio::writeSphereMesh(folder / "smooth.ply", 768); // normals jump from face to face
   // The largest jumps, by field and place on the path, with surfels and pixels this much finer.
   std::map<std::pair<std::string, int>, std::map<int, double>> jumps;
   for (const int fineness : {1, 4}) {
     const auto path = folder / std::to_string(fineness);
-    PackOptions packOptions = studio::packOptions(static_cast<size_t>(2000 * fineness * fineness));
+    model::PackOptions packOptions = studio::packOptions(static_cast<size_t>(2000 * fineness * fineness));
     packOptions.impostor.mesh = folder / "smooth.ply";
-    pack(capture, path, packOptions, {}, nullptr);
-    const Model model = openModel(path);
+    model::pack(capture, path, packOptions, {}, nullptr);
+    const model::Model model = model::openModel(path);
     for (int place = 0; place < 5; ++place) {
       const auto camera = cameraFrom<ObjectSpace>(alongPath(place / 4.0), 50 * fineness);
-      const Mask interior = eroded(objectMask(studio::viewSphere(camera, 3).alpha), 3 * fineness);
-      const FrameLayers film = filmOf(model, *chainWarp({}), camera, lights, options);
+      const image::Mask interior =
+          image::eroded(image::objectMask(studio::viewSphere(camera, 3).alpha), 3 * fineness);
+      const FrameLayers film = filmOf(model, *warp::chainWarp({}), camera, lights, options);
       for (const auto& [name, field] : film.aovs)
         jumps[{name, place}][fineness] = largestJump(field, interior);
     }
@@ -176,26 +178,26 @@ TEST(Quality, BlendingFieldsHaveNoSeams) {
 
 struct Deformation {
   const char* name;
-  WarpPointer warp;
+  warp::WarpPointer warp;
 };
 
 TEST(Quality, AStretchedSurfaceStaysClosed) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   studio::writeSphereMesh(folder / "sphere.ply", 384);
   const TriangleMesh mesh = readMesh(folder / "sphere.ply");
   const SurfelCloud cloud = sampleSurfels(mesh, spacingFor(mesh, 5000)); // two pixels apart at rest
   std::vector<Deformation> deformations;
-  deformations.push_back({"1:4", scaleWarp({1, 4, 1}, {0, 0, 0})});
-  deformations.push_back({"1:8", scaleWarp({1, 8, 1}, {0, 0, 0})});
-  deformations.push_back({"1:4:8", scaleWarp({0.5, 4, 2}, {0, 0, 0})});
-  deformations.push_back({"squeezed", scaleWarp({1, 0.125, 1}, {0, 0, 0})});
-  deformations.push_back({"bend", bendWarp({0, 1, 0}, {1, 0, 0}, Angle::fromDegrees(50), {0, 0, 0})});
-  const auto formula = [](const char* text) { return Expression(text, warpVariables); };
-  deformations.push_back({"shear", expressionWarp(formula("x + 4*y"), formula("y"), formula("z"), {})});
-  deformations.push_back({"twist", twistWarp({0, 1, 0}, Angle::fromDegrees(150), {0, 0, 0})});
+  deformations.push_back({"1:4", warp::scaleWarp({1, 4, 1}, {0, 0, 0})});
+  deformations.push_back({"1:8", warp::scaleWarp({1, 8, 1}, {0, 0, 0})});
+  deformations.push_back({"1:4:8", warp::scaleWarp({0.5, 4, 2}, {0, 0, 0})});
+  deformations.push_back({"squeezed", warp::scaleWarp({1, 0.125, 1}, {0, 0, 0})});
+  deformations.push_back({"bend", warp::bendWarp({0, 1, 0}, {1, 0, 0}, Angle::fromDegrees(50), {0, 0, 0})});
+  const auto formula = [](const char* text) { return warp::Expression(text, warp::warpVariables); };
+  deformations.push_back({"shear", warp::expressionWarp(formula("x + 4*y"), formula("y"), formula("z"), {})});
+  deformations.push_back({"twist", warp::twistWarp({0, 1, 0}, Angle::fromDegrees(150), {0, 0, 0})});
   for (const auto& [name, warp] : deformations) {
-    const DeformedCloud deformed = deform(cloud, *warp);
-    const Mesh<ObjectSpace> bent = deform(mesh, *warp);
+    const DeformedCloud deformed = warp::deform(cloud, *warp);
+    const Mesh<ObjectSpace> bent = warp::deform(mesh, *warp);
     Eigen::AlignedBox3d box;
     for (const auto& p : bent.positions) box.extend(p.cast<double>().raw());
     const RayCaster<ObjectSpace> caster(bent);
@@ -205,16 +207,16 @@ TEST(Quality, AStretchedSurfaceStaysClosed) {
       const double distance = 3 * box.diagonal().norm() / 2;
       camera.cameraFromWorld = {camera.cameraFromWorld.rotation(),
                                 -(camera.cameraFromWorld.rotation() * box.center()) - V3(0, 0, distance)};
-      const SplatRaster coverage = look(camera, cloud, deformed);
-      const Mask truth = objectMask(silhouette(camera, caster));
-      const Mask interior = eroded(truth, 2);
-      Image alpha(coverage.width, coverage.height, 1);
+      const splat::SplatRaster coverage = look(camera, cloud, deformed);
+      const image::Mask truth = image::objectMask(capture::silhouette(camera, caster));
+      const image::Mask interior = image::eroded(truth, 2);
+      image::Image alpha(coverage.width, coverage.height, 1);
       alpha.values = coverage.alpha;
       double least = 1;
       for (size_t i = 0; i < interior.inside.size(); ++i)
         if (interior.inside[i]) least = std::min(least, 1.0 * alpha.values[i]);
       EXPECT_GE(least, 0.999) << name << " from " << from.transpose();
-      EXPECT_GE(intersectionOverUnion(truth, objectMask(alpha)), 0.98)
+      EXPECT_GE(image::intersectionOverUnion(truth, image::objectMask(alpha)), 0.98)
           << name << " from " << from.transpose();
     }
   }
@@ -224,19 +226,20 @@ TEST(Quality, StretchOfAPulledSphereIsThatOfItsTangentPlanes) {
   const studio::PackedStudio packed({.cameras = 6, .lights = 4}, 4000);
   FrameOptions options;
   options.aovs = {"stretch", "depth"};
-  const std::vector<ShotLight> lights{ShotPointLight{{3, 3, 3}, {5, 5, 5}}};
+  const std::vector<scene::ShotLight> lights{scene::ShotPointLight{{3, 3, 3}, {5, 5, 5}}};
   for (const double factor : {0.125, 0.25, 4.0, 8.0}) {
     auto camera = cameraFrom<ObjectSpace>({0.2, 0.3, 1}, 100);
     camera.lens.focalX = camera.lens.focalY = 100 / std::max(1.0, factor / 2);
-    const FrameLayers film = filmOf(packed.model, *scaleWarp({1, factor, 1}, {0, 0, 0}), camera, lights, options);
-    const Mask interior = eroded(objectMask(film.color), 3);
+    const FrameLayers film =
+        filmOf(packed.model, *warp::scaleWarp({1, factor, 1}, {0, 0, 0}), camera, lights, options);
+    const image::Mask interior = image::eroded(image::objectMask(film.color), 3);
     const auto worldFromCamera = camera.cameraFromWorld.inverse();
     double sum = 0, worst = 0;
     size_t pixels = 0;
     for (int y = 0; y < 100; ++y)
       for (int x = 0; x < 100; ++x) {
         if (!interior.inside[static_cast<size_t>(100 * y + x)]) continue;
-        const auto ray = rayThrough(camera.lens, {x + 0.5, y + 0.5});
+        const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
         const double along = film.aovs.at("depth").at(x, y)[0] / -ray->direction.z();
         V3 n = worldFromCamera(ray->origin + along * ray->direction).raw();
         n[1] /= factor; // the place and the normal at rest
@@ -257,4 +260,4 @@ TEST(Quality, StretchOfAPulledSphereIsThatOfItsTangentPlanes) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::surfels

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace surflect {
+namespace surflect::surfels {
 namespace {
 
 using testing::randomVector;
@@ -21,8 +21,8 @@ struct Scene {
   SurfelCloud rest;
   DeformedCloud deformed;
   std::vector<uint32_t> surfels; // some, in no order
-  Camera<ObjectSpace> camera;
-  std::vector<ShotLight> lights;
+  capture::Camera<ObjectSpace> camera;
+  std::vector<scene::ShotLight> lights;
 };
 
 // Tangents of any length from 1e-3 to 1e3 at any angle, mirrored or not.
@@ -45,14 +45,14 @@ Scene randomScene(size_t count, Rng& random) {
   for (int i = 0; i < 3; ++i) {
     const Rgb strength{float(i), 2, 0.5f};
     scene.lights.emplace_back(
-        ShotPointLight{assume<Point3<ObjectSpace, double>>(randomVector(random, 3)), strength});
+        scene::ShotPointLight{assume<Point3<ObjectSpace, double>>(randomVector(random, 3)), strength});
     scene.lights.emplace_back(
-        ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(randomUnit(random)), strength});
+        scene::ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(randomUnit(random)), strength});
   }
   return scene;
 }
 
-QueryBatch queries(const Scene& scene, Simd simd) {
+model::QueryBatch queries(const Scene& scene, Simd simd) {
   return queriesAt(scene.rest, scene.deformed, scene.surfels, scene.camera, scene.lights, {}, simd);
 }
 
@@ -64,13 +64,13 @@ template <class T> bool sameBits(const std::vector<T>& a, const std::vector<T>& 
 TEST(QueryKernels, AnswerAsOneSurfelAfterTheOther) {
   Rng random(1);
   for (const Simd simd : supportedSimd())
-    for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
+    for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
       Scene scene = randomScene(1500, random);
       scene.camera.lens.model = model;
-      const QueryBatch batch = queries(scene, simd);
+      const model::QueryBatch batch = queries(scene, simd);
       ASSERT_EQ(batch.size(), scene.surfels.size());
       ASSERT_EQ(batch.lights, scene.lights.size());
-      const Viewpoint viewpoint(scene.camera);
+      const capture::Viewpoint viewpoint(scene.camera);
       for (size_t query = 0; query < batch.size(); ++query) {
         const size_t surfel = scene.surfels[query];
         const LookUp<double> lookUp = lookUpAt(scene.rest, scene.deformed, surfel);
@@ -83,11 +83,11 @@ TEST(QueryKernels, AnswerAsOneSurfelAfterTheOther) {
         for (size_t l = 0; l < batch.lights; ++l) {
           const Rgb found = batch.irradiance[query * batch.lights + l];
           const auto& towards = batch.towardsLight[query * batch.lights + l];
-          if (const auto* distant = std::get_if<ShotDirectionalLight>(&scene.lights[l])) {
+          if (const auto* distant = std::get_if<scene::ShotDirectionalLight>(&scene.lights[l])) {
             EXPECT_LT(off(distant->towards, towards), 3.1e-8);
             EXPECT_EQ(found, distant->irradiance);
           } else {
-            const auto& near = std::get<ShotPointLight>(scene.lights[l]);
+            const auto& near = std::get<scene::ShotPointLight>(scene.lights[l]);
             const auto d = near.position - p;
             EXPECT_LT(off(normalized(d), towards), 3.1e-8);
             const Rgb expected = static_cast<float>(1 / dot(d, d)) * near.intensity;
@@ -104,7 +104,7 @@ TEST(QueryKernels, Avx2AndAvx512GiveTheSameBits) {
   if (bestSimd() != Simd::avx512) return;
   Rng random(2);
   const Scene scene = randomScene(3000, random);
-  const QueryBatch a = queries(scene, Simd::avx2), b = queries(scene, Simd::avx512);
+  const model::QueryBatch a = queries(scene, Simd::avx2), b = queries(scene, Simd::avx512);
   EXPECT_TRUE(sameBits(a.towardsView, b.towardsView));
   EXPECT_TRUE(sameBits(a.towardsLight, b.towardsLight));
   EXPECT_TRUE(sameBits(a.irradiance, b.irradiance));
@@ -114,11 +114,11 @@ TEST(QueryKernels, AQueryDoesNotDependOnItsNeighbours) {
   Rng random(3);
   for (const Simd simd : supportedSimd()) {
     Scene scene = randomScene(300, random);
-    const QueryBatch all = queries(scene, simd);
+    const model::QueryBatch all = queries(scene, simd);
     for (const size_t skipped : {1, 3, 190}) {
       Scene some = scene;
       some.surfels.erase(some.surfels.begin(), some.surfels.begin() + static_cast<ptrdiff_t>(skipped));
-      const QueryBatch rest = queries(some, simd);
+      const model::QueryBatch rest = queries(some, simd);
       for (size_t i = 0; i < rest.size(); ++i) {
         EXPECT_EQ(rest.towardsView[i], all.towardsView[i + skipped]);
         for (size_t l = 0; l < all.lights; ++l) {
@@ -135,9 +135,9 @@ TEST(QueryKernels, ALightOnASurfelGivesItNothing) {
   for (const Simd simd : supportedSimd()) {
     Scene scene = randomScene(100, random);
     const size_t query = 13, surfel = scene.surfels[query];
-    auto& light = std::get<ShotPointLight>(scene.lights[2]);
+    auto& light = std::get<scene::ShotPointLight>(scene.lights[2]);
     light.position = scene.deformed.p[surfel].cast<double>();
-    const QueryBatch batch = queries(scene, simd);
+    const model::QueryBatch batch = queries(scene, simd);
     for (size_t i = 0; i < batch.size(); ++i) {
       EXPECT_EQ(batch.irradiance[i * batch.lights + 2] == Rgb(), i == query);
       EXPECT_NEAR(length(batch.towardsLight[i * batch.lights + 2]), 1, 2e-7f);
@@ -157,4 +157,4 @@ TEST(QueryKernels, AViewerOnASurfelIsSeenInSomeDirection) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::surfels

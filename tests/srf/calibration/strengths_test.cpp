@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::calibration {
 namespace {
 
 using Towards = Direction3<AcquisitionSpace, double>;
@@ -41,8 +41,8 @@ struct Relief {
   std::vector<Towards> towards = {};
   std::vector<Rgb> strengths = {};
   std::vector<Vec2<double>> gradients = {}; // mean 0
-  std::vector<Image> photographs = {};
-  Mask object = {};
+  std::vector<image::Image> photographs = {};
+  image::Mask object = {};
 
   void photograph() {
     std::mt19937 random(seed);
@@ -60,7 +60,7 @@ struct Relief {
     const Vec2<double> common =
         std::accumulate(gradients.begin(), gradients.end(), Vec2<double>(0, 0)) / lights;
     for (auto& gradient : gradients) gradient -= common;
-    object = Mask(width, size);
+    object = image::Mask(width, size);
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < width; ++x) {
         const double u = (x + 0.5 - width / 2.) / size + 0.5, v = (y + 0.5) / size;
@@ -179,16 +179,17 @@ TEST(LightGradients, SameBitsForAnyThreads) {
 TEST(LightGradients, OfFewLightsOrPixelsAreRefused) {
   Relief few{.lights = 5};
   few.photograph();
-  EXPECT_NE(errorOf([&] { lightGradients(few.photographs, few.object, few.towards); }).find("found 5"),
+  EXPECT_NE(image::errorOf([&] { lightGradients(few.photographs, few.object, few.towards); }).find("found 5"),
             std::string::npos);
   Relief relief;
   relief.photograph();
-  Mask line(relief.width, relief.size); // along which gradients across it show nothing
+  image::Mask line(relief.width, relief.size); // along which gradients across it show nothing
   for (int y = 0; y < relief.size; ++y)
     line.inside[static_cast<size_t>(y * relief.width + relief.width / 2)] = 1;
   EXPECT_NO_THROW(lightStrengths(relief.photographs, line, relief.towards));
-  EXPECT_NE(errorOf([&] { lightGradients(relief.photographs, line, relief.towards); }).find("do not tell"),
-            std::string::npos);
+  EXPECT_NE(
+      image::errorOf([&] { lightGradients(relief.photographs, line, relief.towards); }).find("do not tell"),
+      std::string::npos);
 }
 
 TEST(LightStrengths, ClippedSamplesAreLeftOut) {
@@ -201,7 +202,7 @@ TEST(LightStrengths, DoNotDependOnScale) {
   Relief relief;
   relief.photograph();
   const auto strengths = lightStrengths(relief.photographs, relief.object, relief.towards);
-  for (Image& image : relief.photographs)
+  for (image::Image& image : relief.photographs)
     for (float& value : image.values) value *= 1024; // exact in floating point
   EXPECT_LT(largestDifference(lightStrengths(relief.photographs, relief.object, relief.towards), strengths),
             1e-7);
@@ -214,7 +215,7 @@ TEST(LightStrengths, FollowTheOrderOfTheLights) {
   std::vector<size_t> order(relief.towards.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::shuffle(order.begin(), order.end(), std::mt19937(7));
-  std::vector<Image> photographs = {};
+  std::vector<image::Image> photographs = {};
   std::vector<Towards> towards = {};
   std::vector<Rgb> expected;
   for (const size_t l : order) {
@@ -230,9 +231,9 @@ TEST(LightStrengths, FollowTheOrderOfTheLights) {
 TEST(LightStrengths, OfGrayPhotographsAreGray) {
   Relief relief;
   relief.photograph();
-  std::vector<Image> gray;
-  for (const Image& image : relief.photographs) {
-    Image& one = gray.emplace_back(image.width, image.height, 1);
+  std::vector<image::Image> gray;
+  for (const image::Image& image : relief.photographs) {
+    image::Image& one = gray.emplace_back(image.width, image.height, 1);
     for (size_t i = 0; i < one.values.size(); ++i) one.values[i] = image.values[3 * i + 1];
   }
   const auto fromRgb = lightStrengths(relief.photographs, relief.object, relief.towards);
@@ -246,35 +247,38 @@ TEST(LightStrengths, OfGrayPhotographsAreGray) {
 TEST(LightStrengths, WhatCannotBeToldIsRefused) {
   Relief few{.lights = 3};
   few.photograph();
-  EXPECT_NE(errorOf([&] { lightStrengths(few.photographs, few.object, few.towards); }).find("four lights"),
-            std::string::npos);
+  EXPECT_NE(
+      image::errorOf([&] { lightStrengths(few.photographs, few.object, few.towards); }).find("four lights"),
+      std::string::npos);
 
   Relief relief;
   relief.photograph();
   auto plane = relief.towards; // all but the last
   for (size_t l = 0; l + 1 < plane.size(); ++l)
     plane[l] = Towards(std::sin(0.1 * double(l) - 0.7), 0, std::cos(0.1 * double(l) - 0.7));
-  EXPECT_NE(errorOf([&] { lightStrengths(relief.photographs, relief.object, plane); }).find("in a plane"),
-            std::string::npos);
+  EXPECT_NE(
+      image::errorOf([&] { lightStrengths(relief.photographs, relief.object, plane); }).find("in a plane"),
+      std::string::npos);
 
   std::mt19937 random(1);
   std::normal_distribution<float> noise(0, 0.01f);
-  std::vector<Image> flat;
+  std::vector<image::Image> flat;
   for (size_t l = 0; l < relief.towards.size(); ++l)
     for (float& value : flat.emplace_back(relief.photographs[l]).values)
       value = static_cast<float>(relief.towards[l].z()) + noise(random);
-  EXPECT_NE(errorOf([&] { lightStrengths(flat, relief.object, relief.towards); }).find("flat"),
+  EXPECT_NE(image::errorOf([&] { lightStrengths(flat, relief.object, relief.towards); }).find("flat"),
             std::string::npos);
 
-  const Mask nothing(relief.width, relief.size);
-  EXPECT_NE(errorOf([&] { lightStrengths(relief.photographs, nothing, relief.towards); }).find("found 0"),
-            std::string::npos);
-  const Mask other(relief.width, relief.size + 1);
-  EXPECT_NE(errorOf([&] {
+  const image::Mask nothing(relief.width, relief.size);
+  EXPECT_NE(
+      image::errorOf([&] { lightStrengths(relief.photographs, nothing, relief.towards); }).find("found 0"),
+      std::string::npos);
+  const image::Mask other(relief.width, relief.size + 1);
+  EXPECT_NE(image::errorOf([&] {
               lightStrengths(relief.photographs, other, relief.towards);
             }).find("photograph 0: found 90 x 72, expected 90 x 73"),
             std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::calibration

@@ -4,34 +4,36 @@
 
 #include <cmath>
 
-namespace surflect {
+namespace surflect::calibration {
 namespace {
 
 constexpr int size = 80;
 
 // Pixels of a mask by a predicate over centres.
-template <class Inside> Mask maskOf(const Inside& inside) {
-  Mask mask(size, size);
+template <class Inside> image::Mask maskOf(const Inside& inside) {
+  image::Mask mask(size, size);
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) mask.inside[static_cast<size_t>(y * size + x)] = inside(x + 0.5, y + 0.5);
   return mask;
 }
 
-Image lit(const Mask& mask, float object, float background, int channels = 1) {
-  Image image(size, size, channels);
+image::Image lit(const image::Mask& mask, float object, float background, int channels = 1) {
+  image::Image image(size, size, channels);
   for (size_t i = 0; i < image.values.size(); ++i)
     image.values[i] = mask.inside[i / static_cast<size_t>(channels)] ? object : background;
   return image;
 }
 
-const Mask disc = maskOf([](double x, double y) { return std::hypot(x - 40, y - 40) < 25; });
+const image::Mask disc = maskOf([](double x, double y) { return std::hypot(x - 40, y - 40) < 25; });
 
 TEST(ObjectByThreshold, IsWhatAnyPhotographShows) {
   // Each photograph lights one half; the halves differ in brightness.
-  const Mask left = maskOf([](double x, double y) { return std::hypot(x - 40, y - 40) < 25 && x < 40; }),
-             right = maskOf([](double x, double y) { return std::hypot(x - 40, y - 40) < 25 && x > 40; });
+  const image::Mask left =
+                        maskOf([](double x, double y) { return std::hypot(x - 40, y - 40) < 25 && x < 40; }),
+                    right =
+                        maskOf([](double x, double y) { return std::hypot(x - 40, y - 40) < 25 && x > 40; });
   for (const int channels : {1, 3}) {
-    const Image photographs[] = {lit(left, 2, 0.05f, channels), lit(right, 1, 0.05f, channels)};
+    const image::Image photographs[] = {lit(left, 2, 0.05f, channels), lit(right, 1, 0.05f, channels)};
     EXPECT_EQ(objectByThreshold(photographs, 0.1), disc);
     EXPECT_EQ(objectByThreshold(photographs, 0.6), left);
   }
@@ -42,14 +44,14 @@ bool isNear(double x, double y, double centerX, double centerY, double radius) {
 }
 
 // The disc lit, with a shadow of 50 of its nearly 2000 pixels and a crack of 12, and a speck beside it.
-Image spoiltDisc(float shadow, float crack, float scale = 1) {
-  const Mask lightAt = maskOf([](double x, double y) {
+image::Image spoiltDisc(float shadow, float crack, float scale = 1) {
+  const image::Mask lightAt = maskOf([](double x, double y) {
     return (isNear(x, y, 40, 40, 25) && !isNear(x, y, 45, 35, 4) && !isNear(x, y, 30, 40, 2)) ||
            isNear(x, y, 72, 8, 3);
   }),
-             shadowAt = maskOf([](double x, double y) { return isNear(x, y, 45, 35, 4); }),
-             crackAt = maskOf([](double x, double y) { return isNear(x, y, 30, 40, 2); });
-  Image photograph(size, size, 1);
+                    shadowAt = maskOf([](double x, double y) { return isNear(x, y, 45, 35, 4); }),
+                    crackAt = maskOf([](double x, double y) { return isNear(x, y, 30, 40, 2); });
+  image::Image photograph(size, size, 1);
   for (size_t i = 0; i < photograph.values.size(); ++i)
     photograph.values[i] = scale * (lightAt.inside[i]    ? 1
                                     : shadowAt.inside[i] ? shadow
@@ -59,22 +61,22 @@ Image spoiltDisc(float shadow, float crack, float scale = 1) {
 }
 
 TEST(ObjectByThreshold, SpecksGoAndShadowsAndCracksAreFilled) {
-  const Image photograph = spoiltDisc(0.05f, 0);
+  const image::Image photograph = spoiltDisc(0.05f, 0);
   EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.2), disc);
 }
 
 TEST(ObjectByThreshold, GapsThatShowTheBackgroundStay) {
-  const Mask pierced =
+  const image::Mask pierced =
       maskOf([](double x, double y) { return isNear(x, y, 40, 40, 25) && !isNear(x, y, 45, 35, 4); });
   for (const float scale : {1.f, 0.01f, 300.f}) {
-    const Image photograph = spoiltDisc(0.03f, 0, scale);
+    const image::Image photograph = spoiltDisc(0.03f, 0, scale);
     EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.2), pierced);
   }
 }
 
 TEST(ObjectByThreshold, AGapLitInPartsIsTold) {
-  Image photograph = spoiltDisc(0, 0);
-  const Mask reflection = maskOf([](double x, double y) { return isNear(x, y, 45, 35, 4) && x > 46; });
+  image::Image photograph = spoiltDisc(0, 0);
+  const image::Mask reflection = maskOf([](double x, double y) { return isNear(x, y, 45, 35, 4) && x > 46; });
   for (size_t i = 0; i < photograph.values.size(); ++i)
     if (reflection.inside[i]) photograph.values[i] = 0.15f;
   EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.2),
@@ -82,16 +84,16 @@ TEST(ObjectByThreshold, AGapLitInPartsIsTold) {
 }
 
 TEST(ObjectByThreshold, SecondPartsAndLargeHolesStay) {
-  const Mask ring = maskOf([](double x, double y) {
+  const image::Mask ring = maskOf([](double x, double y) {
     const double r = std::hypot(x - 32, y - 40);
     return (r > 12 && r < 25) || std::hypot(x - 70, y - 40) < 8;
   });
-  const Image photograph = lit(ring, 1, 0);
+  const image::Image photograph = lit(ring, 1, 0);
   EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.2), ring);
 }
 
 TEST(ObjectByThreshold, ScaleAndABrightPixelDoNotMatter) {
-  Image photograph = randomImage(size, size, 3, 0, 0.1f, 1);
+  image::Image photograph = image::randomImage(size, size, 3, 0, 0.1f, 1);
   for (size_t i = 0; i < photograph.values.size(); ++i) photograph.values[i] += disc.inside[i / 3] ? 0.5f : 0;
   EXPECT_EQ(objectByThreshold(std::span(&photograph, 1), 0.5), disc);
   for (float& value : photograph.values) value *= 7;
@@ -100,11 +102,12 @@ TEST(ObjectByThreshold, ScaleAndABrightPixelDoNotMatter) {
 }
 
 TEST(ObjectByThreshold, BlackPhotographsHaveNoObject) {
-  const Image black[] = {Image(size, size, 3), Image(size, size, 3)};
-  EXPECT_EQ(objectByThreshold(black, 0.1), Mask(size, size));
-  const Image sizes[] = {Image(size, size, 3), Image(size, 3, 3)};
-  EXPECT_NE(errorOf([&] { objectByThreshold(sizes, 0.1); }).find("different sizes"), std::string::npos);
+  const image::Image black[] = {image::Image(size, size, 3), image::Image(size, size, 3)};
+  EXPECT_EQ(objectByThreshold(black, 0.1), image::Mask(size, size));
+  const image::Image sizes[] = {image::Image(size, size, 3), image::Image(size, 3, 3)};
+  EXPECT_NE(image::errorOf([&] { objectByThreshold(sizes, 0.1); }).find("different sizes"),
+            std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::calibration

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 using CameraPoint = Point3<CameraSpace, double>;
@@ -154,4 +154,4 @@ TEST(Lens, ResizedSeesTheSameWithPixelsScaled) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -20,11 +20,11 @@ class CaptureFile : public testing::Test {
 protected:
   CaptureFile() {
     std::filesystem::create_directory(folder / "images");
-    writePng(folder / "images/a.png", Image(6, 4, 3));
-    writeExr(folder / "images/b.exr", Image(8, 2, 3));
-    writePng(folder / "mask.png", Image(6, 4, 1));
-    writeBytes(folder / "mesh.ply", "");
-    writePng(folder.path().string() + "-outside.png", Image(6, 4, 3));
+    image::writePng(folder / "images/a.png", image::Image(6, 4, 3));
+    image::writeExr(folder / "images/b.exr", image::Image(8, 2, 3));
+    image::writePng(folder / "mask.png", image::Image(6, 4, 1));
+    image::writeBytes(folder / "mesh.ply", "");
+    image::writePng(folder.path().string() + "-outside.png", image::Image(6, 4, 3));
   }
   ~CaptureFile() override { std::filesystem::remove(folder.path().string() + "-outside.png"); }
 
@@ -80,18 +80,18 @@ protected:
 
   Capture read(const Json& json) const { return readText(json.dump()); }
   Capture readText(const std::string& text) const {
-    writeBytes(folder / "transforms.json", text);
+    image::writeBytes(folder / "transforms.json", text);
     return readCapture(folder.path());
   }
   // The line of the Error, after the file's name.
   std::string error(const Json& json) const {
-    const std::string line = errorOf([&] { read(json); }),
+    const std::string line = image::errorOf([&] { read(json); }),
                       file = (folder / "transforms.json").string() + ": ";
     EXPECT_TRUE(line.starts_with(file)) << line;
     return line.substr(std::min(file.size(), line.size()));
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
 };
 
 // "frames[0].light" for "/frames/0/light".
@@ -122,7 +122,7 @@ TEST_F(CaptureFile, EveryFieldIsRead) {
 }
 
 TEST_F(CaptureFile, AJsonFileOfAnotherNameCanBeGiven) {
-  writeBytes(folder / "deformed.json", full().dump());
+  image::writeBytes(folder / "deformed.json", full().dump());
   EXPECT_EQ(readCapture(folder / "deformed.json").frames.size(), 2u);
   EXPECT_EQ(readCapture(folder / "deformed.json").folder(), folder.path());
 }
@@ -251,7 +251,7 @@ TEST_F(CaptureFile, BothAnglesOrFocalLengthsMakePixelsThatAreNotSquare) {
     EXPECT_EQ(capture.notes[0], "pixels are not square in 1 frame, as camera_angle_y (or y_fov) says: focal "
                                 "lengths are 12 and 9 pixels");
   }
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               lensOf({{"camera_angle_y", angleY}});
             })
                 .find("frames[0].fl_x: found nothing, expected a number above 0, or camera_angle_x, as the "
@@ -544,7 +544,7 @@ TEST_F(CaptureFile, BackslashesStandForSlashes) {
   EXPECT_EQ(capture.geometry, "mesh.ply");
   json["geometry"] = "..\\mesh.ply";
   EXPECT_NE(error(json).find("expected a path inside the capture's folder"), std::string::npos);
-  writeBytes(folder / "..\\mesh.ply", ""); // a name of its own
+  image::writeBytes(folder / "..\\mesh.ply", ""); // a name of its own
   EXPECT_EQ(read(json).geometry, "..\\mesh.ply");
 }
 
@@ -623,14 +623,14 @@ TEST_F(CaptureFile, OfOneThatIsBeingMadeFilesNeedNotBeThereButStayInside) {
   EXPECT_EQ(parsed().geometry, "later.png");
   EXPECT_NE(error(json).find("later.png"), std::string::npos);
   json["geometry"] = "../later.png";
-  EXPECT_NE(errorOf(parsed).find("inside"), std::string::npos);
+  EXPECT_NE(image::errorOf(parsed).find("inside"), std::string::npos);
 }
 
 TEST_F(CaptureFile, DeepNestingIsRefusedNotFollowed) {
   for (const char* open : {"[", "{\"a\":"}) {
     std::string text = "{\"frames\": ";
     for (int i = 0; i < 1000000; ++i) text += open;
-    EXPECT_NE(errorOf([&] { readText(text); }).find("nested too deeply"), std::string::npos);
+    EXPECT_NE(image::errorOf([&] { readText(text); }).find("nested too deeply"), std::string::npos);
   }
 }
 
@@ -638,7 +638,7 @@ TEST_F(CaptureFile, DeepNestingIsRefusedNotFollowed) {
 TEST_F(CaptureFile, AMistakeBeforeTheDepthIsToldFirst) {
   std::string text = "{\"frames\": [\n";
   for (int i = 0; i < 200; ++i) text += "{\"file_path\": \"a.png\",\n";
-  EXPECT_NE(errorOf([&] { readText(text); }).find("malformed JSON in line 3"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { readText(text); }).find("malformed JSON in line 3"), std::string::npos);
 }
 
 TEST_F(CaptureFile, NamesWithLineFeedsStillMakeErrorsOfOneLine) {
@@ -656,13 +656,13 @@ TEST_F(CaptureFile, MissingFilesAreNamed) {
   json = full();
   json["geometry"] = "images";
   EXPECT_EQ(error(json), "geometry: found none at images, expected a file");
-  EXPECT_NE(errorOf([&] { readCapture(folder / "none.json"); }).find("none.json: cannot open"),
+  EXPECT_NE(image::errorOf([&] { readCapture(folder / "none.json"); }).find("none.json: cannot open"),
             std::string::npos);
 }
 
 TEST_F(CaptureFile, ADamagedPictureOfUnknownSizeIsNamedItself) {
-  writeBytes(folder / "images/a.png", "no picture");
-  const std::string line = errorOf([&] { read(small()); });
+  image::writeBytes(folder / "images/a.png", "no picture");
+  const std::string line = image::errorOf([&] { read(small()); });
   EXPECT_TRUE(line.starts_with((folder / "images/a.png").string())) << line;
 }
 
@@ -766,7 +766,7 @@ TEST_F(CaptureFile, PlacesAndStrengthsGoAsFarAsTheirBounds) {
 TEST_F(CaptureFile, EveryTruncationIsMalformed) {
   const std::string text = full().dump(1);
   for (size_t length = 0; length < text.size(); ++length) {
-    const std::string line = errorOf([&] { readText(text.substr(0, length)); });
+    const std::string line = image::errorOf([&] { readText(text.substr(0, length)); });
     EXPECT_NE(line.find("transforms.json: malformed JSON in line "), std::string::npos) << line;
   }
 }
@@ -791,8 +791,8 @@ TEST_F(CaptureFile, DamageGivesAnErrorOrACaptureWhoseIndicesHold) {
 }
 
 TEST_F(CaptureFile, DeepNestingAndHugeNumbersAreErrors) {
-  EXPECT_NE(errorOf([&] { readText(std::string(200000, '[')); }), "");
-  EXPECT_NE(errorOf([&] { readText("{\"frames\":[1e999]}"); }).find("too large"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { readText(std::string(200000, '[')); }), "");
+  EXPECT_NE(image::errorOf([&] { readText("{\"frames\":[1e999]}"); }).find("too large"), std::string::npos);
 }
 
 TEST_F(CaptureFile, ASubsetKeepsWhatItsFramesMean) {
@@ -814,4 +814,4 @@ TEST_F(CaptureFile, ASubsetKeepsWhatItsFramesMean) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

@@ -7,14 +7,14 @@
 #include "tests/srf/image/files.h"
 #include "tests/srf/image/foreign_files.h"
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 constexpr int kSide = 20;
 
 // A disc of radius 6 in the middle, of the given value; the same for other values outside.
-Image disc(float inside, float outside, int side = kSide) {
-  Image image(side, side, 1);
+image::Image disc(float inside, float outside, int side = kSide) {
+  image::Image image(side, side, 1);
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) {
       const double away = std::hypot(x + 0.5 - side / 2., y + 0.5 - side / 2.);
@@ -24,8 +24,8 @@ Image disc(float inside, float outside, int side = kSide) {
 }
 
 // RGB and alpha of two images of one channel.
-Image joined(const Image& gray, const Image& alpha) {
-  Image image(gray.width, gray.height, 4);
+image::Image joined(const image::Image& gray, const image::Image& alpha) {
+  image::Image image(gray.width, gray.height, 4);
   for (size_t i = 0; i < alpha.values.size(); ++i) {
     std::fill_n(image.values.begin() + static_cast<std::ptrdiff_t>(4 * i), 3, gray.values[i]);
     image.values[4 * i + 3] = alpha.values[i];
@@ -33,12 +33,12 @@ Image joined(const Image& gray, const Image& alpha) {
   return image;
 }
 
-MaskContent contentOf(Image image, int bits = 8) {
-  return surflect::contentOf(Picture{std::move(image), bits, false, {}});
+MaskContent contentOf(image::Image image, int bits = 8) {
+  return surflect::capture::contentOf(image::Picture{std::move(image), bits, false, {}});
 }
 
 TEST(Masks, OfTwoValuesAreLabelsWhereTheBrighterIsDark) {
-  const Image wanted = disc(1, 0);
+  const image::Image wanted = disc(1, 0);
   for (const float label : {1 / 255.f, 0.107f, 0.5f}) {
     const MaskContent content = contentOf(disc(label, 0));
     EXPECT_EQ(content.white, label);
@@ -46,15 +46,15 @@ TEST(Masks, OfTwoValuesAreLabelsWhereTheBrighterIsDark) {
   }
   EXPECT_EQ(contentOf(disc(0.6f, 0)).coverage.values, disc(0.6f, 0).values); // above half
   EXPECT_EQ(contentOf(disc(0.2f, 0.1f)).white, 1);                           // none is black
-  Image three = disc(1 / 255.f, 0);
+  image::Image three = disc(1 / 255.f, 0);
   three.values[0] = 2 / 255.f;
   EXPECT_EQ(contentOf(three).coverage.values, three.values);
 }
 
 TEST(Masks, OfLabelsThatAreAllOneAreFull) {
-  const Image one = disc(1 / 255.f, 1 / 255.f), full = disc(1, 1);
+  const image::Image one = disc(1 / 255.f, 1 / 255.f), full = disc(1, 1);
   EXPECT_EQ(contentOf(one).coverage.values, full.values);
-  const Image deep = disc(1 / 65535.f, 1 / 65535.f);
+  const image::Image deep = disc(1 / 65535.f, 1 / 65535.f);
   EXPECT_EQ(contentOf(deep, 16).coverage.values, full.values);
   for (const float other : {0.f, 2 / 255.f, 0.5f}) EXPECT_EQ(contentOf(disc(other, other)).white, 1) << other;
   EXPECT_EQ(contentOf(one, 0).white, 1); // floating point
@@ -62,24 +62,25 @@ TEST(Masks, OfLabelsThatAreAllOneAreFull) {
 
 TEST(Masks, OfJpegHaveNoLabels) {
   using namespace std::string_literals;
-  TemporaryFolder folder;
-  std::string jpeg = grayJpeg(""); // the blocks become 0 and 1: differences of 8 bits and 1 bit
+  image::TemporaryFolder folder;
+  std::string jpeg = image::grayJpeg(""); // the blocks become 0 and 1: differences of 8 bits and 1 bit
   jpeg.replace(jpeg.find("\0\x07"s), 2, "\x08\x01");
   jpeg.replace(jpeg.size() - 4, 2, "\x1f\xcd");
-  writeBytes(folder / "m.JPG", jpeg);
+  image::writeBytes(folder / "m.JPG", jpeg);
   const MaskContent content = readMask(folder / "m.JPG");
   EXPECT_EQ(content.white, 1);
   EXPECT_EQ(content.coverage.at(0, 0)[0], 0);
   EXPECT_EQ(content.coverage.at(15, 7)[0], 1 / 255.f);
-  EXPECT_EQ(surflect::contentOf(readPicture(folder / "m.JPG")).white, 1 / 255.f); // of a lossless file
+  EXPECT_EQ(surflect::capture::contentOf(image::readPicture(folder / "m.JPG")).white,
+            1 / 255.f); // of a lossless file
 }
 
 TEST(Masks, WithAlphaAreCutOutsUnlessBlackAndWhite) {
-  const Image alpha = disc(1, 0), black(kSide, kSide, 1),
-              photograph = randomImage(kSide, kSide, 1, 0.1f, 0.9f, 1);
-  for (const Image& color : {black, photograph, disc(1, 0), disc(1, 1)})
+  const image::Image alpha = disc(1, 0), black(kSide, kSide, 1),
+                     photograph = image::randomImage(kSide, kSide, 1, 0.1f, 0.9f, 1);
+  for (const image::Image& color : {black, photograph, disc(1, 0), disc(1, 1)})
     EXPECT_EQ(contentOf(joined(color, alpha)).coverage.values, alpha.values);
-  Image left = disc(1, 1);
+  image::Image left = disc(1, 1);
   for (int y = 0; y < kSide; ++y)
     for (int x = kSide / 2; x < kSide; ++x) left.at(x, y)[0] = 0;
   const MaskContent both = contentOf(joined(left, alpha)); // white and opaque
@@ -88,16 +89,17 @@ TEST(Masks, WithAlphaAreCutOutsUnlessBlackAndWhite) {
 }
 
 TEST(Masks, AreResizedToPicturesOfTheirShapeByTheirMean) {
-  TemporaryFolder folder;
-  Image mask(8, 6, 1);
+  image::TemporaryFolder folder;
+  image::Image mask(8, 6, 1);
   mask.at(0, 0)[0] = mask.at(1, 0)[0] = mask.at(0, 1)[0] = mask.at(5, 5)[0] = 1;
-  writePng(folder / "m.png", mask);
-  const Image half = readCoverage(folder / "m.png", {4, 3});
+  image::writePng(folder / "m.png", mask);
+  const image::Image half = readCoverage(folder / "m.png", {4, 3});
   EXPECT_EQ(half.at(0, 0)[0], 0.75f);
   EXPECT_EQ(half.at(2, 2)[0], 0.25f);
   EXPECT_EQ(readCoverage(folder / "m.png", {16, 12}).at(11, 10)[0], 1);
-  for (const PictureSize other : {PictureSize{8, 5}, PictureSize{7, 6}, PictureSize{4, 6}})
-    EXPECT_NE(errorOf([&] { readCoverage(folder / "m.png", other); }).find("m.png: size: found 8 x 6"),
+  for (const image::PictureSize other :
+       {image::PictureSize{8, 5}, image::PictureSize{7, 6}, image::PictureSize{4, 6}})
+    EXPECT_NE(image::errorOf([&] { readCoverage(folder / "m.png", other); }).find("m.png: size: found 8 x 6"),
               std::string::npos);
   EXPECT_TRUE(isResized({4001, 3000}, {1000, 750}));
   EXPECT_TRUE(isResized({1001, 667}, {500, 333}));
@@ -108,14 +110,14 @@ class MaskSurveys : public testing::Test {
 protected:
   MaskSurveys() { capture.file = folder / "transforms.json"; }
 
-  void add(const std::optional<Image>& mask, int channels = 3) {
+  void add(const std::optional<image::Image>& mask, int channels = 3) {
     const std::string number = std::to_string(capture.frames.size());
     capture.views.push_back({"C" + number, {{Lens::Model::pinhole, kSide, kSide, 20, 20, 10, 10}, {}}});
     Frame frame{.view = capture.frames.size(), .picture = "p" + number + ".png"};
-    writePng(folder / frame.picture.string(), Image(kSide, kSide, channels));
+    image::writePng(folder / frame.picture.string(), image::Image(kSide, kSide, channels));
     if (mask) {
       frame.mask = "m" + number + ".png";
-      writePng(folder / frame.mask.string(), *mask);
+      image::writePng(folder / frame.mask.string(), *mask);
     }
     capture.frames.push_back(frame);
   }
@@ -123,7 +125,7 @@ protected:
     return surveyMasks(capture, inverted, {}).warnings;
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   Capture capture;
 };
 
@@ -149,7 +151,7 @@ TEST_F(MaskSurveys, CountViewsWithoutMaskOrAlphaBesideOthers) {
 
 TEST_F(MaskSurveys, TellEmptyMasksWithTheirLargestValue) {
   add(disc(1, 0));
-  Image labels = disc(2 / 255.f, 0);
+  image::Image labels = disc(2 / 255.f, 0);
   labels.values[0] = 3 / 255.f;
   add(labels);
   ASSERT_EQ(warnings().size(), 1u);
@@ -163,12 +165,12 @@ TEST_F(MaskSurveys, DescribeAlphaOfLayers) {
   Frame& frame = capture.frames[0];
   frame.picture = "p.exr";
   frame.layer = "beauty";
-  const Image color(kSide, kSide, 3), clear(kSide, kSide, 1), alpha = disc(0.25f, 0);
-  const ExrLayer layers[] = {{{"beauty.R", "beauty.G", "beauty.B"}, &color},
-                             {{"beauty.A"}, &clear},
-                             {{"matte.R", "matte.G", "matte.B"}, &color},
-                             {{"matte.A"}, &alpha}};
-  writeExr(folder / "p.exr", layers);
+  const image::Image color(kSide, kSide, 3), clear(kSide, kSide, 1), alpha = disc(0.25f, 0);
+  const image::ExrLayer layers[] = {{{"beauty.R", "beauty.G", "beauty.B"}, &color},
+                                    {{"beauty.A"}, &clear},
+                                    {{"matte.R", "matte.G", "matte.B"}, &color},
+                                    {{"matte.A"}, &alpha}};
+  image::writeExr(folder / "p.exr", layers);
   const std::string file = (folder / "p.exr").string();
   EXPECT_EQ(describeFirstMatte(capture), file + " (20 x 20, values 0 to 0, alpha 0 to 0)");
   frame.alphaLayer = "matte";
@@ -191,7 +193,7 @@ TEST_F(MaskSurveys, TellMasksWhoseBlackIsTheObject) {
 
 // A close-up: the object leaves the picture on three sides, background shows at one and through a hole.
 TEST_F(MaskSurveys, DoNotTakeCloseUpsForInverted) {
-  Image closeUp = disc(1, 1);
+  image::Image closeUp = disc(1, 1);
   for (int x = 0; x < kSide; ++x)
     for (int y = 0; y < 3; ++y) closeUp.at(x, y)[0] = 0;
   closeUp.at(10, 10)[0] = closeUp.at(11, 10)[0] = 0;
@@ -214,4 +216,4 @@ TEST_F(MaskSurveys, NoteLabelsAndOtherSizes) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 using Point = Point3<AcquisitionSpace, double>;
@@ -82,4 +82,4 @@ TEST(Origin, CountingFromElsewhereChangesNoPictureAndNoLight) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

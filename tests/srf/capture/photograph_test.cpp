@@ -17,7 +17,7 @@
 #include <limits>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 constexpr int width = 12, height = 9;
@@ -40,20 +40,22 @@ protected:
     return readPhotographs(capture, frames);
   }
   std::vector<float> firstRadiance() const { return readAll()[0].radiance.values; }
-  void writeExrPicture(const Image& image) const { writeExr(folder / "a.exr", image, Precision::single); }
+  void writeExrPicture(const image::Image& image) const {
+    image::writeExr(folder / "a.exr", image, image::Precision::single);
+  }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   Capture capture;
 };
 
-Image constant(int channels, std::initializer_list<float> texel) {
-  Image image(width, height, channels);
+image::Image constant(int channels, std::initializer_list<float> texel) {
+  image::Image image(width, height, channels);
   for (size_t i = 0; i < image.values.size(); ++i) image.values[i] = texel.begin()[i % texel.size()];
   return image;
 }
 
 TEST_F(PhotographFile, LinearRadianceIsReadAsItIsNegativesIncluded) {
-  const Image image = randomImage(width, height, 3, -1, 100, 1);
+  const image::Image image = image::randomImage(width, height, 3, -1, 100, 1);
   writeExrPicture(image);
   add("a.exr");
   const Photograph photograph = readAll()[0];
@@ -64,7 +66,7 @@ TEST_F(PhotographFile, LinearRadianceIsReadAsItIsNegativesIncluded) {
 }
 
 TEST_F(PhotographFile, GrayIsAllThreeChannels) {
-  const Image image = randomImage(width, height, 1, 0, 1, 2);
+  const image::Image image = image::randomImage(width, height, 1, 0, 1, 2);
   writeExrPicture(image);
   add("a.exr");
   const Photograph photograph = readAll()[0];
@@ -73,7 +75,7 @@ TEST_F(PhotographFile, GrayIsAllThreeChannels) {
 }
 
 TEST_F(PhotographFile, ExposureScalesRadianceDown) {
-  writeExrPicture(randomImage(width, height, 3, 0, 1, 3));
+  writeExrPicture(image::randomImage(width, height, 3, 0, 1, 3));
   add("a.exr");
   add("a.exr").exposure = 4;
   const auto photographs = readAll();
@@ -83,14 +85,14 @@ TEST_F(PhotographFile, ExposureScalesRadianceDown) {
 
 TEST_F(PhotographFile, ABracketIsTheSceneWhereAnyExposureShowsIt) {
   // A linear camera that clips at 1 takes a scene of four decades.
-  Image scene = randomImage(width, height, 3, -4, 4, 7);
+  image::Image scene = image::randomImage(width, height, 3, -4, 4, 7);
   for (float& value : scene.values) value = std::exp(value);
   std::vector<Exposure> shots;
   for (const double seconds : {1., 0.015625, 0.125, 8.}) {
-    Image picture = scene;
+    image::Image picture = scene;
     for (float& value : picture.values) value = std::min(1.f, value * static_cast<float>(seconds));
     shots.push_back({"shot" + std::to_string(shots.size()) + ".exr", "", "", seconds});
-    writeExr(folder / shots.back().picture, picture, Precision::single);
+    image::writeExr(folder / shots.back().picture, picture, image::Precision::single);
   }
   add("shot0.exr").further.assign(shots.begin() + 1, shots.end());
   add("shot1.exr").exposure = shots[1].exposure; // alone, beside its bracket
@@ -102,19 +104,19 @@ TEST_F(PhotographFile, ABracketIsTheSceneWhereAnyExposureShowsIt) {
 }
 
 TEST_F(PhotographFile, ABracketOfLayersOrOfMasksIsOneToo) {
-  const Image scene = randomImage(width, height, 3, 0.1f, 0.9f, 8);
-  Image half = scene;
+  const image::Image scene = image::randomImage(width, height, 3, 0.1f, 0.9f, 8);
+  image::Image half = scene;
   for (float& value : half.values) value /= 2;
   const RadianceLayer layers[] = {{"full", &scene}, {"half", &half}};
-  Image alpha = constant(1, {0.75f});
+  image::Image alpha = constant(1, {0.75f});
   alpha.at(1, 1)[0] = 0;
-  writeViewPictures(folder / "a.exr", layers, &alpha, "matte", Precision::single);
+  writeViewPictures(folder / "a.exr", layers, &alpha, "matte", image::Precision::single);
   Frame& frame = add("a.exr");
   frame.layer = "full";
   frame.alphaLayer = "matte";
   frame.further = {{"a.exr", "half", "matte", 0.5}};
   frame.mask = "m.png";
-  writePng(folder / "m.png", constant(1, {0.2f}));
+  image::writePng(folder / "m.png", constant(1, {0.2f}));
   const Photograph photograph = readAll()[0];
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -128,11 +130,11 @@ TEST_F(PhotographFile, ABracketOfLayersOrOfMasksIsOneToo) {
 
 TEST_F(PhotographFile, WhatOneExposureLacksAnotherHas) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  Image a = constant(3, {0.5f, 0.5f, 0.5f}), b = a;
+  image::Image a = constant(3, {0.5f, 0.5f, 0.5f}), b = a;
   a.at(1, 1)[0] = nan;
   a.at(2, 2)[1] = b.at(2, 2)[1] = nan;
-  writeExr(folder / "a.exr", a, Precision::single);
-  writeExr(folder / "b.exr", b, Precision::single);
+  image::writeExr(folder / "a.exr", a, image::Precision::single);
+  image::writeExr(folder / "b.exr", b, image::Precision::single);
   add("a.exr").further = {{"b.exr", "", "", 2}};
   const Photograph photograph = readAll()[0];
   EXPECT_EQ(photograph.invalidTexels, 1u);
@@ -143,30 +145,31 @@ TEST_F(PhotographFile, WhatOneExposureLacksAnotherHas) {
 TEST_F(PhotographFile, AResponseCurveSaysWhatCodesMean) {
   capture.response.emplace();
   for (size_t c = 0; c < 3; ++c)
-    for (size_t z = 0; z < Response::codes; ++z)
+    for (size_t z = 0; z < image::Response::codes; ++z)
       capture.response->exposure[c][z] = static_cast<float>((c + 1) * z * z);
-  Image codes(width, height, 3);
+  image::Image codes(width, height, 3);
   for (size_t i = 0; i < codes.values.size(); ++i) codes.values[i] = static_cast<float>(i % 256) / 255;
-  writePng(folder / "a.png", codes);
+  image::writePng(folder / "a.png", codes);
   add("a.png").exposure = 2;
   const Photograph photograph = readAll()[0];
   for (size_t i = 0; i < codes.values.size(); ++i) {
     const auto z = static_cast<float>(i % 256), expected = (static_cast<float>(i % 3) + 1) * z * z / 2;
     EXPECT_NEAR(photograph.radiance.values[i], expected, 1e-4f * (1 + expected));
   }
-  writePng(folder / "a.png", codes, 16);
-  EXPECT_NE(errorOf([&] { readAll(); }).find("a.png: found 16 bits, expected 8 bits, as the capture has a"),
-            std::string::npos);
+  image::writePng(folder / "a.png", codes, 16);
+  EXPECT_NE(
+      image::errorOf([&] { readAll(); }).find("a.png: found 16 bits, expected 8 bits, as the capture has a"),
+      std::string::npos);
   writeExrPicture(codes);
   capture.frames[0].picture = "a.exr";
-  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: found floating point, expected 8 bits"),
+  EXPECT_NE(image::errorOf([&] { readAll(); }).find("a.exr: found floating point, expected 8 bits"),
             std::string::npos);
 }
 
 TEST_F(PhotographFile, EightBitsAreSrgbAndSixteenLinearUnlessStated) {
-  const Image image = constant(3, {0.2f, 0.6f, 1});
-  writePng(folder / "a.png", image, 8);
-  writePng(folder / "b.png", image, 16);
+  const image::Image image = constant(3, {0.2f, 0.6f, 1});
+  image::writePng(folder / "a.png", image, 8);
+  image::writePng(folder / "b.png", image, 16);
   add("a.png");
   add("b.png");
   for (const auto stated :
@@ -177,15 +180,15 @@ TEST_F(PhotographFile, EightBitsAreSrgbAndSixteenLinearUnlessStated) {
       for (size_t i = 0; i < image.values.size(); ++i) {
         const bool srgb = stated ? *stated == ColorSpace::srgb : p == 0;
         EXPECT_FLOAT_EQ(photographs[p].radiance.values[i],
-                        srgb ? linearFromSrgb(image.values[i]) : image.values[i]);
+                        srgb ? image::linearFromSrgb(image.values[i]) : image.values[i]);
       }
   }
 }
 
 // Colours within both gamuts, in linear light of other primaries.
-Image inPrimaries(const Image& rec709, const Primaries& primaries) {
-  const Mat3<float> matrix = rec709From(primaries).inverse().cast<float>();
-  Image other = rec709;
+image::Image inPrimaries(const image::Image& rec709, const image::Primaries& primaries) {
+  const Mat3<float> matrix = image::rec709From(primaries).inverse().cast<float>();
+  image::Image other = rec709;
   for (size_t i = 0; i < other.values.size(); i += 3) {
     Eigen::Map<Vec3<float>> color(&other.values[i]);
     color = (matrix * color).eval();
@@ -193,9 +196,9 @@ Image inPrimaries(const Image& rec709, const Primaries& primaries) {
   return other;
 }
 
-void writeWithChromaticities(const std::filesystem::path& path, const Image& image,
-                             const Primaries& primaries) {
-  const auto at = [](const Chromaticity& c) {
+void writeWithChromaticities(const std::filesystem::path& path, const image::Image& image,
+                             const image::Primaries& primaries) {
+  const auto at = [](const image::Chromaticity& c) {
     return Imath::V2f(static_cast<float>(c.x), static_cast<float>(c.y));
   };
   Imf::Header header(image.width, image.height);
@@ -214,103 +217,107 @@ void writeWithChromaticities(const std::filesystem::path& path, const Image& ima
 }
 
 TEST_F(PhotographFile, PicturesOfOtherPrimariesBecomeRec709) {
-  const Image scene = randomImage(width, height, 3, 0.2f, 0.8f, 21);
-  writeWithChromaticities(folder / "a.exr", inPrimaries(scene, kAcesCg), kAcesCg);
+  const image::Image scene = image::randomImage(width, height, 3, 0.2f, 0.8f, 21);
+  writeWithChromaticities(folder / "a.exr", inPrimaries(scene, image::kAcesCg), image::kAcesCg);
   add("a.exr");
   for (size_t i = 0; const float value : firstRadiance()) EXPECT_NEAR(value, scene.values[i++], 1e-6f);
   capture.colorSpace = ColorSpace::linear; // which overrules the file
-  EXPECT_EQ(readAll()[0].radiance.values, inPrimaries(scene, kAcesCg).values);
+  EXPECT_EQ(readAll()[0].radiance.values, inPrimaries(scene, image::kAcesCg).values);
 }
 
 TEST_F(PhotographFile, AFileSaysWhatItsCodesMean) {
-  const Image codes = constant(3, {0.2f, 0.6f, 1});
-  writePng(folder / "plain.png", codes, 16);
+  const image::Image codes = constant(3, {0.2f, 0.6f, 1});
+  image::writePng(folder / "plain.png", codes, 16);
   const std::string plain = readFile(folder / "plain.png");
   add("a.png");
   const auto radiance = [&](const std::string& file) {
-    writeBytes(folder / "a.png", file);
+    image::writeBytes(folder / "a.png", file);
     return firstRadiance();
   };
   for (size_t i = 0; const float value : radiance(withChunk(plain, "sRGB", "\1")))
-    EXPECT_FLOAT_EQ(value, linearFromSrgb(codes.values[i++]));
+    EXPECT_FLOAT_EQ(value, image::linearFromSrgb(codes.values[i++]));
   const std::string gamma2 = withChunk(plain, "gAMA", gamaContent(0.5));
   for (size_t i = 0; const float value : radiance(gamma2))
     EXPECT_NEAR(value, std::pow(codes.values[i++], 2), 1e-6f);
   const std::string adobe =
-      withChunk(plain, "iCCP", iccpContent(profileBytes(kAdobeRgb, ProfileCurve::linear)));
-  const Vec3<float> expected = rec709From(kAdobeRgb).cast<float>() * Vec3<float>(0.2f, 0.6f, 1);
+      withChunk(plain, "iCCP", iccpContent(profileBytes(image::kAdobeRgb, ProfileCurve::linear)));
+  const Vec3<float> expected = image::rec709From(image::kAdobeRgb).cast<float>() * Vec3<float>(0.2f, 0.6f, 1);
   for (size_t i = 0; const float value : radiance(adobe)) EXPECT_NEAR(value, expected[i++ % 3], 3e-5f);
   capture.colorSpace = ColorSpace::srgb;
   for (size_t i = 0; const float value : radiance(adobe))
-    EXPECT_FLOAT_EQ(value, linearFromSrgb(codes.values[i++]));
+    EXPECT_FLOAT_EQ(value, image::linearFromSrgb(codes.values[i++]));
 }
 
 TEST_F(PhotographFile, AStatementThatCannotBeUnderstoodIsRefusedUnlessOverruled) {
-  writePng(folder / "plain.png", constant(3, {0.2f, 0.6f, 1}));
-  writeBytes(folder / "a.png", withChunk(readFile(folder / "plain.png"), "cICP", {9, 16, 0, 1}));
+  image::writePng(folder / "plain.png", constant(3, {0.2f, 0.6f, 1}));
+  image::writeBytes(folder / "a.png", withChunk(readFile(folder / "plain.png"), "cICP", {9, 16, 0, 1}));
   add("a.png");
-  EXPECT_EQ(errorOf([&] { readAll(); }).substr((folder / "a.png").string().size()),
+  EXPECT_EQ(image::errorOf([&] { readAll(); }).substr((folder / "a.png").string().size()),
             ": PNG cICP chunk: the curve is PQ, which is not supported; color_space of the capture, linear "
             "or srgb, "
             "would overrule it (import: --color-space)");
   capture.colorSpace = ColorSpace::srgb;
-  EXPECT_FLOAT_EQ(readAll()[0].radiance.values[0], linearFromSrgb(0.2f));
+  EXPECT_FLOAT_EQ(readAll()[0].radiance.values[0], image::linearFromSrgb(0.2f));
 }
 
 TEST_F(PhotographFile, PremultipliedCodesAreDividedBeforeAProfileDecodesThem) {
   std::string pixels;
   for (int i = 0; i < width * height; ++i) pixels += "\x40\x20\x10\x80";
   const auto decodedAs = [&](uint32_t kind) {
-    writeBytes(folder / "a.tif", tiffFile({.width = width,
-                                           .height = height,
-                                           .channels = 4,
-                                           .extraSample = kind,
-                                           .pixels = pixels,
-                                           .iccProfile = profileBytes(kRec709, ProfileCurve::srgb)}));
+    image::writeBytes(folder / "a.tif",
+                      image::tiffFile({.width = width,
+                                       .height = height,
+                                       .channels = 4,
+                                       .extraSample = kind,
+                                       .pixels = pixels,
+                                       .iccProfile = profileBytes(image::kRec709, ProfileCurve::srgb)}));
     return firstRadiance();
   };
   add("a.tif");
   for (size_t i = 0; const float value : decodedAs(1))
-    EXPECT_NEAR(value, linearFromSrgb(0.5f / static_cast<float>(1 << i++ % 3)), 1e-5f);
+    EXPECT_NEAR(value, image::linearFromSrgb(0.5f / static_cast<float>(1 << i++ % 3)), 1e-5f);
   for (size_t i = 0; const float value : decodedAs(2))
-    EXPECT_NEAR(value, linearFromSrgb(64.f / 255 / static_cast<float>(1 << i++ % 3)), 1e-5f);
+    EXPECT_NEAR(value, image::linearFromSrgb(64.f / 255 / static_cast<float>(1 << i++ % 3)), 1e-5f);
 }
 
 TEST_F(PhotographFile, ABracketIsMergedInItsOwnPrimaries) {
-  const Image scene = randomImage(width, height, 3, 0.05f, 0.9f, 22), stored = inPrimaries(scene, kDisplayP3);
-  Image longer = stored;
+  const image::Image scene = image::randomImage(width, height, 3, 0.05f, 0.9f, 22),
+                     stored = inPrimaries(scene, image::kDisplayP3);
+  image::Image longer = stored;
   for (float& value : longer.values) value = std::min(1.f, 2 * value); // clipped where that is above 1/2
-  writeWithChromaticities(folder / "a.exr", stored, kDisplayP3);
-  writeWithChromaticities(folder / "b.exr", longer, kDisplayP3);
+  writeWithChromaticities(folder / "a.exr", stored, image::kDisplayP3);
+  writeWithChromaticities(folder / "b.exr", longer, image::kDisplayP3);
   add("a.exr").further = {{"b.exr", "", "", 2}};
   for (size_t i = 0; const float value : firstRadiance()) EXPECT_NEAR(value, scene.values[i++], 1e-6f);
-  writeWithChromaticities(folder / "b.exr", longer, kRec2020);
-  EXPECT_NE(
-      errorOf([&] { readAll(); }).find("a.exr: found different ones, expected one statement of primaries"),
-      std::string::npos);
+  writeWithChromaticities(folder / "b.exr", longer, image::kRec2020);
+  EXPECT_NE(image::errorOf([&] {
+              readAll();
+            }).find("a.exr: found different ones, expected one statement of primaries"),
+            std::string::npos);
 }
 
 // Linear codes of Adobe RGB's primaries. The longer exposure clips green alone, of which red and blue of
 // Rec. 709 have a part.
 TEST_F(PhotographFile, ABracketWithProfilesIsMergedWhereNoChannelClips) {
-  const Image stored = constant(3, {0.25f, 0.75f, 0.125f});
-  Image longer = stored;
+  const image::Image stored = constant(3, {0.25f, 0.75f, 0.125f});
+  image::Image longer = stored;
   for (float& value : longer.values) value = std::min(1.f, 2 * value);
-  const std::string profile = iccpContent(profileBytes(kAdobeRgb, ProfileCurve::linear));
+  const std::string profile = iccpContent(profileBytes(image::kAdobeRgb, ProfileCurve::linear));
   for (const auto& [name, codes] : {std::pair{"a.png", &stored}, {"b.png", &longer}}) {
-    writePng(folder / name, *codes, 16);
-    writeBytes(folder / name, withChunk(readFile(folder / name), "iCCP", profile));
+    image::writePng(folder / name, *codes, 16);
+    image::writeBytes(folder / name, withChunk(readFile(folder / name), "iCCP", profile));
   }
   add("a.png").further = {{"b.png", "", "", 2}};
-  const Vec3<float> expected = rec709From(kAdobeRgb).cast<float>() * Vec3<float>(0.25f, 0.75f, 0.125f);
+  const Vec3<float> expected =
+      image::rec709From(image::kAdobeRgb).cast<float>() * Vec3<float>(0.25f, 0.75f, 0.125f);
   for (size_t i = 0; const float value : firstRadiance()) EXPECT_NEAR(value, expected[i++ % 3], 4e-5f);
 }
 
 // Masks are values, no colours.
 TEST_F(PhotographFile, WhatAMaskSaysOfColoursDoesNotCount) {
   writeExrPicture(constant(3, {1, 1, 1}));
-  writePng(folder / "plain.png", constant(1, {0.6f}));
-  writeBytes(folder / "m.png", withChunk(readFile(folder / "plain.png"), "gAMA", gamaContent(0.25)));
+  image::writePng(folder / "plain.png", constant(1, {0.6f}));
+  image::writeBytes(folder / "m.png", withChunk(readFile(folder / "plain.png"), "gAMA", gamaContent(0.25)));
   add("a.exr").mask = "m.png";
   EXPECT_EQ(readAll()[0].alpha.values, constant(1, {0.6f}).values);
 }
@@ -318,7 +325,7 @@ TEST_F(PhotographFile, WhatAMaskSaysOfColoursDoesNotCount) {
 TEST_F(PhotographFile, PremultipliedColoursAreDividedByAlphaAndStraightOnesNot) {
   capture.colorSpace = ColorSpace::linear;
   writeExrPicture(constant(4, {0.1f, 0.2f, 0.3f, 0.5f}));
-  writePng(folder / "a.png", constant(4, {0.2f, 0.4f, 0.6f, 0.2f}));
+  image::writePng(folder / "a.png", constant(4, {0.2f, 0.4f, 0.6f, 0.2f}));
   add("a.exr");
   add("a.png");
   const auto photographs = readAll();
@@ -330,7 +337,7 @@ TEST_F(PhotographFile, PremultipliedColoursAreDividedByAlphaAndStraightOnesNot) 
 }
 
 TEST_F(PhotographFile, NothingIsSeenWhereAlphaIsZero) {
-  Image image = randomImage(width, height, 4, 0.5f, 1, 4);
+  image::Image image = image::randomImage(width, height, 4, 0.5f, 1, 4);
   for (size_t i = 0; i < image.values.size(); i += 8) image.values[i + 3] = i % 16 ? 0.f : -0.25f;
   writeExrPicture(image);
   add("a.exr");
@@ -343,7 +350,7 @@ TEST_F(PhotographFile, NothingIsSeenWhereAlphaIsZero) {
 }
 
 TEST_F(PhotographFile, TexelsThatAreNoNumbersAreBlackAndCounted) {
-  Image image = constant(4, {1, 2, 3, 1});
+  image::Image image = constant(4, {1, 2, 3, 1});
   image.at(2, 3)[1] = std::numeric_limits<float>::quiet_NaN();
   image.at(4, 3)[0] = std::numeric_limits<float>::infinity();
   image.at(5, 5)[3] = std::numeric_limits<float>::quiet_NaN();
@@ -360,13 +367,13 @@ TEST_F(PhotographFile, TexelsThatAreNoNumbersAreBlackAndCounted) {
 
 TEST_F(PhotographFile, AMaskScalesAlphaButNotRadiance) {
   writeExrPicture(constant(4, {0.1f, 0.2f, 0.3f, 0.5f}));
-  Image mask = constant(1, {1});
+  image::Image mask = constant(1, {1});
   mask.at(0, 0)[0] = 0;
   mask.at(1, 0)[0] = 0.2f;
-  writePng(folder / "gray.png", mask);
-  Image transparent = constant(4, {1, 1, 1, 1});
+  image::writePng(folder / "gray.png", mask);
+  image::Image transparent = constant(4, {1, 1, 1, 1});
   for (size_t i = 0; i < mask.values.size(); ++i) transparent.values[4 * i + 3] = mask.values[i];
-  writePng(folder / "rgba.png", transparent);
+  image::writePng(folder / "rgba.png", transparent);
   for (const char* name : {"gray.png", "rgba.png"}) add("a.exr").mask = name;
   for (const Photograph& photograph : readAll()) {
     EXPECT_TRUE(photograph.hasMatte);
@@ -379,16 +386,16 @@ TEST_F(PhotographFile, AMaskScalesAlphaButNotRadiance) {
 }
 
 TEST_F(PhotographFile, LayersWrittenForAViewComeBack) {
-  Image alpha = randomImage(width, height, 1, 0.1f, 1, 5);
+  image::Image alpha = image::randomImage(width, height, 1, 0.1f, 1, 5);
   alpha.at(3, 3)[0] = 0;
-  std::vector<Image> images;
+  std::vector<image::Image> images;
   std::vector<RadianceLayer> layers;
   for (unsigned l = 0; l < 5; ++l) {
-    images.push_back(randomImage(width, height, 3, 0, 5, 10 + l));
+    images.push_back(image::randomImage(width, height, 3, 0, 5, 10 + l));
     std::fill_n(images[l].at(3, 3).begin(), 3, 0.f);
   }
   for (size_t l = 0; l < images.size(); ++l) layers.push_back({"Combined_L" + std::to_string(l), &images[l]});
-  for (const Precision precision : {Precision::single, Precision::half}) {
+  for (const image::Precision precision : {image::Precision::single, image::Precision::half}) {
     writeViewPictures(folder / "view.exr", layers, &alpha, "Combined", precision);
     capture.frames.clear();
     for (const auto& layer : layers) {
@@ -397,7 +404,7 @@ TEST_F(PhotographFile, LayersWrittenForAViewComeBack) {
       frame.alphaLayer = "Combined";
     }
     const auto photographs = readAll();
-    const float relative = precision == Precision::half ? 1.1e-3f : 1.3e-7f; // of colour, and of alpha
+    const float relative = precision == image::Precision::half ? 1.1e-3f : 1.3e-7f; // of colour, and of alpha
     for (size_t l = 0; l < images.size(); ++l)
       for (size_t i = 0; i < images[l].values.size(); ++i)
         EXPECT_NEAR(photographs[l].radiance.values[i], images[l].values[i],
@@ -406,17 +413,17 @@ TEST_F(PhotographFile, LayersWrittenForAViewComeBack) {
 }
 
 TEST_F(PhotographFile, WithoutAlphaFloatLayersComeBackExactly) {
-  const Image image = randomImage(width, height, 3, -1, 5, 6);
+  const image::Image image = image::randomImage(width, height, 3, -1, 5, 6);
   const RadianceLayer layer{"", &image};
-  writeViewPictures(folder / "view.exr", std::span(&layer, 1), nullptr, "", Precision::single);
+  writeViewPictures(folder / "view.exr", std::span(&layer, 1), nullptr, "", image::Precision::single);
   add("view.exr");
   EXPECT_EQ(readAll()[0].radiance.values, image.values);
 }
 
 TEST_F(PhotographFile, PhotographsComeInTheOrderAskedFor) {
-  std::vector<Image> images;
+  std::vector<image::Image> images;
   std::vector<RadianceLayer> layers;
-  for (unsigned l = 0; l < 4; ++l) images.push_back(randomImage(width, height, 3, 0, 1, l));
+  for (unsigned l = 0; l < 4; ++l) images.push_back(image::randomImage(width, height, 3, 0, 1, l));
   for (size_t l = 0; l < 3; ++l) layers.push_back({"L" + std::to_string(l), &images[l]});
   writeViewPictures(folder / "view.exr", layers);
   writeExrPicture(images[3]);
@@ -436,10 +443,10 @@ TEST_F(PhotographFile, PhotographsComeInTheOrderAskedFor) {
 TEST_F(PhotographFile, PhotographsOfAViewShareTheLeastMatte) {
   for (unsigned i = 0; i < 20; ++i) {
     const std::string name = std::to_string(i);
-    Image picture = randomImage(width, height, 4, 0, 1, i);
+    image::Image picture = image::randomImage(width, height, 4, 0, 1, i);
     if (i % 7 == 0) picture.values[4 * i] = std::numeric_limits<float>::quiet_NaN();
-    writeExr(folder / (name + ".exr"), picture, Precision::single);
-    writePng(folder / (name + ".png"), randomImage(width, height, 1, 0.2f, 1, 100 + i));
+    image::writeExr(folder / (name + ".exr"), picture, image::Precision::single);
+    image::writePng(folder / (name + ".png"), image::randomImage(width, height, 1, 0.2f, 1, 100 + i));
     add(name + ".exr").mask = name + ".png";
   }
   const std::vector<Photograph> photographs = readAll();
@@ -463,23 +470,23 @@ TEST_F(PhotographFile, PhotographsOfAViewShareTheLeastMatte) {
 }
 
 TEST_F(PhotographFile, WhatDoesNotFitIsNamed) {
-  writeExr(folder / "a.exr", Image(width + 1, height, 3));
+  image::writeExr(folder / "a.exr", image::Image(width + 1, height, 3));
   add("a.exr");
-  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: size: found 13 x 9, expected 12 x 9"),
+  EXPECT_NE(image::errorOf([&] { readAll(); }).find("a.exr: size: found 13 x 9, expected 12 x 9"),
             std::string::npos);
-  writeExr(folder / "a.exr", Image(width, height, 3));
+  image::writeExr(folder / "a.exr", image::Image(width, height, 3));
   capture.frames[0].mask = "m.png";
-  writePng(folder / "m.png", Image(height, width, 1));
-  EXPECT_NE(errorOf([&] { readAll(); }).find("m.png: size: found 9 x 12"), std::string::npos);
+  image::writePng(folder / "m.png", image::Image(height, width, 1));
+  EXPECT_NE(image::errorOf([&] { readAll(); }).find("m.png: size: found 9 x 12"), std::string::npos);
   capture.frames[0].mask = "";
   capture.frames[0].layer = "diffuse";
-  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: layer diffuse: "), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { readAll(); }).find("a.exr: layer diffuse: "), std::string::npos);
   capture.frames[0] = {.picture = "a.exr", .alphaLayer = "matte"};
-  EXPECT_NE(errorOf([&] { readAll(); }).find("a.exr: layer matte: "), std::string::npos);
-  writePng(folder / "a.png", Image(width, height, 3));
+  EXPECT_NE(image::errorOf([&] { readAll(); }).find("a.exr: layer matte: "), std::string::npos);
+  image::writePng(folder / "a.png", image::Image(width, height, 3));
   capture.frames[0] = {.picture = "a.png", .layer = "diffuse"};
-  EXPECT_NE(errorOf([&] { readAll(); }).find("a.png: layer diffuse: only .exr"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { readAll(); }).find("a.png: layer diffuse: only .exr"), std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 using P = Point3<AcquisitionSpace, double>;
@@ -62,4 +62,4 @@ TEST_F(Rig, APointLightIsReachedAlongItsDirectionAndFallsWithTheSquareOfDistance
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 TEST(ShallowJson, EndsBeforeWhatIsTooDeep) {
@@ -26,4 +26,4 @@ TEST(ShallowJson, TakesNoNoticeOfWhatStringsHold) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

@@ -8,7 +8,7 @@
 #include <limits>
 #include <sstream>
 
-namespace surflect {
+namespace surflect::capture {
 namespace {
 
 std::string numbered(std::string prefix, int number) { return prefix.append(std::to_string(number)); }
@@ -55,12 +55,12 @@ protected:
     return capture;
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   std::mt19937 random{1};
 };
 
 TEST_F(Writer, WhatIsWrittenIsReadBackEqual) {
-  for (const char* name : {"a.png", "mask.png", "mesh.ply"}) writeBytes(folder / name, "");
+  for (const char* name : {"a.png", "mask.png", "mesh.ply"}) image::writeBytes(folder / name, "");
   for (const bool oneLens : {true, false}) {
     Capture capture = anyCapture(oneLens);
     std::get<DirectionalLight>(capture.lights[1].kind).irradiance = {1e-12f, 1, 1e12f}; // as far as they go
@@ -91,7 +91,7 @@ TEST_F(Writer, WhatIsWrittenIsReadBackEqual) {
 }
 
 TEST_F(Writer, FixedIlluminationStaysFixed) {
-  writeBytes(folder / "a.png", "");
+  image::writeBytes(folder / "a.png", "");
   Capture capture = anyCapture(true);
   capture.lights.clear();
   capture.colorSpace.reset();
@@ -108,7 +108,8 @@ TEST_F(Writer, FixedIlluminationStaysFixed) {
 TEST_F(Writer, NamesThatAreNotUtf8AreRefused) {
   Capture capture = anyCapture(true);
   capture.frames[3].picture = "caf\xe9.png";
-  EXPECT_NE(errorOf([&] { writeCapture(capture, folder.path()); }).find("is not UTF-8"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { writeCapture(capture, folder.path()); }).find("is not UTF-8"),
+            std::string::npos);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
@@ -117,7 +118,7 @@ TEST_F(Writer, WhatIsNotFiniteIsRefusedByItsField) {
   const auto refusal = [&](auto spoil) {
     Capture capture = anyCapture(true);
     spoil(capture);
-    const std::string line = errorOf([&] { writeCapture(capture, folder.path()); }),
+    const std::string line = image::errorOf([&] { writeCapture(capture, folder.path()); }),
                       file = (folder / "transforms.json").string() + ": ";
     EXPECT_TRUE(line.starts_with(file)) << line;
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
@@ -148,4 +149,4 @@ TEST_F(Writer, EveryPictureHasItsOwnLine) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::capture

@@ -3,7 +3,7 @@
 #include "srf/codec/view_taps.h"
 #include "tests/srf/codec/synthetic.h"
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 // Many look-ups, few blocks.
@@ -38,7 +38,7 @@ protected:
     return blocks;
   }
 
-  TemporaryFolder folder_;
+  image::TemporaryFolder folder_;
   std::vector<ViewFile> views_;
   LightRows rows_;
   std::vector<ShadingOp> ops_;
@@ -78,4 +78,4 @@ TEST_F(AnswererTest, WhatWaitsForOneBlockNotesAllThatItLooksInto) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

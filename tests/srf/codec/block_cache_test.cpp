@@ -5,7 +5,7 @@
 #include <fstream>
 #include <thread>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 using synthetic::glossySphere;
@@ -48,7 +48,7 @@ protected:
     file.put(static_cast<char>(byte ^ 1));
   }
 
-  TemporaryFolder folder_;
+  image::TemporaryFolder folder_;
   std::vector<ViewFile> views_;
 };
 
@@ -204,4 +204,4 @@ TEST_F(BlockCacheTest, ThreadsMayAskAtOnce) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

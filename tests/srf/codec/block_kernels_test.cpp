@@ -4,7 +4,7 @@
 #include "surfel/math/simd.h"
 #include "tests/srf/codec/synthetic.h"
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 template <class Real> PaddedRows<Real> noise(size_t rows, size_t columns, std::mt19937& generator) {
@@ -178,4 +178,4 @@ TEST(BlockKernels, ErrorsAreThoseOfEachChannelAndLight) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

@@ -6,7 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 using Eigen::MatrixXd;
@@ -99,4 +99,4 @@ TEST(StrongestVectors, AreNoMoreThanTheRank) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

@@ -7,7 +7,7 @@
 
 #include <array>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 using Eigen::MatrixXd;
@@ -460,4 +460,4 @@ TEST(Block, ARecordTooShortForItsLightsIsRefusedBeforeTheyHaveMemory) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

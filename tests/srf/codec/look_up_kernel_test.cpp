@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 // Jobs of one row, whose blocks have any number of terms.
@@ -112,4 +112,4 @@ TEST(LookUpKernel, SameBitsForAllVectorInstructionsButScalar) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

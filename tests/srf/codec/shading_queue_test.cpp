@@ -9,7 +9,7 @@
 #include <iterator>
 #include <set>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 using synthetic::glossySphere;
@@ -111,7 +111,7 @@ protected:
     return weights > 0 ? Eigen::Vector3d(op.weight / weights * sum) : sum;
   }
 
-  TemporaryFolder folder_;
+  image::TemporaryFolder folder_;
   std::vector<ViewFile> views_;
 };
 
@@ -217,7 +217,7 @@ TEST_F(ShadingQueueTest, SameBitsForAnyCache) {
 // Also where a block is black, and has no terms.
 TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
   ReflectanceStack stack = glossySphere(size, lights, 1);
-  for (Image& light : stack.lights)
+  for (image::Image& light : stack.lights)
     for (int y = 32; y < 40; ++y) std::fill_n(light.at(32, y).data(), 3 * blockSize, 0.f);
   writeFileAtomically(folder_ / "black.view", encodeView(stack, {.tolerance = 0.005}).file);
   views_.emplace_back(folder_ / "black.view");
@@ -465,4 +465,4 @@ TEST_F(ShadingQueueTest, DamagedBlockIsNamed) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-namespace surflect::synthetic {
+namespace surflect::codec::synthetic {
 
 inline Eigen::MatrixXf random(int rows, int columns, std::mt19937& generator) {
   std::normal_distribution<float> normal;
@@ -21,8 +21,9 @@ inline Eigen::MatrixXf random(int rows, int columns, std::mt19937& generator) {
 
 // A textured sphere with a highlight, under lights spread over the hemisphere of the viewer. Linear radiance,
 // diffuse white at 1, highlights up to 1 + `gloss`.
-inline ReflectanceStack glossySphere(int size, int lights, float gloss = 2, float exponent = 60) {
-  ReflectanceStack stack{size, size, std::vector<Image>(lights, Image(size, size, 3)), Image(size, size, 1)};
+inline codec::ReflectanceStack glossySphere(int size, int lights, float gloss = 2, float exponent = 60) {
+  codec::ReflectanceStack stack{size, size, std::vector<image::Image>(lights, image::Image(size, size, 3)),
+                                image::Image(size, size, 1)};
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
       const float nx = 2.2f * ((static_cast<float>(x) + 0.5f) / static_cast<float>(size) - 0.5f);
@@ -49,4 +50,4 @@ inline ReflectanceStack glossySphere(int size, int lights, float gloss = 2, floa
   return stack;
 }
 
-} // namespace surflect::synthetic
+} // namespace surflect::codec::synthetic

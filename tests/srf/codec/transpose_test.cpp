@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 // In rows longer than they need be, of which the rest is left alone.
@@ -29,4 +29,4 @@ TEST(Transpose, PutsEveryNumberInItsPlace) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 using Eigen::MatrixXd;
@@ -71,4 +71,4 @@ TEST(TridiagonalSpectrum, IsFoundWhereTheMatrixIsSeveralOrHasEqualValues) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 using synthetic::glossySphere;
@@ -33,7 +33,7 @@ std::string messageOf(const std::filesystem::path& path) {
 }
 
 TEST(ViewFile, HoldsEveryObjectTexelWithinTheTolerance) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const ReflectanceStack stack = smallStack();
   const EncodedView encoded = encodeView(stack, {.tolerance = 0.02, .white = 3});
   writeFileAtomically(folder / "a.view", encoded.file);
@@ -76,7 +76,7 @@ TEST(ViewFile, HoldsEveryObjectTexelWithinTheTolerance) {
 }
 
 TEST(ViewFile, FindsExactlyTheBlocksThatShowTheObject) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const ReflectanceStack stack = smallStack();
   writeFileAtomically(folder / "a.view", encodeView(stack, {}).file);
   const ViewFile view(folder / "a.view");
@@ -98,7 +98,7 @@ TEST(ViewFile, FindsExactlyTheBlocksThatShowTheObject) {
 }
 
 TEST(ViewFile, ViewWithoutObjectIsValid) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   ReflectanceStack stack = glossySphere(20, 2);
   std::ranges::fill(stack.alpha.values, 0.f);
   writeFileAtomically(folder / "a.view", encodeView(stack, {}).file);
@@ -115,7 +115,7 @@ TEST(ViewFile, BytesDoNotDependOnTheNumberOfThreads) {
 }
 
 TEST(ViewFile, OverheadIsAtMostSixteenBytesAFullBlock) {
-  ReflectanceStack stack{80, 80, {Image(80, 80, 3)}, Image(80, 80, 1)};
+  ReflectanceStack stack{80, 80, {image::Image(80, 80, 3)}, image::Image(80, 80, 1)};
   std::ranges::fill(stack.alpha.values, 1.f); // black: no terms, nothing but overhead
   const size_t fixed = 48;
   EXPECT_EQ(encodeView(stack, {}).file.size(), fixed + 100 * 16);
@@ -130,7 +130,7 @@ ViewFile rowOfBlocks(const std::filesystem::path& path, int count, size_t bytes)
 }
 
 TEST(ViewFile, AStretchEndsAtAGapOrWhenItIsLong) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const ViewFile view = rowOfBlocks(folder / "long.srfb", 16, 20000);
   const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.stretchLength(wanted); };
   EXPECT_EQ(lengthOf({3}), 1u);
@@ -144,7 +144,7 @@ TEST(ViewFile, AStretchEndsAtAGapOrWhenItIsLong) {
 }
 
 TEST(ViewFile, WhatCannotBeReadNamesItsBlock) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const ViewFile view = rowOfBlocks(folder / "cut.srfb", 3, 1000);
   std::filesystem::resize_file(view.path(), std::filesystem::file_size(view.path()) - 1500);
   const auto fieldOf = [&](const auto& read) {
@@ -164,7 +164,7 @@ TEST(ViewFile, WhatCannotBeReadNamesItsBlock) {
 }
 
 TEST(ViewFile, AStretchHoldsWhatItsBlocksHold) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   writeFileAtomically(folder / "some.srfb", encodeView(smallStack(), {}).file);
   const ViewFile view(folder / "some.srfb");
   const std::vector<uint32_t> some{0, 1, 3, 7, 8};
@@ -179,7 +179,7 @@ TEST(ViewFile, AStretchHoldsWhatItsBlocksHold) {
 }
 
 TEST(ViewFile, EveryTruncationIsRejected) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto file = encodeView(smallStack(), {.tolerance = 0.2}).file;
   for (size_t size = 0; size < file.size(); ++size) {
     const std::filesystem::path path = folder / "cut.view";
@@ -192,7 +192,7 @@ TEST(ViewFile, EveryTruncationIsRejected) {
 }
 
 TEST(ViewFile, EveryFlippedByteIsDetected) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto file = encodeView(glossySphere(20, 5), {.tolerance = 0.2}).file;
   const std::filesystem::path path = folder / "damaged.view";
   for (size_t i = 0; i < file.size(); ++i) {
@@ -206,7 +206,7 @@ TEST(ViewFile, EveryFlippedByteIsDetected) {
 }
 
 TEST(ViewFile, DamageNamesItsField) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto file = encodeView(smallStack(), {}).file;
   const auto fieldWith = [&](size_t at, uint32_t value) {
     auto damaged = file;
@@ -230,7 +230,7 @@ TEST(ViewFile, DamageNamesItsField) {
 
 // Sizes that a small file cannot hold are refused before anything is allocated for them.
 TEST(ViewFile, HugeCountsInASmallFileAreRefused) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   auto file = encodeView(smallStack(), {}).file;
   const uint32_t side = largestViewSide, blocks = 1 << 24;
   std::memcpy(file.data() + 16, &side, 4);
@@ -241,7 +241,7 @@ TEST(ViewFile, HugeCountsInASmallFileAreRefused) {
 }
 
 TEST(ViewFile, MissingFileAndFolderAreErrors) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   EXPECT_THROW(ViewFile{folder / "missing.view"}, Error);
   EXPECT_THROW(ViewFile{folder / "."}, Error);
 }
@@ -260,10 +260,10 @@ TEST(ViewEncoder, BadInputNamesImageAndPixel) {
   EXPECT_EQ(fieldOf(stack), "lights[1].pixel (9, 10)");
   stack.lights[1].at(9, 10)[2] = 1e30f;
   EXPECT_EQ(fieldOf(stack), "lights[1].pixel (9, 10)");
-  stack.lights[1] = Image(20, 20, 4);
+  stack.lights[1] = image::Image(20, 20, 4);
   EXPECT_EQ(fieldOf(stack), "lights[1]");
   stack = glossySphere(20, 3);
-  stack.alpha = Image(19, 20, 1);
+  stack.alpha = image::Image(19, 20, 1);
   EXPECT_EQ(fieldOf(stack), "alpha");
   stack.lights.clear();
   EXPECT_EQ(fieldOf(stack), "lights");
@@ -285,7 +285,8 @@ TEST(ViewEncoder, SummariesAddUp) {
 
 // A Lambert sphere under lights from all around.
 ReflectanceStack plainSphere(int size, int lights, const std::array<float, 3>& albedo) {
-  ReflectanceStack stack{size, size, std::vector<Image>(lights, Image(size, size, 3)), Image(size, size, 1)};
+  ReflectanceStack stack{size, size, std::vector<image::Image>(lights, image::Image(size, size, 3)),
+                         image::Image(size, size, 1)};
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) {
       const auto side = static_cast<float>(size);
@@ -307,7 +308,7 @@ ReflectanceStack plainSphere(int size, int lights, const std::array<float, 3>& a
 // Light of all lamps at once, as in a white furnace. Levels rounded to the nearest would show 1.2 % too much
 // green and 4.5 % too little blue.
 TEST(ViewEncoder, APlainSphereKeepsItsHueInTheFurnace) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const ReflectanceStack stack = plainSphere(96, 24, {0.8f, 0.1f, 0.02f});
   for (const double tolerance : {0.01, 0.02, 0.05, 0.1}) {
     writeFileAtomically(folder / "a.view", encodeView(stack, {.tolerance = tolerance}).file);
@@ -346,4 +347,4 @@ TEST(ViewEncoder, CompressesASmoothStack) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

@@ -5,7 +5,7 @@
 #include <random>
 #include <set>
 
-namespace surflect {
+namespace surflect::codec {
 namespace {
 
 constexpr int width = 45, height = 30; // pixels: the last blocks hang over
@@ -98,4 +98,4 @@ TEST(ViewTaps, OfTheObjectAloneSumToOne) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::codec

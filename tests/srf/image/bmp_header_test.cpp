@@ -5,7 +5,7 @@
 #include "tests/srf/image/foreign_files.h"
 #include "tests/support/color_files.h"
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 constexpr size_t kColorSpace = 70, kEndpoints = 74, kGamma = 110, kProfile = 126; // places in the file
@@ -69,4 +69,4 @@ TEST(BmpHeader, AnEmbeddedProfileIsReadAndALinkedOneIsAProblem) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

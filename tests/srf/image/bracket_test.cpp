@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 // A linear camera that clips at 1.
@@ -62,4 +62,4 @@ TEST(Bracket, SamplesThatAreNotThereDoNotCount) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

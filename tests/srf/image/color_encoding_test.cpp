@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 const Primaries kSpaces[] = {kRec709, kAdobeRgb, kDisplayP3, kRec2020, kAces, kAcesCg};
@@ -139,4 +139,4 @@ TEST(ColorEncoding, ProfilesOfOtherPicturesAndDamagedOnesAreRefused) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 TEST(Color, SrgbCurveAndItsInverseCancel) {
@@ -63,4 +63,4 @@ TEST(Color, LumaOfGrayIsTheGray) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

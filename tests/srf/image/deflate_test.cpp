@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 std::string inflated(const std::string& stream, size_t size) {
@@ -50,4 +50,4 @@ TEST(Deflate, ZlibReadsBackWhatWasWritten) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 // A scan-line file of several parts, none compressed, written after the format's specification.
@@ -422,4 +422,4 @@ TEST_F(Exr, AClaimOfTooManyPixelsIsRejected) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

@@ -14,7 +14,7 @@
 #include <string>
 #include <unistd.h>
 
-namespace surflect {
+namespace surflect::image {
 
 class TemporaryFolder {
 public:
@@ -75,4 +75,4 @@ inline Image randomImage(int width, int height, int channels, float low, float h
   return image;
 }
 
-} // namespace surflect
+} // namespace surflect::image

@@ -3,7 +3,7 @@
 #include "tests/srf/image/files.h"
 #include "tests/srf/image/foreign_files.h"
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 const Transfer kAdobeCurve{Transfer::Curve::gamma, 2.19921875};
@@ -53,4 +53,4 @@ TEST(ForeignColor, TheProfileOfAWebpIsItsChunk) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace surflect {
+namespace surflect::image {
 
 inline std::string littleEndianBytes(uint32_t value, size_t count = 4) {
   std::string bytes;
@@ -138,4 +138,4 @@ inline std::string radianceFile(const std::string& lines, const std::string& pix
   return "#?RADIANCE\n" + lines + "FORMAT=" + format + "\n\n-Y 1 +X 1\n" + pixel;
 }
 
-} // namespace surflect
+} // namespace surflect::image

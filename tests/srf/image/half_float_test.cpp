@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 double valueOf(uint16_t half) { // [IEEE 754-2008, 3.4]
@@ -46,4 +46,4 @@ TEST(NearestHalf, OnlyTheFiniteIsClamped) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

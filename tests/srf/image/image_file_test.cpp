@@ -9,7 +9,7 @@
 #include <Eigen/LU>
 #include <sys/stat.h>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 class ImageFile : public testing::Test {
@@ -354,4 +354,4 @@ TEST_F(ImageFile, WhatIsThereButNoFileIsCalledWhatItIs) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 TEST(Percentile, IsThatOfTheSortedValuesToTwelveBits) {
@@ -37,4 +37,4 @@ TEST(Percentile, WhatIsNotPositiveCountsAsZero) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

@@ -5,7 +5,7 @@
 #include "tests/srf/image/files.h"
 #include "tests/support/color_files.h"
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 using Curve = Transfer::Curve;
@@ -159,4 +159,4 @@ TEST_F(PngColor, ChunksAfterThePixelsSayNothing) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

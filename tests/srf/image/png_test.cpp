@@ -3,7 +3,7 @@
 #include "surfel/base/file.h"
 #include "tests/srf/image/files.h"
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 std::string bytesOf(std::string_view hex) {
@@ -113,4 +113,4 @@ TEST_F(Png, AMissingFileIsNamed) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

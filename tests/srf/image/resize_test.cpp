@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 Image randomImage(int width, int height, int channels, uint32_t seed) {
@@ -59,4 +59,4 @@ TEST(Resize, AStepIsSharedByAreaBetweenTheSidesOfAPixel) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace surflect {
+namespace surflect::image {
 namespace {
 
 Response squares() {
@@ -32,4 +32,4 @@ TEST(Response, BetweenCodesItIsLinearAndBeyondThemItEnds) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::image

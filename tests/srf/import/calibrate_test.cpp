@@ -2,13 +2,13 @@
 
 #include "tests/srf/image/files.h"
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 TEST(Shrunk, PixelsAreMeansOfTheirSquares) {
-  const Image image = randomImage(11, 8, 3, 0, 1, 1);
+  const image::Image image = image::randomImage(11, 8, 3, 0, 1, 1);
   for (const int factor : {1, 2, 3}) {
-    const Image small = shrunk(image, factor);
+    const image::Image small = shrunk(image, factor);
     ASSERT_EQ(small.width, 11 / factor);
     ASSERT_EQ(small.height, 8 / factor);
     for (int y = 0; y < small.height; ++y)
@@ -23,13 +23,13 @@ TEST(Shrunk, PixelsAreMeansOfTheirSquares) {
 }
 
 TEST(Shrunk, AMaskKeepsWholeSquares) {
-  Mask mask(6, 4);
+  image::Mask mask(6, 4);
   for (const size_t i : {0, 1, 6, 7, 2, 3, 8})
     mask.inside[i] = 1; // one square, and three quarters of the next
-  const Mask small = shrunk(mask, 2);
+  const image::Mask small = shrunk(mask, 2);
   EXPECT_EQ(small.inside, (std::vector<uint8_t>{1, 0, 0, 0, 0, 0}));
   EXPECT_EQ(shrunk(mask, 1), mask);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

@@ -6,7 +6,7 @@
 
 #include <cstring>
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 class Colmap : public testing::Test {
@@ -26,23 +26,23 @@ protected:
   std::string imagesBinary() const { return colmapImagesBinary(images); }
   void writeText() const {
     std::filesystem::create_directories(folder / "sparse/0");
-    writeBytes(folder / "sparse/0/cameras.txt", camerasText());
-    writeBytes(folder / "sparse/0/images.txt", imagesText());
+    image::writeBytes(folder / "sparse/0/cameras.txt", camerasText());
+    image::writeBytes(folder / "sparse/0/images.txt", imagesText());
   }
   void writeBinary() const {
     std::filesystem::create_directories(folder / "sparse/0");
-    writeBytes(folder / "sparse/0/cameras.bin", camerasBinary());
-    writeBytes(folder / "sparse/0/images.bin", imagesBinary());
+    image::writeBytes(folder / "sparse/0/cameras.bin", camerasBinary());
+    image::writeBytes(folder / "sparse/0/images.bin", imagesBinary());
   }
   Source read() const { return readColmap(folder.path(), {}, false); }
-  void expectAllImages(const Capture& capture) {
+  void expectAllImages(const capture::Capture& capture) {
     ASSERT_EQ(capture.views.size(), images.size());
     for (const ColmapImage& image : images)
       rig.expectSamePixels(viewNamed(capture, std::filesystem::path(image.name).replace_extension()).camera,
                            image.camera);
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   VisionRig rig{1};
   std::vector<ColmapImage> images;
 };
@@ -61,9 +61,9 @@ TEST_F(Colmap, TheImportedFolderKeepsThePixelsToo) {
   add("below/im.png", "PINHOLE");
   writeBinary();
   importCapture(folder.path(), folder / "out", {});
-  const Capture capture = readCapture(folder / "out");
+  const capture::Capture capture = capture::readCapture(folder / "out");
   expectAllImages(capture);
-  for (const Frame& frame : capture.frames)
+  for (const capture::Frame& frame : capture.frames)
     EXPECT_EQ(frame.picture, std::filesystem::path("images") / (capture.views[frame.view].identity + ".png"));
 }
 
@@ -120,7 +120,7 @@ TEST_F(Colmap, MasksBesideThePicturesAreTaken) {
   writePicture(folder / "masks/a.png.png");
   writeText();
   importCapture(folder.path(), folder / "out", {});
-  const Capture capture = readCapture(folder / "out");
+  const capture::Capture capture = capture::readCapture(folder / "out");
   EXPECT_EQ(capture.frames[0].mask, "masks/a.png.png");
   EXPECT_EQ(capture.frames[1].mask, "");
 }
@@ -134,7 +134,7 @@ TEST_F(Colmap, TheLargestOfSeveralModelsIsTakenAndTheOthersNamed) {
   std::filesystem::rename(folder / "sparse/0", folder / "sparse/10");
   writePicture(folder / "images/rig/c.png"); // not registered
   writeBinary();
-  writeBytes(folder / "sparse/0/images.bin", "");
+  image::writeBytes(folder / "sparse/0/images.bin", "");
   const ImportReport report = importCapture(folder.path(), folder / "out", {});
   EXPECT_EQ(report.views, 2u);
   const std::string& models = report.notes[0];
@@ -154,9 +154,9 @@ TEST_F(Colmap, MasksOfFullSizeServeShrunkPictures) {
   ImportOptions options;
   options.images = folder / "images_2/";
   importCapture(folder.path(), folder / "out", options);
-  EXPECT_EQ(readCapture(folder / "out").frames[0].mask, "masks/a.png");
+  EXPECT_EQ(capture::readCapture(folder / "out").frames[0].mask, "masks/a.png");
   writePicture(folder / "masks/a.png", 16, 9);
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               importCapture(folder.path(), folder / "out2", options);
             }).find("masks/a.png: size: found 16 x 9, expected 8 x 6"),
             std::string::npos);
@@ -171,10 +171,10 @@ TEST_F(Colmap, ShrunkPicturesShrinkTheLens) {
   importCapture(folder.path(), folder / "out", options);
   camera.width = 8, camera.height = 6;
   camera.fx /= 2, camera.fy /= 2, camera.cx /= 2, camera.cy /= 2;
-  rig.expectSamePixels(readCapture(folder / "out").views[0].camera, camera);
+  rig.expectSamePixels(capture::readCapture(folder / "out").views[0].camera, camera);
 
   writePicture(folder / "half/a.png", 8, 8);
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               importCapture(folder.path(), folder / "out2", options);
             }).find("found 8 x 8, expected 16 x 12"),
             std::string::npos);
@@ -189,15 +189,18 @@ TEST_F(Colmap, OtherModelsAreNamed) {
         std::pair("SIMPLE_FISHEYE", 3), std::pair("FISHEYE", 4), std::pair("EUCM", 6),
         std::pair("EQUIRECTANGULAR", 2)}) {
     const std::span parameters(twelve.data(), static_cast<size_t>(count));
-    EXPECT_NE(errorOf([&] { colmapLens(model, 16, 12, parameters); }).find(std::string("found ") + model),
-              std::string::npos);
+    EXPECT_NE(
+        image::errorOf([&] { colmapLens(model, 16, 12, parameters); }).find(std::string("found ") + model),
+        std::string::npos);
   }
-  EXPECT_NE(errorOf([&] { colmapLens("BEST", 16, 12, twelve); }).find("found \"BEST\""), std::string::npos);
-  EXPECT_NE(errorOf([&] { colmapLens("PINHOLE", 16, 12, twelve); }).find("expected 4 of PINHOLE"),
+  EXPECT_NE(image::errorOf([&] { colmapLens("BEST", 16, 12, twelve); }).find("found \"BEST\""),
+            std::string::npos);
+  EXPECT_NE(image::errorOf([&] { colmapLens("PINHOLE", 16, 12, twelve); }).find("expected 4 of PINHOLE"),
             std::string::npos);
   const std::array aside{20., 20., 1e30, 6.};
-  EXPECT_NE(errorOf([&] { colmapLens("PINHOLE", 16, 12, aside); }).find("a principal point within 1e12"),
-            std::string::npos);
+  EXPECT_NE(
+      image::errorOf([&] { colmapLens("PINHOLE", 16, 12, aside); }).find("a principal point within 1e12"),
+      std::string::npos);
 }
 
 TEST_F(Colmap, WrongTextIsNamedWithItsLine) {
@@ -207,8 +210,8 @@ TEST_F(Colmap, WrongTextIsNamedWithItsLine) {
   const auto errorWith = [&](const char* file, std::string text, const std::string& from,
                              const std::string& to) {
     text.replace(text.find(from), from.size(), to);
-    writeBytes(folder / "sparse/0" / file, text);
-    const std::string line = errorOf([&] { read(); });
+    image::writeBytes(folder / "sparse/0" / file, text);
+    const std::string line = image::errorOf([&] { read(); });
     writeText();
     EXPECT_NE(line.find(file), std::string::npos) << line;
     return line;
@@ -233,19 +236,20 @@ TEST_F(Colmap, EveryPictureHasItsLineOfPoints) {
     end = whole.find('\n', at);
     if (end > at) stripped += whole.substr(at, end + 1 - at);
   }
-  writeBytes(folder / "sparse/0/images.txt", stripped);
-  const std::string line = errorOf([&] { read(); });
+  image::writeBytes(folder / "sparse/0/images.txt", stripped);
+  const std::string line = image::errorOf([&] { read(); });
   EXPECT_NE(line.find("images.txt: line 5: found \""), std::string::npos) << line;
   EXPECT_NE(line.find("expected the picture's points"), std::string::npos) << line;
   for (const char* wrong : {"1.5 2.5", "1.5 2.5 -1 3.5", "1.5 x -1", "0.5 1.5 nan"}) {
     std::string text = whole;
     text.replace(text.find("1.5 2.5 -1 3.5 4.5 17"), 21, wrong);
-    writeBytes(folder / "sparse/0/images.txt", text);
-    EXPECT_NE(errorOf([&] { read(); }).find("images.txt: line 3: found \"" + std::string(wrong) + "\""),
-              std::string::npos)
+    image::writeBytes(folder / "sparse/0/images.txt", text);
+    EXPECT_NE(
+        image::errorOf([&] { read(); }).find("images.txt: line 3: found \"" + std::string(wrong) + "\""),
+        std::string::npos)
         << wrong;
   }
-  writeBytes(folder / "sparse/0/images.txt", whole.substr(0, whole.size() - 1)); // by an editor
+  image::writeBytes(folder / "sparse/0/images.txt", whole.substr(0, whole.size() - 1)); // by an editor
   EXPECT_EQ(read().capture.frames.size(), 4u);
 }
 
@@ -253,32 +257,32 @@ TEST_F(Colmap, ListsThatWereCutDifferFromTheirCount) {
   for (const char* name : {"a.png", "b.png"}) add(name, "PINHOLE");
   writeText();
   const auto counted = [&](const std::string& count) {
-    writeBytes(folder / "sparse/0/images.txt",
-               "# Number of images: " + count + ", mean observations per image: 0.5\n" + imagesText());
+    image::writeBytes(folder / "sparse/0/images.txt",
+                      "# Number of images: " + count + ", mean observations per image: 0.5\n" + imagesText());
   };
   counted("2");
   EXPECT_EQ(read().capture.frames.size(), 2u);
   counted("3");
-  std::string line = errorOf([&] { read(); });
+  std::string line = image::errorOf([&] { read(); });
   EXPECT_NE(line.find("images.txt: found 2 images, expected 3, as line 1 says"), std::string::npos) << line;
   writeText();
-  writeBytes(folder / "sparse/0/cameras.txt", camerasText() + "# Number of cameras: 1\n");
-  line = errorOf([&] { read(); });
+  image::writeBytes(folder / "sparse/0/cameras.txt", camerasText() + "# Number of cameras: 1\n");
+  line = image::errorOf([&] { read(); });
   EXPECT_NE(line.find("cameras.txt: found 2 cameras, expected 1, as line 4 says"), std::string::npos) << line;
 }
 
 TEST_F(Colmap, PathsOutOfThePicturesFolderNeedPermission) {
   add("../outside.png", "PINHOLE");
   writeText();
-  EXPECT_NE(errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
   EXPECT_EQ(readColmap(folder.path(), {}, true).capture.frames.size(), 1u);
   images[0].name = "link.png";
   std::filesystem::create_symlink(folder / "outside.png", folder / "images/link.png");
   writeText();
-  EXPECT_NE(errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
   images[0].name = folder / "outside.png";
   writeText();
-  EXPECT_NE(errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { read(); }).find("--allow-outside"), std::string::npos);
 }
 
 TEST_F(Colmap, EveryTruncationOfABinaryIsRefused) {
@@ -287,13 +291,13 @@ TEST_F(Colmap, EveryTruncationOfABinaryIsRefused) {
   for (const char* name : {"cameras.bin", "images.bin"}) {
     const std::string whole = std::string(name) == "cameras.bin" ? camerasBinary() : imagesBinary();
     for (size_t length = 0; length < whole.size(); ++length) {
-      writeBytes(folder / "sparse/0" / name, whole.substr(0, length));
-      const std::string line = errorOf([&] { read(); });
+      image::writeBytes(folder / "sparse/0" / name, whole.substr(0, length));
+      const std::string line = image::errorOf([&] { read(); });
       EXPECT_NE(line.find(name), std::string::npos) << line;
     }
-    writeBytes(folder / "sparse/0" / name, whole + '\0');
-    EXPECT_NE(errorOf([&] { read(); }).find("found 1 more bytes"), std::string::npos);
-    writeBytes(folder / "sparse/0" / name, whole);
+    image::writeBytes(folder / "sparse/0" / name, whole + '\0');
+    EXPECT_NE(image::errorOf([&] { read(); }).find("found 1 more bytes"), std::string::npos);
+    image::writeBytes(folder / "sparse/0" / name, whole);
   }
 }
 
@@ -303,13 +307,14 @@ TEST_F(Colmap, HugeCountsCostNothing) {
   std::string bytes = camerasBinary();
   const uint64_t huge = ~uint64_t{0};
   std::memcpy(bytes.data(), &huge, sizeof huge);
-  writeBytes(folder / "sparse/0/cameras.bin", bytes);
-  EXPECT_NE(errorOf([&] { read(); }).find("num_cameras: found 18446744073709551615"), std::string::npos);
+  image::writeBytes(folder / "sparse/0/cameras.bin", bytes);
+  EXPECT_NE(image::errorOf([&] { read(); }).find("num_cameras: found 18446744073709551615"),
+            std::string::npos);
   writeBinary();
   bytes = imagesBinary();
   std::memcpy(bytes.data() + bytes.size() - 8, &huge, sizeof huge); // of points
-  writeBytes(folder / "sparse/0/images.bin", bytes);
-  EXPECT_NE(errorOf([&] { read(); }).find("num_points2D"), std::string::npos);
+  image::writeBytes(folder / "sparse/0/images.bin", bytes);
+  EXPECT_NE(image::errorOf([&] { read(); }).find("num_points2D"), std::string::npos);
 }
 
 TEST_F(Colmap, DamageGivesAnErrorOrASource) {
@@ -322,9 +327,9 @@ TEST_F(Colmap, DamageGivesAnErrorOrASource) {
     std::string bytes = cameras ? camerasBinary() : imagesBinary();
     bytes[random() % bytes.size()] = static_cast<char>(random());
     writeBinary();
-    writeBytes(folder / "sparse/0" / (cameras ? "cameras.bin" : "images.bin"), bytes);
+    image::writeBytes(folder / "sparse/0" / (cameras ? "cameras.bin" : "images.bin"), bytes);
     try {
-      for (const Source source = read(); const View& view : source.capture.views)
+      for (const Source source = read(); const capture::View& view : source.capture.views)
         EXPECT_TRUE(view.camera.cameraFromWorld.rotation().allFinite());
     } catch (const Error&) {
       ++refused;
@@ -334,4 +339,4 @@ TEST_F(Colmap, DamageGivesAnErrorOrASource) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 std::vector<std::string> filesIn(const std::filesystem::path& folder) {
@@ -35,18 +35,18 @@ protected:
       const std::string name = std::string("p").append(std::to_string(l));
       lp.append(name).append(".png ").append(row(towards[0], towards[1], towards[2])).append("\n");
     }
-    writeBytes(folder / "source/set.lp", lp);
+    image::writeBytes(folder / "source/set.lp", lp);
     photograph(std::vector<Vec3<double>>(kLights, Vec3<double>::Zero()));
   }
   // A gradient of each light's logarithm, per scene unit.
   void photograph(const std::vector<Vec3<double>>& gradients) const {
     for (size_t l = 0; l < kLights; ++l)
-      writePng(folder / "source" / ("p" + std::to_string(l) + ".png"),
-               picture(directions[l], strengths[l], gradients[l]), 16);
+      image::writePng(folder / "source" / ("p" + std::to_string(l) + ".png"),
+                      picture(directions[l], strengths[l], gradients[l]), 16);
   }
   static bool isDome(int x, int y) { return std::hypot(x + 0.5 - 24, y + 0.5 - 24) < 0.4 * kSize; }
-  static Image picture(const Vec3<double>& towards, double strength, const Vec3<double>& gradient) {
-    Image image(kSize, kSize, 3);
+  static image::Image picture(const Vec3<double>& towards, double strength, const Vec3<double>& gradient) {
+    image::Image image(kSize, kSize, 3);
     for (int y = 0; y < kSize; ++y)
       for (int x = 0; x < kSize; ++x) {
         if (!isDome(x, y)) continue;
@@ -58,13 +58,13 @@ protected:
       }
     return image;
   }
-  Capture imported(const ImportOptions& options = {}) const {
+  capture::Capture imported(const ImportOptions& options = {}) const {
     std::filesystem::remove_all(folder / "out");
     importCapture(folder / "source", folder / "out", options);
-    return readCapture(folder / "out");
+    return capture::readCapture(folder / "out");
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   std::vector<Vec3<double>> directions;
   std::vector<double> strengths;
 };
@@ -74,14 +74,14 @@ TEST_F(Dome, StrengthsOfLightsAreEstimatedFromTestPhotographsToo) {
   options.testEvery = 4;
   for (const bool withMask : {false, true}) {
     if (withMask) options.maskThreshold = 0.05;
-    const Capture capture = imported(options);
+    const capture::Capture capture = imported(options);
     EXPECT_TRUE(capture.calibration.contains("light_strengths"));
     double mean = 0;
     for (const double strength : strengths) mean += strength / kLights;
     ASSERT_EQ(capture.lights.size(), size_t{kLights});
     for (size_t l = 0; l < kLights; ++l)
-      EXPECT_NEAR(std::get<DirectionalLight>(capture.lights[l].kind).irradiance.g, strengths[l] / mean,
-                  0.005);
+      EXPECT_NEAR(std::get<capture::DirectionalLight>(capture.lights[l].kind).irradiance.g,
+                  strengths[l] / mean, 0.005);
   }
 }
 
@@ -93,19 +93,19 @@ TEST_F(Dome, HowLightsThatTrainFallOffIsEstimatedWhenAsked) {
   for (const auto& fieldOfView : {std::optional<Angle>(), std::optional(Angle::fromDegrees(20))}) {
     ImportOptions options;
     options.litView.fieldOfView = fieldOfView;
-    for (const Light& light : imported(options).lights)
-      EXPECT_TRUE(std::get<DirectionalLight>(light.kind).isEven());
+    for (const capture::Light& light : imported(options).lights)
+      EXPECT_TRUE(std::get<capture::DirectionalLight>(light.kind).isEven());
     options.unevenLights = true;
-    Capture capture = imported(options);
+    capture::Capture capture = imported(options);
     for (size_t l = 0; l < kLights; ++l) {
-      const auto& light = std::get<DirectionalLight>(capture.lights[l].kind);
+      const auto& light = std::get<capture::DirectionalLight>(capture.lights[l].kind);
       EXPECT_LT((light.irradianceGradient - (gradients[l] - sum / kLights)).norm(), 3e-5);
     }
     options.test = {"p3"};
     capture = imported(options);
-    for (const Frame& frame : capture.frames) {
-      const Light& light = capture.lights[*frame.light];
-      EXPECT_EQ(std::get<DirectionalLight>(light.kind).isEven(), light.name == "p3");
+    for (const capture::Frame& frame : capture.frames) {
+      const capture::Light& light = capture.lights[*frame.light];
+      EXPECT_EQ(std::get<capture::DirectionalLight>(light.kind).isEven(), light.name == "p3");
     }
   }
 }
@@ -113,25 +113,26 @@ TEST_F(Dome, HowLightsThatTrainFallOffIsEstimatedWhenAsked) {
 TEST_F(Dome, MasksByThresholdAreTheObject) {
   ImportOptions options;
   options.maskThreshold = 0.05;
-  const Capture capture = imported(options);
-  for (const Frame& frame : capture.frames) EXPECT_EQ(frame.mask, capture.frames[0].mask);
-  const Image mask = readPng(folder / "out" / capture.frames[0].mask).image;
+  const capture::Capture capture = imported(options);
+  for (const capture::Frame& frame : capture.frames) EXPECT_EQ(frame.mask, capture.frames[0].mask);
+  const image::Image mask = image::readPng(folder / "out" / capture.frames[0].mask).image;
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) EXPECT_EQ(mask.at(x, y)[0], isDome(x, y) ? 1 : 0) << x << " " << y;
 }
 
 TEST_F(Dome, InvertedMasksAreTurnedBeforeStrengthsAreEstimated) {
-  Image background(kSize, kSize, 1);
+  image::Image background(kSize, kSize, 1);
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) background.at(x, y)[0] = isDome(x, y) ? 0 : 1;
-  writePng(folder / "source/mask.png", background);
+  image::writePng(folder / "source/mask.png", background);
   ImportOptions options;
   options.invertMasks = true;
-  const Capture capture = imported(options);
-  EXPECT_EQ(readPng(folder / "out" / capture.frames[0].mask).image.at(24, 24)[0], 1);
+  const capture::Capture capture = imported(options);
+  EXPECT_EQ(image::readPng(folder / "out" / capture.frames[0].mask).image.at(24, 24)[0], 1);
   const double mean = std::accumulate(strengths.begin(), strengths.end(), 0.) / kLights;
   for (size_t l = 0; l < kLights; ++l)
-    EXPECT_NEAR(std::get<DirectionalLight>(capture.lights[l].kind).irradiance.g, strengths[l] / mean, 0.005);
+    EXPECT_NEAR(std::get<capture::DirectionalLight>(capture.lights[l].kind).irradiance.g, strengths[l] / mean,
+                0.005);
 }
 
 TEST_F(Dome, TheOutputIsWhatTheReportSays) {
@@ -164,12 +165,13 @@ TEST_F(Dome, HowColoursAreTakenIsSaid) {
     return std::string();
   };
   const std::filesystem::path first = folder / "source/p0.png";
-  writePng(first, readPng(first).image, 16, PngColors::srgb);
+  image::writePng(first, image::readPng(first).image, 16, image::PngColors::srgb);
   EXPECT_EQ(note({}),
             "colour: 7 pictures as linear (16 bits that state nothing), 1 as sRGB (PNG sRGB chunk)");
-  EXPECT_FALSE(readCapture(folder / "out").colorSpace); // so that the copies are read in the same way
+  EXPECT_FALSE(
+      capture::readCapture(folder / "out").colorSpace); // so that the copies are read in the same way
   ImportOptions options;
-  options.colorSpace = ColorSpace::linear;
+  options.colorSpace = capture::ColorSpace::linear;
   EXPECT_EQ(note(options),
             "colour: 7 pictures as linear (color_space), 1 as linear (color_space, over PNG sRGB chunk)");
 }
@@ -187,11 +189,11 @@ TEST_F(Dome, TheSameSourceGivesTheSameBytes) {
 TEST_F(Dome, ThreeLightsAreNotCalibratedButImported) {
   std::string lp = "3\n";
   for (const char* line : {"p0.png 0 0 1\n", "p1.png 0 0.6 0.8\n", "p2.png 0.6 0 0.8\n"}) lp += line;
-  writeBytes(folder / "source/set.lp", lp);
-  const Capture capture = imported();
+  image::writeBytes(folder / "source/set.lp", lp);
+  const capture::Capture capture = imported();
   EXPECT_EQ(capture.calibration.at("light_strengths"), "unknown, taken as equal");
-  for (const Light& light : capture.lights)
-    EXPECT_EQ(std::get<DirectionalLight>(light.kind).irradiance, (Rgb{1, 1, 1}));
+  for (const capture::Light& light : capture.lights)
+    EXPECT_EQ(std::get<capture::DirectionalLight>(light.kind).irradiance, (Rgb{1, 1, 1}));
 }
 
 TEST_F(Dome, AFailureLeavesNothingBehind) {
@@ -202,8 +204,9 @@ TEST_F(Dome, AFailureLeavesNothingBehind) {
   };
   ImportOptions options;
   options.test = {"none"};
-  EXPECT_NE(errorOf([&] { importCapture(folder / "source", folder / "out", options); }).find("(nearest: "),
-            std::string::npos);
+  EXPECT_NE(
+      image::errorOf([&] { importCapture(folder / "source", folder / "out", options); }).find("(nearest: "),
+      std::string::npos);
   EXPECT_TRUE(nothingLeft());
 
   Progress progress;
@@ -220,31 +223,32 @@ TEST_F(Dome, AFailureLeavesNothingBehind) {
   }
   std::filesystem::remove_all(folder / "out");
 
-  writeBytes(folder / "source/p7.png", readFile(folder / "source/p7.png").substr(0, 200));
-  EXPECT_NE(errorOf([&] { importCapture(folder / "source", folder / "out", {}); }), "");
+  image::writeBytes(folder / "source/p7.png", readFile(folder / "source/p7.png").substr(0, 200));
+  EXPECT_NE(image::errorOf([&] { importCapture(folder / "source", folder / "out", {}); }), "");
 }
 
 TEST_F(Dome, AnOutputThatHoldsSomethingIsRefusedAndKept) {
   std::filesystem::create_directory(folder / "out");
   importCapture(folder / "source", folder / "out", {}); // empty is fine
   const auto before = filesIn(folder / "out");
-  EXPECT_NE(
-      errorOf([&] { importCapture(folder / "source", folder / "out", {}); }).find("expected a new folder"),
-      std::string::npos);
+  EXPECT_NE(image::errorOf([&] {
+              importCapture(folder / "source", folder / "out", {});
+            }).find("expected a new folder"),
+            std::string::npos);
   EXPECT_EQ(filesIn(folder / "out"), before);
-  writeBytes(folder / "file", "x");
-  EXPECT_NE(errorOf([&] { importCapture(folder / "source", folder / "file", {}); }).find("file: "),
+  image::writeBytes(folder / "file", "x");
+  EXPECT_NE(image::errorOf([&] { importCapture(folder / "source", folder / "file", {}); }).find("file: "),
             std::string::npos);
   EXPECT_EQ(readFile(folder / "file"), "x");
 }
 
 TEST(ImportFormats, AreToldByWhatIsThere) {
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   const auto formatIn = [&](const std::string& name) {
     const std::filesystem::path inner = folder / "x";
     std::filesystem::remove_all(inner);
     std::filesystem::create_directories((inner / name).parent_path());
-    writeBytes(inner / name, "");
+    image::writeBytes(inner / name, "");
     const ImportFormat format = formatOfSource(inner, {});
     return format;
   };
@@ -256,11 +260,12 @@ TEST(ImportFormats, AreToldByWhatIsThere) {
   EXPECT_EQ(formatIn("dinoSR_par.txt"), ImportFormat::middlebury);
   for (const char* name : {"a.lp", "b.LP", "lights.txt", "light_directions.txt"})
     EXPECT_EQ(formatIn(name), ImportFormat::lights);
-  EXPECT_NE(errorOf([&] { formatIn("readme.txt"); }).find("no format known"), std::string::npos);
-  EXPECT_NE(errorOf([&] { formatOfSource(folder / "none", {}); }).find("no such file"), std::string::npos);
-  writeBytes(folder / "x/a_par.txt", "");
-  writeBytes(folder / "x/b_par.txt", "");
-  EXPECT_NE(errorOf([&] { formatOfSource(folder / "x", {}); }).find("two parameter files"),
+  EXPECT_NE(image::errorOf([&] { formatIn("readme.txt"); }).find("no format known"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { formatOfSource(folder / "none", {}); }).find("no such file"),
+            std::string::npos);
+  image::writeBytes(folder / "x/a_par.txt", "");
+  image::writeBytes(folder / "x/b_par.txt", "");
+  EXPECT_NE(image::errorOf([&] { formatOfSource(folder / "x", {}); }).find("two parameter files"),
             std::string::npos);
   EXPECT_EQ(formatOfSource(folder / "x/b_par.txt", {}), ImportFormat::middlebury);
   ImportOptions options;
@@ -274,45 +279,49 @@ protected:
     for (int v = 0; v < 6; ++v) capture.views.push_back({std::string("C").append(std::to_string(v)), {}});
     for (int l = 0; l < 4; ++l) {
       const std::string name = std::string("L").append(std::to_string(l));
-      capture.lights.push_back({name, l < 2 ? "cluster" : name, DirectionalLight{{0, 0, 1}, {1, 1, 1}}});
+      capture.lights.push_back(
+          {name, l < 2 ? "cluster" : name, capture::DirectionalLight{{0, 0, 1}, {1, 1, 1}}});
     }
     for (size_t v = 0; v < 6; ++v)
       for (size_t l = 0; l < 4; ++l) capture.frames.push_back({.view = v, .light = l});
   }
   size_t tests() const {
-    return static_cast<size_t>(
-        std::ranges::count_if(capture.frames, [](const Frame& f) { return f.split == Split::test; }));
+    return static_cast<size_t>(std::ranges::count_if(
+        capture.frames, [](const capture::Frame& f) { return f.split == capture::Split::test; }));
   }
 
-  Capture capture;
+  capture::Capture capture;
 };
 
 TEST_F(HoldOut, NamesAreThoseOfCamerasOfLightsAndOfClusters) {
   holdOut(capture, {"C1", "L0"}, 0); // L1 is the same light as L0
-  for (const Frame& frame : capture.frames)
-    EXPECT_EQ(frame.split == Split::test, frame.view == 1 || *frame.light < 2);
+  for (const capture::Frame& frame : capture.frames)
+    EXPECT_EQ(frame.split == capture::Split::test, frame.view == 1 || *frame.light < 2);
 }
 
 TEST_F(HoldOut, EachNthCameraAndOfOneCameraEachNthLight) {
   holdOut(capture, {}, 3);
-  for (const Frame& frame : capture.frames)
-    EXPECT_EQ(frame.split == Split::test, frame.view == 2 || frame.view == 5);
-  Capture one = subset(capture, [](const Frame& frame) { return frame.view == 0; });
+  for (const capture::Frame& frame : capture.frames)
+    EXPECT_EQ(frame.split == capture::Split::test, frame.view == 2 || frame.view == 5);
+  capture::Capture one =
+      capture::subset(capture, [](const capture::Frame& frame) { return frame.view == 0; });
   holdOut(one, {}, 3); // cluster, L2, L3
-  for (const Frame& frame : one.frames) EXPECT_EQ(frame.split == Split::test, *frame.light == 3);
+  for (const capture::Frame& frame : one.frames)
+    EXPECT_EQ(frame.split == capture::Split::test, *frame.light == 3);
 }
 
 TEST_F(HoldOut, WhatTheSourceHoldsOutStaysOut) {
-  capture.frames[0].split = Split::test;
+  capture.frames[0].split = capture::Split::test;
   holdOut(capture, {"C5"}, 0);
   EXPECT_EQ(tests(), 5u);
 }
 
 TEST_F(HoldOut, UnknownNamesAndEmptyTrainingAreRefused) {
-  EXPECT_EQ(errorOf([&] { holdOut(capture, {"C9"}, 0); }),
+  EXPECT_EQ(image::errorOf([&] { holdOut(capture, {"C9"}, 0); }),
             "--test: found \"C9\", expected a camera or light (nearest: C0)");
-  EXPECT_NE(errorOf([&] { holdOut(capture, {}, 1); }).find("no photograph is left"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { holdOut(capture, {}, 1); }).find("no photograph is left"),
+            std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

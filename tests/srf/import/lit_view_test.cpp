@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 using Towards = Direction3<AcquisitionSpace, double>;
@@ -25,27 +25,28 @@ protected:
   }
   static std::string row(const Vec3<double>& v) { return surflect::row(v[0], v[1], v[2]); }
   Source read(const std::string& file, const std::string& text, const LitViewOptions& options = {}) const {
-    writeBytes(folder / file, text);
+    image::writeBytes(folder / file, text);
     return readLitView(folder.path(), folder / file, options, false);
   }
   std::string error(const std::string& file, const std::string& text) const {
-    const std::string found = errorOf([&] { read(file, text); });
+    const std::string found = image::errorOf([&] { read(file, text); });
     EXPECT_NE(found.find(file + ": "), std::string::npos) << found;
     return found;
   }
   // That picture i is lit from wanted[i - 1].
-  void expectLights(const Capture& capture, const std::vector<Vec3<double>>& wanted) const {
+  void expectLights(const capture::Capture& capture, const std::vector<Vec3<double>>& wanted) const {
     ASSERT_EQ(capture.frames.size(), wanted.size());
-    for (const Frame& frame : capture.frames) {
+    for (const capture::Frame& frame : capture.frames) {
       const std::string stem = frame.picture.stem();
       const size_t i = std::stoul(stem.substr(4)) - 1;
       const auto& light = capture.lights[*frame.light];
       EXPECT_EQ(light.name, stem);
-      EXPECT_NEAR((std::get<DirectionalLight>(light.kind).towards.raw() - wanted[i]).norm(), 0, 1e-15);
+      EXPECT_NEAR((std::get<capture::DirectionalLight>(light.kind).towards.raw() - wanted[i]).norm(), 0,
+                  1e-15);
     }
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   VisionRig rig{4};
 };
 
@@ -122,13 +123,14 @@ TEST_F(LitView, AListOfFileNamesSaysWhichPicturesCount) {
   EXPECT_NE(error("light_directions.txt", lights)
                 .find("found 5 photographs, of which some are named otherwise (Normal_gt.png), expected 4"),
             std::string::npos);
-  writeBytes(folder / "filenames.txt", "lit.1.png\r\nlit.3.png\r\nlit.2.png\r\nlit.4.png\r\n");
+  image::writeBytes(folder / "filenames.txt", "lit.1.png\r\nlit.3.png\r\nlit.2.png\r\nlit.4.png\r\n");
   expectLights(read("light_directions.txt", lights).capture,
                {{0, 0, 1}, {0.6, 0, 0.8}, {0, 0.6, 0.8}, {1, 0, 0}});
-  writeBytes(folder / "filenames.txt", "lit.1.png\nlit.2.png\n");
-  EXPECT_NE(
-      errorOf([&] { read("light_directions.txt", lights); }).find("filenames.txt: found 2 names, expected 4"),
-      std::string::npos);
+  image::writeBytes(folder / "filenames.txt", "lit.1.png\nlit.2.png\n");
+  EXPECT_NE(image::errorOf([&] {
+              read("light_directions.txt", lights);
+            }).find("filenames.txt: found 2 names, expected 4"),
+            std::string::npos);
 }
 
 TEST_F(LitView, TheOrthographicCameraLooksDownWithYUpAndUnitHeight) {
@@ -143,7 +145,7 @@ TEST_F(LitView, TheOrthographicCameraLooksDownWithYUpAndUnitHeight) {
     EXPECT_NEAR(found->x, pixel[0], 1e-12);
     EXPECT_NEAR(found->y, pixel[1], 1e-12);
   }
-  const Viewpoint<AcquisitionSpace> viewpoint(camera);
+  const capture::Viewpoint<AcquisitionSpace> viewpoint(camera);
   EXPECT_EQ(viewpoint.towards({0, 0, 0}), Towards(0, 0, 1));
 }
 
@@ -166,9 +168,10 @@ TEST_F(LitView, PositionsGiveUnitIrradianceOnAverage) {
   const Source source = read("a.lp", "3\nlit.1.png 0 0 2\nlit.2.png 3 0 4\nlit.3.png 0 1 1\n",
                              {.positions = true, .fieldOfView = {}, .height = 1});
   double mean = 0;
-  for (const Light& light : source.capture.lights) mean += irradianceAt(light, {0, 0, 0}).g / 3.;
+  for (const capture::Light& light : source.capture.lights)
+    mean += capture::irradianceAt(light, {0, 0, 0}).g / 3.;
   EXPECT_NEAR(mean, 1, 1e-6);
-  EXPECT_EQ(std::get<PointLight>(source.capture.lights[1].kind).position,
+  EXPECT_EQ(std::get<capture::PointLight>(source.capture.lights[1].kind).position,
             (Point3<AcquisitionSpace, double>(3, 0, 4)));
   EXPECT_TRUE(source.strengthsUnknown);
 }
@@ -177,38 +180,44 @@ TEST_F(LitView, LampsStandNoFartherThanTheirStrengthsCanBeWritten) {
   writePictures(1);
   const LitViewOptions options{.positions = true, .fieldOfView = {}, .height = 1};
   EXPECT_EQ(
-      std::get<PointLight>(read("a.lp", "1\nlit.1.png 0 0 1e6\n", options).capture.lights[0].kind).intensity,
-      (Rgb{kMostStrength, kMostStrength, kMostStrength}));
-  EXPECT_NE(errorOf([&] { read("a.lp", "1\nlit.1.png 0 0 1.1e6\n", options); }).find("within 1e6"),
+      std::get<capture::PointLight>(read("a.lp", "1\nlit.1.png 0 0 1e6\n", options).capture.lights[0].kind)
+          .intensity,
+      (Rgb{capture::kMostStrength, capture::kMostStrength, capture::kMostStrength}));
+  EXPECT_NE(image::errorOf([&] { read("a.lp", "1\nlit.1.png 0 0 1.1e6\n", options); }).find("within 1e6"),
             std::string::npos);
 }
 
 TEST_F(LitView, StrengthsBesideTheLightFileAreTaken) {
   writePictures(2);
-  writeBytes(folder / "light_intensities.txt", "1 2 3\n0.5 0.25 4\n");
+  image::writeBytes(folder / "light_intensities.txt", "1 2 3\n0.5 0.25 4\n");
   const Source source = read("lights.txt", "0 0 1\n0 0.6 0.8\n");
   EXPECT_FALSE(source.strengthsUnknown);
-  EXPECT_EQ(std::get<DirectionalLight>(source.capture.lights[1].kind).irradiance, (Rgb{0.5f, 0.25f, 4}));
-  writeBytes(folder / "light_intensities.txt", "1 2 3\n");
-  EXPECT_NE(errorOf([&] { read("lights.txt", "0 0 1\n0 0.6 0.8\n"); }).find("light_intensities.txt: found 1"),
+  EXPECT_EQ(std::get<capture::DirectionalLight>(source.capture.lights[1].kind).irradiance,
+            (Rgb{0.5f, 0.25f, 4}));
+  image::writeBytes(folder / "light_intensities.txt", "1 2 3\n");
+  EXPECT_NE(image::errorOf([&] {
+              read("lights.txt", "0 0 1\n0 0.6 0.8\n");
+            }).find("light_intensities.txt: found 1"),
             std::string::npos);
-  writeBytes(folder / "light_intensities.txt", "1 2 3\n1 0 1\n");
-  EXPECT_NE(errorOf([&] { read("lights.txt", "0 0 1\n0 0.6 0.8\n"); }).find("line 2: "), std::string::npos);
+  image::writeBytes(folder / "light_intensities.txt", "1 2 3\n1 0 1\n");
+  EXPECT_NE(image::errorOf([&] { read("lights.txt", "0 0 1\n0 0.6 0.8\n"); }).find("line 2: "),
+            std::string::npos);
 }
 
 TEST_F(LitView, OneMaskIsTheMaskOfAllAndTwoAreRefused) {
   writePictures(2);
   writePicture(folder / "lit.mask.png");
   const Source source = read("lights.txt", "0 0 1\n0 0.6 0.8\n");
-  for (const Frame& frame : source.capture.frames) EXPECT_EQ(frame.mask.filename(), "lit.mask.png");
+  for (const capture::Frame& frame : source.capture.frames) EXPECT_EQ(frame.mask.filename(), "lit.mask.png");
   writePicture(folder / "mask.png");
-  EXPECT_NE(errorOf([&] { read("lights.txt", "0 0 1\n0 0.6 0.8\n"); }).find("two masks"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { read("lights.txt", "0 0 1\n0 0.6 0.8\n"); }).find("two masks"),
+            std::string::npos);
 }
 
 TEST_F(LitView, DirectionsOfAnyLengthAreBroughtToOne) {
   writePictures(2);
   const Source source = read("lights.txt", "0 0 7\n0 3 4\n");
-  EXPECT_EQ(std::get<DirectionalLight>(source.capture.lights[1].kind).towards, Towards(0, 0.6, 0.8));
+  EXPECT_EQ(std::get<capture::DirectionalLight>(source.capture.lights[1].kind).towards, Towards(0, 0.6, 0.8));
   ASSERT_EQ(source.notes.size(), 1u);
   EXPECT_NE(source.notes[0].find("--positions"), std::string::npos);
 }
@@ -262,4 +271,4 @@ TEST(NaturalOrder, DigitsCompareAsNumbers) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

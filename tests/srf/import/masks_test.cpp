@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 // Photographs that a JSON file names, and what lies beside them.
@@ -22,24 +22,25 @@ protected:
   // White is one column.
   void writeMask(const std::string& name, int column = 8) const {
     std::filesystem::create_directories((folder / name).parent_path());
-    Image mask(16, 12, 1);
+    image::Image mask(16, 12, 1);
     for (int y = 3; y < 9; ++y) mask.at(column, y)[0] = 1;
-    writePng(folder / name, mask);
+    image::writePng(folder / name, mask);
   }
   // The masks of the frames in the output, one after the other.
   std::string import(const ImportOptions& options = {}) {
-    writeBytes(folder / "transforms.json", json.dump());
+    image::writeBytes(folder / "transforms.json", json.dump());
     std::filesystem::remove_all(folder / "out");
     notes = importCapture(folder.path(), folder / "out", options).notes;
     std::string masks;
-    for (const Frame& frame : readCapture(folder / "out").frames) masks += frame.mask.string() + " ";
+    for (const capture::Frame& frame : capture::readCapture(folder / "out").frames)
+      masks += frame.mask.string() + " ";
     return masks;
   }
   bool noted(const std::string& part) const {
     return std::ranges::any_of(notes, [&](const std::string& note) { return note.find(part) != note.npos; });
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   nlohmann::json json{{"fl_x", 20}};
   std::vector<std::string> notes;
 };
@@ -107,14 +108,14 @@ TEST_F(MasksByName, AreInvertedOnlyWhenAsked) {
   add("images/a.png");
   writeMask("masks/a.png");
   import();
-  EXPECT_EQ(readPng(folder / "out/masks/a.png").image.at(8, 5)[0], 1);
+  EXPECT_EQ(image::readPng(folder / "out/masks/a.png").image.at(8, 5)[0], 1);
   ImportOptions options;
   options.invertMasks = true;
   import(options);
-  EXPECT_EQ(readPng(folder / "out/masks/a.png").image.at(8, 5)[0], 0);
-  EXPECT_EQ(readPng(folder / "out/masks/a.png").image.at(0, 0)[0], 1);
+  EXPECT_EQ(image::readPng(folder / "out/masks/a.png").image.at(8, 5)[0], 0);
+  EXPECT_EQ(image::readPng(folder / "out/masks/a.png").image.at(0, 0)[0], 1);
   std::filesystem::remove(folder / "masks/a.png");
-  EXPECT_NE(errorOf([&] { import(options); }).find("--invert-masks: the source has no masks"),
+  EXPECT_NE(image::errorOf([&] { import(options); }).find("--invert-masks: the source has no masks"),
             std::string::npos);
 }
 
@@ -122,11 +123,11 @@ TEST_F(MasksByName, PicturesThatNoFrameNamesAreTold) {
   add("images/a.png");
   for (const char* other : {"images/b.png", "images/a_normal.png", "images/.hidden.png"})
     writePicture(folder / other);
-  writeBytes(folder / "images/c.JPE", "told by its name alone");
+  image::writeBytes(folder / "images/c.JPE", "told by its name alone");
   import();
   EXPECT_TRUE(noted("pictures beside the photographs that are not used: 3 (images/a_normal.png, "
                     "images/b.png, images/c.JPE)"));
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

@@ -4,7 +4,7 @@
 #include "tests/srf/import/vision_camera.h"
 #include "tests/support/foreign_formats.h"
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 class Middlebury : public testing::Test {
@@ -26,16 +26,16 @@ protected:
     return text;
   }
   Source read(const std::string& text) const {
-    writeBytes(folder / "ring_par.txt", text);
+    image::writeBytes(folder / "ring_par.txt", text);
     return readMiddlebury(folder / "ring_par.txt", false);
   }
   std::string error(const std::string& text) const {
-    const std::string found = errorOf([&] { read(text); });
+    const std::string found = image::errorOf([&] { read(text); });
     EXPECT_NE(found.find("ring_par.txt: "), std::string::npos) << found;
     return found;
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   VisionRig rig{2};
   std::vector<VisionCamera> cameras;
 };
@@ -53,11 +53,11 @@ TEST_F(Middlebury, TheImportedFolderKeepsThePixelsToo) {
   options.testEvery = 4;
   const ImportReport report = importCapture(folder.path(), folder / "out", options);
   EXPECT_EQ(report.format, ImportFormat::middlebury);
-  const Capture capture = readCapture(folder / "out");
+  const capture::Capture capture = capture::readCapture(folder / "out");
   for (int i = 0; i < 4; ++i)
     rig.expectSamePixels(viewNamed(capture, "ring" + std::to_string(i)).camera,
                          cameras[static_cast<size_t>(i)], 0.5);
-  EXPECT_EQ(capture.frames[3].split, Split::test);
+  EXPECT_EQ(capture.frames[3].split, capture::Split::test);
 }
 
 TEST_F(Middlebury, SkewAndOtherMatricesAreRefused) {
@@ -106,16 +106,16 @@ TEST_F(Middlebury, OnlyGoodSilhouettesBecomeMasksByThreshold) {
   ImportOptions options;
   options.maskThreshold = 0.05;
   EXPECT_EQ(importCapture(folder / "ring_par.txt", folder / "all", options).masks, 4u);
-  writeBytes(folder / "ring_good_silhouette_images.txt", "ring1.png\nring3.png\nring7.png\n");
+  image::writeBytes(folder / "ring_good_silhouette_images.txt", "ring1.png\nring3.png\nring7.png\n");
   const ImportReport report = importCapture(folder / "ring_par.txt", folder / "good", options);
   EXPECT_EQ(report.masks, 2u);
   EXPECT_TRUE(std::ranges::any_of(report.notes, [](const std::string& note) {
     return note.starts_with("2 of 4 views have masks by threshold");
   }));
-  for (const Frame& frame : readCapture(folder / "good").frames)
+  for (const capture::Frame& frame : capture::readCapture(folder / "good").frames)
     EXPECT_EQ(frame.mask.empty(), frame.picture == "images/ring0.png" || frame.picture == "images/ring2.png");
-  writeBytes(folder / "ring_good_silhouette_images.txt", "ring7.png\n");
-  EXPECT_NE(errorOf([&] {
+  image::writeBytes(folder / "ring_good_silhouette_images.txt", "ring7.png\n");
+  EXPECT_NE(image::errorOf([&] {
               importCapture(folder / "ring_par.txt", folder / "none", options);
             }).find("lists no good silhouette"),
             std::string::npos);
@@ -144,4 +144,4 @@ TEST_F(Middlebury, EveryTruncationIsRefusedOrOnlyCutsTheLastDigits) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

@@ -6,7 +6,7 @@
 #include <set>
 #include <sys/wait.h>
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 namespace fs = std::filesystem;
@@ -32,7 +32,7 @@ void leaveUnfinished(const fs::path& target) {
 }
 
 TEST(OutputFolder, AppearsWholeAndWithNothingElse) {
-  const TemporaryFolder parent;
+  const image::TemporaryFolder parent;
   OutputFolder folder(parent / "capture/");
   std::ofstream(folder.temporaryPath() / "a") << "b";
   EXPECT_FALSE(fs::exists(parent / "capture"));
@@ -42,7 +42,7 @@ TEST(OutputFolder, AppearsWholeAndWithNothingElse) {
 }
 
 TEST(OutputFolder, WithoutCommitNothingStays) {
-  const TemporaryFolder parent;
+  const image::TemporaryFolder parent;
   {
     const OutputFolder folder(parent / "capture");
     std::ofstream(folder.temporaryPath() / "a") << "b";
@@ -51,7 +51,7 @@ TEST(OutputFolder, WithoutCommitNothingStays) {
 }
 
 TEST(OutputFolder, WhatKilledProcessesLeftOfTheTargetIsRemoved) {
-  const TemporaryFolder parent;
+  const image::TemporaryFolder parent;
   leaveUnfinished(parent / "capture");
   leaveUnfinished(parent / "other");
   fs::create_directory(parent / "capture.tmp.AbC123"); // killed before it was marked
@@ -64,7 +64,7 @@ TEST(OutputFolder, WhatKilledProcessesLeftOfTheTargetIsRemoved) {
 }
 
 TEST(OutputFolder, WhatALivingProcessFillsStays) {
-  const TemporaryFolder parent;
+  const image::TemporaryFolder parent;
   const OutputFolder first(parent / "capture");
   std::ofstream(first.temporaryPath() / "a") << "b";
   OutputFolder second(parent / "capture");
@@ -74,7 +74,7 @@ TEST(OutputFolder, WhatALivingProcessFillsStays) {
 }
 
 TEST(OutputFolder, FoldersOfPeopleStayWhateverTheirName) {
-  const TemporaryFolder parent;
+  const image::TemporaryFolder parent;
   leaveUnfinished(parent / "elsewhere");
   const fs::path marked = parent / *namesIn(parent.path()).begin();
   for (const char* name : {"capture.tmp.backup", "capture.backup", "capture.tmp", "capture2.tmp.AbC123"}) {
@@ -91,4 +91,4 @@ TEST(OutputFolder, FoldersOfPeopleStayWhateverTheirName) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

@@ -2,7 +2,7 @@
 
 #include "tests/srf/image/files.h"
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 TEST(ImportText, LinesKeepTheirNumbersAndLoseTheirEnds) {
@@ -38,9 +38,10 @@ TEST(ImportText, NumbersComeBackToTheLastBit) {
 
 TEST(ImportText, WhatIsNoFiniteNumberIsRefused) {
   for (const char* word : {"", "x", "1x", "1,5", "nan", "inf", "-inf", "1e999", "0x10", "--1", "+-1", "1 "})
-    EXPECT_NE(errorOf([&] { numberOf(word); }).find("expected a number"), std::string::npos) << word;
+    EXPECT_NE(image::errorOf([&] { numberOf(word); }).find("expected a number"), std::string::npos) << word;
   for (const char* word : {"", "-1", "1.0", "4294967296", "1e3", "+1"})
-    EXPECT_NE(errorOf([&] { countOf(word); }).find("expected a whole number"), std::string::npos) << word;
+    EXPECT_NE(image::errorOf([&] { countOf(word); }).find("expected a whole number"), std::string::npos)
+        << word;
   EXPECT_EQ(countOf("4294967295"), 4294967295u);
 }
 
@@ -50,4 +51,4 @@ TEST(ImportText, WhatIsShownIsOneShortLine) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

@@ -9,7 +9,7 @@
 
 #include <numbers>
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 using Json = nlohmann::json;
@@ -27,12 +27,14 @@ protected:
     camera.fx = camera.fy = 8 / std::tan(0.35);
     return camera;
   }
-  void write(const std::string& name, const Json& json) const { writeBytes(folder / name, json.dump(1)); }
+  void write(const std::string& name, const Json& json) const {
+    image::writeBytes(folder / name, json.dump(1));
+  }
   Source read() const { return readTransforms(folder.path(), false); }
-  Capture imported(const ImportOptions& options = {}) const {
+  capture::Capture imported(const ImportOptions& options = {}) const {
     std::filesystem::remove_all(folder / "out");
     importCapture(folder.path(), folder / "out", options);
-    return readCapture(folder / "out");
+    return capture::readCapture(folder / "out");
   }
   // file by file, frames that look from random places.
   void writeSplits(std::initializer_list<std::pair<const char*, int>> files) {
@@ -46,18 +48,18 @@ protected:
     }
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   VisionRig rig{3};
   std::vector<VisionCamera> cameras; // in the order written
 };
 
 TEST_F(Transforms, NerfSyntheticKeepsItsPixelsAndSplits) {
   writeSplits({{"train", 3}, {"test", 2}, {"val", 2}});
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   ASSERT_EQ(capture.views.size(), 5u);
   for (size_t v = 0; v < 5; ++v) {
     rig.expectSamePixels(capture.views[v].camera, cameras[v]);
-    EXPECT_EQ(capture.frames[v].split, v < 3 ? Split::train : Split::test);
+    EXPECT_EQ(capture.frames[v].split, v < 3 ? capture::Split::train : capture::Split::test);
   }
   EXPECT_EQ(capture.views[4].identity, "test/r_1");
   EXPECT_EQ(capture.frames[4].picture, "images/test/r_1.png");
@@ -67,7 +69,7 @@ TEST_F(Transforms, WithoutTestPhotographsValidationIsTheTest) {
   writeSplits({{"train", 2}, {"valid", 1}});
   const Source source = read();
   ASSERT_EQ(source.capture.frames.size(), 3u);
-  EXPECT_EQ(source.capture.frames[2].split, Split::test);
+  EXPECT_EQ(source.capture.frames[2].split, capture::Split::test);
   ASSERT_EQ(source.notes.size(), 1u);
   EXPECT_EQ(source.notes[0], "1 validation photographs are the test");
 }
@@ -96,8 +98,8 @@ TEST_F(Transforms, ListsOfNerfstudioAreSplits) {
   write("transforms.json", json);
   const Source source = read();
   ASSERT_EQ(source.capture.frames.size(), 3u);
-  EXPECT_EQ(source.capture.frames[0].split, Split::train);
-  EXPECT_EQ(source.capture.frames[1].split, Split::test);
+  EXPECT_EQ(source.capture.frames[0].split, capture::Split::train);
+  EXPECT_EQ(source.capture.frames[1].split, capture::Split::test);
   EXPECT_EQ(source.capture.frames[1].picture.filename(), "f2.png");
   EXPECT_EQ(source.capture.frames[2].picture.filename(), "f3.png");
   EXPECT_EQ(source.capture.views.size(), 3u);
@@ -123,7 +125,7 @@ TEST_F(Transforms, NotesOfTheReaderComeThroughOnceAFileWhereTheyDiffer) {
             (std::vector<std::string>{foo, "transforms_test.json: 2 keys are not known and passed over: "
                                            "\"bar\" (in 1 frame), \"foo\""}));
   change("transforms_test.json", "is_fisheye");
-  EXPECT_TRUE(errorOf([&] { read(); })
+  EXPECT_TRUE(image::errorOf([&] { read(); })
                   .starts_with((folder / "transforms_test.json").string() +
                                ": frames[0].is_fisheye: found 2, expected "));
 }
@@ -136,8 +138,9 @@ TEST_F(Transforms, FilesOfDifferentTimesAreRefused) {
     for (Json& frame : json["frames"]) frame["time"] = time;
     write(file, json);
   }
-  EXPECT_NE(errorOf([&] { read(); }).find("transforms_test.json: time: differs from that of another file"),
-            std::string::npos);
+  EXPECT_NE(
+      image::errorOf([&] { read(); }).find("transforms_test.json: time: differs from that of another file"),
+      std::string::npos);
 }
 
 TEST_F(Transforms, OnePoseTwiceIsTwoViewsAgainWhenRead) {
@@ -147,7 +150,7 @@ TEST_F(Transforms, OnePoseTwiceIsTwoViewsAgainWhenRead) {
     json["frames"].push_back(frame(name, std::string(name) == "other" ? blenderCamera() : camera));
   write("transforms.json", json);
   ASSERT_EQ(read().notes.size(), 1u);
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   ASSERT_EQ(capture.views.size(), 3u);
   EXPECT_EQ(capture.views[2].identity, "last");
   EXPECT_EQ(capture.frames[2].view, 2u);
@@ -161,7 +164,7 @@ TEST_F(Transforms, ListsThatNameNoFrameAreRefused) {
     Json listed = json;
     listed.update(lists);
     write("transforms.json", listed);
-    return errorOf([&] { importCapture(folder.path(), folder / "out", {}); });
+    return image::errorOf([&] { importCapture(folder.path(), folder / "out", {}); });
   };
   const std::string file = (folder / "transforms.json").string();
   EXPECT_EQ(problem({{"train_filenames", {"images/a.png"}}}),
@@ -189,14 +192,14 @@ TEST_F(Transforms, PointLightsOfRelightingSetsAreKnownAgainInTheTest) {
     }
     write(file, json);
   }
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   ASSERT_EQ(capture.lights.size(), 3u);
   ASSERT_EQ(capture.frames.size(), 4u);
   EXPECT_EQ(*capture.frames[2].light, *capture.frames[0].light);
-  EXPECT_EQ(std::get<PointLight>(capture.lights[*capture.frames[1].light].kind),
-            (PointLight{{1, 2, 3}, {4, 5, 6}}));
-  EXPECT_EQ(std::get<PointLight>(capture.lights[*capture.frames[3].light].kind),
-            (PointLight{{9, 9, 9}, {4, 5, 6}}));
+  EXPECT_EQ(std::get<capture::PointLight>(capture.lights[*capture.frames[1].light].kind),
+            (capture::PointLight{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(std::get<capture::PointLight>(capture.lights[*capture.frames[3].light].kind),
+            (capture::PointLight{{9, 9, 9}, {4, 5, 6}}));
   EXPECT_EQ(std::set<std::string>(
                 {capture.lights[0].identity, capture.lights[1].identity, capture.lights[2].identity})
                 .size(),
@@ -236,14 +239,14 @@ TEST_F(Transforms, ASplitThatNobodyHasIsRefused) {
   for (const char* wrong : {"banana", "Train", ""}) {
     json["frames"][1]["split"] = wrong;
     write("transforms.json", json);
-    EXPECT_EQ(errorOf([&] { read(); }), (folder / "transforms.json").string() +
-                                            ": frames[1].split: found \"" + wrong +
-                                            "\", expected train, val or test");
+    EXPECT_EQ(image::errorOf([&] { read(); }), (folder / "transforms.json").string() +
+                                                   ": frames[1].split: found \"" + wrong +
+                                                   "\", expected train, val or test");
   }
   for (const char* known : {"test", "val", "valid", "validation"}) {
     json["frames"][1]["split"] = known;
     write("transforms.json", json);
-    EXPECT_EQ(read().capture.frames[1].split, Split::test);
+    EXPECT_EQ(read().capture.frames[1].split, capture::Split::test);
   }
 }
 
@@ -258,7 +261,7 @@ TEST_F(Transforms, SpellingsOfRelightingSetsAreUnderstood) {
   json["frames"][1]["file_path"] = "nowhere";
   json["frames"][1]["img_path"] = "b.png";
   write("transforms.json", json);
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   rig.expectSamePixels(viewNamed(capture, "a").camera, camera);
   rig.expectSamePixels(viewNamed(capture, "b").camera, own);
 }
@@ -267,7 +270,7 @@ TEST_F(Transforms, ACaptureOfOurOwnComesThroughWhole) {
   Json json{
       {"fl_x", 20.5}, {"color_space", "linear"}, {"geometry", "parts/mesh.ply"}, {"frames", Json::array()}};
   std::filesystem::create_directories(folder / "parts");
-  writeBytes(folder / "parts/mesh.ply", "ply");
+  image::writeBytes(folder / "parts/mesh.ply", "ply");
   json["lights"] = {
       {{"name", "L"}, {"type", "directional"}, {"direction", {0, 0, 1}}, {"irradiance", {1, 2, 3}}}};
   json["frames"].push_back(frame("a", rig.camera(false)));
@@ -275,14 +278,14 @@ TEST_F(Transforms, ACaptureOfOurOwnComesThroughWhole) {
   json["frames"].push_back(json["frames"][0]);
   json["frames"][1]["split"] = "test";
   write("transforms.json", json);
-  const Capture before = readCapture(folder.path()), after = imported();
+  const capture::Capture before = capture::readCapture(folder.path()), after = imported();
   EXPECT_EQ(after.colorSpace, before.colorSpace);
   EXPECT_EQ(after.lights, before.lights);
   EXPECT_EQ(after.geometry, "geometry/parts/mesh.ply");
   ASSERT_EQ(after.frames.size(), 2u);
   EXPECT_EQ(after.frames[0].exposure, 2);
   EXPECT_EQ(after.frames[0].mask, "masks/a.png");
-  EXPECT_EQ(after.frames[1].split, Split::test);
+  EXPECT_EQ(after.frames[1].split, capture::Split::test);
   EXPECT_EQ(after.views.size(), 1u);
   for (const auto& [from, to] :
        {std::pair(folder / "a.png", folder / "out/images/a.png"),
@@ -300,7 +303,7 @@ TEST_F(Transforms, ExposureBracketsComeAlong) {
   json["frames"][0].update({{"camera", "C"}, {"exposure", 0.25}});
   json["frames"][1].update({{"camera", "C"}, {"exposure", 4}});
   write("transforms.json", json);
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   ASSERT_EQ(capture.frames.size(), 1u);
   ASSERT_EQ(capture.frames[0].further.size(), 1u);
   EXPECT_EQ(capture.frames[0].picture, "images/short.png");
@@ -314,7 +317,7 @@ TEST_F(Transforms, PicturesOfOneViewHaveOneSize) {
   json["frames"][0]["mask_path"] = "mask.png";
   write("transforms.json", json);
   writePicture(folder / "mask.png", 16, 11);
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               importCapture(folder.path(), folder / "out", {});
             }).find("mask.png: size: found 16 x 11, expected 16 x 12"),
             std::string::npos);
@@ -329,12 +332,12 @@ TEST_F(Transforms, MasksOfTheSourceNeedNotBeRightWhereOthersAreMade) {
   options.maskThreshold = 0.5;
   writePicture(folder / "masks/a.png", 16, 11);
   for (const bool readable : {true, false}) {
-    if (!readable) writeBytes(folder / "masks/a.png", "no picture");
+    if (!readable) image::writeBytes(folder / "masks/a.png", "no picture");
     std::filesystem::remove_all(folder / "out");
     const std::vector<std::string> notes = importCapture(folder.path(), folder / "out", options).notes;
     EXPECT_EQ(notes.at(0), "1 mask of the source is not used: --mask-threshold makes others");
-    const std::filesystem::path mask = readCapture(folder / "out").frames[0].mask;
-    EXPECT_EQ(readPictureSize(folder / "out" / mask), (PictureSize{16, 12}));
+    const std::filesystem::path mask = capture::readCapture(folder / "out").frames[0].mask;
+    EXPECT_EQ(image::readPictureSize(folder / "out" / mask), (image::PictureSize{16, 12}));
   }
 }
 
@@ -345,18 +348,18 @@ TEST_F(Transforms, PathsOutOfTheFolderNeedPermission) {
   json["frames"].push_back(frame("a", rig.camera(false)));
   for (const std::string& path : {std::string("../a"), (folder / "a.png").string()}) {
     json["frames"][0]["file_path"] = path;
-    writeBytes(inner / "transforms.json", json.dump());
-    EXPECT_NE(errorOf([&] { readTransforms(inner, false); }).find("a path inside"), std::string::npos);
+    image::writeBytes(inner / "transforms.json", json.dump());
+    EXPECT_NE(image::errorOf([&] { readTransforms(inner, false); }).find("a path inside"), std::string::npos);
     std::filesystem::remove_all(folder / "out");
     ImportOptions options;
     options.allowOutside = true;
     importCapture(inner, folder / "out", options);
-    EXPECT_EQ(readCapture(folder / "out").frames[0].picture, "images/a.png");
+    EXPECT_EQ(capture::readCapture(folder / "out").frames[0].picture, "images/a.png");
   }
   json["frames"][0]["file_path"] = "link.png";
-  writeBytes(inner / "transforms.json", json.dump());
+  image::writeBytes(inner / "transforms.json", json.dump());
   std::filesystem::create_symlink(folder / "a.png", inner / "link.png");
-  EXPECT_NE(errorOf([&] { readTransforms(inner, false); }).find("--allow-outside"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { readTransforms(inner, false); }).find("--allow-outside"), std::string::npos);
 }
 
 TEST_F(Transforms, FilesThatDisagreeAreRefused) {
@@ -365,16 +368,18 @@ TEST_F(Transforms, FilesThatDisagreeAreRefused) {
   Json test = Json::parse(std::ifstream(folder / "transforms_test.json"));
   test["frames"][0]["pl_pos"] = {1, 2, 3};
   write("transforms_test.json", test);
-  EXPECT_NE(errorOf([&] { read(); }).find("transforms_test.json: frames[0].light: one file has lights"),
-            std::string::npos);
+  EXPECT_NE(
+      image::errorOf([&] { read(); }).find("transforms_test.json: frames[0].light: one file has lights"),
+      std::string::npos);
   test["frames"][0].erase("pl_pos");
   test["color_space"] = "linear";
   write("transforms_test.json", test);
-  EXPECT_EQ(read().capture.colorSpace, ColorSpace::linear);
+  EXPECT_EQ(read().capture.colorSpace, capture::ColorSpace::linear);
   Json other = train;
   other["color_space"] = "srgb";
   write("transforms_train.json", other);
-  EXPECT_NE(errorOf([&] { read(); }).find("transforms_test.json: color_space: differs"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { read(); }).find("transforms_test.json: color_space: differs"),
+            std::string::npos);
 }
 
 TEST_F(Transforms, ComplaintsOfTheReaderComeThrough) {
@@ -382,18 +387,18 @@ TEST_F(Transforms, ComplaintsOfTheReaderComeThrough) {
   json["frames"].push_back(frame("a", rig.camera(false)));
   const std::string text = json.dump();
   for (size_t length = 0; length < text.size(); ++length) {
-    writeBytes(folder / "transforms.json", text.substr(0, length));
-    EXPECT_NE(errorOf([&] { read(); }).find("transforms.json: malformed JSON"), std::string::npos);
+    image::writeBytes(folder / "transforms.json", text.substr(0, length));
+    EXPECT_NE(image::errorOf([&] { read(); }).find("transforms.json: malformed JSON"), std::string::npos);
   }
   for (const char* wrong :
        {"[]", "3", "{}", "{\"frames\": 3}", "{\"frames\": []}", "{\"frames\": [3]}", "{\"frames\": [{}]}",
         "{\"frames\": [{\"split\": 3, \"file_path\": \"a.png\"}]}"}) {
-    writeBytes(folder / "transforms.json", wrong);
-    EXPECT_NE(errorOf([&] { read(); }).find("transforms.json: "), std::string::npos) << wrong;
+    image::writeBytes(folder / "transforms.json", wrong);
+    EXPECT_NE(image::errorOf([&] { read(); }).find("transforms.json: "), std::string::npos) << wrong;
   }
-  writeBytes(folder / "transforms.json", std::string(100000, '['));
-  EXPECT_NE(errorOf([&] { read(); }).find("nested too deeply"), std::string::npos);
+  image::writeBytes(folder / "transforms.json", std::string(100000, '['));
+  EXPECT_NE(image::errorOf([&] { read(); }).find("nested too deeply"), std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

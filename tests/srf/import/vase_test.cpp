@@ -4,15 +4,15 @@
 #include "tests/srf/import/vision_camera.h"
 #include "tests/support/foreign_captures.h"
 
-namespace surflect {
+namespace surflect::importers {
 namespace {
 
 const std::filesystem::path examples = std::filesystem::path(__FILE__).parent_path() / "../../../examples";
 
 class Vase : public testing::Test {
 protected:
-  static const Capture& original() {
-    static const Capture capture = readCapture(examples / "vase");
+  static const capture::Capture& original() {
+    static const capture::Capture capture = capture::readCapture(examples / "vase");
     return capture;
   }
   static const TriangleMesh& mesh() {
@@ -24,16 +24,16 @@ protected:
     return photographed;
   }
 
-  Capture imported(const ImportOptions& options = {}) const {
+  capture::Capture imported(const ImportOptions& options = {}) const {
     importCapture(folder / "in", folder / "out", options);
-    return readCapture(folder / "out");
+    return capture::readCapture(folder / "out");
   }
 
-  static void expectTheSamePixels(const Capture& capture) {
+  static void expectTheSamePixels(const capture::Capture& capture) {
     ASSERT_EQ(capture.views.size(), views().size());
     for (const ForeignView& view : views()) {
-      const Camera<AcquisitionSpace>& wanted = viewNamed(original(), view.name).camera;
-      const auto found = std::ranges::find_if(capture.views, [&](const View& other) {
+      const capture::Camera<AcquisitionSpace>& wanted = viewNamed(original(), view.name).camera;
+      const auto found = std::ranges::find_if(capture.views, [&](const capture::View& other) {
         return std::filesystem::path(other.identity).stem() == view.name;
       });
       ASSERT_NE(found, capture.views.end()) << view.name;
@@ -47,44 +47,45 @@ protected:
       EXPECT_LT(largest, 1e-6) << view.name;
     }
   }
-  static std::string findingsIn(const Capture& capture) {
+  static std::string findingsIn(const capture::Capture& capture) {
     std::string texts;
-    for (const Finding& finding : checkCapture(capture, mesh(), {}, {})) texts += finding.text + "\n";
+    for (const validation::Finding& finding : validation::checkCapture(capture, mesh(), {}, {}))
+      texts += finding.text + "\n";
     return texts;
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
 };
 
 TEST_F(Vase, ComesThroughColmapsText) {
   writeColmap(views(), folder / "in", false);
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   expectTheSamePixels(capture);
   EXPECT_EQ(findingsIn(capture), "");
 }
 
 TEST_F(Vase, ComesThroughColmapsBinaries) {
   writeColmap(views(), folder / "in", true);
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   expectTheSamePixels(capture);
   EXPECT_EQ(findingsIn(capture), "");
 }
 
 TEST_F(Vase, ComesThroughNerfstudio) {
   writeNerfstudio(views(), folder / "in");
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   expectTheSamePixels(capture);
   EXPECT_EQ(findingsIn(capture), "");
 }
 
 TEST_F(Vase, ComesThroughRelightingSetsWithItsLamps) {
   writeRelighting(views(), folder / "in");
-  const Capture capture = imported();
+  const capture::Capture capture = imported();
   expectTheSamePixels(capture);
   EXPECT_EQ(findingsIn(capture), "");
   ASSERT_EQ(capture.frames.size(), views().size());
   for (size_t i = 0; i < views().size(); ++i) {
-    const auto& lamp = std::get<PointLight>(capture.lights[*capture.frames[i].light].kind);
+    const auto& lamp = std::get<capture::PointLight>(capture.lights[*capture.frames[i].light].kind);
     EXPECT_EQ(lamp.position.raw(), views()[i].lamp);
   }
 }
@@ -93,7 +94,7 @@ TEST_F(Vase, ComesThroughMiddleburyWithMasksByThreshold) {
   writeMiddlebury(views(), folder / "in");
   ImportOptions options;
   options.maskThreshold = 0.003;
-  const Capture capture = imported(options);
+  const capture::Capture capture = imported(options);
   expectTheSamePixels(capture);
   EXPECT_EQ(findingsIn(capture), "");
 }
@@ -109,4 +110,4 @@ TEST_F(Vase, MirroredLampsAreFound) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::importers

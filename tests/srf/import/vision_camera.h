@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-namespace surflect {
+namespace surflect::importers {
 
 class VisionRig {
 public:
@@ -36,7 +36,8 @@ public:
   }
 
   // That both put random points within a unit cube onto the same pixels, those of `wanted` moved by `shift`.
-  void expectSamePixels(const Camera<AcquisitionSpace>& found, const VisionCamera& wanted, double shift = 0) {
+  void expectSamePixels(const capture::Camera<AcquisitionSpace>& found, const VisionCamera& wanted,
+                        double shift = 0) {
     EXPECT_EQ(found.lens.width, wanted.width);
     EXPECT_EQ(found.lens.height, wanted.height);
     for (int i = 0; i < 20; ++i) {
@@ -56,14 +57,14 @@ private:
 inline void writePicture(const std::filesystem::path& path, int width = 16, int height = 12,
                          unsigned seed = 1) {
   std::filesystem::create_directories(path.parent_path());
-  writePng(path, randomImage(width, height, 3, 0, 1, seed));
+  image::writePng(path, image::randomImage(width, height, 3, 0, 1, seed));
 }
 
 // The view of a name; a failure if there is none.
-inline const View& viewNamed(const Capture& capture, const std::string& name) {
-  for (const View& view : capture.views)
+inline const capture::View& viewNamed(const capture::Capture& capture, const std::string& name) {
+  for (const capture::View& view : capture.views)
     if (view.identity == name) return view;
   throw Error("no view " + name);
 }
 
-} // namespace surflect
+} // namespace surflect::importers

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using Direction = Direction3<AcquisitionSpace>;
@@ -61,7 +61,7 @@ float glossy(const Vec3<float>& normal, const Vec3<float>& light) {
 
 TEST(LightBlendSelection, AMatteSurfaceIsForeshortened) {
   const auto [blend, leftOutDb] = choiceFor(matte, 20);
-  EXPECT_EQ(blend, (LightBlend{3, LightFit::mean, true}));
+  EXPECT_EQ(blend, (ulr::LightBlend{3, ulr::LightFit::mean, true}));
   EXPECT_GT(*leftOutDb, 60); // exact but for the residual
 }
 
@@ -69,19 +69,19 @@ TEST(LightBlendSelection, AMatteSurfaceOfWrongNormalsIsBlendedByAPlane) {
   const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
   const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside);
   EXPECT_FALSE(blend.foreshortened);
-  EXPECT_EQ(blend.fit, LightFit::plane);
+  EXPECT_EQ(blend.fit, ulr::LightFit::plane);
   // Radiance is linear in the direction. Of a distance s / 2 to the mean, at a spacing s = 0.45 radians of
   // lights left out, the ridge leaves 0.1 / (1/2 + 0.1).
   EXPECT_GT(*leftOutDb, -20 * std::log10(0.45 / 2 / 6));
 }
 
 TEST(LightBlendSelection, HighlightsAreBlendedByAFewLightsMean) {
-  EXPECT_EQ(choiceFor(glossy, 20).blend, (LightBlend{3, LightFit::mean}));
+  EXPECT_EQ(choiceFor(glossy, 20).blend, (ulr::LightBlend{3, ulr::LightFit::mean}));
 }
 
 TEST(LightBlendSelection, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
   const auto [blend, leftOutDb] = choiceFor([](const auto&, const auto&) { return 0.5f; }, 20);
-  EXPECT_EQ(blend, (LightBlend{3, LightFit::mean}));
+  EXPECT_EQ(blend, (ulr::LightBlend{3, ulr::LightFit::mean}));
   EXPECT_GT(*leftOutDb, 100);
 }
 
@@ -89,7 +89,7 @@ TEST(LightBlendSelection, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
 TEST(LightBlendSelection, NormalsThatPhotographsTellForeshortenAPlane) {
   const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
   const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside, NormalsFrom::photographs);
-  EXPECT_EQ(blend, (LightBlend{4, LightFit::plane, true}));
+  EXPECT_EQ(blend, (ulr::LightBlend{4, ulr::LightFit::plane, true}));
   EXPECT_GT(*leftOutDb, 60);
 }
 
@@ -114,7 +114,7 @@ TEST(LightBlendSelection, NormalsAreNotToldByTheLightLeftOut) {
     }
     std::vector<Rgb> shares;
     for (const Rgb& value : radiance) shares.push_back(std::numbers::pi_v<float> * value);
-    samples.add(radiance, asNormal(fitLambert(directions, shares).normal.cast<float>()));
+    samples.add(radiance, asNormal(relief::fitLambert(directions, shares).normal.cast<float>()));
   }
   const auto told = samples.choose(1, NormalsFrom::photographs),
              given = samples.choose(1, NormalsFrom::shape);
@@ -125,7 +125,7 @@ TEST(LightBlendSelection, NormalsAreNotToldByTheLightLeftOut) {
 
 TEST(LightBlendSelection, WhereNothingTellsNormalsNothingIsForeshortened) {
   const auto same = [](const Vec3<float>& n) { return n; };
-  EXPECT_EQ(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.fit, LightFit::plane);
+  EXPECT_EQ(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.fit, ulr::LightFit::plane);
   EXPECT_FALSE(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.foreshortened);
 }
 
@@ -151,7 +151,7 @@ TEST(LightBlendSelection, LightsFarApartAreNotForeshortened) {
 }
 
 TEST(LightBlendSelection, TooFewLightsTellNothing) {
-  EXPECT_EQ(choiceFor(matte, 4).blend, LightBlend());
+  EXPECT_EQ(choiceFor(matte, 4).blend, ulr::LightBlend());
   EXPECT_FALSE(choiceFor(matte, 4).leftOutDb);
   EXPECT_TRUE(choiceFor(matte, 5).leftOutDb);
   EXPECT_LE(choiceFor(matte, 5).blend.lights, 3u);
@@ -193,14 +193,15 @@ TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
         values.push_back(radiance[i]);
       }
     double got = 0;
-    const BlendSet weights =
-        blendOfLights(others, towards[out], blend, LightCoverage(covering), LightExtrapolation::clamp);
+    const ulr::BlendSet weights = ulr::blendOfLights(
+        others, towards[out], blend, ulr::LightCoverage(covering), ulr::LightExtrapolation::clamp);
     for (const auto& [light, weight] : weights) got += weight * values[light];
     if (blend.foreshortened) {
       const auto normal = asNormal({0.6f, 0, 0.8f});
       std::vector<float> cosines;
-      for (const auto& other : others) cosines.push_back(foreshortenedCosine(normal, other));
-      got *= foreshortening(foreshortenedCosine(normal, towards[out]), blendedCosine(weights, cosines));
+      for (const auto& other : others) cosines.push_back(ulr::foreshortenedCosine(normal, other));
+      got *= ulr::foreshortening(ulr::foreshortenedCosine(normal, towards[out]),
+                                 ulr::blendedCosine(weights, cosines));
     }
     const auto shown = [](double x) {
       x = std::clamp(x, 0.0, 1.0);
@@ -212,4 +213,4 @@ TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

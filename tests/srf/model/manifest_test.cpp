@@ -2,7 +2,7 @@
 
 #include "tests/srf/image/files.h"
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 const std::string sum(16, 'a');
@@ -10,7 +10,7 @@ const std::string sum(16, 'a');
 Manifest example() {
   return {.white = 0.7,
           .tolerance = 0.03,
-          .lightBlend = {5, LightFit::plane, true},
+          .lightBlend = {5, ulr::LightFit::plane, true},
           .surfels = 1000,
           .views = 2,
           .lights = 3,
@@ -26,7 +26,7 @@ TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
   const Manifest manifest = parse(manifestText(example()));
   EXPECT_EQ(manifest.white, 0.7);
   EXPECT_EQ(manifest.tolerance, 0.03);
-  EXPECT_EQ(manifest.lightBlend, (LightBlend{5, LightFit::plane, true}));
+  EXPECT_EQ(manifest.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane, true}));
   EXPECT_EQ(manifest.surfels, 1000u);
   EXPECT_EQ(manifest.views, 2u);
   EXPECT_EQ(manifest.lights, 3u);
@@ -47,22 +47,23 @@ TEST(Manifest, AnyFieldChangesTheIdentity) {
 TEST(Manifest, AChangedDigitIsToldByTheChecksum) {
   std::string text = manifestText(example());
   text.replace(text.find("1000"), 4, "1001");
-  EXPECT_NE(errorOf([&] { parse(text); }).find("m/manifest.json: checksum: found "), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { parse(text); }).find("m/manifest.json: checksum: found "),
+            std::string::npos);
 }
 
 TEST(Manifest, ALightBlendThatCannotBeIsRefused) {
-  for (const size_t lights : {size_t{0}, kMaxBlended + 1}) {
+  for (const size_t lights : {size_t{0}, ulr::kMaxBlended + 1}) {
     Manifest wrong = example();
     wrong.lightBlend.lights = lights;
-    EXPECT_NE(errorOf([&] { parse(manifestText(wrong)); }).find("light_blend.lights: found "),
+    EXPECT_NE(image::errorOf([&] { parse(manifestText(wrong)); }).find("light_blend.lights: found "),
               std::string::npos);
   }
   std::string text = manifestText(example());
   text.replace(text.find("\"plane\""), 7, "\"curve\"");
-  EXPECT_NE(errorOf([&] { parse(text); }).find("light_blend.fit: found \"curve\""), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { parse(text); }).find("light_blend.fit: found \"curve\""), std::string::npos);
   text = manifestText(example());
   text.replace(text.find("\"foreshortened\": true"), 21, "\"foreshortened\": null");
-  EXPECT_NE(errorOf([&] { parse(text); }).find("light_blend.foreshortened: found nothing"),
+  EXPECT_NE(image::errorOf([&] { parse(text); }).find("light_blend.foreshortened: found nothing"),
             std::string::npos);
 }
 
@@ -71,8 +72,8 @@ TEST(Manifest, WhatIsNoManifestIsRefusedInOneLine) {
   for (int i = 0; i < 1000000; ++i) deep += "[";
   for (const std::string& text : {std::string(), std::string("[]"), std::string("{}"), deep,
                                   std::string("{\"format\": \"surflect model\", \"version\": 99}")})
-    EXPECT_NE(errorOf([&] { parse(text); }).find("m/manifest.json"), std::string::npos);
+    EXPECT_NE(image::errorOf([&] { parse(text); }).find("m/manifest.json"), std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

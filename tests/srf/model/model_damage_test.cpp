@@ -9,7 +9,7 @@
 #include <atomic>
 #include <mutex>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using studio::PackedStudio;
@@ -26,7 +26,7 @@ Studio tinyStudio() {
 
 // What a reader of the model sees: every block, and every surfel from its front under two lights.
 struct Seen {
-  std::vector<CacheLines> blocks;
+  std::vector<codec::CacheLines> blocks;
   std::vector<Rgb> radiance;
   std::vector<float> radii;
 
@@ -36,9 +36,9 @@ struct Seen {
 Seen look(const std::filesystem::path& folder) {
   const Model model = openModel(folder);
   Seen seen;
-  for (const ViewFile& file : model.files)
+  for (const codec::ViewFile& file : model.files)
     for (uint32_t number = 0; number < file.blockCount(); ++number) {
-      Block block = file.read(number);
+      codec::Block block = file.read(number);
       seen.blocks.push_back(std::move(block.values));
     }
   QueryBatch batch;
@@ -52,8 +52,8 @@ Seen look(const std::filesystem::path& folder) {
       batch.irradiance.push_back({1, 1, 1});
     }
   }
-  BlockCache cache(model.files, 1 << 20);
-  ShadingStats stats;
+  codec::BlockCache cache(model.files, 1 << 20);
+  codec::ShadingStats stats;
   seen.radiance = shade(model, batch, {}, cache, stats).radiance;
   seen.radii = model.cloud.radius;
   for (size_t i = 0; i < model.cloud.size(); ++i)
@@ -86,10 +86,10 @@ void tryAll(const PackedStudio& packed, const Seen& whole, const std::string& na
   constexpr size_t perTask = 512;
   const std::string content = readFile(packed.model.folder / name);
   tbb::parallel_for(size_t{0}, (cases + perTask - 1) / perTask, [&](size_t task) {
-    const TemporaryFolder copy;
+    const image::TemporaryFolder copy;
     std::filesystem::copy(packed.model.folder, copy / "m", std::filesystem::copy_options::recursive);
     for (size_t i = task * perTask; i < std::min(cases, (task + 1) * perTask); ++i) {
-      writeBytes(copy / ("m/" + name), damage(content, i));
+      image::writeBytes(copy / ("m/" + name), damage(content, i));
       const Outcome outcome = outcomeOf(copy / "m", whole);
       if (outcome == Outcome::refused) ++tally.refused;
       if (outcome == Outcome::harmless) ++tally.harmless;
@@ -144,16 +144,16 @@ TEST(ModelDamage, EveryFlippedBitIsRefusedOrHarmless) {
 
 // Its text has no checksum: a flipped digit is another capture. But whatever is read is read or refused.
 TEST(CaptureDamage, EveryFlippedBitIsACaptureOrAnError) {
-  const TemporaryFolder folder;
-  const Capture capture = photograph(tinyStudio(), folder / "capture");
+  const image::TemporaryFolder folder;
+  const capture::Capture capture = photograph(tinyStudio(), folder / "capture");
   const std::string content = readFile(capture.file);
   size_t refused = 0;
   for (size_t bit = 0; bit < 8 * content.size(); ++bit) {
     std::string damaged = content;
     damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ 1 << bit % 8);
     try {
-      const Capture read = parseCapture(damaged, capture.file);
-      for (const Frame& frame : read.frames) ASSERT_LT(frame.view, read.views.size());
+      const capture::Capture read = capture::parseCapture(damaged, capture.file);
+      for (const capture::Frame& frame : read.frames) ASSERT_LT(frame.view, read.views.size());
     } catch (const Error& error) {
       ++refused;
       ASSERT_EQ(std::string(error.what()).find('\n'), std::string::npos);
@@ -163,4 +163,4 @@ TEST(CaptureDamage, EveryFlippedBitIsACaptureOrAnError) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

@@ -3,7 +3,7 @@
 #include "surfel/base/file.h"
 #include "tests/support/synthetic_capture.h"
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using studio::PackedStudio;
@@ -14,7 +14,7 @@ constexpr size_t fewSurfels = 150;
 
 void readEverything(const std::filesystem::path& folder) {
   const Model model = openModel(folder);
-  for (const ViewFile& file : model.files)
+  for (const codec::ViewFile& file : model.files)
     for (uint32_t block = 0; block < file.blockCount(); ++block) file.read(block);
 }
 
@@ -34,12 +34,12 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   const PackedStudio packed(smallStudio, fewSurfels);
   std::mt19937 random(1);
   const SurfelCloud cloud = randomCloud(333, random);
-  VisibilityWeights fades{4, std::vector<uint8_t>(4 * cloud.size())};
+  ulr::VisibilityWeights fades{4, std::vector<uint8_t>(4 * cloud.size())};
   for (auto& fade : fades.values) fade = static_cast<uint8_t>(random());
   const auto copy = packed.folder / "copy";
   std::filesystem::create_directories(copy);
   std::filesystem::copy(packed.model.folder / "views", copy / "views");
-  writeModel(copy, {packed.model.rig, cloud, fades, 0.7, 0.02, {5, LightFit::plane}});
+  writeModel(copy, {packed.model.rig, cloud, fades, 0.7, 0.02, {5, ulr::LightFit::plane}});
 
   const Model model = openModel(copy);
   EXPECT_EQ(model.cloud.p0, cloud.p0);
@@ -53,14 +53,14 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   EXPECT_EQ(model.fades.views, fades.views);
   EXPECT_EQ(model.fades.values, fades.values);
   EXPECT_EQ(model.white, 0.7);
-  EXPECT_EQ(model.lightBlend, (LightBlend{5, LightFit::plane}));
+  EXPECT_EQ(model.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane}));
   EXPECT_EQ(model.tolerance, 0.02);
   EXPECT_NE(model.identity, packed.model.identity);
 }
 
 TEST(Model, TheRigIsThatOfTheCapture) {
   const PackedStudio packed(smallStudio, fewSurfels);
-  const Capture &rig = packed.model.rig, &capture = packed.capture;
+  const capture::Capture &rig = packed.model.rig, &capture = packed.capture;
   EXPECT_EQ(rig.lights, capture.lights);
   ASSERT_EQ(rig.views.size(), capture.views.size());
   for (size_t v = 0; v < rig.views.size(); ++v) {
@@ -77,7 +77,7 @@ TEST(Model, TheRigIsThatOfTheCapture) {
 TEST(Model, WithoutOneFrameTheProductIsNotFull) {
   Studio gap = smallStudio;
   gap.split = [](size_t view, size_t light) {
-    return view == 2 && light == 1 ? std::nullopt : std::optional(Split::train);
+    return view == 2 && light == 1 ? std::nullopt : std::optional(capture::Split::train);
   };
   const PackedStudio packed(gap, fewSurfels);
   EXPECT_FALSE(packed.model.isFullProduct);
@@ -93,8 +93,8 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
        {"manifest.json", "transforms.json", "surfels.ply", "fades.bin", "views/0001.srfb"}) {
     const std::string whole = readFile(folder / name);
     const auto isRefused = [&](const std::string& damaged) {
-      writeBytes(folder / name, damaged);
-      const std::string line = errorOf([&] { readEverything(folder); });
+      image::writeBytes(folder / name, damaged);
+      const std::string line = image::errorOf([&] { readEverything(folder); });
       EXPECT_NE(line.find(name), std::string::npos) << line;
     };
     const size_t end = whole.size() - 1; // of the manifest, whose last byte is a line feed and can go
@@ -106,9 +106,9 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
       isRefused(damaged);
     }
     std::filesystem::remove(folder / name);
-    const std::string line = errorOf([&] { readEverything(folder); });
+    const std::string line = image::errorOf([&] { readEverything(folder); });
     EXPECT_NE(line.find(name), std::string::npos) << line;
-    writeBytes(folder / name, whole);
+    image::writeBytes(folder / name, whole);
   }
   readEverything(folder);
 }
@@ -116,7 +116,7 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
 TEST(Model, AnUnfinishedFolderSaysSo) {
   const PackedStudio packed(smallStudio, fewSurfels);
   std::filesystem::remove(packed.model.folder / "manifest.json");
-  const std::string line = errorOf([&] { openModel(packed.model.folder); });
+  const std::string line = image::errorOf([&] { openModel(packed.model.folder); });
   EXPECT_NE(line.find("manifest.json: unfinished model: run the same pack again"), std::string::npos) << line;
 }
 
@@ -126,10 +126,10 @@ TEST(Model, AViewFileOfAnotherModelIsRefused) {
   other.lights = 2;
   const PackedStudio foreign(other, fewSurfels);
   const auto path = packed.model.folder / "views/0003.srfb";
-  writeBytes(path, readFile(foreign.model.folder / "views/0003.srfb"));
-  const std::string line = errorOf([&] { openModel(packed.model.folder); });
+  image::writeBytes(path, readFile(foreign.model.folder / "views/0003.srfb"));
+  const std::string line = image::errorOf([&] { openModel(packed.model.folder); });
   EXPECT_EQ(line.find(path.string() + ": checksum: found "), 0u) << line;
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

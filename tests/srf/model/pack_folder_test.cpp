@@ -3,23 +3,23 @@
 #include "srf/model/model.h"
 #include "tests/srf/image/files.h"
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 namespace fs = std::filesystem;
 
 // A view of 19 x 13 pixels under three lights.
-EncodedView encodedView(unsigned seed) {
-  ReflectanceStack stack{19, 13, {}, {}};
-  stack.alpha = randomImage(19, 13, 1, 0, 1, seed);
+codec::EncodedView encodedView(unsigned seed) {
+  codec::ReflectanceStack stack{19, 13, {}, {}};
+  stack.alpha = image::randomImage(19, 13, 1, 0, 1, seed);
   for (unsigned light = 1; light <= 3; ++light)
-    stack.lights.push_back(randomImage(19, 13, 3, 0, 1, seed + light));
-  return encodeView(stack, {});
+    stack.lights.push_back(image::randomImage(19, 13, 3, 0, 1, seed + light));
+  return codec::encodeView(stack, {});
 }
 
 class PackFolder : public testing::Test {
 protected:
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
 };
 
 TEST_F(PackFolder, WhatAnInterruptedRunMayHaveLeftIsTakenOver) {
@@ -28,23 +28,24 @@ TEST_F(PackFolder, WhatAnInterruptedRunMayHaveLeftIsTakenOver) {
   claimPackFolder(folder / "empty");
   claimPackFolder(folder / "new"); // there are folders in it now
   writeFileAtomically(folder / "new" / packIdentityPath(), "as it was made");
-  writeBytes(folder / "new" / "surfels.ply", "");
+  image::writeBytes(folder / "new" / "surfels.ply", "");
   claimPackFolder(folder / "new");
   EXPECT_EQ(readFile(folder / "new" / packIdentityPath()), "as it was made");
 }
 
 TEST_F(PackFolder, WhatIsNotItsOwnIsLeftAlone) {
-  writeBytes(folder / "transforms.json", "{}");
-  EXPECT_NE(errorOf([&] { claimPackFolder(folder.path()); }).find("is not a model"), std::string::npos);
-  EXPECT_EQ(contentOf(folder.path()).size(), 1u);
-  EXPECT_NE(errorOf([&] { claimPackFolder(folder / "transforms.json"); }).find("transforms.json"),
+  image::writeBytes(folder / "transforms.json", "{}");
+  EXPECT_NE(image::errorOf([&] { claimPackFolder(folder.path()); }).find("is not a model"),
+            std::string::npos);
+  EXPECT_EQ(image::contentOf(folder.path()).size(), 1u);
+  EXPECT_NE(image::errorOf([&] { claimPackFolder(folder / "transforms.json"); }).find("transforms.json"),
             std::string::npos);
 }
 
 TEST_F(PackFolder, AViewComesBackWithWhatItLost) {
   claimPackFolder(folder.path());
   for (size_t view = 0; view < 3; ++view) {
-    const EncodedView encoded = encodedView(static_cast<unsigned>(10 * view));
+    const codec::EncodedView encoded = encodedView(static_cast<unsigned>(10 * view));
     EXPECT_FALSE(finishedView(folder.path(), view));
     writeView(folder.path(), view, encoded);
     const auto found = finishedView(folder.path(), view);
@@ -63,16 +64,16 @@ TEST_F(PackFolder, AViewComesBackWithWhatItLost) {
 TEST_F(PackFolder, NoPartOfAViewIsFinished) {
   claimPackFolder(folder.path());
   writeView(folder.path(), 0, encodedView(1));
-  const auto whole = contentOf(folder.path());
+  const auto whole = image::contentOf(folder.path());
   ASSERT_EQ(whole.size(), 2u);
   for (const auto& [name, bytes] : whole) {
     for (size_t length = 0; length < bytes.size(); length += 1 + length / 8) {
-      writeBytes(folder / name, bytes.substr(0, length));
+      image::writeBytes(folder / name, bytes.substr(0, length));
       EXPECT_FALSE(finishedView(folder.path(), 0)) << name << ": " << length;
     }
     fs::remove(folder / name);
     EXPECT_FALSE(finishedView(folder.path(), 0)) << name;
-    writeBytes(folder / name, bytes);
+    image::writeBytes(folder / name, bytes);
   }
   EXPECT_TRUE(finishedView(folder.path(), 0));
 }
@@ -82,12 +83,12 @@ TEST_F(PackFolder, OnlyViewsAndTheSurveyAreRemoved) {
   writeView(folder.path(), 7, encodedView(1));
   for (const fs::path& path :
        {packIdentityPath(), surveyPath(), fs::path("views/notes"), fs::path("views/12.srfb")})
-    writeBytes(folder / path.string(), "x");
+    image::writeBytes(folder / path.string(), "x");
   removeViews(folder.path());
   std::vector<std::string> left;
-  for (const auto& [name, bytes] : contentOf(folder.path())) left.push_back(name);
+  for (const auto& [name, bytes] : image::contentOf(folder.path())) left.push_back(name);
   EXPECT_EQ(left, (std::vector<std::string>{"views/12.srfb", "views/identity", "views/notes"}));
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

@@ -7,15 +7,15 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 PackSurvey randomSurvey(std::mt19937& random) {
   std::uniform_real_distribution<double> exponent(-20, 20), db(5, 60);
   PackSurvey survey;
   survey.white = std::pow(10, exponent(random));
-  survey.lights.blend = {1 + random() % kMaxBlended, random() % 2 ? LightFit::plane : LightFit::mean,
-                         random() % 2 == 0};
+  survey.lights.blend = {1 + random() % ulr::kMaxBlended,
+                         random() % 2 ? ulr::LightFit::plane : ulr::LightFit::mean, random() % 2 == 0};
   if (random() % 3) survey.lights.leftOutDb = db(random);
   return survey;
 }
@@ -50,4 +50,4 @@ TEST(PackSurvey, AWhiteThatCannotBeIsNone) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

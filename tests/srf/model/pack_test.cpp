@@ -14,7 +14,7 @@
 #include <fstream>
 #include <map>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using studio::packOptions;
@@ -22,32 +22,33 @@ using studio::Studio;
 
 class Pack : public testing::Test {
 protected:
-  Capture photographed() { return photograph(studio, folder / "capture"); }
-  PackReport packed(const Capture& capture, const std::string& name = "model",
+  capture::Capture photographed() { return photograph(studio, folder / "capture"); }
+  PackReport packed(const capture::Capture& capture, const std::string& name = "model",
                     const PackOptions& options = packOptions(150)) {
     return pack(capture, folder / name, options, {}, nullptr);
   }
   std::map<std::string, std::string> content(const std::string& name = "model") {
-    return modelContentOf(folder / name);
+    return image::modelContentOf(folder / name);
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   Studio studio{.cameras = 5, .lights = 3, .size = 24};
 };
 
 TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   const PackReport report = packed(capture);
   const Model model = openModel(folder / "model");
 
   const TriangleMesh mesh = readMesh(folder / "capture/mesh.ply");
   const SurfelCloud cloud = sampleSurfels(mesh, spacingFor(mesh, 150));
-  std::vector<Camera<AcquisitionSpace>> cameras;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
   EXPECT_EQ(model.cloud.p0, cloud.p0);
   EXPECT_EQ(model.cloud.radius, cloud.radius);
   EXPECT_EQ(model.cloud.coverage, cloud.coverage);
-  EXPECT_EQ(model.fades.values, visibilityWeights(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
+  EXPECT_EQ(model.fades.values,
+            ulr::visibilityWeights(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
   EXPECT_EQ(report.surfels, cloud.size());
   EXPECT_EQ(report.views.size(), 5u);
   EXPECT_EQ(report.lights, 3u);
@@ -55,7 +56,7 @@ TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {
 }
 
 TEST_F(Pack, PackingAgainResumesAndGivesTheSameBytes) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   packed(capture);
   const auto first = content();
   EXPECT_EQ(packed(capture).resumedViews, 5u);
@@ -63,7 +64,7 @@ TEST_F(Pack, PackingAgainResumesAndGivesTheSameBytes) {
 }
 
 TEST_F(Pack, AnInterruptedRunIsTakenUpWhereItStopped) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   packed(capture, "whole");
   Progress untilTheThirdView;
   bool stop = false;
@@ -73,25 +74,25 @@ TEST_F(Pack, AnInterruptedRunIsTakenUpWhereItStopped) {
   untilTheThirdView.cancelled = [&] { return stop; };
   EXPECT_THROW(pack(capture, folder / "model", packOptions(150), untilTheThirdView, nullptr), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "model/manifest.json"));
-  EXPECT_EQ(errorOf([&] { openModel(folder / "model"); }),
+  EXPECT_EQ(image::errorOf([&] { openModel(folder / "model"); }),
             (folder / "model/manifest.json").string() + ": unfinished model: run the same pack again");
   EXPECT_EQ(packed(capture).resumedViews, 2u);
   EXPECT_EQ(content(), content("whole"));
 }
 
 TEST_F(Pack, ADamagedViewFileIsEncodedAgain) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   packed(capture);
   const auto first = content();
   std::string damaged = first.at("views/0002.srfb");
   damaged.back() ^= 1;
-  writeBytes(folder / "model/views/0002.srfb", damaged);
+  image::writeBytes(folder / "model/views/0002.srfb", damaged);
   EXPECT_EQ(packed(capture).resumedViews, 4u);
   EXPECT_EQ(content(), first);
 }
 
 TEST_F(Pack, AnotherToleranceMeshOrPhotographIsEncodedAnew) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   packed(capture);
   const auto first = content();
   PackOptions finer = packOptions(150, 0.01);
@@ -104,24 +105,25 @@ TEST_F(Pack, AnotherToleranceMeshOrPhotographIsEncodedAnew) {
 
   // Darker in one picture that does not set the white level.
   const auto path = folder / "capture/C4.exr";
-  const ExrFile file(path);
-  std::vector<ExrLayer> layers;
-  std::vector<Image> images;
-  for (const char* layer : {"L0", "L1", "L2"}) images.push_back(file.read(colorChannels(file, layer)));
-  images.push_back(file.read(ChannelSet{"matte.A"}));
+  const image::ExrFile file(path);
+  std::vector<image::ExrLayer> layers;
+  std::vector<image::Image> images;
+  for (const char* layer : {"L0", "L1", "L2"}) images.push_back(file.read(image::colorChannels(file, layer)));
+  images.push_back(file.read(image::ChannelSet{"matte.A"}));
   for (float& value : images[1].values) value *= 0.5f;
   for (size_t l = 0; l < 3; ++l)
-    layers.push_back({colorChannels(file, studio::numbered("L", l)), &images[l], Precision::half});
-  layers.push_back({{"matte.A"}, &images[3], Precision::half});
-  writeExr(path, layers);
+    layers.push_back(
+        {image::colorChannels(file, studio::numbered("L", l)), &images[l], image::Precision::half});
+  layers.push_back({{"matte.A"}, &images[3], image::Precision::half});
+  image::writeExr(path, layers);
   EXPECT_EQ(packed(capture, "model", finer).resumedViews, 0u);
 }
 
 TEST_F(Pack, AFinishedModelIsReplacedOnlyWhereThatIsAskedFor) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   packed(capture);
   const auto first = content();
-  const auto complaint = errorOf([&] { packed(capture, "model", packOptions(150, 0.01)); });
+  const auto complaint = image::errorOf([&] { packed(capture, "model", packOptions(150, 0.01)); });
   EXPECT_EQ(complaint, (folder / "model").string() +
                            ": a finished model of another capture, geometry, tolerance or version of "
                            "surflect: --overwrite replaces it");
@@ -133,13 +135,13 @@ TEST_F(Pack, AFinishedModelIsReplacedOnlyWhereThatIsAskedFor) {
 
 TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
   // Each photograph again as two PNGs of a camera whose response is the square root.
-  Capture bracketed = photographed();
+  capture::Capture bracketed = photographed();
   const PackReport exact = packed(bracketed, "exact");
   for (size_t i = 0; i < bracketed.frames.size(); ++i) {
-    const Photograph photograph = readPhotographs(bracketed, std::span(&i, 1))[0];
-    Frame& frame = bracketed.frames[i];
+    const capture::Photograph photograph = capture::readPhotographs(bracketed, std::span(&i, 1))[0];
+    capture::Frame& frame = bracketed.frames[i];
     for (const double seconds : {0.5, 1.}) {
-      Image picture(photograph.alpha.width, photograph.alpha.height, 4);
+      image::Image picture(photograph.alpha.width, photograph.alpha.height, 4);
       for (size_t p = 0; p < photograph.alpha.values.size(); ++p) {
         for (size_t c = 0; c < 3; ++c)
           picture.values[4 * p + c] =
@@ -147,7 +149,7 @@ TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
         picture.values[4 * p + 3] = photograph.alpha.values[p];
       }
       const std::string name = studio::numbered(seconds == 1 ? "full" : "half", i) + ".png";
-      writePng(folder / ("capture/" + name), picture);
+      image::writePng(folder / ("capture/" + name), picture);
       if (seconds == 1)
         frame.further = {{name, "", "", seconds}};
       else {
@@ -160,8 +162,8 @@ TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
   bracketed.colorSpace.reset();
   for (auto& curve : bracketed.response.emplace().exposure)
     for (size_t z = 0; z < curve.size(); ++z) curve[z] = 2 * static_cast<float>(z * z) / (255 * 255);
-  writeCapture(bracketed, folder / "capture");
-  const Capture capture = readCapture(folder / "capture");
+  capture::writeCapture(bracketed, folder / "capture");
+  const capture::Capture capture = capture::readCapture(folder / "capture");
 
   const PackReport report = packed(capture);
   const Model model = openModel(folder / "model");
@@ -178,13 +180,14 @@ TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
 TEST_F(Pack, TestFramesPlayNoPart) {
   const auto isTaken = [](size_t view, size_t light) { return view != 3 && light != 1; };
   studio.split = [&](size_t view, size_t light) {
-    return std::optional(isTaken(view, light) ? Split::train : Split::test);
+    return std::optional(isTaken(view, light) ? capture::Split::train : capture::Split::test);
   };
   packed(photograph(studio, folder / "withTest"), "a");
   studio.split = [&](size_t view, size_t light) {
-    return isTaken(view, light) ? std::optional(Split::train) : std::nullopt;
+    return isTaken(view, light) ? std::optional(capture::Split::train) : std::nullopt;
   };
-  packed(subset(photograph(studio, folder / "without"), [](const Frame&) { return true; }), "b");
+  packed(capture::subset(photograph(studio, folder / "without"), [](const capture::Frame&) { return true; }),
+         "b");
   EXPECT_EQ(content("a"), content("b"));
   EXPECT_EQ(openModel(folder / "a").rig.views.size(), 4u);
   EXPECT_EQ(openModel(folder / "a").rig.lights.size(), 2u);
@@ -196,10 +199,10 @@ float percentile995(std::vector<float> values) {
 }
 
 TEST_F(Pack, WhiteIsThe995thPercentileOfTheObject) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   std::vector<float> values;
   for (size_t i = 0; i < capture.frames.size(); ++i) {
-    const Photograph photograph = readPhotographs(capture, std::vector{i})[0];
+    const capture::Photograph photograph = capture::readPhotographs(capture, std::vector{i})[0];
     for (size_t v = 0; v < photograph.radiance.values.size(); ++v)
       if (photograph.alpha.values[v / 3] >= 0.5f) values.push_back(photograph.radiance.values[v]);
   }
@@ -208,25 +211,25 @@ TEST_F(Pack, WhiteIsThe995thPercentileOfTheObject) {
 
 TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInside) {
   studio.matte = false;
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   const PackReport report = packed(capture, "model", packOptions(1500, 0));
   const Model model = openModel(folder / "model");
   const RayCaster<AcquisitionSpace> mesh(readMesh(folder / "capture/mesh.ply"));
   std::vector<float> values; // of the inside
   for (size_t v = 0; v < model.files.size(); ++v) {
-    const Mask outline = objectMask(silhouette(capture.views[v].camera, mesh));
-    const Mask inside = eroded(outline, 2);
-    const auto source = nearestSeeds(inside, outline);
-    std::vector<Image> photographs;
+    const image::Mask outline = image::objectMask(capture::silhouette(capture.views[v].camera, mesh));
+    const image::Mask inside = image::eroded(outline, 2);
+    const auto source = image::nearestSeeds(inside, outline);
+    std::vector<image::Image> photographs;
     for (size_t i = 0; i < capture.frames.size(); ++i)
       if (capture.frames[i].view == v)
-        photographs.push_back(readPhotographs(capture, std::vector{i})[0].radiance);
+        photographs.push_back(capture::readPhotographs(capture, std::vector{i})[0].radiance);
     for (int y = 0; y < outline.height; ++y)
       for (int x = 0; x < outline.width; ++x) {
         const size_t pixel = y * outline.width + x;
-        const auto number = model.files[v].find({x / blockSize, y / blockSize});
-        const int texel = y % blockSize * blockSize + x % blockSize;
-        const Block block = number ? model.files[v].read(*number) : Block();
+        const auto number = model.files[v].find({x / codec::blockSize, y / codec::blockSize});
+        const int texel = y % codec::blockSize * codec::blockSize + x % codec::blockSize;
+        const codec::Block block = number ? model.files[v].read(*number) : codec::Block();
         ASSERT_EQ(block.present >> texel & 1, outline.inside[pixel]) << v << ": " << x << ", " << y;
         if (!outline.inside[pixel]) continue;
         for (size_t light = 0; light < photographs.size(); ++light) {
@@ -253,17 +256,17 @@ TEST(PackedLights, TheChosenBlendIsTheModels) {
     EXPECT_EQ(lightBlend(model, {}), chosen);
     ShadeOptions options;
     options.lights = 7;
-    EXPECT_EQ(lightBlend(model, options), (LightBlend{7, chosen.fit, chosen.foreshortened}));
-    options.lightFit = LightFit::mean;
+    EXPECT_EQ(lightBlend(model, options), (ulr::LightBlend{7, chosen.fit, chosen.foreshortened}));
+    options.lightFit = ulr::LightFit::mean;
     options.foreshortened = false;
-    EXPECT_EQ(lightBlend(model, options), LightBlend{7});
+    EXPECT_EQ(lightBlend(model, options), ulr::LightBlend{7});
     options.nearest = true;
-    EXPECT_EQ(lightBlend(model, options), LightBlend{1});
+    EXPECT_EQ(lightBlend(model, options), ulr::LightBlend{1});
   }
 }
 
 TEST_F(Pack, TheEstimateComesOnceBeforeTheWork) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   std::vector<PackEstimate> estimates;
   const PackReport report =
       pack(capture, folder / "model", packOptions(1500), {}, [&](const PackEstimate& estimate) {
@@ -279,7 +282,7 @@ TEST_F(Pack, TheEstimateComesOnceBeforeTheWork) {
 }
 
 TEST_F(Pack, TheEstimateLeavesOutWhatIsEnclosed) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   const TriangleMesh outer = readMesh(folder / "capture/mesh.ply");
   std::ofstream obj(folder / "nested.obj");
   for (const float scale : {1.f, 0.7f}) // two spheres
@@ -298,24 +301,25 @@ TEST_F(Pack, TheEstimateLeavesOutWhatIsEnclosed) {
 }
 
 TEST_F(Pack, AFolderThatIsNoModelIsLeftAlone) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   const std::string before = readFile(capture.file);
-  const auto complaint = errorOf([&] { pack(capture, capture.folder(), packOptions(150), {}, {}); });
+  const auto complaint = image::errorOf([&] { pack(capture, capture.folder(), packOptions(150), {}, {}); });
   EXPECT_NE(complaint.find("exists and is not a model"), std::string::npos);
   EXPECT_EQ(readFile(capture.file), before);
 }
 
 TEST_F(Pack, WhatIsMissingIsSaid) {
   studio.matte = false;
-  Capture capture = photographed();
+  capture::Capture capture = photographed();
   capture.geometry.clear();
-  EXPECT_NE(errorOf([&] { packed(capture); }).find("--mesh"), std::string::npos);
-  for (Frame& frame : capture.frames) frame.split = Split::test;
-  EXPECT_NE(errorOf([&] { packed(capture); }).find("found none, expected training frames"),
+  EXPECT_NE(image::errorOf([&] { packed(capture); }).find("--mesh"), std::string::npos);
+  for (capture::Frame& frame : capture.frames) frame.split = capture::Split::test;
+  EXPECT_NE(image::errorOf([&] { packed(capture); }).find("found none, expected training frames"),
             std::string::npos);
-  writeBytes(folder / "file", "");
-  EXPECT_NE(errorOf([&] { packed(photographed(), "file/model"); }).find("file/model"), std::string::npos);
+  image::writeBytes(folder / "file", "");
+  EXPECT_NE(image::errorOf([&] { packed(photographed(), "file/model"); }).find("file/model"),
+            std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

@@ -11,9 +11,9 @@
 
 namespace surflect::studio {
 
-inline Direction3<AcquisitionSpace, double> towardsViewer(const View& view,
+inline Direction3<AcquisitionSpace, double> towardsViewer(const capture::View& view,
                                                           const Point3<AcquisitionSpace, double>& p0) {
-  return Viewpoint(view.camera).towards(p0);
+  return capture::Viewpoint(view.camera).towards(p0);
 }
 
 inline Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
@@ -21,9 +21,10 @@ inline Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
 }
 
 // Random surfels, viewers, lights and strengths. Viewers stand outside the surface.
-inline QueryBatch randomBatch(const Model& model, size_t queries, size_t lights, std::mt19937& random) {
+inline model::QueryBatch randomBatch(const model::Model& model, size_t queries, size_t lights,
+                                     std::mt19937& random) {
   std::uniform_real_distribution<float> strength(0.1f, 2);
-  QueryBatch batch;
+  model::QueryBatch batch;
   batch.lights = lights;
   for (size_t q = 0; q < queries; ++q) {
     const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
@@ -47,7 +48,7 @@ struct RowEntry {
   friend bool operator==(const RowEntry&, const RowEntry&) = default;
 };
 
-inline std::vector<RowEntry> rowOf(const ShadingPlan& plan, const ShadingOp& op) {
+inline std::vector<RowEntry> rowOf(const model::ShadingPlan& plan, const codec::ShadingOp& op) {
   std::vector<RowEntry> row;
   for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
     const auto& [color, begin, end] = plan.rows.lights[i];
@@ -57,31 +58,32 @@ inline std::vector<RowEntry> rowOf(const ShadingPlan& plan, const ShadingOp& op)
   return row;
 }
 
-inline Rgb capturedIrradiance(const Model& model, const ShadingOp& op, uint32_t column, uint32_t surfel) {
-  return irradianceAt(model.rig.lights[model.columns[op.view][column]],
-                      model.cloud.p0[surfel].cast<double>());
+inline Rgb capturedIrradiance(const model::Model& model, const codec::ShadingOp& op, uint32_t column,
+                              uint32_t surfel) {
+  return capture::irradianceAt(model.rig.lights[model.columns[op.view][column]],
+                               model.cloud.p0[surfel].cast<double>());
 }
 
 // A ray from each surfel to each camera that sees it whole, under a light of that camera.
 struct CapturedRays {
-  QueryBatch batch;
+  model::QueryBatch batch;
   std::vector<std::pair<uint32_t, uint32_t>> photographs; // view and column, per query
 };
 
-inline CapturedRays capturedRays(const Model& model, std::mt19937& random) {
+inline CapturedRays capturedRays(const model::Model& model, std::mt19937& random) {
   CapturedRays rays;
-  QueryBatch& batch = rays.batch;
+  model::QueryBatch& batch = rays.batch;
   batch.lights = 1;
   for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
     for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
       if (model.fades.of(surfel)[view] < 255) continue;
       const auto p0 = model.cloud.p0[surfel].cast<double>();
       const auto column = static_cast<uint32_t>(random() % model.columns[view].size());
-      const Light& light = model.rig.lights[model.columns[view][column]];
+      const capture::Light& light = model.rig.lights[model.columns[view][column]];
       batch.surfels.push_back(surfel);
       batch.towardsView.push_back(towardsViewer(model.rig.views[view], p0).cast<float>());
-      batch.towardsLight.push_back(towardsLight(light, p0).cast<float>());
-      batch.irradiance.push_back(irradianceAt(light, p0));
+      batch.towardsLight.push_back(capture::towardsLight(light, p0).cast<float>());
+      batch.irradiance.push_back(capture::irradianceAt(light, p0));
       rays.photographs.emplace_back(view, column);
     }
   return rays;
@@ -100,7 +102,7 @@ protected:
   static void TearDownTestSuite() { packed.reset(); }
 
   static inline std::unique_ptr<PackedStudio> packed;
-  Model model = openModel(packed->model.folder);
+  model::Model model = model::openModel(packed->model.folder);
   std::mt19937 random{1};
 };
 
@@ -111,7 +113,7 @@ protected:
   static void TearDownTestSuite() { packed.reset(); }
 
   static inline std::unique_ptr<PackedStudio> packed;
-  Model model = openModel(packed->model.folder);
+  model::Model model = model::openModel(packed->model.folder);
   std::mt19937 random{2};
 };
 

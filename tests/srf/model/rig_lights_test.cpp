@@ -2,19 +2,19 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
-Light lamp(Rgb irradiance) {
-  return {"L", "L", DirectionalLight{Direction3<AcquisitionSpace, double>(0, 0, 1), irradiance}};
+capture::Light lamp(Rgb irradiance) {
+  return {"L", "L", capture::DirectionalLight{Direction3<AcquisitionSpace, double>(0, 0, 1), irradiance}};
 }
-Light bulb(Rgb intensity) {
-  return {"P", "P", PointLight{Point3<AcquisitionSpace, double>(1, 2, 3), intensity}};
+capture::Light bulb(Rgb intensity) {
+  return {"P", "P", capture::PointLight{Point3<AcquisitionSpace, double>(1, 2, 3), intensity}};
 }
 
 TEST(RigLights, ColourAndStrengthOfLampsOfOneColourAreTheRatio) {
   const Rgb color{0.3f, 1.7f, 0.9f}, now{2, 3, 5};
-  const std::vector<Light> lights{lamp(color), bulb(3 * color), lamp(0.1f * color)};
+  const std::vector<capture::Light> lights{lamp(color), bulb(3 * color), lamp(0.1f * color)};
   RigLights rig(lights);
   rig.lookFrom(Point3<AcquisitionSpace, double>(0.5, -1, 0.25));
   rig.faceAll();
@@ -29,7 +29,7 @@ TEST(RigLights, ColourAndStrengthOfLampsOfOneColourAreTheRatio) {
 }
 
 TEST(RigLights, WhiteLampsOfAnyStrengthHaveTheRatioItself) {
-  const std::vector<Light> lights{lamp({0.7f, 0.7f, 0.7f}), lamp({3, 3, 3})};
+  const std::vector<capture::Light> lights{lamp({0.7f, 0.7f, 0.7f}), lamp({3, 3, 3})};
   const RigLights rig(lights);
   ASSERT_TRUE(rig.inverseColor());
   EXPECT_EQ(*rig.inverseColor(), (Rgb{1, 1, 1}));
@@ -44,4 +44,4 @@ TEST(RigLights, LampsOfSeveralColoursHaveNoneInCommon) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

@@ -6,7 +6,7 @@
 
 #include <tbb/task_arena.h>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using studio::gappyStudio;
@@ -24,9 +24,9 @@ ToAcquisition randomTurn(std::mt19937& random) {
   return ToAcquisition(matrix);
 }
 
-std::vector<EnvironmentLight> randomEnvironment(size_t count, std::mt19937& random) {
+std::vector<ulr::EnvironmentLight> randomEnvironment(size_t count, std::mt19937& random) {
   std::uniform_real_distribution<float> strength(0.1f, 2);
-  std::vector<EnvironmentLight> lights;
+  std::vector<ulr::EnvironmentLight> lights;
   for (size_t i = 0; i < count; ++i) {
     const float r = strength(random), g = strength(random), b = strength(random);
     lights.push_back({assume<Direction3<EnvironmentSpace>>(randomUnit<float>(random)), {r, g, b}});
@@ -71,19 +71,19 @@ QueryBatch unrolled(const QueryBatch& batch) {
 }
 
 std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, const ShadeOptions& options = {}) {
-  BlockCache cache(model.files, everything);
-  ShadingStats stats;
+  codec::BlockCache cache(model.files, everything);
+  codec::ShadingStats stats;
   return shade(model, batch, options, cache, stats).radiance;
 }
 
 // Of the captured irradiance that a plan asks for, per query.
 std::vector<Rgb> irradianceOf(const Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
   std::vector<Rgb> sums(plan.queries);
-  for (const ShadingOp& op : plan.ops)
+  for (const codec::ShadingOp& op : plan.ops)
     for (const auto& [column, weight] : studio::rowOf(plan, op)) {
       const auto& light = model.rig.lights[model.columns[op.view][column]];
       const size_t query = op.target / plan.targetsPerQuery;
-      const Rgb captured = irradianceAt(light, model.cloud.p0[batch.surfels[query]].cast<double>());
+      const Rgb captured = capture::irradianceAt(light, model.cloud.p0[batch.surfels[query]].cast<double>());
       Rgb& sum = sums[query];
       sum = sum + op.weight * (weight * captured);
     }
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(, ShadeEnvironment, testing::Bool(),
 TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
   const auto lights = randomEnvironment(9, random);
   QueryBatch batch = darkBatch(model, 300, random);
-  addEnvironment(batch, {lights, {0.5f, 1, 2}, LightExtrapolation::clamp, nullptr}, random);
+  addEnvironment(batch, {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, nullptr}, random);
   const auto together = shaded(model, batch), apart = shaded(model, unrolled(batch));
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 1.5e-6);
 }
@@ -137,12 +137,13 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
   for (const bool foreshortened : {false, true}) {
     if (foreshortened && !GetParam()) continue;
     const ShadeOptions options{.foreshortened = foreshortened};
-    const auto table = lightTable(model, options, LightExtrapolation::clamp);
+    const auto table = lightTable(model, options, ulr::LightExtrapolation::clamp);
     for (const bool tabulated : {false, true}) {
       if (tabulated && !table) continue;
       std::mt19937 turns(7);
       QueryBatch batch = dark;
-      addEnvironment(batch, {lights, {0.5f, 1, 2}, LightExtrapolation::clamp, tabulated ? &*table : nullptr},
+      addEnvironment(batch,
+                     {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, tabulated ? &*table : nullptr},
                      turns);
       const auto got = shaded(model, batch, options), wanted = shaded(model, unrolled(batch), options);
       EXPECT_LT(largestDifference(got, wanted) / largest(wanted), tabulated ? 0.02 : 4e-7);
@@ -160,7 +161,7 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
 
 TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
   QueryBatch batch = darkBatch(model, 100, random);
-  addEnvironment(batch, {{}, {1, 1, 1}, LightExtrapolation::fade, nullptr}, random);
+  addEnvironment(batch, {{}, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
   EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
   for (const Rgb& color : planShading(model, batch, {.showsBlends = true}).lightBlend)
     EXPECT_EQ(color, Rgb{});
@@ -168,13 +169,14 @@ TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
 
 TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
   const auto lights = randomEnvironment(40, random);
-  const Rgb total = totalIrradiance(lights);
-  const ShadeOptions mean{.lightFit = LightFit::mean, .foreshortened = false};
-  const auto table = lightTable(model, mean, LightExtrapolation::clamp);
+  const Rgb total = ulr::totalIrradiance(lights);
+  const ShadeOptions mean{.lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const auto table = lightTable(model, mean, ulr::LightExtrapolation::clamp);
   EXPECT_EQ(table.has_value(), GetParam());
-  for (const LightTable* used : {static_cast<const LightTable*>(nullptr), table ? &*table : nullptr}) {
+  for (const ulr::LightTable* used :
+       {static_cast<const ulr::LightTable*>(nullptr), table ? &*table : nullptr}) {
     QueryBatch batch = darkBatch(model, 300, random);
-    addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::clamp, used}, random);
+    addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::clamp, used}, random);
     const ShadingPlan plan = planShading(model, batch, mean);
     for (const Rgb& sum : irradianceOf(model, batch, plan)) {
       EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
@@ -234,7 +236,7 @@ TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
 TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
   const auto lights = randomEnvironment(1, random); // several differ in strength, hence in share
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights, {3, 3, 3}, LightExtrapolation::clamp, nullptr}, random);
+  addEnvironment(batch, {lights, {3, 3, 3}, ulr::LightExtrapolation::clamp, nullptr}, random);
   const ShadingPlan one = planShading(model, batch, {.showsBlends = true}),
                     other = planShading(model, unrolled(batch), {.showsBlends = true});
   EXPECT_LT(largestDifference(one.lightBlend, other.lightBlend), 1e-6);
@@ -245,12 +247,12 @@ TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
 TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
   if (!GetParam()) return; // pairs are not
   const auto lights = randomEnvironment(20, random);
-  ShadeOptions off{.lightFit = LightFit::mean, .foreshortened = false, .showsBlends = true}, on = off;
+  ShadeOptions off{.lightFit = ulr::LightFit::mean, .foreshortened = false, .showsBlends = true}, on = off;
   on.foreshortened = true;
-  const auto table = lightTable(model, off, LightExtrapolation::fade); // a mean's is the same for both
-  for (const LightTable* used : {static_cast<const LightTable*>(nullptr), &*table}) {
+  const auto table = lightTable(model, off, ulr::LightExtrapolation::fade); // a mean's is the same for both
+  for (const ulr::LightTable* used : {static_cast<const ulr::LightTable*>(nullptr), &*table}) {
     QueryBatch batch = darkBatch(model, 200, random);
-    addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::fade, used}, random);
+    addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, used}, random);
     const ShadingPlan plain = planShading(model, batch, off), scaled = planShading(model, batch, on);
     EXPECT_GT(largestDifference(irradianceOf(model, batch, plain), irradianceOf(model, batch, scaled)), 0.1);
     EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
@@ -259,9 +261,10 @@ TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
 
 TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {
   const auto lights = randomEnvironment(20, random);
-  const auto table = lightTable(model, {}, LightExtrapolation::fade);
+  const auto table = lightTable(model, {}, ulr::LightExtrapolation::fade);
   QueryBatch batch = darkBatch(model, 1500, random);
-  addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::fade, table ? &*table : nullptr}, random);
+  addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, table ? &*table : nullptr},
+                 random);
   const auto expected = shaded(model, batch);
   for (const int threads : {1, 2})
     tbb::task_arena(threads).execute([&] { EXPECT_EQ(shaded(model, batch), expected); });
@@ -286,9 +289,9 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
     batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
     batch.irradiance.push_back({1, 1, 1});
   }
-  const ShadeOptions plain{.lightFit = LightFit::mean, .foreshortened = false};
+  const ShadeOptions plain{.lightFit = ulr::LightFit::mean, .foreshortened = false};
   const auto extrapolated = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
-  batch.extrapolation = {LightExtrapolation::fade};
+  batch.extrapolation = {ulr::LightExtrapolation::fade};
   const auto faded = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
   size_t inside = 0, outside = 0;
   for (size_t q = 0; q < batch.size(); ++q) {
@@ -308,15 +311,16 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
 
   // An environment of the same lamp fades as the lamp does.
   for (const bool tabulated : {false, true}) {
-    const auto table = lightTable(dome.model, plain, LightExtrapolation::fade);
+    const auto table = lightTable(dome.model, plain, ulr::LightExtrapolation::fade);
     if (tabulated && !table) continue;
     QueryBatch maps = batch;
     maps.lights = 0;
     maps.towardsLight.clear();
     maps.irradiance.clear();
     maps.extrapolation.clear();
-    const EnvironmentLight lamp{{0, 0, 1}, {1, 1, 1}};
-    maps.environments.push_back({{&lamp, 1}, {1, 1, 1}, LightExtrapolation::fade, tabulated ? &*table : nullptr});
+    const ulr::EnvironmentLight lamp{{0, 0, 1}, {1, 1, 1}};
+    maps.environments.push_back(
+        {{&lamp, 1}, {1, 1, 1}, ulr::LightExtrapolation::fade, tabulated ? &*table : nullptr});
     for (const auto& towards : batch.towardsLight)
       maps.acquisitionFromEnvironment.emplace_back(
           Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
@@ -338,7 +342,7 @@ TEST_P(ShadeEnvironment, TheNearestLightAnswersForItInTheBaseline) {
   ShadeOptions nearest;
   nearest.nearest = true;
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights, {1, 1, 1}, LightExtrapolation::fade, nullptr}, random);
+  addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
   const auto together = shaded(model, batch, nearest), apart = shaded(model, unrolled(batch), nearest);
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 2e-6);
 }
@@ -349,9 +353,9 @@ TEST(ShadeEnvironmentFixed, FixedIlluminationRefusesEnvironments) {
   const auto lights = randomEnvironment(2, random);
   QueryBatch batch = darkBatch(packed.model, 5, random);
   addEnvironment(batch, {lights}, random);
-  EXPECT_NE(errorOf([&] { planShading(packed.model, batch, {}); }).find("fixed illumination"),
+  EXPECT_NE(image::errorOf([&] { planShading(packed.model, batch, {}); }).find("fixed illumination"),
             std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using namespace studio;
@@ -31,8 +31,8 @@ QueryBatch permuted(const QueryBatch& batch, std::span<const size_t> order) {
 }
 
 std::vector<Rgb> shaded(const Model& model, const QueryBatch& batch, size_t cacheBytes = everything) {
-  BlockCache cache(model.files, cacheBytes);
-  ShadingStats stats;
+  codec::BlockCache cache(model.files, cacheBytes);
+  codec::ShadingStats stats;
   return shade(model, batch, {}, cache, stats).radiance;
 }
 
@@ -46,7 +46,7 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
 
   const ShadingPlan plan = planShading(model, batch, {});
   std::vector<bool> found(batch.size());
-  for (const ShadingOp& op : plan.ops) {
+  for (const codec::ShadingOp& op : plan.ops) {
     const auto [view, column] = photographs[op.target];
     if (op.view != view) continue;
     found[op.target] = true;
@@ -69,10 +69,10 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
 TEST_F(Shade, TheQueueEqualsTheDoublePrecisionReference) {
   const QueryBatch batch = randomBatch(model, 1000, 2, random);
   const ShadingPlan plan = planShading(model, batch, {});
-  BlockCache cache(model.files, everything);
-  ShadingStats stats;
-  const auto fast = execute(plan.ops, plan.rows, batch.size(), cache, stats);
-  const auto exact = executeReference(plan.ops, plan.rows, batch.size(), cache);
+  codec::BlockCache cache(model.files, everything);
+  codec::ShadingStats stats;
+  const auto fast = codec::execute(plan.ops, plan.rows, batch.size(), cache, stats);
+  const auto exact = codec::executeReference(plan.ops, plan.rows, batch.size(), cache);
   double worst = 0;
   for (size_t q = 0; q < batch.size(); ++q)
     worst = std::max({worst, std::abs(fast[q].r - exact[q][0]), std::abs(fast[q].g - exact[q][1]),
@@ -104,13 +104,13 @@ TEST_F(Shade, ShufflingTheQueriesShufflesTheAnswers) {
 // In parts of any size the answer is that of the whole, also where these are made one after the other.
 void expectPartsAreTheWhole(const Model& model, const QueryBatch& batch) {
   const auto inPartsOf = [&](size_t targets) {
-    BlockCache cache(model.files, everything);
-    ShadingStats stats;
+    codec::BlockCache cache(model.files, everything);
+    codec::ShadingStats stats;
     return shade(model, batch, {.showsBlends = true, .targetsAtOnce = targets}, cache, stats);
   };
   const auto filledFor = [&](size_t targets) {
-    BlockCache cache(model.files, everything);
-    ShadingStats stats;
+    codec::BlockCache cache(model.files, everything);
+    codec::ShadingStats stats;
     size_t most = 0;
     const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& part) {
       most = std::max(most, end - begin);
@@ -142,8 +142,8 @@ TEST_F(Shade, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(mode
 TEST_F(ShadePairs, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 300, 3, random)); }
 
 TEST_F(Shade, LapsAreSharedByPlanningAndLookUps) {
-  BlockCache cache(model.files, everything);
-  ShadingStats stats;
+  codec::BlockCache cache(model.files, everything);
+  codec::ShadingStats stats;
   const auto sharesOf = [&](size_t queries) {
     std::vector<double> shares;
     const Shaded all = shade(model, randomBatch(model, queries, 1, random), {.targetsAtOnce = 700}, cache,
@@ -188,14 +188,14 @@ TEST_F(ShadePairs, LightsAddUp) {
   const QueryBatch both = randomBatch(model, 400, 2, random);
   ShadingPlan plan = planShading(model, both, {});
   for (size_t i = 0; i < plan.ops.size(); i += 7) plan.ops[i].x = plan.ops[i].y = 0.5f; // the empty corner
-  ShadingStats stats;
-  BlockCache cache(model.files, size_t{1} << 20);
+  codec::ShadingStats stats;
+  codec::BlockCache cache(model.files, size_t{1} << 20);
   const auto together = shade(plan, cache, stats);
   EXPECT_GT(stats.lost, 0u);
   std::vector<Rgb> sum(both.size());
   for (uint32_t light = 0; light < 2; ++light) {
     ShadingPlan alone = plan;
-    std::erase_if(alone.ops, [&](const ShadingOp& op) { return op.target % 2 != light; });
+    std::erase_if(alone.ops, [&](const codec::ShadingOp& op) { return op.target % 2 != light; });
     const auto part = shade(alone, cache, stats);
     for (size_t q = 0; q < sum.size(); ++q) sum[q] = sum[q] + part[q];
   }
@@ -218,9 +218,9 @@ TEST(ShadeFixedIllumination, ComesBackWithoutLightsAndRefusesThem) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(batch.size())) / packed.model.white, 0.011);
 
   const QueryBatch lit = randomBatch(packed.model, 10, 1, random);
-  EXPECT_NE(errorOf([&] { planShading(packed.model, lit, {}); }).find("fixed illumination"),
+  EXPECT_NE(image::errorOf([&] { planShading(packed.model, lit, {}); }).find("fixed illumination"),
             std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

@@ -1,14 +1,14 @@
 #include "srf/model/shading_plan.h"
 
-#include "srf/ulr/foreshortening.h"
 #include "srf/ulr/fallback_view.h"
+#include "srf/ulr/foreshortening.h"
 #include "srf/ulr/ulr.h"
 #include "tests/srf/model/queries.h"
 
 #include <limits>
 #include <tuple>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using namespace studio;
@@ -17,9 +17,9 @@ class ShadingPlanned : public ProductQueries {};
 class ShadingPlannedPairs : public PairQueries {};
 
 // The studio's lamps differ in colour; these do not, but keep their strengths in blue.
-std::vector<Light> inOneColor(std::vector<Light> lights) {
-  for (Light& light : lights) {
-    Rgb& irradiance = std::get<DirectionalLight>(light.kind).irradiance;
+std::vector<capture::Light> inOneColor(std::vector<capture::Light> lights) {
+  for (capture::Light& light : lights) {
+    Rgb& irradiance = std::get<capture::DirectionalLight>(light.kind).irradiance;
     irradiance = irradiance.r * Rgb{0.3f, 0.7f, 1.1f};
   }
   return lights;
@@ -31,10 +31,11 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
     model.rig.lights = studioLights(Studio{}.lights, unevenness);
     if (isOneColor) model.rig.lights = inOneColor(model.rig.lights);
     const QueryBatch batch = randomBatch(model, 2000, lights, random);
-    const ShadingPlan plan = planShading(model, batch, {.lightFit = LightFit::mean, .foreshortened = false});
+    const ShadingPlan plan =
+        planShading(model, batch, {.lightFit = ulr::LightFit::mean, .foreshortened = false});
     EXPECT_EQ(plan.unseen, 0u);
     std::vector<double> sums(batch.size());
-    for (const ShadingOp& op : plan.ops) {
+    for (const codec::ShadingOp& op : plan.ops) {
       EXPECT_GT(op.weight, 0);
       sums[op.target] += op.weight;
       double got = 0, wanted = 0; // irradiance: what the row gives back of the captured one
@@ -50,11 +51,12 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
 // Sixteen queries' rows are made together where lamps have one colour, unless colours are to be shown.
 TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
   model.rig.lights = inOneColor(model.rig.lights);
-  ShadeOptions options{.lights = 2, .lightFit = LightFit::mean, .foreshortened = false};
+  ShadeOptions options{.lights = 2, .lightFit = ulr::LightFit::mean, .foreshortened = false};
   const QueryBatch batch = randomBatch(model, 2000, 2, random);
   ASSERT_LE(2 * batch.lights * *options.lights, model.rig.lights.size());
   QueryBatch dimmed = batch;
-  for (size_t query = 5; query < batch.size(); query += kChoiceLanes) dimmed.irradiance[2 * query + 1] = {};
+  for (size_t query = 5; query < batch.size(); query += ulr::kChoiceLanes)
+    dimmed.irradiance[2 * query + 1] = {};
   const ShadingPlan together = planShading(model, batch, options),
                     apart = planShading(model, dimmed, options);
   options.showsBlends = true;
@@ -67,7 +69,7 @@ TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
     ASSERT_EQ(row.size(), 4u);
     EXPECT_EQ(row, rowOf(shown, shown.ops[i]));
     EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // a colour for each light
-    const bool isDimmed = together.ops[i].target % kChoiceLanes == 5;
+    const bool isDimmed = together.ops[i].target % ulr::kChoiceLanes == 5;
     if (isDimmed) row.resize(2);
     EXPECT_EQ(row, rowOf(apart, apart.ops[i]));
   }
@@ -75,13 +77,13 @@ TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
 
 // Channel by channel, whether captured lights are blended before they are coloured or each in its own colour.
 TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
-  const ShadeOptions options{.lights = 3, .lightFit = LightFit::mean, .foreshortened = false};
-  const std::vector<Light> various = model.rig.lights;
+  const ShadeOptions options{.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const std::vector<capture::Light> various = model.rig.lights;
   for (const bool isOneColor : {true, false}) {
     model.rig.lights = isOneColor ? inOneColor(various) : various;
     const QueryBatch batch = randomBatch(model, 500, 2, random);
     const ShadingPlan plan = planShading(model, batch, options);
-    for (const ShadingOp& op : plan.ops) {
+    for (const codec::ShadingOp& op : plan.ops) {
       EXPECT_EQ(op.rowEnd - op.rowBegin, isOneColor ? 2u : 6u);
       Rgb got, wanted;
       for (const auto& [column, weight] : rowOf(plan, op))
@@ -103,13 +105,13 @@ void expectConfidenceIsThatOfTheBestView(const Model& model, const QueryBatch& b
     const auto place = model.cloud.p0[batch.surfels[query]].cast<double>();
     float best = std::numeric_limits<float>::infinity();
     for (size_t view = 0; view < fades.size(); ++view) {
-      const auto towards = Viewpoint(model.rig.views[view].camera).towards(place).cast<float>();
+      const auto towards = capture::Viewpoint(model.rig.views[view].camera).towards(place).cast<float>();
       if (fades[view] > 0)
-        best =
-            std::min(best, anglePenalty(towards, batch.towardsView[query]) / VisibilityWeights::decode(fades[view]));
+        best = std::min(best, ulr::anglePenalty(towards, batch.towardsView[query]) /
+                                  ulr::VisibilityWeights::decode(fades[view]));
     }
-    ASSERT_LE(best, kFallbackFrom);
-    EXPECT_NEAR(plan.confidence[query], confidenceOf(best), 2e-5);
+    ASSERT_LE(best, ulr::kFallbackFrom);
+    EXPECT_NEAR(plan.confidence[query], ulr::confidenceOf(best), 2e-5);
   }
 }
 
@@ -125,16 +127,16 @@ TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
   const QueryBatch batch = randomBatch(model, 2000, 1, random);
   const ShadingPlan plan = planShading(model, batch, {.foreshortened = true});
   size_t lit = 0;
-  for (const ShadingOp& op : plan.ops) {
+  for (const codec::ShadingOp& op : plan.ops) {
     const uint32_t surfel = batch.surfels[op.target];
     const auto normal = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));
-    const float cosine = foreshortenedCosine(normal, batch.towardsLight[op.target]);
+    const float cosine = ulr::foreshortenedCosine(normal, batch.towardsLight[op.target]);
     double got = 0;
     for (const auto& [column, weight] : rowOf(plan, op)) {
-      const Light& light = model.rig.lights[model.columns[op.view][column]];
+      const capture::Light& light = model.rig.lights[model.columns[op.view][column]];
       got += weight.g * capturedIrradiance(model, op, column, surfel).g *
-             foreshortenedCosine(normal,
-                                 towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
+             ulr::foreshortenedCosine(
+                 normal, capture::towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
     }
     const double wanted = batch.irradiance[op.target].g * cosine;
     if (cosine > 0.5f) { // nearer to grazing the ratio may be bounded
@@ -150,7 +152,7 @@ TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
 
 TEST_F(ShadingPlanned, OnlyCamerasThatSeeTheSurfelAreAsked) {
   const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  for (const ShadingOp& op : planShading(model, batch, {}).ops)
+  for (const codec::ShadingOp& op : planShading(model, batch, {}).ops)
     EXPECT_GT(model.fades.of(batch.surfels[op.target])[op.view], 0);
 }
 
@@ -160,9 +162,9 @@ TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
   const ShadingPlan plan = planShading(model, batch, {});
   EXPECT_EQ(plan.unseen, batch.size());
   std::vector<double> sums(batch.size());
-  for (const ShadingOp& op : plan.ops) {
+  for (const codec::ShadingOp& op : plan.ops) {
     EXPECT_GT(op.weight, 0);
-    EXPECT_TRUE(contains(model.rig.views[op.view].camera.lens, {op.x, op.y}));
+    EXPECT_TRUE(capture::contains(model.rig.views[op.view].camera.lens, {op.x, op.y}));
     sums[op.target] += op.weight;
   }
   for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
@@ -178,11 +180,11 @@ TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
   const ShadingPlan plan = planShading(model, batch, {});
   EXPECT_EQ(plan.unseen, 0u);
   size_t within90Degrees = 0;
-  for (const ShadingOp& op : plan.ops) {
+  for (const codec::ShadingOp& op : plan.ops) {
     const uint32_t surfel = batch.surfels[op.target];
     const size_t seeing = surfel % model.fades.views;
     const auto towards = towardsViewer(model.rig.views[seeing], model.cloud.p0[surfel].cast<double>());
-    if (anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
+    if (ulr::anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
     ++within90Degrees;
     EXPECT_EQ(op.view, seeing);
   }
@@ -193,28 +195,30 @@ TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
   const QueryBatch batch = randomBatch(model, 1000, 1, random);
   const ShadingPlan plan = planShading(model, batch, {.nearest = true});
   ASSERT_EQ(plan.ops.size(), batch.size());
-  for (const ShadingOp& op : plan.ops) {
+  for (const codec::ShadingOp& op : plan.ops) {
     EXPECT_EQ(op.weight, 1);
     const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
     const auto fades = model.fades.of(batch.surfels[op.target]);
     const auto viewPenalty = [&](size_t view) {
-      return anglePenalty(towardsViewer(model.rig.views[view], p0),
-                          batch.towardsView[op.target].cast<double>());
+      return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
+                               batch.towardsView[op.target].cast<double>());
     };
     for (size_t view = 0; view < fades.size(); ++view)
       EXPECT_TRUE(fades[view] == 0 || viewPenalty(op.view) <= viewPenalty(view) + 1e-6);
     ASSERT_EQ(rowOf(plan, op).size(), 1u);
-    const auto lightPenalty = [&](const Light& light) {
-      return anglePenalty(towardsLight(light, p0), batch.towardsLight[op.target].cast<double>());
+    const auto lightPenalty = [&](const capture::Light& light) {
+      return ulr::anglePenalty(capture::towardsLight(light, p0),
+                               batch.towardsLight[op.target].cast<double>());
     };
-    const Light& chosen = model.rig.lights[rowOf(plan, op)[0].light];
-    for (const Light& light : model.rig.lights) EXPECT_LE(lightPenalty(chosen), lightPenalty(light) + 1e-6);
+    const capture::Light& chosen = model.rig.lights[rowOf(plan, op)[0].light];
+    for (const capture::Light& light : model.rig.lights)
+      EXPECT_LE(lightPenalty(chosen), lightPenalty(light) + 1e-6);
   }
 }
 
 TEST_F(ShadingPlanned, ALitCaptureNeedsALight) {
   const QueryBatch batch = randomBatch(model, 10, 0, random);
-  EXPECT_NE(errorOf([&] { planShading(model, batch, {}); }).find("needs a light"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { planShading(model, batch, {}); }).find("needs a light"), std::string::npos);
 }
 
 TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
@@ -223,7 +227,7 @@ TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
   const ShadingPlan plan = planShading(model, batch, {});
   ASSERT_EQ(plan.targetsPerQuery, 2u);
   std::vector<double> sums(2 * batch.size()), irradiance(2 * batch.size());
-  for (const ShadingOp& op : plan.ops) {
+  for (const codec::ShadingOp& op : plan.ops) {
     ASSERT_EQ(rowOf(plan, op).size(), 1u);
     const auto [column, weight] = rowOf(plan, op)[0];
     ASSERT_LT(column, model.columns[op.view].size());
@@ -243,7 +247,7 @@ TEST_F(ShadingPlannedPairs, ACapturedPairHasAllTheWeight) {
   ASSERT_GT(batch.size(), 2000u);
   const ShadingPlan plan = planShading(model, batch, {});
   std::vector<double> weight(batch.size());
-  for (const ShadingOp& op : plan.ops)
+  for (const codec::ShadingOp& op : plan.ops)
     if (std::pair(op.view, rowOf(plan, op)[0].light) == photographs[op.target]) weight[op.target] = op.weight;
   for (const double w : weight) EXPECT_NEAR(w, 1, 1e-7);
 }
@@ -252,14 +256,15 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
   const QueryBatch batch = randomBatch(model, 500, 1, random);
   const ShadingPlan plan = planShading(model, batch, {.nearest = true});
   ASSERT_EQ(plan.ops.size(), batch.size());
-  for (const ShadingOp& op : plan.ops) {
+  for (const codec::ShadingOp& op : plan.ops) {
     const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
     const auto fades = model.fades.of(batch.surfels[op.target]);
     const auto penalty = [&](size_t view, size_t column) {
-      const Light& light = model.rig.lights[model.columns[view][column]];
-      return anglePenalty(towardsViewer(model.rig.views[view], p0),
-                          batch.towardsView[op.target].cast<double>()) +
-             anglePenalty(towardsLight(light, p0), batch.towardsLight[op.target].cast<double>());
+      const capture::Light& light = model.rig.lights[model.columns[view][column]];
+      return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
+                               batch.towardsView[op.target].cast<double>()) +
+             ulr::anglePenalty(capture::towardsLight(light, p0),
+                               batch.towardsLight[op.target].cast<double>());
     };
     const double chosen = penalty(op.view, rowOf(plan, op)[0].light);
     for (size_t view = 0; view < fades.size(); ++view)
@@ -270,7 +275,7 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
 
 TEST_F(ShadingPlannedPairs, AreNotForeshortened) {
   const QueryBatch batch = randomBatch(model, 10, 1, random);
-  EXPECT_EQ(errorOf([&] { planShading(model, batch, {.foreshortened = true}); }),
+  EXPECT_EQ(image::errorOf([&] { planShading(model, batch, {.foreshortened = true}); }),
             model.folder.string() + ": foreshortening on: found pairs of cameras and lights, expected "
                                     "photographs under all lights from all cameras");
 }
@@ -287,4 +292,4 @@ TEST(IrradianceRatio, OfWhatWasCapturedIsOneAndNothingInTheDark) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

@@ -3,7 +3,7 @@
 #include "srf/model/view_chooser.h"
 #include "tests/srf/model/queries.h"
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
 using namespace studio;
@@ -33,10 +33,10 @@ TEST_F(ViewsRated, WhatIsPassedOverWouldNotBeBlended) {
       const Sight rated = views.rate(batch.surfels[i], batch.towardsView[i]);
       EXPECT_EQ(sight.isSeen, rated.isSeen);
       EXPECT_EQ(sight.penalty, rated.penalty);
-      NearestCandidates nearest(4);
+      ulr::NearestCandidates nearest(4);
       for (uint32_t view = 0; view < model.fades.views; ++view) nearest.offer({view, views.with(view, 0)});
       EXPECT_EQ(sight.penalty, nearest.sorted()[0].penalty);
-      const BlendSet wanted = ulrWeights(nearest);
+      const ulr::BlendSet wanted = ulr::ulrWeights(nearest);
       ASSERT_EQ(blend.size(), wanted.size());
       for (size_t j = 0; j < blend.size(); ++j) {
         EXPECT_EQ(blend[j].index, wanted[j].index);
@@ -56,9 +56,9 @@ TEST_F(ViewsRated, ChoosingManyAtOnceIsChoosingOneByOne) {
       const ShadeOptions options{.cameras = 4, .nearest = nearest, .simd = simd};
       ViewPenalties views(model, nearest, simd);
       ViewChooser chooser(model, batch, options);
-      for (size_t begin = 0; begin < batch.size(); begin += kChoiceLanes) {
-        chooser.choose(begin, kChoiceLanes);
-        for (size_t lane = 0; lane < kChoiceLanes; ++lane) {
+      for (size_t begin = 0; begin < batch.size(); begin += ulr::kChoiceLanes) {
+        chooser.choose(begin, ulr::kChoiceLanes);
+        for (size_t lane = 0; lane < ulr::kChoiceLanes; ++lane) {
           const size_t query = begin + lane;
           const auto wanted =
               views.blend(batch.surfels[query], batch.towardsView[query], nearest ? 1 : options.cameras);
@@ -66,7 +66,7 @@ TEST_F(ViewsRated, ChoosingManyAtOnceIsChoosingOneByOne) {
           const Sight sight =
               chooser.forEach(lane, [&](uint32_t view, float weight) { difference[view] += weight; });
           EXPECT_EQ(sight.isSeen, wanted.sight.isSeen);
-          EXPECT_NEAR(confidenceOf(sight.penalty), confidenceOf(wanted.sight.penalty), 1e-5);
+          EXPECT_NEAR(ulr::confidenceOf(sight.penalty), ulr::confidenceOf(wanted.sight.penalty), 1e-5);
           for (const auto& [view, weight] : wanted.blend) difference[view] -= weight;
           for (const double d : difference) EXPECT_NEAR(d, 0, 1e-5);
         }
@@ -75,4 +75,4 @@ TEST_F(ViewsRated, ChoosingManyAtOnceIsChoosingOneByOne) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

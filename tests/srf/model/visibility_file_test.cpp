@@ -3,12 +3,12 @@
 #include "tests/srf/image/files.h"
 #include "tests/support/patience.h"
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
-VisibilityWeights randomFades(size_t surfels, size_t views, unsigned seed) {
+ulr::VisibilityWeights randomFades(size_t surfels, size_t views, unsigned seed) {
   std::mt19937 random(seed);
-  VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
+  ulr::VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
   for (uint8_t& fade : fades.values) fade = static_cast<uint8_t>(random());
   return fades;
 }
@@ -16,8 +16,8 @@ VisibilityWeights randomFades(size_t surfels, size_t views, unsigned seed) {
 TEST(FadeFile, WhatIsPackedIsUnpackedEqual) {
   for (const auto& [surfels, views] :
        {std::pair<size_t, size_t>{0, 0}, {0, 5}, {1, 1}, {1000, 7}, {3, 400}, {20001, 16}, {20001, 33}}) {
-    const VisibilityWeights fades = randomFades(surfels, views, 1);
-    const VisibilityWeights unpacked = unpackVisibility(packVisibility(fades), surfels, views);
+    const ulr::VisibilityWeights fades = randomFades(surfels, views, 1);
+    const ulr::VisibilityWeights unpacked = unpackVisibility(packVisibility(fades), surfels, views);
     EXPECT_EQ(unpacked.views, views);
     EXPECT_EQ(unpacked.values, fades.values);
   }
@@ -45,7 +45,7 @@ TEST(FadeFile, CountsThatTheBytesCannotHoldTakeNoMemory) {
 }
 
 TEST(FadeFile, BothWaysAskWhetherToGoOn) {
-  const VisibilityWeights fades = randomFades(300000, 5, 4);
+  const ulr::VisibilityWeights fades = randomFades(300000, 5, 4);
   constexpr int endless = std::numeric_limits<int>::max();
   Patience packing(endless), unpacking(endless);
   const auto packed = packVisibility(fades, packing.progress());
@@ -59,4 +59,4 @@ TEST(FadeFile, BothWaysAskWhetherToGoOn) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

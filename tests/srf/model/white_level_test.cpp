@@ -2,21 +2,22 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::model {
 namespace {
 
-ReflectanceStack stackOf(int width, int height, size_t lights) {
-  ReflectanceStack stack{width, height, std::vector<Image>(lights, Image(width, height, 3)),
-                         Image(width, height, 1)};
+codec::ReflectanceStack stackOf(int width, int height, size_t lights) {
+  codec::ReflectanceStack stack{width, height,
+                                std::vector<image::Image>(lights, image::Image(width, height, 3)),
+                                image::Image(width, height, 1)};
   return stack;
 }
 
 TEST(WhiteLevel, OneValueInTwoHundredIsBrighter) {
-  ReflectanceStack stack = stackOf(100, 10, 2); // 6000 values
-  Mask object(100, 10);
+  codec::ReflectanceStack stack = stackOf(100, 10, 2); // 6000 values
+  image::Mask object(100, 10);
   std::ranges::fill(object.inside, uint8_t{1});
   size_t next = 0;
-  for (Image& light : stack.lights)
+  for (image::Image& light : stack.lights)
     for (float& value : light.values) value = static_cast<float>(++next);
   WhiteLevel white;
   white.add(stack, object);
@@ -24,10 +25,10 @@ TEST(WhiteLevel, OneValueInTwoHundredIsBrighter) {
 }
 
 TEST(WhiteLevel, OnlyTheObjectCounts) {
-  ReflectanceStack stack = stackOf(4, 4, 1);
+  codec::ReflectanceStack stack = stackOf(4, 4, 1);
   std::ranges::fill(stack.lights[0].values, 100.f);
   WhiteLevel white;
-  Mask object(4, 4);
+  image::Mask object(4, 4);
   white.add(stack, object);
   EXPECT_FALSE(white.isKnown());
   object.inside[5] = 1;
@@ -38,7 +39,7 @@ TEST(WhiteLevel, OnlyTheObjectCounts) {
 }
 
 TEST(WhiteLevel, BlackHasOneNevertheless) {
-  Mask object(4, 4);
+  image::Mask object(4, 4);
   object.inside[0] = 1;
   WhiteLevel white;
   white.add(stackOf(4, 4, 1), object);
@@ -46,4 +47,4 @@ TEST(WhiteLevel, BlackHasOneNevertheless) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::model

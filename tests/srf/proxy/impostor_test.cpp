@@ -4,14 +4,14 @@
 
 #include <fstream>
 
-namespace surflect {
+namespace surflect::proxy {
 namespace {
 
 class ImpostorOf : public testing::Test {
 protected:
-  Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
+  capture::Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   studio::Studio studio{.cameras = 8, .lights = 1};
 };
 
@@ -28,7 +28,7 @@ TEST_F(ImpostorOf, SeveralViewsWithMattesIsTheirHull) {
 }
 
 TEST_F(ImpostorOf, AMeshComesFirst) {
-  Capture capture = photographed();
+  capture::Capture capture = photographed();
   capture.geometry = "mesh.ply";
   const Impostor impostor = impostorOf(capture, {}, {});
   EXPECT_EQ(impostor.origin, Impostor::Origin::given);
@@ -36,7 +36,7 @@ TEST_F(ImpostorOf, AMeshComesFirst) {
 }
 
 TEST_F(ImpostorOf, AMeshInsideOutIsTurnedAndTold) {
-  Capture capture = photographed();
+  capture::Capture capture = photographed();
   capture.geometry = "inverted.obj";
   const TriangleMesh sound = readMesh(folder / "capture/mesh.ply");
   std::ofstream obj(folder / "capture/inverted.obj");
@@ -53,11 +53,11 @@ TEST_F(ImpostorOf, AMeshInsideOutIsTurnedAndTold) {
 
 TEST_F(ImpostorOf, SeveralViewsWithoutMattesIsAnErrorWithBothWaysOut) {
   studio.matte = false;
-  const std::string error = errorOf([&] { impostorOf(photographed(), {}, {}); });
+  const std::string error = image::errorOf([&] { impostorOf(photographed(), {}, {}); });
   EXPECT_NE(error.find("--mesh"), std::string::npos);
   EXPECT_NE(error.find("--mask-threshold"), std::string::npos);
   EXPECT_NE(error.find("transforms.json"), std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::proxy

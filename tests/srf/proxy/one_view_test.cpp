@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace surflect {
+namespace surflect::proxy {
 namespace {
 
 using studio::packOptions;
@@ -17,40 +17,40 @@ using studio::Studio;
 // A sphere of radius 1 around the origin, seen by one camera.
 class OneView : public testing::Test {
 protected:
-  Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
-  PackReport packed(const Capture& capture, bool relief) {
-    PackOptions options = packOptions(1500);
+  capture::Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
+  model::PackReport packed(const capture::Capture& capture, bool relief) {
+    model::PackOptions options = packOptions(1500);
     options.impostor.relief = relief;
     options.overwrite = true;
-    return pack(capture, folder / "model", options, {}, nullptr);
+    return model::pack(capture, folder / "model", options, {}, nullptr);
   }
 
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
   Studio studio{.cameras = 1, .lights = 24, .size = 48};
 };
 
 TEST_F(OneView, PlaneShowsTheMatteAndHoldsTheOrigin) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   const auto& camera = capture.views[0].camera;
   const TriangleMesh mesh = meshOfOneView(capture, false, {});
-  const Mask truth = objectMask(studio::viewSphere(camera, studio.samples).alpha);
-  EXPECT_EQ(objectMask(silhouette(camera, RayCaster<AcquisitionSpace>(mesh))), truth);
+  const image::Mask truth = image::objectMask(studio::viewSphere(camera, studio.samples).alpha);
+  EXPECT_EQ(image::objectMask(silhouette(camera, RayCaster<AcquisitionSpace>(mesh))), truth);
   for (const auto& p : mesh.positions)
     EXPECT_NEAR(camera.cameraFromWorld(p.cast<double>()).z(), -studio::cameraDistance, 1e-6);
 }
 
 TEST_F(OneView, WithoutMatteThePictureIsTheObject) {
   studio.matte = false;
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   const auto& camera = capture.views[0].camera;
   const TriangleMesh mesh = meshOfOneView(capture, false, {});
-  const Image seen = silhouette(camera, RayCaster<AcquisitionSpace>(mesh));
+  const image::Image seen = silhouette(camera, RayCaster<AcquisitionSpace>(mesh));
   EXPECT_EQ(std::ranges::count(seen.values, 1.f), 48 * 48);
 }
 
 // What one camera sees fixes shape up to a factor.
 TEST_F(OneView, ReliefOfASphereIsTheSphereUpToScale) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   const Point3<AcquisitionSpace, double> center = capture.views[0].camera.center();
   const TriangleMesh mesh = meshOfOneView(capture, true, {});
   std::vector<double> ratios;
@@ -66,10 +66,10 @@ TEST_F(OneView, ReliefOfASphereIsTheSphereUpToScale) {
 }
 
 TEST_F(OneView, PackSaysWhichGeometryItMade) {
-  const Capture capture = photographed();
+  const capture::Capture capture = photographed();
   EXPECT_EQ(nameOf(packed(capture, false).geometry), "plane");
   EXPECT_EQ(nameOf(packed(capture, true).geometry), "relief");
-  Capture withMesh = capture;
+  capture::Capture withMesh = capture;
   withMesh.geometry = "mesh.ply";
   EXPECT_EQ(nameOf(packed(withMesh, false).geometry), "mesh");
 }
@@ -80,8 +80,8 @@ TEST_F(OneView, TheOnlyCameraAnswersInAllDirections) {
     for (const bool relief : {true, false}) {
       studio.matte = matte;
       packed(photographed(), relief);
-      const Model model = openModel(folder / "model");
-      QueryBatch batch;
+      const model::Model model = model::openModel(folder / "model");
+      model::QueryBatch batch;
       batch.lights = 1;
       const auto directions = studio::spiral(100);
       for (uint32_t i = 0; i < model.cloud.size(); ++i) {
@@ -91,15 +91,15 @@ TEST_F(OneView, TheOnlyCameraAnswersInAllDirections) {
         batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(direction));
         batch.irradiance.push_back({1, 1, 1});
       }
-      const ShadingPlan plan = planShading(model, batch, {});
+      const model::ShadingPlan plan = model::planShading(model, batch, {});
       ASSERT_EQ(plan.ops.size(), batch.size());
-      for (const ShadingOp& op : plan.ops) EXPECT_EQ(op.weight, 1);
+      for (const codec::ShadingOp& op : plan.ops) EXPECT_EQ(op.weight, 1);
     }
 }
 
 TEST_F(OneView, WhatTellsNoReliefIsSaid) {
-  const auto expectError = [&](const Capture& capture, const std::string& wanted) {
-    const std::string line = errorOf([&] { packed(capture, true); });
+  const auto expectError = [&](const capture::Capture& capture, const std::string& wanted) {
+    const std::string line = image::errorOf([&] { packed(capture, true); });
     EXPECT_NE(line.find(wanted), std::string::npos) << line;
     EXPECT_NE(line.find("transforms.json"), std::string::npos) << line;
   };
@@ -113,15 +113,15 @@ TEST_F(OneView, WhatTellsNoReliefIsSaid) {
 }
 
 TEST_F(OneView, ABlackMatteShowsNothing) {
-  const Capture capture = photographed();
-  const Image black(studio.size, studio.size, 1);
-  const Image radiance(studio.size, studio.size, 3);
-  std::vector<RadianceLayer> layers;
-  for (const Frame& frame : capture.frames) layers.push_back({frame.layer, &radiance});
-  writeViewPictures(folder / "capture/C0.exr", layers, &black, "matte");
-  const std::string line = errorOf([&] { packed(capture, false); });
+  const capture::Capture capture = photographed();
+  const image::Image black(studio.size, studio.size, 1);
+  const image::Image radiance(studio.size, studio.size, 3);
+  std::vector<capture::RadianceLayer> layers;
+  for (const capture::Frame& frame : capture.frames) layers.push_back({frame.layer, &radiance});
+  capture::writeViewPictures(folder / "capture/C0.exr", layers, &black, "matte");
+  const std::string line = image::errorOf([&] { packed(capture, false); });
   EXPECT_NE(line.find("shows anything of the object"), std::string::npos) << line;
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::proxy

@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 using Direction = Direction3<AcquisitionSpace>;
@@ -432,4 +432,4 @@ INSTANTIATE_TEST_SUITE_P(Simd, ChoiceLanes, testing::ValuesIn(supportedSimd()),
                          [](const auto& simd) { return std::string(nameOf(simd.param)); });
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

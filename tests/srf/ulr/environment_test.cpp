@@ -10,7 +10,7 @@
 #include <limits>
 #include <numbers>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 using Direction = Direction3<EnvironmentSpace, double>;
@@ -22,9 +22,10 @@ void expectNear(const Direction& a, const Direction& b, double tolerance = 2e-15
 }
 
 // A picture of a function of direction; the corners of an angular map are red.
-Image pictureOf(EnvironmentMapping mapping, int height, const std::function<double(Vec3<double>)>& radiance) {
+image::Image pictureOf(EnvironmentMapping mapping, int height,
+                       const std::function<double(Vec3<double>)>& radiance) {
   const int width = mapping == EnvironmentMapping::latLong ? 2 * height : height;
-  Image image(width, height, 3);
+  image::Image image(width, height, 3);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const double u = (x + 0.5) / width, v = (y + 0.5) / height;
@@ -131,7 +132,7 @@ TEST(Environment, BothMappingsOfOneWorldShineAlike) {
 TEST(Environment, BadSamplesAreReplacedAndTheirTexelsCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN(),
               infinity = std::numeric_limits<float>::infinity();
-  Image image(8, 4, 3);
+  image::Image image(8, 4, 3);
   std::ranges::fill(image.values, 1.f);
   const auto whole = environmentOf(image, EnvironmentMapping::latLong);
   EXPECT_EQ(whole.replaced, 0u);
@@ -155,7 +156,7 @@ TEST(Environment, BadSamplesAreReplacedAndTheirTexelsCounted) {
 }
 
 TEST(Environment, GrayShinesInAllChannels) {
-  Image gray(4, 2, 1);
+  image::Image gray(4, 2, 1);
   std::ranges::fill(gray.values, 3.f);
   const Rgb total = totalIrradiance(environmentOf(gray, EnvironmentMapping::latLong).texels);
   EXPECT_NEAR(total.r, 12 * kPi, 1e-5);
@@ -163,7 +164,7 @@ TEST(Environment, GrayShinesInAllChannels) {
 }
 
 TEST(Gathered, KeepsTheLightOfEveryChannel) {
-  const Image image = randomImage(64, 32, 3, 0, 2, 4);
+  const image::Image image = image::randomImage(64, 32, 3, 0, 2, 4);
   const auto texels = environmentOf(image, EnvironmentMapping::latLong).texels;
   const Rgb total = totalIrradiance(texels);
   for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
@@ -188,7 +189,7 @@ TEST(Gathered, AConstantMapBecomesAboutTwoPiOverThreeSpreadsLights) {
 TEST(Gathered, ASmallBrightSourceIsALightOfItsOwn) {
   std::mt19937 random(5);
   for (unsigned trial = 0; trial < 5; ++trial) {
-    Image image = randomImage(128, 64, 3, 0.5f, 1, trial);
+    image::Image image = image::randomImage(128, 64, 3, 0.5f, 1, trial);
     const int x = static_cast<int>(random() % 128), y = static_cast<int>(20 + random() % 24);
     std::ranges::fill(image.at(x, y), 1e5f);
     const auto lights = gathered(environmentOf(image, EnvironmentMapping::latLong).texels, 1e-3);
@@ -232,7 +233,7 @@ TEST(Gathered, NeverExceedsItsLimit) {
 
 class ReadEnvironment : public testing::Test {
 protected:
-  TemporaryFolder folder;
+  image::TemporaryFolder folder;
 };
 
 TEST_F(ReadEnvironment, TheShapeTellsTheMapping) {
@@ -240,8 +241,8 @@ TEST_F(ReadEnvironment, TheShapeTellsTheMapping) {
   const Vec3<double> n = randomUnit(random);
   const auto cosine = [&](const Vec3<double>& d) { return std::max(0.0, d.dot(n)); };
   for (const auto mapping : bothMappings) {
-    const Image image = pictureOf(mapping, 64, lively);
-    writeExr(folder / "map.exr", image, Precision::single);
+    const image::Image image = pictureOf(mapping, 64, lively);
+    image::writeExr(folder / "map.exr", image, image::Precision::single);
     const auto expected = environmentOf(image, mapping).texels;
     EXPECT_EQ(readEnvironment(folder / "map.exr").texels, expected);
     EXPECT_EQ(readEnvironment(folder / "map.exr", mapping).texels, expected);
@@ -250,7 +251,7 @@ TEST_F(ReadEnvironment, TheShapeTellsTheMapping) {
 }
 
 TEST_F(ReadEnvironment, StopsWithinARowOrACut) {
-  const Image image = pictureOf(EnvironmentMapping::latLong, 64, lively);
+  const image::Image image = pictureOf(EnvironmentMapping::latLong, 64, lively);
   const auto texels = environmentOf(image, EnvironmentMapping::latLong).texels;
   int asked = 0;
   Progress later;
@@ -265,7 +266,7 @@ TEST_F(ReadEnvironment, StopsWithinARowOrACut) {
 TEST_F(ReadEnvironment, RadianceFilesAreRead) {
   std::string file = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n";
   for (int i = 0; i < 8; ++i) file += i == 6 ? std::string("\x80\x40\x20\x82", 4) : std::string(4, '\0');
-  writeBytes(folder / "sun.hdr", file);
+  image::writeBytes(folder / "sun.hdr", file);
   const auto map = readEnvironment(folder / "sun.hdr");
   ASSERT_EQ(map.texels.size(), 1u); // column 2 of row 1
   const Rgb light = map.texels[0].irradiance;
@@ -278,36 +279,38 @@ TEST_F(ReadEnvironment, RadianceFilesAreRead) {
 TEST_F(ReadEnvironment, OtherPrimariesBecomeRec709) {
   std::string pixels;
   for (int i = 0; i < 8; ++i) pixels += i == 6 ? std::string("\x80\x40\x20\x82", 4) : std::string(4, '\0');
-  writeBytes(folder / "sun.hdr", "#?RADIANCE\nPRIMARIES=0.68 0.32 0.265 0.69 0.15 0.06 0.3127 0.329\n"
-                                 "FORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" +
-                                     pixels);
+  image::writeBytes(folder / "sun.hdr", "#?RADIANCE\nPRIMARIES=0.68 0.32 0.265 0.69 0.15 0.06 0.3127 0.329\n"
+                                        "FORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" +
+                                            pixels);
   const Rgb light = readEnvironment(folder / "sun.hdr").texels.at(0).irradiance;
-  const Vec3<double> expected = rec709From(kDisplayP3) * Vec3<double>(2, 1, 0.5) * kPi / 2;
+  const Vec3<double> expected = image::rec709From(image::kDisplayP3) * Vec3<double>(2, 1, 0.5) * kPi / 2;
   EXPECT_NEAR(light.r, expected[0], 1e-6);
   EXPECT_NEAR(light.g, expected[1], 1e-6);
   EXPECT_NEAR(light.b, expected[2], 1e-6);
 }
 
 TEST_F(ReadEnvironment, WhatIsNoEnvironmentIsRefusedByName) {
-  const auto complaint = [&](const char* name) { return errorOf([&] { readEnvironment(folder / name); }); };
-  writeExr(folder / "wide.exr", Image(9, 3, 3));
+  const auto complaint = [&](const char* name) {
+    return image::errorOf([&] { readEnvironment(folder / name); });
+  };
+  image::writeExr(folder / "wide.exr", image::Image(9, 3, 3));
   EXPECT_NE(complaint("wide.exr").find("wide.exr: found 9 x 3, expected twice"), std::string::npos);
   EXPECT_NO_THROW(readEnvironment(folder / "wide.exr", EnvironmentMapping::latLong));
-  writeExr(folder / "cross.exr", Image(6, 8, 3));
+  image::writeExr(folder / "cross.exr", image::Image(6, 8, 3));
   EXPECT_NE(complaint("cross.exr").find("cross.exr: found 6 x 8 (a cube cross?), expected twice"),
             std::string::npos);
-  writePng(folder / "map.png", Image(4, 2, 3));
+  image::writePng(folder / "map.png", image::Image(4, 2, 3));
   EXPECT_NE(complaint("map.png").find("found 8-bit samples, expected radiance in floating point"),
             std::string::npos);
   EXPECT_NE(complaint("missing.exr").find("missing.exr"), std::string::npos);
-  writeBytes(folder / "huge.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8192 +X 16384\n");
+  image::writeBytes(folder / "huge.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8192 +X 16384\n");
   EXPECT_NE(complaint("huge.hdr").find("found 16384 x 8192, expected an environment of at most"),
             std::string::npos);
-  Image bright(4, 2, 3);
+  image::Image bright(4, 2, 3);
   std::ranges::fill(bright.values, 3e38f);
-  writeExr(folder / "bright.exr", bright, Precision::single);
+  image::writeExr(folder / "bright.exr", bright, image::Precision::single);
   EXPECT_NE(complaint("bright.exr").find("within float"), std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 TEST(StandIn, ChangesWithoutAJumpFromTheFrontOverTheHorizonToTheBack) {
@@ -52,4 +52,4 @@ TEST(StandIn, NoPenaltyIsBelowTheLeast) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

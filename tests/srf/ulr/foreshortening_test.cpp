@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 using lights::directionOf;
@@ -87,9 +87,11 @@ TEST(Foreshortening, WhatFadesIsForeshortenedAlike) {
     const Face face(lights, normalOf(randomDirection(random)));
     const auto towards = randomDirection(random);
     const auto factor = [&](LightExtrapolation extrapolation) {
-      return face.factor(towards, blendOfLights(lights, towards, {3, LightFit::mean}, coverage, extrapolation));
+      return face.factor(towards,
+                         blendOfLights(lights, towards, {3, LightFit::mean}, coverage, extrapolation));
     };
-    const BlendSet faded = blendOfLights(lights, towards, {3, LightFit::mean}, coverage, LightExtrapolation::fade);
+    const BlendSet faded =
+        blendOfLights(lights, towards, {3, LightFit::mean}, coverage, LightExtrapolation::fade);
     if (std::ranges::any_of(faded, [](const Blended& b) { return b.weight > 1e-3f; })) {
       EXPECT_NEAR(factor(LightExtrapolation::fade), factor(LightExtrapolation::clamp), 1e-4f);
     } else {
@@ -99,4 +101,4 @@ TEST(Foreshortening, WhatFadesIsForeshortenedAlike) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 using lights::coverageOf;
@@ -21,8 +21,9 @@ using lights::sumOf;
 constexpr LightFit fits[] = {LightFit::mean, LightFit::plane};
 
 std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
-                             const LightBlend& how, LightExtrapolation extrapolation = LightExtrapolation::clamp) {
-  return surflect::lights::weightsOf(lights, towards, how, coverageOf(lights), extrapolation);
+                             const LightBlend& how,
+                             LightExtrapolation extrapolation = LightExtrapolation::clamp) {
+  return surflect::ulr::lights::weightsOf(lights, towards, how, coverageOf(lights), extrapolation);
 }
 
 double largestDifference(std::span<const float> a, std::span<const float> b) {
@@ -46,7 +47,8 @@ TEST(LightBlend, WeightsOfAMeanAndThoseToBeForeshortenedSumToTheCoverage) {
             EXPECT_NEAR(sumOf(weightsOf(lights, towards, how)), 1, 5e-7);
             float nearest = 2;
             for (const auto& light : lights) nearest = std::min(nearest, anglePenalty(light, towards));
-            EXPECT_NEAR(sumOf(weightsOf(lights, towards, how, LightExtrapolation::fade)), coverage.at(nearest), 5e-7);
+            EXPECT_NEAR(sumOf(weightsOf(lights, towards, how, LightExtrapolation::fade)),
+                        coverage.at(nearest), 5e-7);
           }
         }
 }
@@ -179,4 +181,4 @@ TEST(LightBlend, LightsInOneLineOrInOnePlaceHaveBoundedWeights) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

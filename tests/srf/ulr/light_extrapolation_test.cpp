@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 using Direction = Direction3<AcquisitionSpace, double>;
@@ -88,4 +88,4 @@ TEST(LightCoverage, TwoOppositeLightsFadeNowhere) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 using lights::Direction;
@@ -19,7 +19,8 @@ using lights::sumOf;
 using lights::weightsOf;
 using ToAcquisition = Rotation<AcquisitionSpace, EnvironmentSpace, float>;
 
-LightTable tableOf(std::span<const Direction> lights, const LightBlend& how, LightExtrapolation extrapolation) {
+LightTable tableOf(std::span<const Direction> lights, const LightBlend& how,
+                   LightExtrapolation extrapolation) {
   return LightTable(inDouble(lights), how, extrapolation);
 }
 
@@ -73,7 +74,7 @@ TEST_P(LightTableOf, EqualsTheBlend) {
   for (const int count : {12, 30, 100})
     for (const double lowest : {-1.0, 0.2}) {
       const auto lights = spiral(count, lowest);
-      const LightCoverage coverage = surflect::lights::coverageOf(lights);
+      const LightCoverage coverage = surflect::ulr::lights::coverageOf(lights);
       for (const auto extrapolation : {LightExtrapolation::clamp, LightExtrapolation::fade}) {
         const LightTable table = tableOf(lights, how, extrapolation);
         double mean = 0, worst = 0;
@@ -244,4 +245,4 @@ TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

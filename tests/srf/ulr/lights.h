@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace surflect::lights {
+namespace surflect::ulr::lights {
 
 using Direction = Direction3<AcquisitionSpace>;
 
@@ -38,14 +38,16 @@ inline std::vector<Direction3<AcquisitionSpace, double>> inDouble(std::span<cons
   return exact;
 }
 
-inline LightCoverage coverageOf(std::span<const Direction> lights) { return LightCoverage(inDouble(lights)); }
+inline ulr::LightCoverage coverageOf(std::span<const Direction> lights) {
+  return ulr::LightCoverage(inDouble(lights));
+}
 
 // Per light.
 inline std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
-                                    const LightBlend& how, const LightCoverage& coverage,
-                                    LightExtrapolation extrapolation = LightExtrapolation::clamp) {
+                                    const ulr::LightBlend& how, const ulr::LightCoverage& coverage,
+                                    ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp) {
   std::vector<float> weights(lights.size());
-  for (const auto& [light, weight] : blendOfLights(lights, towards, how, coverage, extrapolation))
+  for (const auto& [light, weight] : ulr::blendOfLights(lights, towards, how, coverage, extrapolation))
     weights[light] = weight;
   return weights;
 }
@@ -56,4 +58,4 @@ inline double sumOf(std::span<const float> weights) {
   return sum;
 }
 
-} // namespace surflect::lights
+} // namespace surflect::ulr::lights

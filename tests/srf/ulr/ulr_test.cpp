@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 using Direction = Direction3<AcquisitionSpace>;
@@ -189,4 +189,4 @@ TEST(Ulr, ConfidenceFallsWithThePenaltyAndIsNeverNothing) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

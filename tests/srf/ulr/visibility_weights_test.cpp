@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-namespace surflect {
+namespace surflect::ulr {
 namespace {
 
 void addSquare(TriangleMesh& mesh, float halfWidth, float z) {
@@ -20,11 +20,12 @@ void addSquare(TriangleMesh& mesh, float halfWidth, float z) {
 }
 
 // Cameras on a circle above the plane z = 0, all looking down the z axis' way at the origin.
-Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position) {
+capture::Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position) {
   const Vec3<double> z = position.normalized(), x = Vec3<double>(0.3, 1, 0).cross(z).normalized();
   Mat3<double> axes; // columns: camera axes in the world
   axes << x, z.cross(x), z;
-  const Lens lens{.width = 200, .height = 200, .focalX = 180, .focalY = 180, .centerX = 100, .centerY = 100};
+  const capture::Lens lens{
+      .width = 200, .height = 200, .focalX = 180, .focalY = 180, .centerX = 100, .centerY = 100};
   return {lens, Rigid<CameraSpace, AcquisitionSpace>(axes.transpose(), -(axes.transpose() * position))};
 }
 
@@ -52,7 +53,7 @@ protected:
     visibility.at(p, up, open);
     NearestCandidates nearest(3);
     for (uint32_t i = 0; i < views.size(); ++i) {
-      const Viewpoint viewpoint(views[i]);
+      const capture::Viewpoint viewpoint(views[i]);
       const double fade = visibilityWeight(views[i], viewpoint, p, up, open[i]);
       nearest.offer({i, anglePenalty(viewpoint.towards(p.cast<double>()).cast<float>(), view) /
                             static_cast<float>(fade)});
@@ -77,7 +78,7 @@ protected:
 
   TriangleMesh floor, scene;
   SurfelCloud cloud;
-  std::vector<Camera<AcquisitionSpace>> views;
+  std::vector<capture::Camera<AcquisitionSpace>> views;
 };
 
 TEST_F(FloorUnderSquare, LineOfSightEndsWhereGeometrySaysSo) {
@@ -144,7 +145,7 @@ TEST(GrazingAndBorderFades, FallToZeroWhereTheViewEnds) {
   EXPECT_EQ(grazingFade(0), 0);
   EXPECT_EQ(grazingFade(-0.5), 0);
   EXPECT_EQ(grazingFade(1), 1);
-  const Lens lens{.width = 100, .height = 50};
+  const capture::Lens lens{.width = 100, .height = 50};
   EXPECT_EQ(borderFade(lens, {0, 25}), 0);
   EXPECT_EQ(borderFade(lens, {50, 50.5}), 0);
   EXPECT_EQ(borderFade(lens, {50, 25}), 1);
@@ -175,4 +176,4 @@ TEST(StoredFades, NeighbouringValuesMoveAWeightByLittle) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::ulr

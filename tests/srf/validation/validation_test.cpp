@@ -4,7 +4,7 @@
 #include "srf/image/png.h"
 #include "tests/support/synthetic_capture.h"
 
-namespace surflect {
+namespace surflect::validation {
 namespace {
 
 using Severity = Finding::Severity;
@@ -35,14 +35,14 @@ protected:
     return all[0].text;
   }
   template <class Change> void changeDirections(const Change& change) {
-    for (Light& light : capture.lights) {
-      auto& towards = std::get<DirectionalLight>(light.kind).towards;
+    for (capture::Light& light : capture.lights) {
+      auto& towards = std::get<capture::DirectionalLight>(light.kind).towards;
       towards = assume<Direction3<AcquisitionSpace, double>>(change(towards.raw()));
     }
   }
 
-  TemporaryFolder folder;
-  Capture capture;
+  image::TemporaryFolder folder;
+  capture::Capture capture;
   TriangleMesh mesh;
 };
 
@@ -56,9 +56,9 @@ TEST_F(Checks, FindNothingInACaptureThatIsRight) {
 
 TEST_F(Checks, FindPosesWithoutAMesh) {
   EXPECT_TRUE(checkPoses(capture).empty());
-  const Capture right = capture;
+  const capture::Capture right = capture;
   const Mat3<double> visionAxes = Vec3<double>(1, -1, -1).asDiagonal();
-  for (View& view : capture.views) {
+  for (capture::View& view : capture.views) {
     auto& pose = view.camera.cameraFromWorld;
     pose = {visionAxes * pose.rotation(), visionAxes * pose.translation()};
   }
@@ -82,7 +82,7 @@ TEST_F(Checks, FindPosesWithoutAMesh) {
 }
 
 TEST_F(Checks, FindCamerasThatAllStandAtOnePlace) {
-  for (View& view : capture.views) {
+  for (capture::View& view : capture.views) {
     const Mat3<double> rotation = view.camera.cameraFromWorld.rotation();
     view.camera.cameraFromWorld = {rotation, -rotation * Vec3<double>(1, 2, 3)};
   }
@@ -93,9 +93,9 @@ TEST_F(Checks, FindCamerasThatAllStandAtOnePlace) {
 
 // A pixel covers 4 / focal length, 0.16 here; floats around 4,600,000 are 0.5 apart, around 50,000 0.004.
 TEST_F(Checks, SayHowManyPixelsRoundingCostsFarFromTheOrigin) {
-  EXPECT_TRUE(checkPoses(countedFrom(capture, {0, -5000, 0})).empty());
-  const auto near = checkPoses(countedFrom(capture, {0, 0, 300000})),
-             far = checkPoses(countedFrom(capture, {500000, -4600000, 30}));
+  EXPECT_TRUE(checkPoses(capture::countedFrom(capture, {0, -5000, 0})).empty());
+  const auto near = checkPoses(capture::countedFrom(capture, {0, 0, 300000})),
+             far = checkPoses(capture::countedFrom(capture, {500000, -4600000, 30}));
   ASSERT_EQ(near.size(), 1u);
   EXPECT_EQ(near[0].severity, Severity::warning);
   ASSERT_EQ(far.size(), 1u);
@@ -127,8 +127,8 @@ TEST_F(Placement, FindsAMeshOfAnotherSize) {
       return (1 + std::sin(9 * n[0]) * std::sin(9 * n[1] + 1) * std::sin(9 * n[2])) * Rgb{0.3f, 0.4f, 0.5f};
     };
     const std::string name = std::to_string(v) + ".exr";
-    writeExr(folder / "bare" / name,
-             studio::shadeSphere(studio::viewSphere(capture.views[v].camera, 2), checkered));
+    image::writeExr(folder / "bare" / name,
+                    studio::shadeSphere(studio::viewSphere(capture.views[v].camera, 2), checkered));
     capture.frames[v].picture = name;
     capture.frames[v].layer = "";
   }
@@ -141,15 +141,15 @@ TEST_F(Placement, FindsAMeshOfAnotherSize) {
 TEST_F(Checks, FindBlackAndOverexposedPhotographs) {
   capture = studio::photograph({.cameras = 10, .lights = 0, .size = 64}, folder / "fixed");
   for (const auto& [value, frame] : {std::pair(0.f, 3), std::pair(1.f, 5)}) {
-    Image picture(64, 64, 4);
+    image::Image picture(64, 64, 4);
     for (size_t i = 0; i < picture.values.size(); ++i) picture.values[i] = i % 4 == 3 ? 1.f : value;
     const std::string name = std::to_string(frame) + ".png";
-    writePng(folder / "fixed" / name, picture);
+    image::writePng(folder / "fixed" / name, picture);
     capture.frames[static_cast<size_t>(frame)].picture = name;
     capture.frames[static_cast<size_t>(frame)].layer = capture.frames[static_cast<size_t>(frame)].alphaLayer =
         "";
   }
-  capture.colorSpace = ColorSpace::linear;
+  capture.colorSpace = capture::ColorSpace::linear;
   const auto found = checkExposures(capture, measures());
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].text, "1 of 10 photographs are black: C3");
@@ -158,21 +158,21 @@ TEST_F(Checks, FindBlackAndOverexposedPhotographs) {
 
 TEST_F(Checks, FloatingPointIsNeverOverexposed) {
   capture = studio::photograph({.cameras = 2, .lights = 0, .size = 64}, folder / "fixed");
-  capture.colorSpace = ColorSpace::linear;
-  for (Frame& frame : capture.frames) {
+  capture.colorSpace = capture::ColorSpace::linear;
+  for (capture::Frame& frame : capture.frames) {
     frame.picture = "A.EXR";
     frame.layer = frame.alphaLayer = "";
   }
-  writeExr(folder / "fixed/A.EXR", randomImage(64, 64, 3, 1, 1, 1));
+  image::writeExr(folder / "fixed/A.EXR", image::randomImage(64, 64, 3, 1, 1, 1));
   EXPECT_TRUE(checkExposures(capture, measures()).empty());
 }
 
 TEST_F(Checks, FindThatAllPhotographsAreBlack) {
-  for (Frame& frame : capture.frames) {
+  for (capture::Frame& frame : capture.frames) {
     frame.picture = "black.exr";
     frame.layer = frame.alphaLayer = "";
   }
-  writeExr(folder / "black.exr", Image(64, 64, 3));
+  image::writeExr(folder / "black.exr", image::Image(64, 64, 3));
   const auto found = checkExposures(capture, measures());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].severity, Severity::error);
@@ -182,7 +182,8 @@ TEST_F(Checks, FindThatAllPhotographsAreBlack) {
 TEST_F(Checks, ReadAsManyMasksAsTheyMay) {
   for (size_t f = 0; f < capture.frames.size(); ++f)
     capture.frames[f].mask = std::to_string(f + 100) + ".png";
-  for (const char* read : {"100.png", "220.png"}) writePng(folder / read, Image(64, 64, 1)); // of 240
+  for (const char* read : {"100.png", "220.png"})
+    image::writePng(folder / read, image::Image(64, 64, 1)); // of 240
   const auto found = checkMattes(capture, {.views = 2}, {});
   ASSERT_EQ(found.size(), 1u);
   EXPECT_TRUE(contains(found[0].text, "2 of 2 masks show nothing of the object")) << found[0].text;
@@ -191,7 +192,8 @@ TEST_F(Checks, ReadAsManyMasksAsTheyMay) {
 // One view has no middle of the scene but the mesh's.
 TEST_F(Checks, SayWhatRoundingCostsASingleView) {
   const Vec3<double> origin(500000, -4600000, 30);
-  capture = countedFrom(subset(capture, [](const Frame& frame) { return frame.view == 0; }), origin);
+  capture = capture::countedFrom(
+      capture::subset(capture, [](const capture::Frame& frame) { return frame.view == 0; }), origin);
   EXPECT_TRUE(checkPoses(capture).empty());
   for (auto& p : mesh.positions)
     p = assume<Point3<AcquisitionSpace>>(Vec3<double>(p.cast<double>().raw() - origin));
@@ -263,13 +265,13 @@ TEST_F(Checks, FindLightsThatAreExchanged) {
 }
 
 TEST_F(Checks, FindAPhotographThatIsOfNoLight) {
-  for (Frame& frame : capture.frames)
+  for (capture::Frame& frame : capture.frames)
     if (frame.light == 7) {
       frame.picture = "flat.exr";
       frame.layer = frame.alphaLayer = "";
     }
   for (const float noise : {0.01f, 0.2f}) {
-    writeExr(folder / "flat.exr", randomImage(64, 64, 3, 0.5f - noise, 0.5f + noise, 1));
+    image::writeExr(folder / "flat.exr", image::randomImage(64, 64, 3, 0.5f - noise, 0.5f + noise, 1));
     const std::string text = only(Severity::warning);
     EXPECT_TRUE(contains(text, "photographs of 1 of 24 lights do not follow") && contains(text, "L7 ("))
         << text;
@@ -305,12 +307,13 @@ TEST_F(Checks, FindOtherUnits) {
 }
 
 TEST_F(Checks, FindPointLightsThatAreTooNearOrTooFar) {
-  for (Light& light : capture.lights) {
-    const auto towards = std::get<DirectionalLight>(light.kind).towards;
-    light.kind = PointLight{assume<Point3<AcquisitionSpace, double>>(8 * towards.raw()), {10, 10, 10}};
+  for (capture::Light& light : capture.lights) {
+    const auto towards = std::get<capture::DirectionalLight>(light.kind).towards;
+    light.kind =
+        capture::PointLight{assume<Point3<AcquisitionSpace, double>>(8 * towards.raw()), {10, 10, 10}};
   }
   EXPECT_TRUE(checkUnits(capture, mesh).empty());
-  auto& position = std::get<PointLight>(capture.lights[3].kind).position;
+  auto& position = std::get<capture::PointLight>(capture.lights[3].kind).position;
   position = {0.3, 0.2, 0.1};
   EXPECT_TRUE(contains(checkUnits(capture, mesh).at(0).text, "1 of 24 point lights stand within the box"));
   position = {1e4, 0, 0};
@@ -319,7 +322,7 @@ TEST_F(Checks, FindPointLightsThatAreTooNearOrTooFar) {
 }
 
 TEST_F(Checks, SayHugeNumbersShortly) {
-  for (View& view : capture.views) view.camera.lens.focalX = view.camera.lens.focalY = 1e200;
+  for (capture::View& view : capture.views) view.camera.lens.focalX = view.camera.lens.focalY = 1e200;
   const auto found = checkUnits(capture, mesh);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_TRUE(contains(found[0].text, "e+19")) << found[0].text;
@@ -327,14 +330,14 @@ TEST_F(Checks, SayHugeNumbersShortly) {
 }
 
 TEST_F(Checks, FindMasksThatAreShifted) {
-  const Image mask = [] {
-    Image image(64, 64, 1);
+  const image::Image mask = [] {
+    image::Image image(64, 64, 1);
     for (int y = 0; y < 64; ++y)
       for (int x = 0; x < 64; ++x) image.at(x, y)[0] = std::hypot(x - 38.0, y - 32.0) < 25;
     return image;
   }();
-  writePng(folder / "mask.png", mask);
-  for (Frame& frame : capture.frames) frame.mask = "mask.png";
+  image::writePng(folder / "mask.png", mask);
+  for (capture::Frame& frame : capture.frames) frame.mask = "mask.png";
   const auto found = checkMasks(capture, measures());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].severity, Severity::error);
@@ -352,4 +355,4 @@ TEST_F(Checks, StopWhenAskedTo) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::validation

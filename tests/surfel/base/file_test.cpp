@@ -204,8 +204,9 @@ TEST_F(File, OnlyRegularFilesAreReplaced) {
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
   fs::create_directory(folder / "empty");
   for (const fs::path& path : {fs::path("/dev/null"), folder / "pipe", folder / "empty"})
-    EXPECT_NE(errorOf([&] { writeFileAtomically(path, "x"); }).find(path.string() + ": cannot write ("),
-              std::string::npos);
+    EXPECT_NE(
+        image::errorOf([&] { writeFileAtomically(path, "x"); }).find(path.string() + ": cannot write ("),
+        std::string::npos);
   EXPECT_TRUE(fs::is_directory(folder / "empty"));
   EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
   fs::create_symlink("file", folder / "link");

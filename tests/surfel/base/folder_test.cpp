@@ -8,27 +8,27 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST(Folder, IsThereWithThoseItLiesInUntilItIsRemoved) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   createFolder(folder / "a/b/c");
   EXPECT_TRUE(fs::is_directory(folder / "a/b/c"));
   createFolder(folder / "a/b");
-  writeBytes(folder / "a/b/file", "x");
+  image::writeBytes(folder / "a/b/file", "x");
   removeFolder(folder / "a");
   EXPECT_FALSE(fs::exists(folder / "a"));
   removeFolder(folder / "a");
 }
 
 TEST(Folder, OneThatCannotBeIsNamed) {
-  const TemporaryFolder folder;
-  writeBytes(folder / "file", "x");
-  const std::string line = errorOf([&] { createFolder(folder / "file/b"); });
+  const image::TemporaryFolder folder;
+  image::writeBytes(folder / "file", "x");
+  const std::string line = image::errorOf([&] { createFolder(folder / "file/b"); });
   EXPECT_TRUE(line.starts_with((folder / "file/b").string() + ": cannot be created (")) << line;
 }
 
 TEST(Folder, ThatOneCannotBeIsKnownWithoutMakingIt) {
-  const TemporaryFolder folder;
-  writeBytes(folder / "file", "x");
-  EXPECT_EQ(errorOf([&] { requireCreatable(folder / "file/b/c"); }),
+  const image::TemporaryFolder folder;
+  image::writeBytes(folder / "file", "x");
+  EXPECT_EQ(image::errorOf([&] { requireCreatable(folder / "file/b/c"); }),
             (folder / "file/b/c").string() + ": cannot be created (" + (folder / "file").string() +
                 " is not a folder)");
   requireCreatable(folder / "a/b");

@@ -13,7 +13,7 @@ namespace surflect {
 namespace {
 
 std::filesystem::path fileWith(std::string_view content) {
-  static const TemporaryFolder folder; // of this process: tests run side by side
+  static const image::TemporaryFolder folder; // of this process: tests run side by side
   const auto path = folder / "content.OBJ";
   writeFileAtomically(path, content);
   return path;

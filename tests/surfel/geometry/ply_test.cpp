@@ -15,7 +15,7 @@ namespace surflect {
 namespace {
 
 std::filesystem::path temporaryFile(const std::string& name) {
-  static const TemporaryFolder folder; // of this process: tests run side by side
+  static const image::TemporaryFolder folder; // of this process: tests run side by side
   return folder / name;
 }
 
@@ -92,7 +92,7 @@ TEST(Ply, TextureCoordinatesOfFacesComeFirst) {
   };
   EXPECT_EQ(read(" 8 0 0 0.5 0 0.5 0.5 0 0.5").textureCoordinates[2], Vec2<double>(0.5, 0.5));
   EXPECT_EQ(read(" 0").textureCoordinates[2], Vec2<double>(1, 1));
-  EXPECT_NE(errorOf([&] {
+  EXPECT_NE(image::errorOf([&] {
               read(" 6 0 0 1 0 1 1");
             }).find("face[0].texcoord: found 6, expected 8 numbers, two a corner"),
             std::string::npos);

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 TEST(ClearCoat, OverBlackIsTheCoatAlone) {
@@ -41,4 +41,4 @@ TEST(ClearCoat, OverAMirrorIsSpecular) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

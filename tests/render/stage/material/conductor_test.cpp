@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 const Rgb gold{1, 0.7f, 0.3f}, tint{0.9f, 0.8f, 1};
@@ -73,4 +73,4 @@ TEST(Conductor, WhatIsReflectedTwiceIsMoreSaturated) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

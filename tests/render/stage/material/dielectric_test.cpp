@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 const Dielectric smooth{};
@@ -92,4 +92,4 @@ TEST(Dielectric, AbsorptionOfPathsMultiplies) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 TEST(Lambert, IsAlbedoOverPiTimesTheCosine) {
@@ -53,4 +53,4 @@ TEST(RoughDiffuse, IsBrighterTowardsTheLight) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

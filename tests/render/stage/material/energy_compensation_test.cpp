@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 // Over directions of light, not over facets.
@@ -94,4 +94,4 @@ TEST(EnergyCompensation, GrazingDirectionsFollowTheirDensity) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

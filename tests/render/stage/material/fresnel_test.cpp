@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 // 2 int F mu dmu, substituted so that the horizon is smooth.
@@ -81,4 +81,4 @@ TEST(ConductorFresnel, HasTheMeanThatIsStated) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

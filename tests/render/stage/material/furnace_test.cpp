@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 constexpr double cosines[] = {1, 0.9, 0.6, 0.3, 0.1, 0.03, 0.01, 0.002};
@@ -66,4 +66,4 @@ TEST(WhiteFurnace, NothingElseGainsMoreThanItsTables) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

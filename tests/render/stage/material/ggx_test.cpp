@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 const Roughness roughnesses[] = {{1, 1}, {0.3, 0.3}, {0.1, 0.6}};
@@ -93,4 +93,4 @@ TEST(ChiSquared, RejectsADensityThatIsNearlyRight) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

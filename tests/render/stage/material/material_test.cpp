@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 constexpr double cosines[] = {1, 0.7, 0.3, 0.05, 0.01};
@@ -149,7 +149,9 @@ TEST(Samplers, FollowTheirDensities) {
 TEST(Materials, OutOfRangeAreRefusedByField) {
   EXPECT_NO_THROW(for (const auto& named : zoo::all()) requireValid(named.material));
   EXPECT_NO_THROW(requireValid(Dielectric{}));
-  const auto complaint = [](const Material& material) { return errorOf([&] { requireValid(material); }); };
+  const auto complaint = [](const Material& material) {
+    return image::errorOf([&] { requireValid(material); });
+  };
   const double nan = std::nan("");
   EXPECT_EQ(complaint(Lambert{{0.5f, 1.5f, 0}}), "albedo: found 1.5, expected 0 to 1");
   EXPECT_EQ(complaint(Conductor{{1, 1, 1}, {1, 1, 1}, {-0.1, 0.1}}), "alpha.x: found -0.1, expected 0 to 1");
@@ -161,4 +163,4 @@ TEST(Materials, OutOfRangeAreRefusedByField) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

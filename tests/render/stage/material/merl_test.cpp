@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 TEST(Merl, ATabulatedLambertIsLambert) {
@@ -57,12 +57,12 @@ TEST(Merl, WhatWasNotMeasuredIsBlack) {
 }
 
 TEST(Merl, DamagedFilesAreRefused) {
-  const TemporaryFolder folder;
+  const image::TemporaryFolder folder;
   const auto path = folder / "bad.binary";
   std::string bytes = zoo::merlFile([](double, double, double) { return std::array{1.0, 1.0, 1.0}; });
   const auto complaint = [&](const std::string& content) {
-    writeBytes(path, content);
-    const std::string line = errorOf([&] { MerlTable{path}; });
+    image::writeBytes(path, content);
+    const std::string line = image::errorOf([&] { MerlTable{path}; });
     EXPECT_EQ(line.find(path.string()), 0u);
     return line.substr(path.string().size());
   };
@@ -77,8 +77,8 @@ TEST(Merl, DamagedFilesAreRefused) {
   const double nan = std::nan("");
   std::memcpy(&bytes[12 + 8 * 7], &nan, sizeof nan);
   EXPECT_EQ(complaint(bytes), ": values[7]: found nan, expected a finite number");
-  EXPECT_EQ(errorOf([&] { MerlTable{folder / "none"}; }).find((folder / "none").string()), 0u);
+  EXPECT_EQ(image::errorOf([&] { MerlTable{folder / "none"}; }).find((folder / "none").string()), 0u);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

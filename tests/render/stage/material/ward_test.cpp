@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace surflect {
+namespace surflect::material {
 namespace {
 
 TEST(Ward, AlbedoNeverExceedsItsColours) {
@@ -41,4 +41,4 @@ TEST(Ward, TurningTheFrameSwapsTheRoughnesses) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::material

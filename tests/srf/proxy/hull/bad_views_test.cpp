@@ -3,11 +3,12 @@
 #include "srf/proxy/hull/bounds.h"
 #include "tests/srf/proxy/hull/shapes.h"
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 std::vector<size_t> found(const std::vector<SilhouetteView>& silhouetteViews) {
-  return badViews(silhouetteViews, quorumOf(silhouetteViews), boundsOf(silhouetteViews, quorumOf(silhouetteViews), true, {}), {});
+  return badViews(silhouetteViews, quorumOf(silhouetteViews),
+                  boundsOf(silhouetteViews, quorumOf(silhouetteViews), true, {}), {});
 }
 
 TEST(BadViews, ConsistentMattesAreNeverBad) {
@@ -17,7 +18,8 @@ TEST(BadViews, ConsistentMattesAreNeverBad) {
       for (auto& camera : cameras) camera = shapes::orthographic(camera);
     if (seed % 3 == 2) // some crop
       for (size_t i = 0; i < cameras.size(); i += 2) cameras[i].lens.focalX = cameras[i].lens.focalY = 250;
-    EXPECT_EQ(found(shapes::silhouetteViews(cameras, shapes::randomCluster(seed))), std::vector<size_t>{}) << seed;
+    EXPECT_EQ(found(shapes::silhouetteViews(cameras, shapes::randomCluster(seed))), std::vector<size_t>{})
+        << seed;
     EXPECT_EQ(found(shapes::silhouetteViews(cameras, shapes::ring())), std::vector<size_t>{}) << seed;
   }
 }
@@ -38,11 +40,11 @@ TEST(BadViews, MissingPartsAreFound) {
 TEST(BadViews, EmptyMattesAreFoundAndFullOnesAreHarmless) {
   const auto cameras = shapes::camerasAround(16, 80);
   auto silhouetteViews = shapes::silhouetteViews(cameras, shapes::twoLobes());
-  Image full(80, 80, 1);
+  image::Image full(80, 80, 1);
   std::ranges::fill(full.values, 1.f);
   silhouetteViews[4] = shapes::sightOf(cameras[4], full, 4);
-  silhouetteViews[2] = shapes::sightOf(cameras[2], Image(80, 80, 1), 2);
-  silhouetteViews[11] = shapes::sightOf(cameras[11], Image(80, 80, 1), 11);
+  silhouetteViews[2] = shapes::sightOf(cameras[2], image::Image(80, 80, 1), 2);
+  silhouetteViews[11] = shapes::sightOf(cameras[11], image::Image(80, 80, 1), 11);
   EXPECT_EQ(found(silhouetteViews), (std::vector<size_t>{2, 11}));
 }
 
@@ -51,7 +53,7 @@ TEST(BadViews, NoMoreThanAQuarterIsFound) {
   auto silhouetteViews = shapes::silhouetteViews(cameras, shapes::sphere());
   std::mt19937 random(9);
   for (size_t i = 0; i < 6; ++i) { // half of them cut away a half
-    Image alpha = shapes::matte(cameras[i], shapes::sphere());
+    image::Image alpha = shapes::matte(cameras[i], shapes::sphere());
     for (int y = 0; y < 60; ++y)
       for (int x = 0; x < 60; ++x)
         if ((i % 2 ? x : y) < 30) alpha.at(x, y)[0] = 0;
@@ -61,4 +63,4 @@ TEST(BadViews, NoMoreThanAQuarterIsFound) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

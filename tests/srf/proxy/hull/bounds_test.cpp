@@ -2,7 +2,7 @@
 
 #include "tests/srf/proxy/hull/shapes.h"
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 using shapes::Point;
@@ -45,14 +45,15 @@ TEST(Bounds, FindASmallObjectFarAside) {
 
 TEST(Bounds, WithDissentOutliveAnEmptyMatte) {
   auto silhouetteViews = shapes::silhouetteViews(shapes::camerasAround(8, 60), shapes::sphere());
-  silhouetteViews[3].outline = Outline(Image(60, 60, 1));
+  silhouetteViews[3].outline = Outline(image::Image(60, 60, 1));
   EXPECT_TRUE(boundsOf(silhouetteViews, quorumOf(silhouetteViews), false, {}).isEmpty());
-  EXPECT_TRUE(boundsOf(silhouetteViews, quorumOf(silhouetteViews), true, {}).contains(boxOf(shapes::sphere())));
+  EXPECT_TRUE(
+      boundsOf(silhouetteViews, quorumOf(silhouetteViews), true, {}).contains(boxOf(shapes::sphere())));
 }
 
 // A matte of which the columns (rows) from `first` up to `end` are inside, but for a border of 5 pixels.
-Image stripe(int size, int first, int end, bool rows) {
-  Image alpha(size, size, 1);
+image::Image stripe(int size, int first, int end, bool rows) {
+  image::Image alpha(size, size, 1);
   for (int across = first; across < end; ++across)
     for (int along = 5; along < size - 5; ++along)
       alpha.at(rows ? along : across, rows ? across : along)[0] = 1;
@@ -68,13 +69,15 @@ TEST(Bounds, OfSilhouettesThatTouchInAPointAreEmpty) {
   for (const double overlap : {0., 1e-10, 2.}) { // pixels
     std::vector<SilhouetteView> silhouetteViews;
     for (auto [camera, rows] : {std::pair{z, false}, {z, true}, {x, false}}) {
-      silhouetteViews.push_back(shapes::sightOf(camera, stripe(kSize, 5, kSize / 2 - 1, rows), silhouetteViews.size()));
+      silhouetteViews.push_back(
+          shapes::sightOf(camera, stripe(kSize, 5, kSize / 2 - 1, rows), silhouetteViews.size()));
       (rows ? camera.lens.centerY : camera.lens.centerX) += overlap;
-      silhouetteViews.push_back(shapes::sightOf(camera, stripe(kSize, kSize / 2 + 1, kSize - 5, rows), silhouetteViews.size()));
+      silhouetteViews.push_back(
+          shapes::sightOf(camera, stripe(kSize, kSize / 2 + 1, kSize - 5, rows), silhouetteViews.size()));
     }
     EXPECT_EQ(boundsOf(silhouetteViews, silhouetteViews.size(), false, {}).isEmpty(), overlap < 1) << overlap;
   }
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

@@ -4,7 +4,7 @@
 #include "srf/proxy/impostor.h"
 #include "tests/srf/proxy/hull/shapes.h"
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 // Two views under two lights; picture and mask of each frame are files of their own.
@@ -17,27 +17,27 @@ protected:
     capture.file = folder / "transforms.json";
   }
 
-  void add(size_t view, size_t light, const std::optional<Image>& mask) {
-    Frame frame;
+  void add(size_t view, size_t light, const std::optional<image::Image>& mask) {
+    capture::Frame frame;
     frame.view = view;
     frame.light = light;
     frame.picture = studio::numbered("picture", capture.frames.size()) + ".png";
-    writePng(folder / frame.picture.string(), Image(16, 16, 3));
+    image::writePng(folder / frame.picture.string(), image::Image(16, 16, 3));
     if (mask) {
       frame.mask = studio::numbered("mask", capture.frames.size()) + ".png";
-      writePng(folder / frame.mask.string(), *mask);
+      image::writePng(folder / frame.mask.string(), *mask);
     }
     capture.frames.push_back(frame);
   }
-  static Image columns(int from, int to) {
-    Image mask(16, 16, 1);
+  static image::Image columns(int from, int to) {
+    image::Image mask(16, 16, 1);
     for (int y = 0; y < 16; ++y)
       for (int x = from; x < to; ++x) mask.at(x, y)[0] = 1;
     return mask;
   }
 
-  TemporaryFolder folder;
-  Capture capture;
+  image::TemporaryFolder folder;
+  capture::Capture capture;
 };
 
 TEST_F(Mattes, AreUnitedOverTheFramesOfAView) {
@@ -48,8 +48,8 @@ TEST_F(Mattes, AreUnitedOverTheFramesOfAView) {
   const auto silhouetteViews = silhouetteViewsOf(capture, {});
   ASSERT_EQ(silhouetteViews.size(), 2u);
   EXPECT_EQ(silhouetteViews[0].name, "C0");
-  EXPECT_EQ(silhouetteViews[0].outline.mask(), objectMask(columns(3, 9)));
-  EXPECT_EQ(silhouetteViews[1].outline.mask(), objectMask(columns(2, 4)));
+  EXPECT_EQ(silhouetteViews[0].outline.mask(), image::objectMask(columns(3, 9)));
+  EXPECT_EQ(silhouetteViews[1].outline.mask(), image::objectMask(columns(2, 4)));
 }
 
 TEST_F(Mattes, ThatAreMissingOrWithoutBackgroundAreNone) {
@@ -61,24 +61,27 @@ TEST_F(Mattes, ThatAreMissingOrWithoutBackgroundAreNone) {
 TEST_F(Mattes, ThatAreAllEmptyOrFullAreExplainedByTheFirst) {
   for (size_t view = 0; view < 2; ++view) add(view, 0, columns(0, 0));
   EXPECT_NE(
-      errorOf([&] { impostorOf(capture, {}, {}); })
+      image::errorOf([&] { proxy::impostorOf(capture, {}, {}); })
           .find(
               "no geometry, and mattes that show no object (nothing is above half of white); the first is " +
               (folder / "mask0.png").string() + " (16 x 16, values 0 to 0 of 255)"),
       std::string::npos);
-  for (const char* mask : {"mask0.png", "mask1.png"}) writePng(folder / mask, columns(0, 16));
-  EXPECT_NE(errorOf([&] { impostorOf(capture, {}, {}); }).find("mattes that show no background"),
-            std::string::npos);
-  for (Frame& frame : capture.frames) frame.mask.clear();
-  EXPECT_NE(errorOf([&] { impostorOf(capture, {}, {}); }).find("neither geometry nor mattes: give a mesh"),
+  for (const char* mask : {"mask0.png", "mask1.png"}) image::writePng(folder / mask, columns(0, 16));
+  EXPECT_NE(
+      image::errorOf([&] { proxy::impostorOf(capture, {}, {}); }).find("mattes that show no background"),
+      std::string::npos);
+  for (capture::Frame& frame : capture.frames) frame.mask.clear();
+  EXPECT_NE(image::errorOf([&] {
+              proxy::impostorOf(capture, {}, {});
+            }).find("neither geometry nor mattes: give a mesh"),
             std::string::npos);
 }
 
 TEST_F(Mattes, ThatCannotBeReadAreNamed) {
   add(0, 0, columns(3, 6));
-  writeBytes(folder / "mask0.png", "nothing");
-  EXPECT_NE(errorOf([&] { silhouetteViewsOf(capture, {}); }).find("mask0.png"), std::string::npos);
+  image::writeBytes(folder / "mask0.png", "nothing");
+  EXPECT_NE(image::errorOf([&] { silhouetteViewsOf(capture, {}); }).find("mask0.png"), std::string::npos);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 // The share of each pixel, by 16 x 16 samples, in which inside(x, y).
-template <class Inside> Image covered(int width, int height, const Inside& inside) {
-  Image alpha(width, height, 1);
+template <class Inside> image::Image covered(int width, int height, const Inside& inside) {
+  image::Image alpha(width, height, 1);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       for (int s = 0; s < 256; ++s)
@@ -45,7 +45,7 @@ TEST(Outline, OfADiscIsItsDistance) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> x(0.5, 39.5), y(0.5, 35.5);
   for (int i = 0; i < 2000; ++i) {
-    const Pixel pixel{x(random), y(random)};
+    const capture::Pixel pixel{x(random), y(random)};
     if (distance(pixel.x, pixel.y) > 6) continue; // bilinear cuts off the tip: 1 / (4 * 5.3) here
     EXPECT_NEAR(outline.signedDistance(pixel), distance(pixel.x, pixel.y), kTolerance + 0.05);
   }
@@ -54,9 +54,9 @@ TEST(Outline, OfADiscIsItsDistance) {
 }
 
 TEST(Outline, MaskAndSignAreThoseOfAlphaAboveOneHalf) {
-  const Image alpha = randomImage(33, 21, 1, 0, 1, 3);
+  const image::Image alpha = image::randomImage(33, 21, 1, 0, 1, 3);
   const Outline outline(alpha);
-  EXPECT_EQ(outline.mask(), objectMask(alpha));
+  EXPECT_EQ(outline.mask(), image::objectMask(alpha));
   for (int y = 0; y < alpha.height; ++y)
     for (int x = 0; x < alpha.width; ++x)
       EXPECT_EQ(outline.signedDistance({x + 0.5, y + 0.5}) > 0, alpha.at(x, y)[0] > 0.5f);
@@ -73,21 +73,21 @@ TEST(Outline, TheBorderOfTheImageIsNone) {
                  return std::hypot(x - 4.5, y - 4.5) < 3;
                })).isCropped());
 
-  Image full(7, 5, 1);
+  image::Image full(7, 5, 1);
   std::ranges::fill(full.values, 1.f);
   EXPECT_FALSE(Outline(full).isEmpty());
   EXPECT_EQ(Outline(full).signedDistance({0, 0}), 12);
-  EXPECT_TRUE(Outline(Image(7, 5, 1)).isEmpty());
-  EXPECT_EQ(Outline(Image(7, 5, 1)).signedDistance({3, 3}), -12);
+  EXPECT_TRUE(Outline(image::Image(7, 5, 1)).isEmpty());
+  EXPECT_EQ(Outline(image::Image(7, 5, 1)).signedDistance({3, 3}), -12);
 }
 
 TEST(Outline, ASinglePixelOrRowOfThemIsAnImageToo) {
   for (const auto& [width, height] : {std::pair{1, 1}, {1, 4}, {4, 1}}) {
-    Image alpha(width, height, 1);
+    image::Image alpha(width, height, 1);
     alpha.values[0] = 1;
     EXPECT_GT(Outline(alpha).signedDistance({0.5, 0.5}), 0);
   }
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

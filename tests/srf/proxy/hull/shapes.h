@@ -13,7 +13,7 @@
 #include <set>
 #include <vector>
 
-namespace surflect::shapes {
+namespace surflect::hull::shapes {
 
 using Point = Point3<AcquisitionSpace, double>;
 
@@ -52,14 +52,14 @@ inline bool meets(const std::vector<Sphere>& spheres, const Vec3<double>& origin
 }
 
 // The share of samples x samples rays through each pixel that meet the balls.
-inline Image matte(const Camera<AcquisitionSpace>& camera, const std::vector<Sphere>& spheres,
-                   int samples = 4) {
-  Image alpha(camera.lens.width, camera.lens.height, 1);
+inline image::Image matte(const capture::Camera<AcquisitionSpace>& camera, const std::vector<Sphere>& spheres,
+                          int samples = 4) {
+  image::Image alpha(camera.lens.width, camera.lens.height, 1);
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   for (int y = 0; y < alpha.height; ++y)
     for (int x = 0; x < alpha.width; ++x)
       for (int s = 0; s < samples * samples; ++s)
-        if (const auto ray = rayThrough(
+        if (const auto ray = capture::rayThrough(
                 camera.lens, {x + (s % samples + 0.5) / samples, y + (s / samples + 0.5) / samples}))
           alpha.at(x, y)[0] +=
               meets(spheres, worldFromCamera(ray->origin).raw(), worldFromCamera(ray->direction).raw())
@@ -69,25 +69,27 @@ inline Image matte(const Camera<AcquisitionSpace>& camera, const std::vector<Sph
 }
 
 // See studio::cameraFrom: the unit sphere nearly fills the picture.
-inline std::vector<Camera<AcquisitionSpace>> camerasAround(int count, int size) {
-  std::vector<Camera<AcquisitionSpace>> cameras;
+inline std::vector<capture::Camera<AcquisitionSpace>> camerasAround(int count, int size) {
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& direction : studio::spiral(count))
     cameras.push_back(studio::cameraFrom<AcquisitionSpace>(direction, size));
   return cameras;
 }
 
-inline Camera<AcquisitionSpace> orthographic(Camera<AcquisitionSpace> camera) {
-  camera.lens.model = Lens::Model::orthographic;
+inline capture::Camera<AcquisitionSpace> orthographic(capture::Camera<AcquisitionSpace> camera) {
+  camera.lens.model = capture::Lens::Model::orthographic;
   camera.lens.focalX = camera.lens.focalY = 0.42 * camera.lens.width;
   return camera;
 }
 
-inline SilhouetteView sightOf(const Camera<AcquisitionSpace>& camera, const Image& alpha, size_t number) {
-  return {studio::numbered("C", number), camera, Outline(alpha)};
+inline hull::SilhouetteView sightOf(const capture::Camera<AcquisitionSpace>& camera,
+                                    const image::Image& alpha, size_t number) {
+  return {studio::numbered("C", number), camera, hull::Outline(alpha)};
 }
-inline std::vector<SilhouetteView> silhouetteViews(const std::vector<Camera<AcquisitionSpace>>& cameras,
-                                 const std::vector<Sphere>& spheres) {
-  std::vector<SilhouetteView> result;
+inline std::vector<hull::SilhouetteView>
+silhouetteViews(const std::vector<capture::Camera<AcquisitionSpace>>& cameras,
+                const std::vector<Sphere>& spheres) {
+  std::vector<hull::SilhouetteView> result;
   for (const auto& camera : cameras) result.push_back(sightOf(camera, matte(camera, spheres), result.size()));
   return result;
 }
@@ -134,4 +136,4 @@ inline void expectClosedManifold(const TriangleMesh& mesh) {
   }
 }
 
-} // namespace surflect::shapes
+} // namespace surflect::hull::shapes

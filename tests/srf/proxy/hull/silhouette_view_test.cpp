@@ -2,7 +2,7 @@
 
 #include "tests/srf/proxy/hull/shapes.h"
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 using shapes::Point;
@@ -27,9 +27,9 @@ TEST(SilhouetteView, AVoteOnABallHoldsForEachOfItsPoints) {
       const BallVote vote = voteOn(silhouetteView, ball);
       seen[0] += vote.votes, seen[1] += !vote.mayAgree, seen[2] += vote.inside, seen[3] += vote.outside;
       for (int i = 0; i < 20; ++i) {
-        const auto distance =
-            coneDistance(silhouetteView, assume<Point>(ball.center.raw() + ball.radius * vector().normalized() *
-                                                                      std::cbrt(std::abs(unit(random)))));
+        const auto distance = coneDistance(
+            silhouetteView, assume<Point>(ball.center.raw() + ball.radius * vector().normalized() *
+                                                                  std::cbrt(std::abs(unit(random)))));
         ASSERT_TRUE(distance || !vote.votes);
         ASSERT_TRUE(!distance || !(*distance > 0) || vote.mayAgree);
         ASSERT_TRUE(!vote.inside || !distance || *distance > 0);
@@ -53,7 +53,8 @@ TEST(SilhouetteView, AProjectedBallIsNoLargerThanItsRadiusSays) {
       const auto center = silhouetteView.camera.project(ball.center);
       if (!center || !std::isfinite(radius)) continue;
       for (int i = 0; i < 10; ++i) {
-        const auto p = silhouetteView.camera.project(assume<Point>(ball.center.raw() + 0.1 * vector().normalized()));
+        const auto p =
+            silhouetteView.camera.project(assume<Point>(ball.center.raw() + 0.1 * vector().normalized()));
         if (p) largest = std::max(largest, std::hypot(p->x - center->x, p->y - center->y) / radius);
       }
     }
@@ -91,8 +92,10 @@ TEST(SilhouetteView, AQuorumIsHalfOfTheImagesWithTheObjectAndTwoAtLeast) {
 
 TEST(SilhouetteView, ViewsAlongOneLineAreAnError) {
   auto camera = studio::cameraFrom<AcquisitionSpace>({0, 0, 1}, 40);
-  std::vector<Camera<AcquisitionSpace>> cameras(3, shapes::orthographic(camera));
-  EXPECT_NE(errorOf([&] { pointInView(shapes::silhouetteViews(cameras, shapes::sphere())); }).find("along one line"),
+  std::vector<capture::Camera<AcquisitionSpace>> cameras(3, shapes::orthographic(camera));
+  EXPECT_NE(image::errorOf([&] {
+              pointInView(shapes::silhouetteViews(cameras, shapes::sphere()));
+            }).find("along one line"),
             std::string::npos);
 }
 
@@ -117,4 +120,4 @@ TEST(SilhouetteView, ARegionThatIsNotMixedHasOneSign) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

@@ -3,7 +3,7 @@
 #include "srf/proxy/hull/surface_nets.h"
 #include "tests/srf/proxy/hull/shapes.h"
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 TriangleMesh noisyBall(double noise) {
@@ -54,4 +54,4 @@ TEST(Smoothing, CommutesWithScaleAndShift) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

@@ -2,7 +2,7 @@
 
 #include "tests/srf/proxy/hull/shapes.h"
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 using shapes::Point;
@@ -117,4 +117,4 @@ TEST(SurfaceNet, ClosesAtTheBorderOfTheGrid) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

@@ -6,7 +6,7 @@
 
 #include <tbb/global_control.h>
 
-namespace surflect {
+namespace surflect::hull {
 namespace {
 
 using shapes::Point;
@@ -20,15 +20,17 @@ double worstFit(const TriangleMesh& mesh, const std::vector<SilhouetteView>& sil
   double worst = 1;
   for (const SilhouetteView& silhouetteView : silhouetteViews)
     worst = std::min(
-        worst, intersectionOverUnion(objectMask(silhouette(silhouetteView.camera, caster)), silhouetteView.outline.mask()));
+        worst, image::intersectionOverUnion(image::objectMask(silhouette(silhouetteView.camera, caster)),
+                                            silhouetteView.outline.mask()));
   return worst;
 }
 
 // How far a point lies outside of the exact hull of the unit sphere at the origin; negative inside.
-double beyondSphereHull(const std::vector<Camera<AcquisitionSpace>>& cameras, const Vec3<double>& p) {
+double beyondSphereHull(const std::vector<capture::Camera<AcquisitionSpace>>& cameras,
+                        const Vec3<double>& p) {
   double farthest = 0;
   for (const auto& camera : cameras) {
-    const Vec3<double> d = Viewpoint(camera).towards(assume<Point>(p)).raw();
+    const Vec3<double> d = capture::Viewpoint(camera).towards(assume<Point>(p)).raw();
     farthest = std::max(farthest, (p - p.dot(d) * d).norm());
   }
   return farthest - 1;
@@ -69,7 +71,8 @@ TEST(VisualHull, KeepsAHoleAndAWaist) {
 }
 
 TEST(VisualHull, IsTheSameForAnyNumberOfThreads) {
-  const auto silhouetteViews = shapes::silhouetteViews(shapes::camerasAround(9, 60), shapes::randomCluster(10));
+  const auto silhouetteViews =
+      shapes::silhouetteViews(shapes::camerasAround(9, 60), shapes::randomCluster(10));
   const VisualHull a = hullOf(silhouetteViews);
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
   const VisualHull b = hullOf(silhouetteViews);
@@ -85,7 +88,8 @@ TEST(VisualHull, MovesWithTheCameras) {
       Eigen::AngleAxisd(1.1, Vec3<double>(1, 2, -1).normalized()).toRotationMatrix(),
       Vec3<double>(30, -4, 11));
   auto moved = still;
-  for (SilhouetteView& silhouetteView : moved) silhouetteView.camera.cameraFromWorld = silhouetteView.camera.cameraFromWorld * motion.inverse();
+  for (SilhouetteView& silhouetteView : moved)
+    silhouetteView.camera.cameraFromWorld = silhouetteView.camera.cameraFromWorld * motion.inverse();
   const VisualHull a = hullOf(still), b = hullOf(moved);
   EXPECT_NEAR(b.voxel / a.voxel, 1, 0.03);
   EXPECT_NEAR(shapes::volume(b.mesh) / shapes::volume(a.mesh), 1, 0.01);
@@ -145,12 +149,12 @@ TEST(VisualHull, BadMattesHardlyChangeIt) {
   const double volume = shapes::volume(hullOf(good).mesh);
 
   auto bad = good;
-  bad[2].outline = Outline(Image(80, 80, 1));
-  Image full(80, 80, 1);
+  bad[2].outline = Outline(image::Image(80, 80, 1));
+  image::Image full(80, 80, 1);
   std::ranges::fill(full.values, 1.f);
   bad[6].outline = Outline(full);
-  Image bitten = shapes::matte(cameras[9], object);
-  const Pixel middle = good[9].outline.centroid();
+  image::Image bitten = shapes::matte(cameras[9], object);
+  const capture::Pixel middle = good[9].outline.centroid();
   for (int y = 0; y < 80; ++y)
     for (int x = 0; x < 80; ++x)
       if (x > middle.x) bitten.at(x, y)[0] = 0;
@@ -167,11 +171,12 @@ TEST(VisualHull, BadMattesHardlyChangeIt) {
 }
 
 TEST(VisualHull, CannotBeMadeOfOneViewOrOfSilhouettesApart) {
-  std::vector<Camera<AcquisitionSpace>> cameras;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (int axis = 0; axis < 3; ++axis)
     cameras.push_back(studio::cameraFrom<AcquisitionSpace>(Vec3<double>::Unit(axis), 60));
   auto silhouetteViews = shapes::silhouetteViews(cameras, shapes::sphere());
-  EXPECT_EQ(errorOf([&] { hullOf({silhouetteViews[0]}); }), "found 1, expected silhouettes of two views or more");
+  EXPECT_EQ(image::errorOf([&] { hullOf({silhouetteViews[0]}); }),
+            "found 1, expected silhouettes of two views or more");
   // Two views see a ball here, the third sees one elsewhere.
   for (const auto& [offset, radius] : {std::pair{0.5, 0.2}, {0.11, 0.1}}) { // far apart, and by a pixel
     for (size_t i = 0; i < 3; ++i)
@@ -179,7 +184,7 @@ TEST(VisualHull, CannotBeMadeOfOneViewOrOfSilhouettesApart) {
           cameras[i],
           shapes::matte(cameras[i], {{Vec3<double>::Constant(i == 1 ? -offset : offset), radius}}), i);
     EXPECT_EQ(
-        errorOf([&] { hullOf(silhouetteViews); }),
+        image::errorOf([&] { hullOf(silhouetteViews); }),
         "the silhouettes of the 3 views have no point in common; where most of them agree, these do not: "
         "C1 (poses are camera to world, by OpenGL's axes: surflect inspect tells more)");
   }
@@ -197,4 +202,4 @@ TEST(VisualHull, StopsWhenAsked) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::hull

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::proxy {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -213,4 +213,4 @@ TEST(WithoutEnclosed, RegionsTellWhatEachVertexTells) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::proxy

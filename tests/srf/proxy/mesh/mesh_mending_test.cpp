@@ -6,18 +6,20 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::proxy {
 namespace {
 
-using Cameras = std::vector<Camera<AcquisitionSpace>>;
+using Cameras = std::vector<capture::Camera<AcquisitionSpace>>;
 constexpr double kPi = std::numbers::pi;
 
-Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position, const Vec3<double>& target = {0, 0, 0}) {
+capture::Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position,
+                                           const Vec3<double>& target = {0, 0, 0}) {
   const Vec3<double> z = (position - target).normalized(),
                      x = Vec3<double>(0.3, 1, 0.1).cross(z).normalized();
   Mat3<double> axes; // columns: camera axes in the world
   axes << x, z.cross(x), z;
-  const Lens lens{.width = 200, .height = 200, .focalX = 250, .focalY = 250, .centerX = 100, .centerY = 100};
+  const capture::Lens lens{
+      .width = 200, .height = 200, .focalX = 250, .focalY = 250, .centerX = 100, .centerY = 100};
   return {lens, Rigid<CameraSpace, AcquisitionSpace>(axes.transpose(), -(axes.transpose() * position))};
 }
 
@@ -238,4 +240,4 @@ TEST(MeshMending, WhatIsFarButSeenStays) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::proxy

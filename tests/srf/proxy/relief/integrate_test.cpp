@@ -9,15 +9,15 @@
 #include <functional>
 #include <random>
 
-namespace surflect {
+namespace surflect::relief {
 namespace {
 
 using DepthFunction = std::function<double(const Vec2<double>&)>; // of the image point
 
-Camera<AcquisitionSpace> cameraOf(Lens::Model model, int size, double distortion = 0) {
-  Camera<AcquisitionSpace> camera;
+capture::Camera<AcquisitionSpace> cameraOf(capture::Lens::Model model, int size, double distortion = 0) {
+  capture::Camera<AcquisitionSpace> camera;
   camera.lens = {model, size, size, 0.5 * size, 0.5 * size, 0.5 * size, 0.5 * size, 0, 0, 0, 0};
-  if (model == Lens::Model::pinhole) camera.lens.focalX = camera.lens.focalY = 1.6 * size;
+  if (model == capture::Lens::Model::pinhole) camera.lens.focalX = camera.lens.focalY = 1.6 * size;
   camera.lens.k1 = distortion;
   const Mat3<double> turn = Eigen::AngleAxisd(1.1, Vec3<double>(2, -1, 1).normalized()).toRotationMatrix();
   camera.cameraFromWorld = {turn, {0, 0, -3}};
@@ -25,7 +25,8 @@ Camera<AcquisitionSpace> cameraOf(Lens::Model model, int size, double distortion
 }
 
 // The normal of what is seen at a depth, by differences in space: no formula of the code under test.
-Vec3<double> normalByDifferences(const Lens& lens, const DepthFunction& depth, const Vec2<double>& q) {
+Vec3<double> normalByDifferences(const capture::Lens& lens, const DepthFunction& depth,
+                                 const Vec2<double>& q) {
   constexpr double h = 1e-5;
   const auto seen = [&](double x, double y) {
     const Vec2<double> p(q[0] + x, q[1] + y);
@@ -36,16 +37,16 @@ Vec3<double> normalByDifferences(const Lens& lens, const DepthFunction& depth, c
 }
 
 struct Scene {
-  Camera<AcquisitionSpace> camera;
-  Image normals;
-  Mask mask;
+  capture::Camera<AcquisitionSpace> camera;
+  image::Image normals;
+  image::Mask mask;
   std::vector<double> truth; // depth
 };
 
-Scene sceneOf(const Camera<AcquisitionSpace>& camera, const DepthFunction& depth,
+Scene sceneOf(const capture::Camera<AcquisitionSpace>& camera, const DepthFunction& depth,
               const std::function<bool(const Vec2<double>&)>& isInside) {
   const int width = camera.lens.width, height = camera.lens.height;
-  Scene scene{camera, Image(width, height, 3), Mask(width, height), {}};
+  Scene scene{camera, image::Image(width, height, 3), image::Mask(width, height), {}};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const Vec2<double> q = *imagePoint(camera.lens, {x + 0.5, y + 0.5});
@@ -65,7 +66,7 @@ bool everywhere(const Vec2<double>&) { return true; }
 // Root mean square error of depth where `counts`, after the free constant is taken: an offset of orthographic
 // depths, a factor of pinhole ones.
 double depthError(const Scene& scene, const DepthMap& map, const std::function<bool(size_t)>& counts) {
-  const bool isPinhole = scene.camera.lens.model == Lens::Model::pinhole;
+  const bool isPinhole = scene.camera.lens.model == capture::Lens::Model::pinhole;
   std::vector<double> errors;
   for (size_t i = 0; i < map.depth.size(); ++i)
     if (map.mask.inside[i] && counts(i))
@@ -88,14 +89,14 @@ double waves(const Vec2<double>& q) {
 TEST(DepthGradient, IsThatOfTheSeenSurface) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> position(-0.4, 0.4);
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
-    const Lens lens = cameraOf(model, 32).lens;
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
+    const capture::Lens lens = cameraOf(model, 32).lens;
     for (int i = 0; i < 200; ++i) {
       const Vec2<double> q(position(random), position(random));
       constexpr double h = 1e-5;
       const auto value = [&](double x, double y) {
         const double depth = waves(q + Vec2<double>(x, y));
-        return model == Lens::Model::pinhole ? std::log(depth) : depth;
+        return model == capture::Lens::Model::pinhole ? std::log(depth) : depth;
       };
       const Vec2<double> truth(value(h, 0) - value(-h, 0), value(0, h) - value(0, -h));
       const Vec2<double> gradient = depthGradient(lens, q, 7 * normalByDifferences(lens, waves, q));
@@ -105,8 +106,8 @@ TEST(DepthGradient, IsThatOfTheSeenSurface) {
 }
 
 TEST(DepthGradient, StaysFiniteAtAndBeyondTheOutline) {
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
-    const Lens lens = cameraOf(model, 32).lens;
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
+    const capture::Lens lens = cameraOf(model, 32).lens;
     for (double angle = 0; angle < 3.1; angle += 0.01) {
       const Vec2<double> g = depthGradient(lens, {0, 0}, {std::sin(angle), 0, std::cos(angle)});
       EXPECT_LE(g.norm(), 10 + 1e-9) << angle;
@@ -118,9 +119,9 @@ TEST(DepthGradient, StaysFiniteAtAndBeyondTheOutline) {
 
 // Normals come as floats: the errors stay well above what that costs.
 TEST(Integrate, ErrorsFallWithTheSquareOfThePixel) {
-  for (const auto& [model, distortion] : {std::pair{Lens::Model::orthographic, 0.0},
-                                          {Lens::Model::pinhole, 0.0},
-                                          {Lens::Model::pinhole, -0.15}}) {
+  for (const auto& [model, distortion] : {std::pair{capture::Lens::Model::orthographic, 0.0},
+                                          {capture::Lens::Model::pinhole, 0.0},
+                                          {capture::Lens::Model::pinhole, -0.15}}) {
     std::vector<double> errors;
     for (const int size : {16, 32, 64})
       errors.push_back(depthError(sceneOf(cameraOf(model, size, distortion), waves, everywhere)));
@@ -135,8 +136,8 @@ TEST(Integrate, ASphereComesBack) {
     return 3 - std::sqrt(std::max(0.0, 0.64 - q.squaredNorm()));
   };
   const auto cap = [](const Vec2<double>& q) { return q.norm() < 0.72; }; // down to 26 degrees above grazing
-  const double coarse = depthError(sceneOf(cameraOf(Lens::Model::orthographic, 40), sphere, cap));
-  const double fine = depthError(sceneOf(cameraOf(Lens::Model::orthographic, 160), sphere, cap));
+  const double coarse = depthError(sceneOf(cameraOf(capture::Lens::Model::orthographic, 40), sphere, cap));
+  const double fine = depthError(sceneOf(cameraOf(capture::Lens::Model::orthographic, 160), sphere, cap));
   EXPECT_LT(coarse, 2e-3);
   EXPECT_LT(fine, 2e-4);
 }
@@ -148,7 +149,7 @@ TEST(Integrate, EveryPieceLiesAroundTheFrontalPlane) {
   const auto isInside = [&](const Vec2<double>& q) {
     return inRing(q) || inBar(q) || (q - Vec2<double>(-0.81, -0.81)).norm() < 0.02;
   };
-  const Scene scene = sceneOf(cameraOf(Lens::Model::orthographic, 64), waves, isInside);
+  const Scene scene = sceneOf(cameraOf(capture::Lens::Model::orthographic, 64), waves, isInside);
   const DepthMap map = integrateNormals(scene.camera, scene.normals, scene.mask, {});
   const auto imagePointOf = [&](size_t i) {
     return *imagePoint(scene.camera.lens,
@@ -167,7 +168,7 @@ TEST(Integrate, EveryPieceLiesAroundTheFrontalPlane) {
 
 TEST(Integrate, WhatIsUnknownFollowsItsNeighbours) {
   const auto slope = [](const Vec2<double>& q) { return 3 + 0.5 * q[0]; };
-  Scene scene = sceneOf(cameraOf(Lens::Model::orthographic, 48), slope, everywhere);
+  Scene scene = sceneOf(cameraOf(capture::Lens::Model::orthographic, 48), slope, everywhere);
   const auto inHole = [](size_t i) { return i % 48 >= 20 && i % 48 < 26 && i / 48 >= 20 && i / 48 < 26; };
   for (size_t i = 0; i < scene.mask.inside.size(); ++i)
     if (inHole(i)) std::fill_n(&scene.normals.values[3 * i], 3, 0.f);
@@ -181,9 +182,9 @@ TEST(Integrate, WhatIsUnknownFollowsItsNeighbours) {
 }
 
 TEST(FrontalPlane, HoldsTheOrigin) {
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
-    const auto camera = cameraOf(model, 32, model == Lens::Model::pinhole ? -0.1 : 0);
-    const Pixel pixel = *camera.project({0, 0, 0});
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
+    const auto camera = cameraOf(model, 32, model == capture::Lens::Model::pinhole ? -0.1 : 0);
+    const capture::Pixel pixel = *camera.project({0, 0, 0});
     const auto p = camera.cameraFromWorld.inverse()(
         atDepth(camera.lens, *imagePoint(camera.lens, pixel), frontalDepth(camera)));
     EXPECT_LT(p.raw().norm(), 1e-12);
@@ -191,7 +192,7 @@ TEST(FrontalPlane, HoldsTheOrigin) {
 }
 
 TEST(FrontalPlane, OfACameraAtTheOriginIsOneUnitAway) {
-  Camera<AcquisitionSpace> camera = cameraOf(Lens::Model::pinhole, 32);
+  capture::Camera<AcquisitionSpace> camera = cameraOf(capture::Lens::Model::pinhole, 32);
   for (const double z : {0.0, 2.0}) {
     camera.cameraFromWorld = {Mat3<double>::Identity(), {0, 0, z}};
     EXPECT_EQ(frontalDepth(camera), 1);
@@ -201,11 +202,11 @@ TEST(FrontalPlane, OfACameraAtTheOriginIsOneUnitAway) {
 TEST(FrontalPlane, DepthIsWhatProjectionUndoes) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> position(0, 32), depth(0.5, 5);
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
-    const Lens lens = cameraOf(model, 32, model == Lens::Model::pinhole ? 0.05 : 0).lens;
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
+    const capture::Lens lens = cameraOf(model, 32, model == capture::Lens::Model::pinhole ? 0.05 : 0).lens;
     for (int i = 0; i < 100; ++i) {
-      const Pixel pixel{position(random), position(random)};
-      const auto again = project(lens, atDepth(lens, *imagePoint(lens, pixel), depth(random)));
+      const capture::Pixel pixel{position(random), position(random)};
+      const auto again = capture::project(lens, atDepth(lens, *imagePoint(lens, pixel), depth(random)));
       EXPECT_NEAR(again->x, pixel.x, 1e-10);
       EXPECT_NEAR(again->y, pixel.y, 1e-10);
     }
@@ -213,4 +214,4 @@ TEST(FrontalPlane, DepthIsWhatProjectionUndoes) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::relief

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-namespace surflect {
+namespace surflect::relief {
 namespace {
 
 using Random = std::mt19937;
@@ -140,31 +140,31 @@ TEST(LambertFit, NothingIsKnownOfABlackPixelOrFromTwoLights) {
 }
 
 // A pinhole camera 5 units before a unit sphere at the origin, or a frontal plane.
-Camera<AcquisitionSpace> testCamera() {
-  Camera<AcquisitionSpace> camera;
-  camera.lens = {Lens::Model::pinhole, 24, 20, 60, 60, 12, 10, 0, 0, 0, 0};
+capture::Camera<AcquisitionSpace> testCamera() {
+  capture::Camera<AcquisitionSpace> camera;
+  camera.lens = {capture::Lens::Model::pinhole, 24, 20, 60, 60, 12, 10, 0, 0, 0, 0};
   const Mat3<double> turn = Eigen::AngleAxisd(0.7, Vec3<double>(1, 2, -1).normalized()).toRotationMatrix();
   camera.cameraFromWorld = {turn, {0, 0, -5}};
   return camera;
 }
 
-Light directional(const Vec3<double>& towards, float strength) {
+capture::Light directional(const Vec3<double>& towards, float strength) {
   return {"", "",
-          DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards),
-                           {strength, 2 * strength, 0.5f * strength}}};
+          capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards),
+                                    {strength, 2 * strength, 0.5f * strength}}};
 }
 
 // Of different strengths, from the side of the camera.
-std::vector<Light> testLights(const Camera<AcquisitionSpace>& camera) {
-  std::vector<Light> lights;
+std::vector<capture::Light> testLights(const capture::Camera<AcquisitionSpace>& camera) {
+  std::vector<capture::Light> lights;
   for (const Vec3<double>& inCamera : ring(7, 0.5))
     lights.push_back(directional(camera.cameraFromWorld.rotation().transpose() * inCamera,
                                  static_cast<float>(1 + lights.size() % 3)));
   return lights;
 }
 
-Mask everywhere(const Camera<AcquisitionSpace>& camera) {
-  Mask mask(camera.lens.width, camera.lens.height);
+image::Mask everywhere(const capture::Camera<AcquisitionSpace>& camera) {
+  image::Mask mask(camera.lens.width, camera.lens.height);
   std::ranges::fill(mask.inside, uint8_t{1});
   return mask;
 }
@@ -172,14 +172,14 @@ Mask everywhere(const Camera<AcquisitionSpace>& camera) {
 TEST(LambertImage, PhotographsOfASphereGiveItsNormalsAndComeBack) {
   const auto camera = testCamera();
   const auto lights = testLights(camera);
-  Mask mask(24, 20);
-  Image truth(24, 20, 3);
-  std::vector<Image> radiance(lights.size(), Image(24, 20, 3));
+  image::Mask mask(24, 20);
+  image::Image truth(24, 20, 3);
+  std::vector<image::Image> radiance(lights.size(), image::Image(24, 20, 3));
   const Rgb albedo{0.3f, 0.5f, 0.7f};
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 24; ++x) {
-      const auto ray = rayThrough(camera.lens, {x + 0.5, y + 0.5});
+      const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
       const Vec3<double> o = worldFromCamera(ray->origin).raw(), d = worldFromCamera(ray->direction).raw();
       const double b = o.dot(d), discriminant = b * b - o.squaredNorm() + 1;
       if (discriminant < 0.2) continue; // all lights reach the rest
@@ -187,7 +187,7 @@ TEST(LambertImage, PhotographsOfASphereGiveItsNormalsAndComeBack) {
       mask.inside[static_cast<size_t>(y * 24 + x)] = 1;
       for (Eigen::Index c = 0; c < 3; ++c) truth.at(x, y)[static_cast<size_t>(c)] = static_cast<float>(n[c]);
       for (size_t i = 0; i < lights.size(); ++i) {
-        const auto& light = std::get<DirectionalLight>(lights[i].kind);
+        const auto& light = std::get<capture::DirectionalLight>(lights[i].kind);
         const Rgb value = lambertRadiance({n, albedo, 0}, light.towards.raw(), light.irradiance);
         std::ranges::copy(std::array{value.r, value.g, value.b}, radiance[i].at(x, y).begin());
       }
@@ -196,7 +196,7 @@ TEST(LambertImage, PhotographsOfASphereGiveItsNormalsAndComeBack) {
   EXPECT_GT(std::ranges::count(mask.inside, 1), 100);
   for (size_t i = 0; i < truth.values.size(); ++i) EXPECT_NEAR(fits.normal.values[i], truth.values[i], 1e-5);
   for (size_t i = 0; i < lights.size(); ++i) {
-    const Image again = relit(fits, camera, lights[i]);
+    const image::Image again = relit(fits, camera, lights[i]);
     for (size_t v = 0; v < again.values.size(); ++v)
       EXPECT_NEAR(again.values[v], radiance[i].values[v], 1e-5);
   }
@@ -206,21 +206,22 @@ TEST(LambertImage, PointLightsActAtTheFrontalPlane) {
   const auto camera = testCamera();
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const Vec3<double> n = worldFromCamera(Direction3<CameraSpace, double>(0, 0, 1)).raw();
-  std::vector<Light> lights;
+  std::vector<capture::Light> lights;
   for (const Vec3<double>& l : ring(6, 0.6))
     lights.push_back(
         {"", "",
-         PointLight{worldFromCamera(Point3<CameraSpace, double>(3 * l[0], 3 * l[1], 3 * l[2] - 5)),
-                    {4, 5, 6}}});
-  std::vector<Image> radiance(lights.size(), Image(24, 20, 3));
+         capture::PointLight{worldFromCamera(Point3<CameraSpace, double>(3 * l[0], 3 * l[1], 3 * l[2] - 5)),
+                             {4, 5, 6}}});
+  std::vector<image::Image> radiance(lights.size(), image::Image(24, 20, 3));
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 24; ++x) {
       // The plane through the origin at right angles to the viewing axis.
       const Point3<CameraSpace, double> seen(5 * (x + 0.5 - 12) / 60, -5 * (y + 0.5 - 10) / 60, -5);
       const auto p = worldFromCamera(seen);
       for (size_t i = 0; i < lights.size(); ++i) {
-        const Rgb value = lambertRadiance({n, {0.5f, 0.5f, 0.5f}, 0}, towardsLight(lights[i], p).raw(),
-                                          irradianceAt(lights[i], p));
+        const Rgb value =
+            lambertRadiance({n, {0.5f, 0.5f, 0.5f}, 0}, capture::towardsLight(lights[i], p).raw(),
+                            capture::irradianceAt(lights[i], p));
         std::ranges::copy(std::array{value.r, value.g, value.b}, radiance[i].at(x, y).begin());
       }
     }
@@ -231,8 +232,8 @@ TEST(LambertImage, PointLightsActAtTheFrontalPlane) {
 
 TEST(LambertImage, LightsThatTellNoNormalAreRefused) {
   const auto camera = testCamera();
-  const auto expectRefusal = [&](const std::vector<Light>& lights, const std::string& found) {
-    const std::vector<Image> radiance(lights.size(), Image(24, 20, 3));
+  const auto expectRefusal = [&](const std::vector<capture::Light>& lights, const std::string& found) {
+    const std::vector<image::Image> radiance(lights.size(), image::Image(24, 20, 3));
     try {
       fitLambert(camera, lights, radiance, everywhere(camera), {});
       ADD_FAILURE() << "not refused: " << found;
@@ -243,7 +244,7 @@ TEST(LambertImage, LightsThatTellNoNormalAreRefused) {
   auto lights = testLights(camera);
   expectRefusal({lights[0], lights[1]}, "found 2");
   expectRefusal({}, "found 0");
-  std::vector<Light> inPlane;
+  std::vector<capture::Light> inPlane;
   for (int i = 0; i < 6; ++i) inPlane.push_back(directional({std::sin(0.2 * i), 0, std::cos(0.2 * i)}, 1));
   expectRefusal(inPlane, "in a plane");
 }
@@ -251,11 +252,11 @@ TEST(LambertImage, LightsThatTellNoNormalAreRefused) {
 TEST(LambertImage, Cancels) {
   const auto camera = testCamera();
   const auto lights = testLights(camera);
-  const std::vector<Image> radiance(lights.size(), Image(24, 20, 3));
+  const std::vector<image::Image> radiance(lights.size(), image::Image(24, 20, 3));
   Progress progress;
   progress.cancelled = [] { return true; };
   EXPECT_THROW(fitLambert(camera, lights, radiance, everywhere(camera), progress), Cancelled);
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::relief

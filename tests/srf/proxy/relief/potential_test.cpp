@@ -7,17 +7,17 @@
 #include <cmath>
 #include <random>
 
-namespace surflect {
+namespace surflect::relief {
 namespace {
 
-size_t at(const Mask& mask, int x, int y) {
+size_t at(const image::Mask& mask, int x, int y) {
   return static_cast<size_t>(y) * static_cast<size_t>(mask.width) + static_cast<size_t>(x);
 }
 
 // Blobs with holes, thin necks and pieces that touch at corners only.
-Mask randomMask(int width, int height, double share, uint32_t seed) {
+image::Mask randomMask(int width, int height, double share, uint32_t seed) {
   std::mt19937 random(seed);
-  Mask mask(width, height);
+  image::Mask mask(width, height);
   for (auto& inside : mask.inside) inside = std::uniform_real_distribution()(random) < share;
   return mask;
 }
@@ -127,8 +127,8 @@ TEST(Potential, PiecesDoNotKnowOfEachOther) {
 }
 
 TEST(Potential, NoPixelsNoAnswer) {
-  EXPECT_TRUE(potentialOf(Differences(Mask(0, 0)), {}).empty());
-  const auto nothing = potentialOf(Differences(Mask(5, 4)), {});
+  EXPECT_TRUE(potentialOf(Differences(image::Mask(0, 0)), {}).empty());
+  const auto nothing = potentialOf(Differences(image::Mask(5, 4)), {});
   EXPECT_EQ(nothing, std::vector<double>(20, 0));
 }
 
@@ -141,4 +141,4 @@ TEST(Potential, Cancels) {
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::relief

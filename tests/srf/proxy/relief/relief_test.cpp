@@ -11,41 +11,42 @@
 #include <random>
 #include <set>
 
-namespace surflect {
+namespace surflect::relief {
 namespace {
 
-Camera<AcquisitionSpace> cameraOf(Lens::Model model) {
-  Camera<AcquisitionSpace> camera;
+capture::Camera<AcquisitionSpace> cameraOf(capture::Lens::Model model) {
+  capture::Camera<AcquisitionSpace> camera;
   camera.lens = {model, 30, 21, 40, 42, 14, 11, 0, 0, 0, 0};
-  if (model == Lens::Model::pinhole) camera.lens.k1 = -0.1;
+  if (model == capture::Lens::Model::pinhole) camera.lens.k1 = -0.1;
   const Mat3<double> turn = Eigen::AngleAxisd(-0.9, Vec3<double>(1, 1, 3).normalized()).toRotationMatrix();
   camera.cameraFromWorld = {turn, {0.1, -0.05, -2.5}};
   return camera;
 }
 
-Mask randomMask(uint32_t seed) {
+image::Mask randomMask(uint32_t seed) {
   std::mt19937 random(seed);
-  Mask mask(30, 21);
+  image::Mask mask(30, 21);
   for (int y = 0; y < 21; ++y)
     for (int x = 0; x < 30; ++x) // a full part, a ragged part, and nothing at the right
       mask.inside[static_cast<size_t>(y * 30 + x)] = x < 17 || (x < 26 && random() % 3 > 0);
   return mask;
 }
 
-DepthMap wavyDepth(const Camera<AcquisitionSpace>& camera, const Mask& mask) {
+DepthMap wavyDepth(const capture::Camera<AcquisitionSpace>& camera, const image::Mask& mask) {
   DepthMap map{mask, std::vector<double>(mask.inside.size()), {}};
   for (size_t i = 0; i < map.depth.size(); ++i) {
     const Vec2<double> q =
         *imagePoint(camera.lens, {static_cast<double>(i % 30) + 0.5, static_cast<double>(i / 30) + 0.5});
     map.depth[i] = std::exp(1 + 0.3 * q[0] - 0.2 * q[1]);
-    const double slope = camera.lens.model == Lens::Model::pinhole ? 1 : map.depth[i];
+    const double slope = camera.lens.model == capture::Lens::Model::pinhole ? 1 : map.depth[i];
     map.gradient.push_back(slope * Vec2<double>(0.3, -0.2));
   }
   return map;
 }
 
 // The twice signed area of a triangle in the picture, square pixels; above 0 where it faces the camera.
-double areaInPicture(const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh, size_t triangle) {
+double areaInPicture(const capture::Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh,
+                     size_t triangle) {
   std::array<Vec2<double>, 3> corners;
   for (size_t c = 0; c < 3; ++c) {
     const auto pixel = camera.project(mesh.positions[mesh.triangles[triangle][c]].cast<double>());
@@ -56,7 +57,7 @@ double areaInPicture(const Camera<AcquisitionSpace>& camera, const TriangleMesh&
 }
 
 // All triangles face the camera, and corners are those of pixels, each coordinate moved by so much at most.
-void expectFaces(const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh, double moved) {
+void expectFaces(const capture::Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh, double moved) {
   for (size_t t = 0; t < mesh.triangles.size(); ++t) EXPECT_GT(areaInPicture(camera, mesh, t), 0);
   for (const auto& p : mesh.positions) {
     const auto pixel = camera.project(p.cast<double>());
@@ -67,7 +68,8 @@ void expectFaces(const Camera<AcquisitionSpace>& camera, const TriangleMesh& mes
 
 // Every pixel of the mask is covered once, and nothing else: the pieces of the mesh that lie in a pixel's
 // square, found by their centres, have its area.
-void expectCovers(const Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh, const Mask& mask) {
+void expectCovers(const capture::Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh,
+                  const image::Mask& mask) {
   expectFaces(camera, mesh, 0);
   double area = 0;
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -83,10 +85,10 @@ void expectCovers(const Camera<AcquisitionSpace>& camera, const TriangleMesh& me
 }
 
 TEST(ReliefMesh, HasAQuadAPixelAndFacesTheCamera) {
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
     const auto camera = cameraOf(model);
     for (uint32_t seed = 1; seed < 4; ++seed) {
-      const Mask mask = randomMask(seed);
+      const image::Mask mask = randomMask(seed);
       const TriangleMesh mesh = reliefMesh(camera, wavyDepth(camera, mask));
       EXPECT_EQ(mesh.triangles.size(), 2 * static_cast<size_t>(std::ranges::count(mask.inside, 1)));
       expectFaces(camera, mesh, 0.45);
@@ -95,7 +97,7 @@ TEST(ReliefMesh, HasAQuadAPixelAndFacesTheCamera) {
 }
 
 // Edges of one triangle only, seen in the picture.
-std::vector<std::array<Vec2<double>, 2>> outlineOf(const Camera<AcquisitionSpace>& camera,
+std::vector<std::array<Vec2<double>, 2>> outlineOf(const capture::Camera<AcquisitionSpace>& camera,
                                                    const TriangleMesh& mesh) {
   std::map<std::pair<uint32_t, uint32_t>, int> uses;
   for (const auto& corners : mesh.triangles)
@@ -111,11 +113,11 @@ std::vector<std::array<Vec2<double>, 2>> outlineOf(const Camera<AcquisitionSpace
 }
 
 TEST(ReliefMesh, TheOutlineOfADiscIsACircle) {
-  auto camera = cameraOf(Lens::Model::orthographic);
+  auto camera = cameraOf(capture::Lens::Model::orthographic);
   camera.lens.width = camera.lens.height = 100;
   const Vec2<double> middle(50.3, 49.6);
   const double radius = 41;
-  Mask mask(100, 100);
+  image::Mask mask(100, 100);
   for (int y = 0; y < 100; ++y)
     for (int x = 0; x < 100; ++x)
       mask.inside[static_cast<size_t>(y * 100 + x)] =
@@ -136,35 +138,35 @@ TEST(ReliefMesh, TheOutlineOfADiscIsACircle) {
 }
 
 TEST(ReliefMesh, CornersLieOnTheSurface) {
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
     const auto camera = cameraOf(model);
     const TriangleMesh mesh = reliefMesh(camera, wavyDepth(camera, randomMask(5)));
     for (const auto& p : mesh.positions) {
       const auto seen = camera.cameraFromWorld(p.cast<double>());
-      const auto pixel = project(camera.lens, seen);
+      const auto pixel = capture::project(camera.lens, seen);
       const Vec2<double> q = *imagePoint(camera.lens, *pixel);
       // Exact for pinholes, whose logarithm of depth is linear; half a pixel squared for the others.
       EXPECT_NEAR(-seen.z(), std::exp(1 + 0.3 * q[0] - 0.2 * q[1]),
-                  model == Lens::Model::pinhole ? 2e-6 : 1e-4);
+                  model == capture::Lens::Model::pinhole ? 2e-6 : 1e-4);
     }
   }
 }
 
 TEST(PlaneMesh, CoversTheMaskInThePlaneOfTheOrigin) {
-  for (const auto model : {Lens::Model::pinhole, Lens::Model::orthographic}) {
+  for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
     const auto camera = cameraOf(model);
-    const Mask mask = randomMask(6);
+    const image::Mask mask = randomMask(6);
     const TriangleMesh mesh = planeMesh(camera, mask);
     EXPECT_LT(mesh.triangles.size(), 1.5 * static_cast<double>(std::ranges::count(mask.inside, 1)));
     for (const auto& p : mesh.positions)
       EXPECT_NEAR(camera.cameraFromWorld(p.cast<double>()).z(), -frontalDepth(camera), 1e-6);
-    if (model == Lens::Model::orthographic) expectCovers(camera, mesh, mask);
+    if (model == capture::Lens::Model::orthographic) expectCovers(camera, mesh, mask);
   }
 }
 
 TEST(PlaneMesh, WithoutObjectIsEmpty) {
-  EXPECT_TRUE(planeMesh(cameraOf(Lens::Model::pinhole), Mask(30, 21)).triangles.empty());
+  EXPECT_TRUE(planeMesh(cameraOf(capture::Lens::Model::pinhole), image::Mask(30, 21)).triangles.empty());
 }
 
 } // namespace
-} // namespace surflect
+} // namespace surflect::relief
