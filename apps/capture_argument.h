@@ -1,4 +1,4 @@
-// The capture that a command reads.
+// Argument of commands that read a capture.
 #pragma once
 
 #include "apps/command.h"
@@ -19,7 +19,7 @@ struct CaptureArgument {
   std::string path;
   capture::PathRule outside = capture::PathRule::inside;
 
-  // Says what there is to know of how the capture was understood.
+  // Reads the capture and prints the notes on how it was understood.
   capture::Capture read() const {
     capture::Capture capture = capture::readCapture(path, outside);
     for (const std::string& note : capture.notes) say(note);

@@ -33,7 +33,7 @@ std::string duration(double seconds) {
   return fmt::format("{} s", whole);
 }
 
-// Says how long the stage of the work will still take, by what it has done since it was first heard of.
+// Progress that also prints the estimated remaining time of a stage, from its rate so far.
 Progress withTimeLeft(Progress progress) {
   if (!progress.report) return progress;
   struct Since {
@@ -82,7 +82,7 @@ Json capturePictures(const stage::Stage& stage, const Arguments& arguments, cons
           {"memory_peak_bytes", memoryUse().peakBytes}};
 }
 
-// What comes of pictures that are traced in between is for the progress to say.
+// Prints the estimated size. Pictures that are traced meanwhile are reported by the progress.
 void announceSize(const model::PackEstimate& estimate) {
   say(fmt::format("about {:.1f} MB on disk, {:.0f} MB of memory; {} surfels",
                   static_cast<double>(estimate.diskBytes) / 1e6,

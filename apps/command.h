@@ -1,4 +1,4 @@
-// A subcommand of `surflect`: its options, and what it does once they are parsed.
+// A subcommand of `surflect`: its options, and its work once they are parsed.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -13,10 +13,11 @@ namespace surflect {
 
 using Json = nlohmann::ordered_json;
 
-// Works until done; returns the machine-readable report. Throws Error or Cancelled.
+// Does the work and returns the machine-readable report. Throws Error or Cancelled.
 using CommandWork = std::function<Json(const Progress& progress)>;
 
-// What is done when the command is chosen. Interrupted, it becomes an Error that says what to do next.
+// Sets the work that runs if the command is chosen. An interruption becomes an Error that tells the next
+// step.
 inline void setWork(CLI::App& command, CommandWork& work, const std::string& next,
                     const CommandWork& chosen) {
   command.callback([=, &work] {
@@ -30,7 +31,7 @@ inline void setWork(CLI::App& command, CommandWork& work, const std::string& nex
   });
 }
 
-// Each adds its subcommand and sets `work` when it is chosen.
+// Add the subcommands; each sets `work` when chosen.
 void addCaptureCommand(CLI::App& app, CommandWork& work);
 void addImportCommand(CLI::App& app, CommandWork& work);
 void addPackCommand(CLI::App& app, CommandWork& work);

@@ -38,7 +38,7 @@ Json jsonOf(const evaluation::Score& score) {
           {"frame_count", score.frames}};
 }
 
-// Scores pooled over all frames, and by group; front- and back-lit frames are groups of their own.
+// Scores pooled over all frames and by group; front- and back-lit frames form groups of their own.
 Json summaryOf(const evaluation::Evaluation& evaluation,
                const std::function<const evaluation::Score&(const evaluation::FrameScore&)>& scoreOf) {
   evaluation::Score all;

@@ -1,4 +1,4 @@
-// Findings of the checks of a capture, as commands print them and as JSON.
+// Findings of a capture's checks, as printed lines and as JSON.
 #pragma once
 
 #include "apps/command.h"
@@ -8,7 +8,7 @@
 
 namespace surflect {
 
-// Says each finding in a line.
+// Prints each finding on a line.
 void announce(std::span<const validation::Finding> findings);
 Json jsonOf(std::span<const validation::Finding> findings);
 size_t countErrors(std::span<const validation::Finding> findings);

@@ -73,7 +73,7 @@ Json drawOverlay(const capture::Capture& capture, const proxy::Impostor& imposto
   return {{"path", arguments.overlay}, {"geometry", nameOf(impostor.origin)}, {"frames", tiles}};
 }
 
-// Also for people, a line each.
+// Returns the report after printing it for people, a line each.
 Json told(Json report) {
   for (const auto& [key, value] : report.items()) say(fmt::format("{:<20} {}", key, value.dump()));
   return report;

@@ -1,4 +1,4 @@
-// What the values of options can be; else the usage is wrong.
+// Validators for option values; a violation is a usage error.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,16 +8,16 @@
 
 namespace surflect {
 
-// CLI::Range, which lets NaN pass, for numbers.
+// Finite numbers in a range; CLI::Range alone accepts NaN.
 CLI::Validator finiteIn(double least, double most);
 
-// Signed, so that what is below 0 does not come round as something large.
+// Whole numbers in a range. Signed, so that negative input is not wrapped around.
 inline CLI::Validator wholeIn(int64_t least, int64_t most) { return CLI::Range(least, most); }
 
-// Frames of a script, which can be between two.
+// Frame number of a script, possibly between two frames.
 inline CLI::Validator frameNumber() { return finiteIn(-1e9, 1e9); }
 
-// Names of what is written: an empty one, such as a variable of the shell that is not set, names nothing.
+// Path to write to; rejects empty names, such as those of unset shell variables.
 inline CLI::Validator notEmpty() {
   return {[](const std::string& text) -> std::string { return text.empty() ? "An empty name" : ""; }, "", ""};
 }

@@ -21,7 +21,7 @@ struct Arguments {
   bool force = false;
 };
 
-// A capture whose checks stop pack, before anything is written, where they find errors.
+// A capture whose checks stop `pack` before anything is written, if they find errors.
 class CheckedSource : public model::CaptureSource {
 public:
   // Adds findings to `findings`.
@@ -32,8 +32,8 @@ public:
     tell(validation::checkPoses(training()));
     tell(validation::checkMattes(training(), validation::kQuickChecks, progress));
     proxy::Impostor impostor = model::CaptureSource::impostor(options, progress);
-    for (const std::string& note : impostor.notes) say(note); // they may explain what is found
-    // Other geometry is made of the masks or the shading that it would be compared with.
+    for (const std::string& note : impostor.notes) say(note); // before the findings, which they may explain
+    // Other geometry was derived from the masks or shading that it would be compared with.
     validation::CheckEffort effort = validation::kQuickChecks;
     effort.masks = impostor.origin == proxy::Impostor::Origin::given;
     if (effort.masks || impostor.origin == proxy::Impostor::Origin::hull)

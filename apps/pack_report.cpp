@@ -13,7 +13,7 @@ namespace surflect {
 
 namespace {
 
-// "C00 0.994, C01 0.991, ..", as many views on a line as it has room for.
+// Prints "C00 0.994, C01 0.991, ..", wrapped at the line width.
 void announceEach(std::span<const proxy::Impostor::Fit> fits) {
   constexpr size_t kWidth = 100;
   std::string line;
@@ -28,7 +28,7 @@ void announceEach(std::span<const proxy::Impostor::Fit> fits) {
   say(line);
 }
 
-// How well a hull fits the mattes: the median view and the worst three, then all.
+// Prints how well a hull fits the mattes: the median and the worst three views, then all.
 void announceFits(std::vector<proxy::Impostor::Fit> fits) {
   const std::vector<proxy::Impostor::Fit> inOrder = fits;
   std::ranges::stable_sort(fits, {}, &proxy::Impostor::Fit::intersectionOverUnion);

@@ -1,4 +1,4 @@
-// What `pack` and `capture --pack` share: options, and what they say of their work.
+// Options and reports shared by `pack` and `capture --pack`.
 #pragma once
 
 #include "apps/command.h"

@@ -39,7 +39,7 @@ struct FrameRange {
   int first, last;
 };
 
-// "7" or "3-12", inside the script's frames.
+// Parses "7" or "3-12", inside the script's frames.
 FrameRange parseRange(const std::string& text, const scene::Frames& frames) {
   if (text.empty()) return {frames.first, frames.last};
   const auto complain = [&] {
@@ -100,7 +100,7 @@ std::vector<std::string> remarksOn(const scene::PreparedEnvironment& environment
   return remarks;
 }
 
-// What decides the pixels of a frame of this film.
+// Identity of everything that determines a film's pixels.
 std::string filmIdentity(const scene::Script& script, const model::Model& model,
                          const film::ShotRenderer& shot, const Arguments& arguments) {
   const surfels::FrameOptions& frame = arguments.model.frame;
@@ -142,8 +142,8 @@ bool isRendered(const std::filesystem::path& path, const std::string& identity) 
 
 std::filesystem::path previewPath(std::filesystem::path picture) { return picture.replace_extension(".png"); }
 
-// The folders that the frames go to. Throws Error where a frame cannot be written: its folder cannot be made
-// or written to, or something else than a file has its name.
+// Folders of the frames. Throws Error if a frame cannot be written: its folder cannot be created or written
+// to, or its name is taken by something other than a file.
 std::set<std::filesystem::path> writableFolders(const scene::Output& output, const Arguments& arguments,
                                                 const FrameRange& range) {
   std::set<std::filesystem::path> folders;
@@ -157,7 +157,7 @@ std::set<std::filesystem::path> writableFolders(const scene::Output& output, con
   return folders;
 }
 
-// Removes temporaries of these frames, which an earlier run left when it was killed.
+// Removes temporaries of these frames left by a killed run.
 void removeLitter(const scene::Script& script, const Arguments& arguments) {
   std::map<std::filesystem::path, std::set<std::string>> targets; // by folder
   for (int frame = script.frames->first; frame <= script.frames->last; ++frame) {
@@ -175,8 +175,8 @@ double sum(const Json& frames, const char* stage) {
   return total;
 }
 
-// Adds what writing took, of each frame, and sums over all: seconds of rendering, of AOVs, and of writing,
-// some of which goes on while the next frame is rendered; and what the film took by the clock.
+// Adds seconds to the report: writing per frame; sums over all frames of rendering, AOVs and writing, which
+// partly overlaps with rendering the next frame; and the film's wall-clock time.
 void addSeconds(Json& report, const std::vector<double>& writing, double film) {
   Json& frames = report["frames"];
   double rendering = 0;
@@ -200,14 +200,14 @@ std::string summary(size_t rendered, size_t kept, double seconds, const std::fil
                      kept > 0 ? "; " + current : "");
 }
 
-// Whether `--threads 1` was asked for.
+// Returns whether `--threads 1` was given.
 bool isAlone() {
   return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
 }
 
 Json runRender(const Arguments& arguments, const Progress& progress) {
   const scene::ScriptHead head = scene::readScriptHead(arguments.script);
-  // Original coordinates need the model's origin. Any other script is refused before the model is opened.
+  // Original coordinates need the model's origin. Any other script is checked before the model is opened.
   std::optional<scene::Script> early;
   if (head.coordinates == scene::Coordinates::model) early = scene::readScript(arguments.script);
   const FrameRange range = parseRange(arguments.frames, head.frames);
@@ -275,7 +275,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
       writer.write(std::move(files), std::move(picture));
     }
   } catch (const Error&) {
-    writer.finish(); // an earlier frame may have failed, which is told first
+    writer.finish(); // reports a failure of an earlier frame first
     throw;
   }
   const std::vector<double> writing = writer.finish();

@@ -66,7 +66,7 @@ Progress terminalProgress() {
 
 void say(std::string_view line) {
   const std::string text = fmt::format("{}{}\n", onTerminal() ? "\r\033[K" : "", line);
-  std::fputs(text.c_str(), stderr); // unlike fmt::print, which throws where nobody can listen
+  std::fputs(text.c_str(), stderr); // fmt::print would throw if stderr is closed
 }
 
 } // namespace surflect

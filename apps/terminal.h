@@ -1,4 +1,4 @@
-// What people see while they wait: everything on stderr, so that stdout is the report's.
+// Messages for people, on stderr; stdout is for the report.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -7,15 +7,15 @@
 
 namespace surflect {
 
-// From now on Ctrl-C and SIGTERM ask work to stop at its next checkpoint; a second one of either ends the
-// process. A file that grows beyond the user's limit is an error of its writer, not the end.
+// Makes Ctrl-C and SIGTERM ask the work to stop at its next checkpoint; a second signal ends the process. A
+// write beyond the user's file size limit becomes an error of the writer.
 void watchSignals();
 
-// A line that follows the work, when stderr is a terminal; elsewhere one every five minutes, for logs. Always
-// asks whether the user has interrupted.
+// Progress line if stderr is a terminal, otherwise a line every five minutes for logs. Always checks for an
+// interruption.
 Progress terminalProgress();
 
-// A lasting line for people; nothing when `quiet`.
+// Prints a permanent line for people; nothing when `quiet`.
 void say(std::string_view line);
 
 } // namespace surflect

@@ -1,4 +1,4 @@
-// Tangent frames: how an orientation is stored, and how a warped tangent pair is made orthonormal again.
+// Tangent frames: storage of an orientation, and orthonormalisation of a warped tangent pair.
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 // Symbols: R0 rotation (u0, v0, n0) at acquisition; r0 its Rodrigues vector; u, v warped tangents;
@@ -12,16 +12,16 @@
 
 namespace surflect {
 
-// r0 = k tan(theta/2)  [Weyrich 2005, Eq. 5], kept off its 180-degree singularity: in the lower hemisphere
-// (n_z < 0) it describes the frame after a half turn H = diag(1,-1,-1) about x, R0 = H Rot(r). By choosing
-// u0 through the shortest arc from z to n0, the axis k lies in the xy plane, r_z is 0, |r0| <= 1, and the
-// third number is free to hold the hemisphere.
+// r0 = k tan(theta/2)  [Weyrich 2005, Eq. 5], without its singularity at 180 degrees. In the lower hemisphere
+// (n_z < 0) it describes the frame after a half turn H = diag(1,-1,-1) about x: R0 = H Rot(r). u0 is chosen
+// by the shortest arc from z to n0, so the axis k lies in the xy plane, r_z is 0, |r0| <= 1, and the third
+// number can hold the hemisphere.
 struct Rodrigues {
   float x = 0, y = 0;
-  float lower = 0; // 1 in the lower hemisphere, else 0
+  float lower = 0; // 1 in the lower hemisphere, otherwise 0
 };
 
-// The tangent frame at a unit normal: rotation by the shortest arc, tan(theta/2) k = (z x n)/(1 + n_z).
+// Tangent frame at a unit normal: rotation by the shortest arc, tan(theta/2) k = (z x n)/(1 + n_z).
 template <class Space, class T> Rodrigues rodriguesOf(const Normal3<Space, T>& n) {
   const bool lower = n.z() < 0;
   const T ny = lower ? -n.y() : n.y(); // H n
@@ -48,11 +48,11 @@ template <class T> struct OrthonormalFrame {
   Vec3<T> u, v, n; // right-handed
 };
 
-// The polar factor of the 3x2 matrix (u v): the orthonormal pair nearest to the unnormalised tangents, and
-// the one that follows no matter how u0 was chosen. With S = (u v)^T (u v) and delta = |u x v| = sqrt(det S),
+// Polar factor of the 3x2 matrix (u v): the orthonormal pair nearest to the unnormalised tangents,
+// independent of the choice of u0. With S = (u v)^T (u v) and delta = |u x v| = sqrt(det S),
 //   S^(-1/2) = (adj(S) + delta I) / (tau delta),   tau = sqrt(tr S + 2 delta).
-// This departs from [Weyrich 2005, Eqs. 8, 9], whose frame depends on u0 once the warp is anisotropic.
-// Empty where the tangents are parallel, zero or not finite.
+// This departs from [Weyrich 2005, Eqs. 8, 9], whose frame depends on u0 if the warp is anisotropic. Empty if
+// the tangents are parallel, zero or not finite.
 template <class T> std::optional<OrthonormalFrame<T>> polarFrame(const Vec3<T>& u, const Vec3<T>& v) {
   const T scale = std::max(u.cwiseAbs().maxCoeff(), v.cwiseAbs().maxCoeff());
   if (!(scale > 0) || !std::isfinite(scale)) return std::nullopt;
@@ -66,11 +66,11 @@ template <class T> std::optional<OrthonormalFrame<T>> polarFrame(const Vec3<T>& 
                              ((uu + delta) * vs - uv * us) / (tau * delta), normal / delta};
 }
 
-// The frame of the paper: the bisector of the normalised tangents turned by 45 degrees either way.
-// [Weyrich 2005, Eqs. 7 to 9]. The bisector is taken from the unit difference, b = n x (u^ - v^), which stays
-// well conditioned for obtuse angles. Reference and option; polarFrame is the default.
+// Frame of the paper: the bisector of the normalised tangents, rotated by 45 degrees either way  [Weyrich
+// 2005, Eqs. 7 to 9]. The bisector comes from the unit difference, b = n x (u^ - v^), which is well
+// conditioned for obtuse angles. For reference; polarFrame is the default.
 template <class T> std::optional<OrthonormalFrame<T>> bisectorFrame(const Vec3<T>& u, const Vec3<T>& v) {
-  const auto polar = polarFrame(u, v); // for the common refusal
+  const auto polar = polarFrame(u, v); // empty in the same cases
   if (!polar) return std::nullopt;
   const Vec3<T>& n = polar->n;                                             // Eq. 7
   const Vec3<T> b = n.cross(u.normalized() - v.normalized()).normalized(); // Eq. 8

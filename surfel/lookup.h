@@ -1,4 +1,4 @@
-// The look-up function L: the one bridge that takes directions at a deformed surfel back to where its
+// The look-up function L: takes directions at a deformed surfel back to acquisition space, where its
 // reflectance was captured.  [Weyrich 2005, §4]
 #pragma once
 
@@ -8,8 +8,8 @@ namespace surflect {
 
 template <class T = float> class LookUp {
 public:
-  // L = R0 (u-bar, v-bar, s n-bar)^T  [Weyrich 2005, Eq. 10]. s = -1 under a mirroring warp, a case the paper
-  // leaves out: u x v then points inwards, s n-bar outwards, and L is a reflection (det -1).
+  // L = R0 (u-bar, v-bar, s n-bar)^T  [Weyrich 2005, Eq. 10]. s is -1 under a mirroring warp, which the paper
+  // does not treat: u x v then points inwards, s n-bar outwards, and L is a reflection (det -1).
   LookUp(const Mat3<T>& r0, const OrthonormalFrame<T>& frame, T s) : outward_(s * frame.n) {
     Mat3<T> warped;
     warped << frame.u, frame.v, outward_;

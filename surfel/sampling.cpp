@@ -19,13 +19,13 @@ namespace surflect {
 
 namespace {
 
-// Random points on the mesh per surfel: the grain of the relaxation's centroids.
+// Random points on the mesh per surfel, by which the relaxation's centroids are computed.
 constexpr double kPointsPerSurfel = 16;
-// Discs of this diameter, in spacings, thrown at that many points leave as many surfels as a hexagonal
-// grid of the spacing has (measured: 0.60 surfels per squared diameter).
+// Disc diameter in spacings at which dart throwing on that many points leaves as many surfels as a hexagonal
+// grid of the spacing (measured: 0.60 surfels per squared diameter).
 constexpr double kDiscDiameter = 0.72;
 constexpr int kRelaxationRounds = 6;
-constexpr double kOwnerReach = 0.8; // spacings; no point is farther from its surfel
+constexpr double kOwnerReach = 0.8; // spacings; largest distance of a point from its surfel
 
 struct SurfacePoint {
   Vec3<double> position;
@@ -34,10 +34,10 @@ struct SurfacePoint {
 };
 
 double uniform(std::mt19937_64& random) {
-  return static_cast<double>(random() >> 11) * 0x1p-53; // the same on every standard library
+  return static_cast<double>(random() >> 11) * 0x1p-53; // identical on every standard library
 }
 
-// Equal shares of the area, one random point in each: stratified along the list of triangles.
+// Random points in equal shares of the area: stratified along the list of triangles.
 std::vector<SurfacePoint> scatter(const TriangleMesh& mesh, size_t count, std::mt19937_64& random,
                                   const Progress& progress) {
   std::vector<SurfacePoint> points;
@@ -66,8 +66,8 @@ std::vector<SurfacePoint> scatter(const TriangleMesh& mesh, size_t count, std::m
 
 bool sameSheet(const SurfacePoint& a, const SurfacePoint& b) { return a.normal.dot(b.normal) > 0; }
 
-// Points in cubic cells twice as wide as questions reach, found by a hash of the cell. Cells that share a
-// hash are told apart by nothing but distance, so a visit may meet strangers, and the same point twice.
+// Points in cubic cells twice as wide as the search radius, hashed by cell. Cells with equal hashes share a
+// bucket, so a visit may meet far points, and a point twice.
 class Grid {
 public:
   Grid(double reach, size_t points) : reach_(reach), first_(std::bit_ceil(points + 1), kNone) {}
@@ -78,13 +78,13 @@ public:
     first = static_cast<uint32_t>(next_.size() - 1);
   }
 
-  // Visits all points nearer than the root of `squared`, at most reach, which visits may lower as they go,
-  // and some others, until a visit returns true. The position's own cell comes first.
+  // Visits all points within the root of `squared` (at most reach), which visits may decrease, and some
+  // others, until a visit returns true. The position's own cell comes first.
   template <class Visit>
   bool anyNearer(const Vec3<double>& position, const double& squared, const Visit& visit) const {
     const Cell home = cellOf(position), low = cellOf(position - Vec3<double>::Constant(reach_));
     Cell other;
-    Vec3<double> gap; // squared distance to the other cell within reach, along each axis
+    Vec3<double> gap; // squared distance to the neighbouring cell within reach, along each axis
     for (size_t axis = 0; axis < 3; ++axis) {
       other[axis] = home[axis] == low[axis] ? home[axis] + 1 : low[axis];
       const double border = 2 * reach_ * static_cast<double>(low[axis] + 1),
@@ -122,7 +122,7 @@ private:
   std::vector<uint32_t> next_;  // per point
 };
 
-// Accepts points one after the other unless a disc of their sheet is already there.
+// Dart throwing: accepts points unless a disc of the same sheet already covers them.
 std::vector<SurfacePoint> throwDiscs(const std::vector<SurfacePoint>& points, double diameter,
                                      const Progress& progress) {
   std::vector<SurfacePoint> accepted;
@@ -141,9 +141,9 @@ std::vector<SurfacePoint> throwDiscs(const std::vector<SurfacePoint>& points, do
   return accepted;
 }
 
-// The points nearest to each surfel of their sheet, none farther than reach.
+// Voronoi cells: the points nearest to each surfel of the same sheet, within reach.
 struct Cells {
-  std::vector<size_t> first;    // of each surfel's points; one more, for the end
+  std::vector<size_t> first;    // start of each surfel's points, and the end
   std::vector<uint32_t> points; // ascending within a surfel
 
   std::span<const uint32_t> of(size_t surfel) const {
@@ -183,8 +183,8 @@ Cells cellsOf(const std::vector<SurfacePoint>& surfels, const std::vector<Surfac
   return cells;
 }
 
-// One round of Lloyd: each surfel moves to the centroid of its cell, brought back onto the plane of the point
-// nearest to that centroid.
+// One round of Lloyd's relaxation: each surfel moves to the centroid of its cell, projected onto the plane of
+// the point nearest to that centroid.
 void relax(std::vector<SurfacePoint>& surfels, const std::vector<SurfacePoint>& points, double spacing,
            const Progress& progress) {
   const Cells cells = cellsOf(surfels, points, kOwnerReach * spacing, progress);
@@ -202,8 +202,8 @@ void relax(std::vector<SurfacePoint>& surfels, const std::vector<SurfacePoint>& 
   });
 }
 
-// Sorts along a space-filling curve through cells of the given size, so that neighbours in space become
-// neighbours in memory; points of one cell are in the order of their ranks, which are all different.
+// Sorts along a space-filling curve through cells of the given size, so that neighbours in space are
+// neighbours in memory. Points of one cell are ordered by their ranks, which are distinct.
 std::vector<SurfacePoint> alongCurve(const std::vector<SurfacePoint>& points,
                                      const std::vector<uint32_t>& ranks, double cell,
                                      const Progress& progress) {
@@ -244,7 +244,7 @@ std::vector<uint32_t> upTo(size_t count) {
   return numbers;
 }
 
-// The numbers up to count in random order: Fisher-Yates, the same on every standard library.
+// Random permutation of 0..count-1 by Fisher-Yates, identical on every standard library.
 std::vector<uint32_t> shuffled(size_t count, std::mt19937_64& random, const Progress& progress) {
   std::vector<uint32_t> numbers = upTo(count);
   for (size_t i = count; i > 1; --i) {
@@ -260,13 +260,12 @@ std::vector<uint32_t> inverse(const std::vector<uint32_t>& permutation) {
   return result;
 }
 
-// What the Gaussians at a surfel are to sum to, by how far the centre of mass of its own and its neighbours'
-// lies off, in standard deviations. Within a straight border, at x of them from it, half a plane of Gaussians
-// has
+// Target sum of the Gaussians at a surfel, by the offset of the centre of mass of its own and its neighbours'
+// from it, in standard deviations. At distance x inside a straight border, a half plane of Gaussians has
 //   sum = Phi(x),   offset = phi(x) / Phi(x),
 // phi and Phi the normal density and distribution: sum = 1 - 0.6 offset, within 0.021. Splats at a border are
-// wider than others, since they have fewer neighbours; 0.85 makes up for that. Amid a sheet, too, surfels are
-// uneven enough for offsets up to 0.2.
+// wider than others, because they have fewer neighbours; 0.85 compensates. Irregular spacing inside a sheet
+// causes offsets up to 0.2.
 float sumWithin(float offset) {
   const float t = std::clamp((offset - 0.15f) / 0.15f, 0.f, 1.f);
   return 1 - 0.85f * std::min(offset, 0.8f) * t * t * (3 - 2 * t);
@@ -295,7 +294,7 @@ SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t see
   const double expected = surfelsAt(mesh, spacing);
   auto points =
       scatter(mesh, static_cast<size_t>(std::ceil(expected * kPointsPerSurfel)) + 16, random, progress);
-  // Random within neighbourhoods that fit the cache.
+  // Random order within neighbourhoods that fit the cache.
   points = alongCurve(points, inverse(shuffled(points.size(), random, progress)), 8 * spacing, progress);
   auto surfels = throwDiscs(points, kDiscDiameter * spacing, progress);
   for (int round = 0; round < kRelaxationRounds; ++round) {
@@ -316,12 +315,12 @@ SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t see
 
 void estimateSplats(SurfelCloud& cloud, const Progress& progress) {
   constexpr size_t kNeighbors = 6;
-  constexpr float kReach = 3;          // sigmas at which a Gaussian is forgotten
-  constexpr float kSameSheet = -0.25f; // cosine below which two surfels lie on the two sides of a sheet
-  // Splats help each other to cover a place only if they are seen together. Across a sharp edge, or where one
-  // surface pierces another, a viewer may see one face alone, which must then be closed by itself. For where
-  // the border is, those across the edge count, too: a face's own sum falls to two thirds there, not to a
-  // half. By the face alone, thin strands would be all borders, and gape.
+  constexpr float kReach = 3;          // sigmas beyond which a Gaussian is ignored
+  constexpr float kSameSheet = -0.25f; // cosine below which two surfels are on opposite sides of a sheet
+  // Splats cover a place together only if they are visible together. Across a sharp edge, or where surfaces
+  // intersect, a viewer may see one face alone, which must be closed by itself. To detect borders, splats
+  // across the edge count too: a face's own sum falls to two thirds there instead of a half. Counting the
+  // face alone would make thin strands consist of borders, with gaps.
   constexpr float kOneFace = 0.5f; // cosine
   constexpr int kRounds = 8;
   constexpr float kLargestRadius = 2; // medians
@@ -342,7 +341,7 @@ void estimateSplats(SurfelCloud& cloud, const Progress& progress) {
       }
     cloud.radius[i] = count ? sum / static_cast<float>(count) : std::numeric_limits<float>::infinity();
   });
-  if (n > 0) { // a speck has its neighbours far away: no reason to cover what lies between
+  if (n > 0) { // a speck has no near neighbours: the space between is not covered
     std::vector<float> sorted = cloud.radius;
     const auto median = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
     std::ranges::nth_element(sorted, median);
@@ -352,10 +351,10 @@ void estimateSplats(SurfelCloud& cloud, const Progress& progress) {
 
   struct Link {
     uint32_t j;
-    float gaussian; // of surfel j at the place of surfel i
+    float gaussian; // of surfel j at surfel i
   };
   std::vector<std::vector<Link>> links(n);
-  std::vector<float> wanted(n); // sum of the Gaussians at each surfel
+  std::vector<float> wanted(n); // target sum of the Gaussians at each surfel
   const float widest = n ? *std::ranges::max_element(cloud.radius) * kSigmaPerRadius * kReach : 0;
   tbb::parallel_for(size_t{0}, n, [&](size_t i) {
     progress.checkNowAndThen(i);
@@ -377,7 +376,7 @@ void estimateSplats(SurfelCloud& cloud, const Progress& progress) {
     wanted[i] = sigma > 0 ? sumWithin(offset.norm() / (sum * sigma)) : 1;
   });
 
-  // Fixed point of coverage_i <- coverage_i wanted_i / (sum of the Gaussians at surfel i).
+  // Fixed-point iteration: coverage_i <- coverage_i wanted_i / (sum of the Gaussians at surfel i).
   cloud.coverage.assign(n, 1.f);
   std::vector<float> next(n);
   for (int round = 0; round < kRounds; ++round) {

@@ -1,4 +1,4 @@
-// Surfels from a mesh, evenly spaced.
+// Samples a mesh evenly by surfels.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -9,26 +9,25 @@
 
 namespace surflect {
 
-// The ratio of a splat's Gaussian sigma to its radius.
+// Sigma of a splat's Gaussian over its radius.
 inline constexpr float kSigmaPerRadius = 0.6f;
 
-// Surfels that lie about `spacing` apart (scene units) as in a hexagonal grid: a Poisson-disk set evened out
-// by Lloyd's relaxation. Sheets are told apart by their normals, so that both sides of a thin wall and of a
-// sharp edge are covered. radius is the mean distance to the six nearest neighbours; coverage makes the
-// Gaussians sum to 1 at every surfel, and at borders to what of the surfel's own lies within them: their sum
-// falls to 1/2 at the border, so that outlines stay where they are. Sorted along a space-filling curve. Cost:
-// O(area / spacing^2).
+// Samples surfels about `spacing` apart (scene units), as in a hexagonal grid: a Poisson-disk set relaxed by
+// Lloyd's method. Sheets are distinguished by their normals, so that both sides of thin walls and sharp edges
+// are covered. radius is the mean distance to the six nearest neighbours. coverage makes the Gaussians add up
+// to 1 at every surfel, and fall to 1/2 at the border of a sheet, so that outlines stay in place. Sorted
+// along a space-filling curve. Cost: O(area / spacing^2).
 SurfelCloud sampleSurfels(const TriangleMesh& mesh, double spacing, uint64_t seed = 1,
                           const Progress& progress = {});
 
-// The number of surfels that sampleSurfels yields, about.
+// Approximate number of surfels that sampleSurfels yields.
 double surfelsAt(const TriangleMesh& mesh, double spacing);
 
-// The spacing at which sampleSurfels yields about `count` surfels.
+// Spacing at which sampleSurfels yields about `count` surfels.
 double spacingFor(const TriangleMesh& mesh, size_t count);
 
-// Radius and coverage, as above, of a cloud that has positions and frames. No radius is more than twice the
-// median.
+// Computes radius and coverage, as sampleSurfels does, for a cloud with positions and frames. No radius
+// exceeds twice the median.
 void estimateSplats(SurfelCloud& cloud, const Progress& progress = {});
 
 double surfaceArea(const TriangleMesh& mesh);

@@ -1,1 +1,1 @@
-// Carries the precompiled headers of the tests.
+// Holds the precompiled headers of the tests.

@@ -1,4 +1,4 @@
-// Which of many balls hold a point.
+// Search tree for the balls that contain a point.
 #pragma once
 
 #include "surfel/math/space.h"
@@ -11,7 +11,7 @@
 
 namespace surflect::warp {
 
-// A tree of boxes around balls. What it visits, and in what order, depends on the balls and the point alone.
+// Tree of boxes around balls. The visited balls and their order depend only on the balls and the point.
 class BallTree {
 public:
   BallTree() = default;
@@ -20,7 +20,7 @@ public:
     if (!order_.empty()) build(centers, radii, 0, order_.size());
   }
 
-  // Calls visit(index) for every ball that may hold x: all that do, and some that do not.
+  // Calls visit(index) for every ball that contains x, and for some that do not.
   template <class Visit> void forEachNear(const Vec3<double>& x, Visit visit) const {
     for (size_t n = 0; n < nodes_.size();) {
       const Node& node = nodes_[n];
@@ -35,10 +35,10 @@ public:
   }
 
 private:
-  // In depth-first order: a node's children follow it, and `next` is past the last of them.
+  // Nodes in depth-first order: children follow their parent, and `next` is past the last of them.
   struct Node {
     Vec3<double> least, most;
-    uint32_t begin, end; // its balls, when it has no children
+    uint32_t begin, end; // balls of a leaf
     uint32_t next;
   };
   static constexpr size_t leafSize = 8;

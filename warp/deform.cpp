@@ -14,8 +14,8 @@ namespace surflect::warp {
 
 namespace {
 
-// Tangents by Eq. 6, for warps without an exact Jacobian. The rest frames are rotations, so that n0 is
-// u0 x v0 and the determinant of what they become is that of J.
+// Tangents by Eq. 6, for warps without an exact Jacobian. Rest frames are rotations, so n0 = u0 x v0, and the
+// determinant of the three derivatives is that of J.
 void carryByDifferences(const Warp& warp, double epsilon, WarpBatch& b) {
   for (int i = 0; i < b.count; ++i) {
     const Vec3<double> x(b.x[i], b.y[i], b.z[i]);
@@ -40,8 +40,8 @@ template <class Triple> const float* floatsFrom(const std::vector<Triple>& tripl
   return reinterpret_cast<const float*>(triples.data() + begin);
 }
 
-// Has the processor fetch entries [begin, end) while it does something else. Always inlined: g++ 12 drops
-// calls of a function that only prefetches, as having no effect.
+// Prefetches entries [begin, end). Always inlined: g++ 12 removes calls of a function that only prefetches,
+// as having no effect.
 template <class Entry>
 [[gnu::always_inline]] inline void fetch(const std::vector<Entry>& entries, size_t begin, size_t end) {
   constexpr size_t kLine = 64;

@@ -1,4 +1,4 @@
-// What a warp does to a surfel cloud, or to a mesh.
+// Applies a warp to a surfel cloud or to a mesh.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -9,21 +9,21 @@
 
 namespace surflect::warp {
 
-// p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored where det J < 0, dead where polarFrame finds
-// no frame for (u, v) or anything is not finite in float; the p, u, v of dead surfels are 0. J is the warp's
-// own or, along u0, v0, n0, by Eq. 6 with the step below. Evaluated in double, in the caller's arena; the
-// same bits for any number of threads, and for avx2 and avx512. `kept`, a cloud that is no longer needed,
-// gives its memory.
+// p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored if det J < 0; dead if polarFrame finds no
+// frame for (u, v) or a value is not finite in float. p, u, v of dead surfels are 0. J is the warp's own, or
+// by Eq. 6 along u0, v0, n0 with the step below. Evaluated in double, in the caller's arena; the same bits
+// for any number of threads, and for avx2 and avx512. `kept`, a cloud that is no longer needed, donates its
+// memory.
 DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {},
                      Simd simd = bestSimd(), DeformedCloud kept = {});
 
-// The mesh with its vertices moved. It must be fine enough for the warp to be bent that way.
+// Mesh with deformed vertices. It must be fine enough for the warp.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);
 
-// The step of Eq. 6 for a cloud. With M the largest coordinate, rounding of Psi costs e M / epsilon
-// (e = 2^-53), and what the third derivative leaves out is about epsilon^2 / (6 l^2) for a warp with features
-// of size l. The sum is least at epsilon = (3 e M l^2)^(1/3); l is taken as 1/16 of the bounding box's
-// diagonal. A cloud of no extent has l = M/16, one at the origin 1/16.
+// Step of Eq. 6 for a cloud. With M the largest coordinate, rounding of Psi costs e M / epsilon (e = 2^-53),
+// and truncation about epsilon^2 / (6 l^2) for a warp with features of size l. The sum is least at epsilon =
+// (3 e M l^2)^(1/3). l is assumed to be 1/16 of the bounding box's diagonal, M/16 for a cloud without extent,
+// and 1/16 for one at the origin.
 double differenceStep(const SurfelCloud& cloud);
 
 } // namespace surflect::warp

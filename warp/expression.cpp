@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t longestText = 4096;
 
-// A parser with the storage its variables live in. Evaluating writes both: one program a thread.
+// A parser with storage for its variables. Evaluation writes both, so each thread has its own.
 class Program {
 public:
   Program(const std::string& text, const std::vector<std::string>& variables) : values_(variables.size()) {
@@ -33,7 +33,7 @@ public:
     return parser_.Eval();
   }
 
-  // muParser compiles at the first evaluation; "1, 2" has two results.
+  // Number of results: muParser compiles at the first evaluation, and "1, 2" has two.
   int countResults() {
     int count = 0;
     parser_.Eval(count);
@@ -45,7 +45,8 @@ private:
   std::vector<double> values_;
 };
 
-// muParser would read "x = 5" as an assignment, and a formula must not remember.
+// Returns whether a formula assigns: muParser reads "x = 5" as an assignment, but formulas must have no
+// state.
 bool assigns(const std::string& text) {
   for (size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '=') continue;
@@ -102,7 +103,7 @@ Expression::Expression(std::string text, std::span<const std::string_view> varia
 double Expression::operator()(std::span<const double> values) const {
   try {
     return compiled_->program()(values);
-  } catch (const mu::ParserError&) { // builds of muParser differ in whether 1/0 throws
+  } catch (const mu::ParserError&) { // some builds of muParser throw for 1/0
     return std::numeric_limits<double>::quiet_NaN();
   }
 }

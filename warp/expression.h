@@ -1,4 +1,4 @@
-// A formula that a user wrote, compiled when it is made and evaluated from any thread.
+// User-written formula, compiled at construction and evaluated from any thread.
 #pragma once
 
 #include <memory>
@@ -9,15 +9,15 @@
 namespace surflect::warp {
 
 // Operators and functions are muParser's (+ - * / ^ comparisons ?: sin cos exp min ...), constants pi and e;
-// the decimal mark is a point whatever the locale. Copies share what was compiled.
+// the decimal mark is a point in any locale. Copies share the compiled form.
 class Expression {
 public:
-  // `variables` are the names that may occur, in the order in which values are given later.
-  // Throws Error with the expression and the character at which it goes wrong.
+  // `variables` are the names that may occur, in the order of the values given later. Throws Error with the
+  // expression and the position of the fault.
   Expression(std::string text, std::span<const std::string_view> variables);
 
-  // One value per variable. Never throws: where the formula has no value (1/0, sqrt(-1)) it is infinite or
-  // NaN.
+  // Value of the formula, with one number per variable. Never throws: without a value (1/0, sqrt(-1)) it is
+  // infinite or NaN.
   double operator()(std::span<const double> values) const;
 
 private:

@@ -12,21 +12,21 @@ namespace surflect::warp {
 
 namespace {
 
-// Nodes may share a skin, and a small file have any number of joints.
+// Limit of joints: nodes may share a skin, so a small file may have any number.
 constexpr size_t mostJoints = size_t{1} << 20;
 
-// Beginnings of the names of extensions that change neither shape nor motion, nor the place of textures.
+// Prefixes of extensions that change neither shape, motion nor texture coordinates.
 constexpr std::array<std::string_view, 7> kPassedOverByMeshes = {
     "KHR_materials_", "KHR_lights_", "KHR_xmp",      "KHR_texture_basisu",
     "EXT_texture_",   "EXT_lights_", "MSFT_texture_"};
-// Extensions passed over by skins: those of meshes, and the one that moves textures, as a skin has none.
+// Extensions ignored for skins: those above, and the one for texture coordinates.
 constexpr std::array<std::string_view, 8> kPassedOverBySkins = {
     "KHR_materials_", "KHR_lights_", "KHR_xmp",       "KHR_texture_basisu",
     "EXT_texture_",   "EXT_lights_", "MSFT_texture_", "KHR_texture_transform"};
 
 // ---- Nodes ----
 
-// 16 numbers, column by column, whose last row is 0 0 0 1.
+// Matrix of 16 numbers, column by column, whose last row is 0 0 0 1.
 AffineMap asAffine(const double* m) {
   AffineMap map;
   map.linear << m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10];
@@ -71,7 +71,7 @@ void readNodes(const std::vector<GltfField>& fields, Skeleton& skeleton) {
 
 // ---- Skins ----
 
-// Appends the joints of a skin. Returns how many.
+// Appends the joints of a skin and returns their number.
 size_t readSkin(GltfDocument& document, const GltfField& skin, Skeleton& skeleton) {
   const std::vector<GltfField> joints = skin.require("joints").elements();
   if (skeleton.joints.size() + joints.size() > mostJoints)
@@ -91,8 +91,8 @@ size_t readSkin(GltfDocument& document, const GltfField& skin, Skeleton& skeleto
   return joints.size();
 }
 
-// Up to 4 joints a vertex from each pair of attributes JOINTS_n, WEIGHTS_n; their weights are made to sum
-// to 1.
+// Reads up to 4 joints per vertex from each pair of attributes JOINTS_n, WEIGHTS_n; normalises the weights to
+// sum 1.
 void readInfluences(GltfDocument& document, const GltfField& attributes, size_t vertices, size_t firstJoint,
                     size_t joints, Skeleton& skeleton) {
   std::vector<std::vector<double>> indices, weights;
@@ -140,8 +140,8 @@ std::vector<Vec3<double>> readVectors(GltfDocument& document, const GltfField& r
   return vectors;
 }
 
-// Morph targets do nothing while all weights are 0, which they are unless the node, or else the mesh, says
-// so. [glTF, §3.7.2.2]
+// Throws for morph targets with a weight. Weights are 0 unless the node, or else the mesh, states them.
+// [glTF, §3.7.2.2]
 void requireNoMorphing(const GltfField& node, const GltfField& mesh) {
   auto weights = node.find("weights");
   if (!weights) weights = mesh.find("weights");
@@ -152,7 +152,7 @@ void requireNoMorphing(const GltfField& node, const GltfField& mesh) {
         if (weight.number() != 0) weight.refuse("0: morph targets are not read");
 }
 
-// The positions of a primitive, which must be one of triangles.
+// Positions of a primitive, which must consist of triangles.
 std::vector<Vec3<double>> readPositions(GltfDocument& document, const GltfField& primitive) {
   if (const auto mode = primitive.find("mode"); mode && mode->integer(6) != 4) mode->refuse("4, triangles");
   return readVectors(document, primitive.require("attributes").require("POSITION"));
@@ -209,7 +209,7 @@ Skeleton readSkeleton(GltfDocument& document) {
 
 // ---- Animations ----
 
-// Whether a node's motion moves the skin: joints and what they hang from.
+// Returns for each node whether its motion moves the skin: joints and their ancestors.
 std::vector<uint8_t> movesSkin(const Skeleton& skeleton) {
   std::vector<uint8_t> moves(skeleton.nodes.size(), 0);
   for (const SkinJoint& joint : skeleton.joints) moves[joint.node] = 1;
@@ -219,14 +219,14 @@ std::vector<uint8_t> movesSkin(const Skeleton& skeleton) {
   return moves;
 }
 
-// Its effect on the skin; none if empty.
+// Effect of an animation channel on the skin; empty if it has none.
 std::optional<Channel> readChannel(GltfDocument& document, const GltfField& field,
                                    const std::vector<GltfField>& samplers, const Skeleton& skeleton,
                                    const std::vector<GltfField>& nodes, const std::vector<uint8_t>& moves) {
   Channel channel;
   const GltfField target = field.require("target"), path = target.require("path");
   const auto node = target.find("node");
-  if (!node) return std::nullopt; // of an extension
+  if (!node) return std::nullopt; // defined by an extension
   channel.node = static_cast<uint32_t>(node->index(skeleton.nodes.size()));
   if (path.text() == "weights") {
     if (nodes[channel.node].find("skin"))
@@ -298,7 +298,7 @@ std::vector<GltfAnimation> readAnimations(GltfDocument& document, const Skeleton
 
 // ---- Meshes at rest ----
 
-// Attribute that only some primitives have: 0 for vertices of the others.
+// Fills up an attribute that only some primitives have, with 0 for the vertices of others.
 template <class Vector> void fillUp(std::vector<Vector>& vectors, size_t count) {
   vectors.resize(count, Vector::Zero());
 }
@@ -313,7 +313,7 @@ void appendPrimitive(GltfDocument& document, const GltfField& primitive, const A
     if (!mesh.mesh.positions.back().raw().allFinite())
       throw Error::mismatch("positions within single precision", "one beyond it").at(attributes.path());
   }
-  // Normals go by det(A) A^-T, which exists where A has no inverse.
+  // Normals transform by det(A) A^-T, which exists also for singular A.
   const Mat3<double>& a = worldFromNode.linear;
   const bool mirrors = a.determinant() < 0;
   const auto normals = attributes.find("NORMAL");
@@ -329,7 +329,7 @@ void appendPrimitive(GltfDocument& document, const GltfField& primitive, const A
   // [glTF, §3.7.2.1]: without normals, tangents are to be ignored
   if (const auto field = attributes.find("TANGENT"); field && normals) {
     fillUp(mesh.tangents, first);
-    // w: where the texture's second coordinate goes
+    // w is the sign of the bitangent
     const std::vector<double> xyzw = document.read(*field, "VEC4", 4, GltfNumbers::floats);
     for (size_t i = 0; i < xyzw.size(); i += 4)
       mesh.tangents.push_back(a * Vec3<double>(xyzw[i], xyzw[i + 1], xyzw[i + 2]));

@@ -1,4 +1,4 @@
-// Skinned meshes and their animation from glTF 2.0 files; and their meshes alone, at rest.
+// Skinned meshes with their animation from glTF 2.0 files, and meshes alone at rest.
 #pragma once
 
 #include "surfel/base/error.h"
@@ -14,30 +14,30 @@ namespace surflect::warp {
 
 struct GltfAnimation {
   std::string name;
-  std::vector<Channel> channels; // of nodes that move the skin
-  std::optional<Error> refusal;  // why it cannot be played; there are no channels then
+  std::vector<Channel> channels; // of the nodes that move the skin
+  std::optional<Error> refusal;  // reason why it cannot be played; `channels` is then empty
 };
 
 struct GltfFile {
-  Skeleton skeleton; // all meshes that have a skin, as one
+  Skeleton skeleton; // of all meshes with a skin, merged
   std::vector<GltfAnimation> animations;
-  uint64_t contentHash = 0; // of the file and of the buffers it names
+  uint64_t contentHash = 0; // of the file and of its buffers
 };
 
-// Reads .glb, and .gltf with its buffers inside, or in files in its folder or below. Materials, cameras,
-// meshes without a skin and what moves them, and extensions of these are passed over. Of the skin, sparse
-// accessors, morph targets with a weight and triangle strips are Errors, as are other required extensions and
-// a file without a skin. Throws Error with the file and the field in its JSON; where it is in an animation,
-// the animation keeps it.
+// Reads .glb, and .gltf with its buffers inside, or in files in its folder or below. Ignores materials,
+// cameras, meshes without a skin and their motion, and extensions of these. Errors are: sparse accessors,
+// morph targets with a weight and triangle strips of the skin, other required extensions, and a file without
+// a skin. Throws Error with the file and the field in its JSON. A fault in an animation does not throw; the
+// animation keeps it.
 GltfFile readGltf(const std::filesystem::path& path);
 
 struct GltfMesh {
-  TexturedMesh mesh;        // normals, tangents, texture coordinates: where any part has them, else 0
-  uint64_t contentHash = 0; // of the file and of the buffers it names
+  TexturedMesh mesh;        // normals, tangents, texture coordinates if any part has them, otherwise empty
+  uint64_t contentHash = 0; // of the file and of its buffers
 };
 
-// All meshes of all nodes, where the nodes put them, in the file's axes; skinned ones as they are bound. The
-// same is an Error as there, but that there may be any number of skins, of which nothing is read.
+// All meshes of all nodes, placed by the nodes, in the file's axes; skinned ones in bind pose. Errors as for
+// readGltf, but any number of skins is allowed, and they are ignored.
 GltfMesh readGltfMesh(const std::filesystem::path& path);
 
 } // namespace surflect::warp

@@ -110,8 +110,8 @@ std::string fromUri(std::string_view uri) {
   return name;
 }
 
-// After links have been followed. A file from elsewhere must not name what its author could not read, nor a
-// file of the system's that never ends.
+// Returns whether a file is inside the folder after following links. A foreign file must not name private
+// files of the user, or endless ones of the system.
 bool isInside(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code problem;
   const auto root = std::filesystem::canonical(folder.empty() ? "." : folder, problem),
@@ -156,8 +156,8 @@ struct Component {
   size_t size = 0;
   bool isSigned = false, isFloat = false;
 
-  // [glTF, §3.6.2.2 and §3.11]: what an integer stands for when it is normalised is c / (2^n - 1), or for
-  // signed ones max(c / (2^(n-1) - 1), -1).
+  // [glTF, §3.6.2.2 and §3.11]: the value of a normalised integer is c / (2^n - 1), or for signed ones max(c
+  // / (2^(n-1) - 1), -1).
   double at(const char* bytes, bool normalized) const {
     if (isFloat) {
       float value;

@@ -1,4 +1,4 @@
-// The JSON of a glTF 2.0 file and the arrays of numbers that it speaks of.
+// JSON of a glTF 2.0 file and its arrays of numbers.
 //
 // [glTF] The Khronos Group: glTF 2.0 Specification, 2.0.1.
 #pragma once
@@ -15,7 +15,7 @@
 
 namespace surflect::warp {
 
-// A value of the JSON with the way to it, which every Error names.
+// A value of the JSON with its path, which every Error names.
 class GltfField {
 public:
   struct Value; // of the JSON library
@@ -24,16 +24,16 @@ public:
   const std::string& path() const { return path_; }
   [[noreturn]] void refuse(std::string_view expected) const;
 
-  // Of an object.
+  // Member of an object, if present.
   std::optional<GltfField> find(const std::string& key) const;
   GltfField require(const std::string& key) const;
-  // Of an array.
+  // Elements of an array.
   std::vector<GltfField> elements() const;
-  // Of an array in an object; none where the object has no such key.
+  // Elements of an array in an object; empty if the object has no such key.
   std::vector<GltfField> elementsOf(const std::string& key) const;
 
   size_t integer(size_t most) const; // 0..most
-  size_t index(size_t count) const;  // of a list of `count` things
+  size_t index(size_t count) const;  // index into a list of `count` things
   double number() const;             // finite
   bool boolean() const;
   std::string text() const;
@@ -44,23 +44,22 @@ private:
   std::string path_;
 };
 
-// What components of an accessor may be.
+// Allowed component types of an accessor.
 enum class GltfNumbers { floats, floatsOrNormalized, integers };
 
 // Reads .glb, and .gltf with its buffers inside, or in files in its folder or below.
 class GltfDocument {
 public:
-  // Throws Error, also where the file is of another version, or requires an extension whose name has none of
-  // the given beginnings.
+  // Throws Error, also for another version, and for a required extension whose name begins with none of the
+  // given prefixes.
   GltfDocument(const std::filesystem::path& path, std::span<const std::string_view> passedOver);
   ~GltfDocument();
 
   GltfField root() const;
-  uint64_t contentHash() const; // of the file and of the buffers it names
+  uint64_t contentHash() const; // of the file and of its buffers
 
-  // All numbers of the accessor that the field names, `width` for each of its elements. Accessors may share
-  // bytes: there are at most 2^26 numbers in all. Throws Error, also where one is not finite or the accessor
-  // is sparse.
+  // All numbers of the referenced accessor, `width` per element. Accessors may share bytes, so the total is
+  // limited to 2^26 numbers. Throws Error, also for a number that is not finite and for a sparse accessor.
   std::vector<double> read(const GltfField& reference, std::string_view type, size_t width, GltfNumbers kind);
 
 private:

@@ -12,7 +12,7 @@ namespace surflect::warp {
 
 namespace {
 
-// phi(d), and phi'(d) / d, which stays finite at 0.
+// phi(d), and phi'(d) / d, which is finite at 0.
 struct Kernel {
   std::optional<double> radius;
 
@@ -28,7 +28,7 @@ struct Kernel {
   }
 };
 
-// Lengths are in units of `scale`, about `center`, so that the equations are well scaled.
+// Lengths are scaled by `scale` about `center`, so that the equations are well conditioned.
 struct Arrangement {
   std::vector<Vec3<double>> rest; // scaled
   Kernel kernel;                  // scaled
@@ -53,7 +53,7 @@ Arrangement arranged(std::vector<Vec3<double>> rest, std::optional<double> radiu
   return handles;
 }
 
-// Nearer than this, in scaled units, d^3 is lost among the other entries of the equations.
+// Minimum scaled distance; below, d^3 is lost among the other entries of the equations.
 constexpr double leastDistance = 1e-4;
 
 void checkApart(const std::vector<Vec3<double>>& points) {
@@ -64,7 +64,7 @@ void checkApart(const std::vector<Vec3<double>>& points) {
                               "handles " + std::to_string(j) + " and " + std::to_string(i) + " nearer");
 }
 
-// Directions in which the points differ: the columns, 0 to 3 of them.
+// Orthonormal directions in which the points differ: 0 to 3 columns.
 Eigen::Matrix3Xd spanOf(const std::vector<Vec3<double>>& points) {
   Vec3<double> center = Vec3<double>::Zero();
   for (const Vec3<double>& point : points) center += point / static_cast<double>(points.size());
@@ -76,7 +76,7 @@ Eigen::Matrix3Xd spanOf(const std::vector<Vec3<double>>& points) {
   return solver.eigenvectors().rightCols(rank);
 }
 
-//   sum of w_i phi(|x - r_i|) + a + A x,  in the system's units
+// Displacement  sum of w_i phi(|x - r_i|) + a + A x,  in scaled units.
 struct Displacement {
   std::vector<Vec3<double>> weights;
   Vec3<double> constant = Vec3<double>::Zero();
@@ -96,7 +96,7 @@ public:
     return x + handles_.scale * moved;
   }
 
-  //   J = I + A + sum of phi'(d_i) / d_i  w_i (x - r_i)^T
+  // J = I + A + sum of phi'(d_i) / d_i  w_i (x - r_i)^T
   std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const override {
     const Vec3<double> y = handles_.scaled(x);
     Mat3<double> sum = Mat3<double>::Identity() + displacement_.linear;
@@ -116,7 +116,7 @@ private:
 
 struct Handles::System {
   Arrangement handles;
-  Eigen::Matrix3Xd span; // of the affine part; its constant comes before it
+  Eigen::Matrix3Xd span; // linear part; the constant comes before it
   bool hasAffine = false;
   Eigen::PartialPivLU<Eigen::MatrixXd> equations;
 };

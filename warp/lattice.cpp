@@ -10,7 +10,7 @@ namespace surflect::warp {
 
 namespace {
 
-// The Bernstein polynomials of one degree and their derivatives at one place.
+// Bernstein polynomials of one degree and their derivatives at one point.
 struct Basis {
   std::array<double, mostLatticeDivisions + 1> value, slope;
 };
@@ -35,7 +35,8 @@ Basis bernstein(int degree, double place) {
   return basis;
 }
 
-// By powers of x in -half..half: entry (k, i) is the factor of x^k in B_i^n((1 + x / half) / 2), where
+// Bernstein polynomials as powers of x in -half..half: entry (k, i) is the factor of x^k in B_i^n((1 + x /
+// half) / 2), where
 //   B_i^n((1 + s) / 2) = C(n, i) (1 + s)^i (1 - s)^(n - i) / 2^n
 Eigen::MatrixXd powersOfBernstein(int n, double half) {
   Eigen::MatrixXd powers = Eigen::MatrixXd::Zero(n + 1, n + 1);
@@ -51,21 +52,21 @@ Eigen::MatrixXd powersOfBernstein(int n, double half) {
   return powers;
 }
 
-// Can the displacement be summed by powers? They lose digits, their factors being up to 2^degrees as large as
-// the moves: with 24 degrees over all axes they are as good as 2e-9 of the largest move. And a move divided
-// by one power of each half side, all of them below 2^256, has to stay within what doubles hold.
+// Returns whether the displacement can be summed by powers. They lose digits, because their factors are up to
+// 2^degrees as large as the moves: with 24 degrees over all axes the error is 2e-9 of the largest move. A
+// move divided by one power of each half side, all below 2^256, must also fit into a double.
 bool hasPowers(const std::array<int, 3>& divisions, const Vec3<double>& half) {
   bool hold = true;
   for (int axis = 0; axis < 3; ++axis) hold &= std::abs(divisions[axis] * std::log2(half[axis])) < 256;
   return hold && divisions[0] + divisions[1] + divisions[2] <= 24;
 }
 
-// The displacement by powers of the place from the box's middle on, for LatticeStep.
+// Displacement as powers of the position relative to the box's middle, for LatticeStep.
 std::vector<Vec3<double>> powerCoefficients(const Lattice& lattice, const Vec3<double>& half) {
   const auto [l, m, n] = lattice.divisions;
   const Eigen::MatrixXd overX = powersOfBernstein(l, half.x()), overY = powersOfBernstein(m, half.y()),
                         overZ = powersOfBernstein(n, half.z());
-  // One axis after the other; each array holds powers where it was summed and points where not yet.
+  // One axis after the other; each array holds powers along summed axes and control points along the others.
   std::vector<Vec3<double>> from = lattice.moves, to;
   const auto sumOver = [&](const Eigen::MatrixXd& powers, int axis) {
     to.assign(from.size(), Vec3<double>::Zero());
@@ -111,7 +112,7 @@ public:
   std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const override {
     const auto [b, c, d] = basesAt(x);
     const auto [l, m, n] = lattice_.divisions;
-    Mat3<double> gradient = Mat3<double>::Zero(); // of the displacement, over s, t, u
+    Mat3<double> gradient = Mat3<double>::Zero(); // of the displacement with respect to s, t, u
     const Vec3<double>* move = lattice_.moves.data();
     for (int k = 0; k <= n; ++k)
       for (int j = 0; j <= m; ++j) {
@@ -143,7 +144,7 @@ private:
   }
 
   Lattice lattice_;
-  Vec3<double> middle_, half_;       // of the box: its centre, and from there to its sides
+  Vec3<double> middle_, half_;       // centre of the box, and half its size
   std::vector<Vec3<double>> powers_; // powerCoefficients; empty unless hasPowers
 };
 

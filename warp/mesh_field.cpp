@@ -12,18 +12,17 @@ namespace surflect::warp {
 
 namespace {
 
-// Of a kernel, in mean edge lengths around its vertex. On a torus of 24 x 10 vertices, twisted or bent by a
-// radian a unit, 2 brings the tangents nearest to the truth (root mean square 0.030 and 0.015, normals 0.6
-// and 0.5 degrees); at 1.5 the single vertices show in the field's gradient (0.030, 0.023), at 2.5 the motion
-// is blurred (0.040, 0.020).
+// Kernel radius in mean edge lengths around the vertex. On a torus of 24 x 10 vertices, twisted or bent by a
+// radian per unit, 2 gives the smallest tangent errors (root mean square 0.030 and 0.015; normals 0.6 and 0.5
+// degrees). At 1.5 single vertices show in the gradient (0.030, 0.023); at 2.5 the motion is blurred (0.040,
+// 0.020).
 constexpr double kernelReach = 2;
-// Where the kernels of a level sum to less than `thin`, vertices or groups near enough are few, and those of
-// the next level join, each times `joinScale`: see Blend. Both are chosen so that the gradient changes slowly
-// on the way: around tori of 12 x 6 vertices, jittered, at most by 14 a unit (with 0.3 and 0.02 by 37, with
-// 0.15 and 0.3 by 130).
+// Where the kernels of a level sum to less than `thin`, the next level joins, scaled by `joinScale` (see
+// Blend). Both values keep the gradient slowly varying: around jittered tori of 12 x 6 vertices it changes by
+// at most 14 per unit (37 with 0.3 and 0.02, 130 with 0.15 and 0.3).
 constexpr double thin = 0.5, joinScale = 0.1;
 
-// A weight and its gradient at a point.
+// A weight with its gradient at a point.
 struct Weight {
   double value;
   Vec3<double> gradient;
@@ -48,7 +47,7 @@ struct Triangle {
   Mat3<double> fromEdges; // inverse of (b - a, c - a, unit normal)
 };
 
-// The gradient of the map that takes the triangle at rest to where its corners are now:
+// Gradient of the map from the triangle at rest to its deformed corners:
 //   (b' - a', c' - a', s n') (b - a, c - a, n)^-1,  s = sqrt(area' / area)
 Mat3<double> gradientOf(const Triangle& triangle, std::span<const Vec3<double>> positions) {
   const Vec3<double>& a = positions[triangle.nodes[0]];
@@ -62,17 +61,17 @@ Mat3<double> gradientOf(const Triangle& triangle, std::span<const Vec3<double>> 
   return edges * triangle.fromEdges;
 }
 
-// Kernels in space: those of the vertices, or of groups of the level before.
+// One level of kernels in space: of the vertices, or of groups of the previous level.
 struct Level {
   std::vector<Vec3<double>> center;
-  std::vector<double> radius, mass; // the area around
+  std::vector<double> radius, mass; // mass: area around the vertex or group
   BallTree tree;
-  std::vector<uint32_t> groupOf; // of each, in the next level; none of the last
+  std::vector<uint32_t> groupOf; // index in the next level; empty for the last
 
   size_t size() const { return center.size(); }
 };
 
-// The groups of those of a level that share a cell of a grid from `least` on.
+// Groups nodes of a level by the cells of a grid that begins at `least`.
 Level grouped(Level& fine, const Vec3<double>& least, double side) {
   std::vector<std::pair<std::array<double, 3>, uint32_t>> order; // by cell
   for (uint32_t i = 0; i < fine.size(); ++i) {
@@ -98,8 +97,8 @@ Level grouped(Level& fine, const Vec3<double>& least, double side) {
   return coarse;
 }
 
-// Of the nodes and of ever larger groups of them: each level has at most half of the one before, the last one
-// group. The smallest cells are as wide as the kernel of the median node.
+// Levels of the nodes and of increasing groups: each has at most half of the previous one, the last has one.
+// The smallest cells are as wide as the median node's kernel.
 std::vector<Level> levelsOf(Level nodes) {
   Vec3<double> least = nodes.center.front();
   for (const Vec3<double>& c : nodes.center) least = least.cwiseMin(c);
@@ -125,11 +124,11 @@ std::vector<Level> levelsOf(Level nodes) {
 
 } // namespace
 
-// The vertices of the rest mesh, those at one place taken together, that are corners of a triangle.
+// Vertices of the rest mesh that are corners of a triangle, merged by position.
 struct MeshField::Binding {
-  std::vector<uint32_t> nodeOf; // of every vertex as given; none
+  std::vector<uint32_t> nodeOf; // per given vertex; or none
   std::vector<Triangle> triangles;
-  std::vector<Level> levels; // the first is of the nodes
+  std::vector<Level> levels; // the first level holds the nodes
 
   static constexpr uint32_t none = UINT32_MAX;
 };
@@ -146,7 +145,7 @@ struct NodeMap {
   Vec3<double> operator()(const Vec3<double>& x) const { return position + gradient * (x - rest); }
 };
 
-// The mean map of each group.
+// Mean map of each group.
 std::vector<NodeMap> meansOf(const std::vector<NodeMap>& maps, const Level& fine, const Level& coarse) {
   std::vector<NodeMap> means;
   for (size_t g = 0; g < coarse.size(); ++g)
@@ -161,7 +160,7 @@ std::vector<NodeMap> meansOf(const std::vector<NodeMap>& maps, const Level& fine
   return means;
 }
 
-// Sums over the nodes, of weights w and maps T.
+// Weighted sums over the nodes, with weights w and maps T.
 struct Sums {
   double weight = 0; // sum of w
   Vec3<double> weightGradient = Vec3<double>::Zero();
@@ -169,7 +168,7 @@ struct Sums {
   Mat3<double> mappedGradient = Mat3<double>::Zero(); // of the sum of w T(x)
 };
 
-// What the next level's kernels are times, given the sum m of this one's:
+// Factor of the next level's kernels, from the sum m of this level's:
 //   e(m) = joinScale (1 - m / thin)^2 below `thin`
 Weight joining(const Weight& sum) {
   const double lack = std::max(0., 1 - sum.value / thin);
@@ -178,9 +177,10 @@ Weight joining(const Weight& sum) {
 
 //   Psi = S / W with S = sum of w_i T_i(x), W = sum of w_i
 //   J   = (dS - Psi dW^T) / W
-// over the nodes of all levels. With phi the kernels and m their sum on a level, those of level l have
+// over the nodes of all levels. With phi the kernels and m their sum on a level, kernels of level l have the
+// weight
 //   w_i = phi_i e(m_0) e(m_1) ... e(m_(l-1))
-// and past the last level the mean of all has that product, so that W is nowhere 0.
+// and beyond the last level the mean of all has that product, so that W is never 0.
 class Blend final : public Warp {
 public:
   Blend(std::shared_ptr<const std::vector<Level>> levels, std::vector<std::vector<NodeMap>> maps)
@@ -228,10 +228,10 @@ private:
   }
 
   std::shared_ptr<const std::vector<Level>> levels_;
-  std::vector<std::vector<NodeMap>> maps_; // of each level
+  std::vector<std::vector<NodeMap>> maps_; // per level
 };
 
-// For each vertex the first one at the same place.
+// First vertex at the same position, per vertex.
 std::vector<uint32_t> firstAtSamePlace(std::span<const Vec3<double>> positions) {
   std::vector<uint32_t> order(positions.size()), first(positions.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -258,7 +258,7 @@ MeshField::MeshField(std::span<const Vec3<double>> positions,
     const Vec3<double>&a = positions[corners[0]], &b = positions[corners[1]], &c = positions[corners[2]];
     const Vec3<double> across = (b - a).cross(c - a);
     const double doubleArea = across.norm();
-    // Slivers flatter than rounding have no normal.
+    // Slivers thinner than rounding have no normal.
     if (!(doubleArea > 1e-12 * std::max((b - a).squaredNorm(), (c - a).squaredNorm()))) continue;
     Triangle triangle;
     triangle.area = doubleArea / 2;
@@ -322,7 +322,7 @@ WarpPointer MeshField::follow(std::span<const Vec3<double>> positions) const {
   assert(positions.size() == b.nodeOf.size());
   const Level& nodes = b.levels.front();
 
-  // A node is where its vertices are on average.
+  // A node's position is the mean of its vertices.
   std::vector<Vec3<double>> moved(nodes.size(), Vec3<double>::Zero());
   std::vector<double> members(nodes.size());
   for (size_t i = 0; i < positions.size(); ++i)

@@ -11,14 +11,14 @@ namespace surflect::warp {
 
 namespace {
 
-// The number in a name that stands where the pattern has its run of #.
+// Number in a file name, at the pattern's run of #.
 std::optional<int> numberIn(std::string_view name, std::string_view before, size_t width,
                             std::string_view after) {
   if (name.size() < before.size() + width + after.size() || !name.starts_with(before) ||
       !name.ends_with(after))
     return std::nullopt;
   const std::string_view digits = name.substr(before.size(), name.size() - before.size() - after.size());
-  if (digits.size() > width && digits[0] == '0') return std::nullopt; // padded further: another name
+  if (digits.size() > width && digits[0] == '0') return std::nullopt; // a longer padding is another name
   if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string_view::npos)
     return std::nullopt;
   int number = 0;

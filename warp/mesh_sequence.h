@@ -1,4 +1,4 @@
-// A mesh that moves, as files: one at rest and one for each key frame.
+// An animated mesh in files: one at rest and one per key frame.
 #pragma once
 
 #include "surfel/geometry/mesh.h"
@@ -10,17 +10,17 @@
 
 namespace surflect::warp {
 
-// Meshes in OBJ or PLY of one topology: as many vertices, and the same triangles, as the rest mesh.
+// Meshes in OBJ or PLY of one topology: the same number of vertices and the same triangles as the rest mesh.
 class MeshSequence {
 public:
-  // `frames` is a path with one run of # in its file name, in place of the frame's number, padded with zeros
-  // to the length of the run. The files that are there are the keys. `origin` is subtracted from the
-  // coordinates of all files. Throws Error where the rest mesh is none, or no file has such a name.
+  // `frames` is a path whose file name has one run of #, which stands for the frame number, padded with zeros
+  // to the run's length. Existing files are the keys. `origin` is subtracted from the coordinates of all
+  // files. Throws Error if the rest mesh is invalid or no file has such a name.
   MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames,
                const Vec3<double>& origin = Vec3<double>::Zero());
 
-  // Space as the mesh moves it. Between keys each vertex goes straight; before the first and after the last
-  // key the mesh stays. Reads one or two files; throws Error with the file whose topology is another.
+  // Warp by the mesh at a frame. Vertices move linearly between keys; before the first and after the last key
+  // the mesh rests. Reads one or two files; throws Error with the file whose topology differs.
   WarpPointer at(double frame) const;
 
   bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does

@@ -39,7 +39,7 @@ WarpPointer frozen(const BendMotion& m, const ShotTime& time) {
   const Vec3<double> across = wish - axis.dot(wish) * axis;
   if (across.norm() < 1e-6)
     throw Error::mismatch("one that is not", "a direction along the axis").at("direction");
-  // Twice, so that what rounding left along the axis is gone too.
+  // Orthogonalise twice, to remove the rounding error of the first.
   const Vec3<double> direction = (across - axis.dot(across) * axis).normalized();
   return bendWarp(axis, direction, anglePerUnit(m.angleDeg, m.length, time),
                   finiteAt(m.center, time, "center"));

@@ -1,4 +1,4 @@
-// A warp over time: its parameters are tracks, in the units of the script (degrees, scene units).
+// A warp over time: parameters are tracks, in the script's units (degrees, scene units).
 #pragma once
 
 #include "warp/handles.h"
@@ -15,31 +15,31 @@
 
 namespace surflect::warp {
 
-// Axes and directions need not be unit vectors. See warp.h for what each warp does.
+// Axes and directions may have any length but zero. warp.h describes the warps.
 struct RigidMotion {
   Track3 axis{0, 1, 0}, center;
   Track angleDeg;
-  Track3 translate; // after the turn
+  Track3 translate; // after the rotation
 };
 
 struct ScaleMotion {
   Track3 factor{1, 1, 1}, center;
 };
 
-// Turns by angleDeg over every `length` along the axis.
+// Rotates by angleDeg per `length` along the axis.
 struct TwistMotion {
   Track3 axis, center;
   Track angleDeg, length = 1;
 };
 
-// Bends by angleDeg over every `length` along the axis, towards the part of `direction` at right angles to
-// it.
+// Bends by angleDeg per `length` along the axis, towards the part of `direction` that is orthogonal to the
+// axis.
 struct BendMotion {
   Track3 axis, direction, center;
   Track angleDeg, length = 1;
 };
 
-// Scales across the axis by `factor` at `length` along it, by its square at twice the length, and so on.
+// Scales across the axis by factor^(d / length) at distance d along it.
 struct TaperMotion {
   Track3 axis, center;
   Track factor, length = 1;
@@ -52,22 +52,22 @@ struct SineMotion {
 
 struct ExpressionMotion {
   Expression x, y, z;              // in warpVariables
-  Vec3<double> origin = {0, 0, 0}; // of their coordinates, see expressionWarp()
+  Vec3<double> origin = {0, 0, 0}; // origin of the coordinates, see expressionWarp()
 };
 
 struct LatticeMotion {
   Track3 least, most;
   std::array<int, 3> divisions{}; // each 1..mostLatticeDivisions
   struct Point {
-    std::array<int, 3> index; // from `least` on: 0..divisions
+    std::array<int, 3> index; // counted from `least`: 0..divisions
     Track3 move;
   };
-  std::vector<Point> points; // those that move
+  std::vector<Point> points; // only points that move
 };
 
 struct HandlesMotion {
   std::shared_ptr<const Handles> handles;
-  std::vector<Track3> targets; // one a handle
+  std::vector<Track3> targets; // one per handle
 };
 
 struct MeshMotion {
@@ -83,11 +83,11 @@ struct SkeletonMotion {
 using WarpMotion = std::variant<RigidMotion, ScaleMotion, TwistMotion, BendMotion, TaperMotion, SineMotion,
                                 ExpressionMotion, LatticeMotion, HandlesMotion, MeshMotion, SkeletonMotion>;
 
-// The warp at one time. Throws Error, at the parameter's name in the script, where a parameter is not finite
-// or makes no warp (an axis or length of 0), and with the file that does not fit.
+// Warp at one time. Throws Error at the parameter's name in the script if a value is not finite or defines no
+// warp (an axis or length of 0), and with the file that does not fit.
 WarpPointer evaluateAt(const WarpMotion& motion, const ShotTime& time);
 
-// A hash of the contents of all files that the motion reads; 0 when there are none.
+// Hash of the contents of all files that the motion reads; 0 without files.
 uint64_t filesHash(const WarpMotion& motion);
 
 } // namespace surflect::warp

@@ -8,7 +8,7 @@ namespace surflect::warp {
 
 namespace {
 
-// Which of the animations; throws what is wrong with it.
+// Index of the named animation; throws its fault if it cannot be played.
 size_t chosen(const GltfFile& file, const std::string& name) {
   std::string names;
   for (size_t i = 0; i < file.animations.size(); ++i) {

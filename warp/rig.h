@@ -1,4 +1,4 @@
-// A skeleton that moves space: the skin follows the joints, and what is near the skin follows the skin.
+// Warp by a skeleton: the skin follows the joints, and space near the skin follows the skin.
 #pragma once
 
 #include "warp/gltf.h"
@@ -9,15 +9,15 @@
 
 namespace surflect::warp {
 
-// A glTF file with one of its animations. At rest is the skin as the nodes of the file have it when no
-// animation moves them; the file's coordinates are those of the scene.
+// A glTF file with one of its animations. At rest the skin is posed by the file's nodes without animation.
+// The file's coordinates are those of the scene.
 class Rig {
 public:
-  // The animation of this name; "" is the only one. Throws Error as readGltf does, and where there is no such
+  // Selects the animation by name; "" selects the only one. Throws Error as readGltf does, and for an unknown
   // animation.
   Rig(const std::filesystem::path& path, const std::string& animation);
 
-  // Space as the joints move it that many seconds into the animation; before and after, it stays.
+  // Warp at this many seconds into the animation; before and after it, the pose is constant.
   WarpPointer at(double seconds) const;
 
   bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does
@@ -25,7 +25,7 @@ public:
 
 private:
   GltfFile file_;
-  size_t animation_; // of the file's
+  size_t animation_; // index in the file
   MeshField field_;
 };
 

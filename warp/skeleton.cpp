@@ -8,7 +8,7 @@ namespace surflect::warp {
 
 namespace {
 
-// One of the values of a key: 3 or 4 of them, the rest 0.
+// Value `index` of a channel's keys: 3 or 4 numbers, the others 0.
 Eigen::Vector4d keyed(const Channel& channel, size_t index) {
   const int size = channel.property == Channel::Property::rotation ? 4 : 3;
   Eigen::Vector4d value = Eigen::Vector4d::Zero();
@@ -16,7 +16,7 @@ Eigen::Vector4d keyed(const Channel& channel, size_t index) {
   return value;
 }
 
-//   a = acos |p . q|, (sin(a (1 - x)) p + sign(p . q) sin(a x) q) / sin a
+// Slerp: a = acos |p . q|, (sin(a (1 - x)) p + sign(p . q) sin(a x) q) / sin a
 Eigen::Vector4d slerp(const Eigen::Vector4d& p, const Eigen::Vector4d& q, double x) {
   const double cosine = p.dot(q), sign = cosine < 0 ? -1 : 1;
   const double a = std::acos(std::min(1.0, std::abs(cosine)));
@@ -24,8 +24,8 @@ Eigen::Vector4d slerp(const Eigen::Vector4d& p, const Eigen::Vector4d& q, double
   return (std::sin(a * (1 - x)) * p + sign * std::sin(a * x) * q) / std::sin(a);
 }
 
-// With d the time between the keys, v their values, b the out-tangent of the first, a the in-tangent of the
-// second:
+// Hermite spline, with d the time between the keys, v their values, b the out-tangent of the first, a the
+// in-tangent of the second:
 //   (2x^3 - 3x^2 + 1) v0 + d (x^3 - 2x^2 + x) b0 + (-2x^3 + 3x^2) v1 + d (x^3 - x^2) a1
 Eigen::Vector4d hermite(const Channel& channel, size_t key, double d, double x) {
   const Eigen::Vector4d v0 = keyed(channel, 3 * key + 1), b0 = keyed(channel, 3 * key + 2),

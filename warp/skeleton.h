@@ -1,4 +1,4 @@
-// Joints that move a skin: linear blend skinning, and the key-framed motion of the joints.
+// Linear blend skinning and key-framed motion of joints.
 //
 // [glTF] Khronos Group: glTF 2.0 Specification. §3.7.3 skins, §3.11 and Appendix C animations.
 #pragma once
@@ -25,7 +25,7 @@ struct AffineMap {
 };
 AffineMap operator*(const AffineMap& outer, const AffineMap& inner);
 
-// One that moves scales, then turns, then translates; a `fixed` one has a matrix of its own instead.
+// A node scales, then rotates, then translates; a `fixed` one has a matrix instead.
 struct SkeletonNode {
   std::optional<uint32_t> parent;
   Vec3<double> translation = Vec3<double>::Zero();
@@ -36,7 +36,7 @@ struct SkeletonNode {
 
 struct SkinJoint {
   uint32_t node = 0;
-  AffineMap inverseBind; // from the skin's space to the joint's
+  AffineMap inverseBind; // joint's space from the skin's
 };
 
 struct Influence {
@@ -46,10 +46,10 @@ struct Influence {
 
 struct Skeleton {
   std::vector<SkeletonNode> nodes;
-  std::vector<uint32_t> order; // of all nodes, parents first
+  std::vector<uint32_t> order; // all nodes, parents first
   std::vector<SkinJoint> joints;
 
-  std::vector<Vec3<double>> vertices; // of the skin, as bound
+  std::vector<Vec3<double>> vertices; // of the skin in bind pose
   std::vector<Influence>
       influences; // of vertex i: [firstInfluence[i], firstInfluence[i + 1]); weights sum to 1
   std::vector<uint32_t> firstInfluence;
@@ -58,7 +58,7 @@ struct Skeleton {
 
 enum class Interpolation { step, linear, cubicSpline };
 
-// What one property of one node is over time.
+// One property of one node over time.
 struct Channel {
   enum class Property { translation, rotation, scale };
 
@@ -70,15 +70,15 @@ struct Channel {
       values; // per key 3 or, for a rotation, x y z w; cubicSpline: in-tangent, value, out-tangent
 };
 
-// The property at a time: 3 numbers, or a unit quaternion x y z w. Before the first and after the last key it
-// stays. [glTF, Appendix C]
+// Property at a time: 3 numbers, or a unit quaternion x y z w. Constant before the first and after the last
+// key. [glTF, Appendix C]
 Eigen::Vector4d sample(const Channel& channel, double seconds);
 
-// Of each node when no channel moves it: to the world of the nodes.
+// Global transform of each node without channels.
 std::vector<AffineMap> globalsOf(const std::vector<SkeletonNode>& nodes,
                                  std::span<const uint32_t> parentsFirst);
 
-// Where the vertices are when the channels have moved the joints, in the world of the nodes:
+// Vertices moved by the channels, in the nodes' world space:
 //   p = sum of w_j G_j B_j v     [glTF, §3.7.3.2], G_j global transform and B_j inverse bind of joint j
 std::vector<Vec3<double>> pose(const Skeleton& skeleton, std::span<const Channel> channels, double seconds);
 

@@ -20,22 +20,22 @@ struct ShotTime {
 
 struct Keyframe {
   double frame = 0, value = 0;
-  bool smooth = false; // eases (3x^2 - 2x^3) on the segment that arrives here; else linear
+  bool smooth = false; // eases (3x^2 - 2x^3) the segment that ends at this key; otherwise linear
 };
 
 class Track {
 public:
   Track(double literal = 0) : source_(literal) {}
-  // Frames must increase; before the first and after the last key its value holds.
-  // Throws Error when there is none, when frames do not increase, or anything is not finite.
+  // Keyframes with increasing frames; constant before the first and after the last. Throws Error if there is
+  // none, if frames do not increase, or a value is not finite.
   static Track keyframes(std::vector<Keyframe> keys);
-  // In t, frame and s. Throws Error as Expression does.
+  // Expression in t, frame and s. Throws Error as Expression does.
   static Track expression(std::string text);
 
-  // Returns this track with `offset` added to its value at all times.
+  // This track with `offset` added to its value at all times.
   Track plus(double offset) const;
 
-  // Not finite only where an expression is not.
+  // Value at a time; only expressions can give one that is not finite.
   double at(const ShotTime& time) const;
 
 private:
@@ -47,10 +47,10 @@ private:
 
 using Track3 = std::array<Track, 3>;
 
-// The value, or an Error at `field` saying the frame where it is not finite.
+// Value at a time; throws Error at `field`, with the frame, if it is not finite.
 double finiteAt(const Track& track, const ShotTime& time, std::string_view field);
 Vec3<double> finiteAt(const Track3& track, const ShotTime& time, std::string_view field);
-// Normalised; an Error also where the length is zero.
+// Unit vector at a time; throws Error also if the length is zero.
 Vec3<double> unitAt(const Track3& track, const ShotTime& time, std::string_view field);
 
 } // namespace surflect::warp

@@ -107,7 +107,7 @@ public:
     return (1 - k_ * w) * tangent * a_.transpose() + normal(phi) * d_.transpose() + m_ * m_.transpose();
   }
   void carry(WarpBatch& batch, Simd simd) const override {
-    if (std::isfinite(1 / k_)) // else it is straight
+    if (std::isfinite(1 / k_)) // otherwise straight
       warpKernels(simd).bend(a_.data(), d_.data(), k_, center_.data(), batch);
   }
 

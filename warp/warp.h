@@ -1,10 +1,10 @@
-// A warp at one instant: a map of space to itself, and how it acts in the small.
+// A warp at one instant: a map of space to itself, with its Jacobian.
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 // Symbols: Psi the warp; x a point before it; J = dPsi/dx its Jacobian, columns dPsi/dx, dPsi/dy, dPsi/dz.
 //
-// A whole warp takes acquisition space to object space (deform.h does the typing); the links of a chain meet
-// at points between the two, so warps themselves speak of bare vectors, in scene units.
+// A whole warp maps acquisition space to object space; deform.h has the types. Links of a chain meet in
+// intermediate spaces, so warps themselves use bare vectors, in scene units.
 #pragma once
 
 #include "surfel/math/angle.h"
@@ -25,13 +25,12 @@ enum class Simd;
 
 namespace surflect::warp {
 
-// All functions may be called from any thread and never throw. Where the warp has no value the result is not
-// finite.
+// All functions are thread-safe and never throw. Where the warp has no value the result is not finite.
 class Warp {
 public:
   virtual ~Warp() = default;
   virtual Vec3<double> position(const Vec3<double>& x) const = 0;
-  // Exact; empty, for every x alike, where the warp knows no closed form: then use centralDifferences.
+  // Exact Jacobian; empty, for every x alike, without a closed form: then use centralDifferences.
   virtual std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const = 0;
   // Many points at once, with what they carry: x to Psi(x), u and v to J u and J v, the determinant to det J
   // times it. Each point's result depends on nothing but its own numbers and `simd`. The warp has an exact
@@ -48,16 +47,16 @@ using WarpPointer = std::unique_ptr<const Warp>;
 Mat3<double> centralDifferences(const Warp& warp, const Vec3<double>& x, const Mat3<double>& directions,
                                 double epsilon);
 
-// Below, every axis and direction is a unit vector and every parameter finite: asserted.
+// All axes and directions below are unit vectors and all parameters finite: asserted.
 
-// Turns about the axis through the centre, right-handed, then translates.
+// Rotates about the axis through the centre, right-handed, then translates.
 WarpPointer rigidWarp(const Vec3<double>& axis, Angle angle, const Vec3<double>& center,
                       const Vec3<double>& translation);
 
 // Stretches along x, y, z about the centre; a negative factor mirrors.
 WarpPointer scaleWarp(const Vec3<double>& factors, const Vec3<double>& center);
 
-// Turns each plane across the axis by anglePerUnit times its signed distance from the centre.
+// Rotates each plane across the axis by anglePerUnit times its signed distance from the centre.
 WarpPointer twistWarp(const Vec3<double>& axis, Angle anglePerUnit, const Vec3<double>& center);
 
 // Bends the axis into a circle that leaves the centre along the axis and curves towards `direction` (at right
@@ -67,8 +66,8 @@ WarpPointer twistWarp(const Vec3<double>& axis, Angle anglePerUnit, const Vec3<d
 WarpPointer bendWarp(const Vec3<double>& axis, const Vec3<double>& direction, Angle anglePerUnit,
                      const Vec3<double>& center);
 
-// Scales across the axis, about it, by exp(growthPerUnit h) at the signed distance h from the centre along
-// it: never by 0.
+// Scales across the axis by exp(growthPerUnit h), never 0, at the signed distance h from the centre along the
+// axis.
 WarpPointer taperWarp(const Vec3<double>& axis, double growthPerUnit, const Vec3<double>& center);
 
 // Displaces along `direction` by amplitude sin(2 pi axis . (x - center) / wavelength + phase); wavelength is
@@ -80,14 +79,14 @@ struct SineWave {
 };
 WarpPointer sineWarp(const SineWave& wave);
 
-// New coordinates by three formulas, each in the variables x, y, z, t, frame, s in this order. Has no exact
+// New coordinates by three formulas in the variables x, y, z, t, frame, s in this order. Has no exact
 // Jacobian. Formulas see x + origin; `origin` is subtracted from their result.
 inline constexpr std::array<std::string_view, 6> warpVariables = {"x", "y", "z", "t", "frame", "s"};
 WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time,
                            const Vec3<double>& origin = Vec3<double>::Zero());
 
-// The first link acts first; none is the identity. Has an exact Jacobian, by the chain rule, when all links
-// do.
+// Composition of warps; the first link acts first, no links are the identity. Has an exact Jacobian, by the
+// chain rule, if all links do.
 WarpPointer chainWarp(std::vector<WarpPointer> links);
 
 } // namespace surflect::warp

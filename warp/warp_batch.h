@@ -1,10 +1,10 @@
-// Points on their way through a warp, many at once.
+// Batch of points that pass through a warp.
 #pragma once
 
 namespace surflect::warp {
 
-// Places, the tangents u and v there, and the determinant of the Jacobian so far; structure of arrays, one
-// entry a point in the first `count` of each. What is beyond may be computed with but means nothing.
+// Positions, tangents u and v, and the determinant of the Jacobian so far; structure of arrays. The first
+// `count` entries are valid; entries beyond may be computed but are undefined.
 struct WarpBatch {
   static constexpr int capacity = 128; // fits the first cache; a multiple of all lanes
   int count = 0;

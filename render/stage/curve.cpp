@@ -26,7 +26,7 @@ Vector4 middleSlope(const Vector4& a, const Vector4& b, const Vector4& c) {
   return (after / before * (b - a) + before / after * (c - b)) / (before + after);
 }
 
-// The vector mirrored in the plane across `axis`.
+// Vector reflected in the plane orthogonal to `axis`.
 Vector mirrored(const Vector& v, const Vector& axis) {
   return v - 2 * axis.dot(v) / axis.squaredNorm() * axis;
 }
@@ -53,7 +53,7 @@ SmoothCurve::SmoothCurve(std::vector<CurvePoint> points, bool closed, const std:
                 final = (points_[last] - points_[last - 1]) / steps_.back();
   if (closed) {
     slopes_[0] = slopes_[last] = middleSlope(points_[last - 1], points_[0], points_[1]);
-  } else { // no second derivative, of a curve with a neighbour
+  } else { // zero second derivative, if there is a neighbour
     slopes_[0] = before     ? middleSlope(packed(*before), points_[0], points_[1])
                  : last > 1 ? Vector4((3 * first - slopes_[1]) / 2)
                             : first;
@@ -81,7 +81,7 @@ SmoothCurve::Parameter SmoothCurve::parameterAt(double fraction) const {
   return {chord / kChords, (static_cast<double>(chord % kChords) + within) / kChords};
 }
 
-// Hermite's cubic.
+// Hermite cubic.
 Vector4 SmoothCurve::value(const Parameter& parameter) const {
   const auto& [i, u] = parameter;
   const double v = 1 - u, h = steps_[i];

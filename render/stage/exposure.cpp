@@ -18,7 +18,7 @@ double normal(Random& random) {
 
 uint8_t codeOf(const image::Response& response, float x) {
   const auto& curve = response.exposure[0];
-  const auto above = std::ranges::lower_bound(curve, x); // the first that is not less
+  const auto above = std::ranges::lower_bound(curve, x); // first element not below x
   if (above == curve.begin() || std::isnan(x)) return 0;
   if (above == curve.end()) return static_cast<uint8_t>(image::Response::codes - 1);
   const auto below = above - 1;

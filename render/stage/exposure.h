@@ -1,6 +1,6 @@
-// The camera of 8 bits of a stage whose photographs are exposure brackets.
+// 8-bit camera of a stage whose photographs are exposure brackets.
 //
-//   x  exposure: radiance times seconds     x1  that of the last code: the sensor is full
+//   x  exposure: radiance times seconds     x1  exposure of the last code, where the sensor is full
 //   N  electrons
 #pragma once
 
@@ -15,22 +15,21 @@
 namespace surflect::stage {
 
 struct StageExposure {
-  std::vector<double> seconds; // of each picture of a bracket; no two are equal
-  image::Response response;    // the same for red, green and blue
+  std::vector<double> seconds; // one per picture of a bracket; all differ
+  image::Response response;    // equal for red, green and blue
   bool isSrgb = true;          // the response is the sRGB curve
-  double fullWell = 0;         // electrons of a full sensor; 0: no noise of photons
+  double fullWell = 0;         // electrons of a full sensor; 0: no photon noise
   double readNoise = 0;        // electrons, standard deviation
 };
 
-// The code that stands for the exposure nearest to x; the last one for all that is more.
+// Code whose exposure is nearest to x; the last code for larger exposures.
 uint8_t codeOf(const image::Response& response, float x);
 
-// x as the sensor counts it: N = fullWell x / x1 electrons, plus a normal variable of variance N +
-// readNoise^2.
+// Noisy exposure: N = fullWell x / x1 electrons, plus a normal variable of variance N + readNoise^2.
 double sensed(double x, const StageExposure& camera, Random& random);
 
-// One picture of a bracket: RGBA, codes over 255, alpha straight. `radiance` has 3 channels and is not
-// multiplied by `alpha`. Its noise is that of the seed, view, light and shot.
+// One picture of a bracket: RGBA, codes over 255, straight alpha. `radiance` has 3 channels, not multiplied
+// by `alpha`. The noise depends on seed, view, light and shot.
 struct BracketShot {
   uint64_t seed, view, light, shot;
 };

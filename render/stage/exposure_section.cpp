@@ -24,7 +24,7 @@ template <class Curve> image::Response responseOf(Curve curve) {
   return response;
 }
 
-// 256 numbers, not negative, not falling, the last above 0: the exposures that codes stand for.
+// Reads 256 non-negative, non-decreasing numbers, the last above 0: the exposures of the codes.
 image::Response readResponse(const std::filesystem::path& path) {
   std::istringstream words(readFile(path, 1 << 16));
   words.imbue(std::locale::classic());

@@ -1,4 +1,4 @@
-// The [exposure] of a stage file.
+// Reads the [exposure] section of a stage file.
 #pragma once
 
 #include "render/scene/script_fields.h"
@@ -11,7 +11,7 @@ namespace surflect::stage {
 
 struct ExposureSection {
   StageExposure camera;
-  std::vector<std::filesystem::path> files; // that were read for it
+  std::vector<std::filesystem::path> files; // files that were read
 };
 
 // Throws Error naming the entry.

@@ -15,7 +15,7 @@ using Vector = Vec3<double>;
 Surface fur(const Surface& skin, const FurShape& shape) {
   constexpr int kSides = 5, kSteps = 8;
   const TriangleMesh& mesh = skin.mesh;
-  std::vector<double> areas{0}; // sums, of twice the area
+  std::vector<double> areas{0}; // cumulative, twice the area
   for (size_t i = 0; i < mesh.triangles.size(); ++i)
     areas.push_back(areas.back() + areaVector(mesh, i).norm());
   requireFewTriangles(static_cast<size_t>(shape.hairs) * 2 * kSides * (kSteps + 1));
@@ -27,7 +27,7 @@ Surface fur(const Surface& skin, const FurShape& shape) {
     const auto triangle = std::min<size_t>(
         static_cast<size_t>(std::upper_bound(areas.begin(), areas.end(), wanted) - areas.begin() - 1),
         mesh.triangles.size() - 1);
-    // Even over the triangle: 1 - sqrt(u), sqrt(u) (1 - v), sqrt(u) v
+    // Uniform point on the triangle: 1 - sqrt(u), sqrt(u) (1 - v), sqrt(u) v
     const double u = std::sqrt(random.next()), v = random.next();
     const std::array<double, 3> weights{1 - u, u * (1 - v), u * v};
     Vector root = Vector::Zero(), normal = Vector::Zero();

@@ -32,7 +32,7 @@ double fraction(const scene::Section& section, std::string_view key) {
   return numberIn(section.require(key), 0, 1);
 }
 
-// One number, or that along the tangent and that across.
+// Roughness as one number, or along and across the tangent.
 material::Roughness asRoughness(const scene::Entry& entry) {
   try {
     const double both = scene::asNumber(entry);
@@ -45,7 +45,7 @@ material::Roughness asRoughness(const scene::Entry& entry) {
   }
 }
 
-// What materials share is made when the first of them asks for it.
+// Reads materials; shared tables are made on first use.
 class MaterialReader {
 public:
   void read(const scene::Entry& entry) {
@@ -82,7 +82,7 @@ public:
   }
 
 private:
-  // Before there are tables, and so before there is a roughness that asks for them.
+  // Checks a material before tables are made, while its roughness, which needs tables, is still unset.
   static void check(const scene::Entry& table, const material::Material& smooth) {
     scene::at(table, [&] { material::requireValid(smooth); });
   }
@@ -173,7 +173,7 @@ private:
     return {read(color, Texels::colors), read(roughness, Texels::factors)};
   }
 
-  // Of a picture that several materials show, once.
+  // Texels of a picture, read once for all materials.
   std::shared_ptr<const image::Image> texelsOf(const scene::Entry& picture, Texels what) {
     const std::filesystem::path file = scene::asPath(picture);
     auto& texels = texels_[{file, what}];

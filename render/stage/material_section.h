@@ -1,4 +1,4 @@
-// The materials of a stage file: its [[material]] tables.
+// Reads the [[material]] tables of a stage file.
 #pragma once
 
 #include "render/scene/script_fields.h"
@@ -13,7 +13,7 @@
 
 namespace surflect::stage {
 
-struct MaterialTables; // what materials refer to
+struct MaterialTables; // tables that materials refer to
 
 struct NamedMaterial {
   material::Material material;
@@ -22,10 +22,10 @@ struct NamedMaterial {
 
 struct MaterialList {
   std::map<std::string, NamedMaterial, std::less<>> materials;
-  std::shared_ptr<const MaterialTables> tables; // to be kept as long as the materials
-  std::vector<std::filesystem::path> files;     // that were read for them, each once
+  std::shared_ptr<const MaterialTables> tables; // must live as long as the materials
+  std::vector<std::filesystem::path> files;     // files that were read, each once
 
-  // The one that the entry names. Throws Error.
+  // Material that the entry names. Throws Error.
   const NamedMaterial& named(const scene::Entry& entry) const;
 };
 

@@ -20,10 +20,10 @@ namespace {
 constexpr int kMostBoxSegments = 512, kMostCopies = 100'000;
 constexpr size_t kMostPoints = 10'000;
 
-// What shapes are read with.
+// Context for reading shapes.
 struct Making {
-  int segments;                  // of shapes that do not say
-  std::vector<uint64_t>& hashes; // of what was read
+  int segments;                  // default for shapes without their own
+  std::vector<uint64_t>& hashes; // of the files that were read
 };
 
 struct ShapeKind {
@@ -48,7 +48,7 @@ double numberOr(const scene::Section& s, std::string_view key, double least, dou
   return entry ? numberIn(*entry, least, most) : otherwise;
 }
 
-// Nothing where something else than a number stands.
+// A number, or nothing if the value is of another type.
 std::optional<double> numberIfAny(const scene::Entry& entry) {
   try {
     return scene::asNumber(entry);
@@ -78,7 +78,7 @@ std::vector<ProfilePoint> asProfile(const scene::Entry& entry) {
   return profile;
 }
 
-// `points` [x, y, z], and `radius`: one for all, or a list with one for each.
+// Curve from `points` [x, y, z] and `radius`: one for all, or one per point.
 std::vector<CurvePoint> asCurve(const scene::Section& s) {
   const scene::Entry list = s.require("points"), radius = s.require("radius");
   std::vector<CurvePoint> points;
@@ -95,7 +95,7 @@ std::vector<CurvePoint> asCurve(const scene::Section& s) {
   return points;
 }
 
-// What a curve cannot be is said of its points.
+// Reports an impossible curve at its `points`.
 template <class Make> Surface alongCurve(const scene::Section& s, Make make) {
   const std::vector<CurvePoint> points = asCurve(s);
   const bool closed = booleanOr(s, "closed", false);
@@ -182,7 +182,7 @@ const std::vector<ShapeKind>& shapeKinds() {
 const scene::Keys kChangeKeys = {"displace", "planar_texture", "fibre_deg"},
                   kPlaceKeys = {"position", "rotate_axis", "rotate_deg", "scale"};
 
-// Twice the area.
+// Twice the area of a mesh.
 double sizeOf(const TriangleMesh& mesh) {
   double sum = 0;
   for (size_t i = 0; i < mesh.triangles.size(); ++i) sum += areaVector(mesh, i).norm();
@@ -195,7 +195,7 @@ Surface changed(const scene::Section& s, Surface surface) {
     surface = scene::at(*formula, [&] {
       return displaced(surface, warp::Expression(scene::asText(*formula), kHeightVariables));
     });
-    // Where all falls together, rounding leaves some area.
+    // A collapsed surface keeps some area by rounding.
     if (sizeOf(surface.mesh) < 1e-6 * before)
       throw scene::mismatch(*formula, "heights that leave a millionth of the area or more");
   }
@@ -205,7 +205,7 @@ Surface changed(const scene::Section& s, Surface surface) {
   return surface;
 }
 
-// One number for all axes, or one for each; below 0 mirrors.
+// One scale for all axes, or one per axis; negative mirrors.
 Vec3<double> asScale(const scene::Entry& entry) {
   const auto one = numberIfAny(entry);
   const Vec3<double> scale = one ? Vec3<double>::Constant(*one) : asVector(entry);
@@ -214,7 +214,7 @@ Vec3<double> asScale(const scene::Entry& entry) {
   return scale;
 }
 
-// First scaled, then turned, then moved.
+// Surface scaled, then rotated, then moved.
 Surface placed(const scene::Section& s, const Surface& surface) {
   const auto axisEntry = s.find("rotate_axis"), angle = s.find("rotate_deg"), scaleEntry = s.find("scale"),
              position = s.find("position");
@@ -260,7 +260,7 @@ const ShapeKind& kindOf(const scene::Entry& entry) {
   return shapeKinds()[scene::typeOf(entry, types)];
 }
 
-// All keys that the table of a shape may have, and more.
+// Section with all keys of a shape's table, and more.
 scene::Section shapeSection(const scene::Entry& entry, const scene::Keys& more) {
   scene::Keys known = kindOf(entry).keys;
   known.insert(known.end(), {"type", "copies", "ring"});

@@ -1,4 +1,4 @@
-// The objects of a stage file: its [[object]] tables.
+// Reads the [[object]] tables of a stage file.
 #pragma once
 
 #include "render/stage/material_section.h"
@@ -10,12 +10,12 @@ namespace surflect::stage {
 
 struct ObjectList {
   std::vector<StageObject> objects; // one or more
-  std::vector<uint64_t> hashes;     // of what was read for them
+  std::vector<uint64_t> hashes;     // of the files that were read
 };
 
 constexpr int kFewestSegments = 3, kMostSegments = 2048;
 
-// `segments` is for shapes that do not say how many they have. Throws Error naming the entry.
+// `segments` is the default for shapes without their own. Throws Error naming the entry.
 ObjectList asObjects(const scene::Entry& entry, const MaterialList& materials, int segments);
 
 } // namespace surflect::stage

@@ -1,8 +1,8 @@
-// Random numbers that depend on nothing but what they are for, so that pictures have the same bits whatever
-// thread makes which pixel.
+// Random numbers keyed by their purpose, so that pictures have the same bits for any assignment of pixels to
+// threads.
 //
-// [Knuth 1997] The Art of Computer Programming 2: Seminumerical Algorithms, 3rd ed.
-// [Steele 2014] Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA.
+// [Knuth 1997] The Art of Computer Programming 2: Seminumerical Algorithms, 3rd ed. [Steele 2014] Steele,
+// Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA.
 #pragma once
 
 #include <cmath>
@@ -14,15 +14,15 @@
 
 namespace surflect::stage {
 
-// SplitMix64.  [Steele 2014]
+// SplitMix64 generator.  [Steele 2014]
 class Random {
 public:
-  // A stream of its own for each list of keys.
+  // An independent stream for each list of keys.
   explicit Random(std::initializer_list<uint64_t> keys) {
     for (const uint64_t key : keys) state_ = mixed(state_ + kStep) ^ mixed(key + kStep);
   }
 
-  // In [0, 1).
+  // Uniform number in [0, 1).
   double next() { return static_cast<double>(mixed(state_ += kStep) >> 11) * 0x1p-53; }
 
 private:
@@ -37,17 +37,17 @@ private:
   uint64_t state_ = 0;
 };
 
-// Cells of a grid over the unit square, as many as there are samples: sets of samples with one in each cell
-// are spread evenly. Several such sets take their cells in orders of their own.
+// Stratified samples of the unit square: one sample per cell of a grid. Several sets of samples use
+// independent orders of the cells.
 class Strata {
 public:
-  // As square as the number of cells, above 0, lets the grid be.
+  // Grid as square as the number of cells, above 0, allows.
   explicit Strata(uint32_t cells) : rows_(static_cast<uint32_t>(std::sqrt(cells))) {
     while (cells % rows_ != 0) --rows_;
     columns_ = cells / rows_;
   }
 
-  // All orders of the cells are as likely.  [Knuth 1997, §3.4.2, algorithm P]
+  // Random permutation of the cells, all equally likely.  [Knuth 1997, §3.4.2, algorithm P]
   std::vector<uint32_t> shuffled(Random& random) const {
     std::vector<uint32_t> cells(columns_ * rows_);
     std::iota(cells.begin(), cells.end(), 0u);
@@ -56,7 +56,7 @@ public:
     return cells;
   }
 
-  // Somewhere in a cell.
+  // Uniform point in a cell.
   std::pair<double, double> in(uint32_t cell, Random& random) const {
     const double u = (cell % columns_ + random.next()) / columns_;
     const double v = (cell / columns_ + random.next()) / rows_;

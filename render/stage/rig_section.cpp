@@ -20,11 +20,11 @@ namespace {
 
 constexpr int kMostSide = 16384, kMostViews = 100'000, kMostLights = 4096;
 constexpr size_t kMostFrames = 4'000'000;
-constexpr double kMostValues = 0x1p29; // of one view: floats of all its lights, which are in memory twice
+constexpr double kMostValues = 0x1p29; // floats of one view under all lights, held in memory twice
 
 using Point = Point3<AcquisitionSpace, double>;
 
-// Of the [camera].
+// Lens from [camera].
 capture::Lens asLens(const scene::Section& s) {
   const scene::Entry size = s.require("size");
   const auto sides = scene::asArray(size, "[width, height]");
@@ -49,13 +49,13 @@ capture::Lens asLens(const scene::Section& s) {
   return lens;
 }
 
-// Seen from the centre; those at no distance stand where the section says for all.
+// Position relative to the centre; without a distance, the section's common one applies.
 struct Place {
   RigDirection towards;
   std::optional<double> distance = std::nullopt;
 };
 
-// Those of the test follow the ones for training.
+// Training positions, then test positions.
 struct Placement {
   std::vector<Place> all;
   size_t training = 0;
@@ -66,14 +66,14 @@ void checkCount(const scene::Entry& entry, size_t count, int most) {
     throw scene::mismatch(entry, fmt::format("1 to {} of them", most));
 }
 
-// Even over the sphere, the test's between the others.
+// Even positions over the sphere, test ones between the others.
 std::vector<Place> even(int count, double lowest, double highest, Angle start) {
   std::vector<Place> places;
   for (const auto& direction : spiral(count, lowest, highest, start)) places.push_back({direction});
   return places;
 }
 
-// That of the test starts at another azimuth, so that it does not repeat the training's.
+// Adds test positions that start at another azimuth, so that they do not repeat the training's.
 Placement withTest(std::vector<Place> training, int test, double lowest, double highest) {
   Placement placement{std::move(training), 0};
   placement.training = placement.all.size();
@@ -106,7 +106,7 @@ Place asPlace(const scene::Entry& entry, std::string_view key, const Point& cent
 
 constexpr std::array<std::string_view, 3> kLists = {"directions", "positions", "angles_deg"};
 
-// The one of `keys` that the section has; an Error where it has none, or two.
+// The one key of `keys` that the section has; throws Error for none or two.
 std::string_view chosenOf(const scene::Section& s, const scene::Keys& keys) {
   std::string_view chosen;
   for (const std::string_view key : keys) {
@@ -119,7 +119,7 @@ std::string_view chosenOf(const scene::Section& s, const scene::Keys& keys) {
   return chosen;
 }
 
-// The section's list, and that of its test, which is of the same kind.
+// Positions listed in the section, and its test list of the same kind.
 Placement asListed(const scene::Section& s, std::string_view key, const Point& center, int most) {
   Placement placement;
   const auto add = [&](const scene::Entry& list) {
@@ -150,7 +150,7 @@ Placement asTurntable(const scene::Section& s, int test) {
   return withTest(std::move(places), test, lowest, highest);
 }
 
-// Where cameras or lights stand that no other capture tells of.
+// Positions of cameras or lights, unless another capture gives them.
 Placement asPlacement(const scene::Section& s, std::string_view key, const Point& center, int most) {
   if (std::ranges::count(kLists, key)) return asListed(s, key, center, most);
   const int test = integerOr(s, "test", 0, most, 0);
@@ -167,23 +167,23 @@ double distanceOf(const Place& place, const std::optional<scene::Entry>& ofAll,
   return positive(ofAll ? *ofAll : section.require("distance"));
 }
 
-// The rig of another capture. Its pictures play no part.
+// Rig of another capture; its pictures are not used.
 capture::Capture captureAt(const scene::Entry& entry, StageRig& rig) {
   std::filesystem::path path = scene::asPath(entry);
-  std::error_code unreadable; // then reading says why
+  std::error_code unreadable; // reported when reading
   if (std::filesystem::is_directory(path, unreadable)) path /= "transforms.json";
   if (std::ranges::find(rig.files, path) == rig.files.end()) rig.files.push_back(path);
   return scene::atFile(entry, [&] { return capture::readCapture(path, capture::PathRule::unmade); });
 }
 
-// May be the name of a file and of a layer.
+// Returns whether a name is usable as the name of a file and of a layer.
 bool isPlain(std::string_view name) {
   const auto isAllowed = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
   return !name.empty() && name.size() < 64 && std::ranges::all_of(name, isAllowed);
 }
 
-// Items of a capture, those that training frames use first, and how many these are. Where names are not plain
-// or not unique, all are numbered.
+// Items of a capture, those of training frames first, with their number. If names are not plain or not
+// unique, all are numbered.
 template <class Item, class NameOf, class Number>
 size_t addFrom(const scene::Entry& entry, const std::vector<Item>& items, const std::set<size_t>& training,
                int most, std::vector<Item>& rig, NameOf nameOf, Number number) {

@@ -1,4 +1,4 @@
-// The cameras and lights of a stage file: its [camera], [views] and [lights].
+// Reads the [camera], [views] and [lights] sections of a stage file.
 #pragma once
 
 #include "render/scene/script_fields.h"
@@ -11,14 +11,14 @@
 namespace surflect::stage {
 
 struct StageRig {
-  std::vector<capture::View> views;   // those for training first
-  std::vector<capture::Light> lights; // likewise
+  std::vector<capture::View> views;   // training views first
+  std::vector<capture::Light> lights; // training lights first
   size_t trainingViews = 0, trainingLights = 0;
-  Angle lightRadius;                        // of directional lights
-  std::vector<std::filesystem::path> files; // that were read for it
+  Angle lightRadius;                        // angular radius of directional lights
+  std::vector<std::filesystem::path> files; // files that were read
 };
 
-// `stage` has sections camera (but where another capture has the cameras), views and lights, and may have a
+// `stage` has sections camera (unless another capture gives the cameras), views and lights, and optionally a
 // center. Throws Error naming the entry.
 StageRig asRig(const scene::Section& stage);
 

@@ -146,13 +146,13 @@ ShadowRay StageScene::shadowRay(const Point3<AcquisitionSpace, double>& origin,
 
 namespace {
 
-// At most as many rays as the packet has.
+// Casts at most as many rays as the packet holds.
 template <class Packet>
 uint32_t occludedIn(RTCScene scene, std::span<const ShadowRay> rays, RTCIntersectContext& context,
                     auto* ask) {
   constexpr size_t kMost = std::extent_v<decltype(Packet::tfar)>;
-  // Where packets of a size are not native Embree takes no notice of `valid`; rays that end before they begin
-  // are out for all.
+  // Embree ignores `valid` for packet sizes that are not native. Rays that end before they begin are always
+  // inactive.
   Packet packet{};
   std::ranges::fill(packet.tnear, 1.f);
   alignas(64) std::array<int, kMost> valid{};
@@ -166,7 +166,7 @@ uint32_t occludedIn(RTCScene scene, std::span<const ShadowRay> rays, RTCIntersec
     valid[i] = -1;
   }
   ask(valid.data(), scene, &context, &packet);
-  uint32_t bits = 0; // Embree's sign of a hit is a negative tfar
+  uint32_t bits = 0; // Embree marks a hit by a negative tfar
   for (size_t i = 0; i < rays.size(); ++i) bits |= static_cast<uint32_t>(packet.tfar[i] < 0) << i;
   return bits;
 }

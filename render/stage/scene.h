@@ -1,4 +1,4 @@
-// What rays meet in the light stage, by Embree in robust mode.
+// Ray casting in the light stage, by Embree in robust mode.
 #pragma once
 
 #include "render/stage/material/material.h"
@@ -17,47 +17,48 @@ namespace surflect::stage {
 struct StageObject {
   Surface surface;
   material::Material material;
-  Textures textures = {}; // the surface has coordinates where there are any
+  Textures textures = {}; // if there are any, the surface has texture coordinates
 };
 
-// Where a ray meets a surface.
+// Intersection of a ray with a surface.
 struct SurfaceHit {
   Point3<AcquisitionSpace, double> position; // on the triangle, to double precision
   double distance;
   Direction3<AcquisitionSpace, double> facet;           // unit normal of the triangle
-  Direction3<AcquisitionSpace, double> normal, tangent; // interpolated, of any length, may be 0
-  material::Material material;                          // as the textures make it
+  Direction3<AcquisitionSpace, double> normal, tangent; // interpolated; any length, possibly 0
+  material::Material material;                          // with textures applied
 };
 
-// Something nearer than `distance` is in its way. As Embree takes it: about the middle of the scene.
+// Ray that is blocked by anything nearer than `distance`; single precision, relative to the middle of the
+// scene.
 struct ShadowRay {
   std::array<float, 3> origin, direction;
   float distance;
 };
 inline constexpr size_t kMostRays = 16;
 
-// What rays have in common, which is only a matter of speed: directions and surroundings, or one at most.
+// Coherence of a set of rays, as a hint for speed: similar directions and origins, or at most one of them.
 enum class Beam { narrow, wide };
 
-// The material with its colour multiplied (diffuse, or a metal's), and its roughness by 0..1; of a coated one
-// those below the coat. What others do not have stays as it is.
+// Material with its diffuse or metal colour multiplied, and its roughness scaled by 0..1; of a coated
+// material the base's. Parameters that a material does not have are ignored.
 material::Material varied(const material::Material& material, const Rgb& colorFactor, double roughnessFactor);
 
 class StageScene {
 public:
-  // Vertices are recentred in double precision before they go to float. There is at least one triangle.
+  // Vertices are recentred in double precision before rounding to float. There is at least one triangle.
   explicit StageScene(std::vector<StageObject> objects);
   ~StageScene();
 
-  // `direction` is unit, here and below.
+  // First intersection of a ray; `direction` is unit, here and below.
   std::optional<SurfaceHit> firstHit(const Point3<AcquisitionSpace, double>& origin,
                                      const Direction3<AcquisitionSpace, double>& direction) const;
   ShadowRay shadowRay(const Point3<AcquisitionSpace, double>& origin,
                       const Direction3<AcquisitionSpace, double>& direction, double distance) const;
-  // Which of the rays have anything in their way: bit i for ray i. At most kMostRays at once.
+  // Returns which rays are blocked: bit i for ray i. At most kMostRays at once.
   uint32_t occluded(std::span<const ShadowRay> rays, Beam beam) const;
 
-  // The origin of a ray that leaves a hit: moved off the triangle, to the ray's side, by 1e-5 of the scene.
+  // Origin of a ray that leaves a hit: moved off the triangle to the ray's side, by 1e-5 of the scene's size.
   Point3<AcquisitionSpace, double> leaving(const SurfaceHit& hit,
                                            const Direction3<AcquisitionSpace, double>& direction) const;
 

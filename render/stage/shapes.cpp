@@ -17,7 +17,7 @@ using Vector = Vec3<double>;
 
 constexpr double kPi = std::numbers::pi;
 
-// The last column of a round net is the first one, to the bit.
+// Direction around the axis; the last column of a closed grid equals the first, to the bit.
 Vector aroundAxis(double s) {
   const double phi = s == 1 ? 0 : 2 * kPi * s;
   return {std::cos(phi), std::sin(phi), 0};
@@ -64,7 +64,7 @@ std::vector<SmoothCurve> smoothPieces(std::span<const ProfilePoint> profile) {
     if (points.size() < 2)
       throw Error::mismatch("another point between creases", "one alone")
           .at("[" + std::to_string(first) + "]");
-    // What reaches the axis goes on behind it.
+    // Profiles that reach the axis are extended behind it by reflection.
     const auto beyond = [&](const ProfilePoint& end, const ProfilePoint& next) -> std::optional<CurvePoint> {
       if (end.radius > 0 || !(next.radius > 0)) return std::nullopt;
       return CurvePoint{{-next.radius, 0, next.height}};

@@ -28,7 +28,7 @@ std::string objOf(const TriangleMesh& mesh) {
 
 fs::path identityPath(const fs::path& folder) { return folder / "stage.identity"; }
 
-// A folder is begun by its identity; what has another one, or none, is somebody else's.
+// Throws unless the folder's identity is that of this capture.
 void requireOurs(const fs::path& folder, const std::string& identity) {
   const fs::path path = identityPath(folder);
   if (fs::exists(path)) {
@@ -95,7 +95,7 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
 
   progress("scene", 0);
   std::unique_ptr<const StageScene>
-      scene; // before the folder is begun: the script may leave nothing to be seen
+      scene; // before the folder is begun, because the script may leave nothing visible
   if (!missing.empty()) scene = sceneOf(stage, deformation);
   claim(folder, identity);
   for (size_t i = 0; i < missing.size(); ++i) {

@@ -1,4 +1,4 @@
-// Values of a stage file. All throw Error where a value is out of the bounds, which it names.
+// Values of a stage file. All functions throw Error with the bounds if a value is outside.
 #pragma once
 
 #include "render/scene/script_fields.h"

@@ -1,5 +1,5 @@
-// The stage file: a TOML file that says what stands in the light stage, and where its cameras and lights are.
-// docs/lightstage.md lists the keys.
+// The stage file: TOML description of the light stage's objects, cameras and lights. docs/lightstage.md lists
+// the keys.
 #pragma once
 
 #include "render/stage/exposure.h"
@@ -23,12 +23,12 @@ struct Stage {
   std::vector<StageObject> objects;
   StageRig rig;
   TraceOptions trace;
-  std::optional<StageExposure> exposure;        // none: photographs are in floats
-  std::shared_ptr<const MaterialTables> tables; // kept for `objects`
+  std::optional<StageExposure> exposure;        // none: photographs are floats
+  std::shared_ptr<const MaterialTables> tables; // keeps the tables of `objects` alive
 };
 
-// What the table [scale.NAME] holds replaces what stands outside, for the scale asked for; "" asks for none.
-// Throw Error naming file, field and line. A misspelt key is answered with the nearest known one.
+// Reads a stage file. The table [scale.NAME] overrides keys outside for the given scale; "" means none. Throw
+// Error with file, field and line. For a misspelt key, the Error names the nearest known one.
 Stage readStage(const std::filesystem::path& path, std::string_view scale = "");
 Stage parseStage(std::string_view text, const std::filesystem::path& path, std::string_view scale = "");
 

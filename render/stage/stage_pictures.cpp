@@ -13,7 +13,7 @@ namespace surflect::stage {
 
 namespace {
 
-// A plan has those of a view together.
+// Frames of a view, which are contiguous in a plan.
 std::span<const capture::Frame> framesOf(const StagePlan& plan, size_t view) {
   return std::ranges::equal_range(plan.capture.frames, view, {}, &capture::Frame::view);
 }
@@ -92,7 +92,7 @@ model::ViewPictures asRead(TracedView traced, const Progress& progress) {
 
 bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path& folder) {
   try {
-    std::filesystem::path last; // frames share a file
+    std::filesystem::path last; // frames may share a file
     for (const capture::Frame& frame : framesOf(plan, view))
       for (const capture::Exposure& shot : capture::bracketOf(frame)) {
         if (shot.picture == last) continue;

@@ -8,7 +8,7 @@ namespace surflect::stage {
 
 namespace {
 
-// Every how-manieth training view is photographed under test lights, where not all are.
+// Step between training views that are photographed under test lights, if not all are.
 size_t stepOfTestLights(size_t trainingViews) {
   constexpr size_t kMost = 8;
   return std::max(size_t{1}, (trainingViews + kMost - 1) / kMost);

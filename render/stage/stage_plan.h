@@ -1,4 +1,4 @@
-// Which photographs of a stage are taken, as the capture that they make.
+// Selection of a stage's photographs, as the capture that they form.
 #pragma once
 
 #include "render/stage/stage_file.h"
@@ -11,19 +11,19 @@
 namespace surflect::stage {
 
 enum class StageFrames {
-  all,      // all views under all lights: those for training, and the others for the test
+  all,      // all views under all lights: training pairs, and the others for testing
   training, // training views under training lights
-  test, // test views under all lights, and of training views at most eight, evenly chosen, under test lights
-  deformed, // test views, or all where there are none, under all lights, for the test
+  test,     // test views under all lights, and at most eight training views, evenly chosen, under test lights
+  deformed, // test views, or all if there are none, under all lights, for testing
 };
 
 struct StagePlan {
   capture::Capture
-      capture; // EXRs of many layers, one a view; no file is there yet. Frames of a view are together
-  std::vector<size_t> views; // of each view, its number in the stage, by which its noise differs
+      capture; // one multi-layer EXR per view; no file exists yet. Frames of a view are contiguous
+  std::vector<size_t> views; // number of each view in the stage, which keys its noise
 };
 
-// Throws Error where there would be no frame.
+// Throws Error if there would be no frame.
 StagePlan planOf(const Stage& stage, StageFrames which);
 
 // All objects as one mesh.

@@ -49,7 +49,7 @@ private:
   bool isScratchOurs() const {
     return fs::exists(scratchIdentity()) && readFile(scratchIdentity(), 1 << 12) == identity();
   }
-  // What another stage left there goes.
+  // Removes scratch files of another stage.
   void claimScratch() const {
     if (isScratchOurs()) return;
     removeFolder(scratch_);
@@ -61,7 +61,7 @@ private:
   StagePlan plan_;
   fs::path scratch_;
   StageScene scene_;
-  capture::Capture training_; // as one on disk is read
+  capture::Capture training_; // as if read from disk
 };
 
 } // namespace

@@ -19,7 +19,7 @@ using Direction = Direction3<AcquisitionSpace, double>;
 
 // Moves one vertex by a map with Jacobian j. Returns whether the map mirrors.
 bool carry(Surface& surface, size_t i, const Vector& position, const Mat3<double>& j) {
-  // det(J) J^-T, which exists where J has no inverse
+  // Cofactors det(J) J^-T, which exist also for singular J
   Mat3<double> cofactors;
   cofactors << j.col(1).cross(j.col(2)), j.col(2).cross(j.col(0)), j.col(0).cross(j.col(1));
   const bool mirrors = j.determinant() < 0;
@@ -31,7 +31,7 @@ bool carry(Surface& surface, size_t i, const Vector& position, const Mat3<double
 
 std::string vertexName(size_t i) { return "vertex[" + std::to_string(i) + "]"; }
 
-// For each vertex the first one with the same key.
+// First vertex with the same key, per vertex.
 template <class KeyOf> std::vector<size_t> firstAlike(size_t vertices, KeyOf keyOf) {
   std::map<decltype(keyOf(size_t{0})), size_t> firsts;
   std::vector<size_t> first(vertices);

@@ -1,5 +1,4 @@
-// Surfaces that stand in the light stage: meshes with a shading frame at each vertex, and what is done to any
-// of them.
+// Surfaces of the light stage: meshes with a shading frame per vertex, and operations on them.
 #pragma once
 
 #include "surfel/geometry/mesh.h"
@@ -11,50 +10,51 @@
 
 namespace surflect::stage {
 
-// Of one stage.
+// Maximum number of triangles of a stage.
 constexpr size_t kMostTriangles = size_t{1} << 25;
-// Throws Error.
+// Throws Error for more than kMostTriangles.
 void requireFewTriangles(size_t count);
 
-// Of each coordinate, as in a stage file.
+// Limit of each coordinate, as in a stage file.
 constexpr float kFarthest = 1e9f;
 
 struct Surface {
   TriangleMesh mesh; // counter-clockwise seen from outside
-  // One a vertex, of any length; 0 where there is none. Tangents run along the fibre of what has one.
+  // One per vertex, of any length; 0 if undefined. Tangents run along the fibre of brushed or fibrous
+  // materials.
   std::vector<Direction3<AcquisitionSpace, double>> normals, tangents;
-  // Where on a texture each vertex is, (0, 0) to (1, 1). Empty where nobody has said.
+  // Texture coordinates of each vertex, (0, 0) to (1, 1); empty if undefined.
   std::vector<Vec2<double>> textureCoordinates;
 };
 
-// Single precision may have flattened every triangle, or put a vertex beyond all numbers. Throws Error.
+// Throws Error if rounding to single precision has flattened every triangle, or made a vertex infinite.
 void requireVisible(const Surface& surface);
 
-// Adds the other surface's triangles. Both have texture coordinates, or neither, or `surface` is empty.
+// Appends the triangles of `other`. Either both have texture coordinates, or neither, or `surface` is empty.
 void append(Surface& surface, const Surface& other);
 
-// x -> linear x + offset. Turned inside out again where that mirrors.
+// Surface mapped by x -> linear x + offset; orientation is restored if the map mirrors.
 Surface transformed(const Surface& surface, const Mat3<double>& linear, const Vec3<double>& offset);
 
-// Tangents turned about the normals, counter-clockwise seen from outside.
+// Surface with tangents rotated about the normals, counter-clockwise seen from outside.
 Surface withTangentsTurned(const Surface& surface, Angle angle);
 
-// Texture coordinates by projection along z: a square round the surface, (1, 1) where x and y are largest.
+// Surface with texture coordinates by projection along z, from a square around it; (1, 1) is at the largest x
+// and y.
 Surface withPlanarTexture(const Surface& surface);
 
-// The variables of a height: position and texture coordinates, as `displaced` finds them.
+// Variables of a displacement: position and texture coordinates.
 constexpr std::string_view kHeightVariables[] = {"x", "y", "z", "s", "t"};
 
-// Moved outwards by `height`, a formula of kHeightVariables; 0 for coordinates that are not there. Vertices
-// at one place stay together: the first of them says how far, the mean of their normals says where to.
-// Normals are means over the triangles round a vertex, and creases stay. Throws Error at the vertex where the
-// height has no value.
+// Surface displaced outwards by `height`, a formula of kHeightVariables; missing texture coordinates are 0.
+// Vertices at one position stay together: the first gives the height, the mean of their normals the
+// direction. New normals are means over the adjacent triangles; creases are kept. Throws Error at the vertex
+// where the height has no value.
 Surface displaced(const Surface& surface, const warp::Expression& height);
 
-// The surface after the warp: positions Psi(p), tangents J t, normals along J^-T n; turned inside out again
-// where the warp mirrors. The result stands in the stage as the rest surface did: capture and script share
-// one world. J is exact, or by central differences with differenceStep(). Throws Error at the vertex where
-// the warp has no value.
+// Surface after a warp: positions Psi(p), tangents J t, normals along J^-T n; orientation is restored if the
+// warp mirrors. The result is typed as the rest surface: capture and script share one world. J is exact, or
+// by central differences with differenceStep(). Throws Error at the vertex where the warp has no value.
 Surface deformed(const Surface& rest, const warp::Warp& warp);
 
 } // namespace surflect::stage

@@ -45,8 +45,8 @@ void removeFlatTriangles(TriangleMesh& mesh, const std::filesystem::path& path) 
   if (mesh.triangles.empty()) throw Error::mismatch("triangles", "none that has an area").in(path);
 }
 
-// Turns triangles from which the normals of all three corners point away: mirrored on export, as normals were
-// not.
+// Flips triangles whose corner normals all point to the back: exporters mirror triangles without their
+// normals.
 void windByNormals(TexturedMesh& mesh) {
   if (mesh.normals.empty()) return;
   for (size_t i = 0; i < mesh.mesh.triangles.size(); ++i) {
@@ -57,7 +57,7 @@ void windByNormals(TexturedMesh& mesh) {
   }
 }
 
-// Every corner of a triangle becomes a vertex.
+// Mesh with separate vertices for each triangle.
 TexturedMesh unshared(const TexturedMesh& mesh) {
   TexturedMesh apart;
   for (const auto& triangle : mesh.mesh.triangles) {
@@ -83,9 +83,9 @@ std::vector<Vector> meanNormals(const TexturedMesh& mesh) {
   return normals;
 }
 
-// Twice the area times dp/ds, of the triangle's map from its texture: with edges d, e and their differences
-// of texture coordinates, d = ds p_s + dt p_t, so that d e_t - e d_t = (d_s e_t - e_s d_t) p_s. Mirrored
-// textures turn the sign; 0 where there is no such direction.
+// Twice the area times dp/ds, with p the triangle's map from its texture. For edges d, e with texture
+// differences, d = ds p_s + dt p_t, so d e_t - e d_t = (d_s e_t - e_s d_t) p_s. Mirrored textures flip the
+// sign; 0 without such a direction.
 Vector alongTexture(const TexturedMesh& mesh, const std::array<uint32_t, 3>& triangle) {
   const auto& [a, b, c] = triangle;
   const auto edge = [&](uint32_t to) -> Vector {
@@ -98,7 +98,7 @@ Vector alongTexture(const TexturedMesh& mesh, const std::array<uint32_t, 3>& tri
   return (determinant < 0 ? -1. : 1.) * (e.y() * edge(b) - d.y() * edge(c));
 }
 
-// By what the file says, where it says anything.
+// Replaces vectors by the file's, where it has any.
 void replaceByThoseThere(std::vector<Vector>& vectors, const std::vector<Vector>& ofFile) {
   for (size_t i = 0; i < ofFile.size(); ++i)
     if (ofFile[i].squaredNorm() > 0) vectors[i] = ofFile[i];

@@ -12,10 +12,10 @@ namespace surflect::stage {
 
 namespace {
 
-// i modulo n, also of negative i.
+// i modulo n, non-negative also for negative i.
 int wrapped(int i, int n) { return ((i % n) + n) % n; }
 
-// By the picture's own statement; without one floating point is linear, all else sRGB.
+// Decoder by the picture's own statement; by default floating point is linear, all else sRGB.
 image::ColorDecoder decoderOf(const image::Picture& picture, const std::filesystem::path& path) {
   const image::Transfer usual{picture.isFloat() ? image::Transfer::Curve::linear
                                                 : image::Transfer::Curve::srgb};
@@ -45,7 +45,7 @@ image::Image readTexels(const std::filesystem::path& path, Texels what) {
         if (!isUnit(value)) throw inPixel(Error::mismatch("0 to 1", numberText(value)), x, y, path);
         stored.at(x, y)[static_cast<size_t>(c)] = value;
       }
-  constexpr float kRounding = 1e-4f; // of conversion, of a profile's white too
+  constexpr float kRounding = 1e-4f; // tolerance for colour conversion, including a profile's white
   image::Image linear =
       image::decoded(stored, what == Texels::factors ? image::ColorDecoder() : decoderOf(picture, path));
   for (int y = 0; y < image.height; ++y)

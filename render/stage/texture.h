@@ -1,4 +1,4 @@
-// Pictures on surfaces: factors of a material's colour, and of its roughness.
+// Textures: factors of a material's colour and roughness.
 #pragma once
 
 #include "srf/image/image.h"
@@ -12,17 +12,16 @@ namespace surflect::stage {
 
 enum class Texels { colors, factors };
 
-// 3 channels. Colours in 8 or 16 bits are sRGB, and come out linear; factors are as stored. Alpha plays no
-// part. Throws Error naming the file, also where a float is not in 0..1 or a colour outside of Rec. 709's
-// gamut.
+// 3 channels. 8- and 16-bit colours are decoded from sRGB to linear; factors are as stored. Alpha is ignored.
+// Throws Error naming the file, also if a float is outside of 0..1 or a colour outside of Rec. 709's gamut.
 image::Image readTexels(const std::filesystem::path& picture, Texels what);
 
 class Texture {
 public:
-  // What readTexels() gives, `columns` times across and `rows` times up the surface.
+  // `texels` from readTexels(), tiled `columns` times across and `rows` times up the surface.
   Texture(std::shared_ptr<const image::Image> texels, int columns, int rows);
 
-  // Linear between the middles of texels; (0, 0) is the picture's lower left corner.
+  // Bilinear value at texture coordinates; (0, 0) is the picture's lower left corner.
   Rgb at(const Vec2<double>& st) const;
 
 private:
@@ -30,10 +29,10 @@ private:
   double columns_, rows_;
 };
 
-// What a material's parameters are multiplied by; null where they are the same all over.
+// Factors of a material's parameters; null where constant.
 struct Textures {
   std::shared_ptr<const Texture> color = nullptr;
-  std::shared_ptr<const Texture> roughness = nullptr; // by red
+  std::shared_ptr<const Texture> roughness = nullptr; // the red channel
 
   bool any() const { return color || roughness; }
 };

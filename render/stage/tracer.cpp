@@ -29,13 +29,13 @@ Rgb rgbOf(const Vector& color) {
   return {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
 }
 
-// Any two unit vectors at right angles to a unit n and to each other.
+// Two unit vectors orthogonal to a unit n and to each other.
 std::pair<Vector, Vector> across(const Vector& n) {
   const Vector u = n.unitOrthogonal();
   return {u, n.cross(u)};
 }
 
-// Orthonormal, right-handed: x along the fibre, z out of the object.
+// Orthonormal, right-handed frame: x along the fibre, z out of the object.
 struct ShadingFrame {
   Vector x, y, z;
 
@@ -47,8 +47,8 @@ struct ShadingFrame {
   }
 };
 
-// A surface's sides are those of its triangles. Where an interpolated normal says otherwise than they which
-// side is seen, it is bent until the viewer is above it. `facet` is turned together with the frame.
+// Shading frame at a hit. The sides of a surface are those of its triangles. If an interpolated normal faces
+// away from the viewer, it is bent until the viewer is above it. `facet` is flipped together with the frame.
 ShadingFrame frameAt(SurfaceHit& hit, const Direction& towardsViewer) {
   constexpr double kLeastCosine = 1e-3;
   Vector n = hit.normal.raw();
@@ -75,14 +75,15 @@ double discRadiance(Angle radius) {
   return 1 / (material::kPi * material::squared(std::sin(radius.radians())));
 }
 
-// Both ways of finding a light of which one is taken with density p and the other with q: the share of the
-// first.  [Veach 1997, §9.2.4, power heuristic]
+// Share of the first of two sampling strategies with densities p and q.  [Veach 1997, §9.2.4, power
+// heuristic]
 double powerShare(double p, double q) { return p * p / (p * p + q * q); }
 
-// A light as a path meets it; discs have an extent, others none.
+// A light as seen by a path; discs have an extent, others have none.
 class Lamp {
 public:
-  // A direction to the light, and what falls on a surface that faces it; of a disc's, radiance over density.
+  // Sampled direction to the light, and the irradiance of a surface that faces it; for a disc, radiance over
+  // density.
   struct Sample {
     Direction towards;
     Rgb irradiance;
@@ -120,16 +121,16 @@ public:
     return {normalized(assume<Direction>(w)), material::scaled(gain / density(), strength_), kFar};
   }
 
-  // Of sample(), per steradian of a disc; 0 where other ways do not find the light.
+  // Density of sample() per steradian of a disc; 0 if other strategies cannot find the light.
   double density() const { return isDisc_ ? 1 / (2 * material::kPi * height_) : 0; }
 
-  // Radiance that comes to p from a direction.
+  // Radiance at p from a direction.
   std::optional<Rgb> seen(const Point& p, const Direction& direction) const {
     if (!isDisc_ || (middle_ + -direction).raw().squaredNorm() / 2 >= height_) return std::nullopt;
     return material::scaled(capture::gainAt(gradient_, p.raw()), strength_);
   }
 
-  // Lamps of one octant, as seen from the origin, may be asked for together.
+  // Octant of the light as seen from the origin; lamps of one octant may be traced in one packet.
   int octant() const {
     const Vector d = isPoint_ ? position_.raw() : middle_.raw();
     return (d[0] > 0) + 2 * (d[1] > 0) + 4 * (d[2] > 0);
@@ -141,24 +142,24 @@ private:
   Point position_;
   Direction middle_;
   Vector gradient_; // of the logarithm of strength
-  Vector x_, y_;    // across a disc
-  Rgb strength_;    // intensity; of what is distant, irradiance or radiance at the origin
+  Vector x_, y_;    // axes across a disc
+  Rgb strength_;    // intensity; for distant lights, irradiance or radiance at the origin
 };
 
 struct Path {
   Random random;
-  // At the first surface the samples of a pixel are spread evenly: cells to ask lights in and to go on in.
+  // Strata of a pixel's samples at the first surface: for sampling lights, and for continuing the path.
   std::array<uint32_t, 2> cells;
   Point origin;
   Direction direction;
-  Vector* sums; // one a light: what comes along the path
+  Vector* sums; // radiance along the path, one per light
   Vector throughput{1, 1, 1};
-  Rgb absorption{0, 0, 0}; // where the path is
-  double density = 0;      // of the direction; 0 where no other way of finding it has a chance
+  Rgb absorption{0, 0, 0}; // of the medium that the path is in
+  double density = 0;      // of the direction; 0 if no other strategy can find it
   bool isAlive = true, hasHit = false;
 };
 
-// What reaches paths if nothing is in the way.
+// Contributions to paths that still need a shadow test.
 struct Candidates {
   struct Share {
     Rgb light;
@@ -168,7 +169,7 @@ struct Candidates {
   std::vector<Share> shares;
 };
 
-// Walks a handful of paths from one camera at a time, to all lights.
+// Traces a few paths from one camera at a time, for all lights.
 class PathTracer {
 public:
   PathTracer(const StageScene& scene, std::span<const capture::Light> lights, const TraceOptions& options)
@@ -180,8 +181,8 @@ public:
     std::ranges::stable_sort(order_, {}, [&](size_t i) { return lamps_[i].octant(); });
   }
 
-  // Adds to each path's sums what comes along it. The first surfaces that paths meet lie close together: then
-  // rays to one light go side by side, later those from one point do.
+  // Adds the radiance along each path to its sums. First hits are close together, so shadow rays are grouped
+  // by light there, and by point at later hits.
   void walk(std::span<Path> paths) {
     for (int bounce = 0; std::ranges::any_of(paths, &Path::isAlive); ++bounce) {
       for (Path& path : paths)
@@ -192,7 +193,7 @@ public:
   }
 
 private:
-  // To the next surface, and on; false where the path ends.
+  // Extends a path to the next surface; returns false where it ends.
   bool step(Path& path, int bounce) {
     auto hit = scene_.firstHit(path.origin, path.direction);
     if (!hit) {
@@ -226,20 +227,20 @@ private:
     return true;
   }
 
-  // Interpolated normals and triangles agree on which side of the surface the light comes from.
+  // Returns whether interpolated normal and triangle agree on the side that the light comes from.
   static bool isOnItsSide(const SurfaceHit& hit, const material::ShadingDirection& wi,
                           const Direction& world) {
     return (wi.z() > 0) == (dot(hit.facet, world) > 0);
   }
 
-  // Numbers that choose a direction.
+  // Random numbers for a direction.
   std::pair<double, double> square(Path& path, int bounce, size_t set) const {
     if (bounce == 0) return strata_.in(path.cells[set], path.random);
     const double u = path.random.next(), v = path.random.next();
     return {u, v};
   }
 
-  // Russian roulette, by what the path can still carry.
+  // Russian roulette, by the path's remaining throughput.
   static bool survives(Path& path, int bounce) {
     constexpr int kSafeBounces = 3;
     const double most = path.throughput.maxCoeff();
@@ -285,7 +286,7 @@ private:
     settle(ofPath_, Beam::wide);
   }
 
-  // Adds what nothing is in the way of.
+  // Adds the contributions that are not blocked.
   void settle(Candidates& candidates, Beam beam) const {
     for (size_t first = 0; first < candidates.rays.size(); first += kMostRays) {
       const size_t count = std::min(kMostRays, candidates.rays.size() - first);
@@ -316,11 +317,11 @@ private:
 
   const StageScene& scene_;
   Transport transport_;
-  bool seesLights_; // by chance, where they have an extent
+  bool seesLights_; // whether paths can hit lights, which then have an extent
   Strata strata_;
   std::vector<Lamp> lamps_;
-  std::vector<size_t> order_; // such that neighbours lie in one octant
-  // Kept between calls for their room.
+  std::vector<size_t> order_; // sorted so that neighbours are in one octant
+  // Kept between calls to reuse memory.
   std::vector<Candidates> ofLight_;
   Candidates ofPath_;
   std::vector<Asked> asked_;
@@ -329,13 +330,13 @@ private:
   std::vector<double> densities_;
 };
 
-// Of the i-th of 64 pixels of a square, such that neighbours in the list are neighbours: column and row.
+// Column and row of the i-th of 64 pixels of a square, in an order in which successive pixels are neighbours.
 std::pair<int, int> placeInTile(int i) {
   const auto everySecondBit = [](int bits) { return (bits & 1) | (bits >> 1 & 2) | (bits >> 2 & 4); };
   return {everySecondBit(i), everySecondBit(i >> 1)};
 }
 
-// Traces squares of pixels of one view, one after the other; kept by a thread for what it has allocated.
+// Traces squares of pixels of one view; kept per thread to reuse memory.
 class TileTracer {
 public:
   static constexpr int kSide = 8; // see placeInTile
@@ -346,7 +347,7 @@ public:
         view_(view), lights_(lights.size()), options_(options), progress_(progress),
         strata_(static_cast<uint32_t>(options.samples)), sums_(kSide * kSide * lights.size()) {}
 
-  // The square whose first pixel is this one, or what of it is in the picture.
+  // Traces the square that begins at this pixel, clipped to the picture.
   void trace(int left, int top, TracedView& traced) {
     std::ranges::fill(sums_, Vector::Zero());
     covered_.fill(0);
@@ -413,7 +414,7 @@ private:
   std::vector<Vector> sums_; // [pixels][lights]
   std::array<int, kSide * kSide> covered_{};
   std::vector<Path> paths_;
-  std::vector<size_t> places_; // of each path: its pixel
+  std::vector<size_t> places_; // pixel of each path
 };
 
 } // namespace

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Derivatives along the curve, by differences.
+// Derivatives along the curve, by finite differences.
 struct Slopes {
   std::vector<double> radius; // dr/dl
   std::vector<Vector> turn;   // dT/dl
@@ -56,7 +56,7 @@ void addTube(Surface& surface, std::span<const CurvePoint> points, bool closed, 
     lengths.push_back(lengths.back() + (points[i].position - points[i - 1].position).norm());
   const double whole = lengths.back() + (closed ? 0 : kPi / 2 * points.back().radius);
 
-  // The last column is the first one, to the bit.
+  // The last column equals the first, to the bit.
   const auto outwardAt = [](const CurveFrame& frame, double s) -> Vector {
     const double phi = s == 1 ? 0 : 2 * kPi * s;
     return std::cos(phi) * frame.normal + std::sin(phi) * frame.binormal;
@@ -66,7 +66,7 @@ void addTube(Surface& surface, std::span<const CurvePoint> points, bool closed, 
     const CurveFrame& frame = frames[i];
     const double r = points[i].radius;
     const Vector o = outwardAt(frame, s);
-    // p = c + r o with dc/dl = T, do/dl = -(o.T') T; the normal is across dp/dl and round the circle
+    // p = c + r o with dc/dl = T, do/dl = -(o.T') T; the normal is orthogonal to dp/dl and to the circle
     const double stretch = 1 - r * o.dot(slopes.turn[i]);
     const Vector n = (stretch * o - slopes.radius[i] * frame.tangent).normalized();
     return {points[i].position + r * o, n, frame.tangent - frame.tangent.dot(n) * n, {s, lengths[i] / whole}};
@@ -96,7 +96,7 @@ Surface tube(std::span<const CurvePoint> points, bool closed, int segments) {
   const SmoothCurve curve({points.begin(), points.end()}, closed);
   double thickest = 0;
   for (const CurvePoint& p : points) thickest = std::max(thickest, p.radius);
-  // Squares twice as long as wide, and at least 4 from point to point
+  // Squares twice as long as wide, and at least 4 between two points
   const double wanted = std::min(curve.length() * segments / (4 * kPi * thickest), 4096.0);
   Surface surface;
   addTube(surface,
@@ -115,8 +115,8 @@ Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape&
 
   Surface surface;
   for (int strand = 0; strand < 3; ++strand) {
-    // A strand goes to and fro once while it goes in and out twice: so it passes over one of the others on
-    // its way there, and under the other one on its way back. Half the width is 2.5 radii of a strand.
+    // A strand goes to and fro once while it goes in and out twice, so it passes over one of the others on
+    // the way there, and under the other on the way back. Half the width is 2.5 strand radii.
     std::vector<CurvePoint> path;
     for (int i = 0; i <= steps; ++i) {
       const size_t k = static_cast<size_t>(closed && i == steps ? 0 : i);
@@ -128,7 +128,7 @@ Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape&
     }
     const std::vector<CurveFrame> strandFrames = framesAlong(path, closed);
     std::vector<CurvePoint> core = path;
-    const double thickness = 1.5 * kPi / shape.fibres; // of the strand's radius; neighbours overlap
+    const double thickness = 1.5 * kPi / shape.fibres; // relative to the strand's radius; neighbours overlap
     for (CurvePoint& p : core) p.radius *= std::max(0.2, 1 - 1.3 * thickness);
     addTube(surface, core, closed, 4 * kSides);
     for (int fibre = 0; fibre < shape.fibres; ++fibre) {

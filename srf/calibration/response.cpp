@@ -18,9 +18,9 @@ namespace surflect::calibration {
 namespace {
 
 constexpr int kCodes = static_cast<int>(image::Response::codes), kMiddle = 128;
-constexpr size_t kBrackets = 16;     // from which the response is recovered
-constexpr size_t kPixelsPerCode = 8; // of one picture
-// Enough to carry over codes that no pixel has; more would straighten the bend of dark codes.
+constexpr size_t kBrackets = 16;     // maximum number used
+constexpr size_t kPixelsPerCode = 8; // per picture
+// Smoothness that bridges codes without pixels; more would straighten the bend at dark codes.
 constexpr double kLambda = 0.01;
 
 double weight(int z) { return static_cast<double>(image::hatWeight(static_cast<float>(z), 0, kCodes - 1)); }
@@ -32,8 +32,8 @@ std::array<double, image::Response::codes> recoverLogResponse(std::span<const Br
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(kCodes, kCodes);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(kCodes);
 
-  // ln E_i that is best for given g is a weighted mean, ln E = sum w^2 (g - ln dt) / sum w^2; put into the
-  // sum, it leaves one equation in g for each sample.
+  // For given g the best ln E_i is a weighted mean, ln E = sum w^2 (g - ln dt) / sum w^2. Substituted into
+  // the sum, it leaves one equation in g per sample.
   size_t telling = 0;
   for (const BracketPixel& pixel : pixels) {
     assert(pixel.codes.size() == pixel.logSeconds.size());
@@ -64,7 +64,7 @@ std::array<double, image::Response::codes> recoverLogResponse(std::span<const Br
     const Eigen::Vector3d second(1, -2, 1);
     normal.block<3, 3>(z - 1, z - 1) += lambda * weight(z) * weight(z) * second * second.transpose();
   }
-  normal(kMiddle, kMiddle) += normal.diagonal().maxCoeff(); // g(128) = 0, which no other equation opposes
+  normal(kMiddle, kMiddle) += normal.diagonal().maxCoeff(); // g(128) = 0; no other equation fixes it
   const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
   const Eigen::VectorXd solution = solver.solve(right);
   std::array<double, image::Response::codes> g;
@@ -74,7 +74,7 @@ std::array<double, image::Response::codes> recoverLogResponse(std::span<const Br
 
 namespace {
 
-// The nearest sequence that does not fall: neighbours that do are pooled to their mean.
+// Nearest non-decreasing sequence: decreasing neighbours are pooled to their mean.
 std::vector<double> notFalling(std::span<const double> values) {
   struct Pool {
     double mean;
@@ -96,9 +96,9 @@ std::vector<double> notFalling(std::span<const double> values) {
   return result;
 }
 
-// The codes of a bracket's pictures, of three channels; gray is all three.
+// Codes of a bracket's pictures, three channels; gray is repeated.
 struct Bracket {
-  std::vector<std::vector<uint8_t>> codes; // by shot; 3 a pixel
+  std::vector<std::vector<uint8_t>> codes; // per shot, 3 per pixel
   std::vector<double> logSeconds;
 };
 
@@ -135,7 +135,7 @@ Bracket readBracket(const capture::Capture& capture, const capture::Frame& frame
   return bracket;
 }
 
-// For each code that a picture has, some pixels that have it, evenly from all of them.
+// For each code that occurs in a picture, some of its pixels, evenly chosen.
 std::vector<size_t> spreadPixels(std::span<const uint8_t> codes, size_t channel) {
   std::array<std::vector<size_t>, image::Response::codes> having;
   for (size_t i = 0; 3 * i < codes.size(); ++i) having[codes[3 * i + channel]].push_back(i);
@@ -156,7 +156,7 @@ image::Response recoverResponse(const capture::Capture& capture, const Progress&
   if (frames.empty())
     throw Error::mismatch("frames that differ in exposure alone", "none").at("frames").in(capture.file);
 
-  std::vector<std::vector<double>> logSeconds; // which pixels refer to
+  std::vector<std::vector<double>> logSeconds; // referenced by pixels
   std::array<std::vector<BracketPixel>, 3> pixels;
   const size_t count = std::min(kBrackets, frames.size());
   logSeconds.reserve(count);

@@ -2,18 +2,17 @@
 //
 //   t_l I_l(p) = b(p) . l_l,
 //
-// so with b eliminated (variable projection) t is the smallest eigenvector of an n x n matrix, whatever
-// samples are left out. Leaving out and solving alternate.
+// so after eliminating b (variable projection) t is the smallest eigenvector of an n x n matrix, for any
+// selection of samples. Rejecting samples and solving alternate.
 //
-// Lamps that stand near, or whose beams have a middle, have s_l(p) = s_l exp(g_l . p). What is known of g_l
-// is taken out of I_l; of the rest t_l(p) = t_l + u_l . p is as linear, in a matrix of 3 n rows, and g_l goes
-// on by -u_l / t_l. A factor exp(a . p) of all lights goes unseen into b: the mean of the gradients is held
-// at zero.
+// Near lamps and narrow beams have s_l(p) = s_l exp(g_l . p). The current g_l is divided out of I_l; the
+// remaining t_l(p) = t_l + u_l . p is linear too, in a matrix of 3 n rows, and g_l changes by -u_l / t_l. A
+// factor exp(a . p) common to all lights is absorbed by b, so the mean of the gradients is held at zero.
 //
 //   I_l(p)  radiance of pixel p under light l     b(p)  albedo times unit normal
 //   l_l     unit direction towards light l        w_l   weight of a sample
 //   s_l     strength in the middle                g_l   gradient of its logarithm
-//   n       number of lights                      p     place in the picture, from its middle
+//   n       number of lights                      p     position in the picture, from its middle
 #include "srf/calibration/strengths.h"
 
 #include "surfel/base/error.h"
@@ -37,14 +36,14 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 struct Samples {
-  Eigen::ArrayXXd i; // radiance in units of the pixel's mean, or NaN; one row a light, one column a pixel
-  Eigen::Matrix2Xd place; // of each pixel: right and down from the picture's middle, in picture heights
+  Eigen::ArrayXXd i; // radiance in units of the pixel's mean, or NaN; a row per light, a column per pixel
+  Eigen::Matrix2Xd place; // per pixel: right and down from the picture's middle, in picture heights
 };
-using Weights = Eigen::ArrayXXd; // as Samples::i
+using Weights = Eigen::ArrayXXd; // same layout as Samples::i
 
-// s_l(p)
+// Strengths s_l(p).
 struct Lamps {
-  ArrayXd s;          // in the middle; mean 1
+  ArrayXd s;          // at the middle; mean 1
   Eigen::MatrixX2d g; // gradients of the logarithm
 
   ArrayXd gains(const Vec2<double>& p) const { return (g * p).array().exp(); }
@@ -52,13 +51,14 @@ struct Lamps {
 };
 
 constexpr size_t kMostPixels = 20000, kFewestPixels = 50;
-constexpr Eigen::Index kChunk = 512; // pixels whose sums are made together: the same for any thread count
+constexpr Eigen::Index kChunk =
+    512; // pixels summed together, so that results do not depend on the thread count
 constexpr int kRounds = 40, kFirstRounds = 8, kPixelRounds = 3;
-constexpr double kSettled = 3e-5;     // change of a strength or gradient in the last round
-constexpr double kSteepest = 3;       // as gainAt: how far a light falls off over the object, at most
-constexpr double kDarkest = 0.05;     // pixels darker than this share of the brightest are mostly noise
-constexpr double kGrazing = 0.05;     // n . l below which a sample is in or near the attached shadow
-constexpr double kRejected = 3;       // residuals beyond this many standard deviations have no weight
+constexpr double kSettled = 3e-5;     // largest change of a strength or gradient in the last round
+constexpr double kSteepest = 3;       // largest fall-off over the object, as in gainAt
+constexpr double kDarkest = 0.05;     // darker pixels, relative to the brightest, are mostly noise
+constexpr double kGrazing = 0.05;     // smaller n . l is in or near the attached shadow
+constexpr double kRejected = 3;       // standard deviations beyond which residuals have no weight
 constexpr double kNormalMad = 1.4826; // standard deviation of a normal distribution over its median |x|
 
 Error unclear() {
@@ -73,11 +73,11 @@ template <class Body> void forChunks(Eigen::Index pixels, const Body& body) {
   });
 }
 
-// Every strength can be told only if no linear map but a multiple of the identity keeps all directions: such
-// a map A would turn L into L diag(s), and the surface b into A^-T b.
+// Throws unless the directions determine all strengths: no linear map but a multiple of the identity may keep
+// all of them. Such a map A would turn L into L diag(s), and the surface b into A^-T b.
 void checkDirections(const MatrixXd& towards) {
   const Eigen::Index n = towards.cols();
-  MatrixXd kept(3 * n, 9); // of the nine entries of A, row by row: l x A l = 0
+  MatrixXd kept(3 * n, 9); // unknowns are the nine entries of A, row by row: l x A l = 0
   for (Eigen::Index l = 0; l < n; ++l)
     for (int entry = 0; entry < 9; ++entry) {
       Vec3<double> image = Vec3<double>::Zero();
@@ -99,7 +99,7 @@ void checkCount(size_t pixels) {
                           std::to_string(pixels));
 }
 
-// Object pixels, evenly thinned.
+// Object pixels, evenly subsampled.
 Samples samplesOf(std::span<const image::Image> radiance, const image::Mask& object, size_t channel) {
   const auto n = static_cast<Eigen::Index>(radiance.size());
   std::vector<size_t> pixels;
@@ -124,7 +124,7 @@ Samples samplesOf(std::span<const image::Image> radiance, const image::Mask& obj
       samples.i(l, p) = image.values[pixel * channels + (channels == 3 ? channel : 0)];
     }
   }
-  for (Eigen::Index l = 0; l < n; ++l) { // where a photograph is clipped, it is so at its largest value
+  for (Eigen::Index l = 0; l < n; ++l) { // a clipped photograph is clipped at its largest value
     const double largest = samples.i.row(l).maxCoeff<Eigen::PropagateNumbers>();
     samples.i.row(l) = (samples.i.row(l) > 0 && samples.i.row(l) < largest).select(samples.i.row(l), NAN);
   }
@@ -144,7 +144,7 @@ Samples samplesOf(std::span<const image::Image> radiance, const image::Mask& obj
   return samples;
 }
 
-// Do weighted lights span space, so that they determine b?
+// Returns whether weighted lights span space and so determine b.
 bool isRegular(const Mat3<double>& normal) {
   const double mean = normal.trace() / 3;
   return normal.determinant() > 1e-6 * mean * mean * mean;
@@ -171,8 +171,8 @@ ArrayXd residuals(const MatrixXd& towards, const ArrayXd& i, const ArrayXd& s, c
 // Tukey's biweight of a residual in units of the rejection bound.
 double biweight(double x) { return std::abs(x) < 1 ? (1 - x * x) * (1 - x * x) : 0; }
 
-// Weights of the samples of one pixel that come near to least absolute residuals: a fit that outliers do not
-// move far. All zero where the samples do not determine b.
+// Weights of one pixel's samples that approximate a least absolute residuals fit, which is robust to
+// outliers. All zero if the samples do not determine b.
 ArrayXd firstWeights(const MatrixXd& towards, const ArrayXd& i, const ArrayXd& s) {
   const ArrayXd usable = i.isNaN().select(ArrayXd::Zero(i.size()), ArrayXd::Ones(i.size()));
   ArrayXd w = usable;
@@ -184,8 +184,8 @@ ArrayXd firstWeights(const MatrixXd& towards, const ArrayXd& i, const ArrayXd& s
   return w;
 }
 
-// From the weights so far, those that leave out what lies beyond the bound, and what the fit itself puts into
-// shadow. All zero where fewer than four samples are left, which any b and s fit.
+// Next weights, which reject residuals beyond the bound, and samples that the fit puts into shadow. All zero
+// if fewer than four samples are left, which any b and s fit.
 ArrayXd nextWeights(const MatrixXd& towards, const ArrayXd& i, const ArrayXd& s, ArrayXd w, double bound) {
   for (int round = 0; round < kPixelRounds; ++round) {
     const Vec3<double> b = fitSurface(towards, i, s, w);
@@ -199,11 +199,11 @@ ArrayXd nextWeights(const MatrixXd& towards, const ArrayXd& i, const ArrayXd& s,
 
 struct Step {
   Lamps lamps;
-  double noise = 0, next = 0; // the two smallest eigenvalues: variance of the noise, and of the next best t
+  double noise = 0, next = 0; // the two smallest eigenvalues: noise variance, and that of the next best t
 };
 
-// The t that leaves the least of t_l I_l(p) outside what b(p) . l_l can be. Noise of variance v in I adds
-// v times `noise` to the matrix in expectation, so that the generalised eigenvector is without bias.
+// The t that minimises the part of t_l I_l(p) outside the range of b(p) . l_l. Noise of variance v in I adds
+// v times `noise` to the matrix in expectation, so the generalised eigenvector is unbiased.
 Step stepFrom(const Lamps& lamps, const MatrixXd& towards, const Samples& samples, const Weights& weights,
               bool holdsGradients) {
   const Eigen::Index n = towards.cols(), terms = holdsGradients ? 1 : 3, pixels = samples.i.cols();
@@ -215,7 +215,7 @@ Step stepFrom(const Lamps& lamps, const MatrixXd& towards, const Samples& sample
     for (Eigen::Index p = begin; p < end; ++p) {
       const Vec2<double> place = samples.place.col(p);
       const ArrayXd gains = lamps.gains(place);
-      // In t I, noise is t times that of I: weigh by s^2.
+      // Noise of t I is t times that of I, so weights are scaled by s^2.
       const ArrayXd w = weights.col(p) * (lamps.s * gains).square();
       const MatrixXd weighted = towards * w.matrix().asDiagonal();
       const Mat3<double> normal = weighted * towards.transpose();
@@ -227,7 +227,7 @@ Step stepFrom(const Lamps& lamps, const MatrixXd& towards, const Samples& sample
       const ArrayXd noiseOfPixel = rest.diagonal().array() / gains.square();
       const Vec3<double> q(1, place.x(), place.y());
       for (Eigen::Index j = 0; j < terms; ++j)
-        for (Eigen::Index k = 0; k <= j; ++k) { // the solver looks at the lower triangle
+        for (Eigen::Index k = 0; k <= j; ++k) { // the solver reads the lower triangle
           matrix.block(j * n, k * n, n, n) += q[j] * q[k] * ofPixel;
           noise.block(j * n, k * n, n, n).diagonal().array() += q[j] * q[k] * noiseOfPixel;
         }
@@ -242,11 +242,11 @@ Step stepFrom(const Lamps& lamps, const MatrixXd& towards, const Samples& sample
     if (!(noise(l, l) > 0))
       throw Error("no object pixel is lit by it as a Lambert surface would be")
           .at("lights[" + std::to_string(l) + "]");
-  const double stiff = matrix.trace(); // holds the mean gradient: sum s_l u_l = 0
+  const double stiff = matrix.trace(); // fixes the mean gradient: sum s_l u_l = 0
   for (Eigen::Index j = 1; j < terms; ++j)
     matrix.block(j * n, j * n, n, n) += stiff * lamps.s.matrix() * lamps.s.matrix().transpose();
 
-  const Eigen::LLT<MatrixXd> root(noise); // which the solver below does not look after
+  const Eigen::LLT<MatrixXd> root(noise); // the solver below does not check definiteness
   if (root.info() != Eigen::Success || !(root.rcond() > 1e-9)) throw unclear();
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(matrix, noise);
   if (solver.info() != Eigen::Success) throw unclear();
@@ -262,7 +262,7 @@ Step stepFrom(const Lamps& lamps, const MatrixXd& towards, const Samples& sample
   return step;
 }
 
-// The median |residual| as standard deviation: of all lit samples, left out or not, so that leaving out more
+// Median |residual| as standard deviation over all lit samples, also rejected ones, so that rejecting more
 // does not make it smaller.
 double spread(const Lamps& lamps, const MatrixXd& towards, const Samples& samples, const Weights& weights) {
   Eigen::ArrayXXd lit(samples.i.rows(), samples.i.cols()); // |residual|, or NaN
@@ -283,7 +283,7 @@ double spread(const Lamps& lamps, const MatrixXd& towards, const Samples& sample
   return kNormalMad * *middle;
 }
 
-// Medians over the surface: a start that no outlier moves far.
+// Initial strengths: medians over the surface, robust to outliers.
 ArrayXd medianStrengths(const Samples& samples) {
   ArrayXd s(samples.i.rows());
   for (Eigen::Index l = 0; l < samples.i.rows(); ++l) {
@@ -298,7 +298,7 @@ ArrayXd medianStrengths(const Samples& samples) {
   return s / s.mean();
 }
 
-// Strengths, and unless these are held, gradients.
+// Fits strengths, and gradients unless they are held.
 Lamps fitLamps(Lamps lamps, const MatrixXd& towards, const Samples& samples, bool holdsGradients) {
   Weights weights(samples.i.rows(), samples.i.cols());
   const auto weigh = [&](const auto& weightsOf) {
@@ -308,7 +308,7 @@ Lamps fitLamps(Lamps lamps, const MatrixXd& towards, const Samples& samples, boo
     });
   };
   weigh([&](Eigen::Index, const ArrayXd& i, const ArrayXd& s) { return firstWeights(towards, i, s); });
-  double bound = 1; // of residuals, in units of a pixel's mean: narrows down from all that is
+  double bound = 1; // on residuals, in units of a pixel's mean; narrows from accepting all
   Step step;
   for (int round = 0; round < kRounds; ++round) {
     weigh([&](Eigen::Index p, const ArrayXd& i, const ArrayXd& s) {
@@ -327,7 +327,7 @@ Lamps fitLamps(Lamps lamps, const MatrixXd& towards, const Samples& samples, boo
   return lamps;
 }
 
-// The same directions as columns.
+// Directions as columns, checked.
 MatrixXd checkedDirections(std::span<const image::Image> radiance, const image::Mask& object,
                            std::span<const Direction3<AcquisitionSpace, double>> towards) {
   assert(radiance.size() == towards.size());
@@ -376,7 +376,7 @@ std::vector<StrengthGradient> lightGradients(std::span<const image::Image> radia
   const MatrixXd directions = checkedDirections(radiance, object, towards);
   if (directions.cols() < kFewestLights)
     throw Error::mismatch("at least six lights", std::to_string(directions.cols())).at("lights");
-  // What falls off does so in all channels alike.
+  // Gradients are equal in all channels.
   Eigen::MatrixX2d mean = Eigen::MatrixX2d::Zero(directions.cols(), 2);
   const Eigen::MatrixX2d none = mean;
   const size_t channels = channelsOf(radiance);

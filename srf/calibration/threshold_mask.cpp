@@ -15,8 +15,8 @@ namespace {
 // Shares of the largest group's pixels.
 constexpr double kSmall = 0.1;
 constexpr double kSmallGap = 0.01;
-// Of the threshold. What lies in shadow still gets some light from its surroundings: on the Middlebury temple
-// and dinosaur, at threshold 0.05, gaps have medians of 0.00 to 0.14 and shadows of 0.22 to 0.85.
+// Share of the threshold. Shadows get some light from their surroundings: on the Middlebury temple and
+// dinosaur, at threshold 0.05, gaps have medians of 0.00 to 0.14 and shadows of 0.22 to 0.85.
 constexpr double kDark = 0.18;
 
 struct Group {

@@ -23,12 +23,13 @@ Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& q) {
 
 namespace {
 
-// A radial polynomial with negative terms turns back at some radius; a point beyond would land in the picture
-// a second time. True up to the first zero of d/dr (r + k1 r^3 + k2 r^5) = 1 + 3 k1 r^2 + 5 k2 r^4.
+// Returns whether a radius is before the distortion's fold: a radial polynomial with negative terms turns
+// back at some radius, and points beyond would appear in the picture a second time. True up to the first zero
+// of d/dr (r + k1 r^3 + k2 r^5) = 1 + 3 k1 r^2 + 5 k2 r^4.
 bool beforeTheFold(const Lens& lens, double r2) {
   const double a = 5 * lens.k2, b = 3 * lens.k1;
   if (!(1 + r2 * (b + r2 * a) > 0)) return false;
-  const double lowest = -b / (2 * a); // of the parabola in r^2, where it opens upwards
+  const double lowest = -b / (2 * a); // of the parabola in r^2, if it opens upwards
   return !(a > 0 && lowest > 0 && lowest < r2 && 1 + lowest * b / 2 <= 0);
 }
 

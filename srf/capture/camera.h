@@ -1,7 +1,7 @@
-// How a lens maps space to pixels: pinhole with OpenCV's distortion, or orthographic.
+// Lens models from space to pixels: pinhole with OpenCV's distortion, or orthographic.
 //
-// Pixel (i, j) covers [i, i+1) x [j, j+1), row 0 on top, so centres lie at +0.5. Camera axes are OpenGL's:
-// x right, y up, looking along -z.
+// Pixel (i, j) covers [i, i+1) x [j, j+1), row 0 on top, so pixel centres are at +0.5. Camera axes are
+// OpenGL's: x right, y up, looking along -z.
 #pragma once
 
 #include "surfel/math/space.h"
@@ -30,35 +30,36 @@ struct Pixel {
 
 // OpenCV's radial and tangential distortion of normalised image coordinates (x right, y down).
 Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted);
-// Its derivative by the undistorted coordinates.
+// Derivative of distort() with respect to the undistorted coordinates.
 Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& undistorted);
-// Its inverse by Newton's method, to 1e-14; empty where the polynomial folds and no inverse is near.
+// Inverse of distort() by Newton's method, to 1e-14; empty where the polynomial folds and has no inverse
+// nearby.
 std::optional<Vec2<double>> undistort(const Lens& lens, const Vec2<double>& distorted);
 
-// Empty for points not in front of the camera (depth along -z must be positive for a pinhole), and for those
-// so far aside that the distortion's polynomial has folded back.
+// Pixel position of a point. Empty if the point is not in front of a pinhole camera (depth along -z must be
+// positive), or so far off the axis that the distortion's polynomial has folded back.
 std::optional<Pixel> project(const Lens& lens, const Point3<CameraSpace, double>& p);
 
 struct CameraRay {
   Point3<CameraSpace, double> origin;
   Direction3<CameraSpace, double> direction; // unit
 };
-// The ray through a pixel position; empty where undistort has no answer.
+// Ray through a pixel position; empty where undistort() is.
 std::optional<CameraRay> rayThrough(const Lens& lens, Pixel pixel);
 
 inline bool contains(const Lens& lens, Pixel pixel) {
   return pixel.x >= 0 && pixel.y >= 0 && pixel.x < lens.width && pixel.y < lens.height;
 }
 
-// The same view on a picture of another size, in pixels.
+// Lens of the same view on a picture of another size in pixels.
 Lens resized(Lens lens, int width, int height);
 
-// A lens placed in a world.
+// A lens with its pose in a world.
 template <class World> struct Camera {
   Lens lens;
   Rigid<CameraSpace, World> cameraFromWorld;
 
-  // Where the camera stands; meaningless for an orthographic one.
+  // Position of the camera; meaningless for an orthographic one.
   Point3<World, double> center() const {
     return cameraFromWorld.inverse()(Point3<CameraSpace, double>(0, 0, 0));
   }
@@ -67,13 +68,13 @@ template <class World> struct Camera {
   }
 };
 
-// Camera::project for many points: place and lens of a pinhole without distortion are one matrix.
+// Camera::project for many points: pose and lens of an undistorted pinhole are one matrix.
 template <class World> class Projector {
 public:
   explicit Projector(const Camera<World>& camera) : camera_(camera) {
     const Lens& lens = camera.lens;
     if (lens.model != Lens::Model::pinhole || lens.distorts()) return;
-    Mat3<double> pixelFromCamera; // times the depth
+    Mat3<double> pixelFromCamera; // scaled by the depth
     pixelFromCamera << lens.focalX, 0, -lens.centerX, 0, -lens.focalY, -lens.centerY, 0, 0, -1;
     matrix_ = pixelFromCamera * camera.cameraFromWorld.rotation();
     offset_ = pixelFromCamera * camera.cameraFromWorld.translation();
@@ -95,7 +96,7 @@ private:
   bool isPlain_ = false;
 };
 
-// Where a camera looks from: a point, or for an orthographic one a direction.
+// Origin of a camera's rays: a point, or a direction for an orthographic camera.
 template <class World> class Viewpoint {
 public:
   explicit Viewpoint(const Camera<World>& camera)
@@ -109,7 +110,7 @@ public:
   double distance(const Point3<World, double>& p) const {
     return isDistant_ ? std::numeric_limits<double>::infinity() : length(center_ - p);
   }
-  // Where it is; of one that is infinitely far the direction towards it.
+  // Returns the position, or for a distant viewpoint the direction towards it.
   bool isDistant() const { return isDistant_; }
   Vec3<double> place() const { return isDistant_ ? backwards_.raw() : center_.raw(); }
 

@@ -55,7 +55,7 @@ std::string shown(const Json& value) {
   return text.size() <= 60 ? text : text.substr(0, 57) + "...";
 }
 
-// A null stands for a missing field, which required() reports through the parser's own "expected".
+// A null stands for a missing field, which required() reports with the parser's own expectation.
 template <class Parse> auto required(const Json& object, const char* key, Parse parse) {
   static const Json nothing;
   const auto found = object.find(key);
@@ -84,14 +84,14 @@ double number(const Json& value) {
   return value.get<double>();
 }
 
-// Strengths, lengths and times; the bounds keep their quotients finite.
+// Positive strength, length or time; its bounds keep quotients finite.
 double positive(const Json& value) {
   const double x = value.is_number() ? value.get<double>() : 0;
   if (!(x >= 1e-12 && x <= 1e12)) throw Error::mismatch("a number above 0 (1e-12 to 1e12)", shown(value));
   return x;
 }
 
-// Of places and principal points.
+// Coordinate of a position or principal point.
 double coordinate(const Json& value) {
   const double x = number(value);
   if (!(std::abs(x) <= kFarthest)) throw Error::mismatch("a number from -1e12 to 1e12", shown(value));
@@ -131,7 +131,7 @@ Point3<AcquisitionSpace, double> place(const Json& value) {
   return assume<Point3<AcquisitionSpace, double>>(boundedTriple(value));
 }
 
-// Compared as floats, which is what the writer has.
+// Compared as floats, like the writer's values.
 Rgb strengths(const Json& value) {
   const Vec3<float> rgb = triple(value).cast<float>();
   if (!(rgb.minCoeff() >= kLeastStrength && rgb.maxCoeff() <= kMostStrength))
@@ -152,8 +152,8 @@ Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Cho
 // ---------------------------------------------------------------------------------------------------------
 // Keys.
 
-// Whether a value says that its key does not apply: null, false, 0, "none", one of the words, or a list of
-// nothing else.
+// Returns whether a value means that its key does not apply: null, false, 0, "none", one of the words, or a
+// list of such values.
 bool saysNothing(const Json& value, std::string_view words) {
   if (value.is_boolean()) return !value.get<bool>();
   if (value.is_number()) return value.get<double>() == 0;
@@ -165,7 +165,7 @@ bool saysNothing(const Json& value, std::string_view words) {
          (" " + std::string(words) + " ").find(" " + word + " ") != std::string::npos;
 }
 
-// Whether a start or end of the camera's motion is its pose.
+// Returns whether the start or end of a camera's motion equals its pose.
 bool standsStill(const Json& object, std::string_view key, const Json& value) {
   const auto pose = object.find("transform_matrix");
   return key.starts_with("transform_matrix_") && pose != object.end() && *pose == value;
@@ -213,10 +213,10 @@ image::Response readResponse(const Json& value) {
 // ---------------------------------------------------------------------------------------------------------
 // Names.
 
-// The lights of a capture, found by their names and by what they are.
+// Lights of a capture, found by name or by value.
 class LightList {
 public:
-  // Throws Error for a name that is there.
+  // Throws Error if the name exists.
   size_t add(Light light) {
     const size_t index = lights_.size();
     if (!byName_.try_emplace(light.name, index).second)
@@ -236,7 +236,7 @@ public:
                           shown(value));
   }
 
-  // The first that is this point light.
+  // First light equal to this point light.
   std::optional<size_t> find(const PointLight& light) const {
     const auto known = byPoint_.find(keyOf(light));
     return known == byPoint_.end() ? std::nullopt : std::optional(known->second);
@@ -290,7 +290,7 @@ Light readLight(const Json& value) {
   return light;
 }
 
-// The light that relighting data sets write into every frame; equal ones are one light.
+// Light that relighting sets write into every frame; equal ones are one light.
 std::optional<size_t> frameLight(LightList& lights, const Json& frame, size_t frameIndex) {
   const auto position = optional(frame, "pl_pos", place);
   if (!position) return std::nullopt;
@@ -318,7 +318,7 @@ double fieldOfViewDegrees(const Json& value) {
   return Angle::fromDegrees(angle).radians();
 }
 
-// NeRF's radians under one key, instant-ngp's degrees under another.
+// Angle in NeRF's radians or, under another key, instant-ngp's degrees.
 std::optional<double> angleOf(const Json& object, const char* inRadians, const char* inDegrees) {
   const auto radians = optional(object, inRadians, fieldOfView),
              degrees = optional(object, inDegrees, fieldOfViewDegrees);
@@ -341,8 +341,8 @@ Lens::Model lensModel(const Json& value) {
                                     {"OPENCV", pinhole}});
 }
 
-// Fills in the size where it is not stated: the picture's, or one of its shape, as pictures may be shrunk
-// copies.
+// Fills in a missing size from the picture. A stated size may differ from the picture's if the shape is
+// equal, because pictures may be reduced copies.
 LensFields withSize(LensFields lens, image::PictureSize picture) {
   const double shape = static_cast<double>(picture.width) / picture.height;
   const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1., kMostPixels)); };
@@ -373,7 +373,7 @@ LensFields readLensFields(const Json& object) {
 
 using Pose = Rigid<CameraSpace, AcquisitionSpace>;
 
-// The camera-to-world matrix of the file, with a rotation made orthonormal.
+// Camera-to-world matrix of the file, with the rotation orthonormalised.
 Pose readPose(const Json& value, RoundedRotations& rotations) {
   Eigen::Matrix4d m;
   const auto fourOf = [](const Json& list, const char* expected) -> const Json& {
@@ -395,7 +395,7 @@ Pose readPose(const Json& value, RoundedRotations& rotations) {
   return Rigid<AcquisitionSpace, CameraSpace>(rotation, m.topRightCorner<3, 1>()).inverse();
 }
 
-// The name of a camera if it has one, then numbers that are equal where lens and pose are.
+// Key of a view: the camera's name, if any, then the numbers of lens and pose.
 using ViewKey = std::pair<std::optional<std::string>, std::array<double, 23>>;
 
 ViewKey keyOf(const std::optional<std::string>& name, const Lens& lens, const Pose& pose) {
@@ -449,7 +449,7 @@ private:
       within(element(key, i), [&] { read((*list)[i], i); });
   }
 
-  // Only notes for people: whatever else other programs keep under this name is passed over.
+  // Reads notes for people; other content under this name is ignored.
   void readCalibration(const Json& root) {
     const auto notes = root.find("calibration");
     if (notes == root.end() || !notes->is_object()) return;
@@ -457,8 +457,8 @@ private:
       if (note.is_string()) capture_.calibration[name] = note;
   }
 
-  // A path that stays inside the capture's folder, without detours. Backslashes are Windows' slashes, unless
-  // there is a file of that very name.
+  // Normalised path inside the capture's folder. Backslashes are Windows' slashes, unless a file of that very
+  // name exists.
   fs::path pathOf(const Json& value) {
     std::string written = text(value);
     const bool isPath = !written.empty() && written.find('\0') == std::string::npos;
@@ -476,7 +476,7 @@ private:
     return path;
   }
 
-  // Blender's exporters leave the extension out.
+  // Picture by name; Blender's exporters leave out the extension.
   fs::path pictureAt(const Json& value) {
     const fs::path path = pathOf(value);
     for (const char* extension : {"", ".png", ".jpg", ".exr"})
@@ -521,7 +521,7 @@ private:
     if (time) capture_.time = time;
   }
 
-  // How often something was found that a note is to tell, and what it was first.
+  // Number of occurrences of something that a note reports, and the first occurrence.
   struct Finding {
     size_t count = 0;
     std::string first = {};
@@ -531,9 +531,9 @@ private:
     }
   };
 
-  // Blender's exporters write angles of the sensor, whatever part of it the picture shows, so lengths count.
-  // Throws Error where an angle says another focal length, and nothing says for which size of the picture the
-  // stated one is.
+  // Checks angles against focal lengths. Blender's exporters write angles of the sensor, whatever part of it
+  // the picture shows, so lengths count. Throws Error if an angle gives another focal length, and the picture
+  // size of the stated one is unknown.
   void checkFocalLengths(const LensFields& fields, const Lens& lens, bool sizeIsStated) {
     if (lens.model == Lens::Model::orthographic) return;
     const auto check = [&](const std::string& axis, std::optional<double> focal, std::optional<double> angle,
@@ -556,10 +556,9 @@ private:
 
   static std::string shownPath(const fs::path& path) { return path.empty() ? "none" : path.string(); }
 
-  // Adds a frame to its view, as a photograph, or as one more exposure of the photograph of that light and
-  // split. Of test photographs a view may have several. One more photograph for training is a view of its
-  // own, as one of a second camera would be. Frames without a camera's name share a view where pose and lens
-  // agree.
+  // Adds a frame to its view, as a photograph, or as a further exposure of the photograph of that light and
+  // split. A view may have several test photographs. A second training photograph becomes a view of its own,
+  // as if taken by another camera. Frames without a camera's name share a view if pose and lens agree.
   void addToView(Frame frame, const std::optional<std::string>& name,
                  const Camera<AcquisitionSpace>& camera) {
     std::vector<size_t>& views = views_[keyOf(name, camera.lens, camera.cameraFromWorld)];
@@ -590,7 +589,7 @@ private:
     capture_.frames.push_back(std::move(frame));
   }
 
-  // Whether the bracket has the very same picture.
+  // Returns whether the bracket already has this picture.
   static bool isListed(const Frame& bracket, const Frame& frame) {
     const auto isSame = [&](const auto& e) {
       return e.exposure == frame.exposure && e.picture == frame.picture && e.layer == frame.layer &&
@@ -634,7 +633,7 @@ private:
           .at("light");
   }
 
-  // The last photograph of a place, light and split, and which of the place's views has it.
+  // Last photograph of a pose, light and split, and the view it belongs to.
   struct Shot {
     size_t copy = 0, frame = 0;
   };
@@ -644,8 +643,8 @@ private:
   LightList lights_;
   UnknownKeys unknownKeys_;
   RoundedRotations rotations_;
-  std::map<ViewKey, std::vector<size_t>> views_; // of one place, in the order of the file
-  std::map<std::tuple<size_t, std::optional<size_t>, Split>, Shot> shots_; // by the place's first view
+  std::map<ViewKey, std::vector<size_t>> views_;                           // of one pose, in file order
+  std::map<std::tuple<size_t, std::optional<size_t>, Split>, Shot> shots_; // by the pose's first view
   Finding notSquare_, otherAngles_, repeated_;
   size_t listedTwice_ = 0;
 };
@@ -683,7 +682,7 @@ Capture parseCapture(std::string_view json, const fs::path& file, PathRule paths
 }
 
 Capture readCapture(const fs::path& folderOrJson, PathRule paths) {
-  std::error_code ignored; // opening the file says what is wrong
+  std::error_code ignored; // reported when the file is opened
   const fs::path file =
       fs::is_directory(folderOrJson, ignored) ? folderOrJson / "transforms.json" : folderOrJson;
   return parseCapture(readFile(file, kLargestText), file, paths);

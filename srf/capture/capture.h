@@ -1,6 +1,7 @@
-// A capture: photographs, and of what camera and light each is.
+// A capture: photographs with the camera and light of each.
 //
-// On disk a folder with transforms.json, a superset of what nerfstudio and Blender's exporters write:
+// On disk it is a folder with transforms.json, a superset of the format of nerfstudio and Blender's
+// exporters:
 //
 //   { "color_space": "linear" or "srgb", or "response": { "r", "g", "b": 256 exposures },
 //     "geometry": "mesh.ply", "origin": [x, y, z], "calibration": { notes for people },
@@ -13,9 +14,9 @@
 //     "frames": [{ "file_path", "layer", "alpha_layer", "mask_path", "exposure", "split": "train" or "test",
 //                  "camera", "light", "transform_matrix": camera to world, 4 rows, OpenGL's axes }] }
 //
-// A frame can have its own lens, and instead of "light" its own "pl_pos", "pl_intensity". Required are
-// file_path, transform_matrix and one of fl_x, camera_angle_x, x_fov, ortho_height. capture_keys.h says what
-// becomes of other keys.
+// A frame may have its own lens, and its own "pl_pos" and "pl_intensity" instead of "light". Required are
+// file_path, transform_matrix and one of fl_x, camera_angle_x, x_fov, ortho_height. Other keys:
+// capture_keys.h.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -36,14 +37,13 @@ namespace surflect::capture {
 enum class ColorSpace { linear, srgb };
 enum class Split { train, test };
 
-// A place photographs were taken from. Views can share a camera identity: a gantry that comes back to a
-// position does so with a small error.
+// A camera pose. Views may share an identity: a gantry that returns to a position does so with a small error.
 struct View {
-  std::string identity; // "camera" of the file; without it, the path of the view's first picture
+  std::string identity; // "camera" in the file; default the path of the view's first picture
   Camera<AcquisitionSpace> camera;
 };
 
-// One more picture of the same view and light, exposed for another time.
+// A further picture of a view and light, with another exposure time.
 struct Exposure {
   std::filesystem::path picture = {};
   std::string layer = {}, alphaLayer = {};
@@ -52,59 +52,58 @@ struct Exposure {
   friend bool operator==(const Exposure&, const Exposure&) = default;
 };
 
-// One photograph: a picture, or a bracket of pictures that differ in exposure. Paths are relative to the
+// One photograph: a picture, or a bracket of pictures with different exposures. Paths are relative to the
 // capture's folder.
 struct Frame {
   size_t view = 0;                  // index into Capture::views
   std::optional<size_t> light = {}; // index into Capture::lights; none: fixed illumination
   std::filesystem::path picture = {};
   std::string layer = {},
-              alphaLayer = {};     // channel prefixes in a multi-layer EXR; alphaLayer empty: that of layer
+              alphaLayer = {};     // channel prefixes in a multi-layer EXR; an empty alphaLayer means `layer`
   double exposure = 1;             // seconds; stored values are divided by it
   std::filesystem::path mask = {}; // empty: none
   Split split = Split::train;
-  std::vector<Exposure> further = {}; // the rest of the bracket; no two exposures of a bracket are equal
+  std::vector<Exposure> further = {}; // other pictures of the bracket; all exposures of a bracket differ
 
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 
 struct Capture {
   std::filesystem::path file;              // the JSON file
-  std::optional<ColorSpace> colorSpace;    // of the pictures; none: as each file says (picture_encoding.h)
-  std::optional<image::Response> response; // instead of colorSpace: all pictures have 8 bits of this camera
-  std::filesystem::path geometry;          // a mesh, relative to the folder; empty: none
-  // Original coordinates of the point from which cameras and lights count. Mesh files, also those given
-  // beside the capture, stay in original coordinates: readMesh() subtracts it.
+  std::optional<ColorSpace> colorSpace;    // of all pictures; none: as each file states (picture_encoding.h)
+  std::optional<image::Response> response; // replaces colorSpace: all pictures have 8 bits and this response
+  std::filesystem::path geometry;          // mesh file, relative to the folder; empty: none
+  // Origin of cameras and lights in original coordinates. Mesh files keep original coordinates; readMesh()
+  // subtracts the origin.
   Vec3<double> origin = {0, 0, 0};
   std::vector<Light> lights;
   std::vector<View> views;
-  std::vector<Frame> frames; // all with a light, or none; no two of train share view and light
-  // What was estimated from the photographs, and how: { "light_strengths": "estimated from ..." }. For
-  // people.
+  std::vector<Frame> frames; // either all have a light, or none; training frames differ in view or light
+  // Notes for people: what was estimated from the photographs, and how, as { "light_strengths": "estimated
+  // from ..." }.
   std::map<std::string, std::string> calibration;
-  std::optional<double> time;     // of all frames, in the file's own measure; none: not said
-  std::vector<std::string> notes; // what a user should know of how the file was understood; not written
+  std::optional<double> time;     // of all frames, in the file's unit; none: not stated
+  std::vector<std::string> notes; // notes for the user on how the file was understood; not written
 
   std::filesystem::path folder() const { return file.parent_path(); }
 };
 
-// The pictures of a frame in the order of the file: its own, and those further ones.
+// Pictures of a frame in file order: its own, then `further`.
 std::vector<Exposure> bracketOf(const Frame& frame);
 
-// A capture that somebody else has made names files of its own folder; whether it may name others, by "..",
-// an absolute path or a link, is for the user to say. Those of a capture that is being made (unmade) stay
-// inside and need not be there yet.
+// Rule for the files that a capture names. inside: in the capture's folder; anywhere: also by "..", absolute
+// paths and links; unmade: inside, but files need not exist yet (a capture that is being written).
 enum class PathRule { inside, anywhere, unmade };
 
-// Reads a folder's transforms.json, or a JSON file of that form. Checks everything but pixels: that the files
-// named are there and inside the folder, lights known and unit, poses rigid. Pictures are opened only where
-// the file does not say their size. Throws Error with file, field, expected and found.
+// Reads a folder's transforms.json, or a JSON file of that form. Checks everything but pixels: files exist
+// and are inside the folder, lights are known and unit, poses rigid. Opens pictures only if the file does not
+// state their size. Throws Error with file, field, expected and found.
 Capture readCapture(const std::filesystem::path& folderOrJson, PathRule paths = PathRule::inside);
-// The same from the text of the file.
+// Reads a capture from the text of the file.
 Capture parseCapture(std::string_view json, const std::filesystem::path& file,
                      PathRule paths = PathRule::inside);
 
-// The frames wanted, with the views and lights they use, in the same order.
+// Frames that satisfy `wanted`, with the views and lights they use, in the same order.
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);
 
 } // namespace surflect::capture

@@ -24,7 +24,7 @@ bool CaptureFiles::isThere(const fs::path& path) {
 }
 
 bool CaptureFiles::isFileInside(const fs::path& path) const {
-  std::error_code failure; // what cannot be looked at is not there
+  std::error_code failure; // an inaccessible file counts as missing
   const fs::path full = folder_ / path;
   if (!fs::is_regular_file(full, failure)) return false;
   if (rule_ == PathRule::anywhere) return true;

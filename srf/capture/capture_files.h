@@ -1,4 +1,4 @@
-// The files that a capture names: those of its own folder, unless its user allows others.
+// Files that a capture names, which must be in its own folder unless the user allows others.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -11,19 +11,20 @@
 
 namespace surflect::capture {
 
-// Paths are relative to the folder and lexically normal. What was found, which many frames may share, is not
-// looked for again.
+// Paths are relative to the folder and lexically normal. Files that were found are remembered, because many
+// frames may share one.
 class CaptureFiles {
 public:
   CaptureFiles(std::filesystem::path folder, PathRule rule) : folder_(std::move(folder)), rule_(rule) {}
 
-  // Without following links: does the path stay inside, or may it leave?
+  // Returns whether the path stays inside the folder, without following links, or may leave it.
   bool mayName(const std::filesystem::path& path) const;
-  // Is it a regular file, or need it not be one yet? Throws Error where a link leads out of the folder.
+  // Returns whether the path is a regular file, or need not exist yet. Throws Error if a link leads out of
+  // the folder.
   bool isThere(const std::filesystem::path& path);
   image::PictureSize sizeOf(const std::filesystem::path& picture);
 
-  // What to add to a message about a path that leaves the folder.
+  // Suffix of messages about a path that leaves the folder.
   static constexpr const char* hint = " (--allow-outside lifts this)";
 
 private:

@@ -15,7 +15,7 @@ namespace {
 using std::to_array;
 
 // ---------------------------------------------------------------------------------------------------------
-// Read.
+// Keys that are read.
 
 constexpr auto kOfCapture = to_array<std::string_view>(
     {"calibration", "color_space", "frames", "geometry", "lights", "origin", "response"});
@@ -27,29 +27,29 @@ constexpr auto kOfFrame =
     to_array<std::string_view>({"alpha_layer", "camera", "exposure", "file_path", "layer", "light",
                                 "mask_path", "pl_intensity", "pl_pos", "split", "time", "transform_matrix"});
 
-// Keys of a lens, which may stand in the capture or in a frame.
+// Keys of a lens, allowed in the capture or in a frame.
 constexpr auto kOfLens =
     to_array<std::string_view>({"camera_angle_x", "camera_angle_y", "camera_model", "cx", "cy", "fl_x",
                                 "fl_y", "h", "k1", "k2", "ortho_height", "p1", "p2", "w", "x_fov", "y_fov"});
 
 // ---------------------------------------------------------------------------------------------------------
-// Harmless, of the capture or of a frame.
+// Harmless keys, in the capture or in a frame.
 
 constexpr auto kHarmless = to_array<std::string_view>(
-    {// Where a NeRF's volume lies in the world of the poses; the poses themselves stay [instant-ngp].
+    {// Volume of a NeRF in the poses' world; poses are unchanged [instant-ngp].
      "aabb", "aabb_scale", "offset", "render_aabb", "scale", "up",
-     // Which photographs a NeRF trains with, and how [instant-ngp].
+     // Selection of training photographs, and training options of a NeRF [instant-ngp].
      "enable_depth_loading", "enable_ray_loading", "envmap", "importance_sampling", "n_extra_learnable_dims",
      "n_frames", "sharpen", "sharpness", "sharpness_discard_threshold",
-     // Motions that the poses already contain; how a NeRF is to turn and scale them [nerfstudio].
+     // Transforms that the poses already contain, or that a NeRF applies later [nerfstudio].
      "applied_scale", "applied_transform", "auto_scale_poses_override", "orientation_override",
-     // Points and depths, which nothing here needs [instant-ngp, nerfstudio].
+     // Points and depths, which are not used [instant-ngp, nerfstudio].
      "depth_file_path", "depth_path", "depth_unit_scale_factor", "integer_depth_scale", "ply_file_path",
-     // Near and far ends of a NeRF's rays; Blender's steps between frames; numbers and notes of exporters.
+     // Near and far planes of a NeRF; Blender's steps between frames; numbers and notes of exporters.
      "colmap_im_id", "comment", "far", "near", "rotation", "timestamp", "version"});
 
 // ---------------------------------------------------------------------------------------------------------
-// Unsupported, wherever they stand.
+// Unsupported keys, in any place.
 
 struct Reason {
   std::string_view expected, neutral = {};
@@ -86,11 +86,11 @@ constexpr auto kUnsupported = to_array<Unsupported>({
     {"projection", kLens},
     {"skew", kFocal},
     {"K", kFocal},
-    {"transform_matrix_start", kStill}, // poses between which the shutter opens and closes [instant-ngp]
+    {"transform_matrix_start", kStill}, // poses at the shutter's opening and closing [instant-ngp]
     {"transform_matrix_end", kStill},
     {"from_na", kAxes},            // looking along +z, y down [NeuS2]
     {"normal_mts_args", kAxes},    // Mitsuba's: x left, looking along +z [instant-ngp]
-    {"black_transparent", kMatte}, // the background's colour is the matte [instant-ngp]
+    {"black_transparent", kMatte}, // background colour used as matte [instant-ngp]
     {"white_transparent", kMatte},
     {"fix_premult", kPremultiplied},   // [instant-ngp]
     {"driver_parameters", kLight},     // LightX, LightY, LightZ of a frame [instant-ngp]
@@ -102,7 +102,8 @@ constexpr auto kUnsupported = to_array<Unsupported>({
     {"val_filenames", kForImport},
 });
 
-// Parts of names, in lower case: "ftheta_p1", "isFisheye", "lens_mode", "distortion_params", "mask_file".
+// Parts of unsupported names, in lower case: "ftheta_p1", "isFisheye", "lens_mode", "distortion_params",
+// "mask_file".
 constexpr auto kUnsupportedParts = to_array<Unsupported>({
     {"distort", kLens},
     {"equirect", kLens},
@@ -122,7 +123,7 @@ constexpr auto kUnsupportedParts = to_array<Unsupported>({
     {"colour", kColors},
 });
 
-// The beginning of a UTF-8 text, cut between two characters.
+// Beginning of a UTF-8 text, cut between two characters.
 std::string shortened(const std::string& text) {
   size_t end = 60;
   if (text.size() <= end) return text;
@@ -136,7 +137,7 @@ bool isOneOf(const auto& list, std::string_view key) {
   return std::find(list.begin(), list.end(), key) != list.end();
 }
 
-// The key of these lists that differs in letter case alone; empty: none.
+// Known key that differs in letter case alone; empty if there is none.
 std::string_view rightSpelling(std::string_view key, const auto&... lists) {
   const std::string lower = lowerCase(key);
   std::string_view right;

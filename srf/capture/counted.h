@@ -1,4 +1,4 @@
-// A number of things, in words.
+// A number with its noun, for messages.
 #pragma once
 
 #include <cstddef>

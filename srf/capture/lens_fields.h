@@ -1,4 +1,4 @@
-// What the JSON of a capture says about lenses: each frame for itself, and once for all that are silent.
+// Lens keys in the JSON of a capture, for each frame and as defaults for all frames.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -7,8 +7,7 @@
 
 namespace surflect::capture {
 
-// Pixels and radians, orthoHeight in scene units. Where an axis has a focal length and an angle, the length
-// counts.
+// Pixels and radians; orthoHeight in scene units. A focal length overrides an angle of the same axis.
 struct LensFields {
   std::optional<Lens::Model> model = {};
   std::optional<int> width = {}, height = {};
@@ -16,18 +15,18 @@ struct LensFields {
   std::optional<double> centerX = {}, centerY = {}, k1 = {}, k2 = {}, p1 = {}, p2 = {};
 };
 
-// What the frame says, and where it is silent what the capture says. An angle in the frame is not silent
-// about the focal length, nor is a horizontal one about the vertical.
+// Fields of a frame, with defaults from the capture. An angle in the frame also replaces the capture's focal
+// length, and a horizontal angle also the vertical one.
 LensFields inherit(LensFields frame, const LensFields& capture);
 
-// Whether two angles in radians are the same but for rounding, to two decimals or to whole degrees.
+// Returns whether two angles in radians are equal up to rounding to two decimals or to whole degrees.
 bool sameAngle(double a, double b);
 
-// The focal length that an angle says where another one is stated; empty where they agree, or one is missing.
+// Focal length by the angle, if it differs from the stated one; empty if they agree or one is missing.
 std::optional<double> otherFocalLength(std::optional<double> focal, std::optional<double> angle, int size);
 
-// Width and height are given. Without a vertical focal length or angle pixels are square. Throws Error with
-// the field where what the model needs is missing.
+// Lens from fields with width and height. Without a vertical focal length or angle pixels are square. Throws
+// Error with the field that is missing.
 Lens lensOf(const LensFields& fields);
 
 } // namespace surflect::capture

@@ -1,5 +1,5 @@
-// How far away and how strong the things of a capture can be: beyond, products and squares in float
-// arithmetic are not finite, or vanish.
+// Limits of a capture's coordinates and strengths. Beyond them, products and squares in float overflow or
+// vanish.
 #pragma once
 
 namespace surflect::capture {

@@ -31,8 +31,8 @@ Texel texelOf(const image::Picture& mask, size_t i) {
           mask.hasAlpha() ? values[channels - 1] : 1};
 }
 
-// Whether colours say what is inside: nearly all that is opaque is black or white, and some is white. Else
-// the picture shows the object itself, or nothing.
+// Returns whether colours are a mask: nearly all opaque pixels are black or white, and some are white.
+// Otherwise the picture is a cut-out of the object, or empty.
 bool isStencil(const image::Picture& mask) {
   constexpr float kNear = 0.05f;
   constexpr double kShare = 0.95;
@@ -47,8 +47,8 @@ bool isStencil(const image::Picture& mask) {
   return white > 0 && static_cast<double>(white + black) >= kShare * static_cast<double>(opaque);
 }
 
-// The brighter of two values of which the other is 0, if it is no more than 1/2, or the only value if that is
-// the integer 1 of so many bits; else 1.
+// White level of a label image: the brighter of two values, if the other is 0 and it is at most 1/2, or the
+// only value, if it is the integer 1; otherwise 1.
 float whiteOf(std::span<const float> values, int bits) {
   float other = 0;
   for (const float value : values) {
@@ -68,7 +68,7 @@ struct Range {
     least = std::min(least, value);
     largest = std::max(largest, value);
   }
-  // "0 to 3 of 255" of encoded values.
+  // Range of encoded values, "0 to 3 of 255".
   std::string shown(int bits) const {
     if (bits == 0) return numberText(least) + " to " + numberText(largest);
     const double top = std::exp2(bits) - 1;
@@ -79,7 +79,7 @@ struct Range {
 
 std::string shown(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
-// WebP can be lossless, too, but need not be.
+// Returns whether values may be inexact; WebP is lossless only optionally.
 bool isLossy(const std::filesystem::path& file) {
   const std::string extension = lowerCase(file.extension().string());
   return extension == ".jpg" || extension == ".jpeg" || extension == ".jpe" || extension == ".webp";
@@ -134,7 +134,7 @@ bool isResized(image::PictureSize a, image::PictureSize b) {
   const double wide = static_cast<double>(a.width) / b.width, high = static_cast<double>(a.height) / b.height;
   const bool isCrop =
       std::max(std::abs(wide - 1), std::abs(high - 1)) < 0.05 || a.width == b.width || a.height == b.height;
-  // One of the two is right but for rounding of the other.
+  // Smaller and larger size have the same shape if one side is the other, scaled and rounded.
   const auto& [small, large] = a.width < b.width ? std::pair(a, b) : std::pair(b, a);
   const double height = static_cast<double>(large.height) / large.width * small.width,
                width = static_cast<double>(large.width) / large.height * small.height;

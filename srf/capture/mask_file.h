@@ -1,4 +1,4 @@
-// Mask files: how much of each pixel is the object.
+// Mask files: the share of each pixel that the object covers.
 #pragma once
 
 #include "srf/image/image_file.h"
@@ -10,26 +10,27 @@ namespace surflect::capture {
 
 struct MaskContent {
   image::Image coverage; // 1 channel, 0..1
-  float white = 1;       // the stored value that was taken for full coverage
+  float white = 1;       // stored value of full coverage
 };
 
-// White keeps all of a pixel, black and transparent nothing. Where a mask with alpha is a cut-out of the
-// photograph, or all one colour, its alpha alone counts. Labels, whose brighter value is white: a mask of two
-// values, 0 and one of at most 1/2; or the integer 1 in all pixels. `lossy`: values are not exact, so there
-// are no labels.
+// Coverage from a mask picture. White covers a pixel, black and transparent do not. If a mask with alpha is a
+// cut-out of the photograph, or has one colour, only alpha counts. Label images have two values, 0 and one of
+// at most 1/2, or the integer 1 everywhere; their brighter value is white. `lossy`: values are inexact, so
+// there are no labels.
 MaskContent contentOf(const image::Picture& mask, bool lossy = false);
 
-// A mask file in its own size, and its coverage in that of the pictures, to which masks of the same shape are
-// resized by their mean over each pixel. Throws Error, also for another shape.
+// Reads a mask file in its own size (readMask), or its coverage in the size of the pictures (readCoverage),
+// to which masks of the same shape are resized by their mean over each pixel. Throw Error, also for another
+// shape.
 MaskContent readMask(const std::filesystem::path& mask);
 image::Image readCoverage(const std::filesystem::path& mask, image::PictureSize size);
 
-// Whether a picture of size `a` is one of size `b` made larger or smaller: the same shape but for rounding to
-// whole pixels, and at least 5 % of difference, less than which is a crop.
+// Returns whether size `a` is size `b` enlarged or reduced: the same shape up to rounding to whole pixels,
+// with at least 5 % of difference. Smaller differences are crops.
 bool isResized(image::PictureSize a, image::PictureSize b);
 
-// "masks/a.png (640 x 480, values 0 to 3 of 255)", of a mask or of a picture with alpha, whose alpha is
-// described, too. The layers are those of an EXR, as in Frame. Throws Error for what cannot be read.
+// Description of a mask, or of a picture with alpha, whose alpha is described too: "masks/a.png (640 x 480,
+// values 0 to 3 of 255)". Layers are those of an EXR, as in Frame. Throws Error if the file cannot be read.
 std::string describeMatte(const std::filesystem::path& file, const std::string& layer = "",
                           const std::string& alphaLayer = "");
 

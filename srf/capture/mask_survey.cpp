@@ -19,15 +19,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A mask file, and the pictures that it goes with.
+// A mask file with its pictures.
 struct MaskFile {
   fs::path path;
   image::PictureSize pictures, own;
   float white = 1;                     // as in MaskContent
-  double inside = 0, insideBorder = 0; // shares of the object: of all pixels, and of those along the border
+  double inside = 0, insideBorder = 0; // share of object pixels, in all and along the border
 };
 
-// At most so many, evenly chosen by their names.
+// Masks of a capture, at most `most`, chosen evenly by name.
 std::vector<MaskFile> masksOf(const Capture& capture, size_t most) {
   std::map<fs::path, image::PictureSize> sizes;
   for (const Frame& frame : capture.frames) {
@@ -66,7 +66,7 @@ bool hasAlpha(const fs::path& picture, const Frame& frame) {
       .has_value();
 }
 
-// Views none of whose frames has a mask or alpha, where others have.
+// Warns of views without mask or alpha, if other views have one.
 void warnOfViewsWithout(const Capture& capture, std::vector<std::string>& warnings) {
   std::vector<bool> masked(capture.views.size()), known(capture.views.size());
   for (const Frame& frame : capture.frames)
@@ -94,12 +94,13 @@ void warnOfViewsWithout(const Capture& capture, std::vector<std::string>& warnin
                                  firstNames(without)));
 }
 
-// Masks without object, and masks none of which has background.
+// Warns of masks without object, and of captures whose masks have no background.
 void warnOfEmpty(const std::vector<MaskFile>& masks, const fs::path& folder,
                  std::vector<std::string>& warnings) {
   std::vector<std::string> empty, full;
   const auto add = [&](std::vector<std::string>& names, const MaskFile& mask) {
-    names.push_back(names.size() < 3 ? describeMatte(folder / mask.path) : ""); // three are shown
+    names.push_back(names.size() < 3 ? describeMatte(folder / mask.path)
+                                     : ""); // only the first three are described
   };
   for (const MaskFile& mask : masks) {
     if (mask.inside == 0) add(empty, mask);
@@ -117,7 +118,7 @@ void warnOfEmpty(const std::vector<MaskFile>& masks, const fs::path& folder,
                     full.size(), firstNames(full)));
 }
 
-// An object lies within most pictures, so its mask is rarer along the border than elsewhere.
+// Warns of inverted masks: an object usually lies within the picture, so it is rarer along the border.
 void warnOfInverted(const std::vector<MaskFile>& masks, std::vector<std::string>& warnings) {
   double white = 0, border = 0;
   size_t telling = 0;

@@ -1,4 +1,4 @@
-// Survey of all masks of a capture together, for people, before the capture is used.
+// Checks all masks of a capture before it is used, and reports to people.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -13,21 +13,20 @@ namespace surflect::capture {
 
 // Sentences without a full stop, with counts and the first names.
 struct MaskSurvey {
-  std::vector<std::string> warnings; // what is hardly meant: views without a mask beside views with one;
-                                     // masks without object, or all without background; masks whose black
-                                     // looks like the object
-  std::vector<std::string> notes;    // how masks were understood: as labels, as larger or smaller
+  std::vector<std::string>
+      warnings; // probable mistakes: views without a mask beside views with one; masks without object;
+                // captures whose masks have no background; masks that look inverted
+  std::vector<std::string> notes; // how masks were interpreted: as labels, as resized
 };
 
-// Reads all masks or `most`, evenly chosen, several at a time, and headers of pictures that have none. The
-// black of masks looks like the object where it is at least twice as rare along the border of the pictures as
-// in them, and the border mostly white. `inverted`: black is to be the object. Throws Error for what cannot
-// be read, and Cancelled.
+// Reads all masks or `most`, evenly chosen, several at a time, and headers of pictures that have none. Masks
+// look inverted if the border of the pictures is mostly white, and black at least twice as rare there as in
+// the whole picture. `inverted`: black is the object. Throws Error for unreadable files, and Cancelled.
 MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress,
                        size_t most = std::numeric_limits<size_t>::max());
 
-// The first mask or picture with alpha as describeMatte() has it, for messages; none where the capture has no
-// mattes on disk. Reads it.
+// Description by describeMatte() of the first mask or picture with alpha, for messages; none if the capture
+// has no mattes.
 std::optional<std::string> describeFirstMatte(const Capture& capture);
 
 } // namespace surflect::capture

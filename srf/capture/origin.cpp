@@ -14,7 +14,7 @@ using Point = Point3<AcquisitionSpace, double>;
 
 constexpr double kAxisSpread = 1e-3;  // mean squared sine of the angles between axes: two degrees
 constexpr double kMostRounding = 0.1; // pixels
-constexpr double kOnePlace = 1e-9;    // of the cameras' coordinates: what rounding may set apart
+constexpr double kOnePlace = 1e-9;    // relative rounding error of camera coordinates
 
 Vec3<double> middleOfCameras(const Capture& capture) {
   Vec3<double> sum = Vec3<double>::Zero();
@@ -22,7 +22,7 @@ Vec3<double> middleOfCameras(const Capture& capture) {
   return sum / static_cast<double>(capture.views.size());
 }
 
-// The largest distance of a camera from a point.
+// Largest distance of a camera from a point.
 double farthest(const Capture& capture, const Vec3<double>& point) {
   double most = 0;
   for (const View& view : capture.views) most = std::max(most, (view.camera.center().raw() - point).norm());
@@ -39,7 +39,7 @@ double median(std::vector<double> values) {
 
 std::optional<Point> whereAxesMeet(const Capture& capture) {
   if (capture.views.size() < 3) return std::nullopt;
-  const Vec3<double> middle = middleOfCameras(capture); // from which cancellation costs nothing
+  const Vec3<double> middle = middleOfCameras(capture); // subtracted first, to avoid cancellation
   Mat3<double> sum = Mat3<double>::Zero();
   Vec3<double> weighted = Vec3<double>::Zero();
   for (const View& view : capture.views) {

@@ -23,15 +23,15 @@ namespace surflect::capture {
 
 namespace {
 
-// Pixels as the file has them.
+// Stored pixels of a picture.
 struct Undeveloped {
   image::Image color; // 1 or 3 channels
   std::optional<image::Image> alpha;
-  int bits = 0; // these as in Picture
+  int bits = 0; // bits and flags as in Picture
   bool alphaPremultiplied = false;
   std::optional<image::ColorStatement> stated;
   image::ColorDecoder decoder; // of the colours
-  image::Image radiance;       // where an ICC profile decodes them: linear, 3 channels; else empty
+  image::Image radiance;       // linear, 3 channels, if an ICC profile decodes the colours; otherwise empty
 };
 
 image::Image channelsOf(const image::Image& image, int first, int count) {
@@ -56,11 +56,11 @@ Undeveloped split(const image::Picture& picture) {
   return parts;
 }
 
-// The layers of one EXR, in one pass over it.
+// Reads the layers of one EXR in a single pass.
 std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std::vector<Exposure>& shots,
                                     const Progress& progress) {
   const image::ExrFile file(path);
-  std::vector<image::ChannelSet> sets; // colour, and where there is one alpha, per shot
+  std::vector<image::ChannelSet> sets; // per shot: colour, then alpha if there is one
   std::vector<bool> hasAlpha;
   for (const Exposure& shot : shots) {
     sets.push_back(image::colorChannels(file, shot.layer));
@@ -81,7 +81,7 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std
   return layers;
 }
 
-// One picture for each of the shots that use the file.
+// Pictures of all shots that use the file.
 std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots,
                                     const Progress& progress) {
   if (image::formatOf(path) == image::PictureFormat::exr) return readLayers(path, shots, progress);
@@ -101,19 +101,19 @@ void checkSize(const image::Image& image, const Lens& lens, const std::filesyste
 
 float unit(float value) { return value > 0 ? std::min(value, 1.f) : 0; } // NaN is 0
 
-// A colour as stored, not multiplied by alpha; of alpha above 0.
+// Stored colour divided by alpha above 0.
 float straight(const Undeveloped& picture, size_t pixel, size_t channel) {
   const auto channels = static_cast<size_t>(picture.color.channels);
   const float stored = picture.color.values[pixel * channels + (channels == 3 ? channel : 0)];
   return picture.alphaPremultiplied && picture.alpha ? stored / picture.alpha->values[pixel] : stored;
 }
 
-// What stored values stand for, of the pictures of a capture.
+// Decodes the stored values of a capture's pictures.
 class Encoding {
 public:
   explicit Encoding(const Capture& capture) : capture_(capture) {}
 
-  // Gives a picture its decoder. Throws Error naming it.
+  // Sets a picture's decoder. Throws Error naming it.
   void settle(Undeveloped& picture, const std::filesystem::path& path) const {
     if (capture_.response && picture.bits != 8)
       throw Error::mismatch("8 bits, as the capture has a response curve",
@@ -123,7 +123,7 @@ public:
     picture.decoder = {encodingOf(capture_.colorSpace, picture.stated, path), usualTransfer(picture.bits)};
     if (picture.decoder.profile()) picture.radiance = decodedByProfile(picture);
   }
-  // Linear value of one channel, before channels are mixed. Not for pictures that a profile decodes.
+  // Linear value of one channel, before channels are mixed. Not for pictures with a profile.
   float linear(const Undeveloped& picture, float stored, size_t channel) const {
     return capture_.response ? (*capture_.response)(channel, stored) : picture.decoder.linear(stored);
   }
@@ -140,7 +140,7 @@ private:
   const Capture& capture_;
 };
 
-// Where the camera clips, or above all there is: the largest colour of object pixels in a bracket.
+// Clipping level of a camera: the largest colour of object pixels in a bracket.
 float largestColor(std::span<const Undeveloped> bracket) {
   float largest = 0;
   for (const Undeveloped& picture : bracket)
@@ -153,7 +153,7 @@ float largestColor(std::span<const Undeveloped> bracket) {
   return largest;
 }
 
-// Exposures are merged channel by channel, which the camera's own primaries have in common.
+// Exposures are merged per channel, which requires equal primaries.
 void checkMixing(std::span<const Undeveloped> bracket, const std::filesystem::path& path) {
   for (const Undeveloped& picture : bracket)
     if (!havePrimariesInCommon(picture.decoder, bracket[0].decoder))
@@ -161,8 +161,8 @@ void checkMixing(std::span<const Undeveloped> bracket, const std::filesystem::pa
           .in(path);
 }
 
-// The stored value by which a pixel that a profile decodes is weighed. A profile mixes channels, so a pixel
-// is trusted as little as its worst channel: NaN where one is no number, and clipped before black.
+// Stored value that weighs a pixel decoded by a profile. A profile mixes channels, so the worst channel
+// counts: NaN first, then clipped, then black.
 float leastTrusted(const Undeveloped& picture, size_t pixel, float zMax) {
   float worst = straight(picture, pixel, 0);
   for (size_t c = 0; c < 3; ++c) {
@@ -174,7 +174,7 @@ float leastTrusted(const Undeveloped& picture, size_t pixel, float zMax) {
   return worst;
 }
 
-// The bracket: pictures of one size, and their exposures.
+// Merges a bracket: pictures of one size with their exposures.
 Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposure> shots,
                    const image::Image* coverage, const Encoding& encoding) {
   const Undeveloped& first = bracket[0];
@@ -213,14 +213,14 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
   return photograph;
 }
 
-// What is there of a frame's photograph.
+// State of a frame's photograph while its files are read.
 struct Development {
   std::vector<Exposure> shots;
-  std::vector<Undeveloped> bracket; // of each shot, once it is read
-  std::atomic<size_t> missing;      // shots
+  std::vector<Undeveloped> bracket; // one per shot, once it is read
+  std::atomic<size_t> missing;      // number of shots still to be read
 };
 
-// A mask in the size of the view's pictures: views of several sizes can share a file.
+// A mask in the size of the view's pictures; views of several sizes may share a file.
 struct MaskKey {
   std::filesystem::path file;
   int width = 0, height = 0;
@@ -244,8 +244,8 @@ std::map<MaskKey, image::Image> readMasks(const Capture& capture, std::span<cons
   return masks;
 }
 
-// Files are read several at a time, each once. take(i, photograph) of the i-th frame when all its pictures
-// are there; one at a time, in any order.
+// Reads several files at a time, each once. Calls take(i, photograph) for the i-th frame when all its
+// pictures are read; one at a time, in any order.
 template <class Take>
 void developAll(const Capture& capture, std::span<const size_t> frames, const Progress& progress,
                 const Take& take) {
@@ -273,7 +273,7 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     const image::Image* coverage = frame.mask.empty() ? nullptr : &masks.at({capture, frame});
     checkMixing(bracket, capture.folder() / frame.picture);
     Photograph photograph = develop(bracket, shots, coverage, encoding);
-    bracket.clear(); // its memory is not needed any more
+    bracket.clear(); // frees its memory
     const std::lock_guard lock(taking);
     take(i, std::move(photograph));
   };

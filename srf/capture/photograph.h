@@ -1,4 +1,4 @@
-// Pixels of a capture, as linear radiance of Rec. 709's primaries and white.
+// Pixels of a capture, as linear radiance with Rec. 709 primaries and white.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -11,33 +11,32 @@
 
 namespace surflect::capture {
 
-// Both images have the size of the view's lens.
+// Radiance and alpha of one frame, both of the size of the view's lens.
 struct Photograph {
-  image::Image radiance; // 3 channels, in the photograph's own scale: linear, divided by alpha and exposure,
-                         // a bracket merged. Noise below zero is kept. Black where alpha is 0.
-  image::Image
-      alpha; // 1 channel, 0..1: the picture's alpha (the first's of a bracket) times the mask; 1 without
+  image::Image radiance; // 3 channels in the photograph's scale: linear, divided by alpha and exposure,
+                         // brackets merged. Negative noise is kept. Black where alpha is 0.
+  image::Image alpha; // 1 channel, 0..1: the picture's alpha (of a bracket's first) times the mask; 1 without
   bool hasMatte = false;    // the picture has alpha, or a mask
-  size_t invalidTexels = 0; // were NaN or infinite, are black now
+  size_t invalidTexels = 0; // number of NaN or infinite texels, now black
 };
 
-// The photographs of the given frames (indices into capture.frames), in that order. Each file is opened and
-// decompressed once: ask for all frames of one view, whose lights often share a file, and not for more than
-// memory holds: 16 bytes a pixel and frame; while reading 4 for each mask, and up to 32, or 44 where an
-// ICC profile decodes it, for each picture of the files that are being read, one a thread, and of brackets
-// that are not complete. Throws Error naming one picture that is wrong.
+// Photographs of the given frames (indices into capture.frames), in that order. Each file is opened and
+// decompressed once, so ask for all frames of a view together, whose lights often share a file. Memory: 16
+// bytes per pixel and frame; while reading also 4 per mask, and up to 32, or 44 with an ICC profile, for each
+// picture of the files being read, one per thread, and of incomplete brackets. Throws Error naming the faulty
+// picture.
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
                                         const Progress& progress = {});
 
-// What photographs of one view show together.
+// All photographs of one view.
 struct ViewPhotographs {
-  std::vector<image::Image> radiance; // of each frame
-  image::Image alpha;                 // of each pixel the least
-  bool hasMatte = false;              // some photograph has one
-  size_t invalidTexels = 0;           // of all
+  std::vector<image::Image> radiance; // one per frame
+  image::Image alpha;                 // minimum over the photographs, per pixel
+  bool hasMatte = false;              // true if any photograph has one
+  size_t invalidTexels = 0;           // sum over the photographs
 };
 
-// The same for frames of one view; they take 12 bytes a pixel and frame, not 16. Of no frames it is empty.
+// Photographs of frames of one view, at 12 bytes per pixel and frame instead of 16. Empty without frames.
 ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
                                     const Progress& progress = {});
 

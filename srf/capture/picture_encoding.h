@@ -1,5 +1,4 @@
-// Colour encoding of a capture's pictures: as the capture says, or each picture's file, or
-// its format, in this order.
+// Colour encoding of a capture's pictures: by the capture, else by each picture's file, else by its format.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -10,10 +9,10 @@
 
 namespace surflect::capture {
 
-// Encoding of pictures of which nothing is said: 8 bits are sRGB, all others linear. Bits as in Picture.
+// Default encoding of pictures: 8 bits are sRGB, all others linear. Bits as in Picture.
 image::Transfer usualTransfer(int bits);
 
-// Throws Error naming the picture where its file's statement counts and cannot be understood.
+// Throws Error naming the picture if its file's statement counts and cannot be understood.
 image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
                                 const std::optional<image::ColorStatement>& ofFile,
                                 const std::filesystem::path& picture);

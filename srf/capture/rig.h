@@ -1,6 +1,6 @@
-// The lights a capture was made with, and what they do at a point.
+// Lights of a capture and their irradiance at a point.
 //
-// Lights keep their captured strength, so that a look-up can divide by what fell on the surface then.
+// Lights keep their captured strength, so that a look-up can divide by the irradiance at capture time.
 #pragma once
 
 #include "surfel/math/rgb.h"
@@ -13,12 +13,12 @@
 
 namespace surflect::capture {
 
-// From one direction everywhere. Its strength may change over the object, as that of near lamps and of narrow
-// beams does.
+// Light of one direction everywhere. Its strength may vary over the object, as with near lamps or narrow
+// beams.
 struct DirectionalLight {
   Direction3<AcquisitionSpace, double> towards; // unit, from the object to the light
   Rgb irradiance;                               // at the origin, facing it; each channel above 0
-  Vec3<double> irradianceGradient = {0, 0, 0};  // of its logarithm, per scene unit along x, y and z
+  Vec3<double> irradianceGradient = {0, 0, 0};  // gradient of the logarithm, per scene unit along x, y and z
 
   bool isEven() const { return irradianceGradient.isZero(0); }
 
@@ -34,28 +34,29 @@ struct PointLight {
 
 struct Light {
   std::string name;
-  std::string identity; // what makes two lights the same light: its cluster where it has one, else its name
+  std::string
+      identity; // identity that makes two lights the same: the cluster if there is one, otherwise the name
   std::variant<DirectionalLight, PointLight> kind;
 
   friend bool operator==(const Light&, const Light&) = default;
 };
 
-// Unit direction from a point (not the light's own) towards the light.
+// Unit direction from a point, not the light's own position, towards the light.
 inline Direction3<AcquisitionSpace, double> towardsLight(const Light& light,
                                                          const Point3<AcquisitionSpace, double>& p0) {
   if (const auto* directional = std::get_if<DirectionalLight>(&light.kind)) return directional->towards;
   return normalized(std::get<PointLight>(light.kind).position - p0);
 }
 
-// Irradiance at a place over that at the origin of the same space, e^(gradient . place), but no more than e^3
-// (20) times or that share, so that no light goes out, whatever a file says.
+// Irradiance at a place over that at the origin, e^(gradient . place), clamped to [e^-3, e^3] (1/20 to 20) so
+// that no light vanishes for any gradient in a file.
 inline double gainAt(const Vec3<double>& irradianceGradient, const Vec3<double>& place) {
   constexpr double kMost = 3;
   return std::exp(std::clamp(irradianceGradient.dot(place), -kMost, kMost));
 }
 
-// What falls on a surface at p0 that faces the light: E e^(gradient . p0) of a directional light, I / d^2 of
-// a point light.
+// Irradiance of a surface at p0 that faces the light: E e^(gradient . p0) for a directional light, I / d^2
+// for a point light.
 inline Rgb irradianceAt(const Light& light, const Point3<AcquisitionSpace, double>& p0) {
   if (const auto* directional = std::get_if<DirectionalLight>(&light.kind)) {
     if (directional->isEven()) return directional->irradiance;

@@ -12,13 +12,12 @@ namespace surflect::capture {
 
 namespace {
 
-// Entries that are off by half a unit of the third decimal change |a|^2 of a column, and a . b of two, by up
-// to sqrt(3) 1e-3. With two decimals a camera would look half a degree aside: many pixels, so that is
-// refused.
+// Tolerance. Errors of half a unit in the third decimal change |a|^2 of a column, and a . b of two, by up to
+// sqrt(3) 1e-3. With two decimals a camera would be off by half a degree, many pixels, so that is refused.
 constexpr double kLimit = 2e-3;
-constexpr double kSaid = 1e-4; // single precision, and six decimals, are well below
+constexpr double kSaid = 1e-4; // reported above; single precision and six decimals are well below
 
-// The largest entry of |R^T R - 1|.
+// Largest entry of |R^T R - 1|.
 double deviationOf(const Mat3<double>& matrix) {
   return (matrix.transpose() * matrix - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
 }
@@ -45,7 +44,7 @@ Mat3<double> RoundedRotations::nearest(const Mat3<double>& matrix) {
                           "a matrix that is not orthonormal by " + numberText(deviation));
   if (matrix.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
   count(deviation);
-  // An exact rotation stays as it is, to the bit.
+  // Keep an exact rotation bit by bit.
   return deviation > 1e-14 ? nearestRotation(matrix) : matrix;
 }
 

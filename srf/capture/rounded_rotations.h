@@ -1,4 +1,4 @@
-// Rotations of a file whose digits were rounded, or that carry a scale, made orthonormal.
+// Orthonormalises rotations of a file whose digits were rounded or that include a scale.
 #pragma once
 
 #include "surfel/math/space.h"
@@ -10,19 +10,19 @@
 
 namespace surflect::capture {
 
-// The rotations of one file.
+// All rotations of one file.
 class RoundedRotations {
 public:
-  // Returns the rotation nearest to a finite matrix whose entries were rounded to three decimals or more.
-  // Throws Error for a reflection, scale and shear.
+  // Nearest rotation to a finite matrix whose entries were rounded to three decimals or more. Throws Error
+  // for a reflection, scale or shear.
   Mat3<double> nearest(const Mat3<double>& matrix);
   // Nearest rotation to that of a camera-to-world matrix, which may be scaled: its columns are the camera's
-  // axes, so that the rays keep their directions.
+  // axes, so rays keep their directions.
   Mat3<double> nearestUnscaled(const Mat3<double>& worldFromCamera);
-  // Counts a rotation that was made orthonormal already, for notes().
+  // Counts a rotation that was already orthonormalised, for notes().
   void count(double deviation);
 
-  // Notes for the user: how many rotations were off by more than 1e-4, and how many were scaled.
+  // Notes for the user: number of rotations off by more than 1e-4, and number of scaled ones.
   std::vector<std::string> notes() const;
 
 private:

@@ -1,5 +1,5 @@
-// JSON that is nested no deeper than its readers can follow: what the library makes of it is copied and
-// printed by recursion. Its own way to ask, a callback, looks through all of a list for each element.
+// Limits the nesting of JSON before it is parsed, because the library copies and prints values by recursion.
+// The library's own callback would search a whole list for each element.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,10 @@
 
 namespace surflect::capture {
 
-inline constexpr int kDeepestJson = 64; // of descriptions that other programs write
+inline constexpr int kDeepestJson = 64; // descriptions by other programs
 
-// The text up to where more than this many lists and objects hold one another; all of it where they do not.
+// Prefix of the text up to where more than `deepest` lists and objects are nested; all of it if they never
+// are.
 inline std::string_view shallowPart(std::string_view json, int deepest) {
   std::ptrdiff_t depth = 0;
   bool inString = false;

@@ -75,7 +75,7 @@ Json frameJson(const Capture& capture, const Frame& frame, const Exposure& shot,
   return json;
 }
 
-// JSON has no word for what is not: it would be written as null.
+// Refuses numbers that are not finite, which JSON would write as null.
 void requireFinite(const Json& value) {
   if (value.is_number_float() && !std::isfinite(value.get<double>()))
     throw Error::mismatch("a finite number", numberText(value.get<double>()));
@@ -94,7 +94,7 @@ std::string textOf(const std::string& field, const Json& value) try {
   throw std::move(e).at(field);
 }
 
-// A list with one element a line.
+// A list with one element per line.
 template <class Items, class ToJson>
 std::string lines(const std::string& field, const Items& items, ToJson toJson) {
   std::string text = "[";
@@ -129,7 +129,7 @@ std::string captureText(const Capture& capture, const std::filesystem::path& fol
   return text + "\"frames\": " + lines("frames", shots, std::identity()) + "\n}\n";
 } catch (Error& e) {
   throw std::move(e).in(folder / "transforms.json");
-} catch (const Json::type_error&) { // of dump()
+} catch (const Json::type_error&) { // thrown by dump()
   throw Error("a name or path is not UTF-8").in(folder / "transforms.json");
 }
 

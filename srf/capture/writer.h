@@ -1,4 +1,4 @@
-// Makes captures: the description, and the pictures in the form that reads fastest.
+// Writes captures: the description, and pictures in the format that reads fastest.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -11,22 +11,22 @@
 
 namespace surflect::capture {
 
-// Writes folder/transforms.json, atomically; capture.file plays no part. What readCapture gives back is
-// equal, but for rounding of poses in the last digits and the order of views, which is that of the frames.
-// Frames must refer to pictures by paths inside the folder. Throws Error.
+// Writes folder/transforms.json atomically; capture.file is ignored. readCapture() returns an equal capture,
+// except for rounding of poses in the last digits and the order of views, which follows the frames. Paths of
+// pictures must be inside the folder. Throws Error.
 void writeCapture(const Capture& capture, const std::filesystem::path& folder);
-// What it writes there.
+// Text of the file that writeCapture() writes.
 std::string captureText(const Capture& capture, const std::filesystem::path& folder);
 
-// A layer of one view's file: the photograph under one light.
+// A layer of a view's file: the photograph under one light.
 struct RadianceLayer {
   std::string layer;                      // Frame::layer
   const image::Image* radiance = nullptr; // 3 channels, not multiplied by alpha
 };
 
-// Writes the photographs of one view as one multi-layer EXR, for frames of exposure 1. Where alpha (1
-// channel) is given, colours are stored multiplied by it, and it as `alphaLayer`.A: Frame::alphaLayer. Throws
-// Error and Cancelled.
+// Writes the photographs of one view, with exposure 1, as one multi-layer EXR. With alpha (1 channel),
+// colours are stored premultiplied, and alpha as `alphaLayer`.A (Frame::alphaLayer). Throws Error and
+// Cancelled.
 void writeViewPictures(const std::filesystem::path& path, std::span<const RadianceLayer> layers,
                        const image::Image* alpha = nullptr, const std::string& alphaLayer = "",
                        image::Precision precision = image::Precision::half, const Progress& progress = {});

@@ -1,5 +1,5 @@
 // [Windows] Windows GDI, "Bitmap Header Types": BITMAPFILEHEADER (14 bytes), then BITMAPINFOHEADER,
-// BITMAPV4HEADER or BITMAPV5HEADER, which begin alike. Numbers are little-endian.
+// BITMAPV4HEADER or BITMAPV5HEADER, which begin with the same fields. Numbers are little-endian.
 #include "srf/image/bmp_header.h"
 
 #include "srf/image/icc.h"
@@ -16,8 +16,8 @@ namespace {
 constexpr size_t kHeader = 14, kBits = kHeader + 14, kCompression = kHeader + 16, kMasks = kHeader + 40,
                  kColorSpace = kHeader + 56, kEndpoints = kHeader + 60, kGamma = kHeader + 96,
                  kProfile = kHeader + 112;
-constexpr uint32_t kBitfields = 3, kAlphaBitfields = 6;     // of the compression
-constexpr uint32_t kCalibrated = 0, kEmbedded = 0x4d424544, // of the colour space: 'MBED'
+constexpr uint32_t kBitfields = 3, kAlphaBitfields = 6;     // values of the compression field
+constexpr uint32_t kCalibrated = 0, kEmbedded = 0x4d424544, // values of the colour space field: 'MBED'
     kLinked = 0x4c494e4b;                                   // 'LINK'
 
 uint32_t littleEndian(std::string_view bytes, size_t at, size_t count = 4) {
@@ -32,7 +32,8 @@ std::string hex(uint32_t value) {
   return text;
 }
 
-// Endpoints are XYZ of 2.30 bits, white their sum; gammas of 16.16 bits, one a channel.
+// Encoding by calibration fields: end points are XYZ of 2.30 bits, whose sum is white; gammas are 16.16 bits,
+// one per channel.
 ColorEncoding calibrated(std::string_view file) {
   std::array<Vec3<double>, 3> xyz;
   for (size_t c = 0; c < 3; ++c)
@@ -40,7 +41,7 @@ ColorEncoding calibrated(std::string_view file) {
       xyz[c][static_cast<int>(i)] = littleEndian(file, kEndpoints + 12 * c + 4 * i) / 1073741824.0;
   const auto at = [](const Vec3<double>& v) { return Chromaticity{v[0] / v.sum(), v[1] / v.sum()}; };
   const Primaries primaries{at(xyz[0]), at(xyz[1]), at(xyz[2]), at(xyz[0] + xyz[1] + xyz[2])};
-  xyzFromRgb(primaries); // which throws where they are none
+  xyzFromRgb(primaries); // throws if they are invalid
   const uint32_t red = littleEndian(file, kGamma), green = littleEndian(file, kGamma + 4),
                  blue = littleEndian(file, kGamma + 8);
   const double exponent = red / 65536.0;

@@ -9,12 +9,12 @@
 namespace surflect::image {
 
 struct BmpHeader {
-  bool declaresAlpha = false; // there is a mask of bits for it; else what lies in a fourth byte is anything
+  bool declaresAlpha = false; // a bit mask for alpha exists; otherwise the fourth byte has no defined meaning
   std::optional<ColorStatement> color;
 };
 
-// Throws Error without the file's name where 32 bits are in another order than blue, green, red and alpha.
-// Other faults are for the reader of the pixels to say.
+// Throws Error, without the file's name, if 32-bit pixels are in another order than blue, green, red, alpha.
+// Other faults are left to the reader of the pixels.
 BmpHeader bmpHeader(std::string_view file);
 
 } // namespace surflect::image

@@ -1,4 +1,4 @@
-// Several exposures of one scene become one picture of more range than each.
+// Merges several exposures of one scene into one picture of higher dynamic range.
 //
 // [Debevec 1997] P. Debevec, J. Malik: Recovering High Dynamic Range Radiance Maps from Photographs.
 //   z  stored value     w  weight     X  exposure, E dt     E  radiance     dt  seconds
@@ -11,22 +11,22 @@
 
 namespace surflect::image {
 
-// How far a stored value can be trusted: most in the middle of the range, not at all where it is black or
-// clipped.  [Debevec 1997, Eq. 4]
+// Confidence in a stored value: largest in the middle of the range, 0 at black and where the value is
+// clipped. [Debevec 1997, Eq. 4]
 inline float hatWeight(float z, float zMin, float zMax) {
   return z <= (zMin + zMax) / 2 ? std::max(0.f, z - zMin) : std::max(0.f, zMax - z);
 }
 
-// One channel of one pixel in one exposure; NaN in z: the sample is not there.
+// One channel of one pixel in one exposure; z is NaN if the sample is missing.
 struct ExposureSample {
   float z = 0;        // stored value; the range is 0..zMax
-  float exposure = 0; // linear: what z stands for
+  float exposure = 0; // linear exposure X of z
   float seconds = 1;
 };
 
-// [Debevec 1997, Eq. 6], but for averaging E where the paper averages ln E: noise in linear pictures goes
-// below zero. Where no sample has weight: of samples that are not clipped the longest exposed one (black in
-// all is nearly black); where all are clipped the shortest. NaN without samples.
+// [Debevec 1997, Eq. 6], but averaging E where the paper averages ln E, because noise in linear pictures may
+// be negative. If no sample has weight, returns the longest exposed of the samples that are not clipped
+// (black in all exposures), or the shortest if all are clipped. NaN without samples.
 inline float mergedRadiance(std::span<const ExposureSample> samples, float zMax) {
   const auto radiance = [](const ExposureSample& s) { return s.exposure / s.seconds; };
   float sum = 0, weights = 0;

@@ -15,7 +15,7 @@ namespace surflect::image {
 
 namespace {
 
-// 64000/100000 in PNG, 0.64 as float in EXR, 0.3127 or 0.31271: what files call one space differs by less.
+// Tolerance for rounding of primaries: 64000/100000 in PNG, 0.64 as float in EXR, 0.3127 or 0.31271.
 constexpr double kRounding = 1e-3;
 
 bool isNear(const Chromaticity& a, const Chromaticity& b) {
@@ -48,7 +48,7 @@ Mat3<double> xyzFromRgb(const Primaries& primaries) {
   P << Vec3<double>(primaries.red.x, primaries.red.y, 1 - primaries.red.x - primaries.red.y),
       Vec3<double>(primaries.green.x, primaries.green.y, 1 - primaries.green.x - primaries.green.y),
       Vec3<double>(primaries.blue.x, primaries.blue.y, 1 - primaries.blue.x - primaries.blue.y);
-  // Scaled to Y = 1 a primary of no luminance would be infinite, so s is of columns that sum to 1.
+  // Scaling to Y = 1 would make a primary without luminance infinite, so columns are scaled to sum 1.
   const double area = P.determinant();
   if (!(std::abs(area) > 1e-4) || !(primaries.white.y > 1e-3)) throw noColors();
   const Vec3<double> W = xyzOf(primaries.white), s = P.inverse() * W;

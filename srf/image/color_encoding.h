@@ -1,7 +1,7 @@
-// Colour encoding of a picture's stored values, and the way to the working space: linear light of Rec. 709's
-// primaries and white.
+// Colour encoding of a picture's stored values, and their conversion to the working space: linear light with
+// Rec. 709 primaries and white.
 //
-// [BT.709] the primaries, white and curve of HDTV; [IEC 61966-2-1] sRGB: the same primaries, another curve.
+// [BT.709] primaries, white and curve of HDTV; [IEC 61966-2-1] sRGB: the same primaries, another curve.
 // [SMPTE RP 177] RGB to XYZ from chromaticities; [Lam 1985] Bradford's adaptation to another white.
 //   P  columns are the primaries' XYZ of Y = 1     s  their luminances in white     W  XYZ of white, Y = 1
 #pragma once
@@ -37,53 +37,55 @@ inline constexpr Primaries kAces{
 inline constexpr Primaries kAcesCg{
     {0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}}; // [Academy S-2014-004]
 
-// Whether primaries are those of Rec. 709, within 1e-3, which files lose by rounding.
+// Returns whether the primaries are those of Rec. 709, within 1e-3 for the rounding in files.
 bool isRec709(const Primaries& primaries);
 
-// P diag(s) with P s = W.  [SMPTE RP 177, 3.3] Throws Error where the primaries span no colours.
+// Matrix P diag(s) with P s = W.  [SMPTE RP 177, 3.3] Throws Error if the primaries span no colours.
 Mat3<double> xyzFromRgb(const Primaries& primaries);
-// XYZ under one white to XYZ under another: von Kries' scaling of Bradford's cone responses.  [Lam 1985]
+// Matrix from XYZ under one white to XYZ under another: von Kries scaling of Bradford's cone responses. [Lam
+// 1985]
 Mat3<double> adaptation(const Chromaticity& from, const Chromaticity& to);
-// Linear RGB of other primaries to that of Rec. 709, white to white: the identity where isRec709().
+// Matrix from linear RGB with other primaries to linear Rec. 709, white to white; the identity if isRec709().
 Mat3<double> rec709From(const Primaries& primaries);
 
-// From stored value to linear light of one channel.
+// Curve from the stored value of one channel to linear light.
 struct Transfer {
   enum class Curve { linear, srgb, bt709, gamma };
   Curve curve = Curve::linear;
-  double exponent = 1; // of gamma: light = stored ^ exponent
+  double exponent = 1; // gamma: light = stored ^ exponent
 
   friend bool operator==(const Transfer&, const Transfer&) = default;
 };
-// Below zero, gamma is mirrored at 0; sRGB and bt709 continue the straight part of their curve. NaN stays
-// NaN.
+// Linear light of a stored value. Below zero, gamma is mirrored at 0; sRGB and bt709 continue the linear part
+// of their curve. NaN stays NaN.
 float linearised(const Transfer& transfer, float stored);
 
 class IccTransform;
 
 struct ColorEncoding {
   std::optional<Transfer> transfer;            // empty: the format's default (usualTransfer)
-  std::optional<Primaries> primaries;          // empty: Rec. 709's
-  std::shared_ptr<const IccTransform> profile; // in the place of both
+  std::optional<Primaries> primaries;          // empty: Rec. 709
+  std::shared_ptr<const IccTransform> profile; // replaces transfer and primaries
 };
-// "sRGB", "gamma 2.2, Adobe RGB", "linear, other primaries", "ICC profile 'Display P3'".
+// Description for messages: "sRGB", "gamma 2.2, Adobe RGB", "linear, other primaries", "ICC profile 'Display
+// P3'".
 std::string described(const ColorEncoding& encoding, const Transfer& fallback);
 
-// Statement of a picture's file about its colours.
+// Colour statement of a picture file.
 struct ColorStatement {
   std::string source; // "PNG gAMA chunk"
   ColorEncoding encoding = {};
-  std::string problem = {}; // not empty: what cannot be understood; the encoding then means nothing
+  std::string problem = {}; // not empty: what cannot be understood; `encoding` is then undefined
 };
 
-// From stored colours, not multiplied by alpha, to linear Rec. 709.
+// Converts stored colours, not premultiplied, to linear Rec. 709.
 class ColorDecoder {
 public:
   ColorDecoder() = default; // stored values are linear Rec. 709
-  // The fallback is the transfer of an encoding that has none.
+  // `fallback` is used if the encoding has no transfer.
   ColorDecoder(const ColorEncoding& encoding, const Transfer& fallback);
 
-  // With a profile the channels depend on each other: call decoded(), not linear() and toRec709().
+  // A profile makes channels depend on each other: then call decoded() instead of linear() and toRec709().
   const IccTransform* profile() const { return profile_.get(); }
   float linear(float stored) const {
     return transfer_.curve == Transfer::Curve::linear ? stored : linearised(transfer_, stored);
@@ -101,7 +103,7 @@ private:
   std::shared_ptr<const IccTransform> profile_;
 };
 
-// Linear Rec. 709, 3 channels, of stored colours without alpha, 1 or 3 channels.
+// Linear Rec. 709, 3 channels, from stored colours without alpha, 1 or 3 channels.
 Image decoded(const Image& colors, const ColorDecoder& decoder);
 
 } // namespace surflect::image

@@ -24,7 +24,7 @@ std::string zlibStream(std::span<const std::byte> bytes) {
   std::string stream(::libdeflate_zlib_compress_bound(compressor.get(), bytes.size()), '\0');
   const size_t size =
       ::libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(), stream.data(), stream.size());
-  assert(size > 0); // there is room
+  assert(size > 0); // the bound is large enough
   stream.resize(size);
   return stream;
 }

@@ -1,4 +1,4 @@
-// Lossless compression of what the writers of EXR and PNG have filtered.
+// Lossless compression for the EXR and PNG writers.
 #pragma once
 
 #include <cstddef>

@@ -32,7 +32,7 @@ namespace {
 constexpr int maximalSide = 1 << 16;
 constexpr int64_t maximalPixels = int64_t{1} << 28;
 
-// OpenEXR's complaints begin with the file name in quotes, which our Error says already.
+// Message of OpenEXR without the file name in quotes at its beginning, which Error already has.
 std::string problemOf(const std::exception& e) {
   std::string text = e.what();
   if (const size_t quote = text.rfind("\". "); quote != std::string::npos) text.erase(0, quote + 3);
@@ -53,7 +53,7 @@ auto translatingErrors(const std::filesystem::path& path, const char* action, Wo
   }
 }
 
-// OpenEXR allocates by what a header claims, so the claim is bounded before a header is read.
+// Bounds the sizes that a header may claim, because OpenEXR allocates by them.
 void boundHeaders() {
   static const bool bounded = [] {
     Imf::Header::setMaxImageSize(maximalSide, maximalSide);
@@ -63,13 +63,13 @@ void boundHeaders() {
   (void)bounded;
 }
 
-// Bytes of pixels that one byte of file can stand for, at most: an uncompressed float is four times a sample
+// Largest number of pixel bytes that one byte of file can hold: an uncompressed float is four times a sample
 // of 8 bits. DWA quantises whole blocks away.
 int64_t densestOf(Imf::Compression compression) {
   const bool isDwa = compression == Imf::DWAA_COMPRESSION || compression == Imf::DWAB_COMPRESSION;
-  return isDwa ? 1 << 16 : 2 * 1032; // deflate, and half to float
+  return isDwa ? 1 << 16 : 2 * 1032; // deflate, times half to float
 }
-// What any picture may take, however small its file: data windows can be small parts of empty pictures.
+// Memory that any file may use, however small: data windows can be small parts of empty pictures.
 constexpr int64_t alwaysGranted = int64_t{1} << 28; // bytes
 
 struct ChannelPlace {
@@ -93,11 +93,11 @@ struct ExrFile::Parts {
   explicit Parts(const char* path) : file(path, /*numThreads=*/0, /*reconstructChunkOffsetTable=*/false) {}
 
   Imf::MultiPartInputFile file;
-  std::map<std::string, ChannelPlace> places; // by full name, and by the name inside the part
+  std::map<std::string, ChannelPlace> places; // by full name, and by name inside the part
 };
 
 ExrFile::ExrFile(std::filesystem::path path) : path_(std::move(path)) {
-  ::close(openForReading(path_)); // which says why it cannot be opened
+  ::close(openForReading(path_)); // throws with the reason
   boundHeaders();
   translatingErrors(path_, "read", [this] {
     requireHonestAttributes(path_);
@@ -128,7 +128,7 @@ ExrFile::ExrFile(std::filesystem::path path) : path_(std::move(path)) {
           throw Error("subsampled channels are not supported").at(fullName).in(path_);
       }
     }
-    // Full names come first: a bare name never hides one.
+    // Full names come first, so that a bare name never hides one.
     for (const std::string& fullName : channels_) {
       const ChannelPlace place = parts_->places.at(fullName);
       parts_->places.try_emplace(place.name, place);
@@ -147,8 +147,8 @@ std::optional<std::string> ExrFile::attribute(const std::string& name) const {
   return found ? std::optional(found->value()) : std::nullopt;
 }
 
-// [OpenEXR] "Technical Introduction", CIE x,y chromaticities: without the attribute, those of Rec. 709. A
-// file of several parts has the same in each. [SMPTE ST 2065-4] an ACES container is of the ACES primaries.
+// [OpenEXR] "Technical Introduction", CIE x,y chromaticities: without the attribute, Rec. 709. All parts of a
+// file have the same. [SMPTE ST 2065-4] an ACES container has ACES primaries.
 std::optional<ColorStatement> ExrFile::colorStatement() const {
   const Imf::Header& header = parts_->file.header(0);
   ColorStatement statement{"EXR chromaticities", {Transfer{}, {}, nullptr}, {}};
@@ -171,14 +171,14 @@ std::optional<ColorStatement> ExrFile::colorStatement() const {
 
 namespace {
 
-// Where a decoded channel goes. Several targets may ask for the same channel.
+// Destination of a decoded channel; several targets may use the same channel.
 struct Target {
   Image* image;
   int plane;
 };
 using Targets = std::map<ChannelPlace, std::vector<Target>>;
 
-// Decodes a band of rows at a time, as the data window has them, and copies what the display window shows.
+// Decodes a band of rows of the data window at a time, and copies its part of the display window.
 void readPart(Imf::MultiPartInputFile& file, int partIndex, const Targets& targets,
               const Progress& progress) {
   Imf::InputPart part(file, partIndex);
@@ -220,7 +220,7 @@ void readPart(Imf::MultiPartInputFile& file, int partIndex, const Targets& targe
 
 } // namespace
 
-// Memory is not taken for pixels that the file has no bytes for.
+// Refuses to allocate memory for pixels that the file has no bytes for.
 void ExrFile::checkClaim(std::span<const ChannelSet> sets) const {
   int64_t channels = 0, densest = 0;
   for (const ChannelSet& set : sets) channels += static_cast<int64_t>(set.size());
@@ -270,7 +270,7 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-// The channels of a layer, of these names, that are there.
+// Channels of the given names that the layer has.
 std::vector<std::string> present(const ExrFile& file, const std::string& layer,
                                  std::initializer_list<const char*> names) {
   std::vector<std::string> found;
@@ -288,7 +288,7 @@ bool hasColors(const ExrFile& file, const std::string& layer) {
   return present(file, layer, {"R", "G", "B"}).size() == 3 || hasGray(file, layer);
 }
 
-// Channels that a layer has in the place of R, G, B or Y.
+// Channels that a layer has instead of R, G, B or Y.
 std::string foundInstead(const ExrFile& file, const std::string& layer) {
   if (!file.has(inLayer(layer, "Y"))) return listed(file.channels());
   if (!present(file, layer, {"X", "Z"}).empty())
@@ -296,7 +296,7 @@ std::string foundInstead(const ExrFile& file, const std::string& layer) {
   return listed(present(file, layer, {"Y", "RY", "BY"})) + " (luminance and chroma)";
 }
 
-// The layers that have colours, in alphabetical order.
+// Layers that have colours, in alphabetical order.
 std::vector<std::string> colorLayers(const ExrFile& file) {
   std::set<std::string> layers;
   for (const std::string& channel : file.channels())

@@ -52,8 +52,8 @@ int64_t numberAt(std::string_view bytes, size_t place) {
   return number;
 }
 
-// Where the list of channels ends that begins with `value`: each is a name and 16 bytes, the last one's name
-// is empty.
+// End of the channel list that begins with `value`: each entry is a name and 16 bytes, the last name is
+// empty.
 std::optional<int64_t> endOfChannels(std::string_view value) {
   for (size_t at = 0; at < value.size();) {
     const size_t end = value.find('\0', at);
@@ -64,21 +64,21 @@ std::optional<int64_t> endOfChannels(std::string_view value) {
   return std::nullopt;
 }
 
-// Where the last of the texts ends, each of which has its length before it.
+// End of the last text; each text is preceded by its length.
 std::optional<int64_t> endOfTexts(std::string_view value) {
   size_t at = 0;
   while (at + 4 <= value.size()) at += 4 + static_cast<size_t>(numberAt(value, at));
   return static_cast<int64_t>(at);
 }
 
-// Width and height come before the pixels, of 4 bytes each.
+// Size of a preview: width and height, then pixels of 4 bytes.
 int64_t sizeOfPreview(std::string_view value) {
   if (value.size() < 8) return 8;
   constexpr int64_t kMostSide = int64_t{1} << 24;
   return 8 + 4 * std::min(numberAt(value, 0), kMostSide) * std::min(numberAt(value, 4), kMostSide);
 }
 
-// The size that the type asks for; nothing where it takes any, or no size would do.
+// Size that the type requires; empty if any size is valid, or none.
 std::optional<int64_t> sizeOf(std::string_view type, std::string_view value) {
   if (const auto found = kSizes.find(type); found != kSizes.end()) return found->second;
   if (type == "chlist") return endOfChannels(value).value_or(-1);
@@ -101,10 +101,10 @@ void requireHonestAttributes(const std::filesystem::path& path) {
     if (!in.getline(text.data(), text.size(), '\0')) return std::nullopt;
     return text.data();
   };
-  constexpr unsigned kIsMultiPart = 0x10; // of the version's second byte
+  constexpr unsigned kIsMultiPart = 0x10; // in the second byte of the version
   const bool hasSeveralHeaders = static_cast<unsigned char>(magicAndVersion[5]) & kIsMultiPart;
   for (bool isLast = false; !isLast;) {
-    isLast = true; // unless it is one of several, and not the empty one
+    isLast = true; // true unless it is a non-empty header of several
     for (auto name = word(); name && !name->empty(); name = word()) {
       isLast = !hasSeveralHeaders;
       const auto type = word();

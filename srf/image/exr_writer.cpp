@@ -1,4 +1,4 @@
-// Files of scan lines, as the OpenEXR library writes them but for the deflate streams of their chunks.
+// Scan line files, written as by the OpenEXR library except for the deflate streams of their chunks.
 //   [OpenEXR File Layout] Magic number, version, header, offsets of the chunks, chunks of 16 lines each.
 #include "srf/image/deflate.h"
 #include "srf/image/exr.h"
@@ -93,7 +93,7 @@ std::string headOf(const Planes& planes, const std::map<std::string, std::string
   return head + stream.bytes();
 }
 
-// Every `stride`-th float, where the compiler knows the stride: then it makes lanes of the loop.
+// Every `stride`-th float; a constant stride lets the compiler vectorise the loop.
 template <size_t stride> void pick(const float* from, std::span<float> to) {
   for (size_t i = 0; i < to.size(); ++i) to[i] = from[i * stride];
 }
@@ -118,7 +118,7 @@ void gatherLine(const Plane& plane, int y, std::span<float> line) {
   for (float& value : line) value = value < layer.least ? layer.least : value;
 }
 
-// Memory whose bytes are all written before they are read.
+// Uninitialised memory, all of which is written before it is read.
 struct Bytes {
   explicit Bytes(size_t count) : size(count), data(std::make_unique_for_overwrite<std::byte[]>(count)) {}
 
@@ -146,8 +146,8 @@ Bytes samplesOf(const Planes& planes, int first, int end) {
   return samples;
 }
 
-// Bytes at even places, then those at odd ones, each less the one before it plus 128: the high bytes of
-// neighbours differ little.  [OpenEXR, ZIP compression] All samples have an even number of bytes.
+// Bytes at even places, then those at odd ones, each minus the previous one plus 128, because the high bytes
+// of neighbours differ little.  [OpenEXR, ZIP compression] All samples have an even number of bytes.
 Bytes predicted(const Bytes& samples) {
   const size_t half = samples.size / 2;
   Bytes parted(samples.size), differences(samples.size);
@@ -162,7 +162,7 @@ Bytes predicted(const Bytes& samples) {
   return differences;
 }
 
-// Its first line, its size, and its pixels, as they are where compression does not make them smaller.
+// A chunk: its first line, its size, and its pixels, uncompressed if compression does not make them smaller.
 std::string chunkOf(const Planes& planes, int first, int end) {
   const Bytes samples = samplesOf(planes, first, end), differences = predicted(samples);
   const std::string packed = zlibStream({differences.data.get(), differences.size});

@@ -12,7 +12,7 @@ namespace surflect::image {
 
 namespace {
 
-// Numbers at places in a file that can be anywhere, in either order of bytes; 0 where there is no file.
+// Numbers at arbitrary offsets of a file, in either byte order; 0 beyond its end.
 class Numbers {
 public:
   explicit Numbers(std::string_view bytes, std::endian order) : bytes_(bytes), order_(order) {}
@@ -33,7 +33,7 @@ private:
   std::endian order_;
 };
 
-// Where the entry of a tag lies in the directory at a place.
+// Offset of a tag's entry in the directory at an offset.
 std::optional<size_t> entryOf(const Numbers& tiff, size_t directory, uint32_t tag) {
   const uint32_t entries = tiff.at(directory, 2);
   for (uint32_t i = 0; i < entries; ++i)
@@ -41,7 +41,7 @@ std::optional<size_t> entryOf(const Numbers& tiff, size_t directory, uint32_t ta
   return std::nullopt;
 }
 
-// Content behind "Exif" in the APP1 segment; empty where there is none. Segments are a marker and a length.
+// Content after "Exif" in the APP1 segment; empty if there is none. A segment is a marker and a length.
 std::string_view exifOf(std::string_view jpeg) {
   constexpr uint32_t kApp1 = 0xffe1, kStartOfScan = 0xffda;
   constexpr std::string_view kName("Exif\0\0", 6);
@@ -70,7 +70,7 @@ ColorStatement profileStatement(std::string source, std::string_view profile, in
 
 std::optional<ColorStatement> exifColorStatement(std::string_view jpeg) {
   constexpr uint32_t kExif = 0x8769, kColorSpace = 0xa001, kInteroperability = 0xa005, kIndex = 1;
-  constexpr uint32_t kSrgb = 1, kAdobe = 2, kUncalibrated = 0xffff; // 2: not in EXIF, but written
+  constexpr uint32_t kSrgb = 1, kAdobe = 2, kUncalibrated = 0xffff; // 2 is not in EXIF, but in use
   const std::string_view exif = exifOf(jpeg);
   if (exif.size() < 8) return std::nullopt;
   const Numbers tiff(exif, exif.starts_with("MM") ? std::endian::big : std::endian::little);
@@ -84,10 +84,10 @@ std::optional<ColorStatement> exifColorStatement(std::string_view jpeg) {
   const uint32_t space = tiff.at(*entry + 8, 2);
   const auto interoperability = directoryOf(*directory, kInteroperability);
   const auto index = interoperability ? entryOf(tiff, *interoperability, kIndex) : std::nullopt;
-  const bool isR03 = index && Numbers(exif, std::endian::big).at(*index + 8, 3) == 0x523033; // as ASCII
+  const bool isR03 = index && Numbers(exif, std::endian::big).at(*index + 8, 3) == 0x523033; // ASCII
   if (space == kSrgb && !isR03)
     return ColorStatement{"EXIF", {Transfer{Transfer::Curve::srgb}, kRec709, nullptr}, {}};
-  if (space == kAdobe || isR03) // of gamma 2 + 51/256  [Adobe RGB 1998, 4.3.1.2]
+  if (space == kAdobe || isR03) // gamma 2 + 51/256  [Adobe RGB 1998, 4.3.1.2]
     return ColorStatement{
         "EXIF, Adobe RGB", {Transfer{Transfer::Curve::gamma, 2 + 51. / 256}, kAdobeRgb, nullptr}, {}};
   if (space == kUncalibrated) return ColorStatement{"EXIF says uncalibrated, no profile", {}, {}};

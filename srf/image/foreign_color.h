@@ -1,4 +1,4 @@
-// Statements of JPEG and WebP files about their colours that OpenImageIO does not pass on.
+// Colour statements of JPEG and WebP files that OpenImageIO does not pass on.
 #pragma once
 
 #include "srf/image/color_encoding.h"
@@ -9,15 +9,16 @@
 
 namespace surflect::image {
 
-// The statement of a profile of a picture with so many colour channels; damage is its problem.
+// Statement of an ICC profile for a picture with this many colour channels; a damaged profile is its
+// `problem`.
 ColorStatement profileStatement(std::string source, std::string_view profile, int channels);
 
-// By EXIF's colour space: sRGB, or Adobe RGB, which cameras without profiles mean by "uncalibrated" and the
-// interoperability index R03. An EXIF colour space 'uncalibrated' without R03 gives a statement with an empty
-// encoding. None where there is no EXIF.
+// Statement by EXIF's colour space: sRGB, or Adobe RGB, which cameras without profiles mean by "uncalibrated"
+// with interoperability index R03. 'Uncalibrated' without R03 gives a statement with an empty encoding. None
+// without EXIF.
 std::optional<ColorStatement> exifColorStatement(std::string_view jpeg);
 
-// The ICC profile of a WebP file; empty where there is none.
+// ICC profile of a WebP file; empty if there is none.
 std::string_view webpProfile(std::string_view file);
 
 } // namespace surflect::image

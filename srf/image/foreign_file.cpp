@@ -11,8 +11,9 @@ namespace surflect::image {
 
 namespace {
 
-// A fourth byte that the header does not declare as alpha, or that is 0 all over, is alpha only where it
-// varies: programs write alpha without declaring it, but cameras and screens leave the byte as it is.
+// Returns whether a fourth byte is alpha. If the header does not declare it, or it is 0 everywhere, it is
+// alpha only if it varies: programs write alpha without declaring it, but cameras and screen captures leave
+// the byte undefined.
 bool isAlpha(const Image& image, bool declared) {
   const float first = image.values[3];
   bool varies = false;
@@ -26,7 +27,7 @@ Image withoutAlpha(const Image& image) {
   return opaque;
 }
 
-// The pixels are there, unless only the header was read.
+// Drops the fourth channel unless it is alpha; does nothing if only the header was read.
 void keepOnlyAlpha(Image& image, bool declared) {
   if (image.channels == 4 && !image.values.empty() && !isAlpha(image, declared)) image = withoutAlpha(image);
 }

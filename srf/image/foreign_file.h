@@ -1,4 +1,4 @@
-// Reads what OpenImageIO does not say of a foreign file.
+// Completes what OpenImageIO reports about a foreign picture file.
 #pragma once
 
 #include "srf/image/foreign/foreign.h"
@@ -9,8 +9,8 @@
 
 namespace surflect::image {
 
-// Adds the colour statement, and drops the fourth channel of a BMP or Targa where it is not alpha, which only
-// the pixels tell. `extension` is in lower case. Throws Error.
+// Adds the colour statement, and drops the fourth channel of a BMP or Targa whose pixels show that it is not
+// alpha. `extension` is in lower case. Throws Error.
 Picture completed(ForeignPicture read, const std::filesystem::path& path, std::string_view extension);
 
 } // namespace surflect::image

@@ -1,4 +1,4 @@
-// Floats to half floats, as fast as memory where a compiler makes lanes of a loop.
+// Conversion of floats to half floats, written so that compilers vectorise loops over it.
 #pragma once
 
 #include <bit>
@@ -6,15 +6,15 @@
 
 namespace surflect::image {
 
-// Bits of the half that is nearest to a float, ties to even [IEEE 754-2008, 3.6 and 4.3.1]. What is finite
-// but beyond +-65504, the largest half, becomes that; infinities and what is no number stay so.
+// Bits of the half nearest to a float, ties to even [IEEE 754-2008, 3.6 and 4.3.1]. Finite values beyond
+// +-65504, the largest half, are clamped; infinities and NaN are kept.
 inline uint16_t nearestHalf(float value) {
   constexpr int32_t kInfinity = 0x7f800000, kLargest = 0x477fe000, kLeastNormal = 0x38800000; // 65504, 2^-14
   const int32_t bits = std::bit_cast<int32_t>(value), size = bits & 0x7fffffff;
   const int32_t finite = size < kLargest ? size : kLargest;
-  // 13 bits fewer of mantissa, an exponent whose bias is 112 less.
+  // The mantissa has 13 bits fewer, the exponent's bias is 112 less.
   const int32_t normal = (finite + 0xfff + (finite >> 13 & 1) - (112 << 23)) >> 13;
-  // Below 2^-14 halves are multiples of 2^-24, as floats from 1/2 to 1 are: the sum rounds to them.
+  // Below 2^-14 halves are multiples of 2^-24, like floats from 1/2 to 1: the addition rounds to them.
   const int32_t subnormal = std::bit_cast<int32_t>(std::bit_cast<float>(finite) + 0.5f) - 0x3f000000;
   const int32_t payload = (size & 0x7fffff) >> 13;
   const int32_t noNumber = payload | (payload == 0);

@@ -1,4 +1,5 @@
-// [ICC.1:2010] Image technology colour management; 7.2 the header, 8.3 what input and display profiles hold.
+// [ICC.1:2010] Image technology colour management; 7.2 the header, 8.3 contents of input and display
+// profiles.
 #include "srf/image/icc.h"
 
 #include "srf/image/color_encoding.h"
@@ -19,16 +20,16 @@ namespace surflect::image {
 namespace {
 
 constexpr size_t kLargestProfile = size_t{1} << 26;
-constexpr size_t kSteps = 16 * 255; // of tables, so that codes of 8 bits lie on steps
+constexpr size_t kSteps = 16 * 255; // multiple of 255, so that 8-bit codes lie on table steps
 
-using Light = std::array<float, 3>; // linear RGB, or the stored values of a pixel
+using Light = std::array<float, 3>; // linear RGB, or a pixel's stored values
 
 struct CloseProfile {
   void operator()(void* profile) const { cmsCloseProfile(profile); }
 };
 using Profile = std::unique_ptr<void, CloseProfile>;
 
-// Complaints of one thread's work, the first of them; Little CMS would print nothing, and keep nothing.
+// Keeps the first error of one thread's work; Little CMS alone would neither print nor keep it.
 void keepFirst(cmsContext context, cmsUInt32Number, const char* text) {
   auto& problem = *static_cast<std::string*>(cmsGetContextUserData(context));
   if (problem.empty()) problem = text;
@@ -43,7 +44,7 @@ std::string nameOf(cmsHPROFILE profile) {
   return name.empty() ? "without a name" : name;
 }
 
-// The first number of the header, big-endian.  [ICC.1:2010, 7.2.2]
+// Size field of the header, big-endian.  [ICC.1:2010, 7.2.2]
 size_t claimedSize(std::string_view bytes) {
   size_t size = 0;
   for (size_t i = 0; i < std::min<size_t>(4, bytes.size()); ++i)
@@ -51,7 +52,7 @@ size_t claimedSize(std::string_view bytes) {
   return size;
 }
 
-// "RGB ", "CMYK": four letters.
+// Signature as four letters: "RGB ", "CMYK".
 std::string signatureText(uint32_t signature) {
   std::string text;
   for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>(signature >> shift & 0xff);
@@ -73,12 +74,12 @@ Profile linearRec709(cmsContext context) {
 } // namespace
 
 struct IccTransform::Transform {
-  std::string problem; // before the context, which writes it
+  std::string problem; // declared before the context, which writes it
   cmsContext context = cmsCreateContext(nullptr, &problem);
   cmsHTRANSFORM transform = nullptr;
-  // A profile of three curves and a matrix is a sum over channels, which tables give seven times as fast.
-  // Made by the first conversion, as a profile is often opened for its picture's header alone. Empty: the
-  // profile is none of these.
+  // A profile of three curves and a matrix is a sum over channels, for which tables are much faster. Built by
+  // the first conversion, because a profile is often opened for a picture's header alone. Empty for other
+  // profiles.
   mutable std::once_flag tabulating;
   mutable std::array<std::vector<Light>, 3> tables;
 
@@ -93,7 +94,7 @@ struct IccTransform::Transform {
 
 namespace {
 
-// Contribution of one channel, at each step of its value.
+// Contribution of one channel at each step of its value.
 std::array<std::vector<Light>, 3> tabulated(cmsHTRANSFORM transform) {
   std::array<std::vector<Light>, 3> tables;
   Light black{};
@@ -125,7 +126,7 @@ Light sumOf(const std::array<std::vector<Light>, 3>& tables, const float* stored
   return sum;
 }
 
-// Whether sums are what the profile says, all over its cube.
+// Returns whether the sum over channels agrees with the profile over its whole cube.
 bool addsUp(cmsHTRANSFORM transform, const std::array<std::vector<Light>, 3>& tables) {
   constexpr int kSide = 7;
   constexpr float kTolerance = 2e-5f;
@@ -151,7 +152,7 @@ IccTransform::IccTransform(std::string_view bytes, int channels) : channels_(cha
   };
   if (bytes.size() > kLargestProfile)
     throw Error::mismatch("at most 2^26 bytes", std::to_string(bytes.size()));
-  if (const size_t claimed = claimedSize(bytes); claimed > bytes.size()) // which Little CMS lets pass
+  if (const size_t claimed = claimedSize(bytes); claimed > bytes.size()) // not checked by Little CMS
     throw Error::mismatch("the " + std::to_string(claimed) + " bytes that its header says",
                           std::to_string(bytes.size()));
   const Profile profile(
@@ -191,7 +192,7 @@ void IccTransform::toRec709(const float* stored, float* rgb, size_t pixels) cons
     }
     return;
   }
-  constexpr size_t kMost = size_t{1} << 20; // a call counts in 32 bits
+  constexpr size_t kMost = size_t{1} << 20; // pixels per call, which counts in 32 bits
   for (size_t done = 0; done < pixels; done += kMost)
     cmsDoTransform(transform_->transform, stored + done * static_cast<size_t>(channels_), rgb + 3 * done,
                    static_cast<cmsUInt32Number>(std::min(kMost, pixels - done)));

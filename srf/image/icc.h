@@ -1,4 +1,4 @@
-// ICC profiles, by Little CMS: what a device's colours are, as pictures carry it in themselves.
+// ICC profiles of pictures, applied by Little CMS.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,17 @@
 
 namespace surflect::image {
 
-// From a profile's colours to linear light of Rec. 709: relative colorimetric, without black point
-// compensation, so the profile's white becomes white, and colours out of Rec. 709's gamut have negative
-// values. One transform serves several threads.
+// Transform from a profile's colours to linear Rec. 709: relative colorimetric, without black point
+// compensation. The profile's white becomes white; colours outside of Rec. 709's gamut have negative values.
+// Thread-safe.
 class IccTransform {
 public:
-  // Throws Error where the profile is damaged, or not of so many colour channels: 1 gray, 3 RGB.
+  // Throws Error if the profile is damaged or has another number of colour channels (1 gray, 3 RGB).
   IccTransform(std::string_view profile, int channels);
 
   const std::string& name() const { return name_; } // "Display P3"; printable ASCII
   int channels() const { return channels_; }
-  // Gray, too, becomes RGB. Values of the profile are in 0..1.
+  // Converts `pixels` pixels of stored values in 0..1 to RGB; gray becomes RGB too.
   void toRec709(const float* stored, float* rgb, size_t pixels) const;
 
 private:

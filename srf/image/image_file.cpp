@@ -25,7 +25,7 @@ std::string lowerExtension(const std::filesystem::path& path) {
   return extension;
 }
 
-// Installed, the module lies in lib/ beside the bin/ of the program; else where it was built.
+// Loads the module from lib/ beside the program's bin/ if installed, otherwise from the build folder.
 ReadForeign* loadForeignReader() {
   constexpr const char* module = "libsurflect_foreign.so";
   std::error_code ignored;
@@ -34,7 +34,7 @@ ReadForeign* loadForeignReader() {
                           std::filesystem::path(SURFLECT_FOREIGN_FOLDER) / module};
   for (const auto& place : places) {
     if (!std::filesystem::exists(place, ignored)) continue;
-    // Stays loaded: unloading its 200 libraries is slow and not all of them survive it.
+    // Never unloaded: its libraries are many, and not all of them survive unloading.
     void* library = ::dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
     void* door = library ? ::dlsym(library, readForeignSymbol) : nullptr;
     if (!door) throw Error(std::string("cannot load (") + ::dlerror() + ")").in(place);
@@ -44,8 +44,8 @@ ReadForeign* loadForeignReader() {
       .in(places[0]);
 }
 
-// The formats that photographs come in and whose readers have been fed damaged files (tests/fuzz). Others of
-// OpenImageIO's many take what a damaged header says for sizes, or search it for ever.
+// Formats of photographs whose readers have been tested with damaged files (tests/fuzz). Other readers of
+// OpenImageIO trust sizes in damaged headers, or search them without end.
 constexpr std::array<std::string_view, 11> foreignExtensions = {
     ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp"};
 
@@ -54,7 +54,7 @@ Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent exte
     throw Error::mismatch("a picture of type .exr, .png, .jpg, .tif, .hdr, .bmp, .tga, .ppm or .webp",
                           "'" + path.extension().string() + "'")
         .in(path);
-  ::close(openForReading(path)); // which says why it cannot be opened
+  ::close(openForReading(path)); // throws with the reason
   static ReadForeign* const readForeign = loadForeignReader();
   ForeignPicture picture;
   std::string problem;

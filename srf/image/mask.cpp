@@ -27,7 +27,7 @@ Mask eroded(const Mask& mask, int n) {
   const int width = mask.width, height = mask.height;
   const auto index = [&](int x, int y) { return static_cast<size_t>(y) * static_cast<size_t>(width) + x; };
 
-  // Per pixel, the distance to the next pixel of its row that is not in the mask.
+  // Distance of each pixel to the nearest pixel of its row outside of the mask.
   constexpr int far = std::numeric_limits<int>::max();
   std::vector<int> gap(mask.inside.size(), far);
   for (int y = 0; y < height; ++y) {

@@ -1,4 +1,4 @@
-// Which pixels show the object.
+// Masks: the pixels that show the object.
 #pragma once
 
 #include "srf/image/image.h"
@@ -19,14 +19,14 @@ struct Mask {
   friend bool operator==(const Mask&, const Mask&) = default;
 };
 
-// Pixels whose alpha, the last channel, is above 1/2.
+// Mask of the pixels whose alpha, the last channel, is above 1/2.
 Mask objectMask(const Image& image);
 Mask unionOf(const Mask& a, const Mask& b);
-// The pixels from which every pixel no further than n is in the mask. What lies off the image counts as in
-// it: the border of the image is not a silhouette.
+// Erosion: pixels whose neighbours within distance n are all in the mask. Outside of the image counts as
+// inside, because the image border is not a silhouette.
 Mask eroded(const Mask& mask, int n);
-// For each pixel of `region`, the index of the pixel of `seeds` that is the fewest steps through the region
-// away, diagonal ones included; itself where no path leads to a seed, and outside the region.
+// For each pixel of `region`, the index of the pixel of `seeds` with the shortest 8-connected path through
+// the region. A pixel without such a path, or outside of the region, gets its own index.
 std::vector<size_t> nearestSeeds(const Mask& seeds, const Mask& region);
 // |a and b| / |a or b|; 1 for two empty masks.
 double intersectionOverUnion(const Mask& a, const Mask& b);

@@ -1,4 +1,4 @@
-// Colours over black, as films and EXR files have them.
+// Colours composited over black, as in frames and EXR files.
 #pragma once
 
 #include "srf/image/image.h"
@@ -8,7 +8,8 @@
 
 namespace surflect::image {
 
-// RGBA of straight colours (3 channels) and alpha (1 channel) of one size: colours are multiplied by alpha.
+// RGBA with colours multiplied by alpha, from straight colours (3 channels) and alpha (1 channel) of one
+// size.
 inline Image overBlack(const Image& color, const Image& alpha) {
   assert(color.channels == 3 && alpha.channels == 1);
   assert(color.width == alpha.width && color.height == alpha.height);

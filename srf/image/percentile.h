@@ -1,4 +1,4 @@
-// Percentiles of more values than memory holds.
+// Percentiles of streams of values.
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace surflect::image {
 
-// Counts positive values by their leading 20 bits: percentiles to 2^-12 of their value, in 8 MiB.
+// Histogram of positive values by their leading 20 bits: percentiles to a relative error of 2^-12, in 8 MiB.
 class PercentileCounter {
 public:
   // Negative values and NaN count as 0.
@@ -18,7 +18,7 @@ public:
   }
   uint64_t count() const { return total_; }
 
-  // The value below which the share of all lies; 0 where that is not positive.
+  // Value below which this share of all values lies; 0 if it is not positive.
   double percentile(double share) const {
     auto above = static_cast<uint64_t>((1 - share) * static_cast<double>(total_));
     for (size_t bin = bins_.size(); bin-- > 0; above -= bins_[bin])
@@ -28,7 +28,7 @@ public:
   }
 
 private:
-  static constexpr int kDropped = 11; // of 31 bits
+  static constexpr int kDropped = 11; // low bits of 31
   std::vector<uint64_t> bins_ = std::vector<uint64_t>(size_t{1} << 20);
   uint64_t total_ = 0;
 };

@@ -10,8 +10,8 @@
 #include <cstring>
 #include <string>
 
-// libpng reports errors by longjmp, over which no destructor runs. So each function that calls setjmp owns
-// nothing: what is allocated lives in its caller.
+// libpng reports errors by longjmp, which skips destructors. So functions that call setjmp own nothing: their
+// caller owns all allocations.
 
 namespace surflect::image {
 
@@ -25,7 +25,7 @@ constexpr int64_t maximalPixels = int64_t{1} << 28;
 }
 void onWarning(png_structp, png_const_charp) {}
 
-// What a picture costs in memory while libpng works on it.
+// Memory used while libpng decodes a picture.
 struct Samples {
   std::vector<std::byte> bytes;
   std::vector<png_bytep> rows;
@@ -51,7 +51,7 @@ public:
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  // Each returns false where libpng gave up; problem() then says why.
+  // Steps of reading; each returns false if libpng gave up, and problem() tells why.
   bool readHeader() {
     if (!info_ || setjmp(png_jmpbuf(png_))) return false;
     png_set_read_fn(png_, this, onRead);
@@ -116,7 +116,8 @@ PngPicture readPng(const std::filesystem::path& path) {
 }
 
 PngHeader readPngHeader(const std::filesystem::path& path) {
-  constexpr size_t kUsually = size_t{1} << 16, kDepth = 24, kColorType = 25; // places in the file, of IHDR's
+  constexpr size_t kUsually = size_t{1} << 16, kDepth = 24,
+                   kColorType = 25; // offsets of IHDR's fields in the file
   std::string start = readFileStart(path, kUsually);
   const auto* head = reinterpret_cast<const png_byte*>(start.data());
   if (start.size() <= kColorType || png_sig_cmp(head, 0, 8) != 0)

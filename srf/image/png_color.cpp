@@ -25,11 +25,11 @@ uint32_t bigEndian(std::string_view bytes, size_t at) {
 }
 
 struct Chunk {
-  std::string_view counted;  // its name and content, as far as the bytes go
-  std::string_view checksum; // 4 bytes, or less where the bytes end
+  std::string_view counted;  // name and content, as far as present
+  std::string_view checksum; // 4 bytes, or fewer at the end of the file
 
   std::string_view name() const { return counted.substr(0, 4); }
-  // Throws Error where the chunk is damaged.
+  // Content of the chunk; throws Error if it is damaged.
   std::string_view content() const {
     const auto sum =
         ::crc32(0, reinterpret_cast<const Bytef*>(counted.data()), static_cast<uInt>(counted.size()));
@@ -39,9 +39,9 @@ struct Chunk {
   }
 };
 
-// Calls visit(chunk) for each chunk whose name is there, until it returns false.
+// Calls visit(chunk) for each chunk with a complete name, until it returns false.
 template <class Visit> void forChunks(std::string_view file, const Visit& visit) {
-  constexpr size_t kSignature = 8, kName = 4, kAround = 12; // around: length, name and checksum
+  constexpr size_t kSignature = 8, kName = 4, kAround = 12; // kAround: length, name and checksum
   for (size_t at = kSignature; at + 8 <= file.size();) {
     const size_t length = bigEndian(file, at), end = std::min(at + 8 + length, file.size());
     if (!visit(Chunk{file.substr(at + 4, std::min(kName + length, end - at - 4)), file.substr(end, 4)}))
@@ -54,7 +54,7 @@ Error lengthError(std::string_view content, const std::string& expected) {
   return Error::mismatch(expected + " bytes", std::to_string(content.size()) + " bytes");
 }
 
-// Code points of [H.273] 8.1 and 8.2; samples are RGB of full range.
+// Encoding by code points of [H.273] 8.1 and 8.2; samples are RGB of full range.
 ColorEncoding encodingOfCicp(std::string_view content) {
   if (content.size() != 4) throw lengthError(content, "4");
   const int primaries = static_cast<uint8_t>(content[0]), transfer = static_cast<uint8_t>(content[1]),
@@ -85,7 +85,7 @@ ColorEncoding encodingOfCicp(std::string_view content) {
   return {knownTransfers.at(transfer), knownPrimaries.at(primaries), nullptr};
 }
 
-// A name, a zero, the method of compression (0), and the profile deflated.
+// Profile of an iCCP chunk: a name, a zero, the compression method (0), and the deflated profile.
 std::string profileOf(std::string_view content) {
   constexpr size_t kLargestProfile = size_t{1} << 26, kStep = size_t{1} << 16;
   const size_t end = content.find('\0');
@@ -111,8 +111,8 @@ std::string profileOf(std::string_view content) {
   return profile;
 }
 
-// Light = sample ^ (1 / gAMA), stored times 100000. Files of sRGB say 45455 (1/2.2) for readers that know no
-// sRGB chunk [PNG 3, 11.3.2.5], so with sRGB's primaries, or none, it stands for the sRGB curve.
+// Transfer by gAMA: light = sample ^ (1 / gAMA), stored times 100000. sRGB files state 45455 (1/2.2) for
+// readers without the sRGB chunk [PNG 3, 11.3.2.5], so with sRGB primaries, or none, it means the sRGB curve.
 std::optional<Transfer> transferOfGama(std::string_view content, bool isRec709) {
   if (content.size() != 4) throw lengthError(content, "4");
   constexpr uint32_t kSrgb = 45455, kRounding = 5, kLinear = 100000;
@@ -126,14 +126,14 @@ std::optional<Transfer> transferOfGama(std::string_view content, bool isRec709) 
   return Transfer{Transfer::Curve::gamma, exponent};
 }
 
-// White, red, green, blue; stored times 100000.
+// Primaries by cHRM: white, red, green, blue, stored times 100000.
 Primaries primariesOfChrm(std::string_view content) {
   if (content.size() != 32) throw lengthError(content, "32");
   std::array<Chromaticity, 4> points;
   for (size_t i = 0; i < points.size(); ++i)
     points[i] = {bigEndian(content, 8 * i) / 1e5, bigEndian(content, 8 * i + 4) / 1e5};
   const Primaries primaries{points[1], points[2], points[3], points[0]};
-  xyzFromRgb(primaries); // which throws where they are none
+  xyzFromRgb(primaries); // throws if they are invalid
   return primaries;
 }
 
@@ -168,7 +168,7 @@ std::optional<ColorStatement> pngColorStatement(std::string_view file) {
     }
     return statement;
   };
-  const auto saysNothing = [](const ColorStatement& statement) { // cICP of 2 and 2, gAMA of 0
+  const auto saysNothing = [](const ColorStatement& statement) { // neutral values: cICP of 2 and 2, gAMA of 0
     return statement.problem.empty() && !statement.encoding.transfer && !statement.encoding.primaries;
   };
   if (has("cICP"))
@@ -181,7 +181,7 @@ std::optional<ColorStatement> pngColorStatement(std::string_view file) {
     });
   if (has("sRGB"))
     return stated("sRGB", [&]() -> ColorEncoding {
-      content("sRGB"); // which throws where it is damaged
+      content("sRGB"); // throws if it is damaged
       return {Transfer{Transfer::Curve::srgb}, kRec709, nullptr};
     });
   if (!has("gAMA") && !has("cHRM")) return std::nullopt;

@@ -21,14 +21,15 @@ std::string bigEndian(uint32_t value) {
   return bytes;
 }
 
-// Length, type, data, and a checksum of the last two [PNG 3rd ed., 5.3].
+// A chunk: length, type, data, and a checksum of the last two [PNG 3rd ed., 5.3].
 std::string chunk(std::string_view type, std::string_view data) {
   const std::string body = std::string(type).append(data);
   const uint32_t check = ::libdeflate_crc32(0, body.data(), body.size());
   return bigEndian(static_cast<uint32_t>(data.size())) + body + bigEndian(check);
 }
 
-// [PNG 3rd ed., 9.4], of bytes left, above, and above to the left. Without branches: a loop becomes lanes.
+// Paeth predictor of the bytes left, above, and above to the left [PNG 3rd ed., 9.4]; branchless, so that
+// loops vectorise.
 uint8_t paethPredictor(int left, int above, int corner) {
   const int toLeft = std::abs(above - corner), toAbove = std::abs(left - corner),
             toCorner = std::abs(left + above - 2 * corner);
@@ -36,8 +37,8 @@ uint8_t paethPredictor(int left, int above, int corner) {
   return static_cast<uint8_t>(toLeft <= toAbove && toLeft <= toCorner ? left : other);
 }
 
-// Rows of differences from the Paeth predictor, each behind the filter's number. On rendered previews this
-// one filter leaves less than a choice among all by the sum of differences does.
+// Rows filtered by the Paeth predictor, each after the filter's number. On rendered previews this filter
+// compresses better than a choice among all by the sum of differences.
 std::vector<std::byte> filtered(const PngSamples& picture) {
   constexpr std::byte kPaeth{4};
   const size_t height = static_cast<size_t>(picture.height), row = picture.rowBytes(),
@@ -45,7 +46,7 @@ std::vector<std::byte> filtered(const PngSamples& picture) {
   std::vector<std::byte> result;
   result.reserve((row + 1) * height);
   const std::vector<uint8_t> black(pixel + row);
-  // A row with one black pixel before it, and the row above likewise.
+  // Rows begin with one black pixel.
   std::vector<uint8_t> above = black, current = black;
   std::vector<std::byte> differences(row);
   for (size_t y = 0; y < height; ++y) {
@@ -60,8 +61,8 @@ std::vector<std::byte> filtered(const PngSamples& picture) {
   return result;
 }
 
-// The sRGB chunk, and for readers that do not know it the closest gamma and the primaries, in units of 1e-5
-// [PNG 3rd ed., 11.3.2.1 to 11.3.2.5].
+// The sRGB chunk, with the closest gamma and the primaries in units of 1e-5 for other readers [PNG 3rd ed.,
+// 11.3.2.1 to 11.3.2.5].
 std::string srgbChunks() {
   constexpr uint32_t kGamma = 45455;
   constexpr char kRelativeColorimetric = 1;
@@ -82,7 +83,7 @@ std::string pngBytes(const PngSamples& picture) {
   std::string header = bigEndian(static_cast<uint32_t>(picture.width)) +
                        bigEndian(static_cast<uint32_t>(picture.height)) +
                        static_cast<char>(picture.bitDepth) + types[static_cast<size_t>(picture.channels - 1)];
-  header.append(3, '\0'); // the only methods of compression and filtering, no interlace
+  header.append(3, '\0'); // compression and filter method 0, no interlace
   const std::string data = zlibStream(filtered(picture));
   std::string file = "\x89PNG\r\n\x1a\n" + chunk("IHDR", header);
   if (picture.colors == PngColors::srgb) file += srgbChunks();

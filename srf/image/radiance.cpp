@@ -21,13 +21,13 @@ namespace {
 
 constexpr int64_t maximalPixels = int64_t{1} << 28;
 constexpr int maximalSide = 1 << 16;
-// Memory is not taken for pixels that the file has no bytes for; masks of one colour are packed densely.
-constexpr int64_t densest = 1 << 12;       // bytes of floats that one byte of file can stand for
+// Limits of memory relative to the file's size; masks of one colour are packed densely.
+constexpr int64_t densest = 1 << 12;       // bytes of floats per byte of file
 constexpr int64_t alwaysGranted = 1 << 29; // bytes, however small the file
 
 using Pixel = std::array<uint8_t, 4>;
 
-// Lines end with a line feed; editors and other systems put a carriage return before it.
+// Header lines; they end with a line feed, possibly after a carriage return.
 class Lines {
 public:
   explicit Lines(std::string_view file) : file_(file) {}
@@ -48,7 +48,7 @@ private:
   size_t at_ = 0, count_ = 0;
 };
 
-// Exactly so many numbers, between blanks.
+// Exactly `count` numbers, separated by blanks.
 std::vector<double> numbersIn(std::string_view text, size_t count) {
   const auto wrong = [&] {
     return Error::mismatch(count == 1 ? "a number" : std::to_string(count) + " numbers",
@@ -69,7 +69,7 @@ std::vector<double> numbersIn(std::string_view text, size_t count) {
   return numbers;
 }
 
-// Pixels have been multiplied by these, line after line.
+// Divides out factors by which pixels have been multiplied; lines accumulate.
 void divideOut(RadianceHeader& header, std::string_view text, size_t count) {
   const std::vector<double> factors = numbersIn(text, count);
   for (size_t c = 0; c < 3; ++c) {
@@ -89,7 +89,7 @@ int sideOf(std::string_view text) {
   return static_cast<int>(side);
 }
 
-// "-Y 2 +X 4": sign, axis and number of scanlines, then those of the pixels in them.
+// Orientation "-Y 2 +X 4": sign, axis and number of scanlines, then of pixels in a scanline.
 void readOrientation(RadianceHeader& header, std::string_view line) {
   const size_t second = line.find_first_of("XY", 2);
   const bool known =
@@ -107,13 +107,13 @@ void readOrientation(RadianceHeader& header, std::string_view line) {
     throw Error::mismatch("at most 2^28 pixels", std::string(line));
 }
 
-// Red, green, blue and white.
+// Statement of red, green, blue and white.
 ColorStatement statedBy(std::string_view text) {
   ColorStatement statement{"Radiance PRIMARIES", {Transfer{}, {}, nullptr}, {}};
   try {
     const std::vector<double> xy = numbersIn(text, 8);
     const Primaries primaries{{xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}};
-    xyzFromRgb(primaries); // which throws where they are none
+    xyzFromRgb(primaries); // throws if they are invalid
     statement.encoding.primaries = primaries;
   } catch (const Error& e) {
     statement.problem = e.what();
@@ -139,7 +139,8 @@ public:
     for (uint8_t& byte : pixel) byte = next();
     return pixel;
   }
-  // "New" scanlines have their bytes apart, each run-length encoded; they begin with 2, 2 and their length.
+  // "New" scanlines store each byte plane separately, run-length encoded; they begin with 2, 2 and their
+  // length.
   bool beginsPlanes(size_t length) const {
     const auto at = [&](size_t i) { return static_cast<uint8_t>(rest_[i]); };
     return rest_.size() >= 4 && length >= 8 && length < 32768 && at(0) == 2 && at(1) == 2 &&
@@ -151,10 +152,10 @@ private:
 };
 
 void readPlanes(Bytes& bytes, std::span<Pixel> scanline) {
-  bytes.nextPixel(); // what it begins with
+  bytes.nextPixel(); // skips the marker
   for (size_t c = 0; c < 4; ++c)
     for (size_t x = 0; x < scanline.size();) {
-      const uint8_t code = bytes.next(); // above 128: a run of one byte, that much longer than 128
+      const uint8_t code = bytes.next(); // above 128: a run of code - 128 equal bytes
       const bool isRun = code > 128;
       const size_t count = isRun ? code - 128u : code;
       if (count == 0 || count > scanline.size() - x) throw Error("cannot read (a run leaves its scanline)");
@@ -163,8 +164,8 @@ void readPlanes(Bytes& bytes, std::span<Pixel> scanline) {
     }
 }
 
-// Pixels one after the other; mantissas 1, 1, 1 repeat the pixel before, exponent times, and 256 times as
-// often each time that they follow each other.
+// Pixels one after the other. Mantissas 1, 1, 1 repeat the previous pixel `exponent` times, and 256 times as
+// often for each successive repetition.
 void readPixels(Bytes& bytes, std::span<Pixel> scanline) {
   int shift = 0;
   for (size_t x = 0; x < scanline.size();) {
@@ -193,7 +194,7 @@ RadianceHeader radianceHeader(std::string_view file) {
   if (!file.starts_with("#?")) throw Error("cannot read (not a Radiance picture)");
   Lines lines(file);
   RadianceHeader header;
-  std::string format = "32-bit_rle_rgbe"; // unless it is said
+  std::string format = "32-bit_rle_rgbe"; // default
   lines.next();
   for (std::string_view line = lines.next(); !line.empty(); line = lines.next()) {
     const size_t sign = line.find('=');
@@ -204,7 +205,7 @@ RadianceHeader radianceHeader(std::string_view file) {
       if (key == "FORMAT") format = value.substr(std::min(value.find_first_not_of(' '), value.size()));
       if (key == "EXPOSURE") divideOut(header, value, 1);
       if (key == "COLORCORR") divideOut(header, value, 3);
-      if (key == "GAMMA" && numbersIn(value, 1)[0] != 1) // not Radiance's own, but rgbe.c writes it
+      if (key == "GAMMA" && numbersIn(value, 1)[0] != 1) // not Radiance's own key, but written by rgbe.c
         throw Error::mismatch("1", "'" + std::string(value) + "'");
     } catch (Error& e) {
       throw std::move(e).at(key);

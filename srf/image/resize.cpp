@@ -7,8 +7,8 @@ namespace surflect::image {
 
 namespace {
 
-// Calls add(from, share) for those of `from` cells that meet cell `i` of `to` cells of the same length
-// together; shares sum to 1.
+// Calls add(from, share) for the cells of a row of `from` cells that overlap cell `i` of `to` cells of the
+// same total length; shares sum to 1.
 template <class Add> void forCellsUnder(int i, int to, int from, const Add& add) {
   const double scale = static_cast<double>(from) / to, begin = i * scale, end = (i + 1) * scale;
   for (int j = static_cast<int>(begin); j < from && j < end; ++j)

@@ -1,4 +1,4 @@
-// Parts of pictures, and pictures of another size.
+// Cropping and resizing of pictures.
 #pragma once
 
 #include "srf/image/image.h"
@@ -13,8 +13,8 @@ struct PixelWindow {
   int height() const { return y1 - y0; }
 };
 
-// The window, which lies in the image, in width x height pixels, each the mean of the area that it covers.
-// Keeps sums of light; a larger picture shows the image's pixels as they are.
+// Window of the image at width x height pixels, each the mean over its area, so that sums of light are kept.
+// The window lies in the image. Enlarging repeats pixels.
 Image resampled(const Image& image, const PixelWindow& window, int width, int height);
 
 } // namespace surflect::image

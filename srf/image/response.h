@@ -1,4 +1,4 @@
-// What a camera of 8 bits made of light: its response curve.
+// Response curve of an 8-bit camera.
 #pragma once
 
 #include <algorithm>
@@ -7,13 +7,14 @@
 
 namespace surflect::image {
 
-// The exposure (radiance times seconds, in any one unit) that each code of 8 bits stands for, of each colour
-// channel: not negative, not falling, and above 0 for the last code.
+// Exposure (radiance times seconds, in any one unit) of each 8-bit code, per colour channel: not negative,
+// non-decreasing, and above 0 for the last code.
 struct Response {
   static constexpr size_t codes = 256;
   std::array<std::array<float, codes>, 3> exposure{};
 
-  // Of an encoded value in 0..1; between codes, which masks and premultiplied alpha leave, it is linear.
+  // Exposure of an encoded value in 0..1; linear between codes, which occur under masks and premultiplied
+  // alpha.
   float operator()(size_t channel, float encoded) const {
     const std::array<float, codes>& curve = exposure[channel];
     const float code = std::clamp(encoded, 0.f, 1.f) * (codes - 1); // NaN stays NaN

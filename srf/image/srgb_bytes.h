@@ -1,4 +1,4 @@
-// Linear light to sRGB in 8 bits without a power for each sample.
+// Linear light to 8-bit sRGB without a power function per sample.
 #pragma once
 
 #include "srf/image/color.h"
@@ -11,14 +11,14 @@
 
 namespace surflect::image {
 
-// The byte nearest to the sRGB curve, from the thresholds between bytes. Floats fall into buckets by their
-// leading 16 bits, none of which holds more than one threshold: the curve rises by at most 0.44 of a byte
-// over one.
+// Byte nearest to the sRGB curve, from a table of the thresholds between bytes. Floats are bucketed by their
+// leading 16 bits. The curve rises by at most 0.44 of a byte per bucket, so no bucket holds more than one
+// threshold.
 class SrgbBytes {
 public:
   SrgbBytes() {
     for (unsigned byte = 1; byte < 256; ++byte) least_[byte] = leastOf(byte);
-    least_[256] = 2; // never
+    least_[256] = 2; // never reached
     for (uint32_t bucket = 0, byte = 0; bucket < kBuckets; ++bucket) {
       const float first = std::bit_cast<float>((bucket + kFirst) << 16);
       while (first >= least_[byte + 1]) ++byte;
@@ -26,7 +26,7 @@ public:
     }
   }
 
-  // Values are clamped to 0..1; what is no number is black.
+  // Values are clamped to 0..1; NaN becomes 0.
   uint8_t operator()(float linear) const {
     const float unit = linear > kDark ? std::min(linear, 1.f) : kDark;
     const uint32_t byte = ofBucket_[(std::bit_cast<uint32_t>(unit) >> 16) - kFirst];
@@ -38,7 +38,7 @@ private:
   static constexpr uint32_t kFirst = std::bit_cast<uint32_t>(kDark) >> 16;
   static constexpr uint32_t kBuckets = (std::bit_cast<uint32_t>(1.f) >> 16) - kFirst + 1;
 
-  // The least float whose byte is at least this one.
+  // Smallest float whose byte is at least `byte`.
   static float leastOf(unsigned byte) {
     uint32_t below = 0, least = std::bit_cast<uint32_t>(1.f);
     while (least - below > 1) {

@@ -13,10 +13,10 @@ namespace surflect::importers {
 
 namespace {
 
-constexpr int64_t kCalibrationPixels = int64_t{1} << 18; // memory: 12 bytes of each, per photograph
+constexpr int64_t kCalibrationPixels = int64_t{1} << 18; // memory: 12 bytes per pixel and photograph
 
-// From gradients to the right and down per pixel to those per scene unit, on the plane through the origin
-// that faces the camera.
+// Converts gradients to the right and down, per pixel, to gradients per scene unit on the plane through the
+// origin that faces the camera.
 Vec3<double> inSpace(const Vec2<double>& gradient, const capture::Camera<AcquisitionSpace>& camera) {
   const capture::Lens& lens = camera.lens;
   const bool isDistant = lens.model == capture::Lens::Model::orthographic;
@@ -57,7 +57,7 @@ image::Mask shrunk(const image::Mask& mask, int factor) {
 
 image::Mask objectOfView(const capture::Capture& capture, std::span<const size_t> frames, double threshold,
                          const Progress& progress) {
-  image::Image brightest; // largest luminance of all photographs: what the threshold is applied to
+  image::Image brightest; // largest luminance over the photographs, to which the threshold applies
   for (const size_t f : frames) {
     progress.checkpoint();
     const image::Image radiance = radianceOf(capture, f);

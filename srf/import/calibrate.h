@@ -1,5 +1,4 @@
-// What other people's captures lack, estimated from all photographs of a view, a few of them in memory at a
-// time.
+// Estimates what imported captures lack, from all photographs of a view, few of them in memory at a time.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -13,25 +12,24 @@
 
 namespace surflect::importers {
 
-// Means over squares of factor x factor pixels; what does not fill a square at the right and below is left
-// out. The image has at least factor pixels each way.
+// Means over squares of factor x factor pixels; incomplete squares at the right and below are dropped. The
+// image has at least factor pixels each way.
 image::Image shrunk(const image::Image& image, int factor);
-// Pixels all of whose square is in the mask.
+// Mask of the squares that are completely in the mask.
 image::Mask shrunk(const image::Mask& mask, int factor);
 
-// Object pixels by threshold (srf/calibration/threshold_mask.h) of the view that the given frames (indices
-// into capture.frames) photograph. Black where a matte is: no object.
-// Throws Error.
+// Object pixels by threshold (srf/calibration/threshold_mask.h) of the view of the given frames (indices into
+// capture.frames). Pixels outside of a matte count as black. Throws Error.
 image::Mask objectOfView(const capture::Capture& capture, std::span<const size_t> frames, double threshold,
                          const Progress& progress = {});
 
-// Irradiances (relative, mean 1) of the directional lights of the given frames of one view, from photographs
-// shrunk to at most 2^18 pixels; `unevenly` with gradients, from what trains alone: lights of test frames are
-// even, so that of these nothing but the strength is known. The middle of the picture shows the origin.
-// Throws Error for a damaged photograph.
+// Relative irradiances, mean 1, of the directional lights of frames of one view, from photographs reduced to
+// at most 2^18 pixels. `unevenly`: with gradients, from training frames alone; lights of test frames are
+// even, so that nothing but their strength is used. The origin is at the middle of the picture. Throws Error
+// for a damaged photograph.
 struct StrengthEstimate {
-  std::vector<capture::DirectionalLight> lights; // one a frame; none where their strengths cannot be told
-  std::string problem;                           // why there are none, or why none has a gradient
+  std::vector<capture::DirectionalLight> lights; // one per frame; empty if strengths cannot be determined
+  std::string problem;                           // reason for missing lights or missing gradients
 };
 StrengthEstimate strengthsInView(const capture::Capture& capture, std::span<const size_t> frames,
                                  const image::Mask& object, bool unevenly, const Progress& progress = {});

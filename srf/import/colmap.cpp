@@ -20,11 +20,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// In the order of COLMAP's numbers, from 0 [COLMAP, src/colmap/sensor/models/base.h].
+// Models in the order of COLMAP's numbers, from 0 [COLMAP, src/colmap/sensor/models/base.h].
 struct Model {
   std::string_view name;
   size_t parameters;
-  bool isOurs = false; // a pinhole with the distortion of our lenses
+  bool isOurs = false; // representable by our lenses
 };
 constexpr std::array kModels{Model{"SIMPLE_PINHOLE", 3, true},
                              Model{"PINHOLE", 4, true},
@@ -56,12 +56,12 @@ struct Registered {
   Rigid<CameraSpace, AcquisitionSpace> cameraFromWorld;
 };
 
-// COLMAP's QW QX QY QZ TX TY TZ.
+// Pose by COLMAP's QW QX QY QZ TX TY TZ.
 Rigid<CameraSpace, AcquisitionSpace> poseOf(const std::array<double, 7>& v,
                                             capture::RoundedRotations& rotations) {
   const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
   const double deviation = std::abs(q.norm() - 1);
-  if (!(deviation <= 2e-3)) // of three decimals; at most 1e-3 by rounding
+  if (!(deviation <= 2e-3)) // rounding to three decimals; at most 1e-3 by it
     throw Error::mismatch("a unit quaternion", "length " + numberText(q.norm())).at("QW QX QY QZ");
   rotations.count(deviation);
   return poseFromVisionAxes(q.normalized().toRotationMatrix(), {v[4], v[5], v[6]}, rotations);
@@ -84,7 +84,8 @@ std::vector<double> numbersOf(std::span<const std::string_view> words) {
   return numbers;
 }
 
-// Against what COLMAP's comments say, "# Number of cameras: 3", where they do: the file may have been cut.
+// Checks a count against COLMAP's comment, "# Number of cameras: 3", if there is one: the file may be
+// truncated.
 void checkCount(const std::string& content, std::string_view things, size_t found) {
   const std::string label = "Number of " + std::string(things) + ":";
   for (const TextLine& line : linesOf(content)) {
@@ -122,13 +123,13 @@ Registered registeredIn(std::string_view text, capture::RoundedRotations& rotati
   std::array<double, 7> pose;
   for (size_t i = 0; i < pose.size(); ++i) pose[i] = numberOf(words[i + 1]);
   Registered image;
-  image.name = text.substr(static_cast<size_t>(words[9].data() - text.data())); // names can have blanks
+  image.name = text.substr(static_cast<size_t>(words[9].data() - text.data())); // names may contain blanks
   image.camera = static_cast<uint32_t>(countOf(words[8]));
   image.cameraFromWorld = poseOf(pose, rotations);
   return image;
 }
 
-// The points are not used, but a line that holds something else is no line of points.
+// Checks lines of points, which are not used: a line with other content means a damaged file.
 void checkPoints(std::string_view text) {
   const std::vector<std::string_view> words = wordsOf(text);
   if (words.size() % 3 != 0 || !areNumbers(words))
@@ -145,7 +146,7 @@ std::vector<Registered> readImagesText(const std::string& content, capture::Roun
     } catch (Error& e) {
       throw std::move(e).at(fieldOf(lines[i]));
     }
-    if (++i == lines.size()) break; // the last one's empty line of points, which editors take away
+    if (++i == lines.size()) break; // editors remove the last empty line of points
     try {
       checkPoints(lines[i].text);
     } catch (Error& e) {
@@ -170,7 +171,7 @@ public:
     std::memcpy(&value, bytes(sizeof value, field).data(), sizeof value);
     return value;
   }
-  // A number of records to come, each of at least so many bytes.
+  // Number of following records of at least `recordBytes` bytes each.
   uint64_t takeCount(const char* field, size_t recordBytes) {
     const auto count = take<uint64_t>(field);
     if (count > rest_.size() / recordBytes)
@@ -266,7 +267,7 @@ fs::path imagesFileOf(const fs::path& model) {
   return model / (isFile(model / "cameras.bin") ? "images.bin" : "images.txt");
 }
 
-// List of a model's pictures.
+// Registered pictures of a model.
 struct Reconstruction {
   fs::path folder;
   std::vector<Registered> images;
@@ -283,8 +284,8 @@ Reconstruction readReconstruction(const fs::path& folder) {
   return model;
 }
 
-// COLMAP writes a model for each part of the photographs that it cannot connect: sparse/0, sparse/1, .. in no
-// order of size. Notes name the others.
+// COLMAP writes a model for each part of the photographs that it cannot connect: sparse/0, sparse/1, .. in
+// any order of size. Notes name the smaller ones.
 Reconstruction largestModel(const std::vector<fs::path>& models, const fs::path& folder,
                             std::vector<std::string>& notes) {
   if (models.empty()) throw Error("no cameras.bin or cameras.txt here or in sparse/0").in(folder);
@@ -299,7 +300,7 @@ Reconstruction largestModel(const std::vector<fs::path>& models, const fs::path&
     } catch (const Error& e) {
       sizes.push_back("cannot be read: " + std::string(e.what()));
     }
-  if (best.images.empty()) return readReconstruction(models[0]); // or says why it cannot be read
+  if (best.images.empty()) return readReconstruction(models[0]); // throws if it cannot be read
   std::string others;
   for (size_t m = 0; m < models.size(); ++m)
     if (m != largest) others += (others.empty() ? "" : ", ") + models[m].string() + " (" + sizes[m] + ")";
@@ -366,7 +367,7 @@ Source readColmap(const fs::path& folder, const fs::path& images, bool allowOuts
                  imagesFile = imagesFileOf(model);
   const Cameras cameras = readAt(camerasFile, binary ? readCamerasBinary : readCamerasText);
   if (registered.empty()) throw Error("no picture is registered").in(imagesFile);
-  // COLMAP numbers pictures as threads finish with them.
+  // COLMAP numbers pictures in the order in which threads finish them.
   std::sort(registered.begin(), registered.end(),
             [](const Registered& a, const Registered& b) { return a.name < b.name; });
 

@@ -13,16 +13,16 @@
 
 namespace surflect::importers {
 
-// The folders with cameras.bin or cameras.txt: this one, and those where COLMAP's tools put models below.
+// Folders with cameras.bin or cameras.txt: the given one, and those below where COLMAP's tools put models.
 std::vector<std::filesystem::path> findColmapModels(const std::filesystem::path& folder);
 
-// Every registered picture of the largest model is a view of its own, under fixed light. images: where the
-// names start; empty: folder/images. Models known: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV,
-// and FULL_OPENCV where its k3 to k6 are 0. Throws Error.
+// Reads the largest model; every registered picture is a view of its own, under fixed light. `images` is the
+// folder that names are relative to; empty: folder/images. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
+// RADIAL, OPENCV, and FULL_OPENCV with k3 to k6 equal to 0. Throws Error.
 Source readColmap(const std::filesystem::path& folder, const std::filesystem::path& images,
                   bool allowOutside);
 
-// The lens of a model by COLMAP's name and order of parameters; throws Error that names the model.
+// Lens of a model by COLMAP's name and parameter order; throws Error naming the model.
 capture::Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters);
 
 } // namespace surflect::importers

@@ -16,7 +16,7 @@ std::string formatDefault(int bits) {
   return bits == 0 ? "floating point that states nothing" : std::to_string(bits) + " bits that state nothing";
 }
 
-// As what, and by whose word.
+// Interpretation of a picture's colours, and its reason.
 std::pair<std::string, std::string> colorsOf(const capture::Capture& capture,
                                              const std::filesystem::path& path) {
   const image::PictureHeader header = image::readPictureHeader(path);
@@ -32,7 +32,7 @@ std::pair<std::string, std::string> colorsOf(const capture::Capture& capture,
 } // namespace
 
 std::string colorsTaken(const capture::Capture& capture, const Progress& progress) {
-  std::map<std::filesystem::path, std::set<std::string>> layersOf; // those that frames want, by picture
+  std::map<std::filesystem::path, std::set<std::string>> layersOf; // layers that frames use, by picture
   for (const capture::Frame& frame : capture.frames)
     for (const capture::Exposure& shot : capture::bracketOf(frame))
       layersOf[capture.folder() / shot.picture].insert(shot.layer);
@@ -42,8 +42,7 @@ std::string colorsTaken(const capture::Capture& capture, const Progress& progres
     progress("looking at colours", static_cast<double>(seen++) / static_cast<double>(layersOf.size()));
     if (image::formatOf(path) == image::PictureFormat::exr) {
       const image::ExrFile file(path);
-      for (const std::string& layer : layers)
-        image::colorChannels(file, layer); // which throws where there are none
+      for (const std::string& layer : layers) image::colorChannels(file, layer); // throws if there are none
     }
     ++counts[colorsOf(capture, path)];
   }

@@ -1,4 +1,4 @@
-// How a capture's pictures will be read: as what colours, and by whose word.
+// Reports how a capture's pictures will be read: as which colours, and why.
 #pragma once
 
 #include "srf/capture/capture.h"

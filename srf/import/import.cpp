@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Where no mask tells the object, strengths come from what is brighter than this share of the brightest.
+// Without masks, strengths use pixels brighter than this share of the brightest.
 constexpr double kStrengthThreshold = 0.1;
 
 // The *_par.txt of a folder; throws Error if there are several.
@@ -85,8 +85,8 @@ std::string shown(image::PictureSize size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
-// Data sets come with shrunk copies of their pictures; the lens goes with them, if the shape is the same but
-// for rounding to whole pixels. Whether it was resized.
+// Scales the lens to the size of the pictures, which data sets also distribute as reduced copies, if the
+// shape is equal up to rounding to whole pixels. Returns whether it did.
 bool fitLens(capture::Lens& lens, image::PictureSize size) {
   const image::PictureSize stated{lens.width, lens.height};
   if (size == stated) return false;
@@ -96,7 +96,7 @@ bool fitLens(capture::Lens& lens, image::PictureSize size) {
   return true;
 }
 
-// All pictures of a view have one size, and its masks that shape.
+// Requires one size for all pictures of a view, and its shape for the masks.
 void fitLenses(Source& source, const Progress& progress) {
   capture::Capture& capture = source.capture;
   std::vector<std::optional<image::PictureSize>> sizes(capture.views.size());
@@ -137,7 +137,7 @@ std::vector<std::vector<size_t>> framesOfViews(const capture::Capture& capture) 
   return frames;
 }
 
-// Lets coordinates count from the middle of a scene that lies too far from 0 for float positions.
+// Moves the origin to the middle of a scene that is too far from 0 for float positions.
 void bringNear(Source& source) {
   const auto origin = capture::nearerOrigin(source.capture);
   if (!origin) return;
@@ -151,14 +151,14 @@ void bringNear(Source& source) {
 // ---------------------------------------------------------------------------------------------------------
 // Calibration.
 
-// The object of a view as far as the source tells it; empty where it does not.
+// Object mask of a view from the source's masks; empty if there are none.
 std::optional<image::Mask> objectByMatte(const capture::Capture& capture, size_t frame) {
   const capture::Photograph photograph = std::move(capture::readPhotographs(capture, {&frame, 1}).front());
   if (!photograph.hasMatte) return std::nullopt;
   return image::objectMask(photograph.alpha);
 }
 
-// Masks by threshold are one a view; empty without.
+// `masks` by threshold: one per view, or empty.
 void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bool unevenly,
                        const Progress& progress) {
   capture::Capture& capture = source.capture;
@@ -176,7 +176,7 @@ void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bo
   std::optional<image::Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
   if (!object) object = objectOfView(capture, frames, kStrengthThreshold, progress);
   const StrengthEstimate estimate = strengthsInView(capture, frames, *object, unevenly, progress);
-  if (estimate.lights.empty()) { // a flat thing, a few lights: no reason to do without the photographs
+  if (estimate.lights.empty()) { // a flat object or few lights: import anyway
     capture.calibration["light_strengths"] = "unknown, taken as equal";
     source.notes.push_back("light strengths could not be estimated (" + estimate.problem +
                            "); 1 is written for all");
@@ -194,7 +194,7 @@ void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bo
                            "); they are even");
 }
 
-// Removes the masks of the source, so that they need not be right where others are made.
+// Removes the source's masks, which need not be valid if others are made.
 void dropMasks(Source& source) {
   std::set<fs::path> masks;
   for (capture::Frame& frame : source.capture.frames) {
@@ -206,7 +206,7 @@ void dropMasks(Source& source) {
                            (masks.size() == 1 ? "is" : "are") + " not used: --mask-threshold makes others");
 }
 
-// One a view; empty for views whose silhouettes are poor.
+// One mask per view; empty for views with poor silhouettes.
 std::vector<image::Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
   const auto views = framesOfViews(source.capture);
   std::vector<image::Mask> masks(views.size());
@@ -239,12 +239,12 @@ image::Image imageOf(const image::Mask& mask) {
 // ---------------------------------------------------------------------------------------------------------
 // The output.
 
-// Copies files into a folder, each once, keeping what their paths say where that is possible.
+// Copies files into a folder, each once, and keeps their relative paths if possible.
 class Copies {
 public:
   Copies(fs::path root, fs::path output) : root_(std::move(root)), output_(std::move(output)) {}
 
-  // A path of its own below images/ or masks/.
+  // Unique path below images/ or masks/.
   fs::path claim(const fs::path& source, const char* place) {
     fs::path inner = source.lexically_normal().lexically_relative(root_.lexically_normal());
     if (root_.empty()) inner = source.lexically_normal();
@@ -269,7 +269,7 @@ public:
     return known->second;
   }
 
-  // A picture in the place of a file of the source, as PNG; where it lies, from where copy() leaves it.
+  // Writes a picture as PNG in place of a source file; returns its path as copy() does.
   fs::path write(const fs::path& source, const char* place, const image::Image& image) {
     const fs::path path = claim(fs::path(source).replace_extension(".png"), place);
     image::writePng(output_ / path, image);
@@ -297,7 +297,7 @@ image::Image inverted(image::Image coverage) {
   return coverage;
 }
 
-// Writes the masks of the source anew; afterwards the capture's masks are those.
+// Writes inverted copies of the source's masks, which replace them in the capture.
 void invertMasks(capture::Capture& capture, Copies& copies, const Progress& progress) {
   std::map<fs::path, fs::path> written;
   for (capture::Frame& frame : capture.frames) {
@@ -310,7 +310,7 @@ void invertMasks(capture::Capture& capture, Copies& copies, const Progress& prog
   }
 }
 
-// Copies all files; afterwards the capture's paths are those of the output.
+// Copies all files, and changes the capture's paths to those of the output.
 void takeAlong(capture::Capture& capture, const std::vector<image::Mask>& masks, Copies& copies,
                const fs::path& output, const Progress& progress) {
   std::vector<fs::path> maskOf(capture.views.size());
@@ -362,7 +362,7 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
 }
 
 void holdOut(capture::Capture& capture, const std::vector<std::string>& names, size_t every) {
-  // In the order of their first frames; lights of one cluster are one.
+  // Cameras in the order of their first frames, and lights, one per cluster.
   std::vector<std::string> cameras, lights;
   std::set<std::string> knownCameras, knownLights;
   for (const capture::View& view : capture.views)
@@ -423,7 +423,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   if (!options.maskThreshold) noteMasks(source, options.invertMasks, progress);
   bringNear(source);
   Copies copies(source.files.root, folder.temporaryPath());
-  if (options.invertMasks) invertMasks(capture, copies, progress); // before they tell what is calibrated
+  if (options.invertMasks) invertMasks(capture, copies, progress); // calibration below uses the masks
   if (options.recoverResponse) {
     capture.response = calibration::recoverResponse(capture, progress);
     capture.colorSpace.reset();

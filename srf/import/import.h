@@ -1,4 +1,4 @@
-// Other people's captures to a capture folder that stands alone.
+// Converts captures of other formats into a capture folder of its own.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -16,41 +16,41 @@ namespace surflect::importers {
 enum class ImportFormat { colmap, transforms, middlebury, lights };
 
 struct ImportOptions {
-  std::optional<ImportFormat> format; // none: what the source looks like
-  std::filesystem::path images;       // COLMAP: where its names start; empty: images/ of the source
-  std::filesystem::path lights;       // the light file of a folder of photographs; empty: the one in it
+  std::optional<ImportFormat> format; // none: detected by formatOfSource
+  std::filesystem::path images; // COLMAP: folder that names are relative to; empty: images/ of the source
+  std::filesystem::path lights; // light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
-  std::vector<std::string> test;       // cameras and lights to hold out, beside those that the source does
-  size_t testEvery = 0;                // hold out each Nth camera, or light where there is one view; 0: none
-  std::optional<double> maskThreshold; // masks by threshold, in the place of the source's
-  bool invertMasks = false;            // of the source: black is the object
-  std::optional<capture::ColorSpace> colorSpace; // of the pictures, whatever the source says
-  bool unevenLights = false;                     // where strengths are estimated: with their gradients
-  bool recoverResponse = false;                  // of the camera, from exposure brackets
-  bool allowOutside = false;                     // files of the source can lie out of its folder
+  std::vector<std::string> test;       // cameras and lights to hold out, in addition to the source's
+  size_t testEvery = 0;                // hold out each Nth camera, or light if there is one view; 0: none
+  std::optional<double> maskThreshold; // makes masks by threshold, replacing the source's
+  bool invertMasks = false;            // the source's masks are black on the object
+  std::optional<capture::ColorSpace> colorSpace; // of all pictures, overriding the source
+  bool unevenLights = false;                     // estimates gradients together with unknown strengths
+  bool recoverResponse = false;                  // estimates the camera's response from exposure brackets
+  bool allowOutside = false;                     // files of the source may lie outside of its folder
 };
 
 struct ImportReport {
   ImportFormat format = ImportFormat::transforms;
   size_t views = 0, lights = 0, trainingFrames = 0, testFrames = 0;
   size_t pictures = 0, masks = 0; // files
-  uint64_t bytes = 0;             // of both
+  uint64_t bytes = 0;             // of pictures and masks
   std::vector<std::string> notes; // how the source was understood, and what was estimated
 };
 
-// What a source looks like: transforms.json, then COLMAP's model, then *_par.txt, then a light file. Throws
-// Error that names them where it is none of these.
+// Detects the format: transforms.json, then a COLMAP model, then *_par.txt, then a light file. Throws Error
+// that lists these if none is found.
 ImportFormat formatOfSource(const std::filesystem::path& source, const ImportOptions& options);
 
-// Reads a source, copies its pictures as they are into images/ and masks/ of the output, estimates unknown
+// Reads a source, copies its pictures unchanged into images/ and masks/ of the output, estimates unknown
 // strengths of directional lights, and writes transforms.json. The output must not exist, or be an empty
-// folder; it appears complete or not at all. Pictures of another size than the source's lens, but of its
-// shape, are taken for shrunk ones. Throws Error or Cancelled.
+// folder; it appears complete or not at all. Pictures smaller or larger than the source's lens, but of its
+// shape, count as resized. Throws Error or Cancelled.
 ImportReport importCapture(const std::filesystem::path& source, const std::filesystem::path& output,
                            const ImportOptions& options, const Progress& progress = {});
 
-// Moves frames to the test split: those of the cameras and lights named, and each Nth camera's (light's,
-// where there is one view). Throws Error for names it does not know, and where nothing is left to train with.
+// Moves frames to the test split: those of the named cameras and lights, and of each Nth camera (light, if
+// there is one view). Throws Error for unknown names, and if no training frame is left.
 void holdOut(capture::Capture& capture, const std::vector<std::string>& names, size_t every);
 
 } // namespace surflect::importers

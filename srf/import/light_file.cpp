@@ -14,7 +14,7 @@ namespace {
 
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
-// "-0,75" or "1,5e-3".
+// Returns whether a word is a number with decimal comma: "-0,75" or "1,5e-3".
 bool isDecimalComma(std::string_view word) {
   const size_t comma = word.find(',');
   if (comma == word.npos || comma == 0 || comma + 1 == word.size()) return false;
@@ -25,17 +25,17 @@ bool isDecimalComma(std::string_view word) {
   return word.find('.') == word.npos && areNumbers({&view, 1});
 }
 
-// A number of a light file and its line; empty: none.
+// An example of a number, with its line; empty if there is none.
 struct Sample {
   std::string_view word;
   const TextLine* line = nullptr;
 };
 
-// Whether all lines are three or four numbers, as many in each, if commas separate them.
+// Returns whether commas may separate numbers: all lines then have the same number of numbers, three or four.
 bool canSeparate(const std::vector<TextLine>& lines) {
   size_t count = 0; // of the first line
   for (const TextLine& line : lines) {
-    if (isNumber(line.text)) continue; // the number of lights
+    if (isNumber(line.text)) continue; // skips the number of lights
     const std::vector<std::string_view> words = wordsOf(line.text, kLightSeparators);
     if (count == 0) count = words.size();
     if (!areNumbers(words) || words.size() != count || count > 4) return false;
@@ -43,11 +43,11 @@ bool canSeparate(const std::vector<TextLine>& lines) {
   return true;
 }
 
-// As withDecimalPoints() explains, which throws what this does.
+// Returns whether the file has decimal commas; throws as withDecimalPoints() does.
 bool hasDecimalCommas(const std::vector<TextLine>& lines) {
-  Sample comma, point; // the first of each
+  Sample comma, point; // first occurrence of each
   for (const TextLine& line : lines) {
-    if (isNumber(line.text)) continue; // the number of lights
+    if (isNumber(line.text)) continue; // skips the number of lights
     const std::vector<std::string_view> words = wordsOf(line.text, ";");
     if (words.size() < 3) return false;
     for (const std::string_view word : std::span(words).last(3)) {
@@ -71,7 +71,7 @@ bool hasDecimalCommas(const std::vector<TextLine>& lines) {
   return true;
 }
 
-// The last three words; what stands before them is the name, which can have blanks.
+// Light by the last three words of a line; the words before are the name, which may contain blanks.
 LightEntry entryIn(const TextLine& line) {
   const std::vector<std::string_view> words = wordsOf(line.text, kLightSeparators);
   if (words.size() < 3) throw Error::mismatch("x y z, or a name before them", shownText(line.text));
@@ -86,7 +86,7 @@ LightEntry entryIn(const TextLine& line) {
   return entry;
 }
 
-// Row x, row y, row z.
+// Lights from rows of x, y and z.
 std::vector<LightEntry> columnsOf(const std::array<std::vector<std::string_view>, 3>& rows,
                                   std::span<const TextLine> lines) {
   if (rows[0].empty()) throw Error("the file lists no light");
@@ -112,8 +112,7 @@ std::string withDecimalPoints(std::string_view content) {
   if (!hasDecimalCommas(lines)) return points;
   for (const TextLine& line : lines) {
     const std::vector<std::string_view> words = wordsOf(line.text, ";");
-    // Returns the last three words of a line that has a name, which may have a comma of its own; else all
-    // words.
+    // Last three words of a line with a name, which may contain a comma; otherwise all words.
     const bool isNamed = std::ranges::any_of(words, [](std::string_view word) {
       return !isDecimalComma(word) && !areNumbers({&word, 1});
     });

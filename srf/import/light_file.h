@@ -1,8 +1,8 @@
-// Light files of RTI and photometric stereo, as text.
+// Light files of RTI and photometric stereo.
 //
-// .lp (the number of photographs, then "file x y z" a line), the same without the number, or with names, or
-// ordinals, of photographs; "x y z" a line; or the three rows x, y, z, one column a light. x to the right, y
-// up, z from the object to the camera. [HP Labs, "Making PTMs with a .lp File"]
+// Formats: .lp (the number of photographs, then "file x y z" per line), also without the number, or with bare
+// names or ordinals; "x y z" per line; three rows x, y, z with a column per light. x right, y up, z from the
+// object to the camera. [HP Labs, "Making PTMs with a .lp File"]
 #pragma once
 
 #include "surfel/math/space.h"
@@ -14,22 +14,21 @@
 
 namespace surflect::importers {
 
-// Blanks, too, stand between numbers.
+// Separators between numbers besides blanks.
 inline constexpr std::string_view kLightSeparators = ",;";
 
-// One light of a light file. The name is empty where the file has none.
+// One light of a light file; the name is empty if the file has none.
 struct LightEntry {
   std::string name;
   Vec3<double> vector;
   size_t line = 0;
 };
-// Numbers have decimal points. Throws Error with the line.
+// Parses lights whose numbers have decimal points. Throws Error with the line.
 std::vector<LightEntry> parseLights(std::string_view content);
 
-// The content with points for its decimal commas, of the same length; as it is where it has none. Decimal
-// commas are a convention of the whole file: every line's last three words, separated by blanks or ";", are
-// numbers, and none has a point. Throws Error where some lines have commas and others points, or where commas
-// can be separators as well.
+// Returns the content with decimal commas replaced by points, of the same length. Decimal commas are a
+// convention of the whole file: the last three words of each line, separated by blanks or ";", are numbers
+// without a point. Throws Error if some lines have commas and others points, or if commas may be separators.
 std::string withDecimalPoints(std::string_view content);
 
 } // namespace surflect::importers

@@ -19,7 +19,7 @@ void sortNaturally(std::vector<fs::path>& paths) {
   std::sort(paths.begin(), paths.end(), [](const fs::path& a, const fs::path& b) {
     const std::string x = a, y = b;
     if (naturallyBefore(x, y) != naturallyBefore(y, x)) return naturallyBefore(x, y);
-    return x < y; // "1.png" and "01.png"
+    return x < y; // decides between "1.png" and "01.png"
   });
 }
 

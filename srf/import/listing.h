@@ -1,4 +1,4 @@
-// Listings of folders. Pictures are told by their names alone.
+// Folder listings. Pictures are recognised by name alone.
 #pragma once
 
 #include <filesystem>
@@ -8,27 +8,28 @@
 
 namespace surflect::importers {
 
-// In lower case, ASCII letters only.
+// Text in lower case, ASCII letters only.
 std::string lowered(std::string text);
 
-// 2 before 10: digits compare as numbers.
+// Natural order, 2 before 10: digits compare as numbers.
 bool naturallyBefore(std::string_view a, std::string_view b);
 
-// ".DS_Store", or "._photo.jpg", in which macOS keeps a file's attributes where the file system has no room
-// for them (AppleDouble).
+// Returns whether the name is hidden: ".DS_Store", or "._photo.jpg", in which macOS keeps file attributes
+// (AppleDouble).
 bool isHidden(const std::filesystem::path& path);
-// False where there is nothing, and where it cannot be looked at.
+// False if the path does not exist or cannot be accessed.
 bool isFile(const std::filesystem::path& path);
 bool isFolder(const std::filesystem::path& path);
-// "mask.png", "cat.mask.png", "cat_mask.png", "cat-mask.png".
+// Returns whether a name is that of a mask: "mask.png", "cat.mask.png", "cat_mask.png", "cat-mask.png".
 bool isMaskName(const std::filesystem::path& path);
-// Pictures that are called otherwise than most, digits apart: "Normal_gt.png" among "001.png", "002.png", ..;
-// none where most have no name in common.
+// Pictures whose names differ from most, digits ignored: "Normal_gt.png" among "001.png", "002.png", ..; none
+// if no name pattern is shared by most.
 std::vector<std::string> oddNames(const std::vector<std::filesystem::path>& pictures);
 
-// The pictures of a folder, hidden ones left out, in natural order. Throws Error if it cannot be opened.
+// Pictures of a folder in natural order, without hidden ones. Throws Error if the folder cannot be opened.
 std::vector<std::filesystem::path> picturesIn(const std::filesystem::path& folder);
-// Pictures of a folder that need not be there, with all folders below it. Links to folders are not followed.
+// Pictures of a folder and all folders below it; links to folders are not followed. The folder may be
+// missing.
 std::vector<std::filesystem::path> picturesBelow(const std::filesystem::path& folder);
 
 } // namespace surflect::importers

@@ -43,7 +43,7 @@ Folder photographsIn(const SourceFiles& files) {
   return folder;
 }
 
-// How a name in a list stands for a picture.
+// Ways in which a name in a list matches a picture.
 enum class Likeness { exact, otherCase, otherExtension };
 
 struct Named {
@@ -51,14 +51,14 @@ struct Named {
   Likeness likeness = Likeness::exact;
 };
 
-// "IMG_0001.CR2", but not "photo.1": an extension has a letter.
+// Returns whether the name has an extension, which contains a letter: "IMG_0001.CR2", but not "photo.1".
 bool hasExtension(const fs::path& name) {
   const std::string extension = name.extension();
   return extension.size() >= 3 && extension.size() <= 5 &&
          std::ranges::any_of(extension, [](unsigned char c) { return std::isalpha(c); });
 }
 
-// The one photograph that is alike; throws Error where there are several.
+// The single photograph that matches; throws Error if there are several.
 std::optional<fs::path> onlyOne(const std::string& name, const Folder& folder, const auto& isAlike) {
   std::optional<fs::path> found;
   for (const fs::path& photograph : folder.photographs) {
@@ -71,8 +71,8 @@ std::optional<fs::path> onlyOne(const std::string& name, const Folder& folder, c
   return found;
 }
 
-// By the name as it stands; by its last part, for lists written on another machine; by what a picture is
-// called without its extension; in other letter case; of a raw file that was developed to a picture since.
+// Photograph by name. Tries the name itself; its last part, for lists from another machine; the name without
+// extension; other letter case; and another extension, for raw files that were developed.
 std::optional<Named> photographNamed(const std::string& name, const SourceFiles& files,
                                      const Folder& folder) {
   if (auto file = files.find(name)) return Named{*file};
@@ -100,7 +100,7 @@ std::optional<Named> photographNamed(const std::string& name, const SourceFiles&
                         found);
 }
 
-// Where a name ends in numbers, the line has more of them than x y z.
+// Throws Error about an unknown picture. If the name ends in numbers, the line has more than x y z.
 [[noreturn]] void throwUnknown(const std::string& name, const SourceFiles& files) {
   const std::vector<std::string_view> words = wordsOf(name, kLightSeparators);
   size_t numbers = 0;
@@ -111,7 +111,7 @@ std::optional<Named> photographNamed(const std::string& name, const SourceFiles&
   throw Error::mismatch("a picture in " + files.root.string(), shownText(name));
 }
 
-// The names of a list, one a line.
+// Names of a list, one per line.
 std::vector<LightEntry> listedNames(const fs::path& list) {
   std::vector<LightEntry> names;
   const std::string content = readFile(list, kLargestText);
@@ -220,7 +220,7 @@ void addLights(Source& source, const std::vector<LightEntry>& entries, const std
                const std::vector<Rgb>& strengths, bool positions) {
   for (size_t l = 0; l < entries.size(); ++l) try {
       const Vec3<double>& v = entries[l].vector;
-      // A lamp has the square of its distance for strength.
+      // Positions are limited more, because the strength of a lamp is its squared distance.
       if (!(v.norm() >= 1e-6 && v.norm() <= (positions ? 1e6 : 1e9)))
         throw Error::mismatch(positions ? "a position off the origin, within 1e6 of it" : "a direction",
                               "length " + numberText(v.norm()));
@@ -236,7 +236,7 @@ void addLights(Source& source, const std::vector<LightEntry>& entries, const std
     }
 }
 
-// The intensity of lamps that give irradiance 1 at the origin on average.
+// Intensity of lamps with mean irradiance 1 at the origin.
 float meanIntensity(const std::vector<LightEntry>& entries) {
   double irradiance = 0; // of lamps of intensity 1
   for (const LightEntry& entry : entries) irradiance += 1 / entry.vector.squaredNorm();

@@ -12,23 +12,23 @@
 namespace surflect::importers {
 
 struct LitViewOptions {
-  bool positions = false;           // the light file gives where lights stand, not directions towards them
+  bool positions = false;           // the light file states positions of lights instead of directions
   std::optional<Angle> fieldOfView; // vertical, of a pinhole; none: orthographic
-  double height = 1;                // of what the picture shows of the plane z = 0, scene units
+  double height = 1;                // height of the picture's section of the plane z = 0, scene units
 };
 
-// The light file in a folder of photographs; none: empty. Throws Error if there are several .lp files.
+// Light file of a folder of photographs; empty if there is none. Throws Error for several .lp files.
 std::optional<std::filesystem::path> findLights(const std::filesystem::path& folder);
 
-// The camera looks along -z at the origin, in the middle of the picture, from 2 heights away if it is
-// orthographic, else from where the field of view meets the height.
+// Reads photographs of one view. The camera looks along -z at the origin, in the middle of the picture, from
+// 2 heights away if orthographic, otherwise from where the field of view fits the height.
 //
-// Lights without names are those of the pictures that filenames.txt lists, one a line, as in DiLiGenT [Shi et
-// al. 2016]; without such a list, of all the folder's pictures in their natural order (2 before 10). Names
-// that differ from the pictures' in letter case or extension are those of pictures where just one fits. A
-// picture whose name ends in "mask" is the mask of all. Strengths are those of light_intensities.txt beside
-// the light file, r g b a line; otherwise unknown: irradiance 1, and for positions one intensity that gives
-// irradiance 1 at the origin on average. Throws Error with the line.
+// Lights without names belong to the pictures in filenames.txt, one per line, as in DiLiGenT [Shi et al.
+// 2016]; without that list to all pictures of the folder in natural order (2 before 10). Names may differ
+// from a picture's in letter case or extension if only one picture fits. A picture whose name ends in "mask"
+// is the mask of all. Strengths come from light_intensities.txt beside the light file, r g b per line.
+// Otherwise they are unknown: irradiance 1, or for positions one intensity with mean irradiance 1 at the
+// origin. Throws Error with the line.
 Source readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
                    const LitViewOptions& options, bool allowOutside);
 

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Pictures of folders by their names without extension, each folder listed once.
+// Pictures of folders by name without extension; each folder is listed once.
 class Listings {
 public:
   const std::vector<fs::path>& of(const fs::path& folder, const std::string& stem) {
@@ -31,12 +31,12 @@ private:
   std::map<fs::path, std::map<std::string, std::vector<fs::path>>> folders_;
 };
 
-// A folder of masks, and the name that a picture has below it.
+// A folder of masks, with a picture's relative name below it.
 struct Place {
   fs::path folder, name;
 };
 
-// The given folders, then masks/ in and beside each folder of pictures below the root.
+// Places to search: the given folders, then masks/ in and beside each folder of pictures below the root.
 std::vector<Place> placesFor(const fs::path& picture, const fs::path& root,
                              std::span<const fs::path> folders) {
   fs::path name = picture.lexically_relative(root), folder = root;
@@ -54,11 +54,11 @@ std::vector<Place> placesFor(const fs::path& picture, const fs::path& root,
 }
 
 struct Candidates {
-  std::vector<fs::path> masks; // the likeliest name first
-  fs::path bounds;             // the folder that a link must not leave
+  std::vector<fs::path> masks; // most likely name first
+  fs::path bounds;             // folder that links must not leave
 };
 
-// Files of the first folder that has any but pictures in use.
+// Candidates of the first folder that has any, except pictures of frames.
 Candidates candidatesFor(const fs::path& picture, std::span<const Place> places,
                          const std::set<fs::path>& inUse, Listings& listings) {
   const std::string file = picture.filename(), stem = picture.stem();
@@ -106,7 +106,7 @@ void findMasks(Source& source) {
     for (const capture::Exposure& shot : capture::bracketOf(frame))
       inUse.insert(shot.picture.lexically_normal());
   }
-  std::map<fs::path, std::vector<size_t>> claims; // frames that a mask is found for
+  std::map<fs::path, std::vector<size_t>> claims; // frames by the mask found for them
   std::vector<std::string> ambiguous;
   for (size_t f = 0; f < frames.size(); ++f) {
     const fs::path picture = frames[f].picture.lexically_normal();

@@ -22,7 +22,7 @@ Mat3<double> matrixAt(const std::vector<std::string_view>& words, size_t first) 
   return m;
 }
 
-// K of the file, whose whole numbers are centres, to a lens whose centres lie at +0.5.
+// Lens from the file's K, whose whole numbers are pixel centres; ours are at +0.5.
 capture::Lens lensOf(Mat3<double> k, image::PictureSize size) {
   if (k(1, 0) != 0 || k(2, 0) != 0 || k(2, 1) != 0 || !(k(2, 2) > 0))
     throw Error::mismatch("an upper triangular matrix with k33 above 0", "another").at("K");
@@ -49,7 +49,7 @@ void addPicture(Source& source, const TextLine& line, capture::RoundedRotations&
       {std::string(words[0]), {lens, poseFromVisionAxes(matrixAt(words, 10), translation, rotations)}});
 }
 
-// Names of the pictures whose silhouettes can be trusted, where the set lists them: dino_par.txt has
+// Names of pictures with good silhouettes, if the set lists them: dino_par.txt has
 // dino_good_silhouette_images.txt beside it.
 std::optional<std::set<std::string>> goodSilhouettes(const fs::path& list) {
   std::error_code ignored;

@@ -45,7 +45,7 @@ void noteUnused(Source& source, bool below) {
   for (const fs::path& picture : there) {
     const std::string name = source.files.shown(picture);
     const bool isInMasks = std::ranges::any_of(fs::path(name).parent_path(), [](const fs::path& part) {
-      return part == "masks" || part == "mask"; // findMasks tells those
+      return part == "masks" || part == "mask"; // reported by findMasks
     });
     if (!isInMasks && !used.contains(picture.lexically_normal())) unused.push_back(name);
   }

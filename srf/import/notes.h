@@ -1,4 +1,4 @@
-// Adds notes on the files of a source.
+// Notes on the files of a source.
 #pragma once
 
 #include "srf/import/source.h"
@@ -9,16 +9,16 @@
 
 namespace surflect::importers {
 
-// Photographs that EXIF would have turned are not, which matters most where it turns some of a set. Their
-// orientations are as in Picture.
+// Notes photographs with an EXIF orientation, which is not applied; it matters most if only some of a set
+// have one. Orientations are as in Picture.
 void noteTurned(const std::map<std::filesystem::path, int>& orientations, Source& source);
 
-// Notes pictures beside the photographs that no frame uses, except in folders of masks, which findMasks()
+// Notes pictures beside the photographs that no frame uses, except in mask folders, which findMasks()
 // reports. `below`: all folders below the root hold photographs.
 void noteUnused(Source& source, bool below);
 
-// How masks were understood, and what about them is hardly meant (srf/capture/mask_survey.h). Throws Error
-// where they are to be inverted and there are none, and Cancelled.
+// Notes how masks were interpreted, and probable mistakes (srf/capture/mask_survey.h). Throws Error if
+// `inverted` is set but there are no masks, and Cancelled.
 void noteMasks(Source& source, bool inverted, const Progress& progress);
 
 } // namespace surflect::importers

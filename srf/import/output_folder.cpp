@@ -18,8 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A folder that holds anything is taken for ours only where it has this bit, whatever its name. As a mark it
-// can go after the folder is renamed: a file that must go before leaves a moment without any.
+// Mode bit that marks our temporaries: a non-empty folder without it is never removed, whatever its name. A
+// mode bit can be cleared after renaming; a marker file would have to be removed before, leaving a moment
+// without mark.
 constexpr mode_t kMark = S_ISVTX;
 constexpr const char* kTemporary = ".tmp.";
 constexpr std::string_view kRandom = "XXXXXX";
@@ -32,15 +33,15 @@ int openFolder(const fs::path& path) {
   return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
 }
 
-// Removes a temporary unless a living process holds it or it is not ours. One that was killed before it could
-// set its mark has left it empty.
+// Removes a temporary unless a living process holds it or it is not ours. A process killed before it could
+// set the mark has left it empty.
 void removeIfAbandoned(const fs::path& temporary) {
   const int descriptor = openFolder(temporary);
   if (descriptor < 0) return;
   struct stat status {};
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && ::rmdir(temporary.c_str()) != 0 &&
       ::fstat(descriptor, &status) == 0 && (status.st_mode & kMark) != 0) {
-    std::error_code ignored; // nothing was asked for that could fail
+    std::error_code ignored; // nothing to report if it fails
     fs::remove_all(temporary, ignored);
   }
   ::close(descriptor);
@@ -72,14 +73,14 @@ OutputFolder::OutputFolder(fs::path target) : target_(std::move(target)) {
     if (!::mkdtemp(name.data())) throw systemError(target_, "write");
     temporary_ = name;
     descriptor_ = openFolder(temporary_);
-    if (descriptor_ < 0 && errno == ENOENT) continue; // taken for abandoned before it was locked
+    if (descriptor_ < 0 && errno == ENOENT) continue; // removed as abandoned before it was locked
     if (descriptor_ < 0) throw systemError(target_, "write");
-    ::flock(descriptor_, LOCK_EX); // where a file system has no locks, none is taken for abandoned either
+    ::flock(descriptor_, LOCK_EX); // without file locks, no temporary counts as abandoned
     const bool isMarked = ::fchmod(descriptor_, 0700 | kMark) == 0;
     if (isMarked && fs::exists(temporary_, problem)) return;
     const int reason = errno;
     ::close(descriptor_);
-    if (isMarked) continue; // as above
+    if (isMarked) continue; // removed as abandoned before it was locked
     ::rmdir(temporary_.c_str());
     errno = reason;
     throw systemError(target_, "write");

@@ -1,13 +1,13 @@
-// A folder that appears whole, or not at all.
+// Output folder that appears complete or not at all.
 #pragma once
 
 #include <filesystem>
 
 namespace surflect::importers {
 
-// Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); dropped by the destructor
-// otherwise. What a killed process has left of the same target is removed first. The target must not be there
-// yet, or be an empty folder; throws Error.
+// Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); otherwise removed by the
+// destructor. First removes what a killed process has left for the same target. The target must not exist, or
+// be an empty folder; throws Error.
 class OutputFolder {
 public:
   explicit OutputFolder(std::filesystem::path target);
@@ -20,7 +20,7 @@ public:
 
 private:
   std::filesystem::path target_, temporary_;
-  int descriptor_ = -1; // of the temporary, locked while this lives
+  int descriptor_ = -1; // of the temporary folder; locked during the object's lifetime
   bool committed_ = false;
 };
 

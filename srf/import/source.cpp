@@ -20,7 +20,7 @@ std::optional<fs::path> SourceFiles::find(std::string_view written) const {
   std::string slashes(written);
   std::replace(slashes.begin(), slashes.end(), '\\', '/');
   for (const fs::path& name : {fs::path(written), fs::path(slashes)}) {
-    const fs::path file = root / name; // an absolute name stands for itself
+    const fs::path file = root / name; // an absolute name replaces the root
     if (!isFile(file)) continue;
     check(file);
     return file;
@@ -57,7 +57,7 @@ Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rota
                                                         const Vec3<double>& translation,
                                                         capture::RoundedRotations& rotations) {
   if (!rotation.allFinite() || !translation.allFinite()) throw Error("the pose is not finite");
-  if (!(translation.norm() <= capture::kFarthest)) // then the camera's place is as near
+  if (!(translation.norm() <= capture::kFarthest)) // bounds the camera's position too
     throw Error::mismatch("a translation within 1e12", "a longer one");
   const Vec3<double> flip(1, -1, -1); // x right, y up, looking along -z
   return {flip.asDiagonal() * rotations.nearest(rotation), flip.cwiseProduct(translation)};

@@ -1,4 +1,4 @@
-// What an importer finds in other people's files: a capture whose pictures still lie there.
+// Result of reading another format: a capture whose pictures are still in the source.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -13,42 +13,42 @@
 
 namespace surflect::importers {
 
-// Where a source's files lie, and whether they may lie elsewhere.
+// Files of a source, and whether they may lie outside of its root.
 struct SourceFiles {
   std::filesystem::path root;
   bool allowOutside = false;
 
-  // The file of a name written in the source, relative to the root; backslashes can stand for slashes. Empty
-  // if there is none; throws Error if there is one out of the root (by links, too), unless that is allowed.
+  // File by the name written in the source, relative to the root; backslashes may stand for slashes. Empty if
+  // it does not exist; throws Error if it is outside of the root, also by links, unless allowed.
   std::optional<std::filesystem::path> find(std::string_view written) const;
-  // The same, but throws Error if there is none.
+  // As find(), but throws Error if the file does not exist.
   std::filesystem::path at(std::string_view written) const;
-  // Throws Error if the file is out of the root, unless that is allowed.
+  // Throws Error if the file is outside of the root, unless allowed.
   void check(const std::filesystem::path& file) const;
-  // A file's path for messages: from the root, or from the folder that the root lies in.
+  // Path of a file for messages: relative to the root, or to the root's parent.
   std::string shown(const std::filesystem::path& file) const;
 };
 
 struct Source {
   SourceFiles files;
-  std::vector<std::filesystem::path> maskFolders; // those with masks by the pictures' names below the root
-  capture::Capture capture; // its paths can be opened as they are; capture.file is empty
+  std::vector<std::filesystem::path> maskFolders; // folders of masks named like the pictures below the root
+  capture::Capture capture;                       // paths can be opened as they are; capture.file is empty
   std::set<std::filesystem::path>
-      poorSilhouettes;            // pictures whose object no threshold tells, by the source's word
-  bool strengthsUnknown = false;  // the lights' irradiance is 1 for all, and stands for nothing
-  std::vector<std::string> notes; // what a user should know of how the files were understood
+      poorSilhouettes; // pictures whose object cannot be segmented by threshold, as the source states
+  bool strengthsUnknown = false;  // irradiance 1 of all lights is a placeholder
+  std::vector<std::string> notes; // for the user: how the files were understood
 };
 
-// Poses in computer vision's axes (x right, y down, z forwards), camera from world: x_camera = R x + t. The
-// rounding of the rotation's digits is taken out, and counted. Throws Error for anything but a rigid motion.
+// Pose in computer vision's axes (x right, y down, z forwards), camera from world: x_camera = R x + t.
+// Rounding of the rotation's digits is removed, and counted. Throws Error unless it is a rigid motion.
 Rigid<CameraSpace, AcquisitionSpace> poseFromVisionAxes(const Mat3<double>& rotation,
                                                         const Vec3<double>& translation,
                                                         capture::RoundedRotations& rotations);
 
-// A camera of each picture, named after it without its extension where that tells them apart.
+// Names of the pictures' cameras: the pictures' names, without extension if that keeps them distinct.
 std::vector<std::string> namesOfPictures(const std::vector<std::filesystem::path>& pictures);
 
-// Values of a lens that come from a file; throw Error.
+// Checks of lens values from a file; throw Error.
 double checkedFocalLength(double pixels);
 double checkedCenter(double pixels);
 int checkedPixelCount(double pixels);

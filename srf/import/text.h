@@ -1,4 +1,4 @@
-// Lines, words and numbers of other people's text files, and errors that say which line.
+// Lines, words and numbers of text files, with errors that name the line.
 #pragma once
 
 #include "surfel/base/error.h"
@@ -14,28 +14,28 @@ namespace surflect::importers {
 
 struct TextLine {
   size_t number = 0;     // from 1
-  std::string_view text; // without blanks at its ends; may be empty
+  std::string_view text; // without leading and trailing blanks; may be empty
 };
 
-// All lines of a file, empty ones too; views into the content. A byte order mark goes; lines end
-// with a line feed, with a carriage return before it or not, or with carriage returns alone.
+// All lines of a file, also empty ones, as views into the content. A byte order mark is removed. Lines end
+// with LF, CR LF or CR.
 std::vector<TextLine> linesOf(std::string_view content);
-// The lines that say something: neither empty nor a # comment.
+// Lines that are neither empty nor # comments.
 std::vector<TextLine> sayingLinesOf(std::string_view content);
 
-// Separated by blanks, or by any of the separators too.
+// Words separated by blanks, or also by the given separators.
 std::vector<std::string_view> wordsOf(std::string_view text, std::string_view separators = "");
 
-// The whole word as a finite number, read alike in every locale; throws Error.
+// Value of a word that is a finite number as a whole, in any locale; throws Error.
 double numberOf(std::string_view word);
-// Whether numberOf() reads them all.
+// Returns whether numberOf() accepts all words.
 bool areNumbers(std::span<const std::string_view> words);
-// Whether a word is digits alone, however many.
+// Returns whether a word consists of digits, however many.
 bool isNumber(std::string_view word);
 // A whole number from 0 to 2^32 - 1; throws Error.
 size_t countOf(std::string_view word);
 
-// What a message can show of text from a file: short, printable, one line.
+// Text from a file for messages: short, printable, one line.
 std::string shownText(std::string_view text);
 
 // "line 12": the field of an Error about a line.

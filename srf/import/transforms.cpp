@@ -23,10 +23,9 @@ using Json = nlohmann::json;
 enum class Part { train, validation, test, none };
 
 // ---------------------------------------------------------------------------------------------------------
-// Other spellings of what the reader knows, in the place of which they are put. What has the wrong type
-// stays, for the reader to complain about.
+// Renames other programs' keys to the reader's. Values of a wrong type stay, so that the reader reports them.
 
-// [cx, cy, fl_x, fl_y] of NRHints and GS3.
+// Replaces [cx, cy, fl_x, fl_y] of NRHints and GS3.
 void spellOutIntrinsics(Json& object) {
   const auto list = object.find("camera_intrinsics");
   if (list == object.end() || !list->is_array() || list->size() != 4) return;
@@ -36,7 +35,7 @@ void spellOutIntrinsics(Json& object) {
   object.erase("camera_intrinsics");
 }
 
-// NRHints keeps the extension apart; GS3's img_path stands before file_path.
+// NRHints stores the extension separately; GS3's img_path overrides file_path.
 void spellOutPath(Json& frame) {
   const auto path = frame.find("file_path"), extension = frame.find("file_ext"),
              whole = frame.find("img_path");
@@ -53,13 +52,13 @@ void spellOutPath(Json& frame) {
 // ---------------------------------------------------------------------------------------------------------
 // Splits.
 
-// "./images\\a.png" and "images/a.png" are one name.
+// Normalised name: "./images\\a.png" equals "images/a.png".
 std::string comparable(std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   return fs::path(name).lexically_normal();
 }
 
-// Takes the list out of the root.
+// Removes a list from the root and returns its names.
 std::set<std::string> takeNames(Json& root, const char* key) {
   std::set<std::string> names;
   const auto list = root.find(key);
@@ -70,7 +69,7 @@ std::set<std::string> takeNames(Json& root, const char* key) {
   return names;
 }
 
-// nerfstudio's lists of file names: what none of them names takes no part.
+// nerfstudio's lists of file names; unlisted frames are not used.
 struct SplitLists {
   std::set<std::string> train, validation, test;
 
@@ -84,7 +83,7 @@ struct SplitLists {
     if (test.contains(name)) return Part::test;
     return validation.contains(name) ? Part::validation : Part::none;
   }
-  // Throws Error where the names are others than those of the frames, which are not empty.
+  // Throws Error if the listed names differ from those of the frames, and frames are left over.
   void check(const Json& frames, bool noneNamed, bool noneTrains) const {
     if (!noneNamed && (train.empty() || !noneTrains)) return;
     const char* key = !train.empty() ? "train_filenames" : !test.empty() ? "test_filenames" : "val_filenames";
@@ -98,7 +97,7 @@ struct SplitLists {
   }
 };
 
-// Throws Error for a split that nobody has.
+// Split of a frame; throws Error for an unknown one.
 Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
   const auto path = frame.find("file_path"), split = frame.find("split");
   if (lists.given() && path != frame.end() && path->is_string())
@@ -112,13 +111,13 @@ Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
 
 // ---------------------------------------------------------------------------------------------------------
 
-// What a user should know of how the files were understood.
+// Facts about the files for notes to the user.
 struct Findings {
   std::vector<std::string> notes;
-  size_t lamps = 0, lampsWithoutStrength = 0; // photographs with pl_pos; those of them without pl_intensity
+  size_t lamps = 0, lampsWithoutStrength = 0; // photographs with pl_pos; those without pl_intensity
 };
 
-// The reader takes 1 for a strength that is not there.
+// Counts lamps without strength, for which the reader assumes 1.
 void countLamps(const Json& frames, Findings& findings) {
   const auto says = [](const Json& frame, const char* key) {
     return frame.contains(key) && !frame[key].is_null();
@@ -140,7 +139,7 @@ void sayLamps(const Findings& findings, Source& source) {
                          " photographs; intensity 1 is written");
 }
 
-// Leaves validation out, or makes it the test; leaves out what takes no part.
+// Drops validation, or makes it the test; drops unlisted frames.
 void settleSplits(Json& frames, const SplitLists& lists, Part ofFile, std::vector<std::string>& notes) {
   std::vector<Part> parts;
   for (size_t f = 0; f < frames.size(); ++f) try {
@@ -170,7 +169,7 @@ capture::Capture describe(const fs::path& file, Part ofFile, bool allowOutside, 
   const std::string content = readFile(file);
   Json root = Json::parse(capture::shallowPart(content, capture::kDeepestJson), nullptr, false);
   if (!root.is_object() || !root.contains("frames") || !root["frames"].is_array())
-    return capture::parseCapture(content, file, paths); // which says what is wrong
+    return capture::parseCapture(content, file, paths); // throws the Error
 
   if (root.contains("applied_transform") || root.contains("applied_scale"))
     findings.notes.push_back("nerfstudio's applied_transform is kept in: poses are as " +
@@ -190,14 +189,14 @@ capture::Capture describe(const fs::path& file, Part ofFile, bool allowOutside, 
 }
 
 // ---------------------------------------------------------------------------------------------------------
-// Several files become one capture.
+// Merging of several files.
 
 bool samePlace(const capture::View& a, const capture::View& b) {
   const auto &x = a.camera.cameraFromWorld, &y = b.camera.cameraFromWorld;
   return a.camera.lens == b.camera.lens && x.rotation() == y.rotation() && x.translation() == y.translation();
 }
 
-// Lights that the reader has named by the frame they were found in.
+// Returns whether the reader has named the light after its frame.
 bool isUnnamed(const capture::Light& light) { return light.name.starts_with("pl_pos["); }
 
 size_t lightIn(std::vector<capture::Light>& lights, capture::Light light, const std::string& file) {
@@ -251,7 +250,7 @@ std::optional<fs::path> firstFile(const fs::path& folder, std::initializer_list<
   return std::nullopt;
 }
 
-// Files of splits beside transforms.json, which is all that is read.
+// Notes split files beside transforms.json, which are not read.
 void noteSplitFiles(const fs::path& folder, std::vector<std::string>& notes) {
   std::vector<std::string> beside;
   for (const char* name :
@@ -300,7 +299,7 @@ Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
   const auto toPlace = [&](fs::path& path) {
     if (path.empty()) return;
     path = folder / path;
-    source.files.check(path); // links, too
+    source.files.check(path); // also links
   };
   toPlace(all.geometry);
   for (capture::Frame& frame : all.frames) {

@@ -1,5 +1,5 @@
-// JSON of the NeRF world: Blender's exporters, nerfstudio, instant-ngp, and the relighting sets with a point
-// light a frame (NRHints, GS3). What our own reader knows is read by it; the rest is brought to its spelling.
+// JSON of NeRF programs: Blender's exporters, nerfstudio, instant-ngp, and relighting sets with a point light
+// per frame (NRHints, GS3). Their keys are renamed to ours and read by readCapture.
 #pragma once
 
 #include "srf/import/source.h"
@@ -9,13 +9,13 @@
 
 namespace surflect::importers {
 
-// The description in a folder: transforms.json, or transforms_train.json; none: empty.
+// Description in a folder: transforms.json or transforms_train.json; empty if there is none.
 std::optional<std::filesystem::path> findTransforms(const std::filesystem::path& folder);
 
-// A JSON file, or a folder with transforms.json, or with transforms_train.json, transforms_test.json and
-// transforms_val.json (or _valid). Splits are those of the files, of nerfstudio's train_filenames,
-// val_filenames, test_filenames, or of each frame. Validation photographs are left out, unless there are no
-// test photographs: then they are these. Throws Error.
+// Reads a JSON file, or a folder with transforms.json, or one with transforms_train.json,
+// transforms_test.json and transforms_val.json (or _valid). Splits are those of the files, of nerfstudio's
+// train_filenames, val_filenames, test_filenames, or of each frame. Validation photographs are dropped, or
+// become the test if there is none. Throws Error.
 Source readTransforms(const std::filesystem::path& folderOrFile, bool allowOutside);
 
 } // namespace surflect::importers

@@ -19,10 +19,10 @@ namespace {
 using WorldPoint = Point3<AcquisitionSpace, double>;
 using Severity = Finding::Severity;
 
-constexpr size_t kVertices = 5000; // of the mesh, evenly chosen, that stand for it
+constexpr size_t kVertices = 5000; // evenly chosen vertices that represent the mesh
 constexpr double kSpeck = 0.01;    // of the picture's larger side
 constexpr double kFarLight = 1000; // times the mesh's size
-constexpr size_t kCompared = 48;   // views whose brightness is compared, all in memory
+constexpr size_t kCompared = 48;   // maximum number of views compared in brightness, all in memory
 
 std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
   std::vector<WorldPoint> vertices;
@@ -41,7 +41,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// The larger side of what vertices cover, over the picture's; empty where none is in front.
+// Larger side of the vertices' bounding box in the picture, over the picture's; empty if no vertex is in
+// front of the camera.
 std::optional<double> shareOfPicture(const capture::Camera<AcquisitionSpace>& camera,
                                      const std::vector<WorldPoint>& vertices) {
   Eigen::AlignedBox2d box;
@@ -86,7 +87,8 @@ std::vector<Finding> checkUnits(const capture::Capture& capture, const TriangleM
   std::vector<double> distances, shares;
   for (const capture::View& view : capture.views) {
     if (const auto share = shareOfPicture(view.camera, vertices)) shares.push_back(*share);
-    if (view.camera.lens.model == capture::Lens::Model::orthographic) continue; // it has no place
+    if (view.camera.lens.model == capture::Lens::Model::orthographic)
+      continue; // an orthographic camera has no position
     const double distance = length(view.camera.center() - center);
     distances.push_back(distance);
     if (box.contains(view.camera.center().raw())) inside.push_back({-distance, view.identity});

@@ -1,5 +1,5 @@
-// Notation: pixel p with normal n(p) shows surface that light l, in unit direction d_l(p), may shine on;
-// cosine c = max(0, n . d).
+// Notation: pixel p with normal n(p) shows a surface point that light l, in unit direction d_l(p), may
+// illuminate; cosine c = max(0, n . d).
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
 #include "srf/validation/names.h"
@@ -23,16 +23,16 @@ namespace {
 using Severity = Finding::Severity;
 using World = AcquisitionSpace;
 
-constexpr size_t kPixels = 1500;                        // of a view
-constexpr size_t kBytes = size_t{1} << 30;              // of photographs in memory
-constexpr size_t kLightsForAlbedo = 8;                  // fewer do not tell that of a pixel
-constexpr double kRimCosine = 0.25;                     // n . towards camera; below, texels mix with others
-constexpr double kLitShare = 0.1;                       // of pixels, for a light to tell anything
+constexpr size_t kPixels = 1500;           // per view
+constexpr size_t kBytes = size_t{1} << 30; // of photographs in memory
+constexpr size_t kLightsForAlbedo = 8;     // minimum number to determine a pixel's albedo
+constexpr double kRimCosine = 0.25;        // n . towards camera; below, texels are mixed with others
+constexpr double kLitShare = 0.1;          // minimum share of lit pixels for a usable light
 constexpr double kMuchBetter = 0.25, kConvincing = 0.5; // correlations
 constexpr double kNoShading = 0.1;
 constexpr double kFewSamples = 100;
 
-// One photograph at the chosen pixels of its view.
+// One photograph at the selected pixels of its view.
 struct Shot {
   size_t light;
   std::vector<float> luminance; // per pixel of the view
@@ -43,10 +43,10 @@ struct Samples {
   std::vector<Vec3<double>> normals; // towards the camera's side
   std::vector<size_t> pixels;        // index in the picture
   std::vector<Shot> shots;
-  size_t seen = 0, turned = 0; // pixels of the mesh, with masks or without; and those of faces' backs
+  size_t seen = 0, turned = 0; // pixels of the mesh, inside masks or not; those showing backs
 };
 
-// Up to kPixels pixels that see the mesh, evenly from all.
+// Up to kPixels pixels that show the mesh, evenly chosen.
 Samples samplePixels(const capture::Camera<World>& camera, const TriangleMesh& mesh,
                      const RayCaster<World>& caster) {
   Samples all;
@@ -75,8 +75,7 @@ Samples samplePixels(const capture::Camera<World>& camera, const TriangleMesh& m
   return all;
 }
 
-// The views to look at, with their frames: some with their lights, and for every light that these lack one
-// frame more.
+// Selected views with frames: some views with their lights, and one more frame for every other light.
 std::map<size_t, std::vector<size_t>> chooseFrames(const capture::Capture& capture,
                                                    const CheckEffort& effort) {
   std::map<size_t, std::vector<size_t>> ofChosen, frames;
@@ -124,7 +123,7 @@ std::vector<Samples> readSamples(const capture::Capture& capture, const Triangle
         }
       }
     }
-    size_t kept = 0; // pixels that the masks leave
+    size_t kept = 0; // pixels inside the masks
     for (size_t i = 0; i < inObject.size(); ++i) {
       if (!inObject[i]) continue;
       samples.points[kept] = samples.points[i];
@@ -141,9 +140,9 @@ std::vector<Samples> readSamples(const capture::Capture& capture, const Triangle
   return views;
 }
 
-// A matrix that negates and exchanges axes.
+// Matrix that negates and exchanges axes.
 struct AxisMap {
-  std::array<int, 3> from; // axis of the file that becomes x, y, z
+  std::array<int, 3> from; // axis of the file for x, y, z
   std::array<int, 3> sign;
 
   Vec3<double> operator()(const Vec3<double>& v) const {
@@ -175,7 +174,7 @@ std::string describe(const AxisMap& map) {
   return "exchanged: (" + mapped + ") fits better than (x, y, z)";
 }
 
-// A light whose direction or position has gone through a map.
+// Light with direction or position mapped.
 capture::Light mapped(capture::Light light, const AxisMap& map) {
   if (auto* directional = std::get_if<capture::DirectionalLight>(&light.kind))
     directional->towards = assume<Direction3<World, double>>(map(directional->towards.raw()));
@@ -186,13 +185,13 @@ capture::Light mapped(capture::Light light, const AxisMap& map) {
   return light;
 }
 
-// Luma of what would fall on the surface.
+// Luma of the irradiance of a surface that faces the light.
 double incident(const capture::Light& light, const Point3<World, double>& p, const Vec3<double>& n) {
   const double cosine = n.dot(capture::towardsLight(light, p).raw());
   return cosine > 0 ? cosine * static_cast<double>(image::luma(capture::irradianceAt(light, p))) : 0;
 }
 
-// Highlights and noise count no more than what is bright.
+// Clamps highlights and noise at the 95th percentile.
 void clampAbove95(std::vector<double>& values) {
   std::vector<double> sorted = values;
   const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 95 / 100);
@@ -201,7 +200,7 @@ void clampAbove95(std::vector<double>& values) {
   for (double& value : values) value = std::min(value, *at);
 }
 
-// Pearson's, with the weight of its samples; weight 0 where either side is constant.
+// Pearson correlation with the weight of its samples; weight 0 if either side is constant.
 struct Correlation {
   double sum = 0, weight = 0;
 
@@ -234,7 +233,7 @@ Correlation correlate(const std::vector<double>& a, const std::vector<double>& b
 // Values by shot and pixel.
 using Table = std::vector<std::vector<double>>;
 
-// What a Lambert surface of albedo 1 would show.
+// Shading of a Lambert surface of albedo 1.
 std::vector<double> shaded(const Samples& view, const capture::Light& light) {
   std::vector<double> values;
   for (size_t i = 0; i < view.points.size(); ++i)
@@ -242,9 +241,8 @@ std::vector<double> shaded(const Samples& view, const capture::Light& light) {
   return values;
 }
 
-// Photographs of a view divided by each pixel's albedo: the sum of what its other photographs show (the one
-// itself must not vouch for its light) over the sum of what they would show at albedo 1. Undivided where
-// lights are too few to tell it.
+// Photographs of a view divided by each pixel's albedo: the sum of its other photographs (a photograph must
+// not confirm its own light) over the sum expected at albedo 1. Undivided with too few lights.
 Table withoutAlbedo(const Samples& view, const Table& expected) {
   Table shown;
   for (const Shot& shot : view.shots) shown.emplace_back(shot.luminance.begin(), shot.luminance.end());
@@ -263,17 +261,17 @@ Table withoutAlbedo(const Samples& view, const Table& expected) {
   return shown;
 }
 
-// Of a photograph with what its light would show; nothing for a light that leaves most of it dark.
+// Correlation of a photograph with the shading by its light; none if the light leaves most of the view dark.
 Correlation litCorrelation(const std::vector<double>& shown, const std::vector<double>& expected) {
   const auto lit = std::ranges::count_if(expected, [](double v) { return v > 0; });
   if (static_cast<double>(lit) < kLitShare * static_cast<double>(expected.size())) return {};
   return correlate(shown, expected);
 }
 
-// How well lights explain the photographs.
+// Agreement of lights with the photographs.
 struct Fit {
   std::vector<Correlation> ofLight; // over all views
-  std::vector<Table> shown;         // by view
+  std::vector<Table> shown;         // per view
 
   Fit(const std::vector<Samples>& views, const std::vector<capture::Light>& lights) : ofLight(lights.size()) {
     for (const Samples& view : views) {
@@ -286,8 +284,8 @@ struct Fit {
   }
 };
 
-// How well the photographs of light l would be explained by another light in its place; of views where albedo
-// is known, which could pass for shading.
+// Correlation of the photographs of light l with another light in its place, over views with known albedo;
+// unknown albedo may look like shading.
 Correlation fitOf(const std::vector<Samples>& views, const Fit& stated, size_t l,
                   const capture::Light& other) {
   Correlation fit;
@@ -357,14 +355,14 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
     if (differ) return findings;
   }
   if (*stated < kNoShading) {
-    findings.push_back( // no error: fur and glazed surfaces do so where everything is right
+    findings.push_back( // a warning, because fur and glazed surfaces do so in correct captures
         {Severity::warning, fmt::format("shading does not follow the directions of the lights (correlation "
                                         "with the mesh's normals {:.2f})",
                                         *stated)});
     return findings;
   }
 
-  // Photographs of one light against the direction of another.
+  // Compare photographs of one light with the direction of another.
   const size_t count = capture.lights.size();
   struct Likeliest {
     std::optional<double> own;

@@ -1,4 +1,4 @@
-// How findings name cameras and lights.
+// Names of cameras and lights in findings.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace surflect::validation {
 
-// Something wrong with one camera or light, and how much.
+// A faulty camera or light, with the size of its fault.
 struct Offender {
   double badness;
   std::string text;

@@ -1,4 +1,4 @@
-// Contrasts at the mesh's outline, see ViewMeasures: wrong places have 0.9 to 1.7.
+// Thresholds for the contrast at the mesh's outline (ViewMeasures); misplaced meshes have 0.9 to 1.7.
 #pragma once
 
 namespace surflect::validation {

@@ -28,7 +28,7 @@ constexpr int kRim = 2; // pixels of a small view
 constexpr double kMaskShare = 0.02;
 constexpr double kClippedShare = 0.5, kBlackShare = 1e-3;
 constexpr size_t kPointsOfView = 400, kFewPairs = 50;
-constexpr double kLeastCosine = 0.4; // of the surface to both cameras
+constexpr double kLeastCosine = 0.4; // minimum cosine of the surface to both cameras
 constexpr double kNearViews = 0.25;  // cosine between the directions to two cameras
 constexpr size_t kNeighbours = 8;
 constexpr double kAgreeing = 0.8, kDiffering = 0.5; // correlations
@@ -43,7 +43,7 @@ image::Mask complement(image::Mask mask) {
   return mask;
 }
 
-// Mean of values over the pixels that `outer` has and `inner` lacks; 0 where there are none.
+// Mean of values over pixels in `outer` but not in `inner`; 0 without such pixels.
 double ringMean(const std::vector<float>& values, const image::Mask& outer, const image::Mask& inner) {
   double sum = 0, count = 0;
   for (size_t i = 0; i < values.size(); ++i)
@@ -54,7 +54,7 @@ double ringMean(const std::vector<float>& values, const image::Mask& outer, cons
   return count > 0 ? sum / count : 0;
 }
 
-// Logarithm of luminance, dark noise left out: steps count alike in light and in shadow.
+// Logarithm of luminance, clamped at dark noise, so that steps count alike in light and shadow.
 std::vector<float> logLuma(const image::Image& image) {
   std::vector<float> values(image.values.size() / 3);
   for (size_t i = 0; i < values.size(); ++i) values[i] = std::max(0.f, lumaAt(image, i));
@@ -91,7 +91,7 @@ struct Sums {
   double n = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;
 
   void add(double x, double y) { n += 1, a += x, b += y, aa += x * x, ab += x * y, bb += y * y; }
-  // Pearson's; none where either side is constant.
+  // Pearson correlation; none if either side is constant.
   std::optional<double> correlation() const {
     const double va = aa / n - a / n * (a / n), vb = bb / n - b / n * (b / n);
     if (!(va * vb > 0)) return std::nullopt;
@@ -99,7 +99,7 @@ struct Sums {
   }
 };
 
-// A point of the mesh that a view shows, and what the view shows there.
+// A point of the mesh that a view shows, with its value there.
 struct SeenPoint {
   Point place;
   Vec3<double> normal; // unit, towards the camera
@@ -130,12 +130,12 @@ std::vector<SeenPoint> seenPoints(const SmallView& view, const std::vector<float
   return points;
 }
 
-// A sum of correlations, times the pairs of values that each has.
+// Sum of correlations, weighted by their numbers of pairs.
 struct Agreement {
   double sum = 0, weight = 0;
 };
 
-// Correlation between what a view shows of points and what others show of them.
+// Correlation between the values of points in one view and in the others.
 Agreement agreementOf(const SmallView& a, std::span<const SeenPoint> points, const SmallView& b,
                       const std::vector<float>& valuesOfB, const RayCaster<AcquisitionSpace>& caster) {
   const capture::Viewpoint fromA(a.camera), fromB(b.camera);
@@ -155,7 +155,7 @@ Agreement agreementOf(const SmallView& a, std::span<const SeenPoint> points, con
   return correlation ? Agreement{pairs.n * *correlation, pairs.n} : Agreement{};
 }
 
-// The views nearest to view `a`, by the angle between directions from `middle`.
+// Views nearest to view `a`, by the angle between directions from `middle`.
 std::vector<size_t> neighboursOf(size_t a, std::span<const SmallView> views, const Point& middle) {
   const auto towardsA = capture::Viewpoint(views[a].camera).towards(middle);
   std::vector<size_t> others(views.size());
@@ -171,8 +171,8 @@ std::vector<size_t> neighboursOf(size_t a, std::span<const SmallView> views, con
   return others;
 }
 
-// How alike views nearby show the same points of the mesh: mean correlation over pairs of views; none where
-// too few points are seen by two.
+// Agreement of nearby views in the brightness of the mesh's points: mean correlation over pairs of views;
+// none if too few points are seen by two views.
 std::optional<double> brightnessAgreement(std::span<const SmallView> views, const TriangleMesh& mesh,
                                           const RayCaster<AcquisitionSpace>& caster,
                                           const Progress& progress) {
@@ -202,8 +202,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Largest value of a pixel of a picture of whole numbers, divided by exposure; infinite where numbers may be
-// larger, and in a bracket, whose shorter exposures go on.
+// Largest pixel value of an integer format, divided by exposure. Infinite for floating point, and for a
+// bracket, whose shorter exposures extend the range.
 double largestValue(const capture::Capture& capture, const capture::Frame& frame) {
   const auto isFloat = [&] {
     const image::PictureFormat format = image::formatOf(frame.picture);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kOtherScale = 30;
 
-// Where a camera stands, and where it looks; unit.
+// Position of a camera and its unit viewing direction.
 struct Axis {
   Vec3<double> center, forward;
 };
@@ -23,10 +23,11 @@ Axis axisOf(const capture::Camera<AcquisitionSpace>& camera) {
   return {camera.center().raw(), -worldFromCamera.rotation().col(2)};
 }
 
-// More than this many pixels of rounding is told, and more than kWrong spoils the picture.
+// Rounding in pixels above which a warning, and an error, is reported.
 constexpr double kTold = 0.1, kWrong = 1;
 
-// Poses that lack positions, say. Distant cameras have none.
+// Returns whether all cameras are at one place, as when poses lack positions. Distant cameras have no
+// position.
 bool standAtOnePlace(const capture::Capture& capture) {
   return capture.views.size() > 1 && !capture::middleOfScene(capture) &&
          std::ranges::all_of(capture.views, [](const capture::View& view) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSide = 512; // pixels
 
-// The range of large pixels that small pixel i of `count` stands for.
+// Range of large pixels that small pixel i of `count` averages.
 std::pair<int, int> coveredBy(int i, int count, int all) {
   const int first = static_cast<int>(static_cast<int64_t>(i) * all / count);
   return {first, std::max(first + 1, static_cast<int>(static_cast<int64_t>(i + 1) * all / count))};
@@ -47,7 +47,7 @@ SmallView smallView(const capture::Capture& capture, size_t frame, const RayCast
   return view;
 }
 
-// For each view, the frame whose light comes most from the camera's side; none for a view without frames.
+// For each view, the frame whose light is nearest to the camera's direction; none for a view without frames.
 std::vector<std::optional<size_t>> frontallyLit(const capture::Capture& capture,
                                                 const Point3<AcquisitionSpace, double>& middle) {
   std::vector<std::optional<size_t>> best(capture.views.size());

@@ -1,4 +1,4 @@
-// What the outside world (files, arguments) did wrong, as one line a user can act on:
+// Errors of the outside world (files, arguments), as one line that a user can act on:
 //
 //   scan/transforms.json: lights[12].direction: found length 0, expected a unit vector
 //
@@ -13,7 +13,7 @@
 
 namespace surflect {
 
-// For what was found or expected: eight digits, without zeros at the end.
+// Number for messages: eight digits, without trailing zeros.
 inline std::string numberText(double number) {
   char text[32];
   std::snprintf(text, sizeof text, "%.8g", number);
@@ -22,20 +22,20 @@ inline std::string numberText(double number) {
 
 class Error : public std::exception {
 public:
-  // A complaint about something that has no "expected": "cannot open (permission denied)".
+  // Problem without an expected value: "cannot open (permission denied)".
   explicit Error(std::string problem) : problem_(std::move(problem)) { compose(); }
   static Error mismatch(std::string_view expected, std::string_view found) {
     return Error("found " + std::string(found) + ", expected " + std::string(expected));
   }
 
-  // Each layer adds what it knows, innermost first: error.at("direction").at("lights[12]").in(path).
+  // Adds an outer field, innermost first: error.at("direction").at("lights[12]").in(path).
   Error at(std::string_view outerField) && {
     const bool joined = field_.empty() || field_.front() == '[';
     field_ = std::string(outerField) + (joined ? "" : ".") + field_;
     compose();
     return std::move(*this);
   }
-  // The innermost file is kept: it is where the user must look.
+  // Adds the file, unless an inner call has: the innermost file is where the user must look.
   Error in(const std::filesystem::path& file) && {
     if (file_.empty()) file_ = file.string();
     compose();
@@ -52,7 +52,7 @@ private:
     if (!file_.empty()) line_ += file_ + ": ";
     if (!field_.empty()) line_ += field_ + ": ";
     line_ += problem_;
-    // Names come from outside; what we say stays one line and gives a terminal no orders.
+    // Names come from outside; keep the message on one line and free of terminal control codes.
     for (char& c : line_)
       if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
   }
@@ -60,7 +60,7 @@ private:
   std::string file_, field_, problem_, line_;
 };
 
-// Thrown out of long work when the caller's Progress says so.
+// Thrown out of long work when the caller's Progress requests it.
 class Cancelled : public std::exception {
 public:
   const char* what() const noexcept override { return "interrupted"; }

@@ -28,7 +28,7 @@ Error systemError(const std::filesystem::path& path, std::string_view action) {
 
 void syncFolder(const std::filesystem::path& folder) {
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return; // some file systems do not open folders; the rename itself stands
+  if (descriptor < 0) return; // some file systems cannot open folders; the rename is valid anyway
   ::fsync(descriptor);
   ::close(descriptor);
 }
@@ -36,7 +36,7 @@ void syncFolder(const std::filesystem::path& folder) {
 } // namespace
 
 int openForReading(const std::filesystem::path& path) {
-  // Not blocking, or a pipe that nobody writes into would keep us here.
+  // Non-blocking: opening a pipe without writer would block.
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw systemError(path, "open");
   struct stat status {};
@@ -60,7 +60,7 @@ struct Descriptor {
   }
 };
 
-// As many bytes as there are and the buffer can hold; 0 at the end.
+// Reads as many bytes as available, up to the buffer's size; 0 at the end.
 size_t readSome(int descriptor, std::span<char> buffer, const std::filesystem::path& path) {
   for (;;) {
     const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
@@ -78,7 +78,7 @@ void writeAll(int descriptor, std::span<const std::byte> bytes, const std::files
   }
 }
 
-constexpr size_t kPortion = 1 << 16; // bytes between two questions whether to go on
+constexpr size_t kPortion = 1 << 16; // bytes between two checkpoints
 
 // At most `count` bytes of a file.
 std::string readUpTo(const std::filesystem::path& path, uint64_t count, const Progress& progress) {
@@ -102,7 +102,7 @@ std::string readUpTo(const std::filesystem::path& path, uint64_t count, const Pr
 } // namespace
 
 std::string readFile(const std::filesystem::path& path, uint64_t most, const Progress& progress) {
-  std::error_code ignored; // reading it will say so
+  std::error_code ignored; // reported when reading
   const auto size = std::filesystem::file_size(path, ignored);
   std::string content;
   if (ignored || size <= most) content = readUpTo(path, most + 1, progress);
@@ -115,8 +115,8 @@ std::string readFileStart(const std::filesystem::path& path, size_t count) {
   return readUpTo(path, count, {});
 }
 
-// Not std::filesystem::copy_file: where the disk is full, it says "Input/output error", and it cannot be
-// stopped.
+// Not std::filesystem::copy_file, which reports a full disk as "Input/output error" and cannot be
+// interrupted.
 void copyFile(const std::filesystem::path& source, const std::filesystem::path& target,
               const Progress& progress) {
   const Descriptor from{openForReading(source)};
@@ -127,11 +127,12 @@ void copyFile(const std::filesystem::path& source, const std::filesystem::path& 
     progress.checkpoint();
     writeAll(to.number, std::as_bytes(std::span(buffer, got)), target);
   }
-  ::fchmod(to.number, 0644); // whatever the umask, as AtomicFile does
+  ::fchmod(to.number, 0644); // for any umask, like AtomicFile
   if (::close(std::exchange(to.number, -1)) != 0) throw systemError(target, "write");
 }
 
-// While a temporary lives, its process holds a lock on it, which goes with the process: see removeAbandoned.
+// The process holds a lock on a temporary during its lifetime; the system releases it with the process
+// (removeAbandoned).
 AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {
   requireReplaceable(target_);
   for (;;) {
@@ -139,10 +140,10 @@ AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)
     descriptor_ = ::mkostemps(name.data(), static_cast<int>(kTemporaryEnd.size()), O_CLOEXEC);
     if (descriptor_ < 0) throw systemError(target_, "write");
     temporary_ = name;
-    ::flock(descriptor_, LOCK_EX); // where a file system has no locks, none is taken for abandoned either
+    ::flock(descriptor_, LOCK_EX); // without file locks, no temporary counts as abandoned
     struct stat status {};
     if (::fstat(descriptor_, &status) != 0 || status.st_nlink > 0) return;
-    ::close(descriptor_); // taken for abandoned before it was locked
+    ::close(descriptor_); // removed as abandoned before it was locked
   }
 }
 
@@ -191,7 +192,7 @@ void writeFileAtomically(const std::filesystem::path& path, std::string_view tex
 
 namespace {
 
-// The target that a file is a temporary of, by its name: "frame.0001.exr.k3ZxQ1.tmp".
+// Target of a temporary, by its name: "frame.0001.exr.k3ZxQ1.tmp".
 std::optional<std::string> targetOf(const std::string& name) {
   constexpr size_t kRandom = 7; // ".k3ZxQ1"
   if (!name.ends_with(kTemporaryEnd) || name.size() <= kRandom + kTemporaryEnd.size()) return std::nullopt;
@@ -212,7 +213,7 @@ void removeUnlessHeld(const std::filesystem::path& temporary) {
 
 void removeAbandoned(const std::filesystem::path& folder,
                      const std::function<bool(const std::string& targetName)>& owned) {
-  std::error_code failure; // nothing was asked for that could fail: litter stays where it cannot be removed
+  std::error_code failure; // nothing to report: files that cannot be removed stay
   for (std::filesystem::directory_iterator entry(folder, failure), end; !failure && entry != end;
        entry.increment(failure))
     if (const auto target = targetOf(entry->path().filename().string()); target && owned(*target))

@@ -1,5 +1,5 @@
-// Whole files: read at once, or written so that a reader sees the old file or the complete new one, never a
-// part.
+// Whole files: read at once, or written atomically, so that a reader sees the old file or the complete new
+// one.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -15,29 +15,29 @@
 
 namespace surflect {
 
-// Beyond these a file is not what it is taken for.
+// Size limits; a larger file is refused.
 inline constexpr uint64_t kLargestText = uint64_t{1} << 28; // descriptions that people or exporters write
 inline constexpr uint64_t kLargestFile = uint64_t{1} << 35;
 
-// A descriptor to read from; the caller closes it. Throws Error naming the file, also where it is not a
-// regular one: a device never ends, a pipe waits for ever.
+// Opens a file for reading; the caller closes the descriptor. Throws Error naming the file, also if it is not
+// a regular file: a device is endless, and a pipe blocks.
 int openForReading(const std::filesystem::path& path);
 
-// Throws Error naming the file, also where it is not a regular one or larger than `most` bytes, and
-// Cancelled.
+// Content of a file. Throws Error naming the file, also if it is not a regular file or larger than `most`
+// bytes, and Cancelled.
 std::string readFile(const std::filesystem::path& path, uint64_t most = kLargestFile,
                      const Progress& progress = {});
-// Its first `count` bytes, or all there are.
+// First `count` bytes of a file, or all if it is shorter.
 std::string readFileStart(const std::filesystem::path& path, size_t count);
 
-// Copies what a file holds into a new one, which stays unfinished when Error or Cancelled is thrown.
+// Copies a file into a new one, which is left incomplete if Error or Cancelled is thrown.
 void copyFile(const std::filesystem::path& source, const std::filesystem::path& target,
               const Progress& progress = {});
 
-// Written beside the target, fsynced and renamed by commit(); dropped by the destructor otherwise.
+// Writes beside the target; commit() syncs and renames, otherwise the destructor removes the temporary.
 //
-// Several at once: all are on disk before the first is renamed, so that whoever finds one of them finds it
-// whole, whenever the machine stops. They are renamed in order, and their folders fsynced once.
+// Several files at once: all are synced before the first is renamed, so that after a crash every visible one
+// is complete. They are renamed in order, and their folders synced once.
 class AtomicFile {
 public:
   explicit AtomicFile(std::filesystem::path target);
@@ -62,8 +62,8 @@ private:
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
 
-// Removes what killed processes left beside the targets: temporaries of AtomicFile whose target's name the
-// caller owns, and which no living process holds. A folder that is not there has none.
+// Removes temporaries of AtomicFile that killed processes have left. `owns` selects target names of the
+// caller; temporaries held by a living process stay. The folder may be missing.
 void removeAbandoned(const std::filesystem::path& folder,
                      const std::function<bool(const std::string& targetName)>& owned);
 

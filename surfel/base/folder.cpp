@@ -7,7 +7,7 @@
 namespace surflect {
 
 void requireCreatable(const std::filesystem::path& folder) {
-  std::error_code unknown; // making it will say so
+  std::error_code unknown; // reported when creating
   auto nearest = std::filesystem::absolute(folder, unknown);
   while (!std::filesystem::exists(nearest, unknown) && nearest.has_relative_path())
     nearest = nearest.parent_path();

@@ -8,18 +8,17 @@
 
 namespace surflect {
 
-// With those that it lies in; it may be there already. Throws Error.
+// Creates a folder and its parents; it may exist already. Throws Error.
 inline void createFolder(const std::filesystem::path& folder) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
 }
 
-// Throws Error unless the folder is there and can be written to, or can be made where it is not. Makes
-// nothing.
+// Throws Error unless the folder is writable, or does not exist and can be created. Creates nothing.
 void requireCreatable(const std::filesystem::path& folder);
 
-// With all that lies in it; it may be gone already. Throws Error.
+// Removes a folder with its contents; it may be missing. Throws Error.
 inline void removeFolder(const std::filesystem::path& folder) {
   std::error_code failure;
   std::filesystem::remove_all(folder, failure);

@@ -1,4 +1,4 @@
-// A 64-bit content hash (XXH3) for checksums and identities of files; not a cryptographic one.
+// 64-bit content hash (XXH3) for checksums and identities of files; not cryptographic.
 #pragma once
 
 #include <cstddef>

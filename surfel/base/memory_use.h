@@ -1,15 +1,15 @@
-// What the system says of this process's memory.
+// Memory of this process, as the system reports it.
 #pragma once
 
 namespace surflect {
 
 struct MemoryUse {
-  double peakBytes = 0;      // the most that was resident, since the process began or forgetPeakMemory()
-  double anonymousBytes = 0; // resident now and of no file (RssAnon)
+  double peakBytes = 0;      // largest resident size since the start or forgetPeakMemory()
+  double anonymousBytes = 0; // resident memory that is not mapped from a file (RssAnon)
 };
 MemoryUse memoryUse();
 
-// The peak is counted from now on.
+// Resets the peak.
 void forgetPeakMemory();
 
 } // namespace surflect

@@ -1,4 +1,4 @@
-// For complaints about misspelt names: the known one that was probably meant.
+// Suggestion of the known name nearest to a misspelt one.
 #pragma once
 
 #include <span>
@@ -6,10 +6,10 @@
 
 namespace surflect {
 
-// Levenshtein's distance: letters to insert, delete or replace.
+// Levenshtein distance: number of letters to insert, delete or replace.
 size_t editDistance(std::string_view a, std::string_view b);
 
-// The known name of smallest distance, the first of equals; `known` is not empty.
+// Known name of smallest distance, the first of equals; `known` is not empty.
 std::string_view nearestName(std::string_view name, std::span<const std::string_view> known);
 
 } // namespace surflect

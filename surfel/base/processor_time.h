@@ -1,11 +1,11 @@
-// Time that the clock on the wall does not show: what this process has used.
+// Processor time of this process.
 #pragma once
 
 #include <ctime>
 
 namespace surflect {
 
-// Of all threads together, since the process began.
+// Seconds of all threads together, since the process began.
 inline double processorSeconds() {
   timespec time{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);

@@ -1,4 +1,4 @@
-// How long work talks to its caller: it reports how far it is and asks whether to go on.
+// Progress of long work: reports to the caller, and asks whether to continue.
 #pragma once
 
 #include "surfel/base/error.h"
@@ -10,17 +10,16 @@
 namespace surflect {
 
 struct Progress {
-  // Called with the name of the stage and the fraction done, 0..1; may be called from any thread, one at a
-  // time.
+  // Called with the name of the stage and the fraction done, 0..1, from any thread, one at a time.
   std::function<void(std::string_view stage, double fraction)> report;
-  // May be called from any thread at any time.
+  // Returns whether to stop; called from any thread at any time.
   std::function<bool()> cancelled;
 
-  // Throws Cancelled when the caller has asked to stop.
+  // Throws Cancelled if the caller has requested it.
   void checkpoint() const {
     if (cancelled && cancelled()) throw Cancelled();
   }
-  // For loops of small steps, over index i.
+  // Checkpoint for loops of small steps over index i.
   void checkNowAndThen(size_t i) const {
     if (i % 1024 == 0) checkpoint();
   }

@@ -1,4 +1,4 @@
-// What may be written over.
+// Protection of special files against being overwritten.
 #pragma once
 
 #include "surfel/base/error.h"
@@ -8,10 +8,10 @@
 
 namespace surflect {
 
-// Only regular files are replaced: throws Error where the path is that of a folder, a pipe or a device. A
-// link is what it leads to.
+// Throws Error unless the path is free or a regular file: folders, pipes and devices are not replaced. Links
+// are followed.
 inline void requireReplaceable(const std::filesystem::path& path) {
-  std::error_code unknown; // writing will say so
+  std::error_code unknown; // reported when writing
   const auto status = std::filesystem::status(path, unknown);
   if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return;
   throw Error(std::filesystem::is_directory(status)

@@ -1,5 +1,4 @@
-// Memory that is written before it is read, and kept for the next time: fresh pages cost more than to fill
-// them.
+// Uninitialised memory that is kept for reuse, because fresh pages cost more than filling them.
 #pragma once
 
 #include <cstddef>
@@ -7,15 +6,15 @@
 
 namespace surflect {
 
-// Room for values without their first ones. Not copied.
+// Storage for values without initialisation. Not copied.
 template <class T> class ScratchBuffer {
 public:
-  // For at least `count` values. Where there is not enough, or more than four times as much, it is had anew,
-  // and those in it are lost.
+  // Returns space for at least `count` values. Reallocates, without keeping values, if the space is too small
+  // or more than four times too large.
   T* of(size_t count) {
-    constexpr size_t kLittle = 1024; // bytes that may stay
+    constexpr size_t kLittle = 1024; // bytes that are always kept
     const bool isWaste = capacity_ / 4 > count && capacity_ * sizeof(T) > kLittle;
-    if (count > capacity_ || isWaste || !values_) { // none once it has been moved away
+    if (count > capacity_ || isWaste || !values_) { // values_ is null after a move
       values_.reset();
       values_ = std::make_unique_for_overwrite<T[]>(count);
       capacity_ = count;

@@ -1,11 +1,11 @@
-// Work of many steps, each of which reports on itself.
+// Progress of work in several steps.
 #pragma once
 
 #include "surfel/base/progress.h"
 
 namespace surflect {
 
-// For step i of n: what it reports counts as its part of the stage. `whole` must outlive it.
+// Progress for step i of n: its reports are scaled to that part of the stage. `whole` must outlive it.
 inline Progress stepOf(const Progress& whole, std::string_view stage, size_t i, size_t n) {
   Progress step = whole;
   if (whole.report)

@@ -1,11 +1,11 @@
-// How long work takes.
+// Elapsed wall-clock time.
 #pragma once
 
 #include <chrono>
 
 namespace surflect {
 
-// Runs from its making on.
+// Starts at construction.
 class Stopwatch {
 public:
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }

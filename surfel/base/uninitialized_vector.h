@@ -1,4 +1,4 @@
-// Vectors that grow without setting what they have grown by.
+// Vectors that grow without initialising the new elements.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,7 @@
 
 namespace surflect {
 
-// As std::allocator, but elements that are made of nothing are default-initialized: numbers keep what was in
-// their memory.
+// Like std::allocator, but default-initialises elements: numbers are left uninitialised.
 template <class T> struct DefaultInitAllocator : std::allocator<T> {
   DefaultInitAllocator() = default;
   template <class U> DefaultInitAllocator(const DefaultInitAllocator<U>&) noexcept {}
@@ -17,7 +16,7 @@ template <class T> struct DefaultInitAllocator : std::allocator<T> {
   template <class U> void construct(U* element) { ::new (static_cast<void*>(element)) U; }
 };
 
-// After resize the new elements must be written before they are read.
+// After resize, the new elements must be written before they are read.
 template <class T> using UninitializedVector = std::vector<T, DefaultInitAllocator<T>>;
 
 } // namespace surflect

@@ -12,17 +12,17 @@ namespace {
 
 using Point = Vec2<double>;
 
-// An overlap of the fan's triangles by this share of the polygon's area comes from rounded corners.
+// Overlap of the fan's triangles, relative to the polygon's area, that rounding of corners can cause.
 constexpr double kRounding = 1e-6;
 
-// Twice the signed area. Rounds once per product; exact for coordinates of similar magnitude.
+// Twice the signed area. One rounding per product; exact for coordinates of similar magnitude.
 double area(const Point& a, const Point& b, const Point& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-// Whether the triangles of the fan around the first corner cover the polygon, so that none turns over.
+// Returns whether the fan around the first corner covers the polygon, so that no triangle is flipped.
 bool isCoveredByFan(std::span<const Vec3<double>> corners, const Vec3<double>& normal) {
-  double sum = 0, covered = 0; // of areas, times the same factor
+  double sum = 0, covered = 0; // areas times a common factor
   for (size_t i = 2; i < corners.size(); ++i) {
     const double part = normal.dot((corners[i - 1] - corners[0]).cross(corners[i] - corners[0]));
     sum += part;
@@ -31,7 +31,8 @@ bool isCoveredByFan(std::span<const Vec3<double>> corners, const Vec3<double>& n
   return covered <= (1 + kRounding) * sum;
 }
 
-// Without the coordinate along which the normal is longest, counter-clockwise: coordinates stay the file's.
+// Corners without the coordinate along which the normal is longest, counter-clockwise; coordinates are
+// unchanged.
 std::vector<Point> projected(std::span<const Vec3<double>> corners, const Vec3<double>& normal) {
   Eigen::Index axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
@@ -43,7 +44,7 @@ std::vector<Point> projected(std::span<const Vec3<double>> corners, const Vec3<d
   return points;
 }
 
-// A counter-clockwise polygon that loses one ear after the other.
+// A counter-clockwise polygon whose ears are clipped one by one.
 class Clipping {
 public:
   Clipping(std::vector<Point> points, std::vector<std::array<uint32_t, 3>>& triangles)
@@ -69,7 +70,7 @@ public:
 private:
   struct Link {
     uint32_t before, next;
-    uint32_t asked; // times that the corner was put into the queue
+    uint32_t asked; // number of times that the corner was queued
     bool isLeft;
   };
   struct Question {
@@ -81,8 +82,8 @@ private:
   }
   bool isConvex(uint32_t i) const { return areaAt(i) > 0; }
 
-  // Clipping an ear makes no difference to other corners than its neighbours [Meisters 1975]: these go to the
-  // end of the queue, so that triangles do not all share a corner.
+  // Clipping an ear affects only its neighbours [Meisters 1975]. They go to the end of the queue, so that
+  // triangles do not all share a corner.
   void askLater(uint32_t i) { queue_.push_back({i, ++links_[i].asked}); }
 
   std::optional<uint32_t> nextEar(const Progress& progress) {
@@ -96,8 +97,8 @@ private:
     return std::nullopt;
   }
 
-  // Without an ear: a corner without area, as of a repeated one; where the polygon crosses itself, any convex
-  // one.
+  // Fallback without an ear: a corner without area, such as a repeated one, or in a self-intersecting polygon
+  // any convex one.
   uint32_t leastOfEars() const {
     uint32_t least = someLeft_;
     for (uint32_t i = links_[least].next, n = 1; n < left_; i = links_[i].next, ++n) {
@@ -107,8 +108,8 @@ private:
     return least;
   }
 
-  // No other corner lies in the triangle or on its sides. A corner in the triangle implies a non-convex one
-  // in it [Meisters 1975]; convex corners stay convex.
+  // Ear test: no other corner lies in the triangle or on its sides. A corner in the triangle implies a
+  // non-convex one in it [Meisters 1975]; convex corners stay convex.
   bool isEar(uint32_t i) const {
     if (!isConvex(i)) return false;
     const Point &a = points_[links_[i].before], &b = points_[i], &c = points_[links_[i].next];
@@ -121,8 +122,8 @@ private:
 
   bool blocks(uint32_t k, const Point& a, const Point& b, const Point& c) const {
     const Point& p = points_[k];
-    // Where a seam leads to a hole, corners share their places. No side leads from an end of the diagonal
-    // into the triangle and out again; from the ear's tip, one may.
+    // At a seam to a hole, corners share positions. No side leads from an end of the diagonal into the
+    // triangle and out again; one may lead from the ear's tip.
     if (p == a || p == c) return false;
     const auto isWithinAngle = [&](uint32_t q) {
       return area(a, b, points_[q]) > 0 && area(b, c, points_[q]) > 0;
@@ -146,8 +147,8 @@ private:
   std::vector<Point> points_;
   std::vector<std::array<uint32_t, 3>>& triangles_;
   std::vector<Link> links_;
-  std::vector<uint32_t> blockers_; // corners that were not convex at first, by their x
-  std::deque<Question> queue_;     // corners that may be ears
+  std::vector<uint32_t> blockers_; // corners that were not convex at first, by x
+  std::deque<Question> queue_;     // candidate ears
   uint32_t left_, someLeft_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// The impostor as it is given: triangles in acquisition space; or bent, in object space.
+// Triangle meshes: an impostor in acquisition space, or deformed in object space.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -17,30 +17,30 @@ template <class Space> struct Mesh {
 };
 using TriangleMesh = Mesh<AcquisitionSpace>;
 
-// Twice the area vector of a triangle: its normal, not normalised.
+// Area-weighted normal of a triangle, twice its area vector.
 Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
 
-// How a face with more than three corners becomes triangles.
+// Triangulation of faces with more than three corners.
 enum class Faces {
-  cut,   // what they cover, see ear_clipping.h
-  asFans // around the first corner, wherever the corners lie: alike for all shapes of one topology
+  cut,   // covers the face exactly (ear_clipping.h)
+  asFans // around the first corner: the same triangles for all shapes of one topology
 };
 
 struct MeshReading {
   Faces faces = Faces::cut;
-  Vec3<double> origin = {0, 0, 0}; // subtracted from the file's coordinates before they are rounded to float
+  Vec3<double> origin = {0, 0, 0}; // subtracted from the file's coordinates before rounding to float
 };
 
-// Reads OBJ or PLY, by the extension (a file without one is PLY): faces and triangle strips. An index beyond
-// the vertices or a position that is not finite is an Error. Throws Cancelled, too.
+// Reads OBJ or PLY by the extension (PLY if there is none): faces and triangle strips. Throws Error, also for
+// an index beyond the vertices and a position that is not finite; throws Cancelled.
 TriangleMesh readMeshAsStored(const std::filesystem::path& path, const MeshReading& reading = {},
                               const Progress& progress = {});
 
-// Without the triangles that have no area; an Error when no other is left.
+// Removes triangles without area; throws Error if none is left.
 TriangleMesh withoutFlat(TriangleMesh mesh, const Progress& progress = {});
-// Without the positions that no triangle uses.
+// Removes positions that no triangle uses.
 TriangleMesh withoutUnused(TriangleMesh mesh);
-// As stored, without either.
+// Reads a mesh as readMeshAsStored(), then removes triangles without area and unused positions.
 TriangleMesh readMesh(const std::filesystem::path& path, const MeshReading& reading = {},
                       const Progress& progress = {});
 

@@ -12,18 +12,18 @@ namespace {
 
 constexpr uint32_t kNone = ~0u;
 
-// The triangle over an edge.
+// Triangle across an edge.
 struct Neighbor {
   uint32_t triangle = kNone;
   bool isWoundAlike = true;
 };
 
-// A side of a triangle, by its ends: the lower one first.
+// Side of a triangle, by its vertices, the lower one first.
 struct Side {
   uint32_t low, high;
   uint32_t triangle;
   uint8_t side;
-  bool rises; // in the triangle's winding
+  bool rises; // from the lower vertex to the higher one in the triangle's winding
 
   auto ends() const { return std::pair(low, high); }
 };
@@ -78,7 +78,7 @@ Repeats repeatsIn(const TriangleMesh& mesh, const Progress& progress) {
   struct Entry {
     std::array<uint32_t, 3> corners; // in rising order
     uint32_t triangle;
-    bool isOdd; // how the winding permutes them
+    bool isOdd; // parity of the permutation of the winding
   };
   std::vector<Entry> entries;
   entries.reserve(mesh.triangles.size());
@@ -117,7 +117,7 @@ MeshParts partsOf(const TriangleMesh& mesh, const Progress& progress) {
   for (uint32_t seed = 0; seed < mesh.triangles.size(); ++seed) {
     if (isReached[seed]) continue;
     MeshParts::Part part;
-    double areaAgainst = 0; // against the seed
+    double areaAgainst = 0; // area wound against the seed
     part.triangles.push_back(seed);
     isReached[seed] = 1;
     for (size_t i = 0; i < part.triangles.size(); ++i) {

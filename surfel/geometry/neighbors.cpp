@@ -10,7 +10,7 @@ namespace surflect {
 
 namespace {
 
-// KDTreeSingleIndex is exact when its checks are unlimited; its distances are squared.
+// KDTreeSingleIndex is exact with unlimited checks; its distances are squared.
 using Index = flann::KDTreeSingleIndex<flann::L2_Simple<float>>;
 
 flann::SearchParams exact(bool sorted) {
@@ -19,13 +19,13 @@ flann::SearchParams exact(bool sorted) {
   return params;
 }
 
-// A run of the points, in their order.
+// A contiguous range of the points.
 struct Part {
   size_t first = 0, count = 0;
   std::unique_ptr<Index> index;
-  float low[3], high[3]; // their box
+  float low[3], high[3]; // bounding box
 
-  // No point of the part is nearer: rounded as FLANN's distances are, step by step.
+  // Lower bound of the squared distance to the part's points, rounded step by step like FLANN's distances.
   float squaredDistance(const float* p) const {
     float sum = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -94,7 +94,7 @@ std::vector<NeighborIndex::Neighbor> NeighborIndex::nearest(const Point3<Acquisi
                           exact(true));
     const bool isFirst = found.empty();
     collect(part, indices[0], squared[0], found);
-    if (isFirst) continue; // sorted by FLANN
+    if (isFirst) continue; // already sorted by FLANN
     std::ranges::sort(found);
     found.resize(std::min(found.size(), k));
   }

@@ -1,4 +1,4 @@
-// Nearest neighbours among points, exact.
+// Exact nearest neighbours among points.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -14,9 +14,9 @@ namespace surflect {
 
 class NeighborIndex {
 public:
-  // The points are copied. Quickest where those that follow each other are near each other. A tree holds at
-  // most `mostInTree` > 0 of them: building one cannot be stopped, and is more than linear; a million points
-  // take it half a second. Throws Cancelled between two trees.
+  // Copies the points. Fastest if successive points are near each other. A tree holds at most `mostInTree` >
+  // 0 points, because building one cannot be interrupted and takes more than linear time. Throws Cancelled
+  // between two trees.
   explicit NeighborIndex(std::span<const Point3<AcquisitionSpace>> points, const Progress& progress = {},
                          size_t mostInTree = size_t{1} << 20);
   ~NeighborIndex();
@@ -25,9 +25,9 @@ public:
     uint32_t index;
     float distance; // scene units
   };
-  // The k nearest, nearest first; fewer where there are fewer points. A point of the set finds itself first.
+  // The k nearest, nearest first; fewer if there are fewer points. A point of the set finds itself first.
   std::vector<Neighbor> nearest(const Point3<AcquisitionSpace>& p, size_t k) const;
-  // All within the radius, in order of index.
+  // All points within the radius, in order of index.
   std::vector<Neighbor> within(const Point3<AcquisitionSpace>& p, float radius) const;
 
 private:

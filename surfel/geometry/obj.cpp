@@ -15,13 +15,12 @@ namespace {
 using Corner = FaceList::Corner;
 constexpr uint32_t kNone = FaceList::kNone;
 
-// The statements of an OBJ file one after the other: lines, joined where one ends in a backslash, without
-// comments.
+// Statements of an OBJ file: lines without comments, joined after a backslash at the end.
 class Statements {
 public:
   explicit Statements(std::string_view text) : rest_(text) {}
 
-  // Whether there is another one; its words live until the next call.
+  // Reads the next statement, if any; its words are valid until the next call.
   bool next() {
     words_.clear();
     while (!rest_.empty()) {
@@ -36,7 +35,7 @@ public:
   size_t line() const { return firstLine_; }
 
 private:
-  // Whether the statement goes on in the next line.
+  // Reads a line; returns whether the statement continues on the next one.
   bool takeLine() {
     const size_t end = std::min(rest_.find('\n'), rest_.size());
     std::string_view line = rest_.substr(0, end);
@@ -74,7 +73,7 @@ template <class T> T asNumber(std::string_view word, std::string_view expected) 
   return value;
 }
 
-// The words after the first, as they stand in a message.
+// Words after the first, joined for a message.
 std::string joined(const std::vector<std::string_view>& words) {
   std::string line;
   for (size_t i = 1; i < words.size() && line.size() < 60; ++i)
@@ -93,7 +92,7 @@ Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words, 
   return position;
 }
 
-// "7" or "-1", of `kind`: from 0 on, and perhaps beyond those still to come.
+// Index "7" or "-1" of `kind`, from 0; may refer to a later definition.
 uint32_t asIndex(std::string_view word, size_t soFar, const std::string& kind) {
   const auto index = asNumber<long long>(word, "a " + kind + " number");
   if (index > 0) return static_cast<uint32_t>(std::min<long long>(index - 1, kNone - 1));
@@ -104,7 +103,7 @@ uint32_t asIndex(std::string_view word, size_t soFar, const std::string& kind) {
   return static_cast<uint32_t>(soFar - static_cast<size_t>(-(index + 1)) - 1);
 }
 
-// 2 coordinates, 1 or 3.
+// Reads 2 coordinates; files have 1 to 3.
 Vec2<double> asTextureCoordinates(const std::vector<std::string_view>& words) {
   if (words.size() < 2) throw Error::mismatch("a coordinate", "none").at("vt");
   Vec2<double> st(0, 0);
@@ -132,7 +131,7 @@ void requireBelow(uint32_t index, size_t count, const char* kind, size_t line) {
         .at(onLine(line));
 }
 
-// All faces, whose corners are there; without texture coordinates and normals unless they are wanted.
+// All faces, with checked indices; texture coordinates and normals only if wanted.
 FaceList parse(std::string_view text, bool wantsAll, const Vec3<double>& origin, const Progress& progress) {
   FaceList content;
   std::vector<size_t> lines; // #faces

@@ -1,5 +1,4 @@
-// Wavefront OBJ: the positions and faces of its one mesh, and texture coordinates and normals for who asks
-// for them.
+// Wavefront OBJ: positions and faces as one mesh, optionally with texture coordinates and normals.
 #pragma once
 
 #include "surfel/base/progress.h"
@@ -10,13 +9,13 @@
 
 namespace surflect {
 
-// All faces of all groups, in the order written; triangles without area stay. Corners may count from the end
-// (-1 is the last vertex so far); texture coordinates, normals, materials, lines and free-form curves are
-// passed over. Throws Error at the line that is wrong.
+// All faces of all groups in file order, also triangles without area. Indices may count from the end (-1 is
+// the last vertex so far). Texture coordinates, normals, materials, lines and free-form curves are ignored.
+// Throws Error at the faulty line.
 TriangleMesh parseObj(std::string_view text, const MeshReading& reading = {}, const Progress& progress = {});
-// Reads the mesh with texture coordinates and normals, see texturedMeshOf; `corner` is the file's vertex.
+// Mesh with texture coordinates and normals (texturedMeshOf); `corner` is the file's vertex.
 TexturedMesh parseTexturedObj(std::string_view text, const Progress& progress = {});
-// Throw Error with the file and the line, and Cancelled.
+// Reads a file as parseTexturedObj. Throws Error with file and line, and Cancelled.
 TexturedMesh readTexturedObj(const std::filesystem::path& path, const Progress& progress = {});
 TriangleMesh readObj(const std::filesystem::path& path, const MeshReading& reading = {},
                      const Progress& progress = {});

@@ -74,13 +74,13 @@ template <class T> T bigOrLittle(const char* bytes, bool swap) {
   return std::bit_cast<T>(raw);
 }
 
-// Hands out the numbers of the body one after the other.
+// Reads the numbers of the body in sequence.
 class Body {
 public:
   Body(std::string_view bytes, Encoding encoding) : rest_(bytes), encoding_(encoding) {}
 
   size_t bytesLeft() const { return rest_.size(); }
-  // A lower bound of the bytes that one number takes, so that counts can be checked before memory is taken.
+  // Lower bound of the bytes per number, to check counts before memory is allocated.
   size_t smallestSize(Type type) const { return encoding_ == Encoding::ascii ? 1 : sizeOf(type); }
 
   double next(Type type) { return encoding_ == Encoding::ascii ? nextWord() : nextBinary(type); }
@@ -132,7 +132,7 @@ private:
 
 struct Header {
   Encoding encoding{};
-  std::vector<PlyElement> elements;                         // still without values
+  std::vector<PlyElement> elements;                         // without values yet
   std::vector<std::vector<PropertyDeclaration>> properties; // one list per element
   size_t bodyOffset = 0;
 };

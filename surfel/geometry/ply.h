@@ -12,7 +12,7 @@
 
 namespace surflect {
 
-// One property of an element: a number per item, or a list per item as values[start[i]] to
+// One property of an element: one number per item, or a list per item in values[start[i]] to
 // values[start[i+1]].
 struct PlyProperty {
   std::string name;
@@ -27,7 +27,7 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   const PlyProperty* find(std::string_view property) const;
-  // Throws Error naming element and property when it is missing or a list.
+  // Values of a property; throws Error with element and property if it is missing or a list.
   std::span<const double> scalars(std::string_view property) const;
 };
 
@@ -37,16 +37,16 @@ struct PlyFile {
   const PlyElement* find(std::string_view element) const;
 };
 
-// Throws Error with the file and the element, item or header line that is wrong; and Cancelled.
+// Reads a file. Throws Error with the file and the faulty element, item or header line; and Cancelled.
 PlyFile readPly(const std::filesystem::path& path, const Progress& progress = {});
 
-// A column to write: float32 values.
+// A column of float32 values to write.
 struct PlyColumn {
   std::string name;
   std::vector<float> values;
 };
 
-// One element of float32 columns, binary little-endian, written atomically.
+// Writes one element of float32 columns, binary little-endian, atomically.
 void writePly(const std::filesystem::path& path, std::string_view element, std::span<const PlyColumn> columns,
               std::string_view comment);
 

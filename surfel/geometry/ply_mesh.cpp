@@ -38,7 +38,7 @@ void addPositions(const PlyElement& vertices, const Vec3<double>& origin, FaceLi
   }
 }
 
-// By any of the names in use.
+// Adds texture coordinates by any of their usual names.
 void addTextureCoordinates(const PlyElement& vertices, FaceList& list) {
   for (const auto& [s, t] : {std::pair{"s", "t"}, std::pair{"u", "v"}, std::pair{"texture_u", "texture_v"}}) {
     if (!hasScalar(vertices, s) || !hasScalar(vertices, t)) continue;
@@ -63,7 +63,8 @@ void addNormals(const PlyElement& vertices, FaceList& list) {
   }
 }
 
-// Two numbers a corner; none is a face without. Returns where the first goes among the list's coordinates.
+// Adds a face's texture coordinates, two numbers per corner; none if the face has none. Returns the index of
+// the first.
 std::optional<uint32_t> addFaceCoordinates(const PlyProperty* property, size_t face, size_t corners,
                                            FaceList& list) {
   const size_t first = property ? property->start[face] : 0,
@@ -104,7 +105,7 @@ void addFaces(const PlyElement& element, const PlyProperty& lists, bool wantsAll
   }
 }
 
-// A strip turns its winding at every triangle; -1 starts a new one.
+// Adds triangle strips; the winding alternates, -1 starts a new strip.
 void addStrips(const PlyElement&, const PlyProperty& lists, bool, FaceList& list, const Progress& progress) {
   const bool haveTexture = !list.textureCoordinates.empty(), haveNormals = !list.normals.empty();
   for (size_t s = 0; s + 1 < lists.start.size(); ++s) {
@@ -126,7 +127,7 @@ void addStrips(const PlyElement&, const PlyProperty& lists, bool, FaceList& list
   }
 }
 
-// Without texture coordinates and normals unless they are wanted.
+// Texture coordinates and normals only if wanted.
 FaceList readFaces(const std::filesystem::path& path, bool wantsAll, const Vec3<double>& origin,
                    const Progress& progress) {
   const PlyFile ply = readPly(path, progress);

@@ -14,13 +14,13 @@ namespace surflect {
 
 namespace {
 
-constexpr size_t kMostAround = 256; // their cost is quadratic
+constexpr size_t kMostAround = 256; // limits the quadratic cost
 
 Vec3<double> positionOf(const TriangleMesh& mesh, uint32_t vertex) {
   return mesh.positions[vertex].cast<double>().raw();
 }
 
-// Corner k of triangle t is corner 3 t + k of the mesh.
+// Vertex of corner 3 t + k: corner k of triangle t.
 uint32_t vertexOf(const TriangleMesh& mesh, size_t corner) { return mesh.triangles[corner / 3][corner % 3]; }
 
 Vec3<double> shareOf(const TriangleMesh& mesh, size_t corner) {
@@ -46,7 +46,7 @@ SmoothNormals::SmoothNormals(const TriangleMesh& mesh, const Progress& progress)
     facets[t] = areaVector(mesh, t).stableNormalized().cast<float>();
   });
 
-  // Corners by their places, those of one place in a row.
+  // Corners sorted by position.
   std::vector<size_t> order(3 * mesh.triangles.size());
   std::iota(order.begin(), order.end(), size_t{0});
   const auto placeOf = [&](size_t corner) {

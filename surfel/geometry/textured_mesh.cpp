@@ -13,7 +13,7 @@ namespace {
 using Corner = FaceList::Corner;
 constexpr uint32_t kNone = FaceList::kNone;
 
-// Calls add(a, b, c) for every triangle, with the indices of its corners in the list.
+// Calls add(a, b, c) for every triangle, with indices of corners in the list.
 template <class Add>
 void forEachTriangle(const FaceList& list, Faces faces, const Progress& progress, const Add& add) {
   std::vector<Vec3<double>> places;
@@ -34,7 +34,7 @@ void forEachTriangle(const FaceList& list, Faces faces, const Progress& progress
   }
 }
 
-// Appends the corners of a face, without what not all of them have.
+// Appends the corners of a face; drops attributes that some of them lack.
 void appendCorners(std::span<const Corner> face, std::vector<Corner>& corners) {
   const auto allHave = [&](uint32_t Corner::*what) {
     return std::ranges::none_of(face, [&](const Corner& corner) { return corner.*what == kNone; });
@@ -87,7 +87,8 @@ TexturedMesh texturedMeshOf(const FaceList& list, Faces faces, const Progress& p
     return found->second;
   };
   forEachTriangle(list, faces, progress, [&](size_t a, size_t b, size_t c) {
-    const uint32_t va = vertexOf(a), vb = vertexOf(b), vc = vertexOf(c); // numbered in this order
+    const uint32_t va = vertexOf(a), vb = vertexOf(b),
+                   vc = vertexOf(c); // evaluated in this order, which numbers the vertices
     textured.mesh.triangles.push_back({va, vb, vc});
   });
   return textured;

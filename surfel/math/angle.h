@@ -1,4 +1,4 @@
-// Angles have a type; radians inside, degrees only at the door.
+// Angle type: radians inside, degrees only at input and output.
 #pragma once
 
 #include <numbers>

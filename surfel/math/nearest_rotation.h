@@ -1,4 +1,4 @@
-// Rotations whose digits were rounded.
+// Nearest rotation to a matrix with rounded digits.
 //
 // [Higham 1986] Higham: Computing the polar decomposition with applications, SIAM J. Sci. Stat. Comput. 7(4).
 // [Bjorck 1971] Bjorck, Bowie: An iterative algorithm for computing the best estimate of an orthogonal
@@ -9,8 +9,7 @@
 
 namespace surflect {
 
-// The rotation nearest to a matrix that is one within 0.01 a number: its orthogonal polar factor [Higham
-// 1986].
+// Orthogonal polar factor of a matrix whose entries are within 0.01 of a rotation's  [Higham 1986].
 inline Mat3<double> nearestRotation(const Mat3<double>& matrix) {
   Mat3<double> q = matrix;
   // q <- q (3 - q^T q) / 2 squares the distance [Bjorck 1971].

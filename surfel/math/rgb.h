@@ -1,4 +1,4 @@
-// Linear RGB: radiance, irradiance, intensity or weight, as the name of the variable says.
+// Linear RGB: radiance, irradiance, intensity or weight, as the variable's name says.
 #pragma once
 
 namespace surflect {

@@ -6,7 +6,7 @@
 //   CameraSpace       x right, y up, looking along -z
 //   EnvironmentSpace  of an environment map: y is up, its middle lies on -z with x to the right
 //
-// A Triple is three bare scalars; algebra is done on Eigen vectors through raw(), the one door out.
+// A Triple is three bare scalars; algebra uses Eigen vectors through raw().
 #pragma once
 
 #include <Eigen/Core>
@@ -41,7 +41,7 @@ public:
   T y() const { return y_; }
   T z() const { return z_; }
 
-  // The door out of the types. Use it for algebra inside one function and at file, Embree and GL edges.
+  // Leaves the type system. Use it for algebra inside one function, and at file, Embree and GL edges.
   Vec3<T> raw() const { return {x_, y_, z_}; }
 
   template <class U> Triple<Kind, Space, U> cast() const {
@@ -58,7 +58,7 @@ template <class Space, class T = float> using Point3 = Triple<PointKind, Space, 
 template <class Space, class T = float> using Direction3 = Triple<DirectionKind, Space, T>;
 template <class Space, class T = float> using Normal3 = Triple<NormalKind, Space, T>;
 
-// The door into the types: the caller vouches for kind and space.
+// Enters the type system: the caller guarantees kind and space.
 template <class Typed, class Derived> Typed assume(const Eigen::MatrixBase<Derived>& v) {
   using T = typename Typed::Scalar;
   return {static_cast<T>(v[0]), static_cast<T>(v[1]), static_cast<T>(v[2])};
@@ -88,7 +88,7 @@ template <class S, class T> T dot(const Normal3<S, T>& a, const Direction3<S, T>
 }
 template <class S, class T> T length(const Direction3<S, T>& d) { return d.raw().norm(); }
 
-// Unit vector; the caller has made sure that the length is neither zero nor infinite.
+// Unit vector; the length must be neither zero nor infinite.
 template <class S, class T> Direction3<S, T> normalized(const Direction3<S, T>& d) {
   return assume<Direction3<S, T>>(d.raw() / d.raw().norm());
 }
@@ -128,10 +128,10 @@ Rigid<A, C, T> operator*(const Rigid<A, B, T>& aFromB, const Rigid<B, C, T>& bFr
           aFromB.rotation() * bFromC.translation() + aFromB.translation()};
 }
 
-// A rotation, or a rotation and a mirroring, of directions; named target-from-source.
+// Rotation of directions, or rotation and reflection; named target-from-source.
 template <class To, class From, class T = double> class Rotation {
 public:
-  // Stored as bare scalars, so that arrays of turns can be copied as bytes.
+  // Stored as bare scalars, so that arrays can be copied as bytes.
   explicit Rotation(const Mat3<T>& orthogonal = Mat3<T>::Identity()) {
     Eigen::Map<Mat3<T>>(matrix_.data()) = orthogonal;
   }

@@ -1,5 +1,5 @@
-"""Films of a model that is larger than memory: what `surflect render` may use is its surfels, a film, the cache and
-256 MiB, as the system enforces it, and they are the same films.
+"""Films of a model larger than memory: `surflect render` gets memory for surfels, a film, the cache and 256 MiB, a limit
+that the system enforces, and renders the same films.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""`surflect capture`: from a stage file to scores, bent and not; runs that were killed go on."""
+"""`surflect capture`: from a stage file to scores, at rest and bent; killed runs are resumed."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""Every script in examples/ renders, of small models of the captures beside it."""
+"""Every script in examples/ renders from small models of the captures there."""
 
 import re
 import shutil

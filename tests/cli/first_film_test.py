@@ -1,5 +1,5 @@
-"""docs/import.md alone leads from a folder of photographs to a film: its commands are run, with fewer surfels
-and frames, of an object that stands for its lego."""
+"""docs/import.md alone leads from a folder of photographs to a film: runs its commands with fewer surfels and frames, and
+with another object in place of lego."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Where nothing more can be written, `surflect` says so in one line and leaves nothing half-written."""
+"""Full disk or file size limit: `surflect` reports it in one line and leaves nothing half-written."""
 
 import json
 import resource

@@ -1,4 +1,4 @@
-"""`surflect import` at the command line: the example capture copied whole, and a lit view from a light file."""
+"""`surflect import`: copies the example capture completely, and imports a lit view from a light file."""
 
 import json
 import math

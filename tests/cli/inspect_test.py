@@ -1,4 +1,4 @@
-"""`surflect inspect --overlay`: the sheet that it draws, and what it refuses."""
+"""`surflect inspect --overlay`: the sheet that it draws, and the input that it refuses."""
 
 import json
 import os
@@ -83,7 +83,7 @@ class Overlay(TestInFolder):
 
 
 class Extremes(TestInFolder):
-    """Of every field as much as the reader lets through."""
+    """Largest values of every field that the reader accepts."""
 
     def test_no_value_that_is_read_ends_the_program(self):
         capture = self.folder / "capture"

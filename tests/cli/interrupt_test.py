@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM stop long work within a second, at whatever stage, and say how it goes on."""
+"""Ctrl-C and SIGTERM stop long work within a second, at any stage, with a message on how to resume."""
 
 import array
 import math
@@ -16,7 +16,7 @@ TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def processor_seconds(process):
-    """What a living process has used so far."""
+    """Processor time of a living process so far."""
     with open(f"/proc/{process.pid}/stat") as stat:
         fields = stat.read().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS
@@ -96,7 +96,7 @@ class Interrupt(TestInFolder):
                     stopped += 1
                     self.assertEqual(status, 1, said)
                     self.assertEqual(said.splitlines()[-1], "surflect: interrupted; " + advice)
-                    # Of all threads: processor time does not depend on who else is at work on this machine.
+                    # Processor time of all threads, which does not depend on other work on the machine.
                     self.assertLess(used, 1)
         self.assertGreaterEqual(stopped, MOMENTS)
 

@@ -1,5 +1,5 @@
-"""kill -9 at any moment of `pack`, `capture --pack`, `render --resume` and `import`: the next run makes of it what
-none would have marred, and removes what was left."""
+"""kill -9 at any moment of `pack`, `capture --pack`, `render --resume` and `import`: the next run gives the same result as
+an undisturbed one, and removes temporary files."""
 
 import random
 import shutil

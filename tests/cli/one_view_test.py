@@ -1,4 +1,4 @@
-"""A capture of one camera without geometry: `surflect pack` makes a plane or a relief, `evaluate` holds it against both
+"""A capture of one camera without geometry: `surflect pack` makes a plane or a relief, `evaluate` compares it with both
 baselines."""
 
 import json

@@ -1,4 +1,4 @@
-"""`surflect pack`: what it reports, and that an interrupted run leaves no trace in the result."""
+"""`surflect pack`: its report, and that an interrupted run leaves no trace in the result."""
 
 import itertools
 import json

@@ -1,4 +1,4 @@
-"""Reads the pictures that `surflect render` writes, with Python's own library."""
+"""Reads pictures of `surflect render` with Python's standard library."""
 
 import struct
 import zlib
@@ -32,7 +32,7 @@ def read_png(path):
 
 
 def shares(path):
-    """How much of a picture is covered, of that opaque, and of that lit."""
+    """Share of covered pixels, of opaque ones among these, and of lit ones among these."""
     pixels = read_png(path)
     covered = [pixel for pixel in pixels if pixel[3] > 0]
     opaque = [pixel for pixel in covered if pixel[3] == 255]

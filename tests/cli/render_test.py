@@ -170,7 +170,7 @@ class Render(TestInFolder):
             self.assertIn(image, result.stderr)
 
     def lines_about(self, *warps, look_at="[0, 0, 0]"):
-        """What `render` says on stderr about the film under these warps, before the line that ends it."""
+        """Lines of `render` on stderr for a film under these warps, without the last."""
         script = self.folder / "misfit.toml"
         text = SCRIPT.partition("[[warp]]")[0].replace("look_at = [0, 0, 0]", f"look_at = {look_at}")
         script.write_text(text + "".join(f"[[warp]]\n{warp}\n" for warp in warps))

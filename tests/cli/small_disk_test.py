@@ -1,6 +1,5 @@
-"""On a disk that fills up, `surflect` says so in one line and leaves nothing half-written; with space made, the same
-command succeeds. The disk is in memory and in a namespace of this process; where neither root nor the kernel allows
-that, the test is skipped.
+"""Full disk: `surflect` reports it in one line and leaves nothing half-written; after space is freed, the same command
+succeeds. The disk is in memory, in a namespace of this process. Without the rights for that, the test is skipped.
 """
 
 import json
@@ -10,7 +9,7 @@ import subprocess
 import sys
 import unittest
 
-SKIPPED = 77  # what CMakeLists.txt knows
+SKIPPED = 77  # exit code that CMakeLists.txt treats as skipped
 PAGE = os.sysconf("SC_PAGE_SIZE")
 
 

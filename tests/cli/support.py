@@ -1,4 +1,4 @@
-"""What the command-line tests share: running `surflect`, and a small capture and script."""
+"""Helpers for the command-line tests: running `surflect`, a small capture and a script."""
 
 import itertools
 import json

@@ -1,4 +1,4 @@
-"""How `surflect` answers wrong arguments and wrong files."""
+"""Responses of `surflect` to wrong arguments and wrong files."""
 
 import itertools
 import json

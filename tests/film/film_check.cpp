@@ -1,10 +1,10 @@
-// Does a film show the whole object, and nothing else? Each frame is compared with a ray-cast of the mesh
-// under the same warp: opaque everywhere inside, and of the same outline.
+// Checks that a film shows the whole object and nothing else. Each frame is compared with a ray-cast of the
+// mesh under the same warp: it must be opaque everywhere inside, with the same outline.
 //
 //   film_check SCRIPT FRAMES MESH [STEP]
 //
-// Checks every STEP-th frame of the script (default 1), at whatever size it was rendered, and exits with 1
-// where one is missing or wrong. The mesh must be fine enough to be bent by moving its vertices.
+// Checks every STEP-th frame of the script (default 1), at any rendered size, and exits with 1 if one is
+// missing or wrong. The mesh must be fine enough to be bent by moving its vertices.
 
 #include "render/evaluation/measure.h"
 #include "render/scene/shot.h"

@@ -7,7 +7,7 @@
 
 namespace {
 
-// What a light may be that goes on to shading, whatever the picture said.
+// Requirements on a light that is used for shading, for any picture.
 void requireLight(const surflect::ulr::EnvironmentLight& light) {
   const auto& [r, g, b] = light.irradiance;
   const bool shines = r >= 0 && g >= 0 && b >= 0 && std::isfinite(r) && std::isfinite(g) && std::isfinite(b);

@@ -1,4 +1,4 @@
-// A folder for inputs that name other files: it has pictures of 4 x 3 pixels, and is gone at the end.
+// Temporary folder for inputs that name other files, with pictures of 4 x 3 pixels.
 #pragma once
 
 #include "srf/image/exr.h"

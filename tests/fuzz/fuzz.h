@@ -1,5 +1,5 @@
-// What fuzz targets share. A target is a file NAME_fuzz.cpp that defines fuzz(), a line in CMakeLists.txt,
-// and seeds: small files in seeds/NAME/, or made by tests/support/write_seeds.cpp.
+// Shared part of the fuzz targets. A target is a file NAME_fuzz.cpp that defines fuzz(), a line in
+// CMakeLists.txt, and seeds: small files in seeds/NAME/, or made by tests/support/write_seeds.cpp.
 #pragma once
 
 #include <filesystem>

@@ -9,7 +9,7 @@
 
 namespace {
 
-// What stands behind each "key =" of a text, up to where its word ends.
+// Calls visit() with the word after each "key =" in a text.
 template <class Visit> void forEachValue(std::string_view text, std::string_view key, Visit visit) {
   const auto isWord = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) ||

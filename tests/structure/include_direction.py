@@ -1,16 +1,16 @@
-"""Includes point downwards only: tests -> apps -> render -> srf, warp -> surfel, and likewise inside these, leaf by leaf.
+"""Checks that includes point downwards only, room by room: tests -> apps -> render -> srf, warp -> surfel.
 
     include_direction.py SOURCE_ROOT
 
 Prints each include that does not, every third-party header in a header, and every source that does not include its own
-header first, which is how the compiler learns that the header stands alone; exits with 1 if there is any.
+header first, by which the compiler checks that the header stands alone. Exits with 1 if there is any.
 """
 
 import pathlib
 import re
 import sys
 
-# The rooms, each with those that it may include beside itself. A file belongs to the longest that it is in.
+# Rooms that each room may include, besides itself. A file belongs to the innermost room that holds it.
 SURFEL = ["surfel/base", "surfel/math", "surfel/geometry"]
 CAPTURE = SURFEL + ["srf/image", "srf/capture"]
 PROXY = CAPTURE + ["srf/proxy/mesh", "srf/proxy/hull", "srf/proxy/relief"]
@@ -58,14 +58,14 @@ def is_in(path, folder):
 
 
 def room_of(path):
-    """The room of a file, or None where it is in none."""
+    """Returns the innermost room that holds a file, or None."""
     return max((folder for folder in BELOW if is_in(path, folder)), key=len, default=None)
 
 
 def may_include(room, header):
-    """Whether files of a room may include a header of the library: of their own room, or one that BELOW names.
+    """Returns whether files of a room may include a header: one of their own room, or of a room that BELOW lists.
 
-    apps, bench and tests may use whole floors of the house; others name each room.
+    apps, bench and tests may include whole top-level folders; every other room lists single rooms.
     """
     whole = room in ("apps", "bench", "tests")
     return any(is_in(header, folder) if whole else room_of(header) == folder for folder in [room] + BELOW[room])

@@ -1,4 +1,4 @@
-"""Every kind of wrong include is found when planted in a clean tree, and nothing else is."""
+"""Every kind of wrong include is found when planted in a clean tree, and nothing else."""
 
 import pathlib
 import tempfile

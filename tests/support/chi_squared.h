@@ -1,5 +1,4 @@
-// Whether samples of directions follow the density that is claimed for them: Pearson's test over bins of the
-// sphere.
+// Pearson's chi-squared test over bins of the sphere: do samples of directions follow the stated density?
 #pragma once
 
 #include "render/stage/material/shading.h"

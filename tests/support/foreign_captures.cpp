@@ -53,7 +53,7 @@ void expose(std::vector<ForeignView>& views, image::Image ForeignView::*image) {
   }
 }
 
-// As a camera sees it.
+// Picture over black.
 image::Image overBlack(const image::Image& rgba) {
   image::Image rgb(rgba.width, rgba.height, 3);
   for (size_t i = 0; i < rgb.values.size(); ++i)

@@ -1,4 +1,4 @@
-// A lit capture as other people would have written it: to try importers on, and to show what they read.
+// A lit capture in the formats of other programs, to test importers.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -20,8 +20,8 @@ struct ForeignView {
   Vec3<double> lamp;     // at 100 units from the origin
 };
 
-// Of views first, first + every, .. that have training photographs, whose lights must be directional. The one
-// lamp of each is the light that stands nearest to above the photographer's right shoulder.
+// Views first, first + every, .. with training photographs, whose lights must be directional. The lamp of
+// each is the light nearest to above the photographer's right shoulder.
 std::vector<ForeignView> photographedByOthers(const capture::Capture& capture, size_t first, size_t every);
 
 // Each writes a folder with pictures as PNG, without geometry.

@@ -1,4 +1,4 @@
-// What other people's programs write, as text and bytes, of cameras in computer vision's axes.
+// Files of other programs, as text and bytes, for cameras in computer vision's axes.
 #pragma once
 
 #include "tests/support/vision_camera.h"

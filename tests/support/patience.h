@@ -1,4 +1,4 @@
-// A caller who asks work to stop, sooner or later.
+// A caller that cancels work at a given time.
 #pragma once
 
 #include "surfel/base/progress.h"

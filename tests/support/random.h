@@ -1,4 +1,4 @@
-// Seeded random values that tests of many areas draw.
+// Seeded random values for tests.
 #pragma once
 
 #include "surfel/math/space.h"

@@ -1,5 +1,5 @@
-// A capture whose truth is known in closed form: a Lambert sphere of radius 1 at the origin, photographed
-// from all around under directional lights from all around.
+// A capture with a closed-form truth: a Lambert sphere of radius 1 at the origin, photographed from all
+// around under directional lights from all around.
 #pragma once
 
 #include "srf/capture/writer.h"
@@ -45,8 +45,7 @@ template <class World> capture::Camera<World> cameraFrom(const Vec3<double>& dir
   return camera;
 }
 
-// Where rays through the pixels of a camera meet the sphere: exact intersections of samples x samples rays a
-// pixel.
+// Intersections of a camera's rays with the sphere: samples x samples rays per pixel, exact.
 struct SphereView {
   int width = 0, height = 0;
   std::vector<Vec3<float>> normals; // pixel by pixel
@@ -91,7 +90,7 @@ template <class RadianceAt> image::Image shadeSphere(const SphereView& view, con
   return image;
 }
 
-// The same over black: RGBA, premultiplied.
+// View of the sphere over black: RGBA, premultiplied.
 template <class RadianceAt> image::Image overBlack(const SphereView& view, const RadianceAt& radianceAt) {
   return surflect::image::overBlack(shadeSphere(view, radianceAt), view.alpha);
 }
@@ -135,7 +134,7 @@ struct Studio {
   Rgb albedo{0.8f, 0.5f, 0.3f};
   bool matte = true;     // pictures have alpha
   double unevenness = 0; // how much the logarithm of each light's irradiance changes over a radius
-  // What a frame is for; nothing: it is not taken.
+  // split of a frame; none: the frame is left out
   std::function<std::optional<capture::Split>(size_t view, size_t light)> split = [](size_t, size_t) {
     return std::optional(capture::Split::train);
   };
@@ -143,7 +142,8 @@ struct Studio {
 
 inline Rgb fixedRadiance(const Vec3<float>& n) { return (0.6f + 0.4f * n[1]) * Rgb{0.9f, 0.7f, 0.2f}; }
 
-// Of different strengths, which rise along directions of their own; results must not show either.
+// Lights of different strengths, with strengths that rise along different directions. Results must not depend
+// on either.
 inline std::vector<capture::Light> studioLights(int count, double unevenness = 0) {
   const std::vector<Vec3<double>> rises = spiral(2 * count);
   std::vector<capture::Light> lights;

@@ -1,4 +1,4 @@
-// Texts of files with something else in them.
+// Texts of files with parts replaced.
 #pragma once
 
 #include <stdexcept>

@@ -1,5 +1,5 @@
-// A camera as computer vision writes it (x right, y down, z forwards, x_camera = R X + t), and its projection
-// straight from OpenCV's equations: what imported cameras are held against.
+// A camera in computer vision's axes (x right, y down, z forwards, x_camera = R X + t), with projection by
+// OpenCV's equations: the reference for imported cameras.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -24,7 +24,7 @@ struct VisionCamera {
   }
 };
 
-// The same of a camera of ours: y and z of its axes turn around.
+// Conversion from our camera, whose y and z axes are negated.
 inline VisionCamera visionCameraOf(const capture::Camera<AcquisitionSpace>& camera) {
   const Vec3<double> axes(1, -1, -1);
   const capture::Lens& lens = camera.lens;

@@ -1,4 +1,4 @@
-// Writes a capture in other people's formats, and with two mistakes: what scripts/overlays draws.
+// Writes a capture in other formats, and with two mistakes, for scripts/overlays.
 #include "surfel/base/error.h"
 #include "tests/support/foreign_captures.h"
 

@@ -124,7 +124,7 @@ void writeGltfs(const fs::path& folder) {
   writeFileAtomically(folder / "matrix.glb", tube.glb());
 }
 
-// What makes a file one of OpenImageIO's formats is its name.
+// The name decides which of OpenImageIO's formats a file has.
 std::string fileOf(const fs::path& path, const image::Image& image, OIIO::TypeDesc type) {
   const auto output = OIIO::ImageOutput::create(path.string());
   if (!output ||

@@ -82,7 +82,7 @@ TriangleMesh rectangle(float width, float height) {
   return mesh;
 }
 
-// As a half-plane that is blurred by a Gaussian (measured: within 0.03; 0.3 if they summed to 1 there, too).
+// A half-plane blurred by a Gaussian (measured: within 0.03; 0.3 if Gaussians summed to 1 there, too).
 TEST(Sampling, GaussiansFallToAHalfAtABorder) {
   const auto cloud = sampleSurfels(rectangle(8, 2), 0.05);
   const NeighborIndex index(cloud.p0);

@@ -150,7 +150,7 @@ TEST(Deform, GivesTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-// The same warp point by point, its kernels hidden.
+// A warp without its kernels, evaluated point by point.
 struct PointByPoint final : Warp {
   explicit PointByPoint(const Warp& of) : warp(of) {}
   Vec3<double> position(const Vec3<double>& x) const override { return warp.position(x); }

@@ -62,7 +62,7 @@ TEST(Handles, FewerThanFourMoveSpaceByWhatTheySpan) {
       for (Vec3<double>& target : targets) target += shift;
       EXPECT_LT((Handles(rest, std::nullopt).pullTo(targets)->position(x) - x - shift).norm(), 1e-13);
     }
-    // Of three or more in a plane, what is across the plane stays.
+    // Three or more handles in a plane leave the direction across it unchanged.
     auto rest = randomPoints(3 + trial % 5, random);
     const Vec3<double> normal = (rest[1] - rest[0]).cross(rest[2] - rest[0]).normalized();
     for (Vec3<double>& r : rest) r -= normal.dot(r - rest[0]) * normal;

@@ -42,7 +42,7 @@ TEST(MeshField, AMeshAtRestMovesNothing) {
   }
 }
 
-// That weights sum to one, and each vertex's map turns as the mesh does.
+// Weights sum to one, and each vertex's map rotates like the mesh.
 TEST(MeshField, RigidMotionAndEvenScalingOfTheMeshMoveAllSpaceSo) {
   std::mt19937 random(2);
   const TriangleMesh mesh = torus(16, 8);
@@ -105,7 +105,7 @@ TEST(MeshField, FarAwaySpaceFollowsTheMeanOfTheMesh) {
   }
 }
 
-// As many vertices as one likes.
+// Any number of vertices.
 TEST(MeshField, WhatAPointCostsHardlyGrowsWithTheMesh) {
   std::mt19937 random(12);
   for (const int finer : {4, 16}) {
@@ -154,8 +154,8 @@ struct Errors {
   double position = 0, tangents = 0; // root mean square
 };
 
-// Of the field of a mesh that a warp has moved, against the warp, at some distance from the mesh. The
-// tangents are those of the surface: of how space shears and stretches across it a mesh knows nothing.
+// Errors of the field of a mesh that a warp has moved, against the warp, at some distance from the mesh.
+// Tangents are those of the surface, because a mesh does not determine shear and stretch across it.
 Errors errorsOf(const Warp& truth, int around, int through, double gap = 0) {
   std::mt19937 random(5);
   const TriangleMesh mesh = torus(around, through);
@@ -185,7 +185,7 @@ TEST(MeshField, ComesToTheWarpThatMovedTheMeshAsTheMeshGetsFiner) {
   }
 }
 
-// The same with the mean of all vertices by the sixth power of distance: 0.015 and 0.061.
+// For comparison, the mean of all vertices weighted by the sixth power of distance has 0.015 and 0.061.
 TEST(MeshField, FurtherAwayItFollowsTheWarpByTheDistanceNotByTheMesh) {
   const WarpPointer bend = bendWarp({1, 0, 0}, {0, 0, 1}, Angle::fromDegrees(60), {0, 0, 0});
   for (const int finer : {4, 16}) {

@@ -1,4 +1,4 @@
-// Meshes for tests of what follows them.
+// Meshes for tests of mesh-driven warps.
 #pragma once
 
 #include "surfel/geometry/mesh.h"

@@ -81,7 +81,7 @@ TEST(TwistWarp, KeepsVolume) {
     EXPECT_NEAR(randomTwist(random)->jacobian(randomVector(random))->determinant(), 1, 2e-15);
 }
 
-// What a circle of radius rho = 1/k about c + rho d does to the axis, to planes across it and to m = a x d.
+// Images of the axis, of planes across it and of m = a x d, on a circle of radius rho = 1/k about c + rho d.
 TEST(BendWarp, BendsTheAxisIntoACircle) {
   std::mt19937 random(6);
   for (int i = 0; i < 100; ++i) {

@@ -1,11 +1,11 @@
-// What a kind of material has: a view of it, in which what does not depend on where the light comes from is
-// worked out once, to be asked for many directions of light.
+// Interface of a material kind: a view from wo, which precomputes everything that does not depend on wi and
+// is then evaluated for many wi.
 //
 // Each kind M names its M::View, made from (const M&, wo), with
-//   Rgb evaluate(view, wi)       f |wi . n|, per steradian; without lobes that are specular
-//   double pdf(view, wi)         of what sample() returns, per steradian of wi; likewise
+//   Rgb evaluate(view, wi)       f |wi . n|, per steradian, without specular lobes
+//   double pdf(view, wi)         density of sample(), per steradian of wi, without specular lobes
 //   std::optional<ScatterSample> sample(view, u)
-// material.h says what these keep to. A view is a value: it needs the shared tables, not the material.
+// material.h states their laws. A view is a value: it needs the shared tables, but not the material.
 #pragma once
 
 #include "render/stage/material/shading.h"
@@ -19,7 +19,7 @@ concept Scatterer = requires {
   typename Kind::Bsdf;
 };
 
-// The same for one direction of light.
+// Evaluate, pdf and sample for a single wi.
 template <Scatterer Kind>
 Rgb evaluate(const Kind& material, const ShadingDirection& wi, const ShadingDirection& wo) {
   return evaluate(typename Kind::Bsdf(material, wo), wi);

@@ -15,12 +15,12 @@ BaseView viewOf(const CoatBase& base, const ShadingDirection& wo) {
   return std::visit([&]<class Base>(const Base& b) -> BaseView { return typename Base::Bsdf(b, wo); }, base);
 }
 
-// T(w)
+// Transmittance T(w)
 double passed(const ClearCoatBsdf& bsdf, const ShadingDirection& w) {
   return bsdf.isSmooth ? 1 - dielectricFresnel(w.z(), bsdf.eta) : bsdf.coatT.loss(w);
 }
 
-// Times T(wi) T(wo): light out of a Lambert base, reflected back to it any number of times.
+// Factor beside T(wi) T(wo) for light that a Lambert base and the coat reflect any number of times.
 double throughCoat(double rho, double eta, double meanT) {
   return 1 / (eta * eta * (1 - rho * (1 - meanT / (eta * eta))));
 }
@@ -32,7 +32,7 @@ Rgb baseSeenThrough(const ClearCoatBsdf& bsdf, const ShadingDirection& wi) {
   return scaled(std::min(Ti, bsdf.To), bare);
 }
 
-// Chance that the coat is sampled, and not the base, as if the base reflected half.
+// Probability of sampling the coat instead of the base, as if the base reflected half.
 double coatShare(double T) { return (1 - T) / (1 - T + T / 2); }
 
 } // namespace
@@ -90,7 +90,7 @@ std::optional<ScatterSample> sample(const ClearCoatBsdf& bsdf, const Uniforms& u
     const Uniforms rest{(u[0] - share) / (1 - share), u[1], u[2]};
     auto base = std::visit([&](const auto& b) { return sample(b, rest); }, bsdf.base);
     if (!base) return std::nullopt;
-    if (base->specular) { // a mirror: wi . n = wo . n
+    if (base->specular) { // mirror base: wi . n = wo . n
       base->weight = scaled(T / (1 - share), base->weight);
       return base;
     }

@@ -1,14 +1,13 @@
-// A clear dielectric layer over another material: plastic, varnish, glaze.
+// Clear dielectric layer over another material: plastic, varnish, glaze.
 //
 // [Kelemen 2001] Kelemen, Szirmay-Kalos: A microfacet based coupled specular-matte BRDF model with importance
-// sampling, Eurographics.
-// Symbols: R(w) what the coat reflects of light along w, T = 1 - R, meanT its mean over the hemisphere,
-// rho albedo of the base, eta index of refraction of the coat.
+// sampling, Eurographics. Symbols: R(w) reflectance of the coat along w, T = 1 - R, meanT its mean over the
+// hemisphere, rho albedo of the base, eta index of refraction of the coat.
 //
-// The coat reflects R and passes the rest. Over Lambert's base it passes
+// The coat reflects R and transmits the rest. Over a Lambert base it transmits
 //   T(wi) T(wo) / (eta^2 (1 - rho (1 - meanT / eta^2))) :
-// light that the coat throws back at the base is scattered again, which saturates colours; a white base stays
-// white. Other bases get min(T(wi), T(wo)): reciprocal, never more than there is, exact for a mirror.
+// light that the coat reflects back to the base is scattered again, which saturates colours; a white base
+// stays white. Other bases get min(T(wi), T(wo)): reciprocal, never a gain of energy, exact for a mirror.
 #pragma once
 
 #include "render/stage/material/conductor.h"
@@ -20,12 +19,12 @@
 
 namespace surflect::material {
 
-// T of rough coats of one index of refraction, over direction and roughness; to be shared.
+// T of rough coats of one index of refraction, over direction and roughness; shared by materials.
 struct CoatTransmission {
   explicit CoatTransmission(double eta);
 
   double eta;
-  EnergyCompensation table; // what reflection loses
+  EnergyCompensation table; // of the reflection
 };
 
 using CoatBase = std::variant<Lambert, RoughDiffuse, Conductor, Ward, Measured>;
@@ -46,9 +45,9 @@ struct ClearCoatBsdf {
   bool isSmooth;
   ShadingDirection wo;
   Roughness alpha;         // bounded
-  LossesAtRoughness coatT; // where the coat is rough and seen from above
+  LossesAtRoughness coatT; // if the coat is rough and seen from above
   double To = 0;           // T(wo)
-  Rgb throughCoat;         // of what a Lambert base reflects, times T(wi) T(wo)
+  Rgb throughCoat;         // factor of a Lambert base's reflection beside T(wi) T(wo)
   std::variant<LambertBsdf, RoughDiffuseBsdf, ConductorBsdf, WardBsdf, MeasuredBsdf> base;
 };
 

@@ -14,8 +14,8 @@ Rgb fresnelOf(const Conductor& conductor, double mu) {
                    [&](double F0, double tint) { return conductorFresnel(mu, F0, tint); });
 }
 
-// What remains of light that is reflected between facets at least twice; meanF is a facet's mean
-// reflectance.  [Kulla 2017]
+// Reflectance of light reflected between facets at least twice; meanF is a facet's mean reflectance.  [Kulla
+// 2017]
 double multipleReflectance(double meanF, double meanLoss) {
   const double meanE = 1 - meanLoss;
   return meanF * meanF * meanE / (1 - meanF * meanLoss);
@@ -68,7 +68,7 @@ std::optional<ScatterSample> sample(const ConductorBsdf& bsdf, const Uniforms& u
     return ScatterSample{{-wo.x(), -wo.y(), wo.z()}, fresnelOf(bsdf.conductor, wo.z()), 0, true};
   const ShadingDirection wi = u[0] < bsdf.lost ? grazingDirection(bsdf.alpha, u[1], u[2])
                                                : mirrored(wo, ggx::visibleNormal(wo, bsdf.alpha, u[1], u[2]));
-  if (!isAbove(wi)) return std::nullopt; // hidden by the surface
+  if (!isAbove(wi)) return std::nullopt; // below the surface
   const double density = pdf(bsdf, wi);
   if (!(density > 0)) return std::nullopt;
   return ScatterSample{wi, scaled(1 / density, evaluate(bsdf, wi)), density};

@@ -1,9 +1,9 @@
-// Metals, polished or rough, brushed or not; fibres too, with a tangent along them and little roughness along
-// it: a tight arc of highlights across, as hair has.
+// Metals, polished or rough, brushed or not. Also fibres: with little roughness along the tangent, a tight
+// arc of highlights across it, as on hair.
 //
-// Single scattering as [Walter 2007, Eq. 20] with masking correlated by height [Heitz 2014], and the rest as
-// [Kulla 2017]. The colour is that at normal incidence and a tint at 82 degrees [Kutz 2021] rather than a
-// complex index of refraction: textures can hold it, and it fits measured metals closely.
+// Single scattering follows [Walter 2007, Eq. 20] with height-correlated masking [Heitz 2014], multiple
+// scattering [Kulla 2017]. Colour is given at normal incidence, with a tint at 82 degrees [Kutz 2021],
+// instead of a complex index of refraction: textures can hold it, and it fits measured metals closely.
 #pragma once
 
 #include "render/stage/material/bsdf.h"
@@ -20,7 +20,7 @@ struct Conductor {
   const EnergyCompensation* mirrorLoss = nullptr; // mirrorEnergyCompensation(), shared; not read where smooth
 };
 
-// Of facets that reflect everything; what every Conductor refers to.
+// Losses of facets that reflect everything, to which every Conductor refers.
 EnergyCompensation mirrorEnergyCompensation();
 
 bool isSpecular(const Conductor& conductor);
@@ -31,11 +31,11 @@ struct ConductorBsdf {
   Conductor conductor;
   ShadingDirection wo;
   bool isMirror;
-  // Where it is rough and seen from above:
+  // Set if the surface is rough and seen from above:
   Roughness alpha; // bounded
   LossesAtRoughness losses;
-  double lost = 0; // of light that leaves towards wo
-  Rgb multiple;    // of light reflected more than once, for what is lost along wi
+  double lost = 0; // share of light towards wo that single scattering loses
+  Rgb multiple;    // colour factor of multiply reflected light, for the loss along wi
 };
 
 Rgb evaluate(const ConductorBsdf& bsdf, const ShadingDirection& wi);

@@ -9,13 +9,12 @@ namespace surflect::material {
 
 namespace {
 
-// Symbols, all seen from the side of wo, which is made to be above: eta index beyond over index here, F
-// Fresnel's reflectance at a facet, x share of the lost light that is given back beyond.
+// Symbols, seen from the side of wo, which is made to be above: eta index on the far side over index on this
+// side, F Fresnel reflectance of a facet, x share of the lost light that is returned on the far side.
 
 ShadingDirection flipped(const ShadingDirection& w) { return {w.x(), w.y(), -w.z()}; }
 
-// The facet that refracts wi into wo, facing wo's side; none where the indices are matched.  [Walter 2007,
-// Eq. 16]
+// Facet normal that refracts wi into wo, on wo's side; none if the indices are equal.  [Walter 2007, Eq. 16]
 std::optional<ShadingDirection> refractingFacet(const ShadingDirection& wi, const ShadingDirection& wo,
                                                 double eta) {
   const ShadingDirection sum = wo + eta * wi;
@@ -25,27 +24,27 @@ std::optional<ShadingDirection> refractingFacet(const ShadingDirection& wi, cons
   return h;
 }
 
-// Where wo seen through a facet comes from; mu = wo . h, muT cosine beyond.  [Walter 2007, Eq. 40]
+// Direction of light that a facet h refracts into wo; mu = wo . h, muT cosine on the far side.  [Walter 2007,
+// Eq. 40]
 ShadingDirection refracted(const ShadingDirection& wo, const ShadingDirection& h, double mu, double muT,
                            double eta) {
   return normalized((mu / eta - muT) * h + (-1 / eta) * wo);
 }
 
-// d omega_h / d omega_i.  [Walter 2007, Eq. 17]
+// Jacobian d omega_h / d omega_i.  [Walter 2007, Eq. 17]
 double facetsPerRefracted(const ShadingDirection& wi, const ShadingDirection& wo, const ShadingDirection& h,
                           double eta) {
   return eta * eta * std::abs(dot(wi, h)) / squared(dot(wo, h) + eta * dot(wi, h));
 }
 
-// f cos of L / n^2; masking on both sides is not correlated.  [Walter 2007, Eq. 21]
+// f cos for L / n^2, with uncorrelated masking on both sides.  [Walter 2007, Eq. 21]
 double transmitted(const ShadingDirection& wi, const ShadingDirection& wo, const ShadingDirection& h,
                    double eta, const Roughness& alpha) {
   return ggx::visibleDensity(h, wo, alpha) * ggx::G1(flipped(wi), alpha) * facetsPerRefracted(wi, wo, h, eta);
 }
 
-// x. As much lost light passes one way as the other where x_here loss_here = eta^2 x_beyond loss_beyond
-// (reciprocity). It holds for 1 - meanF on both sides where both lose alike; where they do not, the geometric
-// mean, and never more than there is.
+// Share x. Reciprocity requires x_here loss_here = eta^2 x_beyond loss_beyond. With equal losses on both
+// sides, 1 - meanF satisfies it; otherwise the geometric mean is used, clamped so that no energy is gained.
 double shareBeyond(double passHere, double passBeyond, double meanLossHere, double meanLossBeyond) {
   const double ratio = meanLossBeyond / meanLossHere;
   return passHere * std::min({std::sqrt(ratio), 1 / passHere, ratio / passBeyond});
@@ -57,12 +56,12 @@ bool scatters(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
   return !bsdf.isClear && isOff(wi) && isAbove(bsdf.wo);
 }
 
-// To wo's side and back.
+// Transform to wo's side and back.
 ShadingDirection turned(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
   return bsdf.isOutside ? wi : flipped(wi);
 }
 
-// wi as turned() says, here and below.
+// wi is transformed by turned(), here and below.
 double evaluateTurned(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
   const auto& [isClear, isOutside, wo, eta, alpha, here, beyond, lost, x] = bsdf;
   if (isAbove(wi)) {
@@ -90,7 +89,7 @@ double pdfTurned(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
          lost * x * grazing;
 }
 
-// What a facet does with light from wo, but for what the surface hides of it.
+// Albedo of a facet for light from wo, without the parts that the surface blocks.
 double facetAlbedo(const ShadingDirection& wo, const ShadingDirection& h, const Roughness& alpha,
                    double eta) {
   const double mu = dot(wo, h);
@@ -168,7 +167,7 @@ std::optional<ScatterSample> sample(const DielectricBsdf& bsdf, const Uniforms& 
     reflects = u[0] < bsdf.lost + (1 - bsdf.lost) * F;
     wi = reflects ? mirrored(bsdf.wo, h) : refracted(bsdf.wo, h, mu, refractedCosine(mu, bsdf.eta), bsdf.eta);
   }
-  if (reflects ? !isAbove(wi) : !isBelow(wi)) return std::nullopt; // hidden by the surface
+  if (reflects ? !isAbove(wi) : !isBelow(wi)) return std::nullopt; // below the surface
   const double density = pdfTurned(bsdf, wi);
   if (!(density > 0)) return std::nullopt;
   return ScatterSample{turned(bsdf, wi), gray(evaluateTurned(bsdf, wi) / density), density};

@@ -7,7 +7,8 @@ namespace {
 // 1 - E(mu)
 double loss(double r, double mu) { return std::max(0.0, 1 - eon::directionalAlbedo(r, mu)); }
 
-// At the horizon, towards the light, f cos does not fall to 0: half of a rough surface's samples are even.
+// Share of uniform samples: at the horizon, towards the light, f cos does not vanish, so rough surfaces use
+// half.
 double evenShare(const RoughDiffuse& rough) { return rough.roughness / 2; }
 
 } // namespace
@@ -31,7 +32,7 @@ RoughDiffuseBsdf::RoughDiffuseBsdf(const RoughDiffuse& material, const ShadingDi
     : rough(material), wo(towards) {
   if (!isAbove(wo)) return;
   const double meanE = eon::meanAlbedo(rough.roughness);
-  // Without roughness 0/0: nothing is lost.
+  // Without roughness 0/0: there is no loss.
   const double lost = loss(rough.roughness, wo.z()) / std::max(1e-9, 1 - meanE);
   multiple = byChannel(rough.albedo, [&](double rho) { return eon::multipleAlbedo(rho, meanE) * lost; });
 }

@@ -1,9 +1,8 @@
-// Diffuse surfaces: Lambert's, and a rough one.
+// Diffuse surfaces, Lambertian and rough.
 //
-// [Fujii 2012] A tiny improvement of Oren-Nayar reflectance model.
-// [Portsmouth 2025] Portsmouth, Kutz, Hill: EON: a practical energy-preserving rough diffuse BRDF, JCGT 14
-// (1). Symbols: r roughness, rho albedo, mu cosine to the normal, E directional albedo of a white surface
-// scattering once.
+// [Fujii 2012] A tiny improvement of Oren-Nayar reflectance model. [Portsmouth 2025] Portsmouth, Kutz, Hill:
+// EON: a practical energy-preserving rough diffuse BRDF, JCGT 14 (1). Symbols: r roughness, rho albedo, mu
+// cosine to the normal, E directional albedo of a white surface scattering once.
 #pragma once
 
 #include "render/stage/material/bsdf.h"
@@ -28,12 +27,12 @@ Rgb evaluate(const LambertBsdf& bsdf, const ShadingDirection& wi);
 double pdf(const LambertBsdf& bsdf, const ShadingDirection& wi);
 std::optional<ScatterSample> sample(const LambertBsdf& bsdf, const Uniforms& u);
 
-// Cloth, plaster, clay: flatter than Lambert's and brighter towards the light. Oren and Nayar's in Fujii's
-// form, with the light that it loses between facets given back: white is white.
+// Cloth, plaster, clay: flatter than Lambert and brighter towards the light. Oren and Nayar's model in
+// Fujii's form, with energy compensation for light lost between facets: white is white.
 struct RoughDiffuse {
   using Bsdf = struct RoughDiffuseBsdf;
 
-  Rgb albedo{0.5f, 0.5f, 0.5f}; // 0..1, of a single scattering: rough surfaces are more saturated
+  Rgb albedo{0.5f, 0.5f, 0.5f}; // 0..1, for single scattering: rough surfaces are more saturated
   double roughness = 0;         // 0..1
 };
 
@@ -42,7 +41,7 @@ struct RoughDiffuseBsdf {
 
   RoughDiffuse rough;
   ShadingDirection wo;
-  Rgb multiple; // of light scattered more than once, for what a white surface loses of that along wi
+  Rgb multiple; // colour factor of multiply scattered light, for the loss along wi
 };
 
 Rgb evaluate(const RoughDiffuseBsdf& bsdf, const ShadingDirection& wi);
@@ -51,16 +50,16 @@ std::optional<ScatterSample> sample(const RoughDiffuseBsdf& bsdf, const Uniforms
 
 namespace eon {
 
-// A: what makes E reach 1 at grazing angles and nowhere more.  [Fujii 2012; Portsmouth 2025]
+// Scale A, by which E reaches 1 at grazing angles and nowhere more.  [Fujii 2012; Portsmouth 2025]
 inline double scale(double r) { return 1 / (1 + (0.5 - 2 / (3 * kPi)) * r); }
 
-// pi f of a white surface scattering once.  [Fujii 2012; Portsmouth 2025]
+// Single scattering of a white surface, pi f.  [Fujii 2012; Portsmouth 2025]
 inline double single(double r, const ShadingDirection& wi, const ShadingDirection& wo) {
   const double s = dot(wi, wo) - wi.z() * wo.z();
   return scale(r) * std::max(0.0, 1 + r * (s > 0 ? s / std::max(wi.z(), wo.z()) : s));
 }
 
-// E(mu).  [Portsmouth 2025], with tan (1 - sin^3) written so that it is exact at the horizon.
+// E(mu)  [Portsmouth 2025], with tan (1 - sin^3) written so that it is exact at the horizon.
 inline double directionalAlbedo(double r, double mu) {
   const double sine = std::sqrt(std::max(0.0, 1 - mu * mu)), theta = std::acos(std::min(mu, 1.0));
   const double tanPart = sine * mu * (1 + sine + sine * sine) / (1 + sine);
@@ -68,10 +67,10 @@ inline double directionalAlbedo(double r, double mu) {
   return scale(r) * (1 + r * G / kPi);
 }
 
-// 2 int E mu dmu.  [Portsmouth 2025]
+// Mean of E over the hemisphere, 2 int E mu dmu.  [Portsmouth 2025]
 inline double meanAlbedo(double r) { return scale(r) * (1 + (2.0 / 3 - 28 / (15 * kPi)) * r); }
 
-// Colour of the light scattered more than once.  [Portsmouth 2025]
+// Colour of multiply scattered light.  [Portsmouth 2025]
 inline double multipleAlbedo(double rho, double meanE) { return rho * rho * meanE / (1 - rho * (1 - meanE)); }
 
 } // namespace eon

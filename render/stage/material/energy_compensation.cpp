@@ -8,15 +8,15 @@ namespace surflect::material {
 
 namespace {
 
-constexpr double kFlattest = 0.02; // ratio of roughnesses
+constexpr double kFlattest = 0.02; // smallest tabulated ratio of roughnesses
 
-// The nodes that an interpolating polynomial of Lagrange takes, evenly spaced, and their weights.
+// Nodes and weights of Lagrange interpolation on an even grid.
 struct Taps {
   int first = 0, count = 1;
   std::array<double, 4> weights{1};
 };
 
-// x in nodes.
+// Quadratic interpolation at x, in nodes.
 Taps quadratic(double x, int nodes) {
   const int first = std::clamp(static_cast<int>(x + 0.5) - 1, 0, nodes - 3);
   const double d = x - first;
@@ -30,20 +30,20 @@ Taps cubic(double x, int nodes) {
 
 double nodeAt(int i, int nodes) { return static_cast<double>(i) / (nodes - 1); }
 
-// Cosines, finer at both ends.
+// Cosine of a node, denser at both ends.
 double cosineAt(double x) { return x * x / (x * x + (1 - x) * (1 - x)); }
 double placeOfCosine(double mu) {
   const double s = std::sqrt(mu), c = std::sqrt(std::max(0.0, 1 - mu));
   return s / (s + c);
 }
 
-// Roughnesses, finer where they are small.
+// Roughness of a node, denser at small roughnesses.
 double roughnessAt(double x) { return kSmooth + (1 - kSmooth) * x * x; }
 double placeOfRoughness(double alpha) {
   return std::sqrt(std::clamp((alpha - kSmooth) / (1 - kSmooth), 0.0, 1.0));
 }
 
-// Over the greatest roughness, for means.
+// Number of tabulated mean losses over the larger roughness.
 constexpr int kMeanRoughnesses = 64;
 double meanRoughnessAt(double x) { return std::pow(kSmooth, 1 - x); }
 double placeOfMeanRoughness(double alpha) {
@@ -57,7 +57,7 @@ double averageOverFacets(const ShadingDirection& wo, const Roughness& alpha, con
   constexpr int kSide = 40;
   double sum = 0;
   for (int j = 0; j < kSide; ++j) {
-    // Substituted so that both ends, the horizon of the facets and the zenith, are smooth.
+    // Substitution that makes both ends, the horizon of the facets and the zenith, smooth.
     const double x = (j + 0.5) / kSide, v = x * x * (3 - 2 * x), weight = 6 * x * (1 - x);
     double ring = 0;
     for (int i = 0; i < kSide; ++i)
@@ -79,7 +79,7 @@ EnergyCompensation::EnergyCompensation(const FacetAlbedo& albedo, Shape shape, C
   fillMeans();
 }
 
-// Azimuth as the squared cosine to x, in the space of the coordinate.
+// Direction of a node; azimuth is the squared cosine to x, in the coordinate's space.
 ShadingDirection EnergyCompensation::directionAt(double x, double azimuth, const Roughness& alpha) const {
   const double t = std::max(cosineAt(x), 1e-9), r = std::sqrt(1 - t * t);
   const ShadingDirection w(r * std::sqrt(azimuth), r * std::sqrt(1 - azimuth), t);
@@ -117,7 +117,7 @@ LossesAtRoughness EnergyCompensation::lossesAt(const Roughness& alpha) const {
   if (ratio < 1)
     r = quadratic(std::max(kFlattest, ratio) * (ratios_ - 1), ratios_);
   else
-    r.first = ratios_ - 1; // the same for each azimuth
+    r.first = ratios_ - 1; // isotropic: equal for each azimuth
   const int nodes = directions_ * at.azimuths_;
   assert(nodes <= LossesAtRoughness::kMostNodes);
   at.rows_.fill(0);
@@ -171,7 +171,7 @@ void EnergyCompensation::fillMeans() {
     const int azimuths = ratio < 1 ? kAzimuths : 1;
     double sum = 0;
     for (int i = 0; i < kCosines; ++i)
-      for (int j = 0; j < azimuths; ++j) { // over one quarter of the circle
+      for (int j = 0; j < azimuths; ++j) { // one quarter of the circle
         const ShadingDirection w = grazingDirection(alpha, (i + 0.5) / kCosines, (j + 0.5) / azimuths / 4);
         sum += losses.loss(w) * cosineDensity(w) / grazingDensity(w, alpha);
       }

@@ -1,11 +1,10 @@
-// What share of light an interface reflects.
+// Fresnel reflectance of an interface.
 //
-// [Born 1999] Born, Wolf: Principles of Optics, 7th ed., §1.5.
-// [Duntley 1942] The optical properties of diffusing materials, JOSA 32.
-// [Schlick 1994] An inexpensive BRDF model for physically-based rendering, Computer Graphics Forum 13.
-// [Kutz 2021] Kutz, Hasan, Edmondson: Novel aspects of the Adobe Standard Material, §3.2 (F82-tint).
-// Symbols: mu cosine to the normal, eta index of refraction behind the interface over the one before it,
-// F0 reflectance at normal incidence.
+// [Born 1999] Born, Wolf: Principles of Optics, 7th ed., §1.5. [Duntley 1942] The optical properties of
+// diffusing materials, JOSA 32. [Schlick 1994] An inexpensive BRDF model for physically-based rendering,
+// Computer Graphics Forum 13. [Kutz 2021] Kutz, Hasan, Edmondson: Novel aspects of the Adobe Standard
+// Material, §3.2 (F82-tint). Symbols: mu cosine to the normal, eta index of refraction behind the interface
+// over the one in front of it, F0 reflectance at normal incidence.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +12,14 @@
 
 namespace surflect::material {
 
-// Cosine of the refracted ray by Snell's law; 0 where all light is reflected.
+// Cosine of the refracted ray by Snell's law; 0 under total reflection.
 inline double refractedCosine(double mu, double eta) {
   const double sineSquared = (1 - mu * mu) / (eta * eta);
   return std::sqrt(std::max(0.0, 1 - sineSquared));
 }
 
-// Unpolarised light at a dielectric, mu >= 0; 1 beyond the critical angle.  [Born 1999, §1.5.2]
+// Reflectance of unpolarised light at a dielectric, mu >= 0; 1 beyond the critical angle.  [Born 1999,
+// §1.5.2]
 inline double dielectricFresnel(double mu, double eta) {
   const double muT = refractedCosine(mu, eta);
   if (muT == 0) return 1;
@@ -28,7 +28,7 @@ inline double dielectricFresnel(double mu, double eta) {
   return (parallel * parallel + perpendicular * perpendicular) / 2;
 }
 
-// The mean of it over a hemisphere of even radiance, 2 int F mu dmu, for eta > 1.  [Duntley 1942]
+// Mean reflectance over a hemisphere of even radiance, 2 int F mu dmu, for eta > 1.  [Duntley 1942]
 inline double denserMeanFresnel(double n) {
   const double n2 = n * n, n4 = n2 * n2;
   return 0.5                                                                                         //
@@ -38,39 +38,38 @@ inline double denserMeanFresnel(double n) {
          + 8 * n4 * (n4 + 1) / ((n2 + 1) * (n4 - 1) * (n4 - 1)) * std::log(n);
 }
 
-// For any eta but 1. As much light passes one way as the other, and it fills n^2 of the space there:
-// 1 - F(eta) = eta^2 (1 - F(1 / eta)).
+// Mean reflectance for any eta but 1. Equal flux passes both ways: 1 - F(eta) = eta^2 (1 - F(1 / eta)).
 inline double meanDielectricFresnel(double eta) {
   return eta > 1 ? denserMeanFresnel(eta) : 1 - eta * eta * (1 - denserMeanFresnel(1 / eta));
 }
 
-// [Schlick 1994, Eq. 15]
+// Schlick's approximation.  [Schlick 1994, Eq. 15]
 inline double schlickFresnel(double mu, double F0) {
   const double m = 1 - mu, m2 = m * m;
   return F0 + (1 - F0) * m2 * m2 * m;
 }
 
-// mu (1 - mu)^6, which is greatest at mu = 1/7.
+// mu (1 - mu)^6, the shape of the dip, greatest at mu = 1/7.
 inline double dipShape(double mu) {
   const double m = 1 - mu, m3 = m * m * m;
   return mu * m3 * m3;
 }
 
-// How much is taken off the curve of Schlick at 82 degrees, mu = 1/7. The tint is what remains there, as
-// a factor.  [Kutz 2021]
+// Dip below Schlick's curve at 82 degrees, mu = 1/7, by which the tint remains as a factor there.  [Kutz
+// 2021]
 inline double dipAt82(double F0, double tint) {
   constexpr double mu = 1.0 / 7;
   return schlickFresnel(mu, F0) * (1 - tint) / dipShape(mu);
 }
 
-// A conductor by two colours. Kept from falling below 0, which it would just beyond 82 degrees where the
-// tint is near 0.
+// Reflectance of a conductor by two colours, clamped to 0, below which it would fall just beyond 82 degrees
+// for tints near 0.
 inline double conductorFresnel(double mu, double F0, double tint) {
   const double m = std::clamp(mu, 0.0, 1.0);
   return std::max(0.0, schlickFresnel(m, F0) - dipAt82(F0, tint) * dipShape(m));
 }
 
-// 2 int F mu dmu: the integrals of mu (1 - mu)^5 and mu^2 (1 - mu)^6 are 1/42 and 1/252.
+// Mean reflectance 2 int F mu dmu: the integrals of mu (1 - mu)^5 and mu^2 (1 - mu)^6 are 1/42 and 1/252.
 inline double meanConductorFresnel(double F0, double tint) {
   return F0 + (1 - F0) / 21 - dipAt82(F0, tint) / 126;
 }

@@ -17,50 +17,50 @@ struct Roughness {
   double x = 1, y = 1; // alpha
 };
 
-// Rougher than 1 is not asked for; a roughness below this is that of a mirror.
+// Smaller roughness counts as a mirror. The largest roughness is 1.
 inline constexpr double kSmooth = 1e-3;
 
 inline bool isSmooth(const Roughness& alpha) { return alpha.x < kSmooth && alpha.y < kSmooth; }
 
-// What formulas are given: a surface that is a mirror along one axis only is not quite one.
+// Roughness for the formulas: clamped, so that a surface that is a mirror along one axis only stays finite.
 inline Roughness bounded(const Roughness& alpha) {
   return {std::clamp(alpha.x, kSmooth, 1.0), std::clamp(alpha.y, kSmooth, 1.0)};
 }
 
 namespace ggx {
 
-// Per steradian; projected onto the surface it integrates to 1.  [Heitz 2014, Eq. 85]
+// Density D of normals per steradian; projected onto the surface it integrates to 1.  [Heitz 2014, Eq. 85]
 inline double density(const ShadingDirection& h, const Roughness& alpha) {
   const double stretched = squared(h.x() / alpha.x) + squared(h.y() / alpha.y) + squared(h.z());
   return 1 / (kPi * alpha.x * alpha.y * squared(stretched));
 }
 
-// In the space in which the facets are those of a hemisphere.  [Heitz 2018, §3.1]
+// Direction in the space in which the facets form a hemisphere.  [Heitz 2018, §3.1]
 inline ShadingDirection stretched(const ShadingDirection& w, const Roughness& alpha) {
   return normalized(ShadingDirection(alpha.x * w.x(), alpha.y * w.y(), w.z()));
 }
 
-// [Heitz 2014, Eqs. 72 and 86]
+// Auxiliary function Lambda.  [Heitz 2014, Eqs. 72 and 86]
 inline double lambda(const ShadingDirection& w, const Roughness& alpha) {
   const double slope = squared(alpha.x * w.x()) + squared(alpha.y * w.y());
   return (std::sqrt(1 + slope / squared(w.z())) - 1) / 2;
 }
 
-// Share of the facets facing w that is not hidden from it.  [Heitz 2014, Eq. 43]
+// G1: visible share of the facets facing w.  [Heitz 2014, Eq. 43]
 inline double G1(const ShadingDirection& w, const Roughness& alpha) { return 1 / (1 + lambda(w, alpha)); }
 
-// The same for two directions on one side, correlated by height.  [Heitz 2014, Eq. 99]
+// G2: share visible from both directions, on one side, with height correlation.  [Heitz 2014, Eq. 99]
 inline double G2(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
   return 1 / (1 + lambda(wi, alpha) + lambda(wo, alpha));
 }
 
-// Density of the facets that w sees; integrates to 1.  [Heitz 2014, Eq. 16]
+// Density of the normals visible from w; integrates to 1.  [Heitz 2014, Eq. 16]
 inline double visibleDensity(const ShadingDirection& h, const ShadingDirection& w, const Roughness& alpha) {
   return G1(w, alpha) * std::max(0.0, dot(w, h)) * density(h, alpha) / w.z();
 }
 
-// One of them. Seen from w, a hemisphere's visible normals halve the directions of an even cap.
-// [Dupuy 2023, §3]
+// Samples a visible normal. Seen from w, a hemisphere's visible normals are half vectors of an even cap of
+// directions. [Dupuy 2023, §3]
 inline ShadingDirection visibleNormal(const ShadingDirection& w, const Roughness& alpha, double u, double v) {
   const ShadingDirection seen = stretched(w, alpha);
   const double phi = 2 * kPi * u;

@@ -72,7 +72,7 @@ void require(const ClearCoat& m) {
   }
 }
 
-// Van der Corput's sequence: the digits of i mirrored at the point.
+// Van der Corput sequence: the digits of i mirrored at the radix point.
 double radicalInverse(uint32_t i, uint32_t base) {
   double value = 0, digit = 1;
   for (; i > 0; i /= base) value += (i % base) * (digit /= base);

@@ -44,7 +44,7 @@ std::vector<Rgb> decoded(const std::string& bytes) {
     for (size_t i = 0; i < kBins; ++i) {
       const double value =
           kScales[channel] * valueAt<double>(bytes, kHeader + (channel * kBins + i) * sizeof(double));
-      if (!(std::abs(value) <= 1e30)) // floats hold it
+      if (!(std::abs(value) <= 1e30)) // fits into a float
         throw Error::mismatch("a finite number", numberText(value)).at("values[" + std::to_string(i) + "]");
       (channel == 0   ? values[i].r
        : channel == 1 ? values[i].g
@@ -57,7 +57,7 @@ std::vector<Rgb> decoded(const std::string& bytes) {
 double placeOfThetaH(double theta) { return std::sqrt(theta / (kPi / 2)) * MerlTable::kThetaH; }
 double thetaHAt(double place) { return kPi / 2 * squared(place / MerlTable::kThetaH); }
 
-// The two bins whose middles are nearest, and how far it is to the second.
+// The two bins with nearest centres, and the interpolation weight of the second.
 struct Neighbors {
   size_t low, high;
   float fraction;
@@ -73,10 +73,10 @@ Neighbors around(double place, size_t bins) {
   return {low % bins, (low + 1) % bins, static_cast<float>(x - std::floor(x))};
 }
 
-// Without the loss of digits of acos near 0.
+// Polar angle, without acos's loss of digits near 0.
 double angleOf(const ShadingDirection& w) { return std::atan2(std::hypot(w.x(), w.y()), w.z()); }
 
-// wi in the frame in which h is the pole and the normal lies at azimuth 180 degrees.  [Rusinkiewicz 1998]
+// wi in the frame with pole h, in which the normal has azimuth 180 degrees.  [Rusinkiewicz 1998]
 ShadingDirection difference(const ShadingDirection& wi, const ShadingDirection& h) {
   const double sine = std::hypot(h.x(), h.y());
   const double c = sine > 0 ? h.x() / sine : 1, s = sine > 0 ? h.y() / sine : 0;
@@ -114,7 +114,7 @@ Rgb MerlTable::at(const ShadingDirection& wi, const ShadingDirection& wo) const 
 }
 
 void MerlTable::makeHalfDensities() {
-  // Grazing light is left out: it is bright whatever h.
+  // Grazing light is excluded: it is bright for any h.
   constexpr size_t kSteep = 60;
   double sum = 0;
   for (size_t i = 0; i < kThetaH; ++i) {
@@ -122,13 +122,13 @@ void MerlTable::makeHalfDensities() {
     for (size_t j = 0; j < kSteep * kPhiD; ++j) brightness += brightest(values_[i * kThetaD * kPhiD + j]);
     const double low = std::cos(thetaHAt(static_cast<double>(i))),
                  high = std::cos(thetaHAt(static_cast<double>(i + 1)));
-    sum += brightness * (squared(low) - squared(high)); // solid angle, seen aslant
+    sum += brightness * (squared(low) - squared(high)); // projected solid angle
     halfCumulated_.push_back(sum);
   }
   for (double& share : halfCumulated_) share /= sum;
 }
 
-// Even within a bin.
+// Uniform within a bin.
 ShadingDirection MerlTable::halfDirection(double u, double v) const {
   const auto bin = static_cast<size_t>(
       std::min(std::upper_bound(halfCumulated_.begin(), halfCumulated_.end() - 1, u) - halfCumulated_.begin(),

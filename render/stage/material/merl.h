@@ -18,25 +18,25 @@ class MerlTable {
 public:
   static constexpr size_t kThetaH = 90, kThetaD = 90, kPhiD = 180;
 
-  // Throws Error naming the file, also where a value is not finite. Values that were not measured, which the
-  // files say by negative ones, are black. 17 MB stay in memory.
+  // Reads a table of 17 MB. Throws Error naming the file, also for a value that is not finite. Values that
+  // were not measured, negative in the files, are black.
   explicit MerlTable(const std::filesystem::path& file);
 
-  // f, interpolated between the middles of bins; wi and wo above.
+  // Value f, interpolated between the centres of bins; wi and wo above.
   Rgb at(const ShadingDirection& wi, const ShadingDirection& wo) const;
 
-  // Half vectors as bright as the material is there, on average; density per steradian.
+  // Samples half vectors in proportion to the mean brightness there; density per steradian.
   ShadingDirection halfDirection(double u, double v) const;
   double halfDensity(const ShadingDirection& h) const;
 
 private:
   void makeHalfDensities();
 
-  std::vector<Rgb> values_;           // phi_d fastest
-  std::vector<double> halfCumulated_; // share of half vectors up to each bin of theta_h
+  std::vector<Rgb> values_;           // phi_d runs fastest
+  std::vector<double> halfCumulated_; // cumulative distribution over theta_h
 };
 
-// Nothing bounds what such files reflect: the tracer may meet weights above 1.
+// Measured material. Files have no energy bound: the tracer may meet weights above 1.
 struct Measured {
   using Bsdf = struct MeasuredBsdf;
 

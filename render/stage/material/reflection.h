@@ -1,4 +1,4 @@
-// Reflection by GGX facets, but for Fresnel's factor.
+// Reflection by GGX facets without the Fresnel factor.
 #pragma once
 
 #include "render/stage/material/ggx.h"
@@ -7,7 +7,7 @@
 
 namespace surflect::material::ggx {
 
-// f cos of facets that reflect everything; wi and wo above.  [Walter 2007, Eq. 20]
+// f cos of fully reflecting facets; wi and wo above.  [Walter 2007, Eq. 20]
 inline double reflected(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
   const ShadingDirection h = normalized(wi + wo);
   return density(h, alpha) * G2(wi, wo, alpha) / (4 * wo.z());
@@ -20,8 +20,8 @@ inline double reflectedDensity(const ShadingDirection& wi, const ShadingDirectio
   return G1(wo, alpha) * density(h, alpha) / (4 * wo.z());
 }
 
-// reflected / reflectedDensity for wo above and a wi that h mirrors it to: share of what wo sees that the
-// light reaches. Stays exact at the horizon.
+// reflected / reflectedDensity for wo above and wi mirrored at h: share of the facets visible from wo that
+// light from wi reaches. Exact at the horizon.
 inline double unshadowed(const ShadingDirection& wi, const ShadingDirection& wo, const Roughness& alpha) {
   if (!isAbove(wi)) return 0;
   const double seen = 1 + lambda(wo, alpha);

@@ -1,7 +1,7 @@
-// The frame in which a material scatters light: x along the tangent (the fibre), z along the normal, which
-// points out of the object.
+// Shading space: x along the tangent (the fibre), z along the normal, which points out of the object.
 //
-// wo is where the light goes (towards the camera), wi where it comes from; both point away from the surface.
+// wo is the direction towards the camera, wi the direction towards the light; both point away from the
+// surface.
 #pragma once
 
 #include "surfel/math/rgb.h"
@@ -17,27 +17,27 @@ namespace surflect::material {
 struct ShadingSpace;
 using ShadingDirection = Direction3<ShadingSpace, double>; // unit
 
-// Independent uniform numbers in [0, 1): the first chooses a lobe, the others a direction of it.
+// Independent uniform numbers in [0, 1): the first selects a lobe, the others a direction.
 using Uniforms = std::array<double, 3>;
 
-// A direction that light may have come from.
+// A sampled direction of incident light.
 struct ScatterSample {
   ShadingDirection wi;
-  Rgb weight;            // evaluate / pdf, times the chance of the lobe where it is specular
-  double pdf = 0;        // per steradian; of a specular lobe 0
-  bool specular = false; // wi is the only direction of its lobe: no other way of finding it has a chance
+  Rgb weight;            // evaluate / pdf, times the probability of the lobe if it is specular
+  double pdf = 0;        // per steradian; 0 for a specular lobe
+  bool specular = false; // wi is the lobe's only direction, which light sampling cannot find
 };
 
 inline constexpr double kPi = std::numbers::pi;
 
 inline double squared(double x) { return x * x; }
 
-// Nearer to the surface than this a direction is along it, and nothing is scattered.
+// Directions nearer to the surface than this scatter nothing.
 inline constexpr double kHorizon = 1e-9;
 inline bool isAbove(const ShadingDirection& w) { return w.z() > kHorizon; }
 inline bool isBelow(const ShadingDirection& w) { return w.z() < -kHorizon; }
 
-// wi . h = wo . h for unit directions and their half vector h; positive also where they are not quite unit.
+// wi . h = wo . h for unit directions and their half vector h; positive also if they are not exactly unit.
 inline double halfCosine(const ShadingDirection& wi, const ShadingDirection& wo) {
   return length(wi + wo) / 2;
 }
@@ -51,7 +51,7 @@ inline Rgb scaled(double s, const Rgb& color) { return static_cast<float>(s) * c
 
 inline Rgb gray(double value) { return scaled(value, {1, 1, 1}); }
 
-// The same for each channel.
+// Applies a function to each channel.
 template <class Function> Rgb byChannel(const Rgb& a, const Function& function) {
   return {static_cast<float>(function(a.r)), static_cast<float>(function(a.g)),
           static_cast<float>(function(a.b))};
@@ -63,14 +63,14 @@ template <class Function> Rgb byChannel(const Rgb& a, const Rgb& b, const Functi
 
 inline double brightest(const Rgb& color) { return std::max({color.r, color.g, color.b}); }
 
-// By the cosine law: density cos / pi.
+// Cosine-weighted direction: density cos / pi.
 inline ShadingDirection cosineDirection(double u, double v) {
   const double r = std::sqrt(u), phi = 2 * kPi * v;
   return {r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - u)};
 }
 inline double cosineDensity(const ShadingDirection& w) { return std::max(0.0, w.z()) / kPi; }
 
-// Evenly over the hemisphere: density 1 / (2 pi).
+// Uniform direction on the hemisphere: density 1 / (2 pi).
 inline ShadingDirection hemisphereDirection(double u, double v) {
   const double z = 1 - u, r = std::sqrt(std::max(0.0, 1 - z * z)), phi = 2 * kPi * v;
   return {r * std::cos(phi), r * std::sin(phi), z};

@@ -14,18 +14,18 @@ namespace surflect::image {
 namespace {
 
 constexpr int64_t maximalPixels = int64_t{1} << 28;
-constexpr int maximalSide = 1 << 16; // the library takes memory for 256 rows, however few there are
-// Memory is not taken for pixels that the file has no bytes for. Photographs are never packed denser than
-// this; masks of one colour can be, and are granted what a large one takes.
-constexpr int64_t densest = 1 << 12;       // bytes of floats that one byte of file can stand for
+constexpr int maximalSide = 1 << 16; // the library allocates 256 rows, however few there are
+// Limits of memory relative to the file's size. Photographs are never packed denser; a mask of one colour may
+// be, and is granted the memory of a large one.
+constexpr int64_t densest = 1 << 12;       // bytes of floats per byte of file
 constexpr int64_t alwaysGranted = 1 << 29; // bytes, however small the file
 
-// Its index, or -1. The library's GIF reader counts from one.
+// Index of the alpha channel, or -1. The library's GIF reader counts from one.
 int alphaOf(const OIIO::ImageSpec& spec) {
   return spec.alpha_channel < spec.nchannels ? spec.alpha_channel : spec.channelindex("A");
 }
 
-// Colour first, alpha last, and nothing else: 1 to 4 of the file's channels.
+// Channels to read: colour first, alpha last, 1 to 4 in all.
 std::vector<int> wantedChannels(const OIIO::ImageSpec& spec) {
   const int alpha = alphaOf(spec);
   const int colors = spec.nchannels - (alpha >= 0 ? 1 : 0) >= 3 ? 3 : 1;
@@ -36,23 +36,24 @@ std::vector<int> wantedChannels(const OIIO::ImageSpec& spec) {
   return channels;
 }
 
-// What a file of this size may take, at most.
+// Memory that a file of this size may use.
 int64_t grantedBytes(int64_t fileBytes) { return std::max(alwaysGranted, densest * fileBytes); }
 
-// Only the reader that the name asks for: others would be tried in turn, and some of them take what they find
-// for sizes. Formats that check an upper limit check ours, when they are opened.
+// Opens only the reader that the extension names. Otherwise others would be tried in turn, and some trust
+// sizes in foreign data. Readers that check an upper limit are given ours.
 std::unique_ptr<OIIO::ImageInput> opened(const char* path, int64_t granted) {
-  // Asked for straight alpha, or OpenImageIO multiplies colours by it in encoded space.
+  // Ask for straight alpha; otherwise OpenImageIO premultiplies in encoded space.
   OIIO::ImageSpec wish;
   wish.attribute("oiio:UnassociatedAlpha", 1);
-  static std::mutex limiting; // these are the whole program's
+  static std::mutex limiting; // guards settings of the whole process
   const std::lock_guard lock(limiting);
   OIIO::attribute("try_all_readers", 0);
   OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::min<int64_t>(granted >> 20, 1 << 15)));
   return OIIO::ImageInput::open(path, &wish);
 }
 
-// OpenImageIO turns what is not RGB into it by rules of thumb, or passes it on as it is. Empty: RGB or gray.
+// Colour model that is not RGB or gray, which OpenImageIO would convert by rules of thumb or pass on; empty:
+// RGB or gray.
 std::string foreignColors(const OIIO::ImageSpec& spec) {
   // [TIFF 6.0] white is zero, black is zero, RGB, palette, YCbCr
   constexpr std::array known{0, 1, 2, 3, 6};
@@ -70,8 +71,7 @@ std::string profileIn(const OIIO::ImageSpec& spec) {
   return {static_cast<const char*>(profile->data()), static_cast<size_t>(profile->datasize())};
 }
 
-// How EXIF would have a picture turned to be shown is not heeded: lens and poses of a calibrated camera are
-// in pixels of its sensor.
+// Ignores EXIF orientation, because lens and poses refer to sensor pixels.
 bool read(const char* path, ForeignExtent extent, ForeignPicture& picture, std::string& problem) {
   const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
   const auto input = opened(path, grantedBytes(fileBytes));

@@ -20,7 +20,7 @@ constexpr int kCells = 64; // across the box
 constexpr double kShareOfSilhouette = 0.005;
 constexpr size_t kWitnesses = 2;
 
-using Bits = std::vector<uint64_t>; // one per view; several sets may follow each other
+using Bits = std::vector<uint64_t>; // one bit per view; sets may be concatenated
 size_t wordsFor(size_t views) { return (views + 63) / 64; }
 bool has(std::span<const uint64_t> set, size_t view) { return set[view / 64] >> (view % 64) & 1; }
 void insert(std::span<uint64_t> set, size_t view) { set[view / 64] |= uint64_t{1} << (view % 64); }
@@ -31,7 +31,7 @@ size_t commonCount(std::span<const uint64_t> a, std::span<const uint64_t> b) {
   return count;
 }
 
-// Cells that may be of the object, and who votes against each.
+// Cells that may belong to the object, with the views that vote against each.
 struct Ballot {
   double radius = 0; // of the ball around a cell
   size_t words = 0;
@@ -49,7 +49,7 @@ Ballot voteOnCells(std::span<const SilhouetteView> silhouetteViews, size_t quoru
   all.words = wordsFor(silhouetteViews.size());
   all.against.resize(cubes.size() * all.words);
   for (const Cube& cube : cubes) {
-    all.radius = cube.ball().radius; // of all the same
+    all.radius = cube.ball().radius; // equal for all cells
     all.centers.push_back(cube.ball().center);
   }
   tbb::parallel_for(size_t{0}, cubes.size(), [&](size_t i) {
@@ -60,7 +60,7 @@ Ballot voteOnCells(std::span<const SilhouetteView> silhouetteViews, size_t quoru
   return all;
 }
 
-// The picture of one view in cells as large as those of the space.
+// Picture of one view, in cells as large as those in space.
 class Witness {
 public:
   Witness(const SilhouetteView& silhouetteView, const Ballot& ballot)
@@ -78,7 +78,7 @@ public:
     height_ = static_cast<int>(std::ceil(silhouetteView.outline.height() / cell_));
   }
 
-  // For every view the share of this silhouette that it is blamed for, among the views that take part.
+  // For every view, the share of this silhouette that it is blamed for, among the remaining views.
   std::vector<double> blame(size_t self, const Ballot& ballot, std::span<const uint64_t> taking) const {
     const size_t cells = static_cast<size_t>(width_) * static_cast<size_t>(height_);
     std::vector<uint32_t> fewest(cells, std::numeric_limits<uint32_t>::max());
@@ -101,7 +101,7 @@ public:
       for (int x = 0; x < width_; ++x) {
         const capture::Pixel center{(x + 0.5) * cell_, (y + 0.5) * cell_};
         if (!capture::contains(sight_.camera.lens, center)) continue;
-        if (!(sight_.outline.signedDistance(center) > 0.75 * cell_)) continue; // all of the cell is inside
+        if (!(sight_.outline.signedDistance(center) > 0.75 * cell_)) continue; // the whole cell is inside
         ++silhouette;
         const size_t cell = static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
         if (fewest[cell] == 0 || fewest[cell] == std::numeric_limits<uint32_t>::max()) continue;
@@ -114,7 +114,7 @@ public:
   }
 
 private:
-  // Those whose centre may show a point of the ball.
+  // Calls use() for the cells whose centre may show a point of the ball.
   template <class Use> void forCellsOf(const Ball& ball, const Use& use) const {
     const auto pixel = sight_.camera.project(ball.center);
     const double reach = projectedRadius(sight_.camera, ball) / cell_;
@@ -137,7 +137,7 @@ private:
   int width_ = 0, height_ = 0;
 };
 
-// The view that is blamed most, if it is bad.
+// The most blamed view, if it is bad.
 std::optional<size_t> worstView(std::span<const Witness> witnesses, const Ballot& ballot,
                                 std::span<const uint64_t> taking) {
   const size_t views = witnesses.size();

@@ -81,7 +81,7 @@ Box boundsOf(std::span<const SilhouetteView> silhouetteViews, size_t quorum, boo
              const Progress& progress) {
   constexpr int kAcross = 48, kRounds = 30;
   Box box = startingBox(silhouetteViews);
-  const double point = 1e-9 * box.sizes().maxCoeff(); // where silhouettes only touch
+  const double point = 1e-9 * box.sizes().maxCoeff(); // width of a box if silhouettes only touch
   for (int round = 0; round < kRounds; ++round) {
     Box rest;
     for (const Cube& cube : possibleCubes(silhouetteViews, quorum, box, kAcross, dissent, progress))

@@ -15,7 +15,7 @@ BrickGrid::BrickGrid(const GridShape& shape, const std::function<Region(const Ba
   const auto& [bx, by, bz] = shape.bricks;
   directory_.resize(static_cast<size_t>(bx) * static_cast<size_t>(by) * static_cast<size_t>(bz));
 
-  // A brick answers for its corners and the cells around them, which start one corner earlier.
+  // A brick owns its corners and the cells around them, which start one corner earlier.
   const double half = (kSide + 1) / 2.0 * shape.voxel;
   constexpr int32_t kMixed = 0;
   tbb::parallel_for(size_t{0}, directory_.size(), [&](size_t brick) {
@@ -51,7 +51,7 @@ BrickGrid::BrickGrid(const GridShape& shape, const std::function<Region(const Ba
   });
 }
 
-// Bricks of opposite signs that touch were misjudged: between them the field must be looked at.
+// Adjacent bricks of opposite sign were classified wrongly: evaluate the field between them.
 void BrickGrid::keepApart() {
   const std::vector<int32_t> judged = directory_;
   for (size_t brick = 0; brick < judged.size(); ++brick) {

@@ -11,7 +11,7 @@ namespace surflect::hull {
 
 namespace {
 
-// Frames of a view, one for each matte that they have.
+// Frames of a view, one per distinct matte.
 std::vector<std::vector<size_t>> framesByMatte(const capture::Capture& capture) {
   std::vector<std::vector<size_t>> frames(capture.views.size());
   std::set<std::tuple<size_t, std::string, std::string, std::string>> known;
@@ -24,7 +24,7 @@ std::vector<std::vector<size_t>> framesByMatte(const capture::Capture& capture) 
   return frames;
 }
 
-// Pictures often have an alpha channel that is opaque throughout.
+// Returns whether a matte has background; many pictures have an opaque alpha channel.
 bool showsBackground(const image::Image& matte) {
   return std::ranges::any_of(matte.values, [](float alpha) { return !(alpha > 0.5f); });
 }

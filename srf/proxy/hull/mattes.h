@@ -1,4 +1,4 @@
-// The silhouettes of a capture.
+// Silhouettes of a capture.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -9,9 +9,8 @@
 
 namespace surflect::hull {
 
-// Of each view that has a matte, the union of all its frames' mattes, each read once. A matte without
-// background says nothing and counts as none. Throws Error for what
-// cannot be read.
+// One silhouette per view with a matte: the union of the mattes of its frames, each read once. A matte
+// without background counts as none. Throws Error for unreadable files.
 std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress);
 
 } // namespace surflect::hull

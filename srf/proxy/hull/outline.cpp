@@ -30,7 +30,7 @@ template <class Use> void contourOfSquare(const image::Image& alpha, int x, int 
   constexpr int kCorner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   float value[4];
   for (int c = 0; c < 4; ++c) value[c] = alpha.at(x + kCorner[c][0], y + kCorner[c][1])[0] - kContour;
-  std::array<Vec2<float>, 4> crossing; // of the sides, from corner c to c + 1
+  std::array<Vec2<float>, 4> crossing; // on the sides, from corner c to c + 1
   int count = 0;
   for (int c = 0; c < 4; ++c) {
     const int d = (c + 1) % 4;
@@ -45,7 +45,7 @@ template <class Use> void contourOfSquare(const image::Image& alpha, int x, int 
   };
   if (count == 2) join(0, 1);
   if (count < 4) return;
-  // Opposite corners alike: the value in the middle says which pair is joined.
+  // Ambiguous case with opposite corners alike: the value in the middle decides which pair is joined.
   const bool middleInside = value[0] + value[1] + value[2] + value[3] > 0;
   if (middleInside == (value[0] > 0)) {
     join(0, 1); // around corner 1
@@ -58,7 +58,7 @@ template <class Use> void contourOfSquare(const image::Image& alpha, int x, int 
 
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
-// For each pixel, the nearest segment of those that its neighbours know [Danielsson 1980, 8SED].
+// Nearest contour segment of each pixel, propagated between neighbours [Danielsson 1980, 8SED].
 class NearestSegments {
 public:
   explicit NearestSegments(const image::Image& alpha)
@@ -123,8 +123,8 @@ Outline::Outline(const image::Image& alpha) : centroid_{alpha.width / 2.0, alpha
       const size_t pixel = static_cast<size_t>(y) * static_cast<size_t>(alpha.width) + static_cast<size_t>(x);
       const bool inside = alpha.values[pixel] > kContour;
       const float distance = nearest.none() ? far : nearest.distance(pixel);
-      distances.values[pixel] =
-          inside ? std::max(distance, std::numeric_limits<float>::min()) : -distance; // its sign is the mask
+      distances.values[pixel] = inside ? std::max(distance, std::numeric_limits<float>::min())
+                                       : -distance; // the sign follows the mask
       if (!inside) continue;
       sumX += x + 0.5, sumY += y + 0.5, ++count;
       isCropped_ |= x == 0 || y == 0 || x == alpha.width - 1 || y == alpha.height - 1;

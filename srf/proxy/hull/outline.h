@@ -1,4 +1,4 @@
-// The outline of a matte, where alpha crosses 1/2, as a distance field.
+// Outline of a matte, where alpha crosses 1/2, as a distance field.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -12,25 +12,25 @@ namespace surflect::hull {
 // Copies share their pixels.
 class Outline {
 public:
-  // alpha: one channel. It is taken as bilinear between pixel centres, and its contour as straight within
-  // each square of four centres: sub-pixel where alpha has values between 0 and 1. The border of the image is
-  // no outline.
+  // alpha: one channel, bilinear between pixel centres. The contour is straight within each square of four
+  // centres, so sub-pixel where alpha has values between 0 and 1. The image border is not part of the
+  // outline.
   explicit Outline(const image::Image& alpha);
 
   int width() const { return distances_->width; }
   int height() const { return distances_->height; }
-  // The pixels whose alpha is above 1/2.
+  // Mask of the pixels whose alpha is above 1/2.
   image::Mask mask() const;
-  // Is no pixel's alpha above 1/2?
+  // Returns whether no pixel's alpha is above 1/2.
   bool isEmpty() const { return isEmpty_; }
-  // The centre of mass of the pixels whose alpha is above 1/2; of the image where it is empty.
+  // Centre of mass of the pixels whose alpha is above 1/2; the image centre if there are none.
   capture::Pixel centroid() const { return centroid_; }
 
-  // Is a pixel on the border of the image inside? Then there may be more beyond.
+  // Returns whether a pixel on the image border is inside, so that the object may continue outside.
   bool isCropped() const { return isCropped_; }
 
   // Distance to the outline in pixels, positive inside; without an outline, width + height. Bilinear between
-  // pixel centres, and beyond the outermost as on them. Beyond the image, less the way to it.
+  // pixel centres, constant up to the border. Outside of the image, reduced by the distance to the image.
 
   double signedDistance(capture::Pixel pixel) const;
 

@@ -18,7 +18,7 @@ double footprintAt(const capture::Lens& lens, const Point3<CameraSpace, double>&
   return (lens.model == capture::Lens::Model::orthographic ? 1 : -p.z()) / meanFocal(lens);
 }
 
-// Of a pixel to the nearest side of the image; negative outside.
+// Distance of a pixel to the nearest side of the image; negative outside.
 double borderDistance(const capture::Lens& lens, capture::Pixel pixel) {
   return std::min({pixel.x, pixel.y, lens.width - pixel.x, lens.height - pixel.y});
 }
@@ -64,7 +64,8 @@ BallVote voteOn(const SilhouetteView& silhouetteView, const Ball& ball) {
   if (!pixel || !std::isfinite(reach)) return {.votes = !isCropped, .mayAgree = true};
   const double border = borderDistance(camera.lens, *pixel);
   const double distance = silhouetteView.outline.signedDistance(*pixel);
-  const double change = (border < reach ? 2 : 1) * reach; // beyond the image the distance is twice as steep
+  const double change =
+      (border < reach ? 2 : 1) * reach; // outside of the image the distance changes twice as fast
   if (!isCropped) return {true, distance > -change, distance > change, distance < -change};
   const bool isBeside = border < -reach, votes = border >= reach;
   return {votes, !isBeside && distance > -change, isBeside || distance > change, votes && distance < -change};

@@ -1,8 +1,8 @@
-// What one view's silhouette says about a point, or about all points of a ball.
+// Vote of one view's silhouette on a point, or on all points of a ball.
 //
-// A view whose silhouette lies within its image sees all of the object, so it votes on every point, against
-// those beside the image or behind the camera. One that crops the object votes only on points that its image
-// contains.
+// A view whose silhouette is inside its image sees the whole object. It votes on every point, and against
+// points beside the image or behind the camera. A view that crops the object votes only on points inside its
+// image.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -20,11 +20,11 @@ struct SilhouetteView {
   Outline outline;
 };
 
-// What a pixel covers at a point in front of the camera, scene units: depth / f; orthographic: 1 / f.
+// Size of a pixel at a point in front of the camera, scene units: depth / f; orthographic: 1 / f.
 double pixelFootprint(const capture::Camera<AcquisitionSpace>& camera,
                       const Point3<AcquisitionSpace, double>& p);
 
-// The distance of p to the cone of the silhouette, in scene units by the footprint, positive inside; empty
+// Distance of p to the cone of the silhouette, in scene units by the footprint, positive inside. Empty
 // without a vote, minus infinity behind the camera.
 std::optional<double> coneDistance(const SilhouetteView& silhouetteView,
                                    const Point3<AcquisitionSpace, double>& p);
@@ -34,35 +34,36 @@ struct Ball {
   double radius = 0; // scene units
 };
 
-// How far a ball can reach in the picture, from the projection of its centre, pixels. For a pinhole, of the
-// points c + d with |d| <= r: |x(c + d) - x(c)| = |d_xy - x(c) d_z| / (z + d_z) <= r sqrt(1 + |x|^2) / (z -
-// r). A distortion is taken as linear within. Infinite where the ball touches the plane of the camera.
+// Bound on how far a ball reaches from the projection of its centre, in pixels. For a pinhole and the points
+// c + d with
+// d| <= r: |x(c + d) - x(c)| = |d_xy - x(c) d_z| / (z + d_z) <= r sqrt(1 + |x|^2) / (z - r). Distortion is
+// linearised. Infinite if the ball touches the plane of the camera.
 double projectedRadius(const capture::Camera<AcquisitionSpace>& camera, const Ball& ball);
 
-// True of every point of a ball, or not known. Outline distances count as exact to one pixel.
+// Conservative vote on the points of a ball. Outline distances count as exact to one pixel.
 struct BallVote {
-  bool votes = false;    // on all of it
-  bool mayAgree = false; // some of it may be in the silhouette
-  bool inside = false;   // it votes against none of it
-  bool outside = false;  // it votes against all of it
+  bool votes = false;    // on all points of the ball
+  bool mayAgree = false; // some points may be in the silhouette
+  bool inside = false;   // against no point of the ball
+  bool outside = false;  // against all points of the ball
 };
 BallVote voteOn(const SilhouetteView& silhouetteView, const Ball& ball);
 
-// The point nearest to the rays through the silhouettes' centres of mass, by least squares. Throws Error
-// where all of them look along one line.
+// Point nearest to the rays through the silhouettes' centres of mass, by least squares. Throws Error if all
+// rays are parallel to one line.
 Point3<AcquisitionSpace, double> pointInView(std::span<const SilhouetteView> silhouetteViews);
 
-// How many must vote on a point for it to be of the object: half of those that vote on pointInView, and two.
-// (The cone of a single view has no end; where few look, few can say no.)
+// Number of views that must vote on a point of the object: half of those that vote on pointInView, and at
+// least two. The cone of a single view is unbounded, and where few views vote, few can vote against.
 size_t quorumOf(std::span<const SilhouetteView> silhouetteViews);
 
-// The hull's field: the least coneDistance of all that vote, positive inside, cut off at +-limit. Without a
-// quorum it is -limit.
+// Field of the hull: the smallest coneDistance of all views that vote, positive inside, clamped to +-limit.
+// -limit without a quorum.
 double hullDistance(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
                     const Point3<AcquisitionSpace, double>& p, double limit);
 
 enum class Region { outside, inside, mixed };
-// Of the hull, in a ball: mixed where it is not sure.
+// Region of the hull for a ball; mixed if unknown.
 Region classify(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Ball& ball);
 
 } // namespace surflect::hull

@@ -8,8 +8,8 @@ namespace surflect::hull {
 
 namespace {
 
-// In a closed, consistently wound mesh each half-edge a -> b is in one triangle, so that every edge is met
-// once from each end.
+// Vertex neighbours. In a closed, consistently wound mesh each half-edge a -> b is in one triangle, so every
+// edge is found once from each end.
 struct Neighbors {
   std::vector<size_t> start;
   std::vector<uint32_t> vertices; // those of vertex i from start[i] to start[i + 1]

@@ -20,7 +20,7 @@ Corner plus(const Corner& a, int x, int y, int z) { return {a[0] + x, a[1] + y, 
 // Corner c of a cell: bit 0 steps along x, bit 1 along y, bit 2 along z.
 Corner cornerOf(const Corner& cell, int c) { return plus(cell, c & 1, c >> 1 & 1, c >> 2 & 1); }
 
-// The values that the cells of one brick need.
+// Values for the cells of one brick.
 class Neighborhood {
 public:
   Neighborhood(const BrickGrid& grid, size_t brick) : first_(grid.firstCorner(brick)) {
@@ -53,8 +53,8 @@ private:
   std::array<float, (kSide + 1) * (kSide + 1) * (kSide + 1)> values_;
 };
 
-// Of corners that meet only across a diagonal, the outside corner to fill: the one nearest to the surface. A
-// cell without such corners has no answer.
+// Outside corner to fill where inside corners meet only across a diagonal: the one nearest to the surface.
+// Empty if there is no such case.
 std::optional<int> cornerToFill(const std::array<float, 8>& values) {
   const auto inside = [&](int c) { return values[static_cast<size_t>(c)] > 0; };
   std::optional<int> best;
@@ -122,7 +122,7 @@ Vec3<double> meanCrossing(const Corner& cell, const std::array<float, 8>& values
   return sum / count;
 }
 
-// The bricks with vertices, and where those of each begin.
+// Bricks with vertices, and the first vertex of each.
 struct Net {
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
@@ -144,7 +144,7 @@ double squaredLength(const TriangleMesh& mesh, uint32_t a, uint32_t b) {
   return (mesh.positions[a].raw() - mesh.positions[b].raw()).cast<double>().squaredNorm();
 }
 
-// The quad around the edge from a cell's first corner along an axis.
+// Quad around the edge from a cell's first corner along an axis.
 std::array<std::array<uint32_t, 3>, 2> quadAround(const BrickGrid& grid, const Net& net,
                                                   const TriangleMesh& mesh, const Corner& corner, int axis,
                                                   bool startsInside) {
@@ -154,7 +154,7 @@ std::array<std::array<uint32_t, 3>, 2> quadAround(const BrickGrid& grid, const N
   std::array<uint32_t, 4> quad{
       net.vertex(grid, corner), net.vertex(grid, plus(corner, u[0], u[1], u[2])),
       net.vertex(grid, plus(corner, u[0] + v[0], u[1] + v[1], u[2] + v[2])),
-      net.vertex(grid, plus(corner, v[0], v[1], v[2]))}; // counter-clockwise, seen from where the axis points
+      net.vertex(grid, plus(corner, v[0], v[1], v[2]))}; // counter-clockwise, seen from the axis's tip
   if (!startsInside) std::swap(quad[1], quad[3]);
   const auto& [a, b, c, d] = quad;
   if (squaredLength(mesh, a, c) <= squaredLength(mesh, b, d)) return {{{a, b, c}, {a, c, d}}};

@@ -17,7 +17,7 @@ namespace surflect::hull {
 namespace {
 
 constexpr double kMostVoxels = 512; // along the longest side of the grid
-constexpr int kSmoothing = 3;       // pairs
+constexpr int kSmoothing = 3;       // pairs of smoothing steps
 
 std::string namesOf(std::span<const SilhouetteView> silhouetteViews, std::span<const size_t> which) {
   constexpr size_t kMost = 8;
@@ -28,7 +28,7 @@ std::string namesOf(std::span<const SilhouetteView> silhouetteViews, std::span<c
   return names + (which.size() > kMost ? ", ..." : "");
 }
 
-// At the point where most views agree, those that do not.
+// Views that vote against the point where most views agree.
 std::vector<size_t> dissenters(std::span<const SilhouetteView> silhouetteViews,
                                const Eigen::AlignedBox3d& box) {
   constexpr int kAcross = 64;
@@ -62,7 +62,7 @@ double medianFootprint(std::span<const SilhouetteView> silhouetteViews,
   return *middle;
 }
 
-// A margin of two voxels around the box: one for the border, one for what fills.
+// Grid with a margin of two voxels around the box: one for the border, one for filled corners.
 GridShape gridAround(const Eigen::AlignedBox3d& box, double voxel) {
   constexpr int kMargin = 2;
   GridShape shape;
@@ -75,8 +75,8 @@ GridShape gridAround(const Eigen::AlignedBox3d& box, double voxel) {
   return shape;
 }
 
-// Moves vertices along their normals to where the field is zero: a net lies inside of what it spans, by most
-// at ridges. No more than half a voxel, for the field has steps where images end.
+// Moves vertices along their normals onto the zero of the field, because a net lies inside of the surface,
+// most at ridges. Limited to half a voxel, because the field is discontinuous at image borders.
 void project(TriangleMesh& mesh, std::span<const SilhouetteView> silhouetteViews, size_t quorum,
              double voxel) {
   std::vector<Vec3<double>> normals(mesh.positions.size(), Vec3<double>::Zero());
@@ -122,7 +122,7 @@ VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& op
   }
   progress("visual hull", 0.2);
 
-  const size_t quorum = quorumOf(silhouetteViews); // of those that are left
+  const size_t quorum = quorumOf(silhouetteViews); // of the remaining views
   const auto box = boundsOf(silhouetteViews, quorum, false, progress);
   const auto empty = [&] {
     const auto against =
@@ -146,7 +146,7 @@ VisualHull visualHull(std::span<const SilhouetteView> all, const HullOptions& op
       progress);
   progress("visual hull", 0.8);
   hull.mesh = surfaceNet(std::move(grid), progress);
-  if (hull.mesh.triangles.empty()) throw empty(); // what is there is smaller than a voxel
+  if (hull.mesh.triangles.empty()) throw empty(); // the object is smaller than a voxel
   project(hull.mesh, silhouetteViews, quorum, hull.voxel);
   hull.mesh = smoothed(std::move(hull.mesh), kSmoothing, progress);
   return hull;

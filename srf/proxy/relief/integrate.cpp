@@ -11,16 +11,16 @@ namespace surflect::relief {
 
 namespace {
 
-constexpr double kUnknown = 1e-4; // weight of a difference that nothing is known of
-constexpr double kGrazing = 0.1;  // least cosine between normal and viewer that is told apart
+constexpr double kUnknown = 1e-4; // weight of an unknown difference
+constexpr double kGrazing = 0.1;  // smallest cosine between normal and viewer
 
 Vec3<double> towardsViewer(const capture::Lens& lens, const Vec2<double>& q) {
   return lens.model == capture::Lens::Model::orthographic ? Vec3<double>(0, 0, 1)
                                                           : Vec3<double>(-q[0], -q[1], 1).normalized();
 }
 
-// Errors of normals enter gradients as 1 / cosine^2; weights are the inverse of their variance, but for what
-// an unknown normal is worth.
+// Weight of a normal. Its error enters gradients as 1 / cosine^2; weights are inverse variances, with a
+// minimum for unknown normals.
 double trust(const Vec3<double>& n, const Vec3<double>& viewer) {
   if (n.isZero()) return kUnknown;
   const double cosine = std::max(kGrazing, n.normalized().dot(viewer));
@@ -60,7 +60,7 @@ DepthMap integrateNormals(const capture::Camera<AcquisitionSpace>& camera, const
     weight[i] = trust(n, towardsViewer(camera.lens, points[i]));
   }
 
-  // Trapezoids: exact where depth (or its logarithm) is quadratic. A neighbour that is unknown has no say.
+  // Trapezoidal rule: exact if depth (or its logarithm) is quadratic. Unknown neighbours are ignored.
   const auto isKnown = [&](size_t i) { return weight[i] > kUnknown; };
   Differences differences(map.mask);
   const auto set = [&](double& difference, double& edge, size_t i, size_t j) {

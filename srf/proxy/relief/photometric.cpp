@@ -20,12 +20,13 @@ namespace surflect::relief {
 
 namespace {
 
-// The least share of the lights' directions, as root mean square, off the plane that they are nearest to.
+// Smallest root mean square distance of the light directions from their nearest plane, relative to their
+// length.
 constexpr double kOutOfPlane = 0.02;
 
 double mean(Rgb c) { return (static_cast<double>(c.r) + c.g + c.b) / 3; }
 
-// argmin_b sum_i w_i (b . l_i - y_i)^2; empty where the lights of some weight lie in a plane.
+// argmin_b sum_i w_i (b . l_i - y_i)^2; empty if the lights with weight lie in a plane.
 std::optional<Vec3<double>> weightedFit(std::span<const Vec3<double>> l, std::span<const double> y,
                                         std::span<const double> w) {
   Mat3<double> a = Mat3<double>::Zero();
@@ -38,7 +39,7 @@ std::optional<Vec3<double>> weightedFit(std::span<const Vec3<double>> l, std::sp
   }
   a /= sum;
   Eigen::SelfAdjointEigenSolver<Mat3<double>> spectrum;
-  spectrum.computeDirect(a, Eigen::EigenvaluesOnly); // good to 1e-8, in closed form
+  spectrum.computeDirect(a, Eigen::EigenvaluesOnly); // closed form, good to 1e-8
   if (!(spectrum.eigenvalues()[0] > kOutOfPlane * kOutOfPlane)) return std::nullopt;
   return a.llt().solve(b / sum);
 }
@@ -51,15 +52,14 @@ double median(std::vector<double> values) {
 
 struct RobustFit {
   Vec3<double> b;               // rho n
-  std::vector<double> agreeing; // 1 for lights that the fit rests on, else 0
+  std::vector<double> agreeing; // 1 for lights that the fit uses, otherwise 0
 };
 
-// Least absolute deviations, as least squares that are weighted anew by 1 / |residual|, and then least
-// squares without outliers. A light counts the less the darker the pixel is under it, for what is dark may be
-// in shadow.
+// Robust fit: least absolute deviations by least squares reweighted by 1 / |residual|, then least squares
+// without outliers. Darker samples have less weight, because they may be in shadow.
 std::optional<RobustFit> robustFit(std::span<const Vec3<double>> l, std::span<const double> y) {
   constexpr int kRounds = 20;
-  constexpr double kFloor = 0.01;      // of the brightest: smaller residuals are all alike
+  constexpr double kFloor = 0.01;      // of the brightest: smaller residuals count as equal
   constexpr double kOutlier = 2.5;     // times the scale  [Rousseeuw 1987, §5.1]
   constexpr double kMadScale = 1.4826; // median of absolute residuals to standard deviation, for a Gaussian
   const double floor = kFloor * *std::ranges::max_element(y);
@@ -97,8 +97,7 @@ LambertFit fitLambert(std::span<const Vec3<double>> l, std::span<const Rgb> y) {
   fit.normal = robust->b.normalized();
   const auto shading = [&](size_t i) { return std::max(0.0, fit.normal.dot(l[i])); };
 
-  // Colours share the normal, and the lights that agree on it: rho = sum s y / sum s^2 with s = max(0, n .
-  // l).
+  // Colours share the normal and the lights that agree on it: rho = sum s y / sum s^2 with s = max(0, n . l).
   double squares = 0;
   Vec3<double> products = Vec3<double>::Zero();
   for (size_t i = 0; i < l.size(); ++i) {
@@ -126,7 +125,7 @@ Rgb lambertRadiance(const LambertFit& fit, const Vec3<double>& l, Rgb irradiance
 
 namespace {
 
-// The point of the frontal plane that a pixel's centre shows.
+// Point of the frontal plane at a pixel's centre.
 std::optional<Point3<AcquisitionSpace, double>> frontalPoint(const capture::Camera<AcquisitionSpace>& camera,
                                                              double depth, int x, int y) {
   const auto q = imagePoint(camera.lens, {x + 0.5, y + 0.5});
@@ -140,7 +139,7 @@ Rgb reflectedShare(std::span<const float> radiance, Rgb irradiance) {
           share(radiance[2], irradiance.b)};
 }
 
-// Throws where the lights of a scene cannot tell a normal.
+// Throws if the lights do not determine a normal.
 void checkLights(const capture::Camera<AcquisitionSpace>& camera, std::span<const capture::Light> lights) {
   if (lights.size() < 3)
     throw Error::mismatch("photographs under three lights or more, for normals",

@@ -50,8 +50,8 @@ struct Grid {
   }
 };
 
-// One node for 2x2. Constant interpolation makes the coarse problem too stiff, by 2 in the plane: 1.8 is what
-// serves best [Braess 1995, §3].
+// Coarse grid with one node per 2x2. Constant interpolation makes the coarse problem too stiff, by 2 in the
+// plane; 1.8 works best [Braess 1995, §3].
 Grid coarsened(const Grid& fine) {
   constexpr double kStiffness = 1.8;
   const int width = (fine.width + 1) / 2, height = (fine.height + 1) / 2;
@@ -65,7 +65,7 @@ Grid coarsened(const Grid& fine) {
   return {width, height, std::move(right), std::move(down)};
 }
 
-// A symmetric approximation of the Laplacian's inverse: one V-cycle.
+// Symmetric approximation of the Laplacian's inverse: one V-cycle.
 class Multigrid {
 public:
   explicit Multigrid(Grid finest) {
@@ -133,7 +133,7 @@ Values conjugateGradients(const Multigrid& preconditioner, const Values& b, cons
   return f;
 }
 
-// Takes the mean from every connected piece.
+// Subtracts the mean of each connected piece.
 void centerPieces(const Grid& grid, Values& f) {
   std::vector<uint8_t> reached(f.size(), 0);
   std::vector<size_t> piece;

@@ -12,15 +12,15 @@ namespace surflect::relief {
 
 namespace {
 
-// Twice the area of a triangle in the picture; above 0 where its corners are as CornerMesh takes them.
+// Twice the signed area of a triangle in the picture; positive for the winding of CornerMesh.
 double twiceArea(const Vec2<double>& a, const Vec2<double>& b, const Vec2<double>& c) {
   return (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1]);
 }
 
-// A quad as two triangles.
+// A quad cut into two triangles.
 struct Cut {
-  bool isFromFirst; // from its first corner to the third, or else from the second to the fourth
-  double leastArea; // of the two, twice
+  bool isFromFirst; // by the diagonal from the first to the third corner; otherwise second to fourth
+  double leastArea; // twice the smaller area
 };
 Cut bestCut(const std::array<Vec2<double>, 4>& q) {
   const double fromFirst = std::min(twiceArea(q[0], q[1], q[2]), twiceArea(q[0], q[2], q[3]));
@@ -28,9 +28,9 @@ Cut bestCut(const std::array<Vec2<double>, 4>& q) {
   return {fromFirst >= fromSecond, std::max(fromFirst, fromSecond)};
 }
 
-// Where corners of pixels lie, row by row, such that the outline of a mask goes without stairs: each corner
-// on it is drawn towards its two neighbours along the outline, as by a Gaussian of two pixels, but by less
-// than half a pixel. Corners of a pixel that would be folded over stay where they are.
+// Corners of pixels, row by row, moved so that the mask's outline is smooth: each outline corner moves
+// towards its two neighbours, as by a Gaussian of two pixels, but less than half a pixel. Corners whose pixel
+// would fold over stay.
 std::vector<Vec2<double>> smoothCorners(const image::Mask& mask) {
   constexpr int kRounds = 8;          // of variance 1/2 each
   constexpr double kFarthest = 0.45;  // pixels, in each coordinate
@@ -49,7 +49,8 @@ std::vector<Vec2<double>> smoothCorners(const image::Mask& mask) {
     for (int x = 0; x < across; ++x) {
       const size_t here = corners.size();
       corners.emplace_back(x, y);
-      std::vector<size_t> next; // an edge between two pixels of which one is inside leads there
+      std::vector<size_t>
+          next; // next corner along the outline, by an edge between an inside and an outside pixel
       if (isInside(x, y - 1) != isInside(x, y)) next.push_back(here + 1);
       if (isInside(x - 1, y - 1) != isInside(x - 1, y)) next.push_back(here - 1);
       if (isInside(x - 1, y) != isInside(x, y)) next.push_back(here + static_cast<size_t>(across));
@@ -81,18 +82,18 @@ std::vector<Vec2<double>> smoothCorners(const image::Mask& mask) {
   return corners;
 }
 
-// Triangles between corners of pixels, each corner made when it is first asked for.
+// Mesh over corners of pixels; vertices are created on demand.
 class CornerMesh {
 public:
-  // `places` of all corners, row by row; on the grid without them. depthAt(corner x, corner y, image point)
-  // of the image plane.
+  // `places` of all corners, row by row; empty: on the grid. depthAt(corner x, corner y, image point) gives
+  // depths.
   CornerMesh(const capture::Camera<AcquisitionSpace>& camera, std::vector<Vec2<double>> places,
              std::function<double(int, int, const Vec2<double>&)> depthAt)
       : lens_(camera.lens), worldFromCamera_(camera.cameraFromWorld.inverse()), places_(std::move(places)),
         depthAt_(std::move(depthAt)),
         index_(static_cast<size_t>(lens_.width + 1) * static_cast<size_t>(lens_.height + 1), kUnasked) {}
 
-  // Pixels left <= x < right, top <= y < bottom; false where a corner has no ray.
+  // Adds the pixels left <= x < right, top <= y < bottom; returns false if a corner has no ray.
   bool addQuad(int left, int top, int right, int bottom) {
     const std::array corners{corner(left, top), corner(left, bottom), corner(right, bottom),
                              corner(right, top)};
@@ -144,7 +145,7 @@ TriangleMesh reliefMesh(const capture::Camera<AcquisitionSpace>& camera, const D
   const auto index = [&](int x, int y) {
     return static_cast<size_t>(y) * static_cast<size_t>(map.mask.width) + static_cast<size_t>(x);
   };
-  // The mean of what the pixels around a corner make of it.
+  // Depth of a corner: the mean over the pixels around it.
   CornerMesh mesh(camera, smoothCorners(map.mask), [&](int cornerX, int cornerY, const Vec2<double>& q) {
     double sum = 0;
     int count = 0;

@@ -95,7 +95,7 @@ TEST(StageExposure, NoiseIsThatOfTheElectronsAndOfReading) {
   EXPECT_EQ(sensed(0.3, camera, random), 0.3);
 }
 
-// What a code may be off by, in exposure: half a step to either side.
+// Error of a code in exposure: half a step to either side.
 double halfStep(const image::Response& response, int code) {
   const auto& curve = response.exposure[0];
   const double below = curve[static_cast<size_t>(code)] - curve[static_cast<size_t>(std::max(code - 1, 0))];
@@ -103,7 +103,7 @@ double halfStep(const image::Response& response, int code) {
   return std::max(below, above) / 2;
 }
 
-// Of a merged pixel: every exposure that has a say is off by its noise and half a step at most.
+// Error bound of a merged pixel: every exposure with weight is off by its noise and half a step at most.
 double mergedBound(double radiance, const StageExposure& camera) {
   double bound = 0;
   for (const double seconds : camera.seconds) {

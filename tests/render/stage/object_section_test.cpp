@@ -114,7 +114,7 @@ TEST(ObjectSection, ObjectsRefuseToBeNothing) {
   const auto ball = [](const std::string& center, const std::string& radius) {
     return "type = \"sphere\"\ncenter = " + center + "\nradius = " + radius + "\nsegments = 8\n";
   };
-  // As the skin of fur.
+  // The same object as the skin of fur.
   const auto skin = [](const std::string& table) {
     return "type = \"fur\"\nhairs = 10\nlength = 0.1\nradius = 0.01\non = { " + table + " }";
   };
@@ -136,7 +136,7 @@ TEST(ObjectSection, ObjectsRefuseToBeNothing) {
          "displace = \"999999999\"\ncopies = [{ scale = [1e6, -1e6, 1e6] }, { scale = 1e6 }]\n"
          "on = { type = \"sphere\", radius = 1, segments = 8 }",
          {"object[0]: ", within});
-  // What is flat in part, or thin, stays.
+  // Surfaces that are flat in part, or thin, are accepted.
   parse(withObject(ball("[0, 0, 0]", "1") + "displace = \"0*x-0.99\""));
   EXPECT_GT(parse(withObject(ball("[1e6, 0, 0]", "1"))).objects[0].surface.mesh.triangles.size(), 0u);
 }

@@ -10,7 +10,7 @@
 namespace surflect::stage {
 namespace {
 
-// Of numbers even in [0, 1): the mean within 5 standard deviations, and neighbours uncorrelated.
+// Uniform numbers in [0, 1): the mean is within 5 standard deviations, and neighbours are uncorrelated.
 void expectEven(const std::vector<double>& values) {
   const double n = static_cast<double>(values.size());
   double mean = 0, product = 0;
@@ -44,8 +44,8 @@ TEST(StageRandom, KeysInAnotherOrderAreAnotherStream) {
   EXPECT_EQ(firsts.size(), 900u);
 }
 
-// Where two cells go, over many shuffles: all places as often, within 5 standard deviations; and so where one
-// goes in two shuffles that follow each other.
+// Positions of two cells over many shuffles: all are equally frequent, within 5 standard deviations; likewise
+// of one cell in two successive shuffles.
 TEST(Strata, ShufflesDoNotKnowOfEachOther) {
   Random random{6};
   const Strata strata(6);

@@ -6,7 +6,7 @@
 namespace surflect::stage {
 namespace {
 
-// Whatever rays go beside it, and whether they take it for a narrow beam or not.
+// A ray's result depends neither on the other rays nor on the beam hint.
 TEST(StageScene, RaysTogetherMeetWhatTheyMeetAlone) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.2, 1.2), distances(0.1, 3);

@@ -1,4 +1,4 @@
-// A stage file, and what becomes of it when something in it is another.
+// A stage file, and the result of replacing a part of it.
 #pragma once
 
 #include "render/stage/stage_file.h"

@@ -76,7 +76,7 @@ lights = { count = 5 }
             3);
 }
 
-// Whether the text is a stage; if not, its error is one line.
+// Returns whether the text is a stage; otherwise checks that its error is one line.
 bool isStage(const std::string& text) {
   try {
     parse(text);

@@ -1,4 +1,4 @@
-// What is asked of surfaces in tests.
+// Checks of surfaces.
 #pragma once
 
 #include "render/stage/surface.h"

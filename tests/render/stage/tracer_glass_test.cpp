@@ -1,7 +1,7 @@
-// Interfaces between air, glass and what is in the glass: closed forms.
+// Interfaces between air, glass and media in the glass, against closed forms.
 //
-// Symbols: R and T share of radiance (over n^2) that a layer reflects and passes, r that of an interface, t
-// what absorption leaves on one way through a layer.
+// Symbols: R and T share of radiance (over n^2) that a layer reflects and transmits, r that of an interface,
+// t transmittance of one passage through a layer.
 #include "render/stage/material/fresnel.h"
 #include "render/stage/tracer.h"
 #include "tests/render/stage/material/zoo.h"
@@ -26,7 +26,7 @@ TraceOptions discs(int samples, double radiusDeg) {
   return options;
 }
 
-// What a viewer far away in direction `from` sees of a disc of radiance 1 in direction `towards`.
+// Radiance that a distant viewer in direction `from` sees of a disc of radiance 1 in direction `towards`.
 double seen(const StageScene& scene, const StageDirection& from, const StageDirection& towards, int samples,
             double radiusDeg = kRadiusDeg) {
   const TraceOptions options = discs(samples, radiusDeg);
@@ -36,7 +36,7 @@ double seen(const StageScene& scene, const StageDirection& from, const StageDire
   return traceView(scene, camera, 0, std::vector{sun(towards, {E, E, E})}, options, {}).radiance[0].values[0];
 }
 
-// Of light falling on it from above, and from below.
+// Reflectance and transmittance for light from above, and from below.
 struct Layer {
   double Rabove, Rbelow, T;
 };
@@ -145,8 +145,8 @@ TEST(TracerGlass, FloorUnderWaterIsDimmerByTheSquareOfTheIndex) {
   }
 }
 
-// The same with a rough surface on it: no closed form, but what enters leaves, and a white floor makes the
-// whole white in a white room.
+// Rough surface on the layer: without closed form, but energy is conserved, and a white floor makes
+// everything white in a white room.
 TEST(TracerGlass, RoughWaterOnWhiteLosesNothing) {
   constexpr double kHemisphere = 89.9999;
   const material::Dielectric rough{1.5, 0.3, {}, &material::zoo::glassLosses()};

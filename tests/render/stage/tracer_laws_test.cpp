@@ -1,4 +1,4 @@
-// What light transport obeys, whatever traces it: energy, form factors, and one answer by different ways.
+// Laws of light transport: conservation of energy, form factors, and equal results by different methods.
 #include "render/stage/material/fresnel.h"
 #include "render/stage/tracer.h"
 #include "tests/render/stage/material/zoo.h"
@@ -197,7 +197,7 @@ TEST(TracerLaws, LightsOfAnExtentOnAPlaneAreTheIntegral) {
               traced(scene, camera, disc(towards, radius), tracing(transport, 256, radius), 16);
           EXPECT_NEAR(got.mean, expected, 4 * got.error + 1e-4 * expected)
               << alpha << ' ' << radius << ' ' << aside;
-          // Of a picture with 16 samples a pixel.
+          // Error of a picture with 16 samples per pixel.
           EXPECT_LT(got.error * 16, 0.6 * got.mean + 0.02) << alpha << ' ' << radius << ' ' << aside;
         }
       }

@@ -77,7 +77,8 @@ TEST(Braid, StrandsPassOverEachOtherInTurn) {
   const Surface plait =
       braid(std::vector<CurvePoint>{{Vector(0, 0, 0), 0.1}, {Vector(2, 0, 0), 0.1}}, false, shape);
   EXPECT_TRUE(isClosed(plait.mesh));
-  // As wide as twice the radius along z, flatter along y; its tangents go along x on the whole.
+  // The braid is as wide as twice the radius along z, and flatter along y; its tangents run along x on
+  // average.
   Eigen::AlignedBox3f bounds;
   for (const auto& p : plait.mesh.positions) bounds.extend(p.raw());
   EXPECT_NEAR(bounds.sizes().z(), 0.2, 0.02);

@@ -1,5 +1,5 @@
-// A slow reference for the tracer: one ray at a time, no light is ever asked for. Light is found where a path
-// happens to leave towards it, so that lights need an extent.
+// Slow reference for the tracer: one ray at a time, without light sampling. Light is found only by paths that
+// hit it, so lights need an extent.
 #pragma once
 
 #include "render/stage/scene.h"

@@ -10,7 +10,7 @@
 namespace surflect::calibration {
 namespace {
 
-// What three cameras make of exposure x, 0..1.
+// Values of three cameras for exposure x, 0..1.
 float film(float x) { return 1 - std::exp(-2.2f * std::pow(x, 0.8f)); }
 float power(float x) { return std::pow(std::min(x, 1.f), 0.45f); }
 float srgb(float x) { return std::min(1.f, image::srgbFromLinear(x)); }

@@ -103,7 +103,7 @@ double largestDifference(std::span<const Rgb> a, std::span<const Rgb> b) {
   return largest;
 }
 
-// Of the strengths told from the photographs from what they were, by lights of known gradients.
+// Largest error of the estimated strengths, with lights of known gradients.
 double largestError(const Relief& relief) {
   return largestDifference(
       lightStrengths(relief.photographs, relief.object, relief.towards, relief.gradients),
@@ -154,7 +154,7 @@ TEST(LightGradients, OfEvenLightsAreNone) {
   EXPECT_LT(largestGradientError(relief), 2e-3);
 }
 
-// What keeps them from being the default.
+// Reason why gradients are not the default.
 TEST(LightGradients, ARoughSurfaceMakesEvenLightsLookUneven) {
   Relief relief{.roughness = 0.3};
   relief.photograph();

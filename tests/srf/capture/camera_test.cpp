@@ -15,7 +15,8 @@ protected:
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
 
-  // As calibrated lenses are: the picture reaches about 40 degrees aside and distorts by some percent.
+  // A lens like calibrated ones: the picture reaches about 40 degrees off the axis, with a distortion of some
+  // percent.
   Lens distortedLens() {
     return {Lens::Model::pinhole,
             640,

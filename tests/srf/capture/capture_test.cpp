@@ -634,7 +634,7 @@ TEST_F(CaptureFile, DeepNestingIsRefusedNotFollowed) {
   }
 }
 
-// Where every closing bracket is missing, the first mistake counts, not how deep the text seems.
+// Without any closing bracket, the first mistake is reported, not the apparent depth.
 TEST_F(CaptureFile, AMistakeBeforeTheDepthIsToldFirst) {
   std::string text = "{\"frames\": [\n";
   for (int i = 0; i < 200; ++i) text += "{\"file_path\": \"a.png\",\n";

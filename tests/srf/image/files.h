@@ -1,4 +1,4 @@
-// What tests of files share: a folder that goes away, bytes on disk, and the Error of a call.
+// Helpers for tests of files: a temporary folder, bytes on disk, and the Error of a call.
 #pragma once
 
 #include "srf/image/image.h"
@@ -48,7 +48,7 @@ inline std::map<std::string, std::string> contentOf(const std::filesystem::path&
   return files;
 }
 
-// Of a model, but for what says of which source its views were made.
+// Content of a model without the identity of its source.
 inline std::map<std::string, std::string> modelContentOf(const std::filesystem::path& folder) {
   auto files = contentOf(folder);
   files.erase("views/identity");

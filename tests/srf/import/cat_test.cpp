@@ -1,5 +1,5 @@
-// The example photographs by one camera, with a light file in the place of their capture: imported, they must
-// be that capture again.
+// The example photographs by one camera, with a light file instead of their capture: importing them gives
+// that capture.
 #include "srf/image/image_file.h"
 #include "srf/import/import.h"
 #include "tests/srf/image/files.h"
@@ -54,7 +54,7 @@ protected:
 };
 
 TEST_F(Cat, ComesThroughAnLpFile) {
-  // As written elsewhere: backslashes, a folder that is not here, and another order.
+  // Light file written on another machine: backslashes, a missing folder, and another order.
   std::string text = std::to_string(original.frames.size()) + "\r\n";
   for (size_t f = original.frames.size(); f-- > 0;) {
     const Vec3<double> l = towards(original, f);

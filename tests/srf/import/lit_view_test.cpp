@@ -33,7 +33,7 @@ protected:
     EXPECT_NE(found.find(file + ": "), std::string::npos) << found;
     return found;
   }
-  // That picture i is lit from wanted[i - 1].
+  // Expects picture i to be lit from wanted[i - 1].
   void expectLights(const capture::Capture& capture, const std::vector<Vec3<double>>& wanted) const {
     ASSERT_EQ(capture.frames.size(), wanted.size());
     for (const capture::Frame& frame : capture.frames) {

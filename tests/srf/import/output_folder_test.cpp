@@ -17,7 +17,7 @@ std::set<std::string> namesIn(const fs::path& folder) {
   return names;
 }
 
-// What a process leaves that fills the folder and is killed.
+// Leaves the remains of a process that was killed while it filled the folder.
 void leaveUnfinished(const fs::path& target) {
   const pid_t child = ::fork();
   if (child == 0) {

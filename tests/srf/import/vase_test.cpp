@@ -1,4 +1,4 @@
-// The example capture in every format: imported, it must be the same cameras and lamps again.
+// The example capture in every format: importing it gives the same cameras and lamps.
 #include "srf/import/import.h"
 #include "srf/validation/validation.h"
 #include "tests/srf/import/vision_camera.h"

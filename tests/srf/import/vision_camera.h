@@ -1,4 +1,4 @@
-// Random cameras of computer vision, and whether imported ones see what they see.
+// Random cameras in computer vision's axes, and comparison with imported ones.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -35,7 +35,8 @@ public:
     return camera;
   }
 
-  // That both put random points within a unit cube onto the same pixels, those of `wanted` moved by `shift`.
+  // Expects both cameras to project random points of a unit cube onto the same pixels, those of `wanted`
+  // moved by `shift`.
   void expectSamePixels(const capture::Camera<AcquisitionSpace>& found, const VisionCamera& wanted,
                         double shift = 0) {
     EXPECT_EQ(found.lens.width, wanted.width);

@@ -1,4 +1,4 @@
-// Every truncation and every single flipped bit of a packed model: refused, or harmless.
+// Every truncation and every single flipped bit of a packed model is refused or harmless.
 
 #include "srf/model/shade.h"
 #include "surfel/base/file.h"
@@ -15,7 +15,7 @@ namespace {
 using studio::PackedStudio;
 using studio::Studio;
 
-// As few bytes as there can be: every one of their bits is flipped.
+// Smallest possible model, because every bit of it is flipped.
 Studio tinyStudio() {
   Studio tiny;
   tiny.cameras = 2;
@@ -24,7 +24,7 @@ Studio tinyStudio() {
   return tiny;
 }
 
-// What a reader of the model sees: every block, and every surfel from its front under two lights.
+// Content that a reader of the model sees: every block, and every surfel from its front under two lights.
 struct Seen {
   std::vector<codec::CacheLines> blocks;
   std::vector<Rgb> radiance;

@@ -223,8 +223,8 @@ TEST(SmoothNormals, SameBitsForAnyThreads) {
     });
 }
 
-// What they are for: on a ball whose triangles lean by 11 degrees, surfels face away from its centre. They
-// lie a little beside the triangle whose point was nearest.
+// Purpose of smooth normals: on a ball whose triangles lean by 11 degrees, surfels face away from its centre.
+// They lie slightly beside the triangle whose point was nearest.
 TEST(Sampling, SurfelsOfACoarseBallHaveItsNormals) {
   const SurfelCloud cloud = sampleSurfels(ball(2, 0, 1), 0.05);
   for (size_t i = 0; i < cloud.size(); ++i)

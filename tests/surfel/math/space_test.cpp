@@ -40,7 +40,7 @@ using NormalO = Normal3<ObjectSpace>;
 using ObjectFromAcquisition = Rigid<ObjectSpace, AcquisitionSpace>;
 using CameraFromObject = Rigid<CameraSpace, ObjectSpace>;
 
-// What is allowed ...
+// Allowed operations ...
 static_assert(Subtractable<PointA, PointA> && Addable<PointA, DirectionA> && Addable<DirectionA, DirectionA>);
 static_assert(Dottable<DirectionO, DirectionO> && Dottable<NormalO, DirectionO>);
 static_assert(Applies<ObjectFromAcquisition, PointA> && Applies<ObjectFromAcquisition, DirectionA>);

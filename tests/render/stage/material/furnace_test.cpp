@@ -1,4 +1,4 @@
-// In a white room a surface that absorbs nothing cannot be seen.
+// White furnace: in a white room a surface without absorption is invisible.
 #include "render/stage/material/material.h"
 #include "tests/render/stage/material/zoo.h"
 

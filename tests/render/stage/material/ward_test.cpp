@@ -15,7 +15,7 @@ TEST(Ward, AlbedoNeverExceedsItsColours) {
             << alpha.x << ' ' << alpha.y << ' ' << mu;
 }
 
-// What the older forms lack: light at grazing angles is neither lost nor made.
+// Light at grazing angles is neither lost nor created, unlike in older forms of the model.
 TEST(Ward, IsNearlyWhiteWhereItIsSmooth) {
   for (const double mu : {1.0, 0.6, 0.3, 0.1})
     EXPECT_NEAR(albedo(Ward{{0, 0, 0}, {1, 1, 1}, {0.01, 0.01}}, zoo::at(mu, 1), 1 << 14).r, 1, 0.02) << mu;

@@ -18,8 +18,8 @@ template <class Inside> image::Image covered(int width, int height, const Inside
   return alpha;
 }
 
-// What bilinear interpolation makes of an edge that is seen through a square pixel: at most this far off,
-// where one pixel is covered and the next to 0.3. And samples of a sixteenth.
+// Error of bilinear interpolation for an edge seen through a square pixel, largest if one pixel is covered
+// and the next to 0.3; and samples of a sixteenth.
 constexpr double kTolerance = 0.086 + 1 / 32.0;
 
 TEST(Outline, OfAHalfPlaneIsItsDistanceAtAnyAngle) {

@@ -1,4 +1,4 @@
-// Silhouettes of unions of balls, by exact rays; and what a closed mesh must be.
+// Silhouettes of unions of balls, by exact rays; and the requirements on a closed mesh.
 #pragma once
 
 #include "srf/proxy/hull/silhouette_view.h"

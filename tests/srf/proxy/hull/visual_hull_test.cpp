@@ -25,7 +25,7 @@ double worstFit(const TriangleMesh& mesh, const std::vector<SilhouetteView>& sil
   return worst;
 }
 
-// How far a point lies outside of the exact hull of the unit sphere at the origin; negative inside.
+// Distance of a point from the exact hull of the unit sphere at the origin; negative inside.
 double beyondSphereHull(const std::vector<capture::Camera<AcquisitionSpace>>& cameras,
                         const Vec3<double>& p) {
   double farthest = 0;

@@ -154,7 +154,7 @@ capture::Light directional(const Vec3<double>& towards, float strength) {
                                     {strength, 2 * strength, 0.5f * strength}}};
 }
 
-// Of different strengths, from the side of the camera.
+// Lights of different strengths, on the camera's side.
 std::vector<capture::Light> testLights(const capture::Camera<AcquisitionSpace>& camera) {
   std::vector<capture::Light> lights;
   for (const Vec3<double>& inCamera : ring(7, 0.5))
