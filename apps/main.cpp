@@ -3,6 +3,7 @@
 #include "apps/command.h"
 #include "apps/terminal.h"
 #include "srf/image/exr.h"
+#include "surfel/base/version.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -50,7 +51,7 @@ int main(int argc, char** argv) {
   using namespace surflect;
   CLI::App app("Deforms, relights and renders captured surface reflectance fields.", "surflect");
   app.require_subcommand(1);
-  app.set_version_flag("--version", SURFLECT_VERSION);
+  app.set_version_flag("--version", kVersion);
   app.footer(
       "Example: surflect pack examples/vase -o vase.srf && surflect render examples/film.toml -o frames/");
 

@@ -13,6 +13,7 @@
 #include "surfel/base/memory_use.h"
 #include "surfel/base/replaceable.h"
 #include "surfel/base/stopwatch.h"
+#include "surfel/base/version.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -112,7 +113,7 @@ std::string filmIdentity(const scene::Script& script, const model::Model& model,
       0,
       fmt::format(
           "surflect {} script {} model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {} scale {}",
-          SURFLECT_VERSION, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
+          kVersion, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
           nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "", frame.shade.pairs,
           frame.splats.lowPass, frame.splats.simd == Simd::scalar ? "scalar" : "vector", arguments.scale));
 }
@@ -248,7 +249,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
         continue;
       }
       film::FrameFiles files{path,
-                             {{"surflect.version", SURFLECT_VERSION},
+                             {{"surflect.version", kVersion},
                               {"surflect.identity", identity},
                               {"surflect.script", hex(script.hash)},
                               {"surflect.camera", describe(shot.camera(frame, arguments.scale))},

@@ -5,7 +5,11 @@ target_compile_features(surflect_settings INTERFACE cxx_std_20)
 # No contraction: the same source line gives the same bits in every build.
 target_compile_options(surflect_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror -ffp-contract=off)
-target_include_directories(surflect_settings INTERFACE "${PROJECT_SOURCE_DIR}")
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  # g++ 12 warns of copies inside std::string that never happen, once its header is precompiled.
+  target_compile_options(surflect_settings INTERFACE -Wno-array-bounds)
+endif()
+target_include_directories(surflect_settings INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
 
 option(SURFLECT_SANITIZE "Build with address and undefined-behaviour sanitizers" OFF)
 if(SURFLECT_SANITIZE)
@@ -18,25 +22,43 @@ if(SURFLECT_FUZZ)
   target_compile_options(surflect_settings INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# Headers that almost every source includes, compiled once. The fuzz preset builds the libraries without them.
+file(WRITE "${PROJECT_BINARY_DIR}/generated/common_headers.cpp" "")
+add_library(surflect_common_headers OBJECT "${PROJECT_BINARY_DIR}/generated/common_headers.cpp")
+target_link_libraries(surflect_common_headers PRIVATE surflect_settings Eigen3::Eigen)
+target_precompile_headers(surflect_common_headers PRIVATE
+  <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional>
+  <span> <string> <string_view> <variant> <vector>)
+
 # surflect_library(NAME [DEPENDS PUBLIC x PRIVATE y ...])
-# The library of the current folder's sources. Every header must compile alone: x.h does where x.cpp does, which
-# includes it first (a test sees to that, and libraries have no precompiled headers); headers without a source of their
-# name are compiled for it.
+# The library of the current folder's sources, installed with its headers as Surflect::NAME. Every header must compile
+# alone: x.h does where x.cpp does without precompiled headers, since x.cpp includes it first (a test checks that);
+# headers without a source of their name are compiled for it.
 function(surflect_library name)
   cmake_parse_arguments(LIB "" "" "DEPENDS" ${ARGN})
   file(GLOB sources RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
   file(GLOB headers RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
-  list(TRANSFORM sources REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE proven)
-  list(REMOVE_ITEM headers ${proven})
+  list(TRANSFORM sources REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE own_headers)
+  set(lone_headers ${headers})
+  list(REMOVE_ITEM lone_headers ${own_headers})
+  list(REMOVE_ITEM headers ${lone_headers})
   add_library(${name} STATIC ${sources})
-  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
-  set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
-  target_link_libraries(${name} PUBLIC surflect_settings ${LIB_DEPENDS})
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_precompile_headers(${name} REUSE_FROM surflect_common_headers)
+  target_sources(${name} PUBLIC
+    FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${lone_headers}
+    FILE_SET own_headers TYPE HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
+  string(REPLACE "surflect_" "" exported ${name})
+  set_target_properties(${name} PROPERTIES
+    VERIFY_INTERFACE_HEADER_SETS ON INTERFACE_HEADER_SETS_TO_VERIFY HEADERS EXPORT_NAME ${exported})
+  target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:surflect_settings> ${LIB_DEPENDS})
+  install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS FILE_SET own_headers)
   foreach(simd avx2 avx512)
     set(compiled_for_simd ${sources})
     list(FILTER compiled_for_simd INCLUDE REGEX "_${simd}[.]cpp$")
     if(compiled_for_simd)
       surflect_simd_source(${simd} ${compiled_for_simd})
+      set_source_files_properties(${compiled_for_simd} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
     endif()
   endforeach()
 endfunction()

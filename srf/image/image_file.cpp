@@ -25,13 +25,15 @@ std::string lowerExtension(const std::filesystem::path& path) {
   return extension;
 }
 
-// Loads the module from lib/ beside the program's bin/ if installed, otherwise from the build folder.
+// Loads the module from lib/ beside the program's bin/, else from the build folder, else from where it is
+// installed.
 ReadForeign* loadForeignReader() {
   constexpr const char* module = "libsurflect_foreign.so";
   std::error_code ignored;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
   const std::array places{program.parent_path().parent_path() / "lib" / module,
-                          std::filesystem::path(SURFLECT_FOREIGN_FOLDER) / module};
+                          std::filesystem::path(SURFLECT_BUILT_MODULES) / module,
+                          std::filesystem::path(SURFLECT_INSTALLED_MODULES) / module};
   for (const auto& place : places) {
     if (!std::filesystem::exists(place, ignored)) continue;
     // Never unloaded: its libraries are many, and not all of them survive unloading.
