@@ -59,14 +59,17 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
           "--simd",
           [&options](const std::string& name) {
             for (const Simd supported : supportedSimd())
-              if (name == nameOf(supported)) options.frame.splats.simd = options.frame.shade.simd = supported;
+              if (name == nameOf(supported)) {
+                useSimd(supported);
+                options.frame.shade.simd = supported;
+              }
           },
           "vector instructions; default: auto, the best that the processor has")
       ->option_text("auto, scalar, avx2 or avx512")
       ->check(CLI::IsMember(simd));
 }
 
-inline Json jsonOf(const codec::ShadingStats& stats) {
+inline Json jsonOf(const shading::ShadingStats& stats) {
   return {{"lookups", stats.lookups},
           {"operations", stats.operations},
           {"lost", stats.lost},

@@ -14,6 +14,7 @@
 #include "surfel/base/replaceable.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/base/version.h"
+#include "surfel/math/simd.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -67,7 +68,7 @@ std::string counted(size_t count, const char* noun) {
 Json jsonOf(const surfels::FrameStats& stats) {
   Json seconds;
   for (const auto& [stage, time] : stats.seconds) seconds[stage] = time;
-  Json json = jsonOf(stats.shading);
+  Json json = surflect::jsonOf(stats.shading);
   json["surfels"] = {{"drawn", stats.splats.drawn},
                      {"visible", stats.visible},
                      {"unseen", stats.unseen},
@@ -105,7 +106,7 @@ std::vector<std::string> remarksOn(const scene::PreparedEnvironment& environment
 std::string filmIdentity(const scene::Script& script, const model::Model& model,
                          const film::ShotRenderer& shot, const Arguments& arguments) {
   const surfels::FrameOptions& frame = arguments.model.frame;
-  const ulr::LightBlend blend = model::lightBlend(model, frame.shade);
+  const ulr::LightBlend blend = shading::lightBlend(model, frame.shade);
   std::string environments;
   for (const scene::PreparedEnvironment& environment : shot.environments())
     environments += " environment " + hex(environment.hash);
@@ -115,7 +116,7 @@ std::string filmIdentity(const scene::Script& script, const model::Model& model,
           "surflect {} script {} model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {} scale {}",
           kVersion, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
           nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "", frame.shade.pairs,
-          frame.splats.lowPass, frame.splats.simd == Simd::scalar ? "scalar" : "vector", arguments.scale));
+          frame.splats.lowPass, bestSimd() == Simd::scalar ? "scalar" : "vector", arguments.scale));
 }
 
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from

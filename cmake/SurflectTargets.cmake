@@ -6,8 +6,8 @@ target_compile_features(surflect_settings INTERFACE cxx_std_20)
 target_compile_options(surflect_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror -ffp-contract=off)
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-  # g++ 12 warns of copies inside std::string that never happen, once its header is precompiled.
-  target_compile_options(surflect_settings INTERFACE -Wno-array-bounds)
+  # g++ 12 warns of copies inside std::string that cannot happen, when its header is precompiled.
+  target_compile_options(surflect_settings INTERFACE -Wno-array-bounds -Wno-stringop-overread -Wno-stringop-overflow)
 endif()
 target_include_directories(surflect_settings INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
 
@@ -30,14 +30,17 @@ target_precompile_headers(surflect_common_headers PRIVATE
   <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional>
   <span> <string> <string_view> <variant> <vector>)
 
-# surflect_library(NAME [DEPENDS PUBLIC x PRIVATE y ...])
-# The library of the current folder's sources, installed with its headers as Surflect::NAME. Every header must compile
+# surflect_library(NAME [INTERNAL] [SOURCES a.cpp ...] [DEPENDS PUBLIC x PRIVATE y ...])
+# The library of the current folder's sources, or of those named; unless INTERNAL it is installed with its headers as Surflect::NAME. Every header must compile
 # alone: x.h does where x.cpp does without precompiled headers, since x.cpp includes it first (a test checks that);
 # headers without a source of their name are compiled for it.
 function(surflect_library name)
-  cmake_parse_arguments(LIB "" "" "DEPENDS" ${ARGN})
+  cmake_parse_arguments(LIB "INTERNAL" "" "SOURCES;DEPENDS" ${ARGN})
   file(GLOB sources RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
   file(GLOB headers RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
+  if(LIB_SOURCES)
+    set(sources ${LIB_SOURCES})
+  endif()
   list(TRANSFORM sources REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE own_headers)
   set(lone_headers ${headers})
   list(REMOVE_ITEM lone_headers ${own_headers})
@@ -52,7 +55,9 @@ function(surflect_library name)
   set_target_properties(${name} PROPERTIES
     VERIFY_INTERFACE_HEADER_SETS ON INTERFACE_HEADER_SETS_TO_VERIFY HEADERS EXPORT_NAME ${exported})
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:surflect_settings> ${LIB_DEPENDS})
-  install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS FILE_SET own_headers)
+  if(NOT LIB_INTERNAL)
+    install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS FILE_SET own_headers)
+  endif()
   foreach(simd avx2 avx512)
     set(compiled_for_simd ${sources})
     list(FILTER compiled_for_simd INCLUDE REGEX "_${simd}[.]cpp$")
@@ -79,4 +84,17 @@ function(surflect_simd_source simd)
     endif()
   endif()
   set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "${options}")
+endfunction()
+
+# surflect_kernels(TARGET FILE...)
+# Sources of the target that are written over Highway: it compiles each for what every processor has, for AVX2 and
+# for AVX-512, and chooses when they are called.
+function(surflect_kernels target)
+  target_link_libraries(${target} PRIVATE hwy::hwy)
+  set_source_files_properties(${ARGN} PROPERTIES
+    COMPILE_DEFINITIONS "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL)")
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # g++ 12 takes the undefined registers in its own intrinsics for a mistake.
+    set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized")
+  endif()
 endfunction()

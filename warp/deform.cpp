@@ -1,6 +1,6 @@
 #include "warp/deform.h"
 
-#include "warp/warp_kernels.h"
+#include "warp/deform_kernels.h"
 
 #include <tbb/parallel_for.h>
 
@@ -51,11 +51,11 @@ template <class Entry>
 }
 
 // The surfels from `begin` on; may write up to the next whole group of kWarpGroup.
-void finish(const WarpKernels& kernels, const WarpBatch& batch, DeformedCloud& deformed, size_t begin) {
+void finish(const WarpBatch& batch, DeformedCloud& deformed, size_t begin) {
   std::array<uint32_t, WarpBatch::capacity / 32> doubtful;
-  kernels.finish(batch, floatsFrom(deformed.p, begin), floatsFrom(deformed.u, begin),
-                 floatsFrom(deformed.v, begin), reinterpret_cast<int8_t*>(deformed.handedness.data() + begin),
-                 doubtful.data());
+  finishBatch(batch, floatsFrom(deformed.p, begin), floatsFrom(deformed.u, begin),
+              floatsFrom(deformed.v, begin), reinterpret_cast<int8_t*>(deformed.handedness.data() + begin),
+              doubtful.data());
   for (size_t word = 0; word < doubtful.size(); ++word)
     for (uint32_t bits = doubtful[word]; bits != 0; bits &= bits - 1) {
       const size_t i = 32 * word + static_cast<size_t>(std::countr_zero(bits)), at = begin + i;
@@ -84,12 +84,11 @@ double differenceStep(const SurfelCloud& cloud) {
   return std::cbrt(3 * 0x1p-53 * farthest * feature * feature);
 }
 
-DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress, Simd simd,
+DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress,
                      DeformedCloud kept) {
   const size_t count = cloud.size();
   const bool exact = count == 0 || warp.jacobian(cloud.p0[0].raw().cast<double>());
   const double epsilon = exact ? 0 : differenceStep(cloud);
-  const WarpKernels& kernels = warpKernels(simd);
   DeformedCloud deformed = std::move(kept);
   const auto resize = [&](size_t size) {
     deformed.p.resize(size);
@@ -99,8 +98,8 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress&
   };
   const auto deformBatch = [&](size_t begin, size_t end) {
     WarpBatch batch;
-    kernels.begin(floatsFrom(cloud.p0, begin), floatsFrom(cloud.r0, begin), static_cast<int>(end - begin),
-                  batch);
+    beginBatch(floatsFrom(cloud.p0, begin), floatsFrom(cloud.r0, begin), static_cast<int>(end - begin),
+               batch);
     fetch(deformed.p, begin, end);
     fetch(deformed.u, begin, end);
     fetch(deformed.v, begin, end);
@@ -108,10 +107,10 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress&
     fetch(cloud.p0, end, end + WarpBatch::capacity);
     fetch(cloud.r0, end, end + WarpBatch::capacity);
     if (exact)
-      warp.carry(batch, simd);
+      warp.carry(batch);
     else
       carryByDifferences(warp, epsilon, batch);
-    finish(kernels, batch, deformed, begin);
+    finish(batch, deformed, begin);
   };
   resize((count + kWarpGroup - 1) / kWarpGroup * kWarpGroup);
   constexpr size_t atOnce = WarpBatch::capacity;

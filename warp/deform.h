@@ -4,7 +4,6 @@
 #include "surfel/base/progress.h"
 #include "surfel/cloud.h"
 #include "surfel/geometry/mesh.h"
-#include "surfel/math/simd.h"
 #include "warp/warp.h"
 
 namespace surflect::warp {
@@ -12,10 +11,10 @@ namespace surflect::warp {
 // p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored if det J < 0; dead if polarFrame finds no
 // frame for (u, v) or a value is not finite in float. p, u, v of dead surfels are 0. J is the warp's own, or
 // by Eq. 6 along u0, v0, n0 with the step below. Evaluated in double, in the caller's arena; the same bits
-// for any number of threads, and for avx2 and avx512. `kept`, a cloud that is no longer needed, donates its
+// for any number of threads, and for AVX2 and AVX-512. `kept`, a cloud that is no longer needed, donates its
 // memory.
 DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {},
-                     Simd simd = bestSimd(), DeformedCloud kept = {});
+                     DeformedCloud kept = {});
 
 // Mesh with deformed vertices. It must be fine enough for the warp.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);

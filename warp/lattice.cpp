@@ -1,6 +1,6 @@
 #include "warp/lattice.h"
 
-#include "warp/warp_kernels.h"
+#include "warp/deform_kernels.h"
 
 #include <algorithm>
 #include <cassert>
@@ -128,12 +128,11 @@ public:
     return Mat3<double>::Identity() + gradient * (lattice_.most - lattice_.least).cwiseInverse().asDiagonal();
   }
 
-  void carry(WarpBatch& batch, Simd simd) const override {
+  void carry(WarpBatch& batch) const override {
     if (powers_.empty())
-      Warp::carry(batch, simd);
+      Warp::carry(batch);
     else
-      warpKernels(simd).lattice(
-          {middle_.data(), half_.data(), lattice_.divisions.data(), powers_.front().data()}, batch);
+      carryLattice({middle_.data(), half_.data(), lattice_.divisions.data(), powers_.front().data()}, batch);
   }
 
 private:

@@ -1,6 +1,6 @@
 #include "warp/warp.h"
 
-#include "warp/warp_kernels.h"
+#include "warp/deform_kernels.h"
 
 #include <cassert>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace surflect::warp {
 
-void Warp::carry(WarpBatch& b, Simd) const {
+void Warp::carry(WarpBatch& b) const {
   for (int i = 0; i < b.count; ++i) {
     const Vec3<double> x(b.x[i], b.y[i], b.z[i]);
     const auto j = jacobian(x);
@@ -50,8 +50,8 @@ public:
   Affine(const Mat3<double>& linear, const Vec3<double>& offset) : linear_(linear), offset_(offset) {}
   Vec3<double> position(const Vec3<double>& x) const override { return linear_ * x + offset_; }
   std::optional<Mat3<double>> jacobian(const Vec3<double>&) const override { return linear_; }
-  void carry(WarpBatch& batch, Simd simd) const override {
-    warpKernels(simd).affine(linear_.data(), offset_.data(), linear_.determinant(), batch);
+  void carry(WarpBatch& batch) const override {
+    carryAffine(linear_.data(), offset_.data(), linear_.determinant(), batch);
   }
 
 private:
@@ -72,9 +72,7 @@ public:
     const Mat3<double> r = turnAt(x);
     return r + k_ * axis_.cross(r * (x - center_)) * axis_.transpose();
   }
-  void carry(WarpBatch& batch, Simd simd) const override {
-    warpKernels(simd).twist(axis_.data(), k_, center_.data(), batch);
-  }
+  void carry(WarpBatch& batch) const override { carryTwist(axis_.data(), k_, center_.data(), batch); }
 
 private:
   Mat3<double> turnAt(const Vec3<double>& x) const { return turn(axis_, k_ * axis_.dot(x - center_)); }
@@ -106,9 +104,9 @@ public:
     const Vec3<double> tangent = std::cos(phi) * a_ + std::sin(phi) * d_;
     return (1 - k_ * w) * tangent * a_.transpose() + normal(phi) * d_.transpose() + m_ * m_.transpose();
   }
-  void carry(WarpBatch& batch, Simd simd) const override {
-    if (std::isfinite(1 / k_)) // otherwise straight
-      warpKernels(simd).bend(a_.data(), d_.data(), k_, center_.data(), batch);
+  void carry(WarpBatch& batch) const override {
+    if (std::isfinite(1 / k_)) // else it is straight
+      carryBend(a_.data(), d_.data(), k_, center_.data(), batch);
   }
 
 private:
@@ -136,9 +134,7 @@ public:
     const Mat3<double> along = axis_ * axis_.transpose();
     return along + s * (Mat3<double>::Identity() - along) + g_ * s * across(x, h) * axis_.transpose();
   }
-  void carry(WarpBatch& batch, Simd simd) const override {
-    warpKernels(simd).taper(axis_.data(), g_, center_.data(), batch);
-  }
+  void carry(WarpBatch& batch) const override { carryTaper(axis_.data(), g_, center_.data(), batch); }
 
 private:
   double heightOf(const Vec3<double>& x) const { return axis_.dot(x - center_); }
@@ -163,9 +159,9 @@ public:
     return Mat3<double>::Identity() +
            wave_.amplitude * q_ * std::cos(phaseAt(x)) * wave_.direction * wave_.axis.transpose();
   }
-  void carry(WarpBatch& batch, Simd simd) const override {
-    warpKernels(simd).sine(wave_.axis.data(), wave_.direction.data(), wave_.center.data(), wave_.amplitude,
-                           q_, wave_.phase.radians(), batch);
+  void carry(WarpBatch& batch) const override {
+    carrySine(wave_.axis.data(), wave_.direction.data(), wave_.center.data(), wave_.amplitude, q_,
+              wave_.phase.radians(), batch);
   }
 
 private:
@@ -215,8 +211,8 @@ public:
     }
     return product;
   }
-  void carry(WarpBatch& batch, Simd simd) const override {
-    for (const WarpPointer& link : links_) link->carry(batch, simd);
+  void carry(WarpBatch& batch) const override {
+    for (const WarpPointer& link : links_) link->carry(batch);
   }
 
 private:

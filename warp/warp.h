@@ -19,10 +19,6 @@
 #include <string_view>
 #include <vector>
 
-namespace surflect {
-enum class Simd;
-}
-
 namespace surflect::warp {
 
 // All functions are thread-safe and never throw. Where the warp has no value the result is not finite.
@@ -33,10 +29,10 @@ public:
   // Exact Jacobian; empty, for every x alike, without a closed form: then use centralDifferences.
   virtual std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const = 0;
   // Many points at once, with what they carry: x to Psi(x), u and v to J u and J v, the determinant to det J
-  // times it. Each point's result depends on nothing but its own numbers and `simd`. The warp has an exact
+  // times it. Each point's result depends on nothing but its own numbers. The warp has an exact
   // Jacobian: asserted. This one goes by the two functions above, point by point; warps that have kernels
   // (warp_kernels.h) use those.
-  virtual void carry(WarpBatch& batch, Simd simd) const;
+  virtual void carry(WarpBatch& batch) const;
 };
 
 using WarpPointer = std::unique_ptr<const Warp>;

@@ -1,8 +1,7 @@
-// Blocks of reflectance for a doll of any number of views, from a few hundred that the encoder has made.
-//
-// A block is chosen by the normal of the surface that it shows and loses the texels that are background.
-// Ranks, precisions and sizes are therefore those of encodeBlock on a curved, textured, glossy and noisy
-// surface under the rig's lights; a neighbour's texture does not continue, which no look-up notices.
+// Blocks of reflectance for a doll of any number of views, encoded from a few hundred invented patches of
+// cloth. A block is chosen by the normal of the surface that it shows, and holds the texels that are not
+// background. Ranks, precisions and sizes are those of encodeBlock on a curved, textured, glossy and noisy
+// surface; the texture of a neighbouring block does not continue it.
 #pragma once
 
 #include "srf/capture/rig.h"
@@ -14,30 +13,28 @@
 
 namespace surflect::bench {
 
-// What a camera records of 8x8 texels of printed, glossy cloth whose middle has this normal, under
-// directional lights; colours, weave and noise are those of the seed. [texel and channel][light]
+// Radiance of 8x8 texels of printed, glossy cloth around a normal, under directional lights of irradiance 1.
+// The seed decides colours, weave and noise. [texel and channel][light]
 Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const capture::Light> lights, uint64_t seed);
-
-// The record of the same block with the texels of `present` alone (bits as in encodeBlock, not 0): rows of
-// eigenimages are dropped, and where fewer rows than terms are left the last terms. `record` holds all
-// texels.
-std::vector<std::byte> withTexels(std::span<const std::byte> record, size_t lights, uint64_t present);
 
 class DollBlocks {
 public:
   static constexpr float kTolerance = 0.03f, kWhite = 1;
 
-  // Encodes them. The same seed gives the same blocks, for any number of threads.
+  // Blocks depend on the seed alone, not on the number of threads.
   DollBlocks(std::span<const capture::Light> lights, uint64_t seed);
 
-  // A record that shows a surface of this normal at the `present` texels; which of the variants tells
-  // `variant`.
+  // The record of one of the variants around the nearest normal, with the `present` texels (as in
+  // encodeBlock).
   std::vector<std::byte> record(const Vec3<double>& normal, uint64_t variant, uint64_t present) const;
 
 private:
-  size_t lights_;
+  struct Patch {
+    Eigen::MatrixXf radiance;
+    std::vector<std::byte> record; // of all texels
+  };
   std::vector<Vec3<double>> normals_;
-  std::vector<std::vector<std::byte>> records_; // kVariants per normal
+  std::vector<Patch> patches_; // kVariants per normal
 };
 
 } // namespace surflect::bench

@@ -17,6 +17,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
+#include <random>
 
 namespace surflect::bench {
 
@@ -128,22 +130,38 @@ std::vector<capture::Camera<AcquisitionSpace>> dollCameras(const DollSize& size)
   return cameras;
 }
 
-bool isDoll(const capture::Capture& rig) {
-  if (rig.views.empty()) return false;
-  const capture::Lens& lens = rig.views[0].camera.lens;
-  const auto cameras = dollCameras({.views = rig.views.size(), .width = lens.width, .height = lens.height});
-  return std::ranges::equal(rig.views, cameras, [](const capture::View& view, const auto& camera) {
-    constexpr double kRounding = 1e-9; // of a file's digits
-    return view.camera.lens == camera.lens &&
-           (view.camera.center().raw() - camera.center().raw()).norm() < kRounding;
-  });
+SurfelCloud dollCloud(size_t surfels, uint64_t seed, const Progress& progress) {
+  const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
+  return sampleSurfels(mesh, spacingFor(mesh, surfels), seed, progress);
+}
+
+SurfelCloud shuffled(const SurfelCloud& cloud) {
+  std::vector<size_t> places(cloud.size());
+  std::iota(places.begin(), places.end(), size_t{0});
+  std::ranges::shuffle(places, std::mt19937(1));
+  SurfelCloud other;
+  for (const size_t i : places) {
+    other.p0.push_back(cloud.p0[i]);
+    other.r0.push_back(cloud.r0[i]);
+    other.radius.push_back(cloud.radius[i]);
+    other.coverage.push_back(cloud.coverage[i]);
+  }
+  return other;
+}
+
+std::vector<float> dollColors(const SurfelCloud& cloud) {
+  std::vector<float> colors;
+  for (const auto& p : cloud.p0)
+    for (const float frequency : {34.f, 40.f, 46.f})
+      colors.push_back(0.5f + 0.25f * std::sin(frequency * p.x()) + 0.2f * std::sin(frequency * p.z()));
+  return colors;
 }
 
 DollSurface dollSurface(size_t surfels, uint64_t seed,
                         std::span<const capture::Camera<AcquisitionSpace>> cameras,
                         const Progress& progress) {
   const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
-  DollSurface surface{sampleSurfels(mesh, spacingFor(mesh, surfels), seed, progress), {}};
+  DollSurface surface{dollCloud(surfels, seed, progress), {}};
   surface.fades =
       ulr::visibilityWeights(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
   return surface;

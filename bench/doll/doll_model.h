@@ -1,10 +1,9 @@
-// A model of the shape of the paper's doll: as many surfels, views, lights and pixels, written within minutes
-// instead of photographed, traced and packed. What a frame does with it is what it would do with a captured
-// one: surfels are sampled, visibility and fades computed, blocks encoded by the same functions; only where a
-// block's texture comes from is made up (doll_blocks.h).
+// A model of the size of the paper's doll: as many surfels, views, lights and pixels, written within minutes
+// instead of photographed, traced and packed. Surfels, visibility and blocks are made by the program's own
+// functions; only the texture of blocks is invented (doll_blocks.h).
 #pragma once
 
-#include "srf/capture/capture.h"
+#include "srf/capture/camera.h"
 #include "srf/ulr/visibility_weights.h"
 #include "surfel/base/progress.h"
 #include "surfel/cloud.h"
@@ -26,21 +25,27 @@ struct DollSize {
   uint64_t seed = 1;
 };
 
-// As a name of a folder.
+// A folder's name.
 std::string nameOf(const DollSize& size);
 
-// Is the rig that of a model written here?
-bool isDoll(const capture::Capture& rig);
-
-// Stand around the doll, between 15 degrees below and 75 above, and have all of it in their pictures.
+// Cameras around the doll, between 15 degrees below and 75 above, whose pictures show all of it.
 std::vector<capture::Camera<AcquisitionSpace>> dollCameras(const DollSize& size);
 
-// The doll's surface, and how well each camera sees it.
+// About this many surfels on the doll's surface. Throws Cancelled.
+SurfelCloud dollCloud(size_t surfels, uint64_t seed = 1, const Progress& progress = {});
+
+// The surfels of a cloud in a random order.
+SurfelCloud shuffled(const SurfelCloud& cloud);
+
+// RGB for each surfel, smooth over the surface.
+std::vector<float> dollColors(const SurfelCloud& cloud);
+
+// The cloud with its visibility in each camera. Memory: three bytes for each surfel and camera. Throws
+// Cancelled.
 struct DollSurface {
   SurfelCloud cloud;
   ulr::VisibilityWeights fades;
 };
-// Of about so many surfels. Memory: three bytes for each surfel and camera. Throws Cancelled.
 DollSurface dollSurface(size_t surfels, uint64_t seed,
                         std::span<const capture::Camera<AcquisitionSpace>> cameras,
                         const Progress& progress = {});

@@ -30,7 +30,7 @@ struct DollHit {
   double distance;
   Vec3<double> normal; // unit, outwards
 };
-// Where a ray first enters a part; the origin is outside of all.
+// The point where a ray first enters a part. The origin is outside of all parts.
 std::optional<DollHit> firstHit(const Vec3<double>& origin, const Vec3<double>& direction);
 
 // Per pixel, row by row: does the ray through its centre meet the doll? Of a pinhole without distortion

@@ -7,7 +7,7 @@
 #include "srf/image/image_file.h"
 #include "srf/image/over_black.h"
 #include "srf/image/png.h"
-#include "srf/ulr/environment.h"
+#include "srf/ulr/environment_map.h"
 #include "surfel/base/error.h"
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ namespace surflect::bench {
 
 namespace {
 
-// Of the world, whose z is up: the environment's middle lies along y.
+// Direction in the world, whose z is up; the environment's middle lies along y.
 Vec3<double> inWorld(const Direction3<EnvironmentSpace, double>& d) { return {d.x(), -d.z(), d.y()}; }
 
 size_t nearestLight(const std::vector<Vec3<double>>& towards, const Vec3<double>& direction) {
@@ -106,7 +106,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   for (const size_t f : frames)
     films.push_back(weighted(filmOf(photographs[f]), dividedBy(gatheredIrradiance[f], irradiance[f])));
 
-  // Those that the sum owes most to.
+  // Lights, those that add most to the sum first.
   std::vector<float> light;
   for (const image::Image& film : films) light.push_back(std::reduce(film.values.begin(), film.values.end()));
   std::vector<size_t> heaviest = frames;

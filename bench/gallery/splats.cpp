@@ -66,7 +66,7 @@ void drawSplats(const std::filesystem::path& folder) {
 
   const auto draw = [&](const char* name, const SurfelCloud& cloud, const DeformedCloud& deformed) {
     const splat::SplatRaster coverage = surfels::look(camera, cloud, deformed);
-    model::Shaded shaded;
+    shading::Shaded shaded;
     for (const uint32_t surfel : coverage.visible) shaded.radiance.push_back(colorAt(cloud.p0[surfel]));
     film::writeFrame(folder / name, {surfels::developRadiance(coverage, shaded), {}}, {});
   };

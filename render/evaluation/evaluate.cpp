@@ -136,8 +136,8 @@ Evaluation evaluate(const model::Model& model, const capture::Capture& asRead, c
   std::set<std::string> knownCameras, knownLights;
   for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
   for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
-  const DeformedCloud deformed = warp::deform(model.cloud, warp, progress, options.frame.splats.simd);
-  codec::ShadingStats stats;
+  const DeformedCloud deformed = warp::deform(model.cloud, warp, progress);
+  shading::ShadingStats stats;
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto truth = truths.read(frames[view], progress);
@@ -165,15 +165,15 @@ Evaluation evaluate(const model::Model& model, const capture::Capture& asRead, c
       }
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
-      const model::QueryBatch batch = surfels::queriesAt(model.cloud, deformed, coverage.visible, camera,
-                                                         lights, progress, options.frame.splats.simd);
-      const auto rendered = [&](const model::ShadeOptions& shadeOptions) {
+      const shading::QueryBatch batch =
+          surfels::queriesAt(model.cloud, deformed, coverage.visible, camera, lights, progress);
+      const auto rendered = [&](const shading::ShadeOptions& shadeOptions) {
         return surfels::developRadiance(coverage,
-                                        model::shade(model, batch, shadeOptions, cache, stats, progress));
+                                        shading::shade(model, batch, shadeOptions, cache, stats, progress));
       };
       const auto baseline = [&](Baseline kind) {
         if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);
-        model::ShadeOptions nearest = options.frame.shade;
+        shading::ShadeOptions nearest = options.frame.shade;
         nearest.nearest = true;
         return rendered(nearest);
       };

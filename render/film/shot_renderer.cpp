@@ -47,7 +47,7 @@ ShotRenderer::ShotRenderer(const scene::Script& script, const model::Model& mode
                            const surfels::FrameOptions& options, size_t cacheBytes, const Progress& progress)
     : script_(script), model_(model), options_(options),
       environments_(scene::prepareEnvironments(script, model, options.shade, progress)), progress_(progress),
-      cache_(model.files, cacheBytes) {}
+      workspace_(model, cacheBytes) {}
 
 capture::Camera<ObjectSpace> ShotRenderer::camera(int frame, double scale) const {
   capture::Camera<ObjectSpace> camera = shotCamera(script_, model_, scene::shotTime(script_, frame));
@@ -64,9 +64,12 @@ surfels::FrameLayers ShotRenderer::render(int frame, double scale, const std::ve
   const warp::ShotTime time = scene::shotTime(script_, frame);
   surfels::FrameOptions options = options_;
   options.aovs = aovs;
-  return surfels::renderFrame(model_, *scene::warpAt(script_, time), camera(frame, scale),
-                              scene::lightsAt(script_, time, environments_), options, cache_, stats,
-                              progress_, &memory_);
+  const warp::WarpPointer warp = scene::warpAt(script_, time);
+  const std::vector<scene::ShotLight> lights = scene::lightsAt(script_, time, environments_);
+  surfels::FrameLayers film =
+      surfels::renderFrame(model_, {*warp, camera(frame, scale), lights}, options, workspace_, progress_);
+  stats = workspace_.stats;
+  return film;
 }
 
 double ShotRenderer::previewExposure() {

@@ -25,7 +25,7 @@ public:
   surfels::FrameLayers render(int frame, double scale, surfels::FrameStats& stats);
 
   // A film that is no longer needed gives its memory to the next.
-  void reuse(surfels::FrameLayers film) { memory_.film = std::move(film); }
+  void reuse(surfels::FrameLayers film) { workspace_.layers = std::move(film); }
 
   // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
   // spread over it is white. 1 where nothing shines. Renders them at a quarter of the size on the first call.
@@ -43,8 +43,7 @@ private:
   surfels::FrameOptions options_;
   std::vector<scene::PreparedEnvironment> environments_;
   const Progress& progress_;
-  codec::BlockCache cache_;
-  surfels::FrameMemory memory_;
+  surfels::FrameWorkspace workspace_;
   std::optional<double> exposure_;
 };
 

@@ -9,22 +9,22 @@ namespace surflect::scene {
 
 PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double error,
                                        ulr::LightExtrapolation extrapolation, const model::Model& model,
-                                       const model::ShadeOptions& options, const Progress& progress) {
+                                       const shading::ShadeOptions& options, const Progress& progress) {
   PreparedEnvironment prepared;
   prepared.texels = map.texels.size();
   prepared.replaced = map.replaced;
   prepared.clamped = map.clamped;
-  const double spacing = std::min(1.0, model::lightSpacing(model));
+  const double spacing = std::min(1.0, shading::lightSpacing(model));
   prepared.lights = ulr::gathered(map.texels, 0.9 * error * spacing * spacing, progress);
   prepared.extrapolation = extrapolation;
-  prepared.table = model::lightTable(model, options, extrapolation);
+  prepared.table = shading::lightTable(model, options, extrapolation);
   static_assert(sizeof(ulr::EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
   prepared.hash = contentHash(std::as_bytes(std::span(prepared.lights)));
   return prepared;
 }
 
 std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const model::Model& model,
-                                                     const model::ShadeOptions& options,
+                                                     const shading::ShadeOptions& options,
                                                      const Progress& progress) {
   std::vector<PreparedEnvironment> environments;
   for (size_t i = 0; i < script.lights.size(); ++i) {

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "render/scene/script.h"
-#include "srf/model/shade.h"
+#include "srf/model/model.h"
+#include "srf/shading/shade.h"
 #include "surfel/base/progress.h"
 
 #include <optional>
@@ -23,7 +24,7 @@ struct PreparedEnvironment {
 
 // One per environment of the script, in order. Throws Error and Cancelled as readEnvironment does.
 std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const model::Model& model,
-                                                     const model::ShadeOptions& options,
+                                                     const shading::ShadeOptions& options,
                                                      const Progress& progress);
 
 // From texels that are at hand. As many lights stand for them as keep the weights of captured lights within
@@ -32,6 +33,6 @@ std::vector<PreparedEnvironment> prepareEnvironments(const Script& script, const
 // the absolute errors of weights sum to 0.4 to 1 of `error`. kMostGathered bounds how small it can be.
 PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double error,
                                        ulr::LightExtrapolation extrapolation, const model::Model& model,
-                                       const model::ShadeOptions& options, const Progress& progress = {});
+                                       const shading::ShadeOptions& options, const Progress& progress = {});
 
 } // namespace surflect::scene

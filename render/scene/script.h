@@ -4,7 +4,7 @@
 // expression in t, frame and s (warp/track.h).
 #pragma once
 
-#include "srf/ulr/environment.h"
+#include "srf/ulr/environment_map.h"
 #include "srf/ulr/light_extrapolation.h"
 #include "warp/motion.h"
 

@@ -37,11 +37,10 @@ PixelFragments pixelFragments(size_t count, TileScratch& scratch) {
 constexpr size_t kManyFragments = 2048;
 
 // The fragments of a pixel, nearest first; those of one depth in their order in the tile.
-void sortPixel(const SplatKernels& kernels, uint32_t count, const PixelFragments& pixel,
-               std::vector<Fragment>& sorted) {
+void sortPixel(uint32_t count, const PixelFragments& pixel, std::vector<Fragment>& sorted) {
   constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
   const bool ranked = count <= kManyFragments;
-  if (ranked) kernels.rankPixel(count, pixel);
+  if (ranked) rankPixel(count, pixel);
   sorted.assign(count, {0, 0, 0, none});
   for (uint32_t i = 0; i < count; ++i) {
     uint32_t place = ranked ? static_cast<uint32_t>(pixel.rank[i]) : i;
@@ -98,8 +97,8 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
 }
 
 // Returns how many splats a block has at most.
-uint32_t gatherSplats(const SplatKernels& kernels, const ScreenSplat* screen,
-                      std::span<const uint32_t> entries, const TileFrame& frame, RasterTile& tile) {
+uint32_t gatherSplats(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
+                      RasterTile& tile) {
   if (entries.size() > std::numeric_limits<uint32_t>::max() / kLanes)
     throw Error::mismatch("at most 2^28 splats in a tile", std::to_string(entries.size()));
   const auto count = static_cast<uint32_t>(entries.size()), groups = groupsOf(count);
@@ -107,7 +106,7 @@ uint32_t gatherSplats(const SplatKernels& kernels, const ScreenSplat* screen,
   uint32_t* column = tile.column.of(count);
   uint64_t* sets = tile.sets.of(size_t{kGroup} * groups);
   tile.drawn = {splats, sets, count};
-  return kernels.placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
+  return placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
 }
 
 // What the blocks show of their splats, added to what their pixels of several layers show.
@@ -127,13 +126,13 @@ void markSeen(const RasterTile& tile, uint64_t* seenOfTile, std::span<uint8_t> s
 
 } // namespace
 
-void rasterizeTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
-                   const TileFrame& frame, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
+                   TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
                    std::span<uint8_t> seenOfCloud) {
   tile.layers.clear();
   tile.contributions.clear();
   tile.blocks = 0;
-  const uint32_t most = gatherSplats(kernels, screen, entries, frame, tile);
+  const uint32_t most = gatherSplats(screen, entries, frame, tile);
   const BlockFragments fragments = blockFragments(most, scratch);
   const PixelFragments ofPixel = pixelFragments(most, scratch);
   uint64_t* seen = scratch.seen.of(groupsOf(tile.drawn.count));
@@ -142,14 +141,14 @@ void rasterizeTile(const SplatKernels& kernels, const ScreenSplat* screen, std::
 
   for (int block = 0; block < kBlocks; ++block) {
     BlockLayers layers;
-    kernels.resolveBlock(tile.drawn, block, frame.width, frame.height, fragments, layers);
+    resolveBlock(tile.drawn, block, frame.width, frame.height, fragments, layers);
     for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
-      const uint32_t n = kernels.gatherPixel(layers.count, lane, fragments, ofPixel);
-      sortPixel(kernels, n, ofPixel, scratch.fragments);
+      const uint32_t n = gatherPixel(layers.count, lane, fragments, ofPixel);
+      sortPixel(n, ofPixel, scratch.fragments);
       resolvePixel(block, lane, scratch, tile, layers);
     }
-    if (layers.mayHide) kernels.keepSeen(tile.drawn, block, fragments, layers.limit);
+    if (layers.mayHide) keepSeen(tile.drawn, block, fragments, layers.limit);
     if (layers.count != 0) {
       tile.blocks |= uint64_t{1} << block;
       std::copy_n(layers.limit, kLanes, allLimits + static_cast<size_t>(block) * kLanes);

@@ -78,8 +78,7 @@ struct TileScratch {
 
 // Covers a tile with the splats `entries` of `screen`. Sets what the frame has of the pixels and all of the
 // tile, and marks in `seen` which splats of the cloud are visible; other threads may do so too.
-void rasterizeTile(const SplatKernels& kernels, const ScreenSplat* screen, std::span<const uint32_t> entries,
-                   const TileFrame& frame, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
-                   std::span<uint8_t> seen);
+void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
+                   TileScratch& scratch, RasterTile& tile, const PixelSums& pixels, std::span<uint8_t> seen);
 
 } // namespace surflect::splat

@@ -18,7 +18,6 @@
 
 #include "render/splat/footprint.h"
 #include "srf/capture/camera.h"
-#include "surfel/math/simd.h"
 #include "surfel/sampling.h"
 
 #include <span>
@@ -45,7 +44,6 @@ struct SplatOptions {
   // 0.44 what a tiny splat covers depends least on where in a pixel it falls: by 2 %, at 0.4 by 8 %.
   double lowPass = 0.44;
   double nearDepth = 0.0; // scene units; a pinhole draws no splat that reaches nearer
-  Simd simd = bestSimd();
 };
 
 // A splat's Gaussian in (x, y, order), x and y in pixels: a flat disc, so the covariance has rank two.

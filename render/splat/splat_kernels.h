@@ -1,15 +1,11 @@
-// The loops of splatting that run in lanes, compiled for each kind of vector instructions. Raw pointers only:
-// see surfel/math/simd.h. avx2 and avx512 give the same bits; scalar rounds a b + c twice.
+// Splatting in vector instructions: from a cloud to the layers of a picture's pixels, and their colours.
+// Every instruction set with fused multiplication gives the same bits; without, a b + c is rounded twice.
 #pragma once
 
 #include "render/splat/footprint.h"
 
 #include <cstddef>
 #include <cstdint>
-
-namespace surflect {
-enum class Simd;
-}
 
 namespace surflect::splat {
 
@@ -91,35 +87,30 @@ struct BlockLayers {
   uint32_t count;      // of the block's splats
 };
 
-struct SplatKernels {
-  // Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for all.
-  // rejected: counts by Rejection, added to.
-  size_t (*project)(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
-  // Makes the splats entries[0 .. count) of `screen` ready for the tile whose corner is the pixel (x, y);
-  // returns how many a block has at most. sets: room for whole groups. column: their numbers in the cloud.
-  uint32_t (*placeSplats)(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
-                          TileSplat* splats, uint64_t* sets, uint32_t* column);
-  // Fills the fragments of a block, takes from its set what reaches none of its pixels, and finds the first
-  // layer of each pixel as far as that is told from sums. width, height: of the tile; there is nothing in
-  // pixels beyond.
-  void (*resolveBlock)(const TileSplats&, int block, int width, int height, const BlockFragments&,
-                       BlockLayers&);
-  // The fragments of a pixel; returns how many. count: of the block's splats.
-  uint32_t (*gatherPixel)(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
-  // How many fragments are nearer than each, as `rank`. Time grows with the square of the count.
-  void (*rankPixel)(uint32_t count, const PixelFragments&);
-  // Takes from the block's set what has no order below a limit.
-  void (*keepSeen)(const TileSplats&, int block, const BlockFragments&, const float* limits);
-  // Sums of 3 * triples values per splat of the tile over the fragments below the limits, weighted to sum to
-  // alpha. triples: 1 or 2. values: for each splat `triples` groups of four floats, of which the first group
-  // is three values and 1, the second three values and one float that is not read; all times the splat's peak
-  // and confidence. finite: whether all values are. out: kLanes sums for each of the values.
-  void (*blendBlock)(const TileSplats&, int block, const float* limits, const float* alpha,
-                     const float* values, int triples, bool finite, float* out);
-  // The mean order of these fragments.
-  void (*meanOrder)(const TileSplats&, int block, const float* limits, float* out);
-};
-
-const SplatKernels& splatKernels(Simd simd);
+// Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for all.
+// rejected: counts by Rejection, added to.
+size_t projectSplats(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
+// Makes the splats entries[0 .. count) of `screen` ready for the tile whose corner is the pixel (x, y);
+// returns how many a block has at most. sets: room for whole groups. column: their numbers in the cloud.
+uint32_t placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
+                     TileSplat* splats, uint64_t* sets, uint32_t* column);
+// Fills the fragments of a block, takes from its set what reaches none of its pixels, and finds the first
+// layer of each pixel as far as that is told from sums. width, height: of the tile; there is nothing in
+// pixels beyond.
+void resolveBlock(const TileSplats&, int block, int width, int height, const BlockFragments&, BlockLayers&);
+// The fragments of a pixel; returns how many. count: of the block's splats.
+uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
+// How many fragments are nearer than each, as `rank`. Time grows with the square of the count.
+void rankPixel(uint32_t count, const PixelFragments&);
+// Takes from the block's set what has no order below a limit.
+void keepSeen(const TileSplats&, int block, const BlockFragments&, const float* limits);
+// Sums of 3 * triples values per splat of the tile over the fragments below the limits, weighted to sum to
+// alpha. triples: 1 or 2. values: for each splat `triples` groups of four floats, of which the first group
+// is three values and 1, the second three values and one float that is not read; all times the splat's peak
+// and confidence. finite: whether all values are. out: kLanes sums for each of the values.
+void blendBlock(const TileSplats&, int block, const float* limits, const float* alpha, const float* values,
+                int triples, bool finite, float* out);
+// The mean order of these fragments.
+void meanOrder(const TileSplats&, int block, const float* limits, float* out);
 
 } // namespace surflect::splat

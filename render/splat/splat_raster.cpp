@@ -107,7 +107,6 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& covera
   assert(channels > 0 && values.size() == coverage.visible.size() * channels);
   assert(confidence.empty() || confidence.size() == coverage.visible.size());
   assert(std::ranges::all_of(confidence, [](float c) { return c > 0; }));
-  const SplatKernels& kernels = splatKernels(coverage.simd);
   std::vector<Plane> planes;
   for (image::Image* picture : pictures) {
     fit(*picture, coverage, picture->channels);
@@ -132,8 +131,8 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& covera
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
           copyRow(&coverage.alpha[coverage.pixel(x, y)], count, alpha + lane);
         });
-        kernels.blendBlock(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, alpha,
-                           ofTile.data(), triples, finite, sums);
+        blendBlock(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, alpha,
+                   ofTile.data(), triples, finite, sums);
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
           const size_t pixel = coverage.pixel(x, y);
           for (size_t k = 0; k < channelCount; ++k) {
@@ -174,7 +173,6 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
   coverage.width = camera.lens.width;
   coverage.height = camera.lens.height;
   coverage.lens = camera.lens;
-  coverage.simd = options.simd;
   const size_t pixels = static_cast<size_t>(coverage.width) * static_cast<size_t>(coverage.height);
   coverage.tiles.resize(static_cast<size_t>(tilesAlong(coverage.width)) *
                         static_cast<size_t>(tilesAlong(coverage.height)));
@@ -184,12 +182,11 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
 
   fillTiles(camera, splats, options, progress, coverage.bins);
   coverage.counts = coverage.bins.counts;
-  const SplatKernels& kernels = splatKernels(options.simd);
   const PixelSums sums{coverage.alpha.data(), coverage.layerArea.data(), static_cast<size_t>(coverage.width)};
   tbb::enumerable_thread_specific<TileScratch> scratches;
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t tile) {
     progress.checkpoint();
-    rasterizeTile(kernels, coverage.bins.screen.data(), coverage.bins.of(tile), frameOf(coverage, tile),
+    rasterizeTile(coverage.bins.screen.data(), coverage.bins.of(tile), frameOf(coverage, tile),
                   scratches.local(), coverage.tiles[tile], sums, coverage.seen);
   });
   collectVisible(coverage);
@@ -220,7 +217,6 @@ image::Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> 
 }
 
 image::Image depthImage(const SplatRaster& coverage, image::Image kept) {
-  const SplatKernels& kernels = splatKernels(coverage.simd);
   image::Image image = std::move(kept);
   fit(image, coverage, 1);
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
@@ -232,7 +228,7 @@ image::Image depthImage(const SplatRaster& coverage, image::Image kept) {
     };
     forBlocks(tile, [&](int block) {
       float orders[kLanes];
-      kernels.meanOrder(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, orders);
+      meanOrder(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, orders);
       forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
         const size_t pixel = coverage.pixel(x, y);
         for (size_t i = 0; i < count; ++i)

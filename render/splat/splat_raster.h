@@ -11,7 +11,6 @@
 #include "srf/image/image.h"
 #include "surfel/base/progress.h"
 #include "surfel/base/scratch_buffer.h"
-#include "surfel/math/simd.h"
 
 #include <cassert>
 #include <cstdint>
@@ -29,7 +28,6 @@ struct SplatRaster {
       layerArea; // per pixel, of the layer at half of alpha: its sum of areas, about 1 on a surface
 
   capture::Lens lens;
-  Simd simd = Simd::scalar;
   std::vector<RasterTile> tiles; // row by row, of kTileSize pixels
 
   // Of covering, kept for the next time.

@@ -47,7 +47,7 @@ size_t projectSome(const capture::Camera<ObjectSpace>& camera, const Splats& spl
                    const SplatOptions& options, size_t begin, size_t end, ScreenSplat* out,
                    size_t* rejected) {
   if (camera.lens.model == capture::Lens::Model::pinhole && !camera.lens.distorts())
-    return splatKernels(options.simd).project(jobOf(camera, splats, options), begin, end, out, rejected);
+    return projectSplats(jobOf(camera, splats, options), begin, end, out, rejected);
   size_t drawn = 0;
   for (size_t i = begin; i < end; ++i) {
     const auto result = footprintOf(camera, splats, i, options);

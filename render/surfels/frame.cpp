@@ -1,6 +1,6 @@
 #include "render/surfels/frame.h"
 
-#include "render/surfels/query_kernels.h"
+#include "render/surfels/query_kernel.h"
 #include "surfel/base/processor_time.h"
 #include "warp/deform.h"
 
@@ -81,7 +81,7 @@ ulr::LightExtrapolation uncoveredOf(const scene::ShotLight& light) {
 // Multiplies the irradiance of light l of the batch by its gradient's gain at each surfel, which the kernels
 // leave out.
 void shineUnevenly(const scene::ShotLight& light, size_t l, const DeformedCloud& deformed,
-                   model::QueryBatch& batch) {
+                   shading::QueryBatch& batch) {
   const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light);
   if (!directional || directional->irradianceGradient.isZero(0)) return;
   for (size_t query = 0; query < batch.size(); ++query) {
@@ -91,7 +91,7 @@ void shineUnevenly(const scene::ShotLight& light, size_t l, const DeformedCloud&
   }
 }
 
-model::QueryEnvironment queryOf(const scene::ShotEnvironment& light) {
+shading::QueryEnvironment queryOf(const scene::ShotEnvironment& light) {
   const scene::PreparedEnvironment& environment = *light.environment;
   return {environment.lights, light.strength, environment.extrapolation,
           environment.table ? &*environment.table : nullptr};
@@ -139,8 +139,8 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
 
 splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const SurfelCloud& rest,
                         const DeformedCloud& deformed, const splat::SplatOptions& options,
-                        const Progress& progress, splat::SplatRaster kept) {
-  return splat::rasterize(camera, splat::splatsOf(rest, deformed), options, progress, std::move(kept));
+                        const Progress& progress) {
+  return splat::rasterize(camera, splat::splatsOf(rest, deformed), options, progress);
 }
 
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel) {
@@ -150,11 +150,12 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
   return {rotationOf<double>(rest.r0[surfel]), *frame, static_cast<double>(deformed.handedness[surfel])};
 }
 
-model::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
-                            std::span<const uint32_t> surfels, const capture::Camera<ObjectSpace>& camera,
-                            std::span<const scene::ShotLight> lights, const Progress& progress, Simd simd,
-                            model::QueryBatch kept) {
-  model::QueryBatch batch = std::move(kept);
+namespace {
+
+// queriesAt, in the memory of a batch that is no longer needed.
+void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::span<const uint32_t> surfels,
+                  const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
+                  const Progress& progress, shading::QueryBatch& batch) {
   batch.environments.clear();
   batch.extrapolation.clear();
   std::vector<QuerySource> sources{sourceOf(camera)}; // then lights with one direction at a surfel
@@ -174,7 +175,7 @@ model::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deform
   batch.towardsLight.resize(surfels.size() * batch.lights);
   batch.irradiance.resize(surfels.size() * batch.lights);
   batch.acquisitionFromEnvironment.resize(surfels.size() * environments.size());
-  if (surfels.empty()) return batch;
+  if (surfels.empty()) return;
   sources[0].towards = floatsOf(batch.towardsView);
   sources[0].stride = 3;
   for (size_t l = 0; l < batch.lights; ++l) {
@@ -200,52 +201,36 @@ model::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deform
   tbb::parallel_for(
       tbb::blocked_range<size_t>(0, surfels.size(), 1024), [&](const tbb::blocked_range<size_t>& range) {
         progress.checkpoint();
-        queryKernels(simd).direct(job, range.begin(), range.end());
+        fillQueries(job, range.begin(), range.end());
         for (size_t query = range.begin(); !environments.empty() && query < range.end(); ++query)
           turnEnvironments(query);
       });
   size_t l = 0;
   for (const scene::ShotLight& light : lights)
     if (!std::holds_alternative<scene::ShotEnvironment>(light)) shineUnevenly(light, l++, deformed, batch);
+}
+
+} // namespace
+
+shading::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                              std::span<const uint32_t> surfels, const capture::Camera<ObjectSpace>& camera,
+                              std::span<const scene::ShotLight> lights, const Progress& progress) {
+  shading::QueryBatch batch;
+  writeQueries(rest, deformed, surfels, camera, lights, progress, batch);
   return batch;
 }
 
-image::Image developRadiance(const splat::SplatRaster& coverage, const model::Shaded& shaded,
-                             image::Image kept) {
+namespace {
+
+image::Image develop(const splat::SplatRaster& coverage, const shading::Shaded& shaded, image::Image memory) {
   const std::span values(floatsOf(shaded.radiance), 3 * shaded.radiance.size());
-  return splat::blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(kept));
+  return splat::blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(memory));
 }
 
-FrameLayers renderFrame(const model::Model& model, const warp::Warp& warp,
-                        const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
-                        const FrameOptions& options, codec::BlockCache& cache, FrameStats& stats,
-                        const Progress& progress, FrameMemory* memory) {
-  StageClock clock(stats);
-  FrameMemory own;
-  auto& [deformed, coverage, kept] = memory ? *memory : own;
-  deformed = warp::deform(model.cloud, warp, progress, options.splats.simd, std::move(deformed));
-  clock.finish("warp");
-  coverage = look(camera, model.cloud, deformed, options.splats, progress, std::move(coverage));
-  stats.splats = coverage.counts;
-  stats.visible = coverage.visible.size();
-  clock.finish("splat");
-  model::ShadeOptions shading = options.shade;
-  shading.showsBlends = std::ranges::any_of(
-      options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
-  const model::FillBatch fill = [&](size_t begin, size_t end, model::QueryBatch& batch) {
-    const std::span surfels = std::span<const uint32_t>(coverage.visible).subspan(begin, end - begin);
-    batch = queriesAt(model.cloud, deformed, surfels, camera, lights, progress, options.splats.simd,
-                      std::move(batch));
-    clock.finish("queries");
-  };
-  const model::Shaded shaded =
-      model::shade(model, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
-                   [&](double planning) { clock.finish("ulr", planning, "look-up"); });
-  stats.unseen = shaded.unseen;
-
-  FrameLayers film = std::move(kept);
-  film.color = developRadiance(coverage, shaded, std::move(film.color));
-  clock.finish("develop");
+// Writes the AOVs that are asked for; erases others, which are memory of a film before.
+void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& coverage,
+               const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
+               FrameLayers& film) {
   const auto blendOf = [](const std::vector<Rgb>& blends) {
     return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
   };
@@ -267,19 +252,55 @@ FrameLayers renderFrame(const model::Model& model, const warp::Warp& warp,
       {"stretch", {1, false, stretch}},
       {"camera_blend", {3, true, blendOf(shaded.cameraBlend)}},
       {"light_blend", {3, true, blendOf(shaded.lightBlend)}}};
-  std::erase_if(film.aovs, [&](const auto& aov) { return std::ranges::count(options.aovs, aov.first) == 0; });
+  std::erase_if(film.aovs, [&](const auto& aov) { return std::ranges::count(asked, aov.first) == 0; });
   for (const bool isConfident : {false, true}) {
     progress.checkpoint();
     std::vector<std::string> names;
-    for (const std::string& name : options.aovs)
+    for (const std::string& name : asked)
       if (const auto aov = blended.find(name); aov != blended.end() && aov->second.isConfident == isConfident)
         names.push_back(name);
     if (!names.empty())
       developAovs(blended, names, coverage,
                   isConfident ? std::span(shaded.confidence) : std::span<const float>(), film);
   }
-  if (std::ranges::count(options.aovs, "depth") > 0)
+  if (std::ranges::count(asked, "depth") > 0)
     film.aovs["depth"] = splat::depthImage(coverage, std::move(film.aovs["depth"]));
+}
+
+} // namespace
+
+image::Image developRadiance(const splat::SplatRaster& coverage, const shading::Shaded& shaded) {
+  return develop(coverage, shaded, {});
+}
+
+FrameLayers renderFrame(const shading::ReflectanceField& field, const FrameScene& scene,
+                        const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
+  auto& [cache, deformed, coverage, memory, stats] = workspace;
+  stats = {};
+  StageClock clock(stats);
+  deformed = warp::deform(field.cloud, scene.warp, progress, std::move(deformed));
+  clock.finish("warp");
+  coverage = splat::rasterize(scene.camera, splat::splatsOf(field.cloud, deformed), options.splats, progress,
+                              std::move(coverage));
+  stats.splats = coverage.counts;
+  stats.visible = coverage.visible.size();
+  clock.finish("splat");
+  shading::ShadeOptions shading = options.shade;
+  shading.showsBlends = std::ranges::any_of(
+      options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
+  const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
+    const std::span surfels = std::span<const uint32_t>(coverage.visible).subspan(begin, end - begin);
+    writeQueries(field.cloud, deformed, surfels, scene.camera, scene.lights, progress, batch);
+    clock.finish("queries");
+  };
+  const shading::Shaded shaded =
+      shading::shade(field, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
+                     [&](double planning) { clock.finish("ulr", planning, "look-up"); });
+  stats.unseen = shaded.unseen;
+  FrameLayers film = std::move(memory);
+  film.color = develop(coverage, shaded, std::move(film.color));
+  clock.finish("develop");
+  writeAovs(options.aovs, coverage, deformed, shaded, progress, film);
   if (!options.aovs.empty()) clock.finish("aov");
   return film;
 }

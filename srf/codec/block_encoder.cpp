@@ -41,7 +41,6 @@ struct MeasuredBlock {
   BlockWeights weights;
   double squared = 0, squaredBound = 0; // of V X W, and of its error
   ChannelSums channels;
-  const BlockKernels& kernels;
 };
 
 // A step of one term from a precision (at first: none) to a higher one.
@@ -113,8 +112,8 @@ struct StoredErrors {
 };
 
 // Of X as it is; X where there are no terms. `clipped`: null, or the error of clipped numbers.
-BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, const BlockKernels& kernels,
-                       double white = 0, double* clipped = nullptr) {
+BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, double white = 0,
+                       double* clipped = nullptr) {
   const size_t rank = stored.terms.size(), lights = x.columns();
   std::vector<double> levels(x.rows() * rank);
   const PaddedRows<double> perLevel = shownPerLevel(stored, lights);
@@ -122,8 +121,8 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, co
     for (size_t i = 0; i < x.rows(); ++i)
       levels[(i / 3 * rank + k) * 3 + i % 3] = double{stored.terms[k].levels[i]};
   PaddedRows<double> sums(3, lights), clippedSums(1, lights);
-  kernels.errors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white,
-                  sums.row(0), clipped ? clippedSums.row(0) : nullptr});
+  blockErrors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white, sums.row(0),
+               clipped ? clippedSums.row(0) : nullptr});
   const auto columns = static_cast<Eigen::Index>(lights);
   BlockSquares squares{Eigen::Matrix3Xd(3, columns), static_cast<Eigen::Index>(x.rows() / 3)};
   for (int c = 0; c < 3; ++c)
@@ -134,7 +133,7 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, co
 
 StoredErrors errorsOf(const MeasuredBlock& block, const StoredTerms& stored) {
   StoredErrors errors;
-  const BlockSquares squares = squaresOf(block.x, stored, block.kernels, block.white, &errors.clipped);
+  const BlockSquares squares = squaresOf(block.x, stored, block.white, &errors.clipped);
   errors.squared = squares.sums.sum();
   errors.weighted = weightedSquares(squares, block.weights);
   return errors;
@@ -161,7 +160,7 @@ bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgra
 template <class Real>
 std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock<Real>& weighted,
                                  const BlockFactors<Real>& factors, CoefficientType type, bool wary) {
-  BlockFit<Real> fit(weighted, factors, block.kernels);
+  BlockFit<Real> fit(weighted, factors);
   const std::vector<Upgrade> all = upgradesOf(factors, fit, type);
   const auto first = [&](size_t count) { return std::span(all).first(count); };
   const auto solved = [&](size_t count) { return fit.solved(chosen(first(count)), type); };
@@ -173,7 +172,7 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   // fitted.
   const auto attempt = [&](size_t upgrades, auto solution) -> std::optional<Encoding> {
     fit.addLevels(chosen(first(upgrades)), solution.stored);
-    if (!fitLevels(weighted, block.channels, block.kernels, solution.stored)) return std::nullopt;
+    if (!fitLevels(weighted, block.channels, solution.stored)) return std::nullopt;
     const StoredErrors errors = errorsOf(block, solution.stored);
     if (!(errors.weighted <= block.squaredBound)) return std::nullopt;
     return Encoding{std::move(solution.stored), errors};
@@ -229,7 +228,7 @@ std::optional<Encoding> encodedAs(const MeasuredBlock& block, CoefficientType ty
   // At least half of the block is looked at, also where the error bound alone would allow none of it: the
   // means must still come back.
   const BlockFactors<Real> factors =
-      factorised(weighted, static_cast<Real>(lookedAt * std::min(1., weighted.squaredBound)), block.kernels);
+      factorised(weighted, static_cast<Real>(lookedAt * std::min(1., weighted.squaredBound)));
   return cheapest(block, weighted, factors, type, lookedAt > 0);
 }
 
@@ -277,11 +276,10 @@ PaddedRows<float> byRows(const MatrixXf& m) {
 
 } // namespace
 
-EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white,
-                         Simd simd) {
+EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
-  MeasuredBlock block{byRows(radiance), white, {}, 0, 0, {}, blockKernels(simd)};
-  const BlockSquares squares = squaresOf(block.x, {}, block.kernels);
+  MeasuredBlock block{byRows(radiance), white, {}, 0, 0, {}};
+  const BlockSquares squares = squaresOf(block.x, {});
   block.weights = blockWeights(squares, white);
   block.squared = weightedSquares(squares, block.weights);
   const double bound = blockErrorBound(squares, block.weights, tolerance, white);

@@ -1,8 +1,6 @@
 // From the radiances of one block to its record.
 #pragma once
 
-#include "surfel/math/simd.h"
-
 #include <Eigen/Core>
 
 #include <cstddef>
@@ -22,7 +20,6 @@ struct EncodedBlock {
 // channel c of the i-th present texel in order of bits, one column a light; finite and below 1e30.
 // `white` > 0 is the radiance of a white pixel. Guarantees blockErrorBound, and channelMeanBound
 // where 16 bits reach it. All kinds of vector instructions give the same record.
-EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white,
-                         Simd simd = bestSimd());
+EncodedBlock encodeBlock(uint64_t present, const Eigen::MatrixXf& radiance, double tolerance, double white);
 
 } // namespace surflect::codec

@@ -19,10 +19,10 @@ template <class Real> PaddedRows<Real> transposed(const PaddedRows<Real>& m) {
 }
 
 // M' M
-template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m, const BlockKernels& kernels) {
+template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m) {
   PaddedRows<Real> gram(m.columns(), m.columns());
-  kernels.run(MatrixProduct<Real>{m.row(0), 1, m.stride(), m.row(0), m.stride(), gram.row(0), gram.stride(),
-                                  gram.rows(), m.rows(), gram.stride(), true});
+  multiply(MatrixProduct<Real>{m.row(0), 1, m.stride(), m.row(0), m.stride(), gram.row(0), gram.stride(),
+                               gram.rows(), m.rows(), gram.stride(), true});
   constexpr size_t kBlock = 8; // those on the diagonal are whole
   for (size_t i = kBlock; i < gram.rows(); i += kBlock)
     transpose(gram.row(0) + i, gram.stride(), i, std::min(kBlock, gram.rows() - i), gram.row(i),
@@ -33,10 +33,10 @@ template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m, const B
 // M v of unit length for each column v, and what the length was, squared.
 template <class Real>
 PaddedRows<Real> directions(const PaddedRows<Real>& m, const PaddedRows<Real>& vectors,
-                            std::vector<double>& squaredLengths, const BlockKernels& kernels) {
+                            std::vector<double>& squaredLengths) {
   PaddedRows<Real> result(m.rows(), vectors.columns());
-  kernels.run(MatrixProduct<Real>{m.row(0), m.stride(), 1, vectors.row(0), vectors.stride(), result.row(0),
-                                  result.stride(), m.rows(), m.columns(), vectors.stride(), false});
+  multiply(MatrixProduct<Real>{m.row(0), m.stride(), 1, vectors.row(0), vectors.stride(), result.row(0),
+                               result.stride(), m.rows(), m.columns(), vectors.stride(), false});
   for (size_t first = 0; first < result.stride(); first += 8) {
     std::array<Real, 8> squares{}, scales;
     for (size_t i = 0; i < result.rows(); ++i)
@@ -52,22 +52,21 @@ PaddedRows<Real> directions(const PaddedRows<Real>& m, const PaddedRows<Real>& v
 
 } // namespace
 
-template <class Real>
-BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const BlockKernels& kernels) {
+template <class Real> BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left) {
   const PaddedRows<Real>& x = block.values;
   const bool overLights = x.columns() <= x.rows();
   const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
   const PaddedRows<Real>& narrow = overLights ? x : turned; // columns are the shorter side
-  const PaddedRows<Real> gram = gramOf(narrow, kernels);
-  Spectrum<Real> spectrum = strongestVectors(gram, left, kernels);
+  const PaddedRows<Real> gram = gramOf(narrow);
+  Spectrum<Real> spectrum = strongestVectors(gram, left);
 
   std::vector<double> energies;
-  PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies, kernels);
+  PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies);
   if (overLights) return {std::move(along), std::move(spectrum.vectors), std::move(energies), spectrum.trace};
   return {std::move(spectrum.vectors), std::move(along), std::move(energies), spectrum.trace};
 }
 
-template BlockFactors<float> factorised(const WeightedBlock<float>&, float, const BlockKernels&);
-template BlockFactors<double> factorised(const WeightedBlock<double>&, double, const BlockKernels&);
+template BlockFactors<float> factorised(const WeightedBlock<float>&, float);
+template BlockFactors<double> factorised(const WeightedBlock<double>&, double);
 
 } // namespace surflect::codec

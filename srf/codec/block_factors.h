@@ -7,8 +7,6 @@
 
 namespace surflect::codec {
 
-struct BlockKernels;
-
 // V X W, with V and W the weights of rows and lights, scaled so that |V X W|_F^2 is about 1.
 template <class Real> struct WeightedBlock {
   PaddedRows<Real> values;        // [texels x channels][lights]
@@ -25,7 +23,6 @@ template <class Real> struct BlockFactors {
 };
 
 // As many terms as leave at most `left` of |V X W|_F^2; 0: all that are not lost in rounding.
-template <class Real>
-BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left, const BlockKernels& kernels);
+template <class Real> BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left);
 
 } // namespace surflect::codec

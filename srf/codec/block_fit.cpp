@@ -67,20 +67,18 @@ template <class Real> PaddedRows<Real> padded(const Eigen::MatrixXd& m) {
   return result;
 }
 
-template <class Real>
-PaddedRows<Real> product(const PaddedRows<Real>& a, const PaddedRows<Real>& b, const BlockKernels& kernels) {
+template <class Real> PaddedRows<Real> product(const PaddedRows<Real>& a, const PaddedRows<Real>& b) {
   PaddedRows<Real> c(a.rows(), b.columns());
-  kernels.run(MatrixProduct<Real>{a.row(0), a.stride(), 1, b.row(0), b.stride(), c.row(0), c.stride(),
-                                  a.rows(), a.columns(), b.stride(), false});
+  multiply(MatrixProduct<Real>{a.row(0), a.stride(), 1, b.row(0), b.stride(), c.row(0), c.stride(), a.rows(),
+                               a.columns(), b.stride(), false});
   return c;
 }
 
 } // namespace
 
 template <class Real>
-BlockFit<Real>::BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors,
-                         const BlockKernels& kernels)
-    : block_(block), factors_(factors), kernels_(kernels),
+BlockFit<Real>::BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors)
+    : block_(block), factors_(factors),
       stored_(precisions.size() * factors.energies.size(), block.values.rows()),
       products_(stored_.rows(), block.values.columns()), gram_(stored_.rows(), stored_.rows()) {
   images_ = rounded(factors.images, block.rows, roundings);
@@ -101,7 +99,7 @@ typename BlockFit<Real>::AtPrecisions BlockFit<Real>::rounded(const PaddedRows<R
     job.last[r] = static_cast<Real>(levelsOf(precisions[kClippings[r].precision]));
     job.clip[r] = static_cast<Real>(kClippings[r].clip);
   }
-  kernels_.run(job);
+  roundingErrors(job);
 
   AtPrecisions best;
   for (size_t r = 0; r < clippings; ++r) {
@@ -147,9 +145,9 @@ template <class Real> std::vector<size_t> BlockFit<Real>::placed(const std::vect
   }
   if (first == places_.size()) return places;
   const PaddedRows<Real>& x = block_.values;
-  kernels_.run(MatrixProduct<Real>{stored_.row(first), stored_.stride(), 1, x.row(0), x.stride(),
-                                   products_.row(first), products_.stride(), places_.size() - first, rows,
-                                   products_.stride(), false});
+  multiply(MatrixProduct<Real>{stored_.row(first), stored_.stride(), 1, x.row(0), x.stride(),
+                               products_.row(first), products_.stride(), places_.size() - first, rows,
+                               products_.stride(), false});
   using Image = Eigen::Map<const Eigen::VectorX<Real>>;
   const auto size = static_cast<Eigen::Index>(rows);
   for (size_t i = first; i < places_.size(); ++i)
@@ -172,7 +170,7 @@ typename BlockFit<Real>::Solution BlockFit<Real>::solved(const std::vector<Chose
   PaddedRows<Real> b(terms.size(), lights);
   for (size_t k = 0; k < terms.size(); ++k)
     std::copy_n(products_.row(places[k]), products_.stride(), b.row(k));
-  PaddedRows<Real> a = product(padded<Real>(inverseOf(gram)), b, kernels_);
+  PaddedRows<Real> a = product(padded<Real>(inverseOf(gram)), b);
 
   std::vector<Real> row(lights);
   for (size_t k = 0; k < terms.size(); ++k) {
@@ -194,7 +192,7 @@ typename BlockFit<Real>::Solution BlockFit<Real>::solved(const std::vector<Chose
     for (size_t l = 0; l < lights; ++l) weighted[l] = row[l] * step * block_.lights[l];
   }
   // |V X W - S A|^2 = |V X W|^2 - sum over A of A (2 B - G A)
-  const PaddedRows<Real> ga = product(padded<Real>(gram), a, kernels_);
+  const PaddedRows<Real> ga = product(padded<Real>(gram), a);
   for (size_t k = 0; k < terms.size(); ++k) {
     double gained = 0;
     for (size_t l = 0; l < lights; ++l)

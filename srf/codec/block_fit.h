@@ -22,7 +22,7 @@ struct ChosenTerm {
 template <class Real> class BlockFit {
 public:
   // All are used as long as this is.
-  BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors, const BlockKernels& kernels);
+  BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors);
 
   // What rounding the image and the coefficients of a term leaves of it, in parts of its energy.
   double imageError(size_t term, int bits) const { return images_[at(bits)].squaredErrors[term]; }
@@ -51,7 +51,6 @@ private:
 
   const WeightedBlock<Real>& block_;
   const BlockFactors<Real>& factors_;
-  const BlockKernels& kernels_;
   AtPrecisions images_, lights_;
   // Of stored images as many as there are places: levels, and weighted S, S' S and S' (V X W).
   std::vector<ChosenTerm> places_;

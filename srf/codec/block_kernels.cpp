@@ -1,20 +1,236 @@
 #include "srf/codec/block_kernels.h"
 
-#include "srf/codec/block_kernels_loops.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "srf/codec/block_kernels.cpp"
+#include <hwy/foreach_target.h>
+// After it, for each instruction set.
+#include <hwy/highway.h>
 
-#include "surfel/math/simd.h"
-
+HWY_BEFORE_NAMESPACE();
 namespace surflect::codec {
+namespace HWY_NAMESPACE {
+namespace {
 
-extern const BlockKernels avx2BlockKernels, avx512BlockKernels;
+namespace hn = hwy::HWY_NAMESPACE;
 
-const BlockKernels& blockKernels([[maybe_unused]] Simd simd) {
-#ifdef __x86_64__
-  if (simd == Simd::avx512) return avx512BlockKernels;
-  if (simd == Simd::avx2) return avx2BlockKernels;
-#endif
-  static constexpr BlockKernels plain = kernelsOf<16>();
-  return plain;
+// Whole vectors, and those for what they leave of a row: rows are padded to eight numbers.
+template <class Real> using Wide = hn::CappedTag<Real, 64 / sizeof(Real)>;
+template <class Real> using Eight = hn::CappedTag<Real, 8>;
+constexpr bool kManyRegisters = hn::MaxLanes(Wide<float>()) == 16;
+
+constexpr size_t kChunk = 32; // summands; sums of sums lose less in rounding
+
+// Rows i .. and vectors of columns from j of C, kept in registers while a chunk of the inner sum runs.
+template <class D, int rows, int vectors, class Real>
+HWY_INLINE void tile(D d, const MatrixProduct<Real>& p, size_t i, size_t j, size_t first) {
+  constexpr size_t width = hn::MaxLanes(D());
+  const size_t end = p.inner - first < kChunk ? p.inner : first + kChunk;
+  hn::Vec<D> sums[rows][vectors];
+#pragma GCC unroll 8
+  for (auto& row : sums)
+#pragma GCC unroll 8
+    for (auto& sum : row) sum = hn::Zero(d);
+  const Real* a = p.a + i * p.aRow + first * p.aColumn;
+  const Real* b = p.b + j + first * p.bRow;
+  for (size_t k = first; k < end; ++k, a += p.aColumn, b += p.bRow) {
+    hn::Vec<D> of[vectors];
+#pragma GCC unroll 8
+    for (int v = 0; v < vectors; ++v) of[v] = hn::LoadU(d, b + v * width);
+#pragma GCC unroll 8
+    for (int r = 0; r < rows; ++r) {
+      const auto along = hn::Set(d, a[r * p.aRow]);
+#pragma GCC unroll 8
+      for (int v = 0; v < vectors; ++v) sums[r][v] = sums[r][v] + along * of[v];
+    }
+  }
+#pragma GCC unroll 8
+  for (int r = 0; r < rows; ++r)
+#pragma GCC unroll 8
+    for (int v = 0; v < vectors; ++v) {
+      Real* const c = p.c + (i + r) * p.cRow + j + v * width;
+      hn::StoreU(first == 0 ? sums[r][v] : hn::LoadU(d, c) + sums[r][v], d, c);
+    }
 }
 
+// Columns from j on of some rows, as long as a tile of so many vectors fits; then of fewer.
+template <int rows, int vectors, class D, class Real>
+HWY_INLINE void tilesFrom(D d, const MatrixProduct<Real>& p, size_t i, size_t j, size_t first) {
+  constexpr size_t width = vectors * hn::MaxLanes(D());
+  for (; j + width <= p.columns; j += width) tile<D, rows, vectors>(d, p, i, j, first);
+  if constexpr (vectors > 1)
+    tilesFrom<rows, vectors / 2>(d, p, i, j, first);
+  else if constexpr (width > 8)
+    tilesFrom<rows, 1>(Eight<Real>(), p, i, j, first);
+}
+
+// All columns of some rows.
+template <int rows, int vectors, class D, class Real>
+HWY_INLINE void tiles(D d, const MatrixProduct<Real>& p, size_t i) {
+  for (size_t first = 0; first < p.inner; first += kChunk)
+    tilesFrom<rows, vectors>(d, p, i, p.upper ? i / 8 * 8 : 0, first);
+}
+
+template <class Real> void product(const MatrixProduct<Real>& p) {
+  const Wide<Real> d;
+  constexpr size_t width = hn::MaxLanes(Wide<Real>());
+  size_t i = 0;
+  if (p.columns <= width) // else there are too few sums at once
+    for (; i + 8 <= p.rows; i += 8) tiles<8, 1>(d, p, i);
+  for (; i + 4 <= p.rows; i += 4) tiles<4, kManyRegisters ? 4 : 2>(d, p, i);
+  for (; i < p.rows; ++i) tiles<1, 8>(d, p, i);
+}
+
+// Products of `rows` rows from j on.
+template <int rows, class Real> HWY_INLINE void scalarProductsOf(const ScalarProducts<Real>& job, size_t j) {
+  const Eight<Real> d;
+  constexpr size_t width = hn::MaxLanes(Eight<Real>()), vectors = 8 / width;
+  hn::Vec<Eight<Real>> sums[rows][vectors];
+#pragma GCC unroll 8
+  for (auto& row : sums)
+#pragma GCC unroll 8
+    for (auto& sum : row) sum = hn::Zero(d);
+  for (size_t i = 0; i < job.length; i += 8)
+#pragma GCC unroll 8
+    for (size_t v = 0; v < vectors; ++v) {
+      const auto of = hn::LoadU(d, job.v + i + v * width);
+#pragma GCC unroll 8
+      for (int r = 0; r < rows; ++r)
+        sums[r][v] = sums[r][v] + hn::LoadU(d, job.a + (j + r) * job.aRow + i + v * width) * of;
+    }
+#pragma GCC unroll 8
+  for (int r = 0; r < rows; ++r) {
+    Real s[8];
+#pragma GCC unroll 8
+    for (size_t v = 0; v < vectors; ++v) hn::StoreU(sums[r][v], d, s + v * width);
+    job.products[j + r] = ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+  }
+}
+
+template <class Real> void scalarProducts(const ScalarProducts<Real>& job) {
+  size_t j = 0;
+  for (; j + 4 <= job.rows; j += 4) scalarProductsOf<4>(job, j);
+  for (; j < job.rows; ++j) scalarProductsOf<1>(job, j);
+}
+
+// Errors of the columns from j on, as many as D has lanes.
+template <class D, class Real> HWY_INLINE void roundingOf(D d, const Rounding<Real>& job, size_t j) {
+  using V = hn::Vec<D>;
+  const auto number = [d](Real x) HWY_ATTR { return hn::Set(d, x); };
+  const auto stored = [&](size_t i) HWY_ATTR {
+    return hn::LoadU(d, job.values + i * job.columns + j) * number(job.inverseWeights[i]);
+  };
+  V peak = hn::Zero(d);
+  for (size_t i = 0; i < job.rows; ++i) peak = Max(peak, Abs(stored(i)));
+  V steps[roundings], scales[roundings], sums[roundings];
+  for (size_t r = 0; r < roundings; ++r) {
+    steps[r] = peak * number(job.clip[r] / job.last[r]);
+    scales[r] = number(1) / steps[r];
+    sums[r] = hn::Zero(d);
+  }
+  for (size_t i = 0; i < job.rows; ++i) {
+    const V x = stored(i), weight = number(job.weights[i]);
+#pragma GCC unroll 9
+    for (size_t r = 0; r < roundings; ++r) {
+      const V last = number(job.last[r]);
+      const V level = Round(Max(Min(x * scales[r], last), Neg(last)));
+      const V error = (x - steps[r] * level) * weight;
+      sums[r] = sums[r] + error * error;
+    }
+  }
+  for (size_t r = 0; r < roundings; ++r) hn::StoreU(sums[r], d, job.squaredErrors + r * job.columns + j);
+}
+
+template <class Real> void roundingErrors(const Rounding<Real>& job) {
+  constexpr size_t width = hn::MaxLanes(Wide<Real>()), narrow = hn::MaxLanes(Eight<Real>());
+  size_t j = 0;
+  for (; j + width <= job.columns; j += width) roundingOf(Wide<Real>(), job, j);
+  for (; j < job.columns; j += narrow) roundingOf(Eight<Real>(), job, j);
+}
+
+// Errors of `texels` texels for the lights from j on, added to those of the texels before.
+template <size_t texels, bool seen> HWY_INLINE void errorsOf(const BlockErrors& job, size_t first, size_t j) {
+  constexpr size_t rows = 3 * texels;
+  const Eight<double> d;
+  using V = hn::Vec<Eight<double>>;
+  V shown[rows], squares[3], clipped = hn::Zero(d);
+#pragma GCC unroll 12
+  for (V& x : shown) x = hn::Zero(d);
+  const double *levels = job.levels + 3 * first * job.terms, *perLevel = job.perLevel + j;
+  for (size_t k = 0; k < job.terms; ++k, levels += 3, perLevel += job.lights) {
+    const V p = hn::LoadU(d, perLevel);
+#pragma GCC unroll 12
+    for (size_t i = 0; i < rows; ++i)
+      shown[i] = shown[i] + hn::Set(d, levels[i / 3 * 3 * job.terms + i % 3]) * p;
+  }
+  const V white = hn::Set(d, job.white), black = hn::Zero(d);
+#pragma GCC unroll 3
+  for (size_t c = 0; c < 3; ++c)
+    squares[c] = first > 0 ? hn::LoadU(d, job.squares + c * job.lights + j) : hn::Zero(d);
+  if (seen && first > 0) clipped = hn::LoadU(d, job.clipped + j);
+#pragma GCC unroll 12
+  for (size_t i = 0; i < rows; ++i) {
+    const hn::Rebind<float, Eight<double>> narrow;
+    const V x = hn::PromoteTo(d, hn::LoadU(narrow, job.x + (3 * first + i) * job.lights + j));
+    const V error = x - shown[i];
+    squares[i % 3] = squares[i % 3] + error * error;
+    if (!seen) continue;
+    const V visible = Min(Max(x, black), white) - Min(Max(shown[i], black), white);
+    clipped = clipped + visible * visible;
+  }
+#pragma GCC unroll 3
+  for (size_t c = 0; c < 3; ++c) hn::StoreU(squares[c], d, job.squares + c * job.lights + j);
+  if (seen) hn::StoreU(clipped, d, job.clipped + j);
+}
+
+template <bool seen> HWY_INLINE void errorsOf(const BlockErrors& job) {
+  constexpr size_t width = hn::MaxLanes(Eight<double>());
+  constexpr size_t kTexels = kManyRegisters ? 4 : 2;
+  size_t texel = 0;
+  for (; texel + kTexels <= job.texels; texel += kTexels)
+    for (size_t j = 0; j < job.lights; j += width) errorsOf<kTexels, seen>(job, texel, j);
+  for (; texel < job.texels; ++texel)
+    for (size_t j = 0; j < job.lights; j += width) errorsOf<1, seen>(job, texel, j);
+}
+
+void blockErrors(const BlockErrors& job) {
+  if (job.clipped)
+    errorsOf<true>(job);
+  else
+    errorsOf<false>(job);
+}
+
+void productOfFloats(const MatrixProduct<float>& job) { product(job); }
+void productOfDoubles(const MatrixProduct<double>& job) { product(job); }
+void scalarProductsOfFloats(const ScalarProducts<float>& job) { scalarProducts(job); }
+void scalarProductsOfDoubles(const ScalarProducts<double>& job) { scalarProducts(job); }
+void roundingErrorsOfFloats(const Rounding<float>& job) { roundingErrors<float>(job); }
+void roundingErrorsOfDoubles(const Rounding<double>& job) { roundingErrors<double>(job); }
+
+} // namespace
+} // namespace HWY_NAMESPACE
 } // namespace surflect::codec
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace surflect::codec {
+
+HWY_EXPORT(productOfFloats);
+void multiply(const MatrixProduct<float>& job) { HWY_DYNAMIC_DISPATCH(productOfFloats)(job); }
+HWY_EXPORT(productOfDoubles);
+void multiply(const MatrixProduct<double>& job) { HWY_DYNAMIC_DISPATCH(productOfDoubles)(job); }
+
+HWY_EXPORT(scalarProductsOfFloats);
+void multiply(const ScalarProducts<float>& job) { HWY_DYNAMIC_DISPATCH(scalarProductsOfFloats)(job); }
+HWY_EXPORT(scalarProductsOfDoubles);
+void multiply(const ScalarProducts<double>& job) { HWY_DYNAMIC_DISPATCH(scalarProductsOfDoubles)(job); }
+
+HWY_EXPORT(roundingErrorsOfFloats);
+void roundingErrors(const Rounding<float>& job) { HWY_DYNAMIC_DISPATCH(roundingErrorsOfFloats)(job); }
+HWY_EXPORT(roundingErrorsOfDoubles);
+void roundingErrors(const Rounding<double>& job) { HWY_DYNAMIC_DISPATCH(roundingErrorsOfDoubles)(job); }
+
+HWY_EXPORT(blockErrors);
+void blockErrors(const BlockErrors& job) { HWY_DYNAMIC_DISPATCH(blockErrors)(job); }
+
+} // namespace surflect::codec
+#endif

@@ -1,16 +1,11 @@
-// The loops over whole matrices that encoding a block spends its time in, compiled for each kind of vector
-// instructions; all give the same bits: every number is summed in the order of the rows, and nothing is
-// contracted. Raw pointers only: see surfel/math/simd.h.
+// The loops over whole matrices that encoding a block spends its time in, in vector instructions; all give
+// the same bits: every number is summed in the order of the rows, and nothing is contracted.
 //
 // Matrices lie row by row; a row has a multiple of eight numbers, where what is too many is zero.
 #pragma once
 
 #include <cstddef>
 #include <limits>
-
-namespace surflect {
-enum class Simd;
-}
 
 namespace surflect::codec {
 
@@ -31,6 +26,8 @@ template <class Real> struct MatrixProduct {
   size_t rows, inner, columns; // of C, summed over, of C as padded
   bool upper;
 };
+void multiply(const MatrixProduct<float>&);
+void multiply(const MatrixProduct<double>&);
 
 // a_j . v for each row a_j of a matrix: the sums of each eighth product, and these by halves. `length`: as
 // padded.
@@ -41,6 +38,8 @@ template <class Real> struct ScalarProducts {
   size_t length;
   Real* products; // [rows]
 };
+void multiply(const ScalarProducts<float>&);
+void multiply(const ScalarProducts<double>&);
 
 // What rounding to levels -last .. last leaves of the columns of a matrix, of which row i is stored divided
 // by weights[i]: the squared error of a column whose largest stored value is put on last / clip, and larger
@@ -54,6 +53,8 @@ template <class Real> struct Rounding {
   Real last[roundings], clip[roundings];
   Real* squaredErrors; // [roundings][columns]
 };
+void roundingErrors(const Rounding<float>&);
+void roundingErrors(const Rounding<double>&);
 
 // |X - levels P|^2 for each channel and light, over texels; and, where it is wanted, for each light over
 // texels and channels that of X and levels P clipped to [0, white].
@@ -67,24 +68,6 @@ struct BlockErrors {
   double* squares; // [3 channels][lights]
   double* clipped; // [lights], or null
 };
-
-struct BlockKernels {
-  void (*product)(const MatrixProduct<float>&);
-  void (*doubleProduct)(const MatrixProduct<double>&);
-  void (*scalarProducts)(const ScalarProducts<float>&);
-  void (*doubleScalarProducts)(const ScalarProducts<double>&);
-  void (*rounding)(const Rounding<float>&);
-  void (*doubleRounding)(const Rounding<double>&);
-  void (*errors)(const BlockErrors&);
-
-  void run(const MatrixProduct<float>& job) const { product(job); }
-  void run(const MatrixProduct<double>& job) const { doubleProduct(job); }
-  void run(const ScalarProducts<float>& job) const { scalarProducts(job); }
-  void run(const ScalarProducts<double>& job) const { doubleScalarProducts(job); }
-  void run(const Rounding<float>& job) const { rounding(job); }
-  void run(const Rounding<double>& job) const { doubleRounding(job); }
-};
-
-const BlockKernels& blockKernels(Simd simd);
+void blockErrors(const BlockErrors&);
 
 } // namespace surflect::codec

@@ -30,7 +30,7 @@ double ditherThreshold(size_t texel) {
 
 template <class Real> class LevelFit {
 public:
-  LevelFit(const WeightedBlock<Real>& block, const BlockKernels& kernels, const StoredTerms& stored)
+  LevelFit(const WeightedBlock<Real>& block, const StoredTerms& stored)
       : rows_(block.values.rows()), rank_(stored.terms.size()), q_(rows_, rank_), c_(rank_, rank_),
         r_(rows_, rank_), inverse_(c_.stride()), last_(rank_), sums_(rank_) {
     const size_t lights = block.values.columns();
@@ -45,8 +45,8 @@ public:
       for (size_t i = 0; i < rows_; ++i) q_.row(i)[k] = static_cast<Real>(term.levels[i]);
     }
     const auto product = [&](const PaddedRows<Real>& a, const PaddedRows<Real>& b, PaddedRows<Real>& to) {
-      kernels.run(MatrixProduct<Real>{a.row(0), a.stride(), 1, b.row(0), b.stride(), to.row(0), to.stride(),
-                                      a.rows(), a.columns(), b.stride(), false});
+      multiply(MatrixProduct<Real>{a.row(0), a.stride(), 1, b.row(0), b.stride(), to.row(0), to.stride(),
+                                   a.rows(), a.columns(), b.stride(), false});
     };
     product(pw, wp, c_);
     product(q_, c_, ofLevels);
@@ -158,9 +158,8 @@ ChannelSums channelSums(const PaddedRows<float>& x, double white) {
 }
 
 template <class Real>
-bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, const BlockKernels& kernels,
-               StoredTerms& stored) {
-  LevelFit<Real> fit(block, kernels, stored);
+bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, StoredTerms& stored) {
+  LevelFit<Real> fit(block, stored);
   fit.lowerError();
   bool kept = true;
   for (size_t c = 0; c < 3; ++c) kept = fit.keepSum(c, channels.sums[c], channels.bounds[c]) && kept;
@@ -168,7 +167,7 @@ bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, co
   return kept;
 }
 
-template bool fitLevels(const WeightedBlock<float>&, const ChannelSums&, const BlockKernels&, StoredTerms&);
-template bool fitLevels(const WeightedBlock<double>&, const ChannelSums&, const BlockKernels&, StoredTerms&);
+template bool fitLevels(const WeightedBlock<float>&, const ChannelSums&, StoredTerms&);
+template bool fitLevels(const WeightedBlock<double>&, const ChannelSums&, StoredTerms&);
 
 } // namespace surflect::codec

@@ -23,7 +23,6 @@ ChannelSums channelSums(const PaddedRows<float>& x, double white);
 // Moves levels to lower |V (X - X') W|, then until the sum of each channel keeps its bound. Returns whether
 // all do.
 template <class Real>
-bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, const BlockKernels& kernels,
-               StoredTerms& stored);
+bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, StoredTerms& stored);
 
 } // namespace surflect::codec

@@ -22,11 +22,9 @@ constexpr size_t kSpare = 2;     // vectors more than are needed
 constexpr size_t kFirst = 12;
 
 // The sum of so many rows of M times these numbers.
-template <class Real>
-void combine(const Real* weights, const PaddedRows<Real>& m, size_t rows, Real* sum,
-             const BlockKernels& kernels) {
-  kernels.run(MatrixProduct<Real>{weights, rows, 1, m.row(0), m.stride(), sum, m.stride(), 1, rows,
-                                  m.stride(), false});
+template <class Real> void combine(const Real* weights, const PaddedRows<Real>& m, size_t rows, Real* sum) {
+  multiply(MatrixProduct<Real>{weights, rows, 1, m.row(0), m.stride(), sum, m.stride(), 1, rows, m.stride(),
+                               false});
 }
 
 // Directions that no block has reason to be orthogonal to.
@@ -59,8 +57,7 @@ size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, do
 
 } // namespace
 
-template <class Real>
-Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, const BlockKernels& kernels) {
+template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated) {
   const size_t n = gram.rows();
   double trace = 0;
   for (size_t i = 0; i < n; ++i) trace += static_cast<double>(gram.row(i)[i]);
@@ -69,13 +66,13 @@ Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, co
   PaddedRows<Real> q(n, n), next(1, n), sum(1, n); // q: a vector a row
   std::vector<Real> products(n);
   const auto productsOf = [&](const PaddedRows<Real>& m, size_t rows, const Real* v) {
-    kernels.run(ScalarProducts<Real>{m.row(0), m.stride(), rows, v, m.stride(), products.data()});
+    multiply(ScalarProducts<Real>{m.row(0), m.stride(), rows, v, m.stride(), products.data()});
     return products.data();
   };
   // To the first rows of Q. Returns the length that remains.
   const auto makeOrthogonal = [&](size_t size) {
     for (int pass = 0; pass < 2 && size > 0; ++pass) { // twice is enough [Parlett 1980]
-      combine(productsOf(q, size, next.row(0)), q, size, sum.row(0), kernels);
+      combine(productsOf(q, size, next.row(0)), q, size, sum.row(0));
       for (size_t i = 0; i < next.stride(); ++i) next.row(0)[i] -= sum.row(0)[i];
     }
     return std::sqrt(*productsOf(next, 1, next.row(0)));
@@ -85,7 +82,7 @@ Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, co
   beta.reserve(n);
   uint32_t state = 1;
   takeAny(sum, state);
-  combine(sum.row(0), gram, n, next.row(0), kernels);
+  combine(sum.row(0), gram, n, next.row(0));
   TridiagonalSpectrum<Real> ritz{{}, PaddedRows<Real>(0, 0)};
   size_t terms = 0;
   double left = trace;
@@ -111,7 +108,7 @@ Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, co
     }
     if (size > 0) beta.push_back(length);
     for (size_t i = 0; i < next.stride(); ++i) q.row(size)[i] = next.row(0)[i] / remains;
-    combine(q.row(size), gram, n, next.row(0), kernels);
+    combine(q.row(size), gram, n, next.row(0));
     alpha.push_back(*productsOf(next, 1, q.row(size)));
     left -= static_cast<double>(alpha.back());
   }
@@ -120,13 +117,13 @@ Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, co
   PaddedRows<Real> chosen(size, terms);
   transpose(ritz.vectors.row(0), ritz.vectors.stride(), terms, size, chosen.row(0), chosen.stride());
   Spectrum<Real> spectrum{PaddedRows<Real>(n, terms), trace};
-  kernels.run(MatrixProduct<Real>{q.row(0), 1, q.stride(), chosen.row(0), chosen.stride(),
-                                  spectrum.vectors.row(0), spectrum.vectors.stride(), n, size,
-                                  chosen.stride(), false});
+  multiply(MatrixProduct<Real>{q.row(0), 1, q.stride(), chosen.row(0), chosen.stride(),
+                               spectrum.vectors.row(0), spectrum.vectors.stride(), n, size, chosen.stride(),
+                               false});
   return spectrum;
 }
 
-template Spectrum<float> strongestVectors(const PaddedRows<float>&, float, const BlockKernels&);
-template Spectrum<double> strongestVectors(const PaddedRows<double>&, double, const BlockKernels&);
+template Spectrum<float> strongestVectors(const PaddedRows<float>&, float);
+template Spectrum<double> strongestVectors(const PaddedRows<double>&, double);
 
 } // namespace surflect::codec

@@ -5,8 +5,6 @@
 
 namespace surflect::codec {
 
-struct BlockKernels;
-
 template <class Real> struct Spectrum {
   PaddedRows<Real> vectors; // [rows of the Gram matrix][terms], orthonormal columns; the strongest first
   double trace = 0;
@@ -18,7 +16,6 @@ template <class Real> struct Spectrum {
 //
 // [Lanczos 1950], with each vector made orthogonal to all before it: it ends where the rest does not matter,
 // long before there are as many vectors as rows.
-template <class Real>
-Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated, const BlockKernels& kernels);
+template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated);
 
 } // namespace surflect::codec

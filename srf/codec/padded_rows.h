@@ -11,7 +11,7 @@ template <class Real> class PaddedRows {
 public:
   // Values are to be written yet; those that pad are zero.
   PaddedRows(size_t rows, size_t columns)
-      : rows_(rows), columns_(columns), stride_((columns + 7) / 8 * 8),
+      : rows_(rows), columns_(columns), stride_(columns / 8 * 8 + (columns % 8 != 0 ? 8 : 0)),
         values_(std::make_unique_for_overwrite<Real[]>(rows * stride_)) {
     if (columns < stride_) // always eight: that needs no call
       for (size_t i = 0; i < rows; ++i) std::fill_n(row(i) + stride_ - 8, 8, Real{0});

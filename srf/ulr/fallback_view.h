@@ -1,10 +1,13 @@
-// Views that do not see a surfel, but are asked where none that sees it well is left: a surface goes on
-// beyond what was photographed, continuously, and never black.
+// Fallback views: views that do not see a surfel, blended where no view sees it well. A surface continues
+// beyond the photographed part, without a jump, and is never black.  Ours.
 //
-// A view that sees the surfel has the penalty p / s, with s its fade. Any view that has the surfel's place in
-// its image has at most (p + d) / (e b g): b is the fade of its border; g is 1 at the horizon, where the view
-// saw the surface end, and falls where the surfel turns away further, or where it faces the view but
-// something is before it. e is large enough for stand-ins to take over gradually as s falls to 0.
+//   p' = min(p / s, (p + d) / (e b g))
+//
+// Symbols: p' penalty of a view that has the surfel's place in its image; p = 1 - cos of its angle to the
+// direction asked for; s its fade at the surfel (visibility_weights.h), b the part of s that falls towards
+// the image's border. g is 1 at the horizon, where the surface turns away from the view; it falls as the
+// surfel turns further away, or as it faces the view but is hidden. d and e are constants; e is large enough
+// for a gradual change as s falls to 0.
 #pragma once
 
 #include "srf/ulr/visibility_weights.h"
@@ -14,13 +17,13 @@
 
 namespace surflect::ulr {
 
-inline constexpr float kFallbackFade = 1 / 3.f;   // e
-inline constexpr float kFallbackOffset = 2 / 3.f; // d: no ray is met by a view that sees something else there
-inline constexpr double kFallbackTurn = 0.1;      // of the cosine, over which g falls
-inline constexpr double kFallbackHidden = 1 / 200.0; // the least g of a view that faces the surfel
+inline constexpr float kFallbackFade = 1 / 3.f;      // e
+inline constexpr float kFallbackOffset = 2 / 3.f;    // d > 0: a fallback never meets a ray exactly
+inline constexpr double kFallbackTurn = 0.1;         // cosine over which g falls
+inline constexpr double kFallbackHidden = 1 / 200.0; // least g of a view that faces the surfel
 
-// Beside a view of less penalty than this no stand-in has weight: with l >= 0 what a light adds, (d + l) / e
-// is beyond the threshold of a blend, at most 2 (1 + l).
+// Beside a view of less penalty than this no fallback has weight: with the penalty l >= 0 of a light added,
+// (d + l) / e is above the threshold of a blend, at most 2 (1 + l).
 inline constexpr float kFallbackFrom = 1;
 static_assert(kFallbackOffset / kFallbackFade >= 2);
 
@@ -34,9 +37,9 @@ inline float fallbackScale(double cosine, double border, double fade) {
 
 inline float fallbackPenalty(float penalty, float scale) { return (penalty + kFallbackOffset) * scale; }
 
-// What no stand-in's penalty is below, without border and exponential, where angle and cosine are known but
-// for `rounding`: b is at most 1, and exp(-t) <= 1 / (1 + t + t^2 / 2); where the surfel is open to the view,
-// g may be 1.
+// A lower bound on the penalty of a fallback, cheap to compute, from angle and cosine that are known but for
+// `rounding`: b is at most 1, exp(-t) <= 1 / (1 + t + t^2 / 2), and g may be 1 where the view sees the
+// surfel.
 inline float leastFallbackPenalty(float penalty, float cosine, bool isOpen, float rounding) {
   const float t = std::max(0.f, std::abs(cosine) - rounding) / static_cast<float>(kFallbackTurn);
   const float inverse = std::min(1 + t * (1 + t / 2), static_cast<float>(1 / kFallbackHidden));

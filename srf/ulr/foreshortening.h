@@ -3,10 +3,10 @@
 // as they are [Weyrich 2005, §5.2], they show as many shadow lines as there are lights in the blend, and none
 // where that of the light asked for would lie.
 //
-// Where the photographs say that it pays, a blend is therefore multiplied by the cosine asked for over the
-// mean of those blended: the ratio estimator [Cochran 1977, §6.1], the cosine being what is known of the
-// radiance everywhere. A matte surface comes out but for the residual, whatever the weights, while the ratio
-// is at most 2. Nothing is divided by the cosine of a single photograph, so that no noise grows.
+// If cross-validation of the photographs favours it, a blend is therefore multiplied by the cosine asked for
+// over the mean of those blended: the ratio estimator [Cochran 1977, §6.1], the cosine being what is known of
+// the radiance everywhere. A matte surface comes out but for the residual, whatever the weights, while the
+// ratio is at most 2. Nothing is divided by the cosine of a single photograph, so that no noise grows.
 //
 // [Cochran 1977] Cochran: Sampling Techniques, 3rd edition.
 // Symbols: n normal, l the direction asked for, l_i of the blended lights, w_i their weights,

@@ -1,4 +1,4 @@
-// What becomes of light from where no light was captured. ULR extrapolates [Weyrich 2005, §5.2]: the nearest
+// Light from directions where no light was captured. ULR extrapolates [Weyrich 2005, §5.2]: the nearest
 // captured lights answer, however far they are. A rig that covers a cone or a dome would pile onto its rim
 // all the light of an environment that comes from elsewhere; there such light can be faded out instead.
 #pragma once
@@ -11,7 +11,7 @@ namespace surflect::ulr {
 
 enum class LightExtrapolation { clamp, fade };
 
-// How dense a rig's lights are, and how its answer fades beyond them.
+// The spacing of a rig's lights, and the fade of light beyond them.
 class LightCoverage {
 public:
   // Unit directions to the captured lights, from the middle of the object. The spacing of a rig is the

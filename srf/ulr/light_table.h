@@ -3,10 +3,10 @@
 // directions per surfel.
 #pragma once
 
-#include "srf/ulr/choice_kernels.h"
-#include "srf/ulr/environment.h"
+#include "srf/ulr/environment_map.h"
 #include "srf/ulr/foreshortening.h"
 #include "srf/ulr/light_blend.h"
+#include "srf/ulr/nearest_kernels.h"
 
 #include <Eigen/Core>
 
@@ -23,16 +23,16 @@ struct Foreshortened {
   std::span<const float> cosines;
 };
 
-// The lights of an environment, with their directions in lanes.
-class EnvironmentLanes {
+// The lights of an environment, their directions also as arrays for vector instructions.
+class EnvironmentDirections {
 public:
-  EnvironmentLanes(std::span<const EnvironmentLight> lights, Simd simd); // which must outlive this
+  EnvironmentDirections(std::span<const EnvironmentLight> lights, Simd simd); // which must outlive this
 
 private:
   friend class LightTable;
   std::span<const EnvironmentLight> lights_;
-  const ChoiceKernels& kernels_;
-  std::vector<float> towards_; // x, y and z of 16 after another
+  const NearestKernels& kernels_;
+  std::vector<float> towards_; // x of 16 lights, their y, their z, and so on
 };
 
 class LightTable {
@@ -46,19 +46,19 @@ public:
   // entry per captured light. The weights behind it are continuous in the turn and those of
   // blendOfLights; where they are foreshortened, times the ratio of foreshortening.h. The fourth number is
   // r + g + b as it is before that.
-  void spread(const EnvironmentLanes& environment,
+  void spread(const EnvironmentDirections& environment,
               const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
               std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;
 
 private:
-  // Of four lights in a cell: their weights at its corners (0,0), (1,0), (0,1), (1,1). Where there are fewer,
-  // others have no weight.
+  // Weights of four captured lights at the corners (0,0), (1,0), (0,1), (1,1) of a cell; 0 where it has fewer
+  // lights.
   struct Shares {
     alignas(16) std::array<std::array<float, 4>, 4> atCorner{};
     std::array<uint32_t, 4> light{};
   };
   size_t cells_ = 0;            // along a side of the octahedral square
-  std::vector<uint32_t> first_; // of each cell's shares, row by row; one more, for the end
+  std::vector<uint32_t> first_; // per cell, row by row: its first entry of shares_; then the end
   std::vector<Shares> shares_;
 };
 

@@ -1,7 +1,7 @@
-// How far a camera may be asked about a surfel: 1 where it sees the surfel well, falling smoothly to 0 where
-// the surfel becomes hidden, turns away or leaves the image. A penalty divided by the fade makes a camera
-// leave the blend without a jump, along camera paths and along the surface. All of it belongs to the place p0
-// where the surfel was captured, so it is computed once and nothing switches while an animation runs.
+// Visibility of surfels in views: a weight that is 1 where a view sees the surfel well and falls smoothly to
+// 0 where the surfel becomes hidden, turns away or leaves the image. A view's penalty is divided by it, so
+// that the view leaves the blend without a jump, along camera paths and along the surface. The weight belongs
+// to the captured place p0: it is computed once, and nothing switches while an animation runs.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -19,8 +19,8 @@ namespace surflect::ulr {
 // 0 for x <= from, 1 for x >= to, continuously differentiable between.
 double smoothStep(double from, double to, double x);
 
-// Of the cosine between normal and direction to the camera: 0 from 90 degrees on, 1 from a cosine of 0.3 on,
-// smooth between.
+// Fade at grazing angles, from the cosine between normal and direction to the camera: 0 from 90 degrees on, 1
+// from a cosine of 0.3 on, smooth between.
 double grazingFade(double cosine);
 
 // Smooth fall over the last pixels before the border of the image; 0 outside.
@@ -30,7 +30,7 @@ double borderFade(const capture::Lens& lens, capture::Pixel pixel);
 // still moves the weights when it is as small as p, and equal ratios of fades move them by equal amounts.
 struct VisibilityWeights {
   size_t views = 0;
-  std::vector<uint8_t> values; // 0 where the view must not be asked
+  std::vector<uint8_t> values; // 0 where the view does not see the surfel
 
   std::span<const uint8_t> of(size_t surfel) const { return {values.data() + surfel * views, views}; }
 
@@ -39,8 +39,8 @@ struct VisibilityWeights {
   static float decode(uint8_t value);
 };
 
-// Is the line of sight from each surfel to each view free? Rows as in VisibilityWeights, 1 or 0; 0 for
-// surfels that face away from the view.
+// 1 where the line of sight from a surfel to a view is free, else 0; 0 for surfels that face away from the
+// view. Rows as in VisibilityWeights.
 std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
                                  std::span<const capture::Camera<AcquisitionSpace>> views,
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);

@@ -1,4 +1,4 @@
-#include "srf/ulr/environment.h"
+#include "srf/ulr/environment_map.h"
 #include "tests/fuzz/folder.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -20,9 +20,8 @@ inline surfels::FrameLayers filmOf(const model::Model& model, const warp::Warp& 
                                    const capture::Camera<ObjectSpace>& camera,
                                    const std::vector<scene::ShotLight>& lights,
                                    const surfels::FrameOptions& options = {}) {
-  codec::BlockCache cache(model.files, size_t{1} << 28);
-  surfels::FrameStats stats;
-  return surfels::renderFrame(model, warp, camera, lights, options, cache, stats);
+  surfels::FrameWorkspace workspace(model, size_t{1} << 28);
+  return surfels::renderFrame(model, {warp, camera, lights}, options, workspace);
 }
 
 inline warp::WarpPointer noWarp() { return warp::chainWarp({}); }

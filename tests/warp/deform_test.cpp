@@ -1,6 +1,7 @@
 #include "warp/deform.h"
 
 #include "surfel/lookup.h"
+#include "tests/support/each_simd.h"
 #include "tests/warp/random_warps.h"
 
 #include <gtest/gtest.h>
@@ -162,14 +163,14 @@ struct PointByPoint final : Warp {
 TEST(Deform, KernelsGiveWhatPointByPointGives) {
   std::mt19937 random(11);
   int same = 0, all = 0;
-  for (const Simd simd : supportedSimd())
+  for (const Simd simd : EachSimd())
     for (const auto& [name, make] : exactWarps)
       for (const double offset : {0., 5.}) {
         SurfelCloud cloud = randomCloud(1001, random); // no multiple of any group
         for (auto& p0 : cloud.p0)
           p0 = assume<Point3<AcquisitionSpace>>(Vec3<double>(p0.raw().cast<double>().array() + offset));
         const WarpPointer warp = make(random);
-        const DeformedCloud a = deform(cloud, *warp, {}, simd), b = deform(cloud, PointByPoint(*warp));
+        const DeformedCloud a = deform(cloud, *warp), b = deform(cloud, PointByPoint(*warp));
         EXPECT_TRUE(sameBits(a.handedness, b.handedness)) << name;
         for (size_t i = 0; i < a.size(); ++i)
           for (const auto& [ours, theirs] :
@@ -184,12 +185,13 @@ TEST(Deform, KernelsGiveWhatPointByPointGives) {
 }
 
 TEST(Deform, Avx2AndAvx512GiveTheSameBits) {
-  if (bestSimd() != Simd::avx512) return;
+  if (supportedSimd().back() != Simd::avx512) return;
   std::mt19937 random(12);
   const SurfelCloud cloud = randomCloud(2000, random);
   for (const auto& [name, make] : exactWarps) {
     const WarpPointer warp = make(random);
-    const DeformedCloud a = deform(cloud, *warp, {}, Simd::avx2), b = deform(cloud, *warp, {}, Simd::avx512);
+    const auto deformed = [&] { return deform(cloud, *warp); };
+    const DeformedCloud a = inSimd(Simd::avx2, deformed), b = inSimd(Simd::avx512, deformed);
     EXPECT_TRUE(sameBits(a.p, b.p) && sameBits(a.u, b.u) && sameBits(a.v, b.v)) << name;
   }
 }
@@ -200,13 +202,13 @@ TEST(Deform, KernelsLeaveTheSameSurfelsDead) {
   cloud.p0[3] = {std::nanf(""), 0, 0};
   cloud.p0[500] = {0, INFINITY, 0};
   int dead = 0;
-  for (const Simd simd : supportedSimd())
+  for (const Simd simd : EachSimd())
     for (const Vec3<double>& factors :
          {Vec3<double>(0, 1, 1), Vec3<double>(1e-6, 1, 1), Vec3<double>(1e-7, -1e-7, 1),
           Vec3<double>(1e-46, 1e-46, 1e-46), Vec3<double>(1e-44, 1e-44, 1e-44),
           Vec3<double>(1e30, 1e30, 1e30), Vec3<double>(-1e39, 1, 1)}) {
       const WarpPointer warp = chainOf(scaleWarp(factors, {0, 0, 0}), randomTwist(random));
-      const DeformedCloud a = deform(cloud, *warp, {}, simd), b = deform(cloud, PointByPoint(*warp));
+      const DeformedCloud a = deform(cloud, *warp), b = deform(cloud, PointByPoint(*warp));
       for (size_t i = 0; i < cloud.size(); ++i) {
         EXPECT_EQ(a.handedness[i], b.handedness[i]) << factors.transpose() << " " << i << nameOf(simd);
         dead += a.handedness[i] == Handedness::dead;

@@ -1,6 +1,6 @@
 #include "warp/lattice.h"
 
-#include "surfel/math/simd.h"
+#include "tests/support/each_simd.h"
 #include "tests/warp/random_warps.h"
 
 #include <gtest/gtest.h>
@@ -104,7 +104,7 @@ TEST(Lattice, BeyondTheBoxTheJacobianIsThatOfThePosition) {
 // With every kind of vector instructions, at places in and around a box of this half side. Places may differ
 // by `error` half sides, tangents by twice as much.
 void expectBatchesMoveAsPoints(const Warp& warp, double half, double error, std::mt19937& random) {
-  for (const Simd simd : supportedSimd()) {
+  for ([[maybe_unused]] const Simd simd : EachSimd()) {
     WarpBatch b;
     b.count = 100;
     std::vector<Vec3<double>> places;
@@ -115,7 +115,7 @@ void expectBatchesMoveAsPoints(const Warp& warp, double half, double error, std:
       b.ux[i] = b.vy[i] = b.determinant[i] = 1;
       b.uy[i] = b.uz[i] = b.vx[i] = b.vz[i] = 0;
     }
-    warp.carry(b, simd);
+    warp.carry(b);
     for (int i = 0; i < b.count; ++i) {
       const Mat3<double> j = *warp.jacobian(places[i]);
       EXPECT_LT((warp.position(places[i]) - Vec3<double>(b.x[i], b.y[i], b.z[i])).norm(), error * half);

@@ -1,10 +1,7 @@
 #include "bench/doll/doll_model.h"
 
 #include "bench/doll/doll_shape.h"
-#include "bench/doll/frame_times.h"
-#include "bench/doll/paper_frame.h"
-#include "render/evaluation/measure.h"
-#include "render/film/frame_file.h"
+#include "bench/doll/doll_shot.h"
 #include "srf/model/model.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -75,14 +72,6 @@ TEST_F(DollModel, TheSameSeedGivesTheSameModel) {
   EXPECT_NE(written(kSmall, "a").identity, written(other, "c").identity);
 }
 
-TEST_F(DollModel, ARigIsKnownByItsCameras) {
-  model::Model model = written(kSmall);
-  EXPECT_TRUE(isDoll(model.rig));
-  model.rig.views.pop_back();
-  EXPECT_FALSE(isDoll(model.rig)); // those of fewer views stand elsewhere
-  EXPECT_FALSE(isDoll({}));
-}
-
 TEST_F(DollModel, TheSurfaceIsThatOfTheModel) {
   const model::Model model = written(kSmall);
   const DollSurface surface = dollSurface(kSmall.surfels, kSmall.seed, dollCameras(kSmall));
@@ -90,49 +79,25 @@ TEST_F(DollModel, TheSurfaceIsThatOfTheModel) {
   EXPECT_EQ(surface.fades.values, model.fades.values);
 }
 
-// Also where views are so few that others stand in, and where the warp turns what no view sees to the viewer.
-TEST_F(DollModel, FramesAreThoseOfThePaper) {
-  for (const size_t views : {2, 5, 12}) {
-    DollSize size = kSmall;
-    size.views = views;
-    const model::Model model = written(size, std::to_string(views));
-    const Shot shot = dollShot(model, 160, 120, 3);
-    codec::BlockCache cache(model.files, size_t{1} << 28);
-    surfels::FrameStats stats;
-    const surfels::FrameLayers film =
-        surfels::renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats);
-    ResidentBlocks blocks(cache);
-    const PaperFrame paper = paperFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
-    EXPECT_EQ(paper.visible, stats.visible);
-    const double white = film::whiteOf(paper.color);
-    ASSERT_GT(white, 0);
-    EXPECT_GT(evaluation::compare(paper.color, film.color, 1 / white).psnrLinear(), 130) << views;
-    for (size_t i = 0; i < paper.color.values.size(); ++i)
-      ASSERT_NEAR(paper.color.values[i], film.color.values[i], 2.2e-6 * white);
+TEST_F(DollModel, EveryOtherViewKeepsWhatBelongsToIt) {
+  const model::Model model = written({.surfels = 500, .views = 9, .lights = 4, .width = 64, .height = 80});
+  const model::Model part = everyView(model, 2);
+  ASSERT_EQ(part.rig.views.size(), 5u);
+  ASSERT_EQ(part.files.size(), 5u);
+  ASSERT_EQ(part.columns.size(), 5u);
+  ASSERT_EQ(part.rig.frames.size(), 20u);
+  ASSERT_EQ(part.fades.values.size(), 5 * model.cloud.size());
+  EXPECT_TRUE(part.isFullProduct);
+  EXPECT_EQ(part.cloud.p0, model.cloud.p0);
+  for (size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(part.rig.views[i].identity, model.rig.views[2 * i].identity);
+    EXPECT_EQ(part.files[i].checksum(), model.files[2 * i].checksum());
+    EXPECT_EQ(part.columns[i], model.columns[2 * i]);
+    for (size_t surfel = 0; surfel < model.cloud.size(); ++surfel)
+      ASSERT_EQ(part.fades.of(surfel)[i], model.fades.of(surfel)[2 * i]);
   }
-}
-
-TEST_F(DollModel, CountsAreThoseOfTheFrame) {
-  const model::Model model = written(kSmall);
-  const Shot shot = dollShot(model, 160, 120, 3);
-  codec::BlockCache cache(model.files, size_t{1} << 28);
-  const FrameTimes times = timeFrames(model, shot, cache, size_t{1} << 28, 3);
-  const FrameCounts& counts = times.counts;
-  EXPECT_EQ(counts.surfels, model.cloud.size());
-  EXPECT_GT(counts.visible, counts.surfels / 4);
-  EXPECT_LE(counts.visible, counts.drawn);
-  EXPECT_LT(counts.drawn, counts.surfels);
-  EXPECT_GT(counts.pairs, counts.visible);
-  EXPECT_LE(counts.pairs, 4 * counts.visible);
-  EXPECT_LE(counts.lookups, counts.pairs * model.rig.lights.size());
-  EXPECT_GT(counts.contributions, counts.visible);
-  EXPECT_EQ(counts.blocks, cache.counts().reads); // none twice
-  EXPECT_GT(counts.rank, 1);
-  EXPECT_GT(times.coldSeconds, 0);
-  double stages = 0;
-  for (const std::string_view stage : kStages) stages += times.stages.find(stage)->second.best;
-  EXPECT_LE(stages, times.frame.best * 1.0001);
-  EXPECT_LE(times.frame.best, times.frame.median);
+  for (const capture::Frame& frame : part.rig.frames)
+    EXPECT_EQ(frame.picture, model::viewFilePath(2 * frame.view)); // as the doll's rig names them
 }
 
 } // namespace

@@ -4,7 +4,7 @@
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
-#include "srf/ulr/environment.h"
+#include "srf/ulr/environment_map.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <gtest/gtest.h>

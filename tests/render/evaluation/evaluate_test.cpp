@@ -46,7 +46,7 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
   const auto folder = packed.folder / "rendered";
   std::filesystem::create_directories(folder);
   capture.frames.clear();
-  codec::BlockCache cache(packed.model.files, size_t{1} << 28);
+  surfels::FrameWorkspace workspace(packed.model, size_t{1} << 28);
   const auto turn = warp::rigidWarp({0.6, 0, 0.8}, Angle::fromDegrees(50), {0, 0, 0}, {0.05, 0, 0});
   for (size_t v = 0; v < 4; ++v) {
     const auto& pose = capture.views[v].camera.cameraFromWorld;
@@ -55,9 +55,8 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
     const auto& light = std::get<capture::DirectionalLight>(capture.lights[v].kind);
     const std::vector<scene::ShotLight> lights{scene::ShotDirectionalLight{
         assume<Direction3<ObjectSpace, double>>(light.towards.raw()), light.irradiance}};
-    surfels::FrameStats stats;
     const image::Image film =
-        surfels::renderFrame(packed.model, *turn, camera, lights, {}, cache, stats).color;
+        surfels::renderFrame(packed.model, {*turn, camera, lights}, {}, workspace).color;
     image::Image straight(pictureSize, pictureSize, 3), alpha(pictureSize, pictureSize, 1);
     for (size_t i = 0; i < alpha.values.size(); ++i) {
       alpha.values[i] = film.values[4 * i + 3];

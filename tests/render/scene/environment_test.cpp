@@ -145,7 +145,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   for (const auto& texel : map.texels) {
     const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
     for (const auto& [light, weight] :
-         ulr::blendOfLights(towardsCaptured, towards, model::lightBlend(model(), plain.shade), coverage,
+         ulr::blendOfLights(towardsCaptured, towards, shading::lightBlend(model(), plain.shade), coverage,
                             ulr::LightExtrapolation::fade))
       filtered[light] += weight * Vec3<double>(texel.irradiance.r, texel.irradiance.g, texel.irradiance.b);
   }

@@ -2,6 +2,7 @@
 
 #include "render/evaluation/measure.h"
 #include "tests/render/scene.h"
+#include "tests/support/each_simd.h"
 
 #include <gtest/gtest.h>
 
@@ -136,9 +137,9 @@ TEST(Blend, ConfidenceActsWithinALayer) {
 TEST(Blend, WhatIsInfiniteStaysWhereItIsSeen) {
   Rng rng(17);
   const Scene scene = sphereBeforePlane(rng);
-  for (const Simd simd : supportedSimd()) {
-    const SplatRaster coverage =
-        rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats(), {.simd = simd});
+  for (const Simd simd : EachSimd()) {
+    const splat::SplatRaster coverage =
+        splat::rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 70, 50, 60), scene.splats());
     std::vector<float> values(coverage.visible.size(), 0);
     for (size_t i = 0; i < values.size(); i += 50) {
       values[i] = 1;

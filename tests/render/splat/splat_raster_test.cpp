@@ -1,9 +1,8 @@
 #include "render/splat/splat_raster.h"
 
-#include "bench/plain_splats/doll_cloud.h"
-#include "bench/plain_splats/slow_coverage.h"
 #include "render/evaluation/measure.h"
 #include "tests/render/scene.h"
+#include "tests/support/each_simd.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -251,101 +250,13 @@ TEST(SplatRaster, EverySplatThatIsVisibleBrightensAPixel) {
   }
 }
 
-// 115 to 139 dB. The doll has limbs before its body and creases; the sphere grazes a plane; the sheet is a
-// stack of two.
-void expectTheSame(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
-                   const std::vector<float>& colors, double leastDb = 110) {
-  const bench::slow::SplatRaster expected = bench::slow::rasterize(camera, splats);
-  std::mt19937 random(1);
-  std::vector<float> confidence; // from 1e-4 to 1
-  for (size_t i = 0; i < splats.size(); ++i)
-    confidence.push_back(std::pow(10.f, -4 * static_cast<float>(random() % 1000) / 1000));
-  const image::Image expectedImage = bench::slow::blend(expected, colors, 3, confidence);
-  for (const Simd simd : supportedSimd()) {
-    const SplatRaster got = rasterize(camera, splats, {.simd = simd});
-    std::vector<float> ofSeen;
-    for (const uint32_t splat : got.visible) ofSeen.push_back(confidence[splat]);
-    const image::Image image = blend(got, ofVisible(got, colors), 3, ofSeen), depth = depthImage(got);
-    const auto near = [](size_t a, size_t b) { return std::max(a, b) - std::min(a, b) <= 1 + a / 2000; };
-    EXPECT_TRUE(near(got.counts.drawn, expected.counts.drawn));
-    EXPECT_TRUE(near(got.counts.backFacing, expected.counts.backFacing));
-    EXPECT_TRUE(near(got.visible.size(), bench::slow::visibleSplats(expected).size()));
-    // A fragment at the end of a layer may fall on either side of it, by rounding.
-    size_t flipped = 0;
-    double squared = 0;
-    for (size_t i = 0; i < got.alpha.size(); ++i) {
-      double worst = std::abs(got.alpha[i] - expected.alpha[i]);
-      for (size_t k = 0; k < 3; ++k) {
-        const double difference = image.values[3 * i + k] - expectedImage.values[3 * i + k];
-        worst = std::max(worst, std::abs(difference));
-        squared += difference * difference;
-      }
-      flipped += worst > 1e-4;
-      if (worst <= 1e-4 && std::isfinite(expected.depth[i])) {
-        EXPECT_NEAR(depth.values[i] / expected.depth[i], 1, 1e-4);
-      }
-    }
-    EXPECT_LE(flipped, got.alpha.size() / 50'000) << nameOf(simd);
-    EXPECT_GT(evaluation::psnr(squared / static_cast<double>(3 * got.alpha.size())), leastDb) << nameOf(simd);
-  }
-}
-
-TEST(SplatRaster, IsThatOfThePlainSplatter) {
-  const bench::DollCloud doll = bench::dollCloud(60'000, bench::SurfelOrder::coherent);
-  for (const int height : {90, 400})
-    expectTheSame(bench::dollCamera(height * 4 / 3 + 1, height + 1), splatsOf(doll.rest, doll.deformed),
-                  doll.colors);
-  Rng rng(17);
-  const Scene scene = sphereBeforePlane(rng);
-  auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
-  expectTheSame(camera, scene.splats(), scene.colors);
-  camera.lens.k1 = -0.1;
-  expectTheSame(camera, scene.splats(), scene.colors);
-  camera.lens.model = capture::Lens::Model::orthographic;
-  camera.lens.focalX = camera.lens.focalY = 40;
-  expectTheSame(camera, scene.splats(), scene.colors);
-  expectTheSame(lookAt({0, 0, 1.2}, {0.3, 0.2, 0}, 160, 120, 900), scene.splats(),
-                scene.colors); // large splats
-}
-
-// Copies lie at the same depth; 300 of them are more fragments of a pixel than are compared each with each.
-TEST(SplatRaster, OfCopiesIsThatOfThePlainSplatter) {
-  for (const int copies : {2, 300}) {
-    Rng rng(19);
-    Scene scene;
-    SurfelCloud sphere = unitSphere(200, rng), plane = sheet(2, 2, 0.3, 0.1, rng);
-    for (SurfelCloud* cloud : {&sphere, &plane})
-      for (float& coverage : cloud->coverage) coverage /= static_cast<float>(copies);
-    const auto color = [](const V3& p) { return V3(0.5 + 0.4 * p[0], 0.5 + 0.2 * p[1], 0.3); };
-    for (int i = 0; i < copies; ++i) {
-      scene.add(sphere, unmoved, color);
-      scene.add(
-          plane, [](const V3& p) { return V3(p + V3(0, 0, -1.5)); }, color);
-    }
-    // Sums of thousands of floats are off by 1e-5: 104.6 dB, and no pixel stands out.
-    expectTheSame(lookAt({1, 1.5, 5}, {0, 0, 0}, 48, 36, 40), scene.splats(), scene.colors,
-                  copies == 2 ? 110 : 100);
-  }
-}
-
-TEST(SplatRaster, TheOrderOfTheCloudChangesNothing) {
-  const bench::DollCloud a = bench::dollCloud(20'000, bench::SurfelOrder::coherent),
-                         b = bench::dollCloud(20'000, bench::SurfelOrder::shuffled);
-  const auto camera = bench::dollCamera(320, 240);
-  const auto draw = [&](const bench::DollCloud& doll) {
-    const SplatRaster coverage = rasterize(camera, splatsOf(doll.rest, doll.deformed));
-    return blendWithAlpha(coverage, ofVisible(coverage, doll.colors), 3);
-  };
-  EXPECT_LT(largestDifference(draw(a), draw(b)), 1e-6);
-}
-
 TEST(SplatRaster, SameBitsWithAllVectorInstructions) {
   Rng rng(18);
   const Scene scene = sphereBeforePlane(rng);
   const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
   std::vector<image::Image> images;
-  for (const Simd simd : supportedSimd())
-    if (simd != Simd::scalar) images.push_back(rendered(scene, camera, {.simd = simd}));
+  for (const Simd simd : EachSimd())
+    if (simd != Simd::scalar) images.push_back(rendered(scene, camera));
   for (const image::Image& image : images) EXPECT_EQ(image.values, images.front().values);
 }
 
@@ -372,10 +283,10 @@ TEST(SplatRaster, SameBitsForAnyNumberOfThreads) {
   Rng rng(13);
   const Scene scene = sphereBeforePlane(rng);
   const auto camera = lookAt({1, 1, 5}, {0, 0, 0}, 200, 150, 180);
-  for (const Simd simd : supportedSimd()) {
+  for ([[maybe_unused]] const Simd simd : EachSimd()) {
     const auto with = [&](size_t threads) {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-      return rendered(scene, camera, {.simd = simd});
+      return rendered(scene, camera);
     };
     EXPECT_EQ(with(1).values, with(2).values);
   }

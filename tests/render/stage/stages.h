@@ -23,8 +23,8 @@ inline StageDirection randomDirection(std::mt19937& random) {
 
 // Stands in direction `from` of the origin, `distance` away, and looks at it; z is up.
 inline capture::Camera<AcquisitionSpace>
-lookFrom(const StageDirection& from, double distance, int size, double focal,
-         capture::Lens::Model model = capture::Lens::Model::pinhole) {
+setPlaces(const StageDirection& from, double distance, int size, double focal,
+          capture::Lens::Model model = capture::Lens::Model::pinhole) {
   const Vec3<double> back = from.raw(), right = Vec3<double>::UnitZ().cross(back).normalized();
   capture::Camera<AcquisitionSpace> camera;
   camera.lens = {model, size, size, focal, focal, size / 2., size / 2., 0, 0, 0, 0};

@@ -90,7 +90,7 @@ TEST(Texture, LiesOnTheSurfaceAndBendsWithIt) {
   TraceOptions options;
   options.samples = 16;
   const capture::Camera camera =
-      lookFrom(unit(1, 0, 0), 5, 8, 4, capture::Lens::Model::orthographic); // +y is to the right
+      setPlaces(unit(1, 0, 0), 5, 8, 4, capture::Lens::Model::orthographic); // +y is to the right
   const auto leftAndRight = [&] {
     const TracedView view =
         traceView(StageScene(objects), camera, 0, std::vector{sun({1, 0, 0})}, options, {});
@@ -151,7 +151,7 @@ TEST(Texture, OfRoughnessPolishes) {
   TraceOptions options;
   options.samples = 16;
   const capture::Camera camera =
-      lookFrom(unit(1, 0, 0), 5, 8, 4, capture::Lens::Model::orthographic); // +y is to the right
+      setPlaces(unit(1, 0, 0), 5, 8, 4, capture::Lens::Model::orthographic); // +y is to the right
   const image::Image seen =
       traceView(StageScene(objects), camera, 0, std::vector{sun({1, 0, 0})}, options, {}).radiance[0];
   EXPECT_EQ(seen.at(1, 4)[0], 0);

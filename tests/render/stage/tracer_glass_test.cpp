@@ -32,7 +32,7 @@ double seen(const StageScene& scene, const StageDirection& from, const StageDire
   const TraceOptions options = discs(samples, radiusDeg);
   const auto E =
       static_cast<float>(material::kPi * material::squared(std::sin(options.lightRadius.radians())));
-  capture::Camera<AcquisitionSpace> camera = lookFrom(from, 5, 1, 1000, capture::Lens::Model::orthographic);
+  capture::Camera<AcquisitionSpace> camera = setPlaces(from, 5, 1, 1000, capture::Lens::Model::orthographic);
   return traceView(scene, camera, 0, std::vector{sun(towards, {E, E, E})}, options, {}).radiance[0].values[0];
 }
 
@@ -103,7 +103,7 @@ TEST(TracerGlass, PrismsReflectTotally) {
   ASSERT_GT(prism[2].surface.normals[0].x(), 0);
   const StageScene scene(prism);
   capture::Camera<AcquisitionSpace> camera =
-      lookFrom(unit(-1, 0, 0), 5, 1, 10, capture::Lens::Model::orthographic);
+      setPlaces(unit(-1, 0, 0), 5, 1, 10, capture::Lens::Model::orthographic);
   camera.lens.centerY = 5.5; // the pixel lies at z = 0.5
   const double E = material::kPi * material::squared(std::sin(Angle::fromDegrees(kRadiusDeg).radians()));
   const auto e = static_cast<float>(E);

@@ -48,7 +48,7 @@ capture::Light disc(const StageDirection& towards, double radiusDeg) {
 TEST(TracerLaws, WhiteThingsVanishInAWhiteRoom) {
   constexpr double kHemisphere = 89.9999;
   const std::vector<capture::Light> room{disc(unit(0, 0, 1), kHemisphere), disc(unit(0, 0, -1), kHemisphere)};
-  const capture::Camera camera = lookFrom(unit(1, 0.4, 0.5), 5, 12, 30);
+  const capture::Camera camera = setPlaces(unit(1, 0.4, 0.5), 5, 12, 30);
   const std::vector<material::zoo::Named> white = {
       {"lambert", material::Lambert{{1, 1, 1}}},
       {"mirror", material::Conductor{{1, 1, 1}, {1, 1, 1}, {0, 0}}},
@@ -80,7 +80,7 @@ TEST(TracerLaws, ParallelPlatesExchangeTheirFormFactor) {
   const std::vector<capture::Light> lights{sun(unit(1, 0, 1 - 1e-9), {1, 1, 1})};
   const double pixelsAUnit = 24;
   const capture::Camera camera =
-      lookFrom(unit(-1, 0, -1), 5, 64, pixelsAUnit, capture::Lens::Model::orthographic);
+      setPlaces(unit(-1, 0, -1), 5, 64, pixelsAUnit, capture::Lens::Model::orthographic);
   const TracedView full =
       traceView(StageScene(objects), camera, 0, lights, tracing(Transport::full, 1024), {});
   double total = 0;
@@ -101,7 +101,7 @@ TEST(TracerLaws, DirectLightIsAllThereIsOnAConvexObject) {
                                            sun(randomDirection(random)),
                                            {"bulb", "bulb", capture::PointLight{{3, 1, 2}, {9, 8, 7}}}};
   for (const double radius : {0.0, 5.0}) {
-    const capture::Camera camera = lookFrom(randomDirection(random), 5, 24, 30);
+    const capture::Camera camera = setPlaces(randomDirection(random), 5, 24, 30);
     const auto full = traceView(scene, camera, 0, lights, tracing(Transport::full, 4, radius), {}),
                direct = traceView(scene, camera, 0, lights, tracing(Transport::direct, 4, radius), {});
     for (size_t i = 0; i < lights.size(); ++i)
@@ -114,7 +114,7 @@ TEST(TracerLaws, DirectLightIsLessThanAllInAHollow) {
   const float rho = 0.75f;
   const StageScene scene(oneObject(sphere(kOrigin, 2, 128), material::Lambert{{rho, rho, rho}}));
   const std::vector<capture::Light> lamp{{"lamp", "lamp", capture::PointLight{kOrigin, {4, 4, 4}}}};
-  const capture::Camera camera = lookFrom(unit(1, 1, 0.3), 0.5, 12, 10);
+  const capture::Camera camera = setPlaces(unit(1, 1, 0.3), 0.5, 12, 10);
   const auto direct = traceView(scene, camera, 0, lamp, tracing(Transport::direct, 64), {}),
              full = traceView(scene, camera, 0, lamp, tracing(Transport::full, 64), {});
   EXPECT_NEAR(meanOf(direct, 0), rho / material::kPi, 0.01 * rho / material::kPi);
@@ -140,7 +140,7 @@ TEST(TracerLaws, OneAnswerWhetherLightsAreAskedOrFoundByChance) {
   const auto environment = [&](const StageDirection& d) {
     return std::acos(std::clamp(dot(d, towards), -1., 1.)) < Angle::fromDegrees(kRadius).radians() ? 1. : 0.;
   };
-  const capture::Camera camera = lookFrom(unit(1, 0.2, 0.6), 5, 8, 16);
+  const capture::Camera camera = setPlaces(unit(1, 0.2, 0.6), 5, 8, 16);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0, 8);
   const auto fromCamera = camera.cameraFromWorld.inverse();
@@ -181,7 +181,7 @@ double reflectedByRule(const material::Material& material, const material::Shadi
 // where the other would be sure.
 TEST(TracerLaws, LightsOfAnExtentOnAPlaneAreTheIntegral) {
   const StageDirection viewer = unit(1, 0, 1);
-  const capture::Camera camera = lookFrom(viewer, 5, 1, 1e6);
+  const capture::Camera camera = setPlaces(viewer, 5, 1, 1e6);
   for (const double radius : {1.0, 10.0})
     for (const double alpha : {0.002, 0.02, 0.1, 0.5})
       for (const double aside : {0.0, 0.1}) {

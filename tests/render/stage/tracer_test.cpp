@@ -33,7 +33,7 @@ Vec3<double> meanRadiance(const TracedView& view, size_t light) {
 // rho E max(0, n . l) / pi
 TEST(Tracer, LambertSphereUnderTheSunIsTheCosine) {
   std::mt19937 random(1);
-  const capture::Camera camera = lookFrom(unit(1, 2, 0.5), 10, 32, 16, capture::Lens::Model::orthographic);
+  const capture::Camera camera = setPlaces(unit(1, 2, 0.5), 10, 32, 16, capture::Lens::Model::orthographic);
   const auto objects = oneObject(sphere(kOrigin, 0.9, 512), material::Lambert{kAlbedo});
   for (const Transport transport : {Transport::local, Transport::full})
     for (int trial = 0; trial < 4; ++trial) {
@@ -57,7 +57,7 @@ TEST(Tracer, LambertSphereUnderTheSunIsTheCosine) {
 }
 
 TEST(Tracer, AlphaIsTheCoveredArea) {
-  const capture::Camera camera = lookFrom(unit(1, 0, 0), 10, 33, 16, capture::Lens::Model::orthographic);
+  const capture::Camera camera = setPlaces(unit(1, 0, 0), 10, 33, 16, capture::Lens::Model::orthographic);
   const TracedView view = trace(oneObject(sphere(kOrigin, 0.9, 512), material::Lambert{}), camera,
                                 {sun(unit(1, 0, 0))}, samples(256));
   EXPECT_NEAR(sum(view.alpha) / 256, material::kPi * 0.81, 2e-3);
@@ -79,7 +79,7 @@ TEST(Tracer, WhiteObjectVanishesUnderEvenLight) {
   std::vector<StageObject> objects =
       oneObject(box({-0.6, 0, 0}, {0.5, 2, 2}, 1), material::Lambert{{1, 1, 1}});
   objects.push_back({box({0.6, 0, 0}, {0.5, 2, 2}, 1), material::Lambert{{1, 1, 1}}});
-  const capture::Camera camera = lookFrom(unit(0.4, 1, 0.7), 6, 12, 20);
+  const capture::Camera camera = setPlaces(unit(0.4, 1, 0.7), 6, 12, 20);
   const TracedView view = trace(objects, camera, lights, samples(256));
   Vec3<double> total = Vec3<double>::Zero();
   for (size_t i = 0; i < lights.size(); ++i) total += meanRadiance(view, i);
@@ -97,7 +97,7 @@ TEST(Tracer, OneBounceIsTheFormFactor) {
   const std::vector<capture::Light> lights{sun(unit(1e-6, 0, 1), {1, 1, 1})};
   // Seen from the front, the wall fills the picture: pixels are the unit square y, z in 0..1.
   capture::Camera<AcquisitionSpace> camera =
-      lookFrom(unit(1, 0, 0), 5, 16, 16, capture::Lens::Model::orthographic);
+      setPlaces(unit(1, 0, 0), 5, 16, 16, capture::Lens::Model::orthographic);
   camera.lens.centerX = 0;
   camera.lens.centerY = 16;
   const TracedView full = trace(objects, camera, lights, samples(1024));
@@ -116,7 +116,7 @@ TEST(Tracer, FullIsLocalOnAConvexBox) {
                                            sun(randomDirection(random)),
                                            {"bulb", "bulb", capture::PointLight{{3, 1, 2}, {9, 8, 7}}}};
   for (int trial = 0; trial < 3; ++trial) {
-    const capture::Camera camera = lookFrom(randomDirection(random), 5, 24, 30);
+    const capture::Camera camera = setPlaces(randomDirection(random), 5, 24, 30);
     const TracedView full = trace(objects, camera, lights, samples(4)),
                      local = trace(objects, camera, lights, samples(4, Transport::local));
     for (size_t i = 0; i < lights.size(); ++i)
@@ -129,7 +129,7 @@ TEST(Tracer, ShadowsAreDarkInFullTransportOnly) {
   auto objects = oneObject(box({0, 0, -1}, {4, 4, 0.5}, 1), material::Lambert{{1e-6f, 1e-6f, 1e-6f}});
   objects.push_back({sphere({0, 0, 1}, 1, 64), material::Lambert{{0, 0, 0}}});
   const std::vector<capture::Light> lights{sun({0, 0, 1})};
-  capture::Camera<AcquisitionSpace> camera = lookFrom(unit(1, 0, 0.2), 6, 1, 1000);
+  capture::Camera<AcquisitionSpace> camera = setPlaces(unit(1, 0, 0.2), 6, 1, 1000);
   camera.lens.centerY = -1000 * std::tan(0.15); // below the ball, on the floor in its shadow
   const TracedView full = trace(objects, camera, lights, samples(16)),
                    local = trace(objects, camera, lights, samples(16, Transport::local));
@@ -145,7 +145,7 @@ TEST(Tracer, MirrorsShowLightsOfAnExtent) {
       oneObject(box({0, 0, -0.5}, {4, 4, 1}, 1), material::Conductor{{1, 0.5f, 0.25f}, {1, 1, 1}, {0, 0}});
   TraceOptions options = samples(64);
   options.lightRadius = Angle::fromDegrees(5);
-  const capture::Camera camera = lookFrom(unit(1, 0, 1), 5, 8, 2000);
+  const capture::Camera camera = setPlaces(unit(1, 0, 1), 5, 8, 2000);
   const TracedView view = trace(objects, camera, {sun(unit(-1, 0, 1)), sun(unit(-1, 0.3, 1))}, options);
   const double sine = std::sin(options.lightRadius.radians());
   const double schlick = std::pow(1 - std::sqrt(0.5), 5);
@@ -158,7 +158,7 @@ TEST(Tracer, MirrorsShowLightsOfAnExtent) {
 TEST(Tracer, LambertSeesADiscAsAPoint) {
   // E is that of the disc's middle as long as the disc is above the horizon.
   const auto objects = oneObject(box({0, 0, -0.5}, {40, 40, 1}, 1), material::Lambert{{1, 1, 1}});
-  const capture::Camera camera = lookFrom(unit(1, 0, 1), 5, 4, 400);
+  const capture::Camera camera = setPlaces(unit(1, 0, 1), 5, 4, 400);
   TraceOptions options = samples(4096);
   for (const double degrees : {0.0, 10.0, 30.0}) {
     options.lightRadius = Angle::fromDegrees(degrees);
@@ -169,7 +169,7 @@ TEST(Tracer, LambertSeesADiscAsAPoint) {
 
 TEST(Tracer, AnUnevenSunIsStrongerHereThanThere) {
   const auto objects = oneObject(box({0, 0, -0.5}, {40, 40, 1}, 1), material::Lambert{{1, 1, 1}});
-  const capture::Camera camera = lookFrom(unit(1, 0, 1), 5, 4, 10);
+  const capture::Camera camera = setPlaces(unit(1, 0, 1), 5, 4, 10);
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   TraceOptions options = samples(4096);
   capture::Light light = sun(unit(0.5, 0.2, 1));
@@ -198,7 +198,7 @@ TEST(Tracer, SlabOfGlassPassesWhatFresnelSays) {
   auto objects = oneObject(box({0, 0, 0}, {40, 40, 1}, 1), material::Dielectric{1.5, 0, {}});
   TraceOptions options = samples(4096);
   options.lightRadius = Angle::fromDegrees(1);
-  capture::Camera<AcquisitionSpace> camera = lookFrom(unit(1e-9, 0, 1), 5, 1, 1000);
+  capture::Camera<AcquisitionSpace> camera = setPlaces(unit(1e-9, 0, 1), 5, 1, 1000);
   const std::vector<capture::Light> below{sun({0, 0, -1})}, above{sun({0, 0, 1})};
   const double white = 3 / (material::kPi * material::squared(std::sin(options.lightRadius.radians())));
   const double passed = 2 * 1.5 / (1.5 * 1.5 + 1);
@@ -218,7 +218,7 @@ TEST(Tracer, AbsorptionEndsWhereTheGlassDoes) {
   objects.push_back({box({0, 0, -4}, {40, 40, 1}, 1), smoke});
   TraceOptions options = samples(65536);
   options.lightRadius = Angle::fromDegrees(1);
-  const capture::Camera camera = lookFrom(unit(1e-9, 0, 1), 5, 1, 1000);
+  const capture::Camera camera = setPlaces(unit(1e-9, 0, 1), 5, 1, 1000);
   const double white = 3 / (material::kPi * material::squared(std::sin(options.lightRadius.radians())));
   const double r = 0.04, t = std::exp(-0.7), series = 1 - material::squared(r * t);
   const double passed = t * material::squared(1 - r) / series,
@@ -232,7 +232,7 @@ TEST(Tracer, IntegratingSphereAddsUpAllBounces) {
   const float rho = 0.8f;
   const auto objects = oneObject(sphere(kOrigin, 2, 256), material::Lambert{{rho, rho, rho / 2}});
   const std::vector<capture::Light> lamp{{"lamp", "lamp", capture::PointLight{kOrigin, {4, 4, 4}}}};
-  const TracedView view = trace(objects, lookFrom(unit(1, 1, 0.3), 0.5, 16, 10), lamp, samples(64));
+  const TracedView view = trace(objects, setPlaces(unit(1, 1, 0.3), 0.5, 16, 10), lamp, samples(64));
   ASSERT_EQ(sum(view.alpha), 256);
   EXPECT_NEAR(meanRadiance(view, 0)[0], rho / (material::kPi * (1 - rho)),
               0.01 * rho / (material::kPi * (1 - rho)));
@@ -244,7 +244,7 @@ TEST(Tracer, ThreadsDoNotChangeABit) {
   auto objects = oneObject(bumpySphere(kOrigin, 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
   objects.push_back({box({0, 0, -1.2}, {3, 3, 0.2}, 1),
                      material::Ward{{0.4f, 0.4f, 0.4f}, {0.3f, 0.3f, 0.3f}, {0.1, 0.3}}});
-  const capture::Camera camera = lookFrom(unit(1, 0.3, 0.6), 5, 40, 50);
+  const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 40, 50);
   const std::vector<capture::Light> lights{sun(unit(1, 1, 1)), sun(unit(-1, 1, 2))};
   const TracedView many = trace(objects, camera, lights, samples(8));
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
@@ -256,7 +256,7 @@ TEST(Tracer, ThreadsDoNotChangeABit) {
 
 TEST(Tracer, LightsDoNotKnowOfEachOther) {
   const auto objects = oneObject(bumpySphere(kOrigin, 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
-  const capture::Camera camera = lookFrom(unit(1, 0.3, 0.6), 5, 16, 20);
+  const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 16, 20);
   const TracedView both = trace(objects, camera, {sun(unit(1, 1, 1)), sun(unit(-1, 1, 2))}, samples(8)),
                    second = trace(objects, camera, {sun(unit(-1, 1, 2))}, samples(8));
   EXPECT_EQ(both.radiance[1].values, second.radiance[0].values);
@@ -265,7 +265,7 @@ TEST(Tracer, LightsDoNotKnowOfEachOther) {
 TEST(Tracer, SeedsAndViewsHaveTheirOwnNoise) {
   const auto objects = oneObject(bumpySphere(kOrigin, 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
   const StageScene scene(objects);
-  const capture::Camera camera = lookFrom(unit(1, 0.3, 0.6), 5, 16, 20);
+  const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 16, 20);
   const std::vector<capture::Light> lights{sun(unit(1, 1, 1))};
   TraceOptions options = samples(8);
   const auto first = traceView(scene, camera, 0, lights, options, {}).radiance[0].values;
@@ -281,7 +281,7 @@ TEST(Tracer, MovingEverythingChangesNothing) {
   const Mat3<double> turn = Eigen::AngleAxisd(Angle::fromDegrees(70).radians(), axis).toRotationMatrix();
   const material::Ward brushed{{0.1f, 0.2f, 0.3f}, {0.5f, 0.5f, 0.5f}, {0.1, 0.5}};
   const Surface rest = bumpySphere(kOrigin, 0.8, 0.2, 6, 128);
-  const capture::Camera camera = lookFrom(unit(1, 0.3, 0.6), 5, 24, 50);
+  const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 24, 50);
   capture::Camera moved = camera;
   moved.cameraFromWorld = {camera.cameraFromWorld.rotation() * turn.transpose(),
                            camera.cameraFromWorld.translation() -
@@ -304,7 +304,7 @@ TEST(Tracer, CancelledWorkStops) {
   Progress progress;
   progress.cancelled = [] { return true; };
   EXPECT_THROW(traceView(StageScene(oneObject(sphere(kOrigin, 1, 8), material::Lambert{})),
-                         lookFrom(unit(1, 0, 0), 5, 8, 8), 0, std::vector{sun(unit(1, 0, 0))}, {}, progress),
+                         setPlaces(unit(1, 0, 0), 5, 8, 8), 0, std::vector{sun(unit(1, 0, 0))}, {}, progress),
                Cancelled);
 }
 

@@ -44,7 +44,7 @@ image::Image sphereUnder(const scene::ShotPointLight& light, Rgb albedo, const s
 TEST(capture::Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
   const Studio studio{.lights = 200, .size = pictureSize};
   const PackedStudio packed(studio, 3000);
-  codec::BlockCache cache(packed.model.files, size_t{1} << 28);
+  FrameWorkspace workspace(packed.model, size_t{1} << 28);
 
   // Side, front and back light from 1.2 to 2.7 above the surface, seen from places where no camera was.
   std::vector<image::Image> truths, films;
@@ -58,10 +58,8 @@ TEST(capture::Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
     const studio::SphereView view = viewSphere(camera, 5);
     truths.push_back(sphereUnder(light, studio.albedo, view));
     interiors.push_back(interiorOf(view));
-    FrameStats stats;
-    films.push_back(
-        renderFrame(packed.model, *noWarp(), camera, std::vector<scene::ShotLight>{light}, {}, cache, stats)
-            .color);
+    const std::vector<scene::ShotLight> lamp{light};
+    films.push_back(renderFrame(packed.model, {*noWarp(), camera, lamp}, {}, workspace).color);
     for (size_t k = 0; k < truths[i].values.size(); ++k)
       if (k % 4 < 3 && truths[i].values[k - k % 4 + 3] > 0.5f) values.push_back(truths[i].values[k]);
   }
@@ -155,31 +153,30 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
   const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
   for (const int threads : {1, 2})
-    for (const auto& [cacheBytes, targets] :
-         {std::pair<size_t, size_t>{0, 700}, {size_t{1} << 28, 33}, {size_t{1} << 28, model::kTargetsAtOnce}})
+    for (const auto& [cacheBytes, targets] : {std::pair<size_t, size_t>{0, 700},
+                                              {size_t{1} << 28, 33},
+                                              {size_t{1} << 28, shading::kTargetsAtOnce}})
       tbb::task_arena(threads).execute([&, cacheBytes = cacheBytes, targets = targets] {
-        codec::BlockCache cache(model().files, cacheBytes);
-        FrameStats stats;
+        FrameWorkspace workspace(model(), cacheBytes);
         options.shade.targetsAtOnce = targets;
-        const FrameLayers film = renderFrame(model(), *warp, camera, lights, options, cache, stats);
+        const FrameLayers film = renderFrame(model(), {*warp, camera, lights}, options, workspace);
         EXPECT_EQ(film.color.values, expected.color.values);
         for (const auto& [name, image] : expected.aovs)
           EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
       });
 }
 
-// Of a larger picture, of another warp, of a frame that nothing is seen in, and of one that was interrupted.
-TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
-  codec::BlockCache cache(model().files, size_t{1} << 28);
-  FrameMemory memory;
+// A larger picture, another warp, a frame that nothing is seen in, and one that was interrupted.
+TEST_F(FrameOfSphere, TheWorkspaceOfOtherFramesChangesNothing) {
+  constexpr size_t cacheBytes = size_t{1} << 28;
+  FrameWorkspace used(model(), cacheBytes);
   const std::vector<std::string> all(scene::aovNames.begin(), scene::aovNames.end());
-  const auto render = [&](const warp::Warp& warp, int size, FrameMemory* kept,
+  const auto render = [&](const warp::Warp& warp, int size, FrameWorkspace& workspace,
                           const std::vector<std::string>& aovs, const Progress& progress = {}) {
-    FrameStats stats;
     FrameOptions options;
     options.aovs = aovs;
     const auto picture = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, size);
-    return renderFrame(model(), warp, picture, lights, options, cache, stats, progress, kept);
+    return renderFrame(model(), {warp, picture, lights}, options, workspace, progress);
   };
   const auto expectSame = [](const FrameLayers& film, const FrameLayers& wanted) {
     EXPECT_EQ(film.color.values, wanted.color.values);
@@ -189,24 +186,25 @@ TEST_F(FrameOfSphere, MemoryOfOtherFramesChangesNothing) {
   const warp::Expression x("x", warp::warpVariables), nan("sqrt(-1 - x^2)", warp::warpVariables);
   const auto still = noWarp(), flat = warp::scaleWarp({1, 1, 0.3}, Vec3<double>::Zero()),
              nowhere = warp::expressionWarp(nan, x, x, {});
-  const FrameLayers expected = render(*noWarp(), pictureSize, nullptr, {"normal", "light_blend"});
+  FrameWorkspace fresh(model(), cacheBytes);
+  const FrameLayers expected = render(*noWarp(), pictureSize, fresh, {"normal", "light_blend"});
   for (const auto& [warp, size] :
        {std::pair{still.get(), pictureSize}, {flat.get(), 3 * pictureSize}, {nowhere.get(), 20}}) {
-    const FrameLayers fresh = render(*warp, size, nullptr, all);
-    FrameLayers kept = render(*warp, size, &memory, all);
-    expectSame(kept, fresh);
-    memory.film = std::move(kept);
-    expectSame(render(*noWarp(), pictureSize, &memory, {"normal", "light_blend"}), expected);
+    FrameWorkspace other(model(), cacheBytes);
+    FrameLayers film = render(*warp, size, used, all);
+    expectSame(film, render(*warp, size, other, all));
+    used.layers = std::move(film);
+    expectSame(render(*noWarp(), pictureSize, used, {"normal", "light_blend"}), expected);
   }
   for (int calls = 0; calls < 200; calls += 7) {
     std::atomic<int> left = calls;
     Progress progress;
     progress.cancelled = [&] { return left-- <= 0; };
     try {
-      memory.film = render(*flat, 2 * pictureSize, &memory, {"depth"}, progress);
+      used.layers = render(*flat, 2 * pictureSize, used, {"depth"}, progress);
     } catch (const Cancelled&) {
     }
-    EXPECT_EQ(render(*noWarp(), pictureSize, &memory, {}).color.values, expected.color.values) << calls;
+    EXPECT_EQ(render(*noWarp(), pictureSize, used, {}).color.values, expected.color.values) << calls;
   }
 }
 
@@ -289,9 +287,9 @@ TEST_F(FrameOfSphere, StretchIsThatOfTheWarp) {
 }
 
 TEST_F(FrameOfSphere, CountsAddUp) {
-  codec::BlockCache cache(model().files, size_t{1} << 28);
-  FrameStats stats;
-  renderFrame(model(), *noWarp(), camera, lights, {}, cache, stats);
+  FrameWorkspace workspace(model(), size_t{1} << 28);
+  renderFrame(model(), {*noWarp(), camera, lights}, {}, workspace);
+  const FrameStats& stats = workspace.stats;
   const splat::SplatCounts& n = stats.splats;
   EXPECT_EQ(n.drawn + n.dead + n.notFinite + n.backFacing + n.tooNear + n.outside, model().cloud.size());
   EXPECT_GT(stats.visible, 0u);

@@ -40,7 +40,7 @@ double distance(Rgb a, Rgb b) {
 
 // Per surfel, the blend of cameras seen from its own place on the path.
 std::vector<Rgb> cameraBlend(const model::Model& model, std::span<const double> places) {
-  model::QueryBatch batch;
+  shading::QueryBatch batch;
   batch.lights = model.rig.lights.empty() ? 0 : 1;
   for (uint32_t i = 0; i < places.size(); ++i) {
     const V3 eye = studio::cameraDistance * alongPath(places[i]);
@@ -52,7 +52,7 @@ std::vector<Rgb> cameraBlend(const model::Model& model, std::span<const double> 
       batch.irradiance.push_back({1, 1, 1});
     }
   }
-  return model::planShading(model, batch, {.showsBlends = true}).cameraBlend;
+  return shading::planShading(model, batch, {.showsBlends = true}).cameraBlend;
 }
 
 // For each surfel the largest change of its blend over a step of the path, and what is left of it after
@@ -111,12 +111,11 @@ TEST(Quality, PicturesBeyondTheCapturedViewsStayWithinWhatWasPhotographed) {
             brightest = 1.03f * studio::fixedRadiance({0, 1, 0});
   size_t unseen = 0;
   for (int frame = 0; frame <= 12; ++frame) {
-    codec::BlockCache cache(packed.model.files, size_t{1} << 28);
-    FrameStats stats;
+    surfels::FrameWorkspace workspace(packed.model, size_t{1} << 28);
     const auto camera = cameraFrom<ObjectSpace>(alongPath(frame / 12.0), 64);
     const image::Image color =
-        renderFrame(packed.model, *warp::chainWarp({}), camera, {}, {}, cache, stats).color;
-    unseen += stats.unseen;
+        surfels::renderFrame(packed.model, {*warp::chainWarp({}), camera, {}}, {}, workspace).color;
+    unseen += workspace.stats.unseen;
     const image::Mask interior = image::eroded(image::objectMask(studio::viewSphere(camera, 3).alpha), 2);
     for (size_t i = 0; i < interior.inside.size(); ++i) {
       if (!interior.inside[i]) continue;

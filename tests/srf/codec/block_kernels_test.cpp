@@ -1,8 +1,8 @@
 #include "srf/codec/block_kernels.h"
 
 #include "srf/codec/padded_rows.h"
-#include "surfel/math/simd.h"
 #include "tests/srf/codec/synthetic.h"
+#include "tests/support/each_simd.h"
 
 namespace surflect::codec {
 namespace {
@@ -19,12 +19,11 @@ template <class Real> std::vector<Real> valuesOf(const PaddedRows<Real>& m) {
 }
 
 template <class Real>
-PaddedRows<Real> productOf(const PaddedRows<Real>& a, bool turned, const PaddedRows<Real>& b, Simd simd,
+PaddedRows<Real> productOf(const PaddedRows<Real>& a, bool turned, const PaddedRows<Real>& b,
                            bool upper = false) {
   PaddedRows<Real> c(turned ? a.columns() : a.rows(), b.columns());
-  blockKernels(simd).run(MatrixProduct<Real>{a.row(0), turned ? 1 : a.stride(), turned ? a.stride() : 1,
-                                             b.row(0), b.stride(), c.row(0), c.stride(), c.rows(), b.rows(),
-                                             b.stride(), upper});
+  multiply(MatrixProduct<Real>{a.row(0), turned ? 1 : a.stride(), turned ? a.stride() : 1, b.row(0),
+                               b.stride(), c.row(0), c.stride(), c.rows(), b.rows(), b.stride(), upper});
   return c;
 }
 
@@ -36,7 +35,8 @@ template <class Real> void expectProducts() {
         for (const bool turned : {false, true}) {
           const auto a = turned ? noise<Real>(inner, rows, generator) : noise<Real>(rows, inner, generator);
           const auto b = noise<Real>(inner, columns, generator);
-          const auto c = productOf(a, turned, b, Simd::scalar);
+          const auto product = [&] { return productOf(a, turned, b); };
+          const auto c = inSimd(Simd::scalar, product);
           for (size_t i = 0; i < rows; ++i)
             for (size_t j = 0; j < c.stride(); ++j) {
               double expected = 0, size = 0;
@@ -47,8 +47,7 @@ template <class Real> void expectProducts() {
               }
               ASSERT_NEAR(c.row(i)[j], expected, 2 * std::numeric_limits<Real>::epsilon() * size);
             }
-          for (const Simd simd : supportedSimd())
-            ASSERT_EQ(valuesOf(productOf(a, turned, b, simd)), valuesOf(c)) << nameOf(simd);
+          for (const Simd simd : EachSimd()) ASSERT_EQ(valuesOf(product()), valuesOf(c)) << nameOf(simd);
         }
 }
 
@@ -61,9 +60,9 @@ template <class Real> void expectUpperProducts() {
   std::mt19937 generator(4);
   for (const size_t size : {1, 8, 20, 61}) {
     const auto a = noise<Real>(40, size, generator);
-    const auto whole = productOf(a, true, a, Simd::scalar);
-    for (const Simd simd : supportedSimd()) {
-      const auto upper = productOf(a, true, a, simd, true);
+    const auto whole = inSimd(Simd::scalar, [&] { return productOf(a, true, a); });
+    for (const Simd simd : EachSimd()) {
+      const auto upper = productOf(a, true, a, true);
       for (size_t i = 0; i < size; ++i)
         for (size_t j = i / 8 * 8; j < size; ++j)
           ASSERT_EQ(upper.row(i)[j], whole.row(i)[j]) << nameOf(simd) << ' ' << size;
@@ -81,13 +80,12 @@ template <class Real> void expectScalarProducts() {
   for (const size_t rows : {1, 4, 7})
     for (const size_t length : {1, 8, 60}) {
       const auto a = noise<Real>(rows, length, generator), v = noise<Real>(1, length, generator);
-      const auto products = [&](Simd simd) {
+      const auto products = [&] {
         std::vector<Real> result(rows);
-        blockKernels(simd).run(
-            ScalarProducts<Real>{a.row(0), a.stride(), rows, v.row(0), v.stride(), result.data()});
+        multiply(ScalarProducts<Real>{a.row(0), a.stride(), rows, v.row(0), v.stride(), result.data()});
         return result;
       };
-      const std::vector<Real> plain = products(Simd::scalar);
+      const std::vector<Real> plain = inSimd(Simd::scalar, products);
       for (size_t j = 0; j < rows; ++j) {
         double expected = 0, size = 0;
         for (size_t i = 0; i < length; ++i) {
@@ -97,7 +95,7 @@ template <class Real> void expectScalarProducts() {
         }
         ASSERT_NEAR(plain[j], expected, 2 * std::numeric_limits<Real>::epsilon() * size);
       }
-      for (const Simd simd : supportedSimd()) ASSERT_EQ(products(simd), plain) << nameOf(simd);
+      for (const Simd simd : EachSimd()) ASSERT_EQ(products(), plain) << nameOf(simd);
     }
 }
 
@@ -113,7 +111,7 @@ template <class Real> void expectRounding(size_t columns, Real largestLast, doub
   std::vector<Real> weights(50), inverse(50);
   for (size_t i = 0; i < 50; ++i)
     inverse[i] = 1 / (weights[i] = Real(0.5) + Real(0.25) * static_cast<Real>(i % 3));
-  const auto errors = [&](Simd simd) {
+  const auto errors = [&] {
     std::vector<Real> result(roundings * values.stride());
     Rounding<Real> job{values.row(0),
                        50,
@@ -123,7 +121,7 @@ template <class Real> void expectRounding(size_t columns, Real largestLast, doub
                        {7, 7, 7, 127, 127, 127, 127, 127, largestLast},
                        {1, Real(0.75), Real(0.5), 1, Real(0.875), Real(0.8125), Real(1.125), Real(1.25), 1},
                        result.data()};
-    blockKernels(simd).run(job);
+    roundingErrors(job);
     for (size_t r = 0; r < roundings; ++r)
       for (size_t k = 0; k < columns; ++k) {
         double peak = 0, expected = 0;
@@ -139,7 +137,7 @@ template <class Real> void expectRounding(size_t columns, Real largestLast, doub
       }
     return result;
   };
-  for (const Simd simd : supportedSimd()) EXPECT_EQ(errors(simd), errors(Simd::scalar)) << nameOf(simd);
+  for (const Simd simd : EachSimd()) EXPECT_EQ(errors(), inSimd(Simd::scalar, errors)) << nameOf(simd);
 }
 
 TEST(BlockKernels, RoundingLeavesWhatLevelsAreAwayFromTheValues) {
@@ -156,10 +154,10 @@ TEST(BlockKernels, ErrorsAreThoseOfEachChannelAndLight) {
   std::vector<double> levels(15 * 3);
   for (double& level : levels) level = std::round(3 * std::normal_distribution<double>()(generator));
   std::vector<double> first;
-  for (const Simd simd : supportedSimd()) {
+  for (const Simd simd : EachSimd()) {
     std::vector<double> sums(4 * x.stride());
-    blockKernels(simd).errors({x.row(0), 5, x.stride(), levels.data(), perLevel.row(0), 3, 0.8, sums.data(),
-                               sums.data() + 3 * x.stride()});
+    blockErrors({x.row(0), 5, x.stride(), levels.data(), perLevel.row(0), 3, 0.8, sums.data(),
+                 sums.data() + 3 * x.stride()});
     if (first.empty()) first = sums;
     EXPECT_EQ(sums, first) << nameOf(simd);
   }

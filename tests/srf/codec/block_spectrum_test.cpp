@@ -1,7 +1,5 @@
 #include "srf/codec/block_spectrum.h"
 
-#include "srf/codec/block_kernels.h"
-#include "surfel/math/simd.h"
 #include "tests/srf/codec/synthetic.h"
 
 #include <Eigen/Eigenvalues>
@@ -38,8 +36,7 @@ template <class Real> void expectOrthonormal(const MatrixXd& v) {
 }
 
 template <class Real> void expectStrongest(const MatrixXd& gram, double tolerated) {
-  const MatrixXd v = matrixOf(
-      strongestVectors(rowsOf<Real>(gram), static_cast<Real>(tolerated), blockKernels(bestSimd())).vectors);
+  const MatrixXd v = matrixOf(strongestVectors(rowsOf<Real>(gram), static_cast<Real>(tolerated)).vectors);
   expectOrthonormal<Real>(v);
   const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(gram).eigenvalues().reverse();
   Eigen::Index needed = 0;
@@ -67,9 +64,7 @@ TEST(StrongestVectors, AreFoundWithoutTheRestWhereItIsWeak) {
   std::mt19937 generator(2);
   VectorXd values(60);
   for (int k = 0; k < 60; ++k) values[k] = std::exp(-1.5 * k) + 1e-6;
-  EXPECT_LT(strongestVectors(rowsOf<float>(gramOf(values, generator)), 1e-3f, blockKernels(bestSimd()))
-                .vectors.columns(),
-            12u);
+  EXPECT_LT(strongestVectors(rowsOf<float>(gramOf(values, generator)), 1e-3f).vectors.columns(), 12u);
 }
 
 // One vector leads to no other of the same eigenvalue.
@@ -81,11 +76,10 @@ TEST(StrongestVectors, AreAllFoundWhereEigenvaluesRepeat) {
   for (const VectorXd& values : {alike, pairs}) {
     const MatrixXd gram = gramOf(values, generator);
     for (const double tolerated : {0.3, 1e-2, 0.}) {
-      expectOrthonormal<double>(
-          matrixOf(strongestVectors(rowsOf<double>(gram), tolerated, blockKernels(bestSimd())).vectors));
+      expectOrthonormal<double>(matrixOf(strongestVectors(rowsOf<double>(gram), tolerated).vectors));
       if (tolerated > 0) expectStrongest<double>(gram, tolerated);
     }
-    EXPECT_EQ(strongestVectors(rowsOf<double>(gram), 0., blockKernels(bestSimd())).vectors.columns(), 20u);
+    EXPECT_EQ(strongestVectors(rowsOf<double>(gram), 0.).vectors.columns(), 20u);
   }
 }
 
@@ -93,9 +87,7 @@ TEST(StrongestVectors, AreNoMoreThanTheRank) {
   std::mt19937 generator(4);
   VectorXd values = VectorXd::Zero(30);
   values.head(3) << 3, 2, 1;
-  EXPECT_EQ(strongestVectors(rowsOf<double>(gramOf(values, generator)), 0., blockKernels(bestSimd()))
-                .vectors.columns(),
-            3u);
+  EXPECT_EQ(strongestVectors(rowsOf<double>(gramOf(values, generator)), 0.).vectors.columns(), 3u);
 }
 
 } // namespace

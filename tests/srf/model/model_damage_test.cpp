@@ -1,6 +1,6 @@
 // Every truncation and every single flipped bit of a packed model is refused or harmless.
 
-#include "srf/model/shade.h"
+#include "srf/shading/shade.h"
 #include "surfel/base/file.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -41,7 +41,7 @@ Seen look(const std::filesystem::path& folder) {
       codec::Block block = file.read(number);
       seen.blocks.push_back(std::move(block.values));
     }
-  QueryBatch batch;
+  shading::QueryBatch batch;
   batch.lights = 2;
   for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel) {
     const auto front = assume<Direction3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));
@@ -53,8 +53,8 @@ Seen look(const std::filesystem::path& folder) {
     }
   }
   codec::BlockCache cache(model.files, 1 << 20);
-  codec::ShadingStats stats;
-  seen.radiance = shade(model, batch, {}, cache, stats).radiance;
+  shading::ShadingStats stats;
+  seen.radiance = shading::shade(model, batch, {}, cache, stats).radiance;
   seen.radii = model.cloud.radius;
   for (size_t i = 0; i < model.cloud.size(); ++i)
     for (const float number : {model.cloud.coverage[i], model.cloud.p0[i].x(), model.cloud.p0[i].y(),

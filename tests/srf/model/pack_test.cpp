@@ -4,7 +4,7 @@
 #include "srf/capture/silhouette.h"
 #include "srf/image/mask.h"
 #include "srf/image/png.h"
-#include "srf/model/shade.h"
+#include "srf/shading/shade.h"
 #include "surfel/base/file.h"
 #include "surfel/geometry/ray_caster.h"
 #include "surfel/sampling.h"
@@ -253,15 +253,15 @@ TEST(PackedLights, TheChosenBlendIsTheModels) {
     EXPECT_EQ(leftOutDb.has_value(), isFullProduct);
     const Model& model = packed.model;
     EXPECT_EQ(model.lightBlend, chosen);
-    EXPECT_EQ(lightBlend(model, {}), chosen);
-    ShadeOptions options;
+    EXPECT_EQ(shading::lightBlend(model, {}), chosen);
+    shading::ShadeOptions options;
     options.lights = 7;
-    EXPECT_EQ(lightBlend(model, options), (ulr::LightBlend{7, chosen.fit, chosen.foreshortened}));
+    EXPECT_EQ(shading::lightBlend(model, options), (ulr::LightBlend{7, chosen.fit, chosen.foreshortened}));
     options.lightFit = ulr::LightFit::mean;
     options.foreshortened = false;
-    EXPECT_EQ(lightBlend(model, options), ulr::LightBlend{7});
+    EXPECT_EQ(shading::lightBlend(model, options), ulr::LightBlend{7});
     options.nearest = true;
-    EXPECT_EQ(lightBlend(model, options), ulr::LightBlend{1});
+    EXPECT_EQ(shading::lightBlend(model, options), ulr::LightBlend{1});
   }
 }
 

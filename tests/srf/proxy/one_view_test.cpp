@@ -1,7 +1,7 @@
 #include "srf/proxy/one_view.h"
 
 #include "srf/image/mask.h"
-#include "srf/model/shade.h"
+#include "srf/shading/shade.h"
 #include "surfel/geometry/ray_caster.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -81,7 +81,7 @@ TEST_F(OneView, TheOnlyCameraAnswersInAllDirections) {
       studio.matte = matte;
       packed(photographed(), relief);
       const model::Model model = model::openModel(folder / "model");
-      model::QueryBatch batch;
+      shading::QueryBatch batch;
       batch.lights = 1;
       const auto directions = studio::spiral(100);
       for (uint32_t i = 0; i < model.cloud.size(); ++i) {
@@ -91,9 +91,9 @@ TEST_F(OneView, TheOnlyCameraAnswersInAllDirections) {
         batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(direction));
         batch.irradiance.push_back({1, 1, 1});
       }
-      const model::ShadingPlan plan = model::planShading(model, batch, {});
+      const shading::ShadingPlan plan = shading::planShading(model, batch, {});
       ASSERT_EQ(plan.ops.size(), batch.size());
-      for (const codec::ShadingOp& op : plan.ops) EXPECT_EQ(op.weight, 1);
+      for (const shading::ShadingOp& op : plan.ops) EXPECT_EQ(op.weight, 1);
     }
 }
 

@@ -137,7 +137,7 @@ std::array<double, 2> unfolded(const Vec3<double>& d) {
 TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
   std::mt19937 random(7);
   constexpr size_t groups = 40, cells = 371;
-  std::vector<float> directions, cell(groups * kChoiceLanes), right(cell.size()), down(cell.size());
+  std::vector<float> directions, cell(groups * kQueryLanes), right(cell.size()), down(cell.size());
   std::vector<Vec3<double>> all;
   for (const double x : {-1., -0., 0., 1.}) // corners, edges and the middle, of either zero
     for (const double y : {-1., -0., 0., 1.})
@@ -146,14 +146,14 @@ TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
   while (all.size() < cell.size()) all.push_back(randomDirection(random).raw().cast<double>());
   for (size_t g = 0; g < groups; ++g)
     for (int axis = 0; axis < 3; ++axis)
-      for (size_t lane = 0; lane < kChoiceLanes; ++lane)
-        directions.push_back(static_cast<float>(all[g * kChoiceLanes + lane][axis]));
+      for (size_t lane = 0; lane < kQueryLanes; ++lane)
+        directions.push_back(static_cast<float>(all[g * kQueryLanes + lane][axis]));
   const Mat3<double> random3 = Eigen::Quaterniond(0.2, -0.4, 0.8, 0.3).normalized().toRotationMatrix();
   for (const Mat3<double>& turn : {Mat3<double>(Mat3<double>::Identity()), random3})
     for (const Simd simd : supportedSimd()) {
       const Mat3<float> single = turn.cast<float>();
-      choiceKernels(simd).unfold(directions.data(), groups, single.data(), cells, cell.data(), right.data(),
-                                 down.data());
+      nearestKernels(simd).unfold(directions.data(), groups, single.data(), cells, cell.data(), right.data(),
+                                  down.data());
       for (size_t i = 0; i < all.size(); ++i) {
         ASSERT_TRUE(cell[i] >= 0 && cell[i] < cells * cells && cell[i] == std::floor(cell[i]));
         EXPECT_TRUE(right[i] >= 0 && right[i] <= 1 && down[i] >= 0 && down[i] <= 1)

@@ -5,11 +5,15 @@
 namespace surflect {
 namespace {
 
-TEST(Simd, TheBestIsTheLastOfThoseSupportedAndScalarIsAlwaysThere) {
+TEST(Simd, TheBestIsUsedUnlessAnotherIsChosen) {
   const std::vector<Simd> all = supportedSimd();
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(all.front(), Simd::scalar);
   EXPECT_EQ(all.back(), bestSimd());
+  useSimd(Simd::scalar);
+  EXPECT_EQ(bestSimd(), Simd::scalar);
+  EXPECT_EQ(supportedSimd(), all);
+  useSimd(all.back());
   EXPECT_TRUE(std::ranges::is_sorted(all));
 }
 

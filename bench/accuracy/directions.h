@@ -1,0 +1,35 @@
+// Maps of directions at a warped surface point back to where reflectance was captured, beside the program's
+// own (surfel/lookup.h).
+//
+// [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
+// Symbols: R0 = (u0, v0, n0) the frame at rest; J the Jacobian of the warp; (u, v, w) = J R0;
+//          u-bar, v-bar, n-bar an orthonormal frame made of u and v.
+#pragma once
+
+#include "render/evaluation/evaluate.h"
+#include "surfel/lookup.h"
+
+#include <optional>
+
+namespace surflect::bench {
+
+struct WarpedFrame {
+  Mat3<double> rest, warped; // R0 and J R0
+};
+
+// From object space to acquisition space; empty where there is no frame. byInverseJacobian changes lengths.
+using DirectionsBack = std::optional<Mat3<double>> (*)(const WarpedFrame& frame);
+
+std::optional<Mat3<double>> byPolarFactor(const WarpedFrame& frame);     // the program's own
+std::optional<Mat3<double>> byBisector(const WarpedFrame& frame);        // [Weyrich 2005, Eqs. 7 to 10]
+std::optional<Mat3<double>> byGramSchmidt(const WarpedFrame& frame);     // u-bar along u
+std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1 = R0 (u, v, w)^-1
+
+// Frames of a view as renderFrame makes them, but for the map of directions; where that is empty, the
+// program's own. All arguments must outlive the result.
+evaluation::Renderer withDirections(const model::Model& model, const warp::Warp& warp,
+                                    const capture::Camera<ObjectSpace>& camera,
+                                    const shading::ShadeOptions& options, codec::BlockCache& cache,
+                                    DirectionsBack back);
+
+} // namespace surflect::bench

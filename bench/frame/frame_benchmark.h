@@ -1,0 +1,57 @@
+// Whole frames that are timed.
+#pragma once
+
+#include "bench/doll/doll_shot.h"
+#include "bench/frame/stage_bounds.h"
+#include "render/surfels/reference.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace surflect::bench {
+
+// A model and a shot whose frame is rendered again and again. All blocks are in memory after the first frame.
+class WarmFrame {
+public:
+  // Renders the first frame.
+  WarmFrame(std::shared_ptr<const model::Model> model, Shot shot);
+
+  const surfels::FrameLayers& render(); // valid until the next call
+  const surfels::FrameStats& last() const { return stats_; }
+  const surfels::FrameStats& first() const { return first_; } // counts the blocks that were read
+  const Shot& shot() const { return shot_; }
+  const model::Model& model() const { return *model_; }
+  codec::BlockCache& cache() { return cache_; }
+
+private:
+  std::shared_ptr<const model::Model> model_;
+  Shot shot_;
+  codec::BlockCache cache_;
+  FrameMemory memory_;
+  surfels::FrameStats stats_, first_;
+};
+
+FrameCounts countsOf(const WarmFrame& frame);
+
+// Takes the view files out of the page cache.
+void forgetFiles(const model::Model& model);
+
+// A frame timed under one name, with its statistics for each repetition.
+struct FrameBenchmark {
+  std::string name;                                 // growth/WHAT/SIZE, or "frame"
+  std::string what;                                 // the thing that grows; empty for "frame"
+  double size = 0;                                  // the size of the thing
+  std::function<std::unique_ptr<WarmFrame>()> make; // called when the benchmark first runs
+  std::unique_ptr<WarmFrame> frame = nullptr;
+  std::vector<surfels::FrameStats> stats = {};
+};
+
+// The frame of `lights` lights and all views with one thing changed: a quarter and half of the views; four
+// times the pixels; 1 and 60 lights, and an environment; and, over a quarter of the views, 1, 2 and 4 times
+// the surfels.
+std::vector<FrameBenchmark> growthBenchmarks(std::shared_ptr<const model::Model> model, int width, int height,
+                                             size_t lights);
+
+} // namespace surflect::bench

@@ -1,0 +1,116 @@
+#include "srf/shading/camera_weights.h"
+
+#include <array>
+
+namespace surflect::shading {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+std::vector<capture::Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const capture::View> views) {
+  std::vector<capture::Viewpoint<AcquisitionSpace>> all;
+  for (const capture::View& view : views) all.emplace_back(view.camera);
+  return all;
+}
+
+std::vector<ulr::Source> sourcesOf(std::span<const capture::Viewpoint<AcquisitionSpace>> viewpoints) {
+  std::vector<ulr::Source> sources;
+  for (const auto& viewpoint : viewpoints) sources.push_back({viewpoint.place(), viewpoint.isDistant()});
+  return sources;
+}
+
+} // namespace
+
+CameraWeights::CameraWeights(const ReflectanceField& field, const QueryBatch& batch,
+                             const ShadeOptions& options)
+    : field_(field), batch_(batch), count_(options.nearest ? 1 : options.cameras), nearest_(options.nearest),
+      viewpoints_(viewpointsOf(field.rig.views)), angles_(sourcesOf(viewpoints_), options.simd),
+      nearestViews_(sourcesOf(viewpoints_), field.fades, options.simd), penalty_(viewpoints_.size()),
+      angle_(penalty_), fallbackScale_(penalty_) {}
+
+void CameraWeights::prepare(size_t begin, size_t count) {
+  begin_ = begin;
+  if (nearest_) return;
+  std::array<Point3<AcquisitionSpace>, ulr::kQueryLanes> places;
+  const std::span surfels(batch_.surfels.data() + begin, count);
+  for (size_t lane = 0; lane < count; ++lane) places[lane] = field_.cloud.p0[surfels[lane]];
+  blends_ = &nearestViews_.blend(surfels, {places.data(), count}, {batch_.towardsView.data() + begin, count},
+                                 count_);
+  const size_t next = begin + count, ahead = std::min(ulr::kQueryLanes, batch_.surfels.size() - next);
+  nearestViews_.prefetchFades({batch_.surfels.data() + next, ahead});
+}
+
+CameraWeights::Query CameraWeights::queryAt(size_t query) const {
+  const uint32_t surfel = batch_.surfels[query];
+  return {field_.cloud.p0[surfel].cast<double>(), rotationOf<double>(field_.cloud.r0[surfel]).col(2),
+          field_.fades.of(surfel), batch_.towardsView[query]};
+}
+
+CameraWeights::Fallback CameraWeights::fallbackOf(size_t view, const Query& query) const {
+  const auto towards = viewpoints_[view].towards(query.p0);
+  const auto& camera = field_.rig.views[view].camera;
+  const auto pixel = camera.project(query.p0);
+  const bool isInImage = pixel && capture::contains(camera.lens, *pixel);
+  return {ulr::anglePenalty(towards.cast<float>(), query.towardsView),
+          isInImage
+              ? ulr::fallbackScale(query.normal.dot(towards.raw()), ulr::borderFade(camera.lens, *pixel),
+                                   ulr::VisibilityWeights::decode(query.fades[view]))
+              : kInfinity};
+}
+
+// p_i of all views that see the surfel, infinite for the others; returns the least.
+float CameraWeights::rateSeeing(const Query& query) {
+  float least = kInfinity;
+  for (size_t view = 0; view < penalty_.size(); ++view) {
+    penalty_[view] = kInfinity;
+    if (query.fades[view] == 0) continue;
+    const float angle =
+        ulr::anglePenalty(viewpoints_[view].towards(query.p0).cast<float>(), query.towardsView);
+    penalty_[view] = nearest_ ? angle : angle / ulr::VisibilityWeights::decode(query.fades[view]);
+    least = std::min(least, penalty_[view]);
+  }
+  return least;
+}
+
+Sight CameraWeights::ratePenalties(size_t number) {
+  const Query query = queryAt(number);
+  const float least = rateSeeing(query);
+  Sight sight{least, least < kInfinity};
+  std::ranges::fill(fallbackScale_, kInfinity);
+  if (!needsFallbacks(least)) return sight;
+  for (size_t view = 0; view < penalty_.size(); ++view) {
+    const auto [angle, scale] = fallbackOf(view, query);
+    angle_[view] = angle;
+    fallbackScale_[view] = scale;
+    sight.penalty = std::min(sight.penalty, penalty(view, 0));
+  }
+  return sight;
+}
+
+CameraWeights::Blend CameraWeights::blend(size_t number) {
+  const Query query = queryAt(number);
+  const float seeing = rateSeeing(query);
+  ulr::NearestCandidates nearest(count_);
+  if (!needsFallbacks(seeing)) {
+    for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
+    return {ulr::ulrWeights(nearest), {seeing, true}};
+  }
+  const auto normal = assume<Normal3<AcquisitionSpace>>(query.normal);
+  angles_.compute(field_.cloud.p0[batch_.surfels[number]], query.towardsView, normal);
+  const auto angles = angles_.penalties(), cosines = angles_.cosines();
+  for (uint32_t view = 0; view < penalty_.size(); ++view) {
+    float penalty = penalty_[view];
+    const float bound = ulr::leastFallbackPenalty(angles[view], cosines[view], query.fades[view] > 0,
+                                                  ulr::SourceAngles::kError);
+    if (!(bound >= nearest.worst())) { // the exact penalty might be among the nearest
+      const auto [angle, scale] = fallbackOf(view, query);
+      penalty = std::min(penalty, ulr::fallbackPenalty(angle, scale));
+    }
+    nearest.offer({view, penalty});
+  }
+  const float least = nearest.sorted().empty() ? kInfinity : nearest.sorted()[0].penalty;
+  return {ulr::ulrWeights(nearest), {least, seeing < kInfinity}};
+}
+
+} // namespace surflect::shading

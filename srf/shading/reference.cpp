@@ -1,0 +1,273 @@
+// Symbols: p0 place of the surfel; X_ij reflectance image of view i and captured light j, x_i where view i
+// sees p0; theta_i angle at p0 between view i and the viewer, theta_qj between light q of the query and
+// captured light j; s_i visibility weight of view i; E_q irradiance of light q, E_j of captured light j.
+//
+//   p_i = (1 - cos theta_i) / s_i        penalty of a view, or that of it as a fallback if less
+//   w_i = ULR(p)_i                       weight of a view                       [Weyrich 2005, §5.2]
+//   u_qj = ULR(1 - cos theta_q)_j        weight of a captured light             [Weyrich 2005, §5.2]
+//   w_j = sum_q f_q u_qj E_q / E_j       f_q: foreshortening
+//   L = sum_i w_i sum_j w_j X_ij(x_i)    radiance
+//
+// A capture with gaps has weights of pairs instead: L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij E_q / E_j
+// X_ij.
+#include "srf/shading/reference.h"
+
+#include "srf/shading/light_weights.h"
+#include "srf/ulr/fallback_view.h"
+#include "srf/ulr/foreshortening.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace surflect::shading {
+
+namespace {
+
+// X_ij at one texel; empty where it is background.
+std::optional<Eigen::Vector3d> texelRadiance(codec::BlockCache& cache, uint32_t view, uint32_t light, int x,
+                                             int y) {
+  const std::optional<uint32_t> number =
+      cache.views()[view].find({x / codec::blockSize, y / codec::blockSize});
+  if (!number) return std::nullopt;
+  const std::shared_ptr<const codec::Block> block = cache.get(view, *number);
+  const int8_t* e = block->texel(y % codec::blockSize * codec::blockSize + x % codec::blockSize);
+  const float* a = block->light(light);
+  Eigen::Vector3d radiance = Eigen::Vector3d::Zero();
+  for (int channel = 0; channel < 3; ++channel)
+    for (int k = 0; k < block->stride; ++k)
+      radiance[channel] += double{a[k]} * e[channel * block->stride + k];
+  return radiance;
+}
+
+// X_ij between texels, bilinear; empty where all four texels are background.
+std::optional<Eigen::Vector3d> lookUp(codec::BlockCache& cache, uint32_t view, uint32_t light, double x,
+                                      double y) {
+  const codec::ViewHeader& header = cache.views()[view].header();
+  const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double weights = 0;
+  for (const double tx : {left, left + 1}) {
+    for (const double ty : {top, top + 1}) {
+      const double weight = (1 - std::abs(x - 0.5 - tx)) * (1 - std::abs(y - 0.5 - ty));
+      if (weight == 0) continue;
+      const auto radiance =
+          texelRadiance(cache, view, light, static_cast<int>(std::clamp<double>(tx, 0, header.width - 1)),
+                        static_cast<int>(std::clamp<double>(ty, 0, header.height - 1)));
+      if (!radiance) continue;
+      sum += weight * *radiance;
+      weights += weight;
+    }
+  }
+  if (weights == 0) return std::nullopt;
+  return Eigen::Vector3d(sum / weights);
+}
+
+// The point nearest to (x, y) among those between the texel centres of a stored block.
+std::optional<Eigen::Vector2d> nearestTexel(codec::BlockCache& cache, uint32_t view, double x, double y) {
+  const codec::ViewFile& file = cache.views()[view];
+  const auto clamped = [](double value, int block, int size) {
+    return std::clamp(value, block * codec::blockSize + 0.5,
+                      std::min((block + 1) * codec::blockSize, size) - 0.5);
+  };
+  const Eigen::Vector2d from{std::clamp(x, 0.5, file.header().width - 0.5),
+                             std::clamp(y, 0.5, file.header().height - 0.5)};
+  std::optional<Eigen::Vector2d> nearest;
+  for (uint32_t number = 0; number < file.blockCount(); ++number) {
+    const codec::BlockPosition block = file.position(number);
+    const Eigen::Vector2d here{clamped(from.x(), block.x, file.header().width),
+                               clamped(from.y(), block.y, file.header().height)};
+    if (!nearest || (here - from).squaredNorm() < (*nearest - from).squaredNorm()) nearest = here;
+  }
+  return nearest;
+}
+
+// A light of the query: directional light, point light or one light of an environment.
+struct QueryLight {
+  Direction3<AcquisitionSpace> towards;
+  Rgb irradiance; // E_q
+  ulr::LightExtrapolation extrapolation;
+  size_t target; // among those of its query, where pairs are blended
+};
+
+std::vector<QueryLight> lightsOf(const QueryBatch& batch, size_t query) {
+  std::vector<QueryLight> lights;
+  for (size_t l = 0; l < batch.lights; ++l) {
+    const size_t entry = query * batch.lights + l;
+    lights.push_back({batch.towardsLight[entry], batch.irradiance[entry], batch.uncoveredOf(l), l});
+  }
+  for (size_t e = 0; e < batch.environments.size(); ++e) {
+    const QueryEnvironment& environment = batch.environments[e];
+    for (const auto& [towards, irradiance] : environment.lights)
+      lights.push_back({batch.rotationOf(query, e)(towards), environment.strength * irradiance,
+                        environment.extrapolation, batch.lights + e});
+  }
+  return lights;
+}
+
+// The operations of one query after another.
+class PlainPlan {
+public:
+  PlainPlan(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options)
+      : field_(field), batch_(batch), options_(options), how_(lightBlend(field, options)),
+        coverage_(lightDirections(field)) {}
+
+  size_t targetsPerQuery() const { return field_.hasSeparateWeights() ? 1 : batch_.sources(); }
+
+  void add(size_t query) {
+    const uint32_t surfel = batch_.surfels[query];
+    p0_ = field_.cloud.p0[surfel].cast<double>();
+    normal_ = assume<Normal3<AcquisitionSpace, double>>(rotationOf<double>(field_.cloud.r0[surfel]).col(2));
+    fades_ = field_.fades.of(surfel);
+    towardsView_ = batch_.towardsView[query];
+    const size_t target = query * targetsPerQuery();
+    if (field_.hasSeparateWeights())
+      addProduct(target, lightsOf(batch_, query));
+    else
+      for (const QueryLight& light : lightsOf(batch_, query)) addPairs(target + light.target, light);
+  }
+
+  std::vector<ShadingOp> ops;
+  LightRows rows;
+
+private:
+  void addProduct(size_t target, const std::vector<QueryLight>& lights) {
+    const size_t begin = rows.lights.size();
+    if (field_.rig.lights.empty()) rows.add(0, {1, 1, 1}); // fixed illumination
+    for (const QueryLight& light : lights)
+      for (const auto& [j, u] : lightWeights(light)) rows.add(j, u * ratio(light, j));
+    const size_t end = rows.lights.size();
+    ulr::NearestCandidates views(options_.nearest ? 1 : options_.cameras);
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
+    for (const auto& [i, w] : ulr::ulrWeights(views)) emit(target, i, w, begin, end);
+  }
+
+  void addPairs(size_t target, const QueryLight& source) {
+    struct Pair {
+      uint32_t view, column, light;
+    };
+    std::vector<Pair> pairs;
+    ulr::NearestCandidates nearest(options_.nearest ? 1 : options_.pairs);
+    float least = std::numeric_limits<float>::infinity();
+    for (const capture::Light& light : field_.rig.lights)
+      least = std::min(least, lightPenalty(light, source));
+    for (uint32_t i = 0; i < field_.columns.size(); ++i)
+      for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
+        const uint32_t j = field_.columns[i][column];
+        nearest.offer(
+            {static_cast<uint32_t>(pairs.size()), penalty(i, lightPenalty(field_.rig.lights[j], source))});
+        pairs.push_back({i, column, j});
+      }
+    const bool fades = source.extrapolation == ulr::LightExtrapolation::fade && !options_.nearest;
+    const float covered = fades ? coverage_.at(least) : 1;
+    for (const auto& [number, w] : ulr::ulrWeights(nearest)) {
+      const auto& [i, column, j] = pairs[number];
+      rows.add(column, covered * ratio(source, j));
+      emit(target, i, w, rows.lights.size() - 1, rows.lights.size());
+    }
+  }
+
+  // p_i, together with the penalty of a light if pairs are weighted.
+  float penalty(size_t i, float ofLight) const {
+    const capture::Camera<AcquisitionSpace>& camera = field_.rig.views[i].camera;
+    const auto towards = capture::Viewpoint(camera).towards(p0_);
+    const float angle = ulr::anglePenalty(towards.cast<float>(), towardsView_),
+                s = ulr::VisibilityWeights::decode(fades_[i]);
+    float p = std::numeric_limits<float>::infinity();
+    if (s > 0) p = (options_.nearest ? angle : angle / s) + ofLight;
+    const auto pixel = camera.project(p0_);
+    if (!pixel || !capture::contains(camera.lens, *pixel)) return p;
+    const float scale = ulr::fallbackScale(dot(normal_, towards), ulr::borderFade(camera.lens, *pixel), s);
+    return std::min(p, ulr::fallbackPenalty(angle + ofLight, scale));
+  }
+
+  // f_q u_qj
+  ulr::BlendSet lightWeights(const QueryLight& source) const {
+    std::vector<Direction3<AcquisitionSpace>> towards;
+    std::vector<double> cosines;
+    for (const capture::Light& light : field_.rig.lights) {
+      towards.push_back(capture::towardsLight(light, p0_).cast<float>());
+      cosines.push_back(ulr::foreshortenedCosine(normal_, capture::towardsLight(light, p0_)));
+    }
+    const ulr::LightExtrapolation beyond =
+        options_.nearest ? ulr::LightExtrapolation::clamp : source.extrapolation;
+    ulr::BlendSet u = ulr::blendOfLights(towards, source.towards, how_, coverage_, beyond);
+    if (!how_.foreshortened) return u;
+    std::vector<float> blended(cosines.begin(), cosines.end());
+    const auto asked = static_cast<float>(ulr::foreshortenedCosine(normal_, source.towards.cast<double>()));
+    const float f = ulr::foreshortening(asked, ulr::blendedCosine(u, blended));
+    for (auto& [j, weight] : u) weight *= f;
+    return u;
+  }
+
+  float lightPenalty(const capture::Light& light, const QueryLight& source) const {
+    return ulr::anglePenalty(capture::towardsLight(light, p0_).cast<float>(), source.towards);
+  }
+  // E_q / E_j
+  Rgb ratio(const QueryLight& source, size_t j) const {
+    return irradianceRatio(source.irradiance, capture::irradianceAt(field_.rig.lights[j], p0_));
+  }
+  void emit(size_t target, uint32_t view, float weight, size_t begin, size_t end) {
+    if (const auto pixel = field_.rig.views[view].camera.project(p0_))
+      ops.push_back({static_cast<uint32_t>(target), view, static_cast<float>(pixel->x),
+                     static_cast<float>(pixel->y), weight, static_cast<uint32_t>(begin),
+                     static_cast<uint32_t>(end)});
+  }
+
+  const ReflectanceField& field_;
+  const QueryBatch& batch_;
+  const ShadeOptions& options_;
+  const ulr::LightBlend how_;
+  const ulr::LightCoverage coverage_;
+  // The current query.
+  Point3<AcquisitionSpace, double> p0_;
+  Normal3<AcquisitionSpace, double> normal_;
+  std::span<const uint8_t> fades_;
+  Direction3<AcquisitionSpace> towardsView_;
+};
+
+} // namespace
+
+std::vector<Eigen::Vector3d> shadeReference(const ReflectanceField& field, const QueryBatch& batch,
+                                            const ShadeOptions& options, codec::BlockCache& cache) {
+  PlainPlan plan(field, batch, options);
+  for (size_t query = 0; query < batch.size(); ++query) plan.add(query);
+  const size_t targets = plan.targetsPerQuery();
+  const auto ofTargets = executeReference(plan.ops, plan.rows, batch.size() * targets, cache);
+  std::vector<Eigen::Vector3d> radiance(batch.size(), Eigen::Vector3d::Zero());
+  for (size_t target = 0; target < ofTargets.size(); ++target)
+    radiance[target / targets] += ofTargets[target];
+  return radiance;
+}
+
+std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const LightRows& rows,
+                                              size_t targets, codec::BlockCache& cache) {
+  std::vector<Eigen::Vector3d> radiance(targets, Eigen::Vector3d::Zero());
+  std::vector<double> all(targets), kept(targets);
+  const auto add = [&](const ShadingOp& op, double x, double y) {
+    if (!lookUp(cache, op.view, 0, x, y)) return;
+    kept[op.target] += op.weight;
+    for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
+      const auto& [color, begin, end] = rows.lights[i];
+      const Eigen::Vector3d omega = op.weight * Eigen::Vector3d(color.r, color.g, color.b);
+      for (const auto& [light, weight] : std::span(rows.weights).subspan(begin, end - begin))
+        radiance[op.target] += weight * omega.cwiseProduct(*lookUp(cache, op.view, light, x, y));
+    }
+  };
+  std::vector<bool> isBlind(targets, true);
+  for (const ShadingOp& op : ops) {
+    all[op.target] += op.weight;
+    if (lookUp(cache, op.view, 0, op.x, op.y)) isBlind[op.target] = false;
+  }
+  for (const ShadingOp& op : ops) {
+    if (!isBlind[op.target])
+      add(op, op.x, op.y);
+    else if (const auto texel = nearestTexel(cache, op.view, op.x, op.y))
+      add(op, texel->x(), texel->y());
+  }
+  for (size_t target = 0; target < targets; ++target)
+    if (kept[target] != 0) radiance[target] *= all[target] / kept[target];
+  return radiance;
+}
+
+} // namespace surflect::shading

@@ -1,0 +1,114 @@
+#include "srf/shading/shade.h"
+
+#include "surfel/base/stopwatch.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+
+namespace surflect::shading {
+
+namespace {
+
+// Radiance per query from radiance per target.
+std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perQuery) {
+  if (perQuery == 1) return targets;
+  std::vector<Rgb> radiance(targets.size() / perQuery);
+  for (size_t target = 0; target < targets.size(); ++target)
+    radiance[target / perQuery] = radiance[target / perQuery] + targets[target];
+  return radiance;
+}
+
+template <class T> void append(const std::vector<T>& part, std::vector<T>& all) {
+  all.insert(all.end(), part.begin(), part.end());
+}
+
+// Plans and executes ranges of a batch, one after another.
+class Shading {
+public:
+  // All must outlive this.
+  Shading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
+          codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, const ShadeLap& lap)
+      : planner_(field, batch, options), queue_(cache, stats, progress, options.simd), progress_(progress),
+        lap_(lap), queriesAtOnce_(std::max(size_t{1}, options.targetsAtOnce / planner_.targetsPerQuery())) {}
+
+  size_t queriesAtOnce() const { return queriesAtOnce_; }
+
+  void add(size_t begin, size_t end, Shaded& shaded) {
+    const size_t perPlan = planner_.queriesPerPlan(), count = (end - begin + perPlan - 1) / perPlan;
+    if (plans_.size() < count) plans_.resize(count);
+    const std::span plans(plans_.data(), count);
+    queue_.begin(count);
+    std::atomic<double> planning = 0, all = 0; // seconds
+    tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+      progress_.checkpoint();
+      const Stopwatch watch;
+      const size_t first = begin + i * perPlan;
+      planner_.plan(first, std::min(end, first + perPlan), plans[i]);
+      planning += watch.seconds();
+      queue_.emit(i, plans[i].part());
+      all += watch.seconds();
+    });
+    if (lap_) lap_(all > 0 ? planning / all : 1);
+    append(summed(queue_.finish(), planner_.targetsPerQuery()), shaded.radiance);
+    for (const ShadingPlan& plan : plans) {
+      append(plan.confidence, shaded.confidence);
+      append(plan.cameraBlend, shaded.cameraBlend);
+      append(plan.lightBlend, shaded.lightBlend);
+      shaded.unseen += plan.unseen;
+    }
+    if (lap_) lap_(0);
+  }
+
+private:
+  ShadingPlanner planner_;
+  ShadingQueue queue_;
+  const Progress& progress_;
+  const ShadeLap& lap_;
+  size_t queriesAtOnce_;
+  std::vector<ShadingPlan> plans_; // memory of the largest range so far
+};
+
+} // namespace
+
+std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, ShadingStats& stats,
+                       const Progress& progress, Simd simd) {
+  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress, simd),
+                plan.targetsPerQuery);
+}
+
+Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
+             codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, const ShadeLap& lap) {
+  Shaded shaded;
+  shaded.radiance.reserve(batch.size());
+  Shading shading(field, batch, options, cache, stats, progress, lap);
+  size_t begin = 0;
+  do { // once also where there are no queries: that takes time, too
+    const size_t end = std::min(batch.size(), begin + shading.queriesAtOnce());
+    shading.add(begin, end, shaded);
+    begin = end;
+  } while (begin < batch.size());
+  return shaded;
+}
+
+Shaded shade(const ReflectanceField& field, size_t queries, const FillBatch& fill,
+             const ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
+             const Progress& progress, const ShadeLap& lap) {
+  Shaded shaded;
+  shaded.radiance.reserve(queries);
+  QueryBatch batch;
+  fill(0, 0, batch);
+  Shading shading(field, batch, options, cache, stats, progress, lap);
+  if (lap) lap(1);
+  size_t begin = 0;
+  do {
+    const size_t end = std::min(queries, begin + shading.queriesAtOnce());
+    fill(begin, end, batch);
+    shading.add(0, batch.size(), shaded);
+    begin = end;
+  } while (begin < queries);
+  return shaded;
+}
+
+} // namespace surflect::shading

@@ -1,0 +1,152 @@
+// Taps: the texels of a reflectance image that a look-up interpolates, and the blocks that hold them.
+#pragma once
+
+#include "srf/codec/view_file.h"
+#include "srf/shading/look_up_kernel.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace surflect::shading {
+
+// A position among texels: the one up and left of it, and how far it is from this to the next.
+struct TexelPlace {
+  int x, y;          // not negative
+  float right, down; // 0..1; 0 where the next is outside the image
+
+  // (x, y) in pixels, centres at +0.5, finite; clamped to the image.
+  static TexelPlace at(const codec::ViewHeader& view, float x, float y) {
+    assert(std::isfinite(x) && std::isfinite(y));
+    const float u = std::min(std::max(x - 0.5f, 0.f), static_cast<float>(view.width - 1));
+    const float v = std::min(std::max(y - 0.5f, 0.f), static_cast<float>(view.height - 1));
+    const int i = static_cast<int>(u), j = static_cast<int>(v);
+    return {i, j, u - static_cast<float>(i), v - static_cast<float>(j)};
+  }
+
+  // Are all four corners in the block that holds the first?
+  bool isInOneBlock() const { return (x + 1) % codec::blockSize != 0 && (y + 1) % codec::blockSize != 0; }
+  codec::BlockPosition block() const {
+    return {static_cast<int>(unsigned(x) / codec::blockSize),
+            static_cast<int>(unsigned(y) / codec::blockSize)};
+  }
+
+  // Where they are.
+  BlockTaps tapsInOneBlock() const {
+    const float left = 1 - right, up = 1 - down;
+    return {{left * up, right * up, left * down, right * down},
+            static_cast<uint8_t>(unsigned(y) % codec::blockSize * codec::blockSize +
+                                 unsigned(x) % codec::blockSize),
+            1,
+            codec::blockSize};
+  }
+
+  // The taps in a block that holds some of the corners; the others have weight 0.
+  BlockTaps tapsIn(codec::BlockPosition block) const {
+    const PairInBlock across(x - block.x * codec::blockSize, right),
+        along(y - block.y * codec::blockSize, down);
+    return {{across.firstWeight * along.firstWeight, across.secondWeight * along.firstWeight,
+             across.firstWeight * along.secondWeight, across.secondWeight * along.secondWeight},
+            static_cast<uint8_t>(along.first * codec::blockSize + across.first),
+            static_cast<uint8_t>(across.step),
+            static_cast<uint8_t>(along.step * codec::blockSize)};
+  }
+
+private:
+  // Two neighbours of one row or column; what is outside the block has no weight.
+  struct PairInBlock {
+    PairInBlock(int place, float toNext)
+        : first(std::max(place, 0)), step(place >= 0 && place + 1 < codec::blockSize ? 1 : 0),
+          firstWeight(place >= 0 ? 1 - toNext : 0), secondWeight(place + 1 < codec::blockSize ? toNext : 0) {}
+    int first, step; // to the second
+    float firstWeight, secondWeight;
+  };
+};
+
+// use(position) of each block that holds a corner of some weight: left before right, the upper row first. A
+// place whose corners are all in one block asks for that, though it may have texels outside the image: blocks
+// are whole.
+template <class Use> inline void forEachBlock(const TexelPlace& place, const Use& use) {
+  const codec::BlockPosition first = place.block();
+  if (place.isInOneBlock()) return use(first);
+  const int acrossEnd =
+      place.right > 0 ? (place.x + 1) / codec::blockSize : first.x; // also keeps inside the image
+  const int downEnd = place.down > 0 ? (place.y + 1) / codec::blockSize : first.y;
+  for (int y = first.y; y <= downEnd; ++y)
+    for (int x = first.x; x <= acrossEnd; ++x) use(codec::BlockPosition{x, y});
+}
+
+// The part of a bilinear interpolation that one stored block answers.
+template <class Block> struct PlacedTaps {
+  Block block;
+  BlockTaps taps;
+};
+
+// The taps of one position by block, in the order of forEachBlock.
+template <class Block> class ViewTaps {
+public:
+  size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+  const PlacedTaps<Block>* begin() const { return blocks_.data(); }
+  const PlacedTaps<Block>* end() const { return blocks_.data() + count_; }
+
+  void clear() { count_ = 0; }
+  const BlockTaps& add(const Block& block, const BlockTaps& taps) {
+    blocks_[count_] = {block, taps};
+    return blocks_[count_++].taps;
+  }
+  void divideWeights(float sum) {
+    for (PlacedTaps<Block>& placed : std::span(blocks_).first(count_))
+      for (float& weight : placed.taps.weights) weight /= sum;
+  }
+
+private:
+  std::array<PlacedTaps<Block>, 4> blocks_; // not set before they are counted: thousands are made at a time
+  size_t count_ = 0;
+};
+
+// The block at a position is what `find` says of it; where that is false, it is background. Taps on
+// background are dropped and the others renormalised; empty if none is left. Blocks are asked for in the
+// order of forEachBlock.
+template <class Block, class Find>
+void findTaps(const TexelPlace& place, const Find& find, ViewTaps<Block>& taps) {
+  taps.clear();
+  float kept = 0;
+  bool isWhole = true;
+  forEachBlock(place, [&](codec::BlockPosition position) {
+    const Block block = find(position);
+    if (!block) {
+      isWhole = false;
+      return;
+    }
+    for (const float weight : taps.add(block, place.tapsIn(position)).weights) kept += weight;
+  });
+  if (!isWhole && !taps.empty()) taps.divideWeights(kept);
+}
+
+inline LookUpJob jobOf(const codec::BlockTerms& block, const BlockTaps& taps, float* rgb) {
+  const auto texel = 3 * static_cast<uint32_t>(block.stride);
+  return {block.texel(taps.texel),
+          block.coefficients,
+          rgb,
+          static_cast<uint32_t>(block.stride),
+          taps.right * texel,
+          taps.down * texel,
+          {taps.weights[0], taps.weights[1], taps.weights[2], taps.weights[3]}};
+}
+
+// A point between texel centres of a stored block.
+struct StoredPoint {
+  float x = 0, y = 0; // pixels
+};
+
+// The one that is nearest to (x, y); empty for a view that stores nothing. Of equals, the first in rings of
+// blocks about the one that holds (x, y).
+std::optional<StoredPoint> nearestStored(const codec::ViewFile& view, float x, float y);
+
+} // namespace surflect::shading

@@ -1,0 +1,281 @@
+// Bounds on the error of a penalty, and the proof that no source is missed. u = 2^-24.
+//   A source's place is kept as two floats, off by u^2 of itself; a surfel's place is a float. Their
+//   difference (first - place) + rest is therefore right but for 3 u in each coordinate, also where it
+//   cancels. Length, inverse and product make 9 u of the unit direction; that of the penalty's definition,
+//   found in double precision, is rounded by u. Penalties of directions 10 u apart differ by 10 u sqrt(2 p),
+//   and by their own 5 u p.
+//
+//   The directions to a view from all places within r of a middle at distance d differ from the middle's by
+//   at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
+//   for lie within s of their own middle q. By the triangle inequality the chord |u - q| from the middle's
+//   direction u is at most that of a member, sqrt(2 p), and both of these more, and as no fade is above 1 its
+//   penalty p over fade is at least p. So a view within the limit has u . q = (1 + |q|^2 - |u - q|^2) / 2 of
+//   at least the same with the longest chord: it lies in a cone. kChordSlack and kProductSlack give way to
+//   what is rounded on the way, the kernel's 1e-6 among it, and to the 10 u.
+//   The limit is a little more than the largest that a query of the group before needed. Where a member needs
+//   more, all views in a cone as wide as that are rated: what it was given is an upper bound, and where it
+//   was given too few and more see it, kGuess is tried, and then all views. So it ends: an upper bound is
+//   enough, kGuess comes once, and no view is outside of a cone without limit. What is rated beyond what is
+//   needed changes nothing.
+//   Before a penalty p = |a - b|^2 / 2 is computed, the cosine a . b = (|a|^2 + |b|^2) / 2 - p tells whether
+//   it can be within the limit. Half of each square is 1/2 but for 9 u of the one, computed here, and as much
+//   of the other, which is told; the product is off by 3 u and the penalty by 10 u: 31 u are 2e-6, and the
+//   kernel allows for twice as much.
+//
+// [Dunkl, Williams 1964] Dunkl, Williams: A Simple Norm Inequality, Amer. Math. Monthly 71.
+#include "srf/ulr/nearest_sources.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace surflect::ulr {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kChordSlack = 1e-5f, kProductSlack = 2e-6f;
+constexpr float kGuess = 1 / 8.f;              // penalty
+constexpr float kMargin = 1.25f;               // of the limit over what was needed before
+static_assert(kMaxNearest == kMaxBlended + 1); // the nearest, and the one after
+using LaneVectors = std::array<float, 3 * kQueryLanes>;
+constexpr std::array<float, kQueryLanes> unlimited = [] {
+  std::array<float, kQueryLanes> limits{};
+  limits.fill(kInfinity);
+  return limits;
+}();
+
+SplitSource split(const Source& source) {
+  const Vec3<float> first = source.place.cast<float>(),
+                    rest = (source.place - first.cast<double>()).cast<float>();
+  return {first[0], first[1], first[2], rest[0], rest[1], rest[2], source.isDistant};
+}
+
+std::vector<SplitSource> splitAll(std::span<const Source> sources) {
+  std::vector<SplitSource> all;
+  for (const Source& source : sources) all.push_back(split(source));
+  return all;
+}
+
+// Unused lanes repeat the last vector.
+template <class Vector> LaneVectors lanesOf(std::span<const Vector> vectors) {
+  assert(!vectors.empty() && vectors.size() <= kQueryLanes);
+  LaneVectors lanes;
+  for (size_t lane = 0; lane < kQueryLanes; ++lane) {
+    const Vector& v = vectors[std::min(lane, vectors.size() - 1)];
+    lanes[lane] = v.x();
+    lanes[kQueryLanes + lane] = v.y();
+    lanes[2 * kQueryLanes + lane] = v.z();
+  }
+  return lanes;
+}
+
+// The middle of the vectors' box, and the distance of the farthest vector from it.
+struct Around {
+  std::array<float, 3> middle;
+  float reach;
+};
+Around around(const LaneVectors& lanes) {
+  Around all{};
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const float* values = lanes.data() + axis * kQueryLanes;
+    float low = values[0], high = values[0];
+    for (size_t lane = 1; lane < kQueryLanes; ++lane) {
+      low = std::min(low, values[lane]);
+      high = std::max(high, values[lane]);
+    }
+    all.middle[axis] = (low + high) / 2;
+  }
+  float squared = 0;
+  for (size_t lane = 0; lane < kQueryLanes; ++lane) {
+    const float x = lanes[lane] - all.middle[0], y = lanes[kQueryLanes + lane] - all.middle[1],
+                z = lanes[2 * kQueryLanes + lane] - all.middle[2];
+    squared = std::max(squared, x * x + y * y + z * z);
+  }
+  all.reach = (1 + kChordSlack) * std::sqrt(squared);
+  return all;
+}
+
+} // namespace
+
+BlendSet QueryBlends::of(size_t lane) const {
+  BlendSet blend;
+  forEach(lane, [&](uint32_t index, float weight) { blend.push({index, weight}); });
+  return blend;
+}
+
+SourceCone coneAround(const std::array<float, 3>& place, float radius, float distance,
+                      const std::array<float, 3>& towards, float spread, float limit) {
+  const float sweep = radius < distance / 2 ? 2 * radius / (2 * distance - radius) : kInfinity;
+  const float chord = std::sqrt(2 * limit) + sweep + spread + kChordSlack;
+  const float squared = towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2];
+  return {{place[0], place[1], place[2]},
+          {towards[0], towards[1], towards[2]},
+          (1 + squared - chord * chord) / 2 - kProductSlack};
+}
+
+NearestLights::NearestLights(std::span<const Source> lights, Simd simd)
+    : kernels_(nearestKernels(simd)), sources_(splitAll(lights)), towards_(3 * kQueryLanes * sources_.size()),
+      allDistant_(std::ranges::all_of(lights, &Source::isDistant)) {
+  assert(lights.size() < size_t{1} << 24);
+  if (allDistant_)
+    kernels_.face(sources_.data(), nullptr, sources_.size(), LaneVectors{}.data(), towards_.data());
+}
+
+void NearestLights::setPlaces(std::span<const Point3<AcquisitionSpace>> places) {
+  if (allDistant_) return;
+  const LaneVectors lanes = lanesOf(places);
+  lost_ = kernels_.face(sources_.data(), nullptr, sources_.size(), lanes.data(), towards_.data());
+}
+
+void NearestLights::blend(std::span<const Direction3<AcquisitionSpace>> towards, size_t count,
+                          QueryBlends& blends) {
+  assert(count >= 1 && count <= kMaxBlended);
+  const LaneVectors lanes = lanesOf(towards);
+  std::array<float, kQueryLanes> limits = unlimited;
+  std::array<uint32_t, kMaxNearest> seeds;
+  constexpr size_t middle = kQueryLanes / 2;
+  size_t seeded = 0;
+  if (blends.blended_ == count && blends.sources_ == sources_.size())
+    while (seeded <= count && blends.nearest_.penalty[seeded][middle] < kInfinity) {
+      seeds[seeded] = static_cast<uint32_t>(blends.nearest_.index[seeded][middle]);
+      ++seeded;
+    }
+  if (seeded == count + 1)
+    kernels_.farthest(towards_.data(), seeds.data(), seeded, lanes.data(), limits.data());
+  blends.blended_ = count;
+  blends.sources_ = sources_.size();
+  blends.lost_ = lost_;
+  kernels_.nearest(towards_.data(), nullptr, nullptr, sources_.size(), lanes.data(), limits.data(), count + 1,
+                   &blends.nearest_);
+  blends.whole_ = kernels_.weigh(blends.nearest_, count, blends.weights_.data());
+}
+
+SourceArrays::SourceArrays(std::span<const Source> sources)
+    : count(sources.size()), groups((count + kQueryLanes - 1) / kQueryLanes) {
+  const size_t padded = groups * kQueryLanes;
+  for (auto* values : {&x, &y, &z, &isNear}) values->resize(padded);
+  rest.resize(3 * padded);
+  for (size_t i = 0; i < count; ++i) {
+    const SplitSource source = split(sources[i]);
+    x[i] = source.x;
+    y[i] = source.y;
+    z[i] = source.z;
+    rest[i] = source.restX;
+    rest[padded + i] = source.restY;
+    rest[2 * padded + i] = source.restZ;
+    isNear[i] = source.isDistant ? 0 : 1;
+  }
+}
+
+void SourceAngles::compute(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
+                           const Normal3<AcquisitionSpace>& normal) {
+  const std::array query{place.x(),   place.y(),  place.z(),  towards.x(), towards.y(),
+                         towards.z(), normal.x(), normal.y(), normal.z()};
+  kernels_.look(sources_.x.data(), sources_.y.data(), sources_.z.data(), sources_.rest.data(),
+                sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
+}
+
+NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& fades, Simd simd)
+    : kernels_(nearestKernels(simd)), fades_(fades), sources_(splitAll(views)), lanes_(views),
+      limit_(kGuess) {
+  assert(views.size() == fades.views && views.size() < size_t{1} << 24);
+  for (const Source& view : views)
+    if (!view.isDistant)
+      farthest_ = std::max(farthest_, static_cast<float>(view.place.cwiseAbs().maxCoeff()));
+  inverseFade_[0] = kInfinity;
+  for (size_t byte = 1; byte < 256; ++byte)
+    inverseFade_[byte] = 1 / VisibilityWeights::decode(static_cast<uint8_t>(byte));
+  found_.resize(lanes_.x.size() + kQueryLanes);
+  towards_.resize(3 * kQueryLanes * views.size());
+  inverseFades_.resize(kQueryLanes * views.size());
+}
+
+void NearestViews::rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels,
+                        const float* places, const float* towards, size_t slots) {
+  for (size_t lane = 0; lane < kQueryLanes; ++lane) {
+    const uint8_t* fades = fades_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
+    for (size_t i = 0; i < views.size(); ++i)
+      inverseFades_[i * kQueryLanes + lane] = inverseFade_[fades[views[i]]];
+  }
+  blends_.lost_ = kernels_.face(sources_.data(), views.data(), views.size(), places, towards_.data());
+  kernels_.nearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards,
+                   unlimited.data(), slots, &blends_.nearest_);
+}
+
+// Keeps, of the views rated last, those whose fades are most likely in different cache lines.
+void NearestViews::keepApart() {
+  constexpr uint32_t kFar = 32; // bytes: half a line, wherever lines begin
+  apart_.clear();
+  for (const uint32_t view : std::span(found_).first(rated_))
+    if (apart_.empty() || view >= apart_.back() + kFar) apart_.push_back(view);
+}
+
+// The lane has found all views that see the surfel, which are at most `most`.
+bool NearestViews::seeNoMore(size_t lane, size_t most, uint32_t surfel) const {
+  size_t found = 0;
+  while (found < most && blends_.nearest_.penalty[found][lane] < kInfinity) ++found;
+  const auto fades = fades_.of(surfel);
+  return static_cast<size_t>(std::ranges::count_if(fades, [](uint8_t fade) { return fade > 0; })) <= found;
+}
+
+// A lower bound on the distance of the nearest view to a place. All views are measured again where places
+// have moved far.
+float NearestViews::leastDistance(const std::array<float, 3>& place) {
+  const auto squaredTo = [&](float x, float y, float z) {
+    const float dx = x - place[0], dy = y - place[1], dz = z - place[2];
+    return dx * dx + dy * dy + dz * dz;
+  };
+  constexpr float kFar = 1 / 8.f; // of the distance
+  const float moved = std::sqrt(squaredTo(measured_[0], measured_[1], measured_[2]));
+  if (moved < kFar * nearest_ && nearest_ < kInfinity) return (1 - kChordSlack) * (nearest_ - moved);
+  float squared = kInfinity;
+  for (const SplitSource& view : sources_)
+    if (!view.isDistant) squared = std::min(squared, squaredTo(view.x, view.y, view.z));
+  measured_ = place;
+  nearest_ = std::sqrt(squared);
+  return (1 - kChordSlack) * nearest_;
+}
+
+// The largest penalty that a lane still needs, judged by the views within the limit; 0 where no lane needs
+// more.
+float NearestViews::missing(float limit, size_t count, std::span<const uint32_t> surfels) const {
+  float most = 0;
+  for (size_t lane = 0; lane < surfels.size(); ++lane) {
+    const float last = blends_.nearest_.penalty[count][lane];
+    if (last <= limit || (last == kInfinity && seeNoMore(lane, count, surfels[lane]))) continue;
+    most = std::max(most, last);
+  }
+  return most;
+}
+
+const QueryBlends& NearestViews::blend(std::span<const uint32_t> surfels,
+                                       std::span<const Point3<AcquisitionSpace>> places,
+                                       std::span<const Direction3<AcquisitionSpace>> towards, size_t count) {
+  assert(count >= 1 && count <= kMaxBlended);
+  assert(surfels.size() == places.size() && surfels.size() == towards.size());
+  const LaneVectors place = lanesOf(places), asked = lanesOf(towards);
+  const Around placed = around(place), turned = around(asked);
+  const float distance = leastDistance(placed.middle);
+  // the second term: places of views are rounded
+  const float radius = placed.reach + 4 * std::numeric_limits<float>::epsilon() * farthest_;
+  for (float limit = limit_;;) {
+    const SourceCone cone = coneAround(placed.middle, radius, distance, turned.middle, turned.reach, limit);
+    rated_ = kernels_.within(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
+                             lanes_.groups, cone, found_.data());
+    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // what fills the last lanes
+    rate({found_.data(), rated_}, surfels, place.data(), asked.data(), count + 1);
+    const float most = missing(limit, count, surfels);
+    if (most == 0) break;
+    limit = most < kInfinity || limit >= kGuess ? most : kGuess;
+  }
+  const float needed = *std::ranges::max_element(std::span(blends_.nearest_.penalty[count]));
+  limit_ = needed < kInfinity ? kMargin * needed : kGuess;
+  keepApart();
+  blends_.blended_ = count;
+  blends_.whole_ = kernels_.weigh(blends_.nearest_, count, blends_.weights_.data());
+  return blends_;
+}
+
+} // namespace surflect::ulr

@@ -1,0 +1,74 @@
+#include "srf/shading/camera_weights.h"
+
+#include "tests/srf/shading/queries.h"
+
+namespace surflect::shading {
+namespace {
+
+using namespace studio;
+
+class CameraWeightsOfStudio : public ProductQueries {
+protected:
+  // Each surfel is seen by a share of the views of its own, most of them fading.
+  void fade() {
+    std::uniform_real_distribution<double> share(0, 1);
+    for (size_t i = 0; i < model.cloud.size(); ++i) {
+      const double own = i % 4 == 0 ? 0 : share(random);
+      for (size_t view = 0; view < model.fades.views; ++view)
+        model.fades.values[i * model.fades.views + view] =
+            share(random) < own ? static_cast<uint8_t>(1 + random() % 255) : uint8_t{0};
+    }
+  }
+};
+
+TEST_F(CameraWeightsOfStudio, FallbacksPassedOverWouldNotBeBlended) {
+  fade();
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  for (const Simd simd : supportedSimd()) {
+    CameraWeights views(model, batch, {.cameras = 4, .simd = simd});
+    size_t fallbacks = 0;
+    for (size_t i = 0; i < batch.size(); ++i) {
+      const auto [blend, sight] = views.blend(i);
+      const Sight rated = views.ratePenalties(i);
+      EXPECT_EQ(sight.isSeen, rated.isSeen);
+      EXPECT_EQ(sight.penalty, rated.penalty);
+      ulr::NearestCandidates nearest(4);
+      for (uint32_t view = 0; view < model.fades.views; ++view) nearest.offer({view, views.penalty(view, 0)});
+      EXPECT_EQ(sight.penalty, nearest.sorted()[0].penalty);
+      const ulr::BlendSet wanted = ulr::ulrWeights(nearest);
+      ASSERT_EQ(blend.size(), wanted.size());
+      for (size_t j = 0; j < blend.size(); ++j) {
+        EXPECT_EQ(blend[j].index, wanted[j].index);
+        EXPECT_EQ(blend[j].weight, wanted[j].weight);
+        if (model.fades.of(batch.surfels[i])[blend[j].index] == 0) ++fallbacks;
+      }
+    }
+    EXPECT_GT(fallbacks, 500u);
+  }
+}
+
+TEST_F(CameraWeightsOfStudio, WeightsOfManyQueriesAreThoseOfEachAlone) {
+  fade();
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  for (const Simd simd : supportedSimd())
+    for (const bool nearest : {false, true}) {
+      const ShadeOptions options{.cameras = 4, .nearest = nearest, .simd = simd};
+      CameraWeights alone(model, batch, options), many(model, batch, options);
+      for (size_t begin = 0; begin < batch.size(); begin += ulr::kQueryLanes) {
+        many.prepare(begin, ulr::kQueryLanes);
+        for (size_t lane = 0; lane < ulr::kQueryLanes; ++lane) {
+          const auto wanted = alone.blend(begin + lane);
+          std::vector<double> difference(model.fades.views);
+          const Sight sight =
+              many.forEach(lane, [&](uint32_t view, float weight) { difference[view] += weight; });
+          EXPECT_EQ(sight.isSeen, wanted.sight.isSeen);
+          EXPECT_NEAR(ulr::confidenceOf(sight.penalty), ulr::confidenceOf(wanted.sight.penalty), 1e-5);
+          for (const auto& [view, weight] : wanted.weights) difference[view] -= weight;
+          for (const double d : difference) EXPECT_NEAR(d, 0, 1e-5);
+        }
+      }
+    }
+}
+
+} // namespace
+} // namespace surflect::shading

@@ -1,0 +1,295 @@
+#include "srf/shading/plan.h"
+
+#include "srf/ulr/fallback_view.h"
+#include "srf/ulr/foreshortening.h"
+#include "srf/ulr/ulr.h"
+#include "tests/srf/shading/queries.h"
+
+#include <limits>
+#include <tuple>
+
+namespace surflect::shading {
+namespace {
+
+using namespace studio;
+
+class ShadingPlanned : public ProductQueries {};
+class ShadingPlannedPairs : public PairQueries {};
+
+// The studio's lamps differ in colour; these do not, but keep their strengths in blue.
+std::vector<capture::Light> inOneColor(std::vector<capture::Light> lights) {
+  for (capture::Light& light : lights) {
+    Rgb& irradiance = std::get<capture::DirectionalLight>(light.kind).irradiance;
+    irradiance = irradiance.r * Rgb{0.3f, 0.7f, 1.1f};
+  }
+  return lights;
+}
+
+TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
+  for (const auto& [lights, unevenness, isOneColor] :
+       {std::tuple(1, 0., false), {3, 0., false}, {3, 0.5, false}, {3, 0., true}, {3, 0.5, true}}) {
+    model.rig.lights = studioLights(Studio{}.lights, unevenness);
+    if (isOneColor) model.rig.lights = inOneColor(model.rig.lights);
+    const QueryBatch batch = randomBatch(model, 2000, lights, random);
+    const ShadingPlan plan =
+        planShading(model, batch, {.lightFit = ulr::LightFit::mean, .foreshortened = false});
+    EXPECT_EQ(plan.unseen, 0u);
+    std::vector<double> sums(batch.size());
+    for (const ShadingOp& op : plan.ops) {
+      EXPECT_GT(op.weight, 0);
+      sums[op.target] += op.weight;
+      double got = 0, wanted = 0; // irradiance: what the row gives back of the captured one
+      for (const auto& [column, weight] : rowOf(plan, op))
+        got += weight.g * capturedIrradiance(model, op, column, batch.surfels[op.target]).g;
+      for (size_t l = 0; l < batch.lights; ++l) wanted += batch.irradiance[op.target * batch.lights + l].g;
+      EXPECT_NEAR(got / wanted, 1, 3.5e-7);
+    }
+    for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
+  }
+}
+
+// Sixteen queries' rows are made together where lamps have one colour, unless colours are to be shown.
+TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
+  model.rig.lights = inOneColor(model.rig.lights);
+  ShadeOptions options{.lights = 2, .lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const QueryBatch batch = randomBatch(model, 2000, 2, random);
+  ASSERT_LE(2 * batch.lights * *options.lights, model.rig.lights.size());
+  QueryBatch dimmed = batch;
+  for (size_t query = 5; query < batch.size(); query += ulr::kQueryLanes)
+    dimmed.irradiance[2 * query + 1] = {};
+  const ShadingPlan together = planShading(model, batch, options),
+                    apart = planShading(model, dimmed, options);
+  options.showsBlends = true;
+  const ShadingPlan shown = planShading(model, batch, options);
+
+  ASSERT_EQ(together.ops.size(), apart.ops.size());
+  ASSERT_EQ(together.ops.size(), shown.ops.size());
+  for (size_t i = 0; i < together.ops.size(); ++i) {
+    auto row = rowOf(together, together.ops[i]);
+    ASSERT_EQ(row.size(), 4u);
+    EXPECT_EQ(row, rowOf(shown, shown.ops[i]));
+    EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // a colour for each light
+    const bool isDimmed = together.ops[i].target % ulr::kQueryLanes == 5;
+    if (isDimmed) row.resize(2);
+    EXPECT_EQ(row, rowOf(apart, apart.ops[i]));
+  }
+}
+
+// Channel by channel, whether captured lights are blended before they are coloured or each in its own colour.
+TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
+  const ShadeOptions options{.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const std::vector<capture::Light> various = model.rig.lights;
+  for (const bool isOneColor : {true, false}) {
+    model.rig.lights = isOneColor ? inOneColor(various) : various;
+    const QueryBatch batch = randomBatch(model, 500, 2, random);
+    const ShadingPlan plan = planShading(model, batch, options);
+    for (const ShadingOp& op : plan.ops) {
+      EXPECT_EQ(op.rowEnd - op.rowBegin, isOneColor ? 2u : 6u);
+      Rgb got, wanted;
+      for (const auto& [column, weight] : rowOf(plan, op))
+        got = got + weight * capturedIrradiance(model, op, column, batch.surfels[op.target]);
+      for (size_t l = 0; l < 2; ++l) wanted = wanted + batch.irradiance[2 * op.target + l];
+      EXPECT_NEAR(got.r / wanted.r, 1, 7e-7);
+      EXPECT_NEAR(got.g / wanted.g, 1, 7e-7);
+      EXPECT_NEAR(got.b / wanted.b, 1, 7e-7);
+    }
+  }
+}
+
+// The least penalty of angle over fade; stand-ins in view_penalties_test.cpp.
+void expectConfidenceIsThatOfTheBestView(const model::Model& model, const QueryBatch& batch) {
+  const ShadingPlan plan = planShading(model, batch, {});
+  ASSERT_EQ(plan.confidence.size(), batch.size());
+  for (size_t query = 0; query < batch.size(); ++query) {
+    const auto fades = model.fades.of(batch.surfels[query]);
+    const auto place = model.cloud.p0[batch.surfels[query]].cast<double>();
+    float best = std::numeric_limits<float>::infinity();
+    for (size_t view = 0; view < fades.size(); ++view) {
+      const auto towards = capture::Viewpoint(model.rig.views[view].camera).towards(place).cast<float>();
+      if (fades[view] > 0)
+        best = std::min(best, ulr::anglePenalty(towards, batch.towardsView[query]) /
+                                  ulr::VisibilityWeights::decode(fades[view]));
+    }
+    ASSERT_LE(best, ulr::kFallbackFrom);
+    EXPECT_NEAR(plan.confidence[query], ulr::confidenceOf(best), 2e-5);
+  }
+}
+
+TEST_F(ShadingPlanned, ConfidenceIsThatOfTheBestView) {
+  expectConfidenceIsThatOfTheBestView(model, randomBatch(model, 2000, 1, random));
+}
+
+TEST_F(ShadingPlannedPairs, ConfidenceIsThatOfTheBestView) {
+  expectConfidenceIsThatOfTheBestView(model, randomBatch(model, 300, 2, random));
+}
+
+TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  const ShadingPlan plan = planShading(model, batch, {.foreshortened = true});
+  size_t lit = 0;
+  for (const ShadingOp& op : plan.ops) {
+    const uint32_t surfel = batch.surfels[op.target];
+    const auto normal = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));
+    const float cosine = ulr::foreshortenedCosine(normal, batch.towardsLight[op.target]);
+    double got = 0;
+    for (const auto& [column, weight] : rowOf(plan, op)) {
+      const capture::Light& light = model.rig.lights[model.columns[op.view][column]];
+      got += weight.g * capturedIrradiance(model, op, column, surfel).g *
+             ulr::foreshortenedCosine(
+                 normal, capture::towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
+    }
+    const double wanted = batch.irradiance[op.target].g * cosine;
+    if (cosine > 0.5f) { // nearer to grazing the ratio may be bounded
+      EXPECT_NEAR(got / wanted, 1, 2e-3);
+      ++lit;
+    }
+    if (cosine == 0) {
+      EXPECT_LT(got, 2e-3 * batch.irradiance[op.target].g);
+    }
+  }
+  EXPECT_GT(lit, plan.ops.size() / 8);
+}
+
+TEST_F(ShadingPlanned, OnlyCamerasThatSeeTheSurfelAreAsked) {
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  for (const ShadingOp& op : planShading(model, batch, {}).ops)
+    EXPECT_GT(model.fades.of(batch.surfels[op.target])[op.view], 0);
+}
+
+TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
+  const QueryBatch batch = randomBatch(model, 300, 1, random);
+  std::ranges::fill(model.fades.values, uint8_t{0});
+  const ShadingPlan plan = planShading(model, batch, {});
+  EXPECT_EQ(plan.unseen, batch.size());
+  std::vector<double> sums(batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    EXPECT_GT(op.weight, 0);
+    EXPECT_TRUE(capture::contains(model.rig.views[op.view].camera.lens, {op.x, op.y}));
+    sums[op.target] += op.weight;
+  }
+  for (const double sum : sums) EXPECT_NEAR(sum, 1, 2.7e-7);
+}
+
+TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
+  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  for (size_t i = 0; i < model.cloud.size(); ++i) { // one sees each surfel; others may be nearer by far
+    const auto row = std::span(model.fades.values).subspan(i * model.fades.views, model.fades.views);
+    std::ranges::fill(row, uint8_t{0});
+    row[i % model.fades.views] = 255;
+  }
+  const ShadingPlan plan = planShading(model, batch, {});
+  EXPECT_EQ(plan.unseen, 0u);
+  size_t within90Degrees = 0;
+  for (const ShadingOp& op : plan.ops) {
+    const uint32_t surfel = batch.surfels[op.target];
+    const size_t seeing = surfel % model.fades.views;
+    const auto towards = towardsViewer(model.rig.views[seeing], model.cloud.p0[surfel].cast<double>());
+    if (ulr::anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
+    ++within90Degrees;
+    EXPECT_EQ(op.view, seeing);
+  }
+  EXPECT_GT(within90Degrees, batch.size() / 4);
+}
+
+TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
+  const QueryBatch batch = randomBatch(model, 1000, 1, random);
+  const ShadingPlan plan = planShading(model, batch, {.nearest = true});
+  ASSERT_EQ(plan.ops.size(), batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    EXPECT_EQ(op.weight, 1);
+    const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
+    const auto fades = model.fades.of(batch.surfels[op.target]);
+    const auto viewPenalty = [&](size_t view) {
+      return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
+                               batch.towardsView[op.target].cast<double>());
+    };
+    for (size_t view = 0; view < fades.size(); ++view)
+      EXPECT_TRUE(fades[view] == 0 || viewPenalty(op.view) <= viewPenalty(view) + 1e-6);
+    ASSERT_EQ(rowOf(plan, op).size(), 1u);
+    const auto lightPenalty = [&](const capture::Light& light) {
+      return ulr::anglePenalty(capture::towardsLight(light, p0),
+                               batch.towardsLight[op.target].cast<double>());
+    };
+    const capture::Light& chosen = model.rig.lights[rowOf(plan, op)[0].light];
+    for (const capture::Light& light : model.rig.lights)
+      EXPECT_LE(lightPenalty(chosen), lightPenalty(light) + 1e-6);
+  }
+}
+
+TEST_F(ShadingPlanned, ALitCaptureNeedsALight) {
+  const QueryBatch batch = randomBatch(model, 10, 0, random);
+  EXPECT_NE(image::errorOf([&] { planShading(model, batch, {}); }).find("needs a light"), std::string::npos);
+}
+
+TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
+  ASSERT_FALSE(model.isFullProduct);
+  const QueryBatch batch = randomBatch(model, 1000, 2, random);
+  const ShadingPlan plan = planShading(model, batch, {});
+  ASSERT_EQ(plan.targetsPerQuery, 2u);
+  std::vector<double> sums(2 * batch.size()), irradiance(2 * batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    ASSERT_EQ(rowOf(plan, op).size(), 1u);
+    const auto [column, weight] = rowOf(plan, op)[0];
+    ASSERT_LT(column, model.columns[op.view].size());
+    EXPECT_GT(model.fades.of(batch.surfels[op.target / 2])[op.view], 0);
+    sums[op.target] += op.weight;
+    irradiance[op.target] +=
+        op.weight * weight.r * capturedIrradiance(model, op, column, batch.surfels[op.target / 2]).r;
+  }
+  for (size_t target = 0; target < sums.size(); ++target) {
+    EXPECT_NEAR(sums[target], 1, 4.5e-7);
+    EXPECT_NEAR(irradiance[target] / batch.irradiance[target].r, 1, 7e-7);
+  }
+}
+
+TEST_F(ShadingPlannedPairs, ACapturedPairHasAllTheWeight) {
+  const auto [batch, photographs] = capturedRays(model, random);
+  ASSERT_GT(batch.size(), 2000u);
+  const ShadingPlan plan = planShading(model, batch, {});
+  std::vector<double> weight(batch.size());
+  for (const ShadingOp& op : plan.ops)
+    if (std::pair(op.view, rowOf(plan, op)[0].light) == photographs[op.target]) weight[op.target] = op.weight;
+  for (const double w : weight) EXPECT_NEAR(w, 1, 1e-7);
+}
+
+TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
+  const QueryBatch batch = randomBatch(model, 500, 1, random);
+  const ShadingPlan plan = planShading(model, batch, {.nearest = true});
+  ASSERT_EQ(plan.ops.size(), batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
+    const auto fades = model.fades.of(batch.surfels[op.target]);
+    const auto penalty = [&](size_t view, size_t column) {
+      const capture::Light& light = model.rig.lights[model.columns[view][column]];
+      return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
+                               batch.towardsView[op.target].cast<double>()) +
+             ulr::anglePenalty(capture::towardsLight(light, p0),
+                               batch.towardsLight[op.target].cast<double>());
+    };
+    const double chosen = penalty(op.view, rowOf(plan, op)[0].light);
+    for (size_t view = 0; view < fades.size(); ++view)
+      for (size_t column = 0; fades[view] > 0 && column < model.columns[view].size(); ++column)
+        EXPECT_LE(chosen, penalty(view, column) + 1e-6);
+  }
+}
+
+TEST_F(ShadingPlannedPairs, AreNotForeshortened) {
+  const QueryBatch batch = randomBatch(model, 10, 1, random);
+  EXPECT_EQ(image::errorOf([&] { planShading(model, batch, {.foreshortened = true}); }),
+            model.folder.string() + ": foreshortening on: found pairs of cameras and lights, expected "
+                                    "photographs under all lights from all cameras");
+}
+
+TEST(IrradianceRatio, OfWhatWasCapturedIsOneAndNothingInTheDark) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> strength(0.1f, 10);
+  for (int i = 0; i < 50; ++i) {
+    const Rgb captured{strength(random), strength(random), 0};
+    EXPECT_EQ(irradianceRatio(captured, captured), (Rgb{1, 1, 0}));
+    EXPECT_EQ(irradianceRatio(4 * captured, captured), (Rgb{4, 4, 0}));
+    EXPECT_EQ(irradianceRatio({1, 1, 1}, captured).b, 0);
+  }
+}
+
+} // namespace
+} // namespace surflect::shading

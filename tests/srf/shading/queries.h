@@ -1,0 +1,121 @@
+// Queries to packed studios, for tests of what is asked of a model.
+#pragma once
+
+#include "srf/model/model.h"
+#include "srf/shading/plan.h"
+#include "tests/support/random.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace surflect::studio {
+
+inline Direction3<AcquisitionSpace, double> towardsViewer(const capture::View& view,
+                                                          const Point3<AcquisitionSpace, double>& p0) {
+  return capture::Viewpoint(view.camera).towards(p0);
+}
+
+inline Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
+  return assume<Direction3<AcquisitionSpace>>(randomUnit(random));
+}
+
+// Random surfels, viewers, lights and strengths. Viewers stand outside the surface.
+inline shading::QueryBatch randomBatch(const model::Model& model, size_t queries, size_t lights,
+                                       std::mt19937& random) {
+  std::uniform_real_distribution<float> strength(0.1f, 2);
+  shading::QueryBatch batch;
+  batch.lights = lights;
+  for (size_t q = 0; q < queries; ++q) {
+    const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
+    batch.surfels.push_back(surfel);
+    const auto towards = randomDirection(random);
+    const bool outside = towards.raw().dot(model.cloud.p0[surfel].raw()) > 0;
+    batch.towardsView.push_back(outside ? towards : -towards);
+    for (size_t l = 0; l < lights; ++l) {
+      batch.towardsLight.push_back(randomDirection(random));
+      const float r = strength(random), g = strength(random), b = strength(random);
+      batch.irradiance.push_back({r, g, b});
+    }
+  }
+  return batch;
+}
+
+// A captured light that is blended, and what its radiance is multiplied by.
+struct RowEntry {
+  uint32_t light;
+  Rgb weight;
+  friend bool operator==(const RowEntry&, const RowEntry&) = default;
+};
+
+inline std::vector<RowEntry> rowOf(const shading::ShadingPlan& plan, const shading::ShadingOp& op) {
+  std::vector<RowEntry> row;
+  for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
+    const auto& [color, begin, end] = plan.rows.lights[i];
+    for (uint32_t j = begin; j < end; ++j)
+      row.push_back({plan.rows.weights[j].light, plan.rows.weights[j].weight * color});
+  }
+  return row;
+}
+
+inline Rgb capturedIrradiance(const model::Model& model, const shading::ShadingOp& op, uint32_t column,
+                              uint32_t surfel) {
+  return capture::irradianceAt(model.rig.lights[model.columns[op.view][column]],
+                               model.cloud.p0[surfel].cast<double>());
+}
+
+// A ray from each surfel to each camera that sees it whole, under a light of that camera.
+struct CapturedRays {
+  shading::QueryBatch batch;
+  std::vector<std::pair<uint32_t, uint32_t>> photographs; // view and column, per query
+};
+
+inline CapturedRays capturedRays(const model::Model& model, std::mt19937& random) {
+  CapturedRays rays;
+  shading::QueryBatch& batch = rays.batch;
+  batch.lights = 1;
+  for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
+    for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
+      if (model.fades.of(surfel)[view] < 255) continue;
+      const auto p0 = model.cloud.p0[surfel].cast<double>();
+      const auto column = static_cast<uint32_t>(random() % model.columns[view].size());
+      const capture::Light& light = model.rig.lights[model.columns[view][column]];
+      batch.surfels.push_back(surfel);
+      batch.towardsView.push_back(towardsViewer(model.rig.views[view], p0).cast<float>());
+      batch.towardsLight.push_back(capture::towardsLight(light, p0).cast<float>());
+      batch.irradiance.push_back(capture::irradianceAt(light, p0));
+      rays.photographs.emplace_back(view, column);
+    }
+  return rays;
+}
+
+inline Studio unevenGappyStudio() {
+  Studio studio = gappyStudio();
+  studio.unevenness = 0.5;
+  return studio;
+}
+
+// A studio is packed once for all tests of a suite; the model is each test's own.
+class ProductQueries : public testing::Test {
+protected:
+  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(Studio{}, 2000); }
+  static void TearDownTestSuite() { packed.reset(); }
+
+  static inline std::unique_ptr<PackedStudio> packed;
+  model::Model model = model::openModel(packed->model.folder);
+  std::mt19937 random{1};
+};
+
+// Of a capture that is not a full product of cameras and lights, under uneven lights.
+class PairQueries : public testing::Test {
+protected:
+  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(unevenGappyStudio(), 1000); }
+  static void TearDownTestSuite() { packed.reset(); }
+
+  static inline std::unique_ptr<PackedStudio> packed;
+  model::Model model = model::openModel(packed->model.folder);
+  std::mt19937 random{2};
+};
+
+} // namespace surflect::studio

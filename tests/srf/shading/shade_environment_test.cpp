@@ -1,0 +1,362 @@
+#include "srf/shading/shade.h"
+
+#include "tests/srf/shading/queries.h"
+#include "tests/support/random.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <tbb/task_arena.h>
+
+namespace surflect::shading {
+namespace {
+
+using studio::gappyStudio;
+using studio::PackedStudio;
+using studio::Studio;
+using ToAcquisition = Rotation<AcquisitionSpace, EnvironmentSpace, float>;
+
+constexpr size_t everything = size_t{1} << 30; // bytes of cache
+
+// Any orthogonal matrix, mirroring ones too.
+ToAcquisition randomTurn(std::mt19937& random) {
+  const Vec3<float> a = randomUnit<float>(random), b = randomUnit<float>(random).cross(a).normalized();
+  Mat3<float> matrix;
+  matrix << a, b, (random() % 2 ? a : Vec3<float>(-a)).cross(b);
+  return ToAcquisition(matrix);
+}
+
+std::vector<ulr::EnvironmentLight> randomEnvironment(size_t count, std::mt19937& random) {
+  std::uniform_real_distribution<float> strength(0.1f, 2);
+  std::vector<ulr::EnvironmentLight> lights;
+  for (size_t i = 0; i < count; ++i) {
+    const float r = strength(random), g = strength(random), b = strength(random);
+    lights.push_back({assume<Direction3<EnvironmentSpace>>(randomUnit<float>(random)), {r, g, b}});
+  }
+  return lights;
+}
+
+// Random surfels and viewers, who stand outside the surface; no lights yet.
+QueryBatch darkBatch(const model::Model& model, size_t queries, std::mt19937& random) {
+  QueryBatch batch;
+  for (size_t q = 0; q < queries; ++q) {
+    const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
+    batch.surfels.push_back(surfel);
+    Vec3<float> towards = randomUnit<float>(random);
+    if (towards.dot(model.cloud.p0[surfel].raw()) < 0) towards = -towards;
+    batch.towardsView.push_back(assume<Direction3<AcquisitionSpace>>(towards));
+  }
+  return batch;
+}
+
+// A turn of its own for every query.
+void addEnvironment(QueryBatch& batch, const QueryEnvironment& environment, std::mt19937& random) {
+  ASSERT_TRUE(batch.environments.empty());
+  batch.environments.push_back(environment);
+  for (size_t q = 0; q < batch.size(); ++q) batch.acquisitionFromEnvironment.push_back(randomTurn(random));
+}
+
+// The same light as directional lights, one by one.
+QueryBatch unrolled(const QueryBatch& batch) {
+  QueryBatch result = batch;
+  result.environments.clear();
+  result.acquisitionFromEnvironment.clear();
+  const QueryEnvironment& environment = batch.environments[0];
+  result.lights = environment.lights.size();
+  result.extrapolation.assign(result.lights, environment.extrapolation);
+  for (size_t q = 0; q < batch.size(); ++q)
+    for (const auto& light : environment.lights) {
+      result.towardsLight.push_back(batch.acquisitionFromEnvironment[q](light.towards));
+      result.irradiance.push_back(environment.strength * light.irradiance);
+    }
+  return result;
+}
+
+std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch,
+                        const ShadeOptions& options = {}) {
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  return shade(model, batch, options, cache, stats).radiance;
+}
+
+// Of the captured irradiance that a plan asks for, per query.
+std::vector<Rgb> irradianceOf(const model::Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
+  std::vector<Rgb> sums(plan.queries);
+  for (const ShadingOp& op : plan.ops)
+    for (const auto& [column, weight] : studio::rowOf(plan, op)) {
+      const auto& light = model.rig.lights[model.columns[op.view][column]];
+      const size_t query = op.target / plan.targetsPerQuery;
+      const Rgb captured = capture::irradianceAt(light, model.cloud.p0[batch.surfels[query]].cast<double>());
+      Rgb& sum = sums[query];
+      sum = sum + op.weight * (weight * captured);
+    }
+  return sums;
+}
+
+double largestDifference(std::span<const Rgb> a, std::span<const Rgb> b) {
+  EXPECT_EQ(a.size(), b.size());
+  double largest = 0;
+  for (size_t i = 0; i < a.size(); ++i)
+    for (const float d : {a[i].r - b[i].r, a[i].g - b[i].g, a[i].b - b[i].b})
+      largest = std::max(largest, double{std::abs(d)});
+  return largest;
+}
+
+double largest(std::span<const Rgb> values) {
+  return largestDifference(values, std::vector<Rgb>(values.size()));
+}
+
+// Every law for captures that are a full product of cameras and lights, under uneven ones, and for others.
+class ShadeEnvironment : public testing::TestWithParam<bool> {
+protected:
+  static void SetUpTestSuite() {
+    full = std::make_unique<PackedStudio>(Studio{.unevenness = 0.5}, 1500);
+    gappy = std::make_unique<PackedStudio>(gappyStudio(), 1000);
+  }
+  static void TearDownTestSuite() {
+    full.reset();
+    gappy.reset();
+  }
+
+  static inline std::unique_ptr<PackedStudio> full, gappy;
+  model::Model model = model::openModel((GetParam() ? full : gappy)->model.folder);
+  std::mt19937 random{1};
+};
+INSTANTIATE_TEST_SUITE_P(, ShadeEnvironment, testing::Bool(),
+                         [](const auto& capture) { return capture.param ? "FullProduct" : "Pairs"; });
+
+TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
+  const auto lights = randomEnvironment(9, random);
+  QueryBatch batch = darkBatch(model, 300, random);
+  addEnvironment(batch, {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, nullptr}, random);
+  const auto together = shaded(model, batch), apart = shaded(model, unrolled(batch));
+  EXPECT_LT(largestDifference(together, apart) / largest(apart), 1.5e-6);
+}
+
+TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
+  const auto lights = randomEnvironment(1, random);
+  std::vector<Rgb> answers[2]; // plain, foreshortened; pairs of cameras and lights are blended as they are
+  const QueryBatch dark = darkBatch(model, 2000, random);
+  for (const bool foreshortened : {false, true}) {
+    if (foreshortened && !GetParam()) continue;
+    const ShadeOptions options{.foreshortened = foreshortened};
+    const auto table = lightTable(model, options, ulr::LightExtrapolation::clamp);
+    for (const bool tabulated : {false, true}) {
+      if (tabulated && !table) continue;
+      std::mt19937 turns(7);
+      QueryBatch batch = dark;
+      addEnvironment(batch,
+                     {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, tabulated ? &*table : nullptr},
+                     turns);
+      const auto got = shaded(model, batch, options), wanted = shaded(model, unrolled(batch), options);
+      EXPECT_LT(largestDifference(got, wanted) / largest(wanted), tabulated ? 0.02 : 4e-7);
+      double sum = 0;
+      for (size_t q = 0; q < got.size(); ++q) sum += std::abs(got[q].g - wanted[q].g);
+      // A table rounds the creases of the blend, as below.
+      EXPECT_LT(sum / static_cast<double>(got.size()) / largest(wanted), tabulated ? 2e-4 : 1e-7);
+      answers[foreshortened] = got;
+    }
+  }
+  if (GetParam()) {
+    EXPECT_GT(largestDifference(answers[0], answers[1]), 0.01 * largest(answers[0]));
+  }
+}
+
+TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
+  QueryBatch batch = darkBatch(model, 100, random);
+  addEnvironment(batch, {{}, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
+  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+  for (const Rgb& color : planShading(model, batch, {.showsBlends = true}).lightBlend)
+    EXPECT_EQ(color, Rgb{});
+}
+
+TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
+  const auto lights = randomEnvironment(40, random);
+  const Rgb total = ulr::totalIrradiance(lights);
+  const ShadeOptions mean{.lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const auto table = lightTable(model, mean, ulr::LightExtrapolation::clamp);
+  EXPECT_EQ(table.has_value(), GetParam());
+  for (const ulr::LightTable* used :
+       {static_cast<const ulr::LightTable*>(nullptr), table ? &*table : nullptr}) {
+    QueryBatch batch = darkBatch(model, 300, random);
+    addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::clamp, used}, random);
+    const ShadingPlan plan = planShading(model, batch, mean);
+    for (const Rgb& sum : irradianceOf(model, batch, plan)) {
+      EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
+      EXPECT_NEAR(sum.g / total.g, 1, 3e-6);
+      EXPECT_NEAR(sum.b / total.b, 1, 3e-6);
+    }
+  }
+}
+
+TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
+  const auto first = randomEnvironment(5, random), second = randomEnvironment(8, random);
+  QueryBatch a = darkBatch(model, 300, random), both, b, lamp;
+  b = lamp = a;
+  addEnvironment(a, {first}, random);
+  addEnvironment(b, {second}, random);
+  lamp.lights = 1;
+  for (size_t q = 0; q < lamp.size(); ++q) {
+    lamp.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
+    lamp.irradiance.push_back({1, 2, 0.5f});
+  }
+  both = lamp;
+  both.environments = {a.environments[0], b.environments[0]};
+  for (size_t q = 0; q < both.size(); ++q)
+    for (const QueryBatch* one : {&a, &b})
+      both.acquisitionFromEnvironment.push_back(one->acquisitionFromEnvironment[q]);
+  const auto sum = shaded(model, both), ofA = shaded(model, a), ofB = shaded(model, b),
+             ofLamp = shaded(model, lamp);
+  std::vector<Rgb> added;
+  for (size_t q = 0; q < sum.size(); ++q) added.push_back(ofA[q] + ofB[q] + ofLamp[q]);
+  EXPECT_LT(largestDifference(sum, added) / largest(sum), 1e-6);
+}
+
+TEST_P(ShadeEnvironment, TurningTheMapAndItsFrameAgainstEachOtherChangesNothing) {
+  const auto lights = randomEnvironment(6, random);
+  QueryBatch batch = darkBatch(model, 200, random);
+  addEnvironment(batch, {lights}, random);
+  const Mat3<float> turn = randomTurn(random).matrix();
+  auto turned = lights;
+  for (auto& light : turned) light.towards = assume<Direction3<EnvironmentSpace>>(turn * light.towards.raw());
+  QueryBatch other = batch;
+  other.environments[0].lights = turned;
+  for (auto& acquisitionFromEnvironment : other.acquisitionFromEnvironment)
+    acquisitionFromEnvironment = ToAcquisition(acquisitionFromEnvironment.matrix() * turn.transpose());
+  const auto expected = shaded(model, batch);
+  EXPECT_LT(largestDifference(shaded(model, other), expected) / largest(expected), 2e-4); // ULR is steep
+}
+
+TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
+  const auto lights = randomEnvironment(6, random);
+  QueryBatch batch = darkBatch(model, 200, random);
+  addEnvironment(batch, {lights, {0, 0, 0}}, random);
+  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+  batch.environments[0].lights = {};
+  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+}
+
+TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
+  const auto lights = randomEnvironment(1, random); // several differ in strength, hence in share
+  QueryBatch batch = darkBatch(model, 200, random);
+  addEnvironment(batch, {lights, {3, 3, 3}, ulr::LightExtrapolation::clamp, nullptr}, random);
+  const ShadingPlan one = planShading(model, batch, {.showsBlends = true}),
+                    other = planShading(model, unrolled(batch), {.showsBlends = true});
+  EXPECT_LT(largestDifference(one.lightBlend, other.lightBlend), 1e-6);
+  EXPECT_LT(largestDifference(one.cameraBlend, other.cameraBlend), 1e-6);
+}
+
+// They say who was blended, which foreshortening leaves alone.
+TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
+  if (!GetParam()) return; // pairs are not
+  const auto lights = randomEnvironment(20, random);
+  ShadeOptions off{.lightFit = ulr::LightFit::mean, .foreshortened = false, .showsBlends = true}, on = off;
+  on.foreshortened = true;
+  const auto table = lightTable(model, off, ulr::LightExtrapolation::fade); // a mean's is the same for both
+  for (const ulr::LightTable* used : {static_cast<const ulr::LightTable*>(nullptr), &*table}) {
+    QueryBatch batch = darkBatch(model, 200, random);
+    addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, used}, random);
+    const ShadingPlan plain = planShading(model, batch, off), scaled = planShading(model, batch, on);
+    EXPECT_GT(largestDifference(irradianceOf(model, batch, plain), irradianceOf(model, batch, scaled)), 0.1);
+    EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
+  }
+}
+
+TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {
+  const auto lights = randomEnvironment(20, random);
+  const auto table = lightTable(model, {}, ulr::LightExtrapolation::fade);
+  QueryBatch batch = darkBatch(model, 1500, random);
+  addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, table ? &*table : nullptr},
+                 random);
+  const auto expected = shaded(model, batch);
+  for (const int threads : {1, 2})
+    tbb::task_arena(threads).execute([&] { EXPECT_EQ(shaded(model, batch), expected); });
+}
+
+// Lights from the upper half only; environments and lamps of every kind.
+TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
+  Studio studio = GetParam() ? Studio{.unevenness = 0.5} : gappyStudio();
+  const auto split = studio.split;
+  studio.lights = 60;
+  studio.split = [split](size_t view, size_t light) {
+    return light < 30 ? split(view, light) : std::nullopt;
+  };
+  const PackedStudio dome(studio, 600);
+  ASSERT_EQ(dome.model.isFullProduct, GetParam());
+  const double spacing = lightSpacing(dome.model);
+  ASSERT_LT(spacing, 0.7);
+
+  QueryBatch batch = darkBatch(dome.model, 400, random);
+  batch.lights = 1;
+  for (size_t q = 0; q < batch.size(); ++q) {
+    batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
+    batch.irradiance.push_back({1, 1, 1});
+  }
+  const ShadeOptions plain{.lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const auto extrapolated = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
+  batch.extrapolation = {ulr::LightExtrapolation::fade};
+  const auto faded = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
+  size_t inside = 0, outside = 0;
+  for (size_t q = 0; q < batch.size(); ++q) {
+    const double elevation = std::asin(double{batch.towardsLight[q].y()}); // studio lights spiral around y
+    EXPECT_NEAR(extrapolated[q].g, 1, 2e-6);
+    if (elevation > 0.1) {
+      ++inside;
+      EXPECT_EQ(faded[q].g, extrapolated[q].g);
+    }
+    if (elevation < -2 * spacing) {
+      ++outside;
+      EXPECT_EQ(faded[q].g, 0);
+    }
+  }
+  EXPECT_GT(inside, 100u);
+  EXPECT_GT(outside, 10u);
+
+  // An environment of the same lamp fades as the lamp does.
+  for (const bool tabulated : {false, true}) {
+    const auto table = lightTable(dome.model, plain, ulr::LightExtrapolation::fade);
+    if (tabulated && !table) continue;
+    QueryBatch maps = batch;
+    maps.lights = 0;
+    maps.towardsLight.clear();
+    maps.irradiance.clear();
+    maps.extrapolation.clear();
+    const ulr::EnvironmentLight lamp{{0, 0, 1}, {1, 1, 1}};
+    maps.environments.push_back(
+        {{&lamp, 1}, {1, 1, 1}, ulr::LightExtrapolation::fade, tabulated ? &*table : nullptr});
+    for (const auto& towards : batch.towardsLight)
+      maps.acquisitionFromEnvironment.emplace_back(
+          Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
+    const auto got = irradianceOf(dome.model, maps, planShading(dome.model, maps, plain));
+    // A table rounds the creases where the nearest light changes: the coverage's steepest slope, 1.6 /
+    // spacing a radian, makes 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on
+    // the sphere (measured: 0.027).
+    double mean = 0;
+    for (size_t q = 0; q < batch.size(); ++q) {
+      EXPECT_NEAR(got[q].g, faded[q].g, tabulated ? 0.03 : 2e-6);
+      mean += std::abs(got[q].g - faded[q].g) / static_cast<double>(batch.size());
+    }
+    EXPECT_LT(mean, 0.001);
+  }
+}
+
+TEST_P(ShadeEnvironment, TheNearestLightAnswersForItInTheBaseline) {
+  const auto lights = randomEnvironment(7, random);
+  ShadeOptions nearest;
+  nearest.nearest = true;
+  QueryBatch batch = darkBatch(model, 200, random);
+  addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
+  const auto together = shaded(model, batch, nearest), apart = shaded(model, unrolled(batch), nearest);
+  EXPECT_LT(largestDifference(together, apart) / largest(apart), 2e-6);
+}
+
+TEST(ShadeEnvironmentFixed, FixedIlluminationRefusesEnvironments) {
+  const PackedStudio packed({.lights = 0}, 300);
+  std::mt19937 random(3);
+  const auto lights = randomEnvironment(2, random);
+  QueryBatch batch = darkBatch(packed.model, 5, random);
+  addEnvironment(batch, {lights}, random);
+  EXPECT_NE(image::errorOf([&] { planShading(packed.model, batch, {}); }).find("fixed illumination"),
+            std::string::npos);
+}
+
+} // namespace
+} // namespace surflect::shading

@@ -1,0 +1,276 @@
+#include "srf/shading/shade.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/shading/reference.h"
+#include "tests/srf/shading/queries.h"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace surflect::shading {
+namespace {
+
+using namespace studio;
+
+constexpr size_t everything = size_t{1} << 30; // bytes of cache
+
+QueryBatch permuted(const QueryBatch& batch, std::span<const size_t> order) {
+  QueryBatch result;
+  result.lights = batch.lights;
+  for (const size_t q : order) {
+    result.surfels.push_back(batch.surfels[q]);
+    result.towardsView.push_back(batch.towardsView[q]);
+    for (size_t entry = q * batch.lights; entry < (q + 1) * batch.lights; ++entry) {
+      result.towardsLight.push_back(batch.towardsLight[entry]);
+      result.irradiance.push_back(batch.irradiance[entry]);
+    }
+  }
+  return result;
+}
+
+std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch, size_t cacheBytes = everything) {
+  codec::BlockCache cache(model.files, cacheBytes);
+  ShadingStats stats;
+  return shade(model, batch, {}, cache, stats).radiance;
+}
+
+class Shade : public ProductQueries {};
+class ShadePairs : public PairQueries {};
+
+// Foreshortened, lights keep what falls on the surface, not what would fall on one that faces them.
+TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
+  const auto [batch, photographs] = capturedRays(model, random);
+  ASSERT_GT(batch.size(), 5000u);
+
+  const ShadingPlan plan = planShading(model, batch, {});
+  std::vector<bool> found(batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    const auto [view, column] = photographs[op.target];
+    if (op.view != view) continue;
+    found[op.target] = true;
+    EXPECT_NEAR(op.weight, 1, 1e-7);
+    for (const auto& [other, weight] : rowOf(plan, op)) EXPECT_NEAR(weight.r, other == column, 1e-11);
+  }
+  EXPECT_EQ(std::ranges::count(found, true), std::ssize(found));
+
+  // And its radiance is that of the sphere, but for the bilinear look-up and the tolerance of the store.
+  const auto radiance = shaded(model, batch);
+  double squares = 0;
+  for (size_t q = 0; q < batch.size(); ++q) {
+    const Rgb truth = studio::lambert(Studio{}.albedo, batch.irradiance[q],
+                                      model.cloud.p0[batch.surfels[q]].raw(), batch.towardsLight[q].raw());
+    squares += std::pow(radiance[q].g - truth.g, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(batch.size())) / model.white, 0.0066);
+}
+
+TEST_F(Shade, TheQueueEqualsTheDoublePrecisionReference) {
+  const QueryBatch batch = randomBatch(model, 1000, 2, random);
+  const ShadingPlan plan = planShading(model, batch, {});
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  const auto fast = execute(plan.ops, plan.rows, batch.size(), cache, stats);
+  const auto exact = executeReference(plan.ops, plan.rows, batch.size(), cache);
+  double worst = 0;
+  for (size_t q = 0; q < batch.size(); ++q)
+    worst = std::max({worst, std::abs(fast[q].r - exact[q][0]), std::abs(fast[q].g - exact[q][1]),
+                      std::abs(fast[q].b - exact[q][2])});
+  EXPECT_LT(worst / model.white, 2.7e-7);
+}
+
+// The largest difference of the shaded radiance from the reference, over white.
+double errorOfShading(const model::Model& model, const QueryBatch& batch, const ShadeOptions& options) {
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  const auto fast = shade(model, batch, options, cache, stats).radiance;
+  const auto exact = shadeReference(model, batch, options, cache);
+  double worst = 0;
+  for (size_t q = 0; q < batch.size(); ++q)
+    worst = std::max({worst, std::abs(fast[q].r - exact[q][0]), std::abs(fast[q].g - exact[q][1]),
+                      std::abs(fast[q].b - exact[q][2])});
+  return worst / model.white;
+}
+
+void addEnvironment(QueryBatch& batch, std::span<const ulr::EnvironmentLight> lights, std::mt19937& random) {
+  batch.environments.push_back({lights, {0.5f, 1, 2}, ulr::LightExtrapolation::fade, nullptr});
+  for (size_t q = 0; q < batch.size(); ++q)
+    batch.acquisitionFromEnvironment.emplace_back(
+        Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), randomDirection(random).raw())
+            .toRotationMatrix());
+}
+
+// ULR weights are steep beside a captured camera or light: roundings of directions show.
+TEST_F(Shade, EqualsTheReference) {
+  QueryBatch batch = randomBatch(model, 300, 2, random);
+  batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
+  for (const bool foreshortened : {false, true})
+    for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane})
+      EXPECT_LT(errorOfShading(model, batch, {.lightFit = fit, .foreshortened = foreshortened}), 3e-7);
+  EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 4e-7);
+  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  addEnvironment(batch, lights, random);
+  EXPECT_LT(errorOfShading(model, batch, {.foreshortened = true}), 7e-7);
+  for (uint8_t& fade : model.fades.values) fade = random() % 8 == 0 ? 255 : 0; // many need fallback views
+  EXPECT_LT(errorOfShading(model, batch, {}), 7e-6);
+}
+
+TEST_F(ShadePairs, EqualsTheReference) {
+  QueryBatch batch = randomBatch(model, 200, 2, random);
+  batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
+  EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
+  EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 2e-7);
+  for (uint8_t& fade : model.fades.values) fade = random() % 8 == 0 ? 255 : 0;
+  EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
+  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  addEnvironment(batch, lights, random);
+  EXPECT_LT(errorOfShading(model, batch, {}), 3e-7);
+}
+
+TEST_F(Shade, SameBitsForAnyThreadsAndAnyCache) {
+  const QueryBatch batch = randomBatch(model, 2000, 2, random);
+  const auto expected = shaded(model, batch);
+  size_t imageBytes = 0;
+  for (uint32_t block = 0; block < model.files[0].blockCount(); ++block)
+    imageBytes += model.files[0].read(block).memory();
+  for (const int threads : {1, 2})
+    for (const size_t cacheBytes : {model.files[0].read(0).memory(), 3 * imageBytes, everything})
+      tbb::task_arena(threads).execute(
+          [&] { EXPECT_EQ(shaded(model, batch, cacheBytes), expected) << threads << ", " << cacheBytes; });
+}
+
+TEST_F(Shade, ShufflingTheQueriesShufflesTheAnswers) {
+  const QueryBatch batch = randomBatch(model, 2000, 2, random);
+  std::vector<size_t> order(batch.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::shuffle(order, random);
+  const auto direct = shaded(model, batch), shuffled = shaded(model, permuted(batch, order));
+  for (size_t q = 0; q < order.size(); ++q) EXPECT_EQ(shuffled[q], direct[order[q]]);
+}
+
+// In parts of any size the answer is that of the whole, also where these are made one after the other.
+void expectPartsAreTheWhole(const model::Model& model, const QueryBatch& batch) {
+  const auto inPartsOf = [&](size_t targets) {
+    codec::BlockCache cache(model.files, everything);
+    ShadingStats stats;
+    return shade(model, batch, {.showsBlends = true, .targetsAtOnce = targets}, cache, stats);
+  };
+  const auto filledFor = [&](size_t targets) {
+    codec::BlockCache cache(model.files, everything);
+    ShadingStats stats;
+    size_t most = 0;
+    const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& part) {
+      most = std::max(most, end - begin);
+      std::vector<size_t> queries(end - begin);
+      std::iota(queries.begin(), queries.end(), begin);
+      part = permuted(batch, queries);
+    };
+    const ShadeOptions options{.showsBlends = true, .targetsAtOnce = targets};
+    const Shaded filled = shade(model, batch.size(), fill, options, cache, stats);
+    const size_t perQuery = model.isFullProduct ? 1 : batch.sources();
+    EXPECT_EQ(most, std::min(batch.size(), std::max(size_t{1}, targets / perQuery)));
+    return filled;
+  };
+  const Shaded whole = inPartsOf(std::numeric_limits<size_t>::max());
+  ASSERT_EQ(whole.radiance.size(), batch.size());
+  ASSERT_EQ(whole.confidence.size(), batch.size());
+  for (const size_t targets : {1, 7, 600})
+    for (const Shaded& parts : {inPartsOf(targets), filledFor(targets)}) {
+      EXPECT_EQ(parts.radiance, whole.radiance) << targets;
+      EXPECT_EQ(parts.confidence, whole.confidence) << targets;
+      EXPECT_EQ(parts.cameraBlend, whole.cameraBlend) << targets;
+      EXPECT_EQ(parts.lightBlend, whole.lightBlend) << targets;
+      EXPECT_EQ(parts.unseen, whole.unseen) << targets;
+    }
+}
+
+TEST_F(Shade, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 2000, 3, random)); }
+
+TEST_F(ShadePairs, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 300, 3, random)); }
+
+TEST_F(Shade, LapsAreSharedByPlanningAndLookUps) {
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  const auto sharesOf = [&](size_t queries) {
+    std::vector<double> shares;
+    const Shaded all = shade(model, randomBatch(model, queries, 1, random), {.targetsAtOnce = 700}, cache,
+                             stats, {}, [&](double planning) { shares.push_back(planning); });
+    EXPECT_EQ(all.radiance.size(), queries);
+    return shares;
+  };
+  const std::vector<double> shares = sharesOf(1000);
+  ASSERT_EQ(shares.size(), 4u); // twice: what is in memory, then the rest
+  for (const size_t lap : {0, 2}) EXPECT_TRUE(shares[lap] > 0 && shares[lap] < 1) << shares[lap];
+  for (const size_t lap : {1, 3}) EXPECT_EQ(shares[lap], 0);
+  EXPECT_EQ(sharesOf(0), (std::vector<double>{1, 0}));
+}
+
+TEST_F(Shade, LightAddsUp) {
+  const QueryBatch both = randomBatch(model, 1000, 2, random);
+  QueryBatch first = both, second = both;
+  first.lights = second.lights = 1;
+  for (QueryBatch* one : {&first, &second}) {
+    const size_t l = one == &second;
+    one->towardsLight.clear();
+    one->irradiance.clear();
+    for (size_t q = 0; q < both.size(); ++q) {
+      one->towardsLight.push_back(both.towardsLight[2 * q + l]);
+      one->irradiance.push_back(both.irradiance[2 * q + l]);
+    }
+  }
+  const auto sum = shaded(model, both), a = shaded(model, first), b = shaded(model, second);
+  for (size_t q = 0; q < sum.size(); ++q) EXPECT_NEAR(sum[q].r, a[q].r + b[q].r, 2.4e-7);
+}
+
+TEST_F(Shade, ADarkLightIsBlackAndBlendsAsAnyOther) {
+  QueryBatch batch = randomBatch(model, 500, 1, random);
+  const auto lit = planShading(model, batch, {.showsBlends = true}).lightBlend;
+  std::ranges::fill(batch.irradiance, Rgb{});
+  EXPECT_EQ(planShading(model, batch, {.showsBlends = true}).lightBlend, lit);
+  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+}
+
+// Even where operations are lost: what makes up for them is of the same light.
+TEST_F(ShadePairs, LightsAddUp) {
+  const QueryBatch both = randomBatch(model, 400, 2, random);
+  ShadingPlan plan = planShading(model, both, {});
+  for (size_t i = 0; i < plan.ops.size(); i += 7) plan.ops[i].x = plan.ops[i].y = 0.5f; // the empty corner
+  ShadingStats stats;
+  codec::BlockCache cache(model.files, size_t{1} << 20);
+  const auto together = shade(plan, cache, stats);
+  EXPECT_GT(stats.lost, 0u);
+  std::vector<Rgb> sum(both.size());
+  for (uint32_t light = 0; light < 2; ++light) {
+    ShadingPlan alone = plan;
+    std::erase_if(alone.ops, [&](const ShadingOp& op) { return op.target % 2 != light; });
+    const auto part = shade(alone, cache, stats);
+    for (size_t q = 0; q < sum.size(); ++q) sum[q] = sum[q] + part[q];
+  }
+  for (size_t q = 0; q < sum.size(); ++q) {
+    EXPECT_EQ(sum[q].r, together[q].r);
+    EXPECT_EQ(sum[q].b, together[q].b);
+  }
+}
+
+TEST(ShadeFixedIllumination, ComesBackWithoutLightsAndRefusesThem) {
+  const PackedStudio packed({.lights = 0}, 1000);
+  std::mt19937 random(3);
+  const QueryBatch batch = randomBatch(packed.model, 1000, 0, random);
+  EXPECT_LT(errorOfShading(packed.model, batch, {}), 4e-7);
+  const auto radiance = shaded(packed.model, batch);
+  double squares = 0;
+  for (size_t q = 0; q < batch.size(); ++q) {
+    const Rgb truth = studio::fixedRadiance(packed.model.cloud.p0[batch.surfels[q]].raw());
+    squares += std::pow(radiance[q].r - truth.r, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(batch.size())) / packed.model.white, 0.011);
+
+  const QueryBatch lit = randomBatch(packed.model, 10, 1, random);
+  EXPECT_NE(image::errorOf([&] { planShading(packed.model, lit, {}); }).find("fixed illumination"),
+            std::string::npos);
+}
+
+} // namespace
+} // namespace surflect::shading
