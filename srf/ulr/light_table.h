@@ -26,12 +26,11 @@ struct Foreshortened {
 // The lights of an environment, their directions also as arrays for vector instructions.
 class EnvironmentDirections {
 public:
-  EnvironmentDirections(std::span<const EnvironmentLight> lights, Simd simd); // which must outlive this
+  EnvironmentDirections(std::span<const EnvironmentLight> lights); // which must outlive this
 
 private:
   friend class LightTable;
   std::span<const EnvironmentLight> lights_;
-  const NearestKernels& kernels_;
   std::vector<float> towards_; // x of 16 lights, their y, their z, and so on
 };
 

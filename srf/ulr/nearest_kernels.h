@@ -1,14 +1,9 @@
-// The loops of nearest_sources.h and light_table.h, compiled for each kind of vector instructions. Raw
-// pointers only: see surfel/math/simd.h. A lane is a query, or a direction; arrays of lanes have kQueryLanes
-// floats, vectors in lanes three such arrays after another.
+// The loops of nearest_sources.h and light_table.h in vector instructions. Queries, or directions, are in
+// lanes: arrays of lanes have kQueryLanes floats, vectors in lanes three such arrays one after another.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-
-namespace surflect {
-enum class Simd;
-}
 
 namespace surflect::ulr {
 
@@ -21,8 +16,8 @@ struct SplitSource {
   bool isDistant;
 };
 
-// Per lane the sources of smallest penalty, ascending, ties by the order of candidates; a penalty is
-// infinite where there is none.
+// Per lane the sources of smallest penalty, ascending, ties by the order of candidates; a penalty is infinite
+// where there is no source.
 struct NearestOfQueries {
   float penalty[kMaxNearest][kQueryLanes], index[kMaxNearest][kQueryLanes];
 };
@@ -34,42 +29,44 @@ struct SourceCone {
   float least;
 };
 
-struct NearestKernels {
-  // Unit directions from 16 places to sources[which[c]], or to sources[c] where `which` is null, to
-  // towards + 48 c. A bit for each lane that has lost the direction of one of them: nearer than 1e-15 or
-  // farther than 1e15.
-  uint32_t (*face)(const SplitSource* sources, const uint32_t* which, size_t count, const float* places,
-                   float* towards);
-  // Per lane the largest penalty, as of `nearest`, to the candidates `which`; infinite where one is not a
-  // number.
-  void (*farthest)(const float* candidates, const uint32_t* which, size_t count, const float* towards,
-                   float* penalties);
-  // The `slots` nearest of `count` candidates, which are sources[which[c]] or c as above and have unit
-  // directions at candidates + 48 c, of penalties |a - b|^2 / 2 over fade: 1 / fade is at inverseFades + 16
-  // c, 1 where that is null, and infinite where a candidate must not be asked. limits: what they do not
-  // exceed. slots: 1..kMaxNearest; may write more.
-  void (*nearest)(const float* candidates, const uint32_t* which, const float* inverseFades, size_t count,
-                  const float* towards, const float* limits, size_t slots, NearestOfQueries* nearest);
-  // Writes the sources (in groups of 16 lanes: x, y, z of all, and 1 for a place or 0 for a direction) that
-  // lie in a cone, ascending, and returns how many; by 1e-6 of the product it may be too many or too few, and
-  // what is nearer than 3e-15 is always there. found: one per source, and 16 more.
-  size_t (*within)(const float* x, const float* y, const float* z, const float* isNear, size_t groups,
-                   const SourceCone& cone, uint32_t* found);
-  // For one query, the penalty of every source and the cosine of the direction to it with a normal, both
-  // within 2e-6; 0 where the direction is lost. Coordinates as above, and `rest` what rounding left of x, y,
-  // z, a third each of `groups` lanes; place, direction and normal: three numbers each.
-  void (*look)(const float* x, const float* y, const float* z, const float* rest, const float* isNear,
-               size_t groups, const float* query, float* penalties, float* cosines);
-  // The weights of the `count` nearest [ulrWeights], 16 each; 0 where there is none. Returns a bit for each
-  // lane all of whose weights are above 0.
-  uint32_t (*weigh)(const NearestOfQueries& nearest, size_t count, float* weights);
-  // Where unit directions, in `groups` of x, y and z of 16, turned by a 3 x 3 matrix, column by column, lie
-  // on the unfolded octahedron (light_table.cpp) of cells x cells: the number of the cell, row by row and
-  // below 2^24, and how far right and down in it, 0..1.
-  void (*unfold)(const float* directions, size_t groups, const float* turn, size_t cells, float* cell,
-                 float* right, float* down);
-};
+// Writes unit directions from 16 places to sources[which[c]], or to sources[c] where `which` is null, to
+// towards + 48 c. Returns a bit for each lane that has lost a direction: the source is nearer than 1e-15 or
+// farther than 1e15.
+uint32_t writeDirections(const SplitSource* sources, const uint32_t* which, size_t count, const float* places,
+                         float* towards);
 
-const NearestKernels& nearestKernels(Simd simd);
+// Writes per lane the largest penalty, as of findNearest, to the candidates `which`; infinite where one is
+// not a number.
+void writeLargestPenalties(const float* candidates, const uint32_t* which, size_t count, const float* towards,
+                           float* penalties);
+
+// Finds the `slots` nearest of `count` candidates, which are sources[which[c]] or c as above and have unit
+// directions at candidates + 48 c, by their penalties |a - b|^2 / 2 over fade: 1 / fade is at inverseFades +
+// 16 c, 1 where that is null, and infinite where a candidate is left out. limits: the largest penalties that
+// count. slots: 1..kMaxNearest; may write more.
+void findNearest(const float* candidates, const uint32_t* which, const float* inverseFades, size_t count,
+                 const float* towards, const float* limits, size_t slots, NearestOfQueries& nearest);
+
+// Writes the sources (in groups of 16 lanes: x, y, z of all, and 1 for a place or 0 for a direction) that lie
+// in a cone, ascending, and returns their number. The product may be off by 1e-6; sources nearer than 3e-15
+// are always found. found: one per source, and 16 more.
+size_t findInCone(const float* x, const float* y, const float* z, const float* isNear, size_t groups,
+                  const SourceCone& cone, uint32_t* found);
+
+// Writes, for one query, the penalty of every source and the cosine of the direction to it with a normal,
+// both within 2e-6; 0 where the direction is lost. Coordinates as above, and `rest` what rounding left of x,
+// y, z, a third each of `groups` lanes; place, direction and normal: three numbers each.
+void writeAngles(const float* x, const float* y, const float* z, const float* rest, const float* isNear,
+                 size_t groups, const float* query, float* penalties, float* cosines);
+
+// Writes the weights of the `count` nearest [ulrWeights], 16 each; 0 where there is no source. Returns a bit
+// for each lane all of whose weights are above 0.
+uint32_t writeWeights(const NearestOfQueries& nearest, size_t count, float* weights);
+
+// Finds where unit directions, in `groups` of x, y and z of 16, turned by a 3 x 3 matrix, column by column,
+// lie on the unfolded octahedron (light_table.cpp) of cells x cells: the number of the cell, row by row and
+// below 2^24, and how far right and down in it, 0..1.
+void findCells(const float* directions, size_t groups, const float* rotation, size_t cells, float* cell,
+               float* right, float* down);
 
 } // namespace surflect::ulr
