@@ -3,6 +3,7 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/evaluate.h"
+#include "render/surfels/surfel_renderer.h"
 
 #include <fmt/format.h>
 
@@ -18,7 +19,7 @@ struct Arguments {
   CaptureArgument capture;
   std::vector<std::string> baselines;
   double frame = 1;
-  ModelOptions options;
+  render::RendererOptions options;
 };
 
 struct BaselineWord {
@@ -79,12 +80,12 @@ Json runEvaluate(const Arguments& arguments, const Progress& progress) {
     warp = scene::warpAt(script, scene::shotTime(script, arguments.frame));
   }
   evaluation::EvaluateOptions options;
-  options.frame = arguments.options.frame;
+  options.frame = surfels::frameOptions(arguments.options);
   options.split = arguments.split == "train" ? capture::Split::train : capture::Split::test;
   for (const auto& name : arguments.baselines) options.baselines.insert(kBaselines.at(name).kind);
   if (options.baselines.contains(evaluation::Baseline::lambert) && !arguments.script.empty())
     throw Error("the Lambert baseline does not bend: no --script with it");
-  codec::BlockCache cache(model.files, arguments.options.cacheBytes());
+  codec::BlockCache cache(model.files, arguments.options.cacheBytes);
   const evaluation::Evaluation evaluation =
       evaluation::evaluate(model, capture, *warp, options, cache, progress);
 

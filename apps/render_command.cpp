@@ -20,6 +20,7 @@
 #include <tbb/global_control.h>
 
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,7 +32,7 @@ namespace {
 
 struct Arguments {
   std::string script, output, frames;
-  ModelOptions model;
+  render::RendererOptions renderer;
   double scale = 1;
   int every = 1;
   bool resume = false;
@@ -65,58 +66,53 @@ std::string counted(size_t count, const char* noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-Json jsonOf(const surfels::FrameStats& stats) {
-  Json seconds;
-  for (const auto& [stage, time] : stats.seconds) seconds[stage] = time;
-  Json json = surflect::jsonOf(stats.shading);
-  json["surfels"] = {{"drawn", stats.splats.drawn},
-                     {"visible", stats.visible},
-                     {"unseen", stats.unseen},
-                     {"dead", stats.splats.dead},
-                     {"not_finite", stats.splats.notFinite},
-                     {"back_facing", stats.splats.backFacing},
-                     {"too_near", stats.splats.tooNear},
-                     {"outside", stats.splats.outside}};
-  json["seconds"] = seconds;
+// Counts that belong to a group become an object of their own; whole numbers are written without a point.
+Json jsonOf(const render::FrameReport& frame) {
+  Json json = {{"seconds", frame.seconds}};
+  for (const auto& [name, value] : frame.counts) {
+    const size_t dot = name.find('.');
+    Json& entry = dot == std::string::npos ? json[name] : json[name.substr(0, dot)][name.substr(dot + 1)];
+    if (value == std::floor(value))
+      entry = static_cast<uint64_t>(value);
+    else
+      entry = value;
+  }
   return json;
 }
 
-Json jsonOf(const scene::PreparedEnvironment& environment) {
-  return {{"image", environment.image.string()},     {"texels", environment.texels},
-          {"replaced_texels", environment.replaced}, {"clamped_texels", environment.clamped},
-          {"lights", environment.lights.size()},     {"tabulated", environment.table.has_value()},
-          {"seconds", environment.seconds}};
+Json jsonOf(const scene::Environment& environment, const render::EnvironmentReport& prepared) {
+  return {{"image", environment.image.string()},
+          {"texels", environment.map->texels.size()},
+          {"replaced_texels", environment.map->replaced},
+          {"clamped_texels", environment.map->clamped},
+          {"lights", prepared.lights},
+          {"tabulated", prepared.tabulated},
+          {"seconds", environment.seconds + prepared.seconds}};
 }
 
 // Returns one line for each kind of sample that was changed in an environment.
-std::vector<std::string> remarksOn(const scene::PreparedEnvironment& environment) {
+std::vector<std::string> remarksOn(const scene::Environment& environment) {
   const std::string image = environment.image.string();
+  const ulr::EnvironmentMap& map = *environment.map;
   std::vector<std::string> remarks;
-  if (environment.replaced > 0)
+  if (map.replaced > 0)
     remarks.push_back(fmt::format("{}: {} with samples below 0 or not a number, which are taken for 0", image,
-                                  counted(environment.replaced, "texel")));
-  if (environment.clamped > 0)
+                                  counted(map.replaced, "texel")));
+  if (map.clamped > 0)
     remarks.push_back(fmt::format("{}: {} with infinite samples, which are taken for 65504, the largest "
                                   "half float",
-                                  image, counted(environment.clamped, "texel")));
+                                  image, counted(map.clamped, "texel")));
   return remarks;
 }
 
 // Identity of everything that determines a film's pixels.
-std::string filmIdentity(const scene::Script& script, const model::Model& model,
-                         const film::ShotRenderer& shot, const Arguments& arguments) {
-  const surfels::FrameOptions& frame = arguments.model.frame;
-  const ulr::LightBlend blend = shading::lightBlend(model, frame.shade);
-  std::string environments;
-  for (const scene::PreparedEnvironment& environment : shot.environments())
-    environments += " environment " + hex(environment.hash);
-  return environments.insert(
-      0,
-      fmt::format(
-          "surflect {} script {} model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {} scale {}",
-          kVersion, hex(script.hash), hex(model.identity), frame.shade.cameras, blend.lights,
-          nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "", frame.shade.pairs,
-          frame.splats.lowPass, bestSimd() == Simd::scalar ? "scalar" : "vector", arguments.scale));
+std::string filmIdentity(const scene::Script& script, const render::Description& model,
+                         const film::ShotRenderer& shot, double scale) {
+  std::string identity =
+      fmt::format("surflect {} script {} {} scale {}", kVersion, hex(script.hash), model.identity, scale);
+  for (const scene::Environment& environment : shot.environments())
+    identity += " environment " + hex(environment.hash);
+  return identity;
 }
 
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from
@@ -214,27 +210,27 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   if (head.coordinates == scene::Coordinates::model) early = scene::readScript(arguments.script);
   const FrameRange range = parseRange(arguments.frames, head.frames);
   const auto folders = writableFolders(head.output, arguments, range);
-  const model::Model model = model::openModel(head.model, progress);
+  const auto renderer = render::openRenderer(head.model, arguments.renderer, progress);
+  const render::Description& model = renderer->describe();
   const scene::Script script =
       early ? std::move(*early) : scene::readScript(arguments.script, model.rig.origin);
   scene::requireShot(script);
-  film::ShotRenderer shot(script, model, arguments.model.frame, arguments.model.cacheBytes(), progress);
-  for (const scene::PreparedEnvironment& environment : shot.environments())
+  film::ShotRenderer shot(script, *renderer, progress);
+  for (const scene::Environment& environment : shot.environments())
     for (const std::string& remark : remarksOn(environment)) say(remark);
   for (const auto& folder : folders) createFolder(folder);
   removeLitter(script, arguments);
 
   if (const auto misfit =
-          evaluation::beyondRestMesh(script, scene::shotTime(script, range.first), model.cloud))
+          evaluation::beyondRestMesh(script, scene::shotTime(script, range.first), model.points))
     say(*misfit);
 
-  const std::string identity = filmIdentity(script, model, shot, arguments);
-  Json report = {{"model", model.folder.string()},
-                 {"surfels", model.cloud.size()},
-                 {"environments", Json::array()},
-                 {"frames", Json::array()}};
-  for (const scene::PreparedEnvironment& environment : shot.environments())
-    report["environments"].push_back(jsonOf(environment));
+  const std::string identity = filmIdentity(script, model, shot, arguments.scale);
+  Json report = {
+      {"model", model.folder.string()}, {"environments", Json::array()}, {"frames", Json::array()}};
+  for (const auto& [name, count] : model.counts) report[name] = count;
+  for (size_t i = 0; i < shot.environments().size(); ++i)
+    report["environments"].push_back(jsonOf(shot.environments()[i], shot.environmentReports()[i]));
   size_t kept = 0;
   bool saidEmpty = false;
   const Stopwatch film;
@@ -258,14 +254,13 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
                              {},
                              1};
       const Stopwatch watch;
-      surfels::FrameStats stats;
       shot.reuse(writer.spare());
-      surfels::FrameLayers picture = shot.render(frame, arguments.scale, stats);
-      if (const auto misfit = evaluation::emptyFrame(stats, model.cloud.size()); misfit && !saidEmpty) {
-        say(fmt::format("{}: frame {}: {}", arguments.script, frame, *misfit));
+      render::FrameLayers picture = shot.render(frame, arguments.scale);
+      if (picture.report.remark && !saidEmpty) {
+        say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
       }
-      Json entry = jsonOf(stats);
+      Json entry = jsonOf(picture.report);
       entry["frame"] = frame;
       entry["file"] = path.string();
       entry["total_seconds"] = watch.seconds();
@@ -310,7 +305,7 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
       ->check(finiteIn(0.01, 8));
   command->add_flag("--resume", arguments->resume,
                     "keep frames that this script and model have rendered before");
-  addModelOptions(*command, arguments->model);
+  addModelOptions(*command, arguments->renderer);
   setWork(*command, work, "with --resume, the same command goes on from here",
           [arguments](const Progress& progress) { return runRender(*arguments, progress); });
 }

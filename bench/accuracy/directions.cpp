@@ -1,5 +1,6 @@
 #include "bench/accuracy/directions.h"
 
+#include "render/surfels/queries.h"
 #include "warp/deform.h"
 
 #include <memory>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "render/surfels/frame.h"
+#include "srf/model/model.h"
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -14,7 +14,6 @@ struct Shot {
   capture::Camera<ObjectSpace> camera;
   std::vector<scene::ShotLight> lights;
   surfels::FrameOptions options;
-  std::shared_ptr<const scene::PreparedEnvironment> environment = nullptr; // where a light points to one
 };
 
 // Sees all of a cloud from the front (-y) and a little above.

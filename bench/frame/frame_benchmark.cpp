@@ -118,13 +118,11 @@ std::vector<FrameBenchmark> growthBenchmarks(SharedModel model, int width, int h
         shown(once([=] { return withMoreSurfels(*quarter(), times); }), lights, 1));
   add("environments", 1, [=] {
     Shot shot = dollShot(model->cloud, width, height, 1);
-    const auto studio = std::make_shared<const scene::PreparedEnvironment>(scene::prepareEnvironment(
-        ulr::environmentOf(image::readPicture(SURFLECT_STUDIO).image, ulr::EnvironmentMapping::latLong), 0.01,
-        ulr::LightExtrapolation::fade, *model, shot.options.shade, {}));
+    const auto studio = std::make_shared<const ulr::EnvironmentMap>(
+        ulr::environmentOf(image::readPicture(SURFLECT_STUDIO).image, ulr::EnvironmentMapping::latLong));
     const Mat3<double> upright = // y of the studio to z
         Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
-    shot.lights = {scene::ShotEnvironment{studio.get(), Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
-    shot.environment = studio;
+    shot.lights = {scene::ShotEnvironment{studio, Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
     return std::make_unique<WarmFrame>(model, std::move(shot));
   });
   return rows;

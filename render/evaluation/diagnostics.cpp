@@ -28,12 +28,12 @@ double shareUnreached(const warp::WarpMotion& motion, const std::vector<Vec3<dou
 } // namespace
 
 std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
-                                          const SurfelCloud& cloud) {
+                                          std::span<const Point3<AcquisitionSpace>> object) {
   constexpr size_t most = 4000;
   constexpr double tolerated = 0.1;
   std::vector<Vec3<double>> points;
-  for (size_t i = 0; i < cloud.size(); i += cloud.size() / most + 1)
-    points.push_back(cloud.p0[i].raw().cast<double>());
+  for (size_t i = 0; i < object.size(); i += object.size() / most + 1)
+    points.push_back(object[i].raw().cast<double>());
 
   // Nothing comes to a warp but through those before it; those behind the last mesh do not matter.
   const auto hasMesh = [](const warp::WarpMotion& motion) {
@@ -56,17 +56,6 @@ std::optional<std::string> beyondRestMesh(const scene::Script& script, const war
       throw std::move(error).at(fmt::format("warp[{}]", i)).in(script.path);
     }
   }
-  return std::nullopt;
-}
-
-std::optional<std::string> emptyFrame(const surfels::FrameStats& stats, size_t surfels) {
-  const size_t dead = stats.splats.dead, notFinite = stats.splats.notFinite;
-  if (2 * (dead + notFinite) > surfels)
-    return fmt::format("{} of {} surfels have no place or no area once warped", dead + notFinite, surfels);
-  if (stats.visible == 0)
-    return fmt::format(
-        "nothing is visible: of {} surfels {} face away, {} are too near and {} off the picture", surfels,
-        stats.splats.backFacing, stats.splats.tooNear, stats.splats.outside);
   return std::nullopt;
 }
 

@@ -2,20 +2,17 @@
 #pragma once
 
 #include "render/scene/shot.h"
-#include "render/surfels/frame.h"
 
 #include <optional>
+#include <span>
 #include <string>
 
 namespace surflect::evaluation {
 
-// Where more than a tenth of the surfels come to a mesh or skeleton warp beyond the reach of its rest mesh
-// (MeshField::reaches), as when units or axes are others: which warp and how many, of the first such warp.
-// Looks at no more than some thousands of surfels. Throws Error as freeze() does.
+// One line if more than a tenth of the object's points come to a mesh or skeleton warp beyond the reach of
+// its rest mesh (MeshField::reaches), as when units or axes differ: names the first such warp and the share.
+// Tests some thousands of the points at most. Throws Error as evaluateAt does.
 std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
-                                          const SurfelCloud& cloud);
-
-// Where more than half of a cloud of so many surfels is dead or not finite, or no surfel is visible.
-std::optional<std::string> emptyFrame(const surfels::FrameStats& stats, size_t surfels);
+                                          std::span<const Point3<AcquisitionSpace>> object);
 
 } // namespace surflect::evaluation

@@ -1,6 +1,7 @@
 #include "render/evaluation/evaluate.h"
 
 #include "render/evaluation/lambert_view.h"
+#include "render/surfels/queries.h"
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/silhouette.h"
@@ -166,7 +167,7 @@ Evaluation evaluate(const model::Model& model, const capture::Capture& asRead, c
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
       const shading::QueryBatch batch =
-          surfels::queriesAt(model.cloud, deformed, coverage.visible, camera, lights, progress);
+          surfels::queriesAt(model.cloud, deformed, coverage.visible, camera, lights, {}, progress);
       const auto rendered = [&](const shading::ShadeOptions& shadeOptions) {
         return surfels::developRadiance(coverage,
                                         shading::shade(model, batch, shadeOptions, cache, stats, progress));

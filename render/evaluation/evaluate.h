@@ -3,6 +3,7 @@
 
 #include "render/evaluation/measure.h"
 #include "render/surfels/frame.h"
+#include "srf/model/model.h"
 #include "surfel/base/progress.h"
 
 #include <functional>

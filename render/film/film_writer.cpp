@@ -14,7 +14,7 @@ FilmWriter::FilmWriter(Thread thread, Progress progress) : progress_(std::move(p
 
 FilmWriter::~FilmWriter() { close(); }
 
-void FilmWriter::write(FrameFiles files, surfels::FrameLayers film) {
+void FilmWriter::write(FrameFiles files, render::FrameLayers film) {
   std::unique_lock lock(mutex_);
   callerWaits_ = true;
   changed_.wait(lock, [&] { return !frame_ || problem_; });
@@ -37,7 +37,7 @@ std::vector<double> FilmWriter::finish() {
   return seconds_;
 }
 
-surfels::FrameLayers FilmWriter::spare() {
+render::FrameLayers FilmWriter::spare() {
   const std::lock_guard lock(mutex_);
   return std::exchange(spare_, {});
 }

@@ -38,18 +38,18 @@ public:
 
   // Takes a frame; waits until the one before is encoded, so that one film is held at most. Throws what
   // befell an earlier frame, Error or Cancelled; nothing is written after that.
-  void write(FrameFiles files, surfels::FrameLayers film);
+  void write(FrameFiles files, render::FrameLayers film);
 
   // Waits until all is on disk. Returns the seconds that writing took, of each frame. Throws as write() does.
   std::vector<double> finish();
 
   // A film that is no longer needed, for its memory.
-  surfels::FrameLayers spare();
+  render::FrameLayers spare();
 
 private:
   struct Frame {
     FrameFiles files;
-    surfels::FrameLayers film;
+    render::FrameLayers film;
   };
 
   void encode(const Frame& frame);
@@ -66,7 +66,7 @@ private:
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Frame> frame_; // to be encoded; the writing thread's until it is emptied
-  surfels::FrameLayers spare_;
+  render::FrameLayers spare_;
   bool callerWaits_ = false, isClosed_ = false;
   std::exception_ptr problem_;
   std::thread thread_; // last: it uses the others

@@ -1,7 +1,8 @@
 // Frames as files.
 #pragma once
 
-#include "render/surfels/frame.h"
+#include "render/frame_layers.h"
+#include "surfel/base/progress.h"
 
 #include <filesystem>
 #include <map>
@@ -12,9 +13,9 @@ namespace surflect::film {
 // Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
 // stretch.V. Colours are half floats, depth is single. What noise and the blending of lights
 // leave below black is black. The attributes say what made the frame.
-std::string frameBytes(const surfels::FrameLayers& film, const std::map<std::string, std::string>& attributes,
+std::string frameBytes(const render::FrameLayers& film, const std::map<std::string, std::string>& attributes,
                        const Progress& progress = {});
-void writeFrame(const std::filesystem::path& path, const surfels::FrameLayers& film,
+void writeFrame(const std::filesystem::path& path, const render::FrameLayers& film,
                 const std::map<std::string, std::string>& attributes);
 
 // The picture of a film for the eye, as a PNG: times exposure, sRGB, 8 bits, straight alpha.

@@ -30,7 +30,7 @@ capture::Lens scaled(const capture::Lens& lens, double scale) {
   return capture::resized(lens, side(lens.width), side(lens.height));
 }
 
-capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const model::Model& model,
+capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const render::Description& model,
                                         const warp::ShotTime& time) {
   const auto* named = std::get_if<scene::NamedCamera>(&*script.camera);
   if (!named) return scene::cameraAt(script, time);
@@ -43,33 +43,37 @@ capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const model
 
 } // namespace
 
-ShotRenderer::ShotRenderer(const scene::Script& script, const model::Model& model,
-                           const surfels::FrameOptions& options, size_t cacheBytes, const Progress& progress)
-    : script_(script), model_(model), options_(options),
-      environments_(scene::prepareEnvironments(script, model, options.shade, progress)), progress_(progress),
-      workspace_(model, cacheBytes) {}
+ShotRenderer::ShotRenderer(const scene::Script& script, render::Renderer& renderer, const Progress& progress)
+    : script_(script), renderer_(renderer), environments_(scene::readEnvironments(script, progress)),
+      progress_(progress) {
+  size_t read = 0;
+  for (const scene::LightMotion& motion : script.lights) {
+    const auto* light = std::get_if<scene::EnvironmentLightMotion>(&motion);
+    if (!light) continue;
+    scene::ShotEnvironment environment;
+    environment.map = environments_[read++].map;
+    environment.error = light->error;
+    environment.extrapolation = light->extrapolation;
+    environmentReports_.push_back(renderer.prepare(environment, progress));
+  }
+}
 
 capture::Camera<ObjectSpace> ShotRenderer::camera(int frame, double scale) const {
-  capture::Camera<ObjectSpace> camera = shotCamera(script_, model_, scene::shotTime(script_, frame));
+  capture::Camera<ObjectSpace> camera =
+      shotCamera(script_, renderer_.describe(), scene::shotTime(script_, frame));
   camera.lens = scaled(camera.lens, scale);
   return camera;
 }
 
-surfels::FrameLayers ShotRenderer::render(int frame, double scale, surfels::FrameStats& stats) {
-  return render(frame, scale, script_.output->aov, stats);
+render::FrameLayers ShotRenderer::render(int frame, double scale) {
+  return render(frame, scale, script_.output->aov);
 }
 
-surfels::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs,
-                                          surfels::FrameStats& stats) {
+render::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs) {
   const warp::ShotTime time = scene::shotTime(script_, frame);
-  surfels::FrameOptions options = options_;
-  options.aovs = aovs;
   const warp::WarpPointer warp = scene::warpAt(script_, time);
-  const std::vector<scene::ShotLight> lights = scene::lightsAt(script_, time, environments_);
-  surfels::FrameLayers film =
-      surfels::renderFrame(model_, {*warp, camera(frame, scale), lights}, options, workspace_, progress_);
-  stats = workspace_.stats;
-  return film;
+  return renderer_.render({*warp, camera(frame, scale), scene::lightsAt(script_, time, environments_)}, aovs,
+                          progress_, std::exchange(memory_, {}));
 }
 
 double ShotRenderer::previewExposure() {
@@ -78,9 +82,8 @@ double ShotRenderer::previewExposure() {
     const scene::Frames& frames = *script_.frames;
     const int count = std::min(5, frames.count());
     for (int i = 0; i < count; ++i) {
-      surfels::FrameStats ignored;
       const int frame = frames.first + (frames.count() - 1) * i / std::max(1, count - 1);
-      white = std::max(white, whiteOf(render(frame, 0.25, {}, ignored).color));
+      white = std::max(white, whiteOf(render(frame, 0.25, {}).color));
     }
     exposure_ = white > 0 ? 1 / white : 1;
   }

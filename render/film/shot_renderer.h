@@ -1,7 +1,7 @@
-// A script and its model, ready to render any frame of the shot.
+// A script and the renderer of its model, ready to render any frame of the shot.
 #pragma once
 
-#include "render/surfels/frame.h"
+#include "render/renderer.h"
 
 #include <optional>
 #include <utility>
@@ -11,10 +11,9 @@ namespace surflect::film {
 
 class ShotRenderer {
 public:
-  // Prepares the script's environments. The script is one that requireShot accepts, options.aovs do not
-  // matter; script, model and progress must stay. Throws Error as prepareEnvironments does.
-  ShotRenderer(const scene::Script& script, const model::Model& model, const surfels::FrameOptions& options,
-               size_t cacheBytes, const Progress& progress);
+  // Reads and prepares the script's environments. The script is one that requireShot accepts; script,
+  // renderer and progress must outlive this. Throws Error as readEnvironments does, and Cancelled.
+  ShotRenderer(const scene::Script& script, render::Renderer& renderer, const Progress& progress);
 
   // The script's camera, or the captured one that it names, on pictures `scale` times the script's size.
   // Throws Error as cameraAt does, where the model has no camera of the name, and where its pictures have
@@ -22,28 +21,28 @@ public:
   capture::Camera<ObjectSpace> camera(int frame, double scale) const;
 
   // With the AOVs that the script asks for. Throws Error where a track has no value that serves.
-  surfels::FrameLayers render(int frame, double scale, surfels::FrameStats& stats);
+  render::FrameLayers render(int frame, double scale);
 
   // A film that is no longer needed gives its memory to the next.
-  void reuse(surfels::FrameLayers film) { workspace_.layers = std::move(film); }
+  void reuse(render::FrameLayers film) { memory_ = std::move(film); }
 
   // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
   // spread over it is white. 1 where nothing shines. Renders them at a quarter of the size on the first call.
   double previewExposure();
 
-  // In the order of the script.
-  const std::vector<scene::PreparedEnvironment>& environments() const { return environments_; }
+  // In the order of the script, and what preparing each of them gave.
+  const std::vector<scene::Environment>& environments() const { return environments_; }
+  const std::vector<render::EnvironmentReport>& environmentReports() const { return environmentReports_; }
 
 private:
-  surfels::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs,
-                              surfels::FrameStats& stats);
+  render::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
 
   const scene::Script& script_;
-  const model::Model& model_;
-  surfels::FrameOptions options_;
-  std::vector<scene::PreparedEnvironment> environments_;
+  render::Renderer& renderer_;
+  std::vector<scene::Environment> environments_;
+  std::vector<render::EnvironmentReport> environmentReports_;
   const Progress& progress_;
-  surfels::FrameWorkspace workspace_;
+  render::FrameLayers memory_;
   std::optional<double> exposure_;
 };
 

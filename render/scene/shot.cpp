@@ -87,13 +87,13 @@ ShotLight lit(const PointLightMotion& light, const warp::ShotTime& time) {
 }
 
 ShotLight lit(const EnvironmentLightMotion& light, const warp::ShotTime& time,
-              const PreparedEnvironment& environment) {
+              const Environment& environment) {
   const Vec3<double> up = warp::unitAt(light.up, time, "up");
   const double turn = Angle::fromDegrees(warp::finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
   const Mat3<double> objectFromEnvironment =
       (turnFromY(up) * Eigen::AngleAxisd(turn, Vec3<double>::UnitY())).toRotationMatrix();
-  return ShotEnvironment{&environment, Rotation<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
-                         strengthAt(light.color, light.intensity, time)};
+  return ShotEnvironment{environment.map, Rotation<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
+                         strengthAt(light.color, light.intensity, time), light.error, light.extrapolation};
 }
 
 // make(element) for each, errors told with the element's place in the script.
@@ -140,13 +140,13 @@ capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime
 }
 
 std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
-                                std::span<const PreparedEnvironment> environments) {
-  size_t prepared = 0;
+                                std::span<const Environment> environments) {
+  size_t used = 0;
   return each<ShotLight>(script, script.lights, "light", [&](const LightMotion& light) {
     if (const auto* directional = std::get_if<DirectionalLightMotion>(&light)) return lit(*directional, time);
     if (const auto* point = std::get_if<PointLightMotion>(&light)) return lit(*point, time);
-    assert(prepared < environments.size());
-    return lit(std::get<EnvironmentLightMotion>(light), time, environments[prepared++]);
+    assert(used < environments.size());
+    return lit(std::get<EnvironmentLightMotion>(light), time, environments[used++]);
   });
 }
 

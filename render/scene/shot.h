@@ -1,4 +1,4 @@
-// The script at one time: where the camera stands, which lights shine and how space is warped.
+// The script at one time: camera, lights and warp as plain values, without any knowledge of a renderer.
 #pragma once
 
 #include "render/scene/environment.h"
@@ -6,8 +6,11 @@
 #include "srf/capture/camera.h"
 #include "srf/capture/rig.h"
 #include "surfel/math/rgb.h"
+#include "warp/warp.h"
 
 #include <filesystem>
+#include <memory>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -35,16 +38,25 @@ struct ShotPointLight {
   ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp;
 };
 struct ShotEnvironment {
-  const PreparedEnvironment* environment = nullptr; // never null
+  std::shared_ptr<const ulr::EnvironmentMap> map; // never null; renderers keep what they prepare, by map
   Rotation<ObjectSpace, EnvironmentSpace> objectFromEnvironment;
   Rgb strength{1, 1, 1}; // radiance scale
+  double error = 0.01;   // allowed in the captured lights' weights, as in EnvironmentLightMotion
+  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::fade;
 };
 using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight, ShotEnvironment>;
 
-// One per light of the script, whose environments have been prepared; they are pointed to. Throws Error where
-// a track is not finite, a direction zero or a strength negative.
+// The content of one frame, for any renderer.
+struct Scene {
+  const warp::Warp& warp; // of the object; must outlive the scene
+  capture::Camera<ObjectSpace> camera;
+  std::vector<ShotLight> lights;
+};
+
+// One per light of the script; `environments` are those that readEnvironments returns for it. Throws Error
+// where a track is not finite, a direction zero or a strength negative.
 std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
-                                std::span<const PreparedEnvironment> environments = {});
+                                std::span<const Environment> environments = {});
 
 // Capture and script share one world: what stood there in acquisition stands there in the shot.
 capture::Camera<ObjectSpace> inObjectSpace(const capture::Camera<AcquisitionSpace>& camera);

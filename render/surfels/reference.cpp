@@ -1,5 +1,6 @@
 #include "render/surfels/reference.h"
 
+#include "render/surfels/queries.h"
 #include "srf/ulr/fallback_view.h"
 #include "srf/ulr/ulr.h"
 #include "surfel/base/error.h"

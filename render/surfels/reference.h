@@ -20,6 +20,7 @@
 #pragma once
 
 #include "render/surfels/frame.h"
+#include "srf/model/model.h"
 
 #include <map>
 #include <memory>

@@ -2,6 +2,7 @@
 
 #include "srf/capture/shallow_json.h"
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 #include "surfel/base/hash.h"
 
 #include <nlohmann/json.hpp>
@@ -13,14 +14,13 @@ namespace surflect::model {
 namespace {
 
 using Json = nlohmann::json;
-constexpr const char* kFormat = "surflect model";
 constexpr int kDeepest = 8; // a manifest needs two; the library copies and prints by recursion
 
 uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
 
 Json jsonOf(const Manifest& manifest) {
   return {
-      {"format", kFormat},
+      {"format", kSurfelFormat},
       {"version", kModelVersion},
       {"white", manifest.white},
       {"tolerance", manifest.tolerance},
@@ -104,7 +104,7 @@ std::string manifestText(const Manifest& manifest) {
 Manifest parseManifest(std::string_view text, const std::filesystem::path& path) {
   try {
     const Json json = parse(text);
-    if (const Json& format = member(json, "format"); format != kFormat)
+    if (const Json& format = member(json, "format"); format != kSurfelFormat)
       throw mismatch("\"surflect model\"", format).at("format");
     if (const Json& version = member(json, "version"); version != kModelVersion)
       throw mismatch(std::to_string(kModelVersion).c_str(), version).at("version");
@@ -133,6 +133,16 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
+}
+
+std::string formatOf(const std::filesystem::path& folder) {
+  std::error_code unreadable;
+  if (!std::filesystem::exists(folder / kManifestFile, unreadable)) return {};
+  const Json json =
+      Json::parse(capture::shallowPart(readFile(folder / kManifestFile, kLargestText), kDeepest), nullptr,
+                  /*allow_exceptions=*/false);
+  const Json& format = member(json, "format");
+  return format.is_string() ? format.get<std::string>() : std::string();
 }
 
 uint64_t identityOf(const Manifest& manifest) { return hashOf(jsonOf(manifest).dump()); }

@@ -15,6 +15,13 @@ namespace surflect::model {
 // Of the folder's form and of how its content is made; older models are refused, and packed anew.
 inline constexpr int kModelVersion = 5;
 
+inline constexpr const char* kManifestFile = "manifest.json";
+inline constexpr const char* kSurfelFormat = "surflect model"; // tag of a surface reflectance field
+
+// The tag "format" in the manifest of a model's folder, which tells how to open it. Empty where there is no
+// such text.
+std::string formatOf(const std::filesystem::path& folder);
+
 // Checksums are XXH3-64 as 16 hexadecimal digits.
 struct Manifest {
   double white = 1;     // radiance of a white pixel; positive

@@ -17,7 +17,6 @@ namespace surflect::model {
 
 namespace {
 
-constexpr const char* kManifestFile = "manifest.json";
 constexpr const char* kSurfelFile = "surfels.ply";
 constexpr const char* kFadeFile = "fades.bin";
 constexpr const char* kRigFile = "transforms.json";

@@ -36,10 +36,12 @@ BELOW = {
     "srf/shading": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/ulr"],
     "srf/model": ASKED,
     "warp": SURFEL + ["surfel"],
-    "render/scene": SCENE + ["srf/shading"],
+    "render/scene": SCENE,
     "render/splat": SURFEL + ["surfel", "srf/image", "srf/capture"],
-    "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "render/splat"],
-    "render/film": SURFEL + SCENE + ["srf/model", "render/splat", "render/surfels"],
+    "render": SCENE,  # the interface of renderers
+    "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render", "render/splat"],
+    "render/renderer.cpp": SCENE + ["srf/model", "render", "render/surfels"],  # opens the renderer that a model asks for
+    "render/film": SURFEL + SCENE + ["render"],
     "render/evaluation": ASKED + SCENE + ["srf/model", "render/splat", "render/surfels"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],

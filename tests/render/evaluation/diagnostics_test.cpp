@@ -8,42 +8,25 @@
 namespace surflect::evaluation {
 namespace {
 
-surfels::FrameStats statsOf(size_t visible, size_t dead, size_t notFinite) {
-  surfels::FrameStats stats;
-  stats.visible = visible;
-  stats.splats.dead = dead;
-  stats.splats.notFinite = notFinite;
-  return stats;
-}
-
-TEST(Emptied, SaysWhereMostSurfelsAreGoneOrNothingIsVisible) {
-  EXPECT_EQ(emptyFrame(statsOf(1, 0, 0), 100), std::nullopt);
-  EXPECT_EQ(emptyFrame(statsOf(1, 25, 25), 100), std::nullopt);
-  EXPECT_EQ(emptyFrame(statsOf(1, 25, 26), 100), "51 of 100 surfels have no place or no area once warped");
-  EXPECT_NE(emptyFrame(statsOf(0, 0, 0), 100).value_or("").find("nothing is visible"), std::string::npos);
-}
-
 class Unreached : public testing::Test {
 protected:
   Unreached() {
     warp::writeObj(folder / "cage.obj", warp::torus(24, 12));
     warp::writeObj(folder / "cage.1.obj", warp::torus(24, 12));
-    for (const auto& p : warp::torus(96, 48).positions) cloud.p0.push_back(p);
-    cloud.r0.resize(cloud.p0.size());
-    cloud.radius.resize(cloud.p0.size());
+    for (const auto& p : warp::torus(96, 48).positions) object.push_back(p);
   }
   std::optional<std::string> of(const std::string& before, const std::string& after = "") const {
     const scene::Script script = scene::parseScript(
         before + "[[warp]]\ntype = \"mesh\"\nrest = \"cage.obj\"\nframes = \"cage.#.obj\"\n" + after,
         folder / "film.toml");
-    return beyondRestMesh(script, scene::shotTime(script, 1), cloud);
+    return beyondRestMesh(script, scene::shotTime(script, 1), object);
   }
   static std::string scale(const std::string& factor) {
     return "[[warp]]\ntype = \"scale\"\nfactor = [" + factor + ", " + factor + ", " + factor + "]\n";
   }
 
   image::TemporaryFolder folder;
-  SurfelCloud cloud;
+  std::vector<Point3<AcquisitionSpace>> object;
 };
 
 TEST_F(Unreached, AMeshAroundTheSurfelsIsRight) {

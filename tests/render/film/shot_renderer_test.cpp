@@ -21,22 +21,20 @@ protected:
                                   "\n[[warp]]\ntype = \"twist\"\naxis = [0, 1, 0]\nangle_deg = \"5*frame\"",
                               "shots/shot.toml");
   }
-  ShotRenderer rendererOf(const scene::Script& script) const {
-    return ShotRenderer(script, model(), {}, size_t{1} << 28, progress);
-  }
+  ShotRenderer rendererOf(const scene::Script& script) { return ShotRenderer(script, *renderer, progress); }
 
   const Progress progress;
+  const std::unique_ptr<render::Renderer> renderer = render::openRenderer(model().folder);
   const std::string placed = "position = [4, 1, \"t\"]\nlook_at = [0, 0, 0]\nfov_deg = 40";
 };
 
 TEST_F(ShotOfSphere, AFrameIsTheScriptAtItsTime) {
   const scene::Script shot = script(placed);
-  surfels::FrameStats stats;
-  const surfels::FrameLayers film = rendererOf(shot).render(7, 1, stats);
+  const render::FrameLayers film = rendererOf(shot).render(7, 1);
   const warp::ShotTime time = scene::shotTime(shot, 7);
   surfels::FrameOptions options;
   options.aovs = {"depth"};
-  const surfels::FrameLayers expected = filmOf(
+  const render::FrameLayers expected = filmOf(
       model(), *scene::warpAt(shot, time), scene::cameraAt(shot, time), scene::lightsAt(shot, time), options);
   EXPECT_EQ(film.color.values, expected.color.values);
   ASSERT_EQ(film.aovs.size(), 1u);
@@ -70,8 +68,7 @@ TEST_F(ShotOfSphere, TheBrightestOfFiveFramesIsWhiteInThePreviews) {
   ShotRenderer shots = rendererOf(shot);
   double white = 0;
   for (const int frame : {3, 5, 7, 9, 11}) {
-    surfels::FrameStats stats;
-    white = std::max(white, whiteOf(shots.render(frame, 0.25, stats).color));
+    white = std::max(white, whiteOf(shots.render(frame, 0.25).color));
   }
   EXPECT_GT(white, 0);
   EXPECT_EQ(shots.previewExposure(), 1 / white);

@@ -1,309 +1,37 @@
 #include "render/scene/environment.h"
 
 #include "srf/image/exr.h"
-#include "srf/ulr/ulr.h"
-#include "tests/render/films.h"
-#include "warp/deform.h"
+#include "tests/srf/image/files.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <numbers>
-#include <random>
+#include <limits>
 
 namespace surflect::scene {
 namespace {
 
-using studio::cameraFrom;
-using studio::filmOf;
-using studio::largestDifference;
-using studio::noWarp;
-using studio::PackedStudio;
-using studio::pictureSize;
-using studio::Studio;
-
-double rootMeanSquare(const image::Image& a, const image::Image& b) {
-  double sum = 0;
-  for (size_t i = 0; i < a.values.size(); ++i) sum += std::pow(a.values[i] - b.values[i], 2);
-  return std::sqrt(sum / static_cast<double>(a.values.size()));
-}
-
-// A sky, a dark ground and two suns of different colour.
-ulr::EnvironmentMap liveliest(int height) {
-  image::Image image(2 * height, height, 3);
-  const auto sun = [](const Vec3<double>& d, const Vec3<double>& towards) {
-    return std::exp(80 * (d.dot(towards.normalized()) - 1));
-  };
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < 2 * height; ++x) {
-      const Vec3<double> d = ulr::latLongDirection((x + 0.5) / (2 * height), (y + 0.5) / height).raw();
-      const double sky = 0.6 + 0.4 * d[1], warm = 30 * sun(d, {1, 1, -1}), cold = 20 * sun(d, {-2, 0.3, 0.5});
-      const std::array rgb{sky + warm, sky + 0.5 * (warm + cold), 1.5 * sky + cold};
-      for (size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(rgb[c]);
-    }
-  return ulr::environmentOf(image, ulr::EnvironmentMapping::latLong);
-}
-
-std::vector<ShotLight> lightOf(const PreparedEnvironment& environment,
-                               const Mat3<double>& objectFromEnvironment = Mat3<double>::Identity()) {
-  return {ShotEnvironment{&environment, Rotation<ObjectSpace, EnvironmentSpace>(objectFromEnvironment)}};
-}
-
-TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
-  const Studio studio{.lights = 80, .size = pictureSize};
-  const PackedStudio packed(studio, 1500);
-  image::Image white(64, 32, 3);
-  std::ranges::fill(white.values, 1.f);
-  const auto map = ulr::environmentOf(white, ulr::EnvironmentMapping::latLong);
-  const auto environment = prepareEnvironment(map, 0.01, ulr::LightExtrapolation::fade, packed.model, {});
-  const auto camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, pictureSize);
-  studio::expectAlbedo(filmOf(packed.model, *noWarp(), camera, lightOf(environment)).color, camera,
-                       studio.albedo);
-}
-
-class EnvironmentOfSphere : public studio::PackedSphere<1500> {
-protected:
-  const ulr::EnvironmentMap map = liveliest(32);
-  const PreparedEnvironment environment =
-      prepareEnvironment(map, 0.01, ulr::LightExtrapolation::fade, model(), {});
-};
-
-// Through a script and a picture on disk, against where the texel's light must come from, by hand: with z up
-// the middle of the map (-z of the picture) turns by the shortest arc from y to z onto +y.
-TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
-  struct Case {
-    int x, y;                 // of 64 x 32, whose texels' directions are off the axes by half a texel
-    const char* placement;    // in the script
-    Vec3<double> environment; // the middle of the texel
-    Mat3<double> objectFromEnvironment;
-  };
-  const double longitude = 2 * std::numbers::pi * 0.5 / 64, polar = std::numbers::pi * 0.5 / 32;
-  // Just right of -z and just below the horizon; just right of +x and below; near the zenith.
-  const Vec3<double> front(std::cos(polar) * std::sin(longitude), -std::sin(polar),
-                           -std::cos(polar) * std::cos(longitude)),
-      right(std::cos(polar) * std::cos(longitude), -std::sin(polar), std::cos(polar) * std::sin(longitude)),
-      top(std::sin(polar) * std::sin(longitude), std::cos(polar), -std::sin(polar) * std::cos(longitude));
-  const Mat3<double> same = Mat3<double>::Identity();
-  Mat3<double> zUp, aboutY, aboutZAfterZUp;
-  zUp << 1, 0, 0, 0, 0, -1, 0, 1, 0;    // y -> z, -z -> y
-  aboutY << 0, 0, 1, 0, 1, 0, -1, 0, 0; // by 90 degrees, counter-clockwise from above: -z -> -x
-  const Mat3<double> zUpTurned = zUp * aboutY;
-  const Case cases[] = {{32, 16, "", front, same},
-                        {48, 16, "", right, same},
-                        {32, 0, "", top, same},
-                        {32, 16, "up = [0, 0, 2]", front, zUp},
-                        {48, 16, "up = [0, 0, 1]", right, zUp},
-                        {32, 0, "up = [0, 0, 1]", top, zUp},
-                        {32, 16, "rotate_deg = 90", front, aboutY},
-                        {48, 16, "rotate_deg = \"45*frame\"", right, aboutY},
-                        {32, 16, "up = [0, 0, 1]\nrotate_deg = 90", front, zUpTurned}};
-  image::TemporaryFolder folder;
-  for (const Case& one : cases) {
-    image::Image texel(64, 32, 3);
-    std::ranges::copy(std::array{300.f, 200.f, 100.f}, texel.at(one.x, one.y).begin());
-    image::writeExr(folder / "texel.exr", texel, image::Precision::single);
-    const Script script = parseScript(std::string("[[light]]\ntype = \"environment\"\nimage = \"texel.exr\"\n"
-                                                  "color = [0.5, 1, 1]\nintensity = 2\n") +
-                                          one.placement,
-                                      folder / "shot.toml");
-    const auto environments = prepareEnvironments(script, model(), {}, {});
-    ASSERT_EQ(environments.size(), 1u);
-    const auto lights = lightsAt(script, shotTime(script, 2), environments);
-    const auto solidAngle = static_cast<float>(
-        2 * std::numbers::pi / 64 *
-        (std::cos(std::numbers::pi * one.y / 32) - std::cos(std::numbers::pi * (one.y + 1) / 32)));
-    const Vec3<double> towards = one.objectFromEnvironment * one.environment;
-    const std::vector<ShotLight> lamp{ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
-                                                           solidAngle * Rgb{300, 400, 200}}};
-    // From in front of the light, where a light from elsewhere would be seen at once.
-    const auto facing = cameraFrom<ObjectSpace>(towards + Vec3<double>(0.2, 0.3, 0.1), pictureSize);
-    const image::Image expected = filmOf(model(), *noWarp(), facing, lamp).color;
-    const image::Image got = filmOf(model(), *noWarp(), facing, lights).color;
-    const float brightest = *std::ranges::max_element(expected.values);
-    EXPECT_LT(largestDifference(got, expected) / brightest, 0.001) << one.placement << ' ' << one.x;
-    EXPECT_GT(largestDifference(got, image::Image(got.width, got.height, 4)), 0.5 * brightest);
-  }
-}
-
-// The paper's way for a still object [Weyrich 2005, Fig. 2]: the map filtered once by the weights of the
-// captured lights, and the photographs added up with it. Here texel by texel.
-TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
-  surfels::FrameOptions plain;
-  plain.shade.foreshortened = false; // else weights depend on the normal, too
-  plain.shade.lights = 4;
-  plain.shade.lightFit = ulr::LightFit::plane; // which turns less steeply than the mean
-  const auto prepared = prepareEnvironment(map, 0.01, ulr::LightExtrapolation::fade, model(), plain.shade);
-  const auto& rig = model().rig.lights;
-  std::vector<Vec3<double>> filtered(rig.size(), Vec3<double>::Zero());
-  std::vector<Direction3<AcquisitionSpace>> towardsCaptured;
-  std::vector<Direction3<AcquisitionSpace, double>> covering;
-  for (const capture::Light& light : rig) {
-    covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
-    towardsCaptured.push_back(covering.back().cast<float>());
-  }
-  const ulr::LightCoverage coverage(covering);
-  for (const auto& texel : map.texels) {
-    const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
-    for (const auto& [light, weight] :
-         ulr::blendOfLights(towardsCaptured, towards, shading::lightBlend(model(), plain.shade), coverage,
-                            ulr::LightExtrapolation::fade))
-      filtered[light] += weight * Vec3<double>(texel.irradiance.r, texel.irradiance.g, texel.irradiance.b);
-  }
-  image::Image relit(pictureSize, pictureSize, 4);
-  for (size_t l = 0; l < rig.size(); ++l) {
-    const auto& light = std::get<capture::DirectionalLight>(rig[l].kind);
-    const auto towards = assume<Direction3<ObjectSpace, double>>(light.towards.raw());
-    const image::Image alone =
-        filmOf(model(), *noWarp(), camera, {ShotDirectionalLight{towards, light.irradiance}}, plain).color;
-    const std::array captured{light.irradiance.r, light.irradiance.g, light.irradiance.b};
-    for (size_t i = 0; i < alone.values.size(); ++i)
-      if (i % 4 < 3)
-        relit.values[i] +=
-            alone.values[i] * static_cast<float>(filtered[l][static_cast<int>(i % 4)]) / captured[i % 4];
-      else
-        relit.values[i] = alone.values[i];
-  }
-  const float brightest = *std::ranges::max_element(relit.values);
-  const image::Image film = filmOf(model(), *noWarp(), camera, lightOf(prepared), plain).color;
-  EXPECT_LT(rootMeanSquare(film, relit) / brightest, 0.0006);
-  EXPECT_LT(largestDifference(film, relit) / brightest, 0.004);
-
-  // Every surfel has the same weights.
-  const auto deformed = warp::deform(model().cloud, *noWarp());
-  const std::vector<uint32_t> some{3, 500, 1200};
-  const auto batch = surfels::queriesAt(model().cloud, deformed, some, camera, lightOf(environment));
-  for (const auto& turn : batch.acquisitionFromEnvironment)
-    EXPECT_LT((turn.matrix() - Mat3<float>::Identity()).norm(), 1e-6);
-}
-
-// Under a warp, in the limit of as many lights as the map has texels and without a table.
-TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
-  const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
-  PreparedEnvironment exact;
-  exact.lights = map.texels;
-  const image::Image truth = filmOf(model(), *warp, camera, lightOf(exact)).color;
-  const float brightest = *std::ranges::max_element(truth.values);
-  for (const double error : {0.1, 0.01}) {
-    const auto prepared = prepareEnvironment(map, error, ulr::LightExtrapolation::fade, model(), {});
-    EXPECT_LT(prepared.lights.size(), map.texels.size() / 5);
-    const image::Image film = filmOf(model(), *warp, camera, lightOf(prepared)).color;
-    EXPECT_LT(rootMeanSquare(film, truth) / brightest, error / 10);
-    EXPECT_LT(largestDifference(film, truth) / brightest, error);
-  }
-}
-
-// What `error` promises: how far the weights of the captured lights are, as a share of the whole, from those
-// that the map gives them texel by texel. Rigs of several sizes, a map of lively and one of constant
-// radiance, turned at random.
-TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
-  constexpr ulr::LightBlend mean{3, ulr::LightFit::mean}, plane{4, ulr::LightFit::plane};
-  constexpr int height = 128;
-  image::Image white(2 * height, height, 3);
-  std::ranges::fill(white.values, 1.f);
-  std::mt19937 random(5);
-  for (const auto& [lights, how] : {std::pair{28, mean}, {60, mean}, {200, mean}, {60, plane}}) {
-    model::Model model;
-    model.rig.lights = studio::studioLights(lights);
-    std::vector<Direction3<AcquisitionSpace>> captured;
-    std::vector<Direction3<AcquisitionSpace, double>> covering;
-    for (const capture::Light& light : model.rig.lights) {
-      covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
-      captured.push_back(covering.back().cast<float>());
-    }
-    const ulr::LightCoverage coverage(covering);
-    const auto weightsOf = [&](std::span<const ulr::EnvironmentLight> environment, const Mat3<float>& turn) {
-      std::vector<double> weights(model.rig.lights.size());
-      double whole = 0;
-      for (const auto& [direction, irradiance] : environment) {
-        const auto towards = assume<Direction3<AcquisitionSpace>>(turn * direction.raw());
-        for (const auto& [light, weight] :
-             ulr::blendOfLights(captured, towards, how, coverage, ulr::LightExtrapolation::clamp))
-          weights[light] += weight * irradiance.g;
-        whole += irradiance.g;
-      }
-      for (double& weight : weights) weight /= whole;
-      return weights;
-    };
-    for (const auto& map : {ulr::environmentOf(white, ulr::EnvironmentMapping::latLong), liveliest(height)}) {
-      std::vector<Mat3<float>> turns;
-      std::vector<std::vector<double>> exact;
-      for (int trial = 0; trial < 3; ++trial) {
-        turns.push_back(studio::randomMotion(random).rigid().rotation().cast<float>());
-        exact.push_back(weightsOf(map.texels, turns.back()));
-      }
-      for (const double error : {0.1, 0.03, 0.01}) {
-        const auto prepared = prepareEnvironment(map, error, ulr::LightExtrapolation::clamp, model, {});
-        for (size_t trial = 0; trial < turns.size(); ++trial) {
-          const auto got = weightsOf(prepared.lights, turns[trial]);
-          double sum = 0;
-          for (size_t l = 0; l < got.size(); ++l) sum += std::abs(got[l] - exact[trial][l]);
-          EXPECT_LT(sum, error) << lights << " lights"; // 0.27 to 0.9 of it
-        }
-      }
-    }
-  }
-}
-
-TEST_F(EnvironmentOfSphere, OneRigidMotionOfEverythingLeavesTheImageUnchanged) {
-  const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
-  std::mt19937 random(1);
-  for (int trial = 0; trial < 3; ++trial) {
-    const studio::RigidMotion motion = studio::randomMotion(random);
-    const image::Image moved =
-        filmOf(model(), *motion.warp(), motion(camera), lightOf(environment, motion.rigid().rotation()))
-            .color;
-    EXPECT_LT(largestDifference(moved, still) / *std::ranges::max_element(still.values), 2e-5);
-  }
-}
-
-TEST_F(EnvironmentOfSphere, AMirroredWorldGivesTheMirroredImage) {
-  const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(environment)).color;
-  const auto warp = warp::scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
-  const image::Image mirrored =
-      filmOf(model(), *warp, studio::mirrored(camera), lightOf(environment, studio::mirror)).color;
-  EXPECT_LT(largestDifference(studio::flipped(mirrored), still) / *std::ranges::max_element(still.values),
-            2e-5);
-}
-
-TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
-  const ShotPointLight lamp{{2, 1, 2}, {9, 8, 7}};
-  surfels::FrameOptions options;
-  options.aovs = {"light_blend"};
-  const surfels::FrameLayers mapAlone = filmOf(model(), *noWarp(), camera, lightOf(environment), options),
-                             lampAlone = filmOf(model(), *noWarp(), camera, {lamp}, options),
-                             both =
-                                 filmOf(model(), *noWarp(), camera, {lamp, lightOf(environment)[0]}, options);
-  image::Image sum = mapAlone.color, mean = mapAlone.aovs.at("light_blend");
-  for (size_t i = 0; i < sum.values.size(); ++i)
-    if (i % 4 < 3) sum.values[i] += lampAlone.color.values[i];
-  for (size_t i = 0; i < mean.values.size(); ++i)
-    mean.values[i] = (mean.values[i] + lampAlone.aovs.at("light_blend").values[i]) / 2;
-  EXPECT_LT(largestDifference(both.color, sum) / *std::ranges::max_element(sum.values), 1e-5);
-  EXPECT_LT(largestDifference(both.aovs.at("light_blend"), mean), 1e-5);
-}
-
-TEST_F(EnvironmentOfSphere, PreparingTellsWhatTheMapHolds) {
+TEST(Environments, ReadingTellsWhatTheMapHolds) {
   image::Image image(32, 16, 3);
   std::ranges::fill(image.values, 1.f);
   image.at(3, 4)[1] = -2;
   std::ranges::fill(image.at(9, 9), std::numeric_limits<float>::quiet_NaN());
   image::TemporaryFolder folder;
   image::writeExr(folder / "map.exr", image, image::Precision::single);
-  const auto prepared = [&](const std::string& keys) {
-    return prepareEnvironments(parseScript("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\n[[light]]\n"
-                                           "type = \"environment\"\nimage = \"map.exr\"\n" +
-                                               keys,
-                                           folder / "shot.toml"),
-                               model(), {}, {});
+  const auto read = [&] {
+    return readEnvironments(parseScript("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\n[[light]]\n"
+                                        "type = \"environment\"\nimage = \"map.exr\"\n",
+                                        folder / "shot.toml"),
+                            {});
   };
-  const auto coarse = prepared("error = 0.1"), fine = prepared("");
-  ASSERT_EQ(coarse.size(), 1u);
-  EXPECT_EQ(coarse[0].image, folder / "map.exr");
-  EXPECT_EQ(coarse[0].texels, 32u * 16 - 1);
-  EXPECT_EQ(coarse[0].replaced, 2u);
-  EXPECT_LT(coarse[0].lights.size(), fine[0].lights.size());
-  EXPECT_NE(coarse[0].hash, fine[0].hash);
-  EXPECT_EQ(fine[0].hash, prepared("")[0].hash);
+  const auto environments = read();
+  ASSERT_EQ(environments.size(), 1u);
+  EXPECT_EQ(environments[0].image, folder / "map.exr");
+  EXPECT_EQ(environments[0].map->texels.size(), 32u * 16 - 1);
+  EXPECT_EQ(environments[0].map->replaced, 2u);
+  EXPECT_EQ(environments[0].hash, read()[0].hash);
+  image.at(3, 4)[1] = 2;
+  image::writeExr(folder / "map.exr", image, image::Precision::single);
+  EXPECT_NE(environments[0].hash, read()[0].hash);
 }
 
 } // namespace

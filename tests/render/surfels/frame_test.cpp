@@ -1,6 +1,7 @@
 #include "render/surfels/frame.h"
 
 #include "render/scene/script.h"
+#include "render/surfels/aovs.h"
 
 #include "render/evaluation/measure.h"
 #include "tests/render/films.h"

@@ -1,6 +1,7 @@
 #include "render/surfels/query_kernel.h"
 
 #include "render/surfels/frame.h"
+#include "render/surfels/queries.h"
 #include "tests/render/clouds.h"
 #include "tests/support/each_simd.h"
 #include "tests/support/random.h"

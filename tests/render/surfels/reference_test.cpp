@@ -52,10 +52,7 @@ TEST_F(Reference, TakesNoEnvironment) {
   const bench::Shot shot = bench::dollShot(model.cloud, 32, 24, 1);
   codec::BlockCache cache(model.files, size_t{1} << 28);
   DecodedBlocks blocks(cache);
-  const scene::PreparedEnvironment environment;
-  scene::ShotEnvironment studio;
-  studio.environment = &environment;
-  const scene::ShotLight light = studio;
+  const scene::ShotLight light = scene::ShotEnvironment{};
   EXPECT_THROW(referenceFrame(model, *shot.warp, shot.camera, {&light, 1}, shot.options, blocks), Error);
 }
 

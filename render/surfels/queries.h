@@ -1,0 +1,34 @@
+// Queries of a frame: for each visible surfel the directions to viewer and lights, and the lights'
+// irradiance, brought back to acquisition space by L [Weyrich 2005, Eq. 10].
+#pragma once
+
+#include "render/scene/shot.h"
+#include "render/surfels/environments.h"
+#include "srf/shading/query.h"
+#include "surfel/cloud.h"
+#include "surfel/lookup.h"
+
+#include <cstdint>
+#include <span>
+
+namespace surflect::surfels {
+
+// L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
+LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
+
+// One query per entry of `surfels`, none of which may be dead. Environments are rotated by L; `environments`
+// has one entry per ShotEnvironment of the lights, in order, and must outlive the result. In double
+// precision; the same bits for any number of threads, and for AVX2 and AVX-512. Throws Cancelled.
+shading::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+                              std::span<const uint32_t> surfels, const capture::Camera<ObjectSpace>& camera,
+                              std::span<const scene::ShotLight> lights,
+                              std::span<const PreparedEnvironment* const> environments = {},
+                              const Progress& progress = {});
+
+// queriesAt, in the memory of a batch that is no longer needed.
+void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::span<const uint32_t> surfels,
+                  const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
+                  std::span<const PreparedEnvironment* const> environments, const Progress& progress,
+                  shading::QueryBatch& batch);
+
+} // namespace surflect::surfels

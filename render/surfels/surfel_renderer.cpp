@@ -1,0 +1,99 @@
+#include "render/surfels/surfel_renderer.h"
+
+#include "surfel/base/hash.h"
+#include "surfel/base/stopwatch.h"
+#include "surfel/math/simd.h"
+
+#include <fmt/format.h>
+
+namespace surflect::surfels {
+
+namespace {
+
+std::string identityOf(const model::Model& model, const FrameOptions& options) {
+  const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
+  return fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}",
+                     hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
+                     blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
+                     bestSimd() == Simd::scalar ? "scalar" : "vector");
+}
+
+render::FrameReport reportOf(const FrameStats& stats, size_t surfels) {
+  const shading::ShadingStats& shading = stats.shading;
+  const auto count = [](size_t number) { return static_cast<double>(number); };
+  return {stats.seconds,
+          stats.processorSeconds,
+          {{"lookups", count(shading.lookups)},
+           {"operations", count(shading.operations)},
+           {"lost", count(shading.lost)},
+           {"tasks", count(shading.tasks)},
+           {"mean_rank", shading.tasks ? count(shading.taskRanks) / count(shading.tasks) : 0},
+           {"blocks_read", count(shading.blocksRead)},
+           {"bytes_read", count(shading.bytesRead)},
+           {"cache_hits", count(shading.cacheHits)},
+           {"surfels.drawn", count(stats.splats.drawn)},
+           {"surfels.visible", count(stats.visible)},
+           {"surfels.unseen", count(stats.unseen)},
+           {"surfels.dead", count(stats.splats.dead)},
+           {"surfels.not_finite", count(stats.splats.notFinite)},
+           {"surfels.back_facing", count(stats.splats.backFacing)},
+           {"surfels.too_near", count(stats.splats.tooNear)},
+           {"surfels.outside", count(stats.splats.outside)}},
+          emptyFrame(stats, surfels)};
+}
+
+} // namespace
+
+FrameOptions frameOptions(const render::RendererOptions& options) {
+  FrameOptions frame;
+  frame.shade.cameras = options.cameras;
+  frame.shade.pairs = options.pairs;
+  frame.shade.lights = options.lights;
+  frame.shade.lightFit = options.lightFit;
+  frame.shade.foreshortened = options.foreshortened;
+  frame.splats.lowPass = options.lowPass;
+  return frame;
+}
+
+SurfelRenderer::SurfelRenderer(const std::filesystem::path& folder, const render::RendererOptions& options,
+                               const Progress& progress)
+    : SurfelRenderer(model::openModel(folder, progress), options) {}
+
+SurfelRenderer::SurfelRenderer(model::Model model, const render::RendererOptions& options)
+    : model_(std::move(model)),
+      options_(frameOptions(options)), description_{model_.folder,
+                                                    identityOf(model_, options_),
+                                                    {{"surfels", model_.cloud.size()}},
+                                                    model_.rig,
+                                                    model_.cloud.p0},
+      workspace_(model_, options.cacheBytes) {}
+
+render::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std::vector<std::string>& aovs,
+                                           const Progress& progress, render::FrameLayers memory) {
+  options_.aovs = aovs;
+  workspace_.layers = std::move(memory);
+  render::FrameLayers layers = renderFrame(model_, scene, options_, workspace_, progress);
+  layers.report = reportOf(workspace_.stats, model_.cloud.size());
+  return layers;
+}
+
+render::EnvironmentReport SurfelRenderer::prepare(const scene::ShotEnvironment& environment,
+                                                  const Progress& progress) {
+  const Stopwatch watch;
+  const PreparedEnvironment& prepared =
+      workspace_.environments.prepared(environment, model_, options_.shade, progress);
+  return {prepared.lights.size(), prepared.table.has_value(), watch.seconds()};
+}
+
+std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels) {
+  const size_t dead = stats.splats.dead, notFinite = stats.splats.notFinite;
+  if (2 * (dead + notFinite) > surfels)
+    return fmt::format("{} of {} surfels have no place or no area once warped", dead + notFinite, surfels);
+  if (stats.visible == 0)
+    return fmt::format(
+        "nothing is visible: of {} surfels {} face away, {} are too near and {} off the picture", surfels,
+        stats.splats.backFacing, stats.splats.tooNear, stats.splats.outside);
+  return std::nullopt;
+}
+
+} // namespace surflect::surfels

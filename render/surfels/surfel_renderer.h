@@ -1,0 +1,36 @@
+// The surfel renderer behind the interface of renderers.
+#pragma once
+
+#include "render/renderer.h"
+#include "render/surfels/frame.h"
+#include "srf/model/model.h"
+
+namespace surflect::surfels {
+
+class SurfelRenderer : public render::Renderer {
+public:
+  // Throws Error as openModel does, and Cancelled.
+  SurfelRenderer(const std::filesystem::path& folder, const render::RendererOptions& options,
+                 const Progress& progress = {});
+  SurfelRenderer(model::Model model, const render::RendererOptions& options);
+
+  const render::Description& describe() const override { return description_; }
+  render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs,
+                             const Progress& progress, render::FrameLayers memory) override;
+  render::EnvironmentReport prepare(const scene::ShotEnvironment& environment,
+                                    const Progress& progress) override;
+
+private:
+  const model::Model model_;
+  FrameOptions options_;
+  render::Description description_;
+  FrameWorkspace workspace_;
+};
+
+// The options as renderFrame takes them, without AOVs.
+FrameOptions frameOptions(const render::RendererOptions& options);
+
+// One line if more than half of the surfels are dead or not finite, or if none is visible.
+std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels);
+
+} // namespace surflect::surfels

@@ -1,0 +1,66 @@
+#include "render/surfels/surfel_renderer.h"
+
+#include "tests/render/films.h"
+#include "tests/srf/image/files.h"
+
+namespace surflect::surfels {
+namespace {
+
+using studio::filmOf;
+using studio::noWarp;
+
+FrameStats statsOf(size_t visible, size_t dead, size_t notFinite) {
+  FrameStats stats;
+  stats.visible = visible;
+  stats.splats.dead = dead;
+  stats.splats.notFinite = notFinite;
+  return stats;
+}
+
+TEST(EmptyFrame, SaysWhereMostSurfelsAreGoneOrNothingIsVisible) {
+  EXPECT_EQ(emptyFrame(statsOf(1, 0, 0), 100), std::nullopt);
+  EXPECT_EQ(emptyFrame(statsOf(1, 25, 25), 100), std::nullopt);
+  EXPECT_EQ(emptyFrame(statsOf(1, 25, 26), 100), "51 of 100 surfels have no place or no area once warped");
+  EXPECT_NE(emptyFrame(statsOf(0, 0, 0), 100).value_or("").find("nothing is visible"), std::string::npos);
+}
+
+class Opened : public studio::PackedSphere<600> {
+protected:
+  const std::vector<scene::ShotLight> lights{scene::ShotPointLight{{2, 1, 2}, {9, 8, 7}}};
+};
+
+TEST_F(Opened, ItsFramesAreThoseOfRenderFrame) {
+  const auto renderer = render::openRenderer(model().folder);
+  const auto warp = noWarp();
+  const render::FrameLayers got = renderer->render({*warp, camera, lights}, {"depth"});
+  FrameOptions options;
+  options.aovs = {"depth"};
+  const render::FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
+  EXPECT_EQ(got.color.values, expected.color.values);
+  EXPECT_EQ(got.aovs.at("depth").values, expected.aovs.at("depth").values);
+  EXPECT_EQ(got.report.counts.at("surfels.dead"), 0);
+  EXPECT_GT(got.report.counts.at("surfels.visible"), 0);
+  EXPECT_TRUE(got.report.seconds.contains("splat"));
+  EXPECT_EQ(got.report.remark, std::nullopt);
+}
+
+TEST_F(Opened, DescribesItsModel) {
+  const auto renderer = render::openRenderer(model().folder);
+  const render::Description& description = renderer->describe();
+  EXPECT_EQ(description.folder, model().folder);
+  EXPECT_EQ(description.counts.at("surfels"), model().cloud.size());
+  EXPECT_EQ(description.points.size(), model().cloud.size());
+  EXPECT_EQ(description.rig, model().rig);
+  EXPECT_NE(description.identity, render::openRenderer(model().folder, {.cameras = 1})->describe().identity);
+}
+
+TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
+  image::TemporaryFolder folder;
+  image::writeBytes(folder / "manifest.json", R"({"format": "spherical"})");
+  EXPECT_EQ(image::errorOf([&] { render::openRenderer(folder.path()); }),
+            (folder / "manifest.json").string() +
+                ": format: found \"spherical\", expected \"surflect model\"");
+}
+
+} // namespace
+} // namespace surflect::surfels
