@@ -1,0 +1,46 @@
+"""The installed package serves another project: tests/consumer finds it, builds, and renders a packed model."""
+
+import os
+import subprocess
+import unittest
+
+from support import ROOT, TestInFolder, succeed, write_small_capture
+
+CMAKE, BUILD, COMPILER = os.environ["CMAKE"], os.environ["BUILD"], os.environ["CXX_COMPILER"]
+
+
+def finish(*command):
+    """The output of a program that must succeed."""
+    result = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    if result.returncode != 0:
+        raise AssertionError(f"{command[0]} failed: {result.stdout}{result.stderr}")
+    return result.stdout
+
+
+class Install(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.prefix, build = cls.folder / "prefix", cls.folder / "build"
+        finish(CMAKE, "--install", BUILD, "--prefix", cls.prefix)
+        finish(CMAKE, "-S", ROOT / "tests/consumer", "-B", build, f"-DCMAKE_PREFIX_PATH={cls.prefix}",
+               f"-DCMAKE_CXX_COMPILER={COMPILER}")
+        finish(CMAKE, "--build", build)
+        cls.consumer = build / "consumer"
+
+    def test_a_consumer_renders_a_packed_model(self):
+        write_small_capture(self.folder / "capture", cameras=4, lights=6)
+        succeed("pack", self.folder / "capture", "-o", self.folder / "vase.srf", "--surfels", "20000")
+        numbers = [float(word) for word in finish(self.consumer, self.folder / "vase.srf").split()]
+        width, height, red, green, blue, alpha = numbers
+        self.assertGreater(min(width, height), 1)
+        self.assertGreater(min(red, green, blue), 0)
+        self.assertGreater(alpha, 0.9)
+
+    def test_the_package_names_no_path_of_the_source_tree(self):
+        for path in (self.prefix / "lib").rglob("*.cmake"):
+            self.assertNotIn(str(ROOT), path.read_text(), path)
+
+
+if __name__ == "__main__":
+    unittest.main()
