@@ -3,10 +3,10 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/evaluate.h"
-#include "render/surfels/surfel_renderer.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -22,13 +22,9 @@ struct Arguments {
   render::RendererOptions options;
 };
 
-struct BaselineWord {
-  evaluation::Baseline kind;
-  std::string key; // in the report
-};
-const std::map<std::string, BaselineWord> kBaselines = {
-    {"nearest", {evaluation::Baseline::nearest, "baseline"}},
-    {"lambert", {evaluation::Baseline::lambert, "baseline_lambert"}}};
+// Keys of the report by the names of baselines.
+const std::map<std::string, std::string> kBaselines = {{"nearest", "baseline"},
+                                                       {"lambert", "baseline_lambert"}};
 
 Json jsonOf(const evaluation::Score& score) {
   return {{"psnr_linear_db", score.difference.psnrLinear()},
@@ -67,39 +63,45 @@ void sayTable(const Json& report) {
     for (const auto& [group, score] : summary["groups"].items()) row("  " + group, score);
   };
   table("surflect", report);
-  for (const auto& [name, baseline] : kBaselines)
-    if (report.contains(baseline.key)) table(name, report[baseline.key]);
+  for (const auto& [name, key] : kBaselines)
+    if (report.contains(key)) table(name, report[key]);
 }
 
 Json runEvaluate(const Arguments& arguments, const Progress& progress) {
-  const model::Model model = model::openModel(arguments.model, progress);
+  const auto renderer = render::openRenderer(arguments.model, arguments.options, progress);
   const capture::Capture capture = arguments.capture.read();
   warp::WarpPointer warp = warp::chainWarp({});
   if (!arguments.script.empty()) {
-    const scene::Script script = scene::readScript(arguments.script, model.rig.origin);
+    const scene::Script script = scene::readScript(arguments.script, renderer->describe().rig.origin);
     warp = scene::warpAt(script, scene::shotTime(script, arguments.frame));
   }
   evaluation::EvaluateOptions options;
-  options.frame = surfels::frameOptions(arguments.options);
   options.split = arguments.split == "train" ? capture::Split::train : capture::Split::test;
-  for (const auto& name : arguments.baselines) options.baselines.insert(kBaselines.at(name).kind);
-  if (options.baselines.contains(evaluation::Baseline::lambert) && !arguments.script.empty())
+  const auto isAsked = [&](const char* baseline) {
+    return std::ranges::count(arguments.baselines, baseline) > 0;
+  };
+  options.lambert = isAsked("lambert");
+  if (options.lambert && !arguments.script.empty())
     throw Error("the Lambert baseline does not bend: no --script with it");
-  codec::BlockCache cache(model.files, arguments.options.cacheBytes);
+  std::unique_ptr<render::Renderer> nearest;
+  if (isAsked("nearest")) {
+    render::RendererOptions nearestOptions = arguments.options;
+    nearestOptions.nearest = true;
+    nearest = render::openRenderer(arguments.model, nearestOptions, progress);
+    options.others["nearest"] = nearest.get();
+  }
   const evaluation::Evaluation evaluation =
-      evaluation::evaluate(model, capture, *warp, options, cache, progress);
+      evaluation::evaluate(*renderer, capture, *warp, options, progress);
 
   Json report = {{"exposure", evaluation.exposure}};
   report.update(summaryOf(evaluation, [](const evaluation::FrameScore& frame) -> const evaluation::Score& {
     return frame.score;
   }));
-  for (const auto& name : arguments.baselines) {
-    const auto& [kind, key] = kBaselines.at(name);
-    report[key] =
-        summaryOf(evaluation, [kind = kind](const evaluation::FrameScore& frame) -> const evaluation::Score& {
-          return frame.baselines.at(kind);
+  for (const auto& name : arguments.baselines)
+    report[kBaselines.at(name)] =
+        summaryOf(evaluation, [&](const evaluation::FrameScore& frame) -> const evaluation::Score& {
+          return frame.others.at(name);
         });
-  }
   for (const evaluation::FrameScore& frame : evaluation.frames) {
     Json entry = {{"camera", frame.camera},
                   {"light", frame.light},
@@ -107,9 +109,7 @@ Json runEvaluate(const Arguments& arguments, const Progress& progress) {
                   {"lit", frame.frontLit ? "front" : "back"},
                   {"mask_iou", frame.maskIou}};
     entry.update(jsonOf(frame.score));
-    for (const auto& [name, baseline] : kBaselines)
-      if (frame.baselines.contains(baseline.kind))
-        entry[baseline.key] = jsonOf(frame.baselines.at(baseline.kind));
+    for (const auto& [name, score] : frame.others) entry[kBaselines.at(name)] = jsonOf(score);
     report["frames"].push_back(std::move(entry));
   }
   sayTable(report);

@@ -28,6 +28,7 @@ struct RendererOptions {
   std::optional<size_t> lights = {};
   std::optional<ulr::LightFit> lightFit = {};
   std::optional<bool> foreshortened = {};
+  bool nearest = false;                // the nearest camera and light alone, without fading: a baseline
   double lowPass = 0.44;               // least standard deviation of a splat, pixels
   size_t cacheBytes = size_t{1} << 30; // for decoded reflectance
 };
@@ -35,8 +36,9 @@ struct RendererOptions {
 struct Description {
   std::filesystem::path folder; // of the model
   std::string identity;         // text that names the model's content and all options that determine pixels
-  std::map<std::string, size_t> counts; // size of the model by name: "surfels"
-  capture::Capture rig;                 // captured cameras and lights, and the origin of the model
+  std::map<std::string, size_t> counts;    // size of the model by name: "surfels"
+  capture::Capture rig;                    // captured cameras and lights, and the origin of the model
+  Point3<AcquisitionSpace, double> middle; // of the box around the object at rest
   std::span<const Point3<AcquisitionSpace>> points; // on the object at rest; live as long as the renderer
 };
 

@@ -3,9 +3,12 @@
 // ways as well.
 #include "bench/accuracy/directions.h"
 #include "bench/accuracy/program.h"
+#include "render/evaluation/evaluate.h"
 
 #include <cstdlib>
 #include <map>
+#include <memory>
+#include <string>
 
 namespace surflect::bench {
 namespace {
@@ -27,12 +30,6 @@ template <class ScoreOf> Json summaryOf(const evaluation::Evaluation& evaluation
   return summary;
 }
 
-struct Variant {
-  const char* name;
-  shading::ShadeOptions options;
-  DirectionsBack back;
-};
-
 Json ablation(const Words& words) {
   const model::Model model = model::openModel(words[0]);
   const capture::Capture capture = capture::readCapture(words[1]);
@@ -42,31 +39,28 @@ Json ablation(const Words& words) {
     const scene::Script script = scene::readScript(words[2], model.rig.origin);
     warp = scene::warpAt(script, scene::shotTime(script, std::atof(words[3].c_str())));
   }
-  shading::ShadeOptions oneCamera, oneLight;
+  const auto opened = [&](const render::RendererOptions& how) { return render::openRenderer(words[0], how); };
+  render::RendererOptions nearest, oneCamera, oneLight;
+  nearest.nearest = true;
   oneCamera.cameras = 1;
   oneLight.lights = 1;
-  std::vector<Variant> variants{{"one_camera", oneCamera, byPolarFactor},
-                                {"one_light", oneLight, byPolarFactor}};
-  if (isBent)
-    variants.insert(variants.end(), {{"bisector", {}, byBisector},
-                                     {"gram_schmidt", {}, byGramSchmidt},
-                                     {"inverse_jacobian", {}, byInverseJacobian}});
-  codec::BlockCache cache(model.files, size_t{1} << 30);
+  std::map<std::string, std::unique_ptr<render::Renderer>> variants;
+  variants["nearest"] = opened(nearest);
+  variants["one_camera"] = opened(oneCamera);
+  variants["one_light"] = opened(oneLight);
+  if (isBent) {
+    variants["bisector"] = withDirections(model, byBisector);
+    variants["gram_schmidt"] = withDirections(model, byGramSchmidt);
+    variants["inverse_jacobian"] = withDirections(model, byInverseJacobian);
+  }
   evaluation::EvaluateOptions options;
-  options.baselines = {evaluation::Baseline::nearest};
-  for (const Variant& variant : variants)
-    options.others.push_back([&](const capture::Camera<ObjectSpace>& camera) {
-      return withDirections(model, *warp, camera, variant.options, cache, variant.back);
-    });
-  const evaluation::Evaluation evaluation = evaluation::evaluate(model, capture, *warp, options, cache, {});
+  for (const auto& [name, renderer] : variants) options.others[name] = renderer.get();
+  const evaluation::Evaluation evaluation = evaluation::evaluate(*opened({}), capture, *warp, options);
   Json report;
   report["default"] = summaryOf(evaluation, [](const evaluation::FrameScore& frame) { return frame.score; });
-  report["nearest"] = summaryOf(evaluation, [](const evaluation::FrameScore& frame) {
-    return frame.baselines.at(evaluation::Baseline::nearest);
-  });
-  for (size_t i = 0; i < variants.size(); ++i)
-    report[variants[i].name] =
-        summaryOf(evaluation, [i](const evaluation::FrameScore& frame) { return frame.others[i]; });
+  for (const auto& [name, renderer] : variants)
+    report[name] =
+        summaryOf(evaluation, [&](const evaluation::FrameScore& frame) { return frame.others.at(name); });
   return report;
 }
 

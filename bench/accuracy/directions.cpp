@@ -1,5 +1,6 @@
 #include "bench/accuracy/directions.h"
 
+#include "render/surfels/frame.h"
 #include "render/surfels/queries.h"
 #include "warp/deform.h"
 
@@ -26,6 +27,47 @@ Mat3<double> jacobianAt(const warp::Warp& warp, const Vec3<double>& x, double st
   return exact ? *exact : warp::centralDifferences(warp, x, Mat3<double>::Identity(), step);
 }
 
+class DirectionsRenderer : public render::Renderer {
+public:
+  DirectionsRenderer(const model::Model& model, DirectionsBack back)
+      : model_(model),
+        back_(back), description_{model.folder, "", {}, model.rig, model.middle, model.cloud.p0},
+        cache_(model.files, size_t{1} << 30) {}
+
+  const render::Description& describe() const override { return description_; }
+
+  render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>&, const Progress&,
+                             render::FrameLayers) override {
+    const SurfelCloud& rest = model_.cloud;
+    const double step = warp::differenceStep(rest);
+    const DeformedCloud cloud = warp::deform(rest, scene.warp);
+    const splat::SplatRaster raster = surfels::look(scene.camera, rest, cloud);
+    shading::QueryBatch batch = surfels::queriesAt(rest, cloud, raster.visible, scene.camera, scene.lights);
+    for (size_t query = 0; query < batch.size(); ++query) {
+      const size_t surfel = batch.surfels[query];
+      const Mat3<double> frame = rotationOf<double>(rest.r0[surfel]);
+      const Vec3<double> p0 = rest.p0[surfel].cast<double>().raw();
+      const auto other = back_({frame, jacobianAt(scene.warp, p0, step) * frame});
+      if (!other) continue;
+      // L is orthogonal: its transpose undoes what queriesAt has done.
+      const Mat3<double> instead = *other * surfels::lookUpAt(rest, cloud, surfel).matrix().transpose();
+      batch.towardsView[query] = rotated(instead, batch.towardsView[query]);
+      for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
+        batch.towardsLight[l] = rotated(instead, batch.towardsLight[l]);
+    }
+    shading::ShadingStats stats;
+    return {surfels::developRadiance(raster, shading::shade(model_, batch, {}, cache_, stats)), {}};
+  }
+
+  render::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
+
+private:
+  const model::Model& model_;
+  DirectionsBack back_;
+  render::Description description_;
+  codec::BlockCache cache_;
+};
+
 } // namespace
 
 std::optional<Mat3<double>> byPolarFactor(const WarpedFrame& frame) {
@@ -49,31 +91,8 @@ std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame) {
   return frame.rest * frame.warped.inverse();
 }
 
-evaluation::Renderer withDirections(const model::Model& model, const warp::Warp& warp,
-                                    const capture::Camera<ObjectSpace>& camera,
-                                    const shading::ShadeOptions& options, codec::BlockCache& cache,
-                                    DirectionsBack back) {
-  const SurfelCloud& rest = model.cloud;
-  const double step = warp::differenceStep(rest);
-  const auto cloud = std::make_shared<const DeformedCloud>(warp::deform(rest, warp));
-  const auto coverage = std::make_shared<const splat::SplatRaster>(surfels::look(camera, rest, *cloud));
-  return [=, &model, &rest, &warp, &options, &cache](std::span<const scene::ShotLight> lights) {
-    shading::QueryBatch batch = surfels::queriesAt(rest, *cloud, coverage->visible, camera, lights);
-    for (size_t query = 0; query < batch.size(); ++query) {
-      const size_t surfel = batch.surfels[query];
-      const Mat3<double> frame = rotationOf<double>(rest.r0[surfel]);
-      const Vec3<double> p0 = rest.p0[surfel].cast<double>().raw();
-      const auto other = back({frame, jacobianAt(warp, p0, step) * frame});
-      if (!other) continue;
-      // L is orthogonal: its transpose undoes what queriesAt has done.
-      const Mat3<double> instead = *other * surfels::lookUpAt(rest, *cloud, surfel).matrix().transpose();
-      batch.towardsView[query] = rotated(instead, batch.towardsView[query]);
-      for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)
-        batch.towardsLight[l] = rotated(instead, batch.towardsLight[l]);
-    }
-    shading::ShadingStats stats;
-    return surfels::developRadiance(*coverage, shading::shade(model, batch, options, cache, stats));
-  };
+std::unique_ptr<render::Renderer> withDirections(const model::Model& model, DirectionsBack back) {
+  return std::make_unique<DirectionsRenderer>(model, back);
 }
 
 } // namespace surflect::bench

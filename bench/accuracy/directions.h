@@ -6,9 +6,11 @@
 //          u-bar, v-bar, n-bar an orthonormal frame made of u and v.
 #pragma once
 
-#include "render/evaluation/evaluate.h"
+#include "render/renderer.h"
+#include "srf/model/model.h"
 #include "surfel/lookup.h"
 
+#include <memory>
 #include <optional>
 
 namespace surflect::bench {
@@ -25,11 +27,8 @@ std::optional<Mat3<double>> byBisector(const WarpedFrame& frame);        // [Wey
 std::optional<Mat3<double>> byGramSchmidt(const WarpedFrame& frame);     // u-bar along u
 std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1 = R0 (u, v, w)^-1
 
-// Frames of a view as renderFrame makes them, but for the map of directions; where that is empty, the
-// program's own. All arguments must outlive the result.
-evaluation::Renderer withDirections(const model::Model& model, const warp::Warp& warp,
-                                    const capture::Camera<ObjectSpace>& camera,
-                                    const shading::ShadeOptions& options, codec::BlockCache& cache,
-                                    DirectionsBack back);
+// Renders as the surfel renderer does, but for the map of directions; where that is empty, the program's own.
+// Scenes have no environments. The model must outlive the result.
+std::unique_ptr<render::Renderer> withDirections(const model::Model& model, DirectionsBack back);
 
 } // namespace surflect::bench

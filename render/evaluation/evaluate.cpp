@@ -1,7 +1,6 @@
 #include "render/evaluation/evaluate.h"
 
 #include "render/evaluation/lambert_view.h"
-#include "render/surfels/queries.h"
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/silhouette.h"
@@ -14,6 +13,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 namespace surflect::evaluation {
 
@@ -119,9 +119,11 @@ Score& Score::operator+=(const Score& other) {
   return *this;
 }
 
-Evaluation evaluate(const model::Model& model, const capture::Capture& asRead, const warp::Warp& warp,
-                    const EvaluateOptions& options, codec::BlockCache& cache, const Progress& progress) {
-  const capture::Capture everything = capture::countedFrom(asRead, model.rig.origin);
+Evaluation evaluate(render::Renderer& renderer, const capture::Capture& asRead, const warp::Warp& warp,
+                    const EvaluateOptions& options, const Progress& progress) {
+  const capture::Capture& rig = renderer.describe().rig;
+  const Point3<AcquisitionSpace, double> middle = renderer.describe().middle;
+  const capture::Capture everything = capture::countedFrom(asRead, rig.origin);
   const capture::Capture capture = ofSplit(everything, options.split);
   if (capture.frames.empty())
     throw Error::mismatch(options.split == capture::Split::test ? "test frames" : "training frames", "none")
@@ -130,26 +132,19 @@ Evaluation evaluate(const model::Model& model, const capture::Capture& asRead, c
   const capture::Capture test = ofSplit(everything, capture::Split::test);
   const capture::Capture training = ofSplit(everything, capture::Split::train);
   Evaluation evaluation;
-  evaluation.exposure = exposureOf(test.frames.empty() ? capture : test, model.rig, warp, progress);
+  evaluation.exposure = exposureOf(test.frames.empty() ? capture : test, rig, warp, progress);
 
   const auto frames = framesByView(capture);
-  TruthReader truths(capture, model.rig, warp);
+  TruthReader truths(capture, rig, warp);
   std::set<std::string> knownCameras, knownLights;
-  for (const auto& view : model.rig.views) knownCameras.insert(view.identity);
-  for (const auto& light : model.rig.lights) knownLights.insert(light.identity);
-  const DeformedCloud deformed = warp::deform(model.cloud, warp, progress);
-  shading::ShadingStats stats;
+  for (const auto& view : rig.views) knownCameras.insert(view.identity);
+  for (const auto& light : rig.lights) knownLights.insert(light.identity);
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("evaluate", static_cast<double>(view) / static_cast<double>(frames.size()));
     const auto truth = truths.read(frames[view], progress);
     const auto camera = scene::inObjectSpace(capture.views[view].camera);
-    const splat::SplatRaster coverage =
-        surfels::look(camera, model.cloud, deformed, options.frame.splats, progress);
-    std::vector<Renderer> others;
-    for (const auto& renderer : options.others) others.push_back(renderer(camera));
     std::optional<LambertView> lambert;
-    if (options.baselines.contains(Baseline::lambert))
-      lambert.emplace(training, capture.views[view], truth[0], progress);
+    if (options.lambert) lambert.emplace(training, capture.views[view], truth[0], progress);
     for (size_t i = 0; i < truth.size(); ++i) {
       progress.checkpoint();
       const capture::Frame& frame = capture.frames[frames[view][i]];
@@ -160,31 +155,22 @@ Evaluation evaluate(const model::Model& model, const capture::Capture& asRead, c
         const capture::Light& light = capture.lights[*frame.light];
         lights.push_back(scene::inObjectSpace(light));
         result.light = light.identity;
-        result.frontLit = dot(capture::towardsLight(light, model.middle),
-                              capture::Viewpoint(capture.views[view].camera).towards(model.middle)) >= 0;
+        result.frontLit = dot(capture::towardsLight(light, middle),
+                              capture::Viewpoint(capture.views[view].camera).towards(middle)) >= 0;
         knownLight = knownLights.contains(light.identity);
       }
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
-      const shading::QueryBatch batch =
-          surfels::queriesAt(model.cloud, deformed, coverage.visible, camera, lights, {}, progress);
-      const auto rendered = [&](const shading::ShadeOptions& shadeOptions) {
-        return surfels::developRadiance(coverage,
-                                        shading::shade(model, batch, shadeOptions, cache, stats, progress));
-      };
-      const auto baseline = [&](Baseline kind) {
-        if (kind == Baseline::lambert) return lambert->under(capture.lights[*frame.light]);
-        shading::ShadeOptions nearest = options.frame.shade;
-        nearest.nearest = true;
-        return rendered(nearest);
-      };
-      const image::Image ours = rendered(options.frame.shade);
+      const scene::Scene scene{warp, camera, std::move(lights)};
+      const image::Image ours = renderer.render(scene, {}, progress).color;
       result.maskIou = image::intersectionOverUnion(image::objectMask(truth[i]), image::objectMask(ours));
       result.score = scoreOf(truth[i], ours, evaluation.exposure);
-      for (const Baseline kind : options.baselines)
-        result.baselines[kind] = scoreOf(truth[i], baseline(kind), evaluation.exposure);
-      for (const Renderer& other : others)
-        result.others.push_back(scoreOf(truth[i], other(lights), evaluation.exposure));
+      for (const auto& [name, other] : options.others)
+        result.others[name] =
+            scoreOf(truth[i], other->render(scene, {}, progress).color, evaluation.exposure);
+      if (lambert)
+        result.others["lambert"] =
+            scoreOf(truth[i], lambert->under(capture.lights[*frame.light]), evaluation.exposure);
       evaluation.frames.push_back(std::move(result));
     }
   }

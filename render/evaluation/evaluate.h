@@ -2,34 +2,22 @@
 #pragma once
 
 #include "render/evaluation/measure.h"
-#include "render/surfels/frame.h"
-#include "srf/model/model.h"
+#include "render/renderer.h"
 #include "surfel/base/progress.h"
 
-#include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
 namespace surflect::evaluation {
 
-// What renderings are held against, by the same protocol.
-enum class Baseline {
-  nearest, // the nearest camera and light, see ShadeOptions::nearest
-  lambert, // a Lambert surface fitted to the training photographs of the frame's own camera, see
-           // lambert_view.h
-};
-
-// A way to render the frames of one view, by their lights: RGBA, premultiplied.
-using Renderer = std::function<image::Image(std::span<const scene::ShotLight> lights)>;
-
 struct EvaluateOptions {
-  surfels::FrameOptions frame;
   capture::Split split = capture::Split::test;
-  std::set<Baseline> baselines;
-  // Further ways, scored by the same protocol; one is made for each view.
-  std::vector<std::function<Renderer(const capture::Camera<ObjectSpace>& view)>> others = {};
+  // Renderers of the same model that are scored by the same protocol, by name.
+  std::map<std::string, render::Renderer*> others = {};
+  // Whether to score, under the name "lambert", a Lambert surface fitted to the training photographs of the
+  // frame's own camera; see lambert_view.h.
+  bool lambert = false;
 };
 
 // Pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two pixels.
@@ -48,8 +36,7 @@ struct FrameScore {
   bool frontLit = true;      // light and camera on one side of the object's centre
   double maskIou = 0;
   Score score;
-  std::map<Baseline, Score> baselines;
-  std::vector<Score> others; // one per EvaluateOptions::others
+  std::map<std::string, Score> others; // by name
 };
 
 struct Evaluation {
@@ -58,12 +45,11 @@ struct Evaluation {
   std::vector<FrameScore> frames;
 };
 
-// Renders every frame of the capture's split with its own camera and light, the cloud bent by `warp`, which
-// acts in the coordinates of the model; those of the capture may count from another origin. Known
-// cameras and lights are those of the model's rig. Throws Error where the split is empty, where no frame has
-// a pixel of an object, and where the Lambert baseline is asked for but a camera has no photographs that tell
-// normals.
-Evaluation evaluate(const model::Model& model, const capture::Capture& capture, const warp::Warp& warp,
-                    const EvaluateOptions& options, codec::BlockCache& cache, const Progress& progress);
+// Renders every frame of the capture's split with its own camera and light, the object bent by `warp`, which
+// acts in the coordinates of the model; those of the capture may count from another origin. Known cameras and
+// lights are those of the model's rig. Throws Error where the split is empty, where no frame has a pixel of
+// an object, and where the Lambert surface is asked for but a camera has no photographs that tell normals.
+Evaluation evaluate(render::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
+                    const EvaluateOptions& options = {}, const Progress& progress = {});
 
 } // namespace surflect::evaluation

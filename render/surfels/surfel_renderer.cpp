@@ -12,10 +12,11 @@ namespace {
 
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
-  return fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}",
+  return fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}{}",
                      hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
                      blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
-                     bestSimd() == Simd::scalar ? "scalar" : "vector");
+                     bestSimd() == Simd::scalar ? "scalar" : "vector",
+                     options.shade.nearest ? " nearest" : "");
 }
 
 render::FrameReport reportOf(const FrameStats& stats, size_t surfels) {
@@ -51,6 +52,7 @@ FrameOptions frameOptions(const render::RendererOptions& options) {
   frame.shade.lights = options.lights;
   frame.shade.lightFit = options.lightFit;
   frame.shade.foreshortened = options.foreshortened;
+  frame.shade.nearest = options.nearest;
   frame.splats.lowPass = options.lowPass;
   return frame;
 }
@@ -65,6 +67,7 @@ SurfelRenderer::SurfelRenderer(model::Model model, const render::RendererOptions
                                                     identityOf(model_, options_),
                                                     {{"surfels", model_.cloud.size()}},
                                                     model_.rig,
+                                                    model_.middle,
                                                     model_.cloud.p0},
       workspace_(model_, options.cacheBytes) {}
 

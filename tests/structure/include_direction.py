@@ -42,7 +42,7 @@ BELOW = {
     "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render", "render/splat"],
     "render/renderer.cpp": SCENE + ["srf/model", "render", "render/surfels"],  # opens the renderer that a model asks for
     "render/film": SURFEL + SCENE + ["render"],
-    "render/evaluation": ASKED + SCENE + ["srf/model", "render/splat", "render/surfels"],
+    "render/evaluation": PROXY + SCENE + ["render"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],
     "apps": LIBRARY,

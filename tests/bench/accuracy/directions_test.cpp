@@ -91,9 +91,8 @@ TEST(Directions, FramesByThePolarFactorAreTheProgramsOwn) {
   const std::vector<scene::ShotLight> lights{scene::ShotDirectionalLight{
       assume<Direction3<ObjectSpace, double>>(Vec3<double>(0.6, 0, 0.8)), {3, 3, 3}}};
   const image::Image own = surfels::renderFrame(model, {*warp, camera, lights}, {}, workspace).color;
-  const shading::ShadeOptions options;
   const auto rmsBy = [&](DirectionsBack back) {
-    const image::Image other = withDirections(model, *warp, camera, options, workspace.cache, back)(lights);
+    const image::Image other = withDirections(model, back)->render({*warp, camera, lights}).color;
     return std::sqrt(evaluation::squaredError(own, other, image::objectMask(own)).mean());
   };
   EXPECT_LT(rmsBy(byPolarFactor), 1e-6);

@@ -195,7 +195,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
 // Under a warp, in the limit of as many lights as the map has texels and without a table.
 TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
-  const PreparedEnvironment exact{map->texels};
+  const PreparedEnvironment exact{map->texels, ulr::LightExtrapolation::fade, std::nullopt};
   const PreparedEnvironment* const environments[] = {&exact};
   const auto deformed = warp::deform(model().cloud, *warp);
   const splat::SplatRaster raster = look(camera, model().cloud, deformed);

@@ -52,7 +52,7 @@ TEST_F(Reference, TakesNoEnvironment) {
   const bench::Shot shot = bench::dollShot(model.cloud, 32, 24, 1);
   codec::BlockCache cache(model.files, size_t{1} << 28);
   DecodedBlocks blocks(cache);
-  const scene::ShotLight light = scene::ShotEnvironment{};
+  const scene::ShotLight light{std::in_place_type<scene::ShotEnvironment>};
   EXPECT_THROW(referenceFrame(model, *shot.warp, shot.camera, {&light, 1}, shot.options, blocks), Error);
 }
 
