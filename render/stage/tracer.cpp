@@ -10,7 +10,6 @@
 #include <array>
 #include <atomic>
 #include <cassert>
-#include <cmath>
 #include <mutex>
 #include <numeric>
 #include <utility>

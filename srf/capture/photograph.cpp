@@ -3,7 +3,6 @@
 #include "srf/capture/mask_file.h"
 #include "srf/capture/picture_encoding.h"
 #include "srf/image/bracket.h"
-#include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "surfel/base/error.h"

@@ -20,9 +20,6 @@
 #include <ImfThreading.h>
 
 #include <algorithm>
-#include <array>
-#include <cassert>
-#include <cmath>
 #include <initializer_list>
 #include <set>
 #include <unistd.h>
