@@ -2,7 +2,6 @@
 
 #include "surfel/base/error.h"
 
-#include <algorithm>
 
 namespace surflect::warp {
 
