@@ -17,17 +17,18 @@
 
 namespace surflect::ulr {
 
-inline constexpr float kFallbackFade = 1 / 3.f;      // e
-inline constexpr float kFallbackOffset = 2 / 3.f;    // d > 0: a fallback never meets a ray exactly
+inline constexpr float kFallbackFade = 1 / 3.f; // e
+inline constexpr float kFallbackOffset =
+    2 / 3.f; // d > 0: the fallback penalty is never 0, so no fallback takes the whole weight
 inline constexpr double kFallbackTurn = 0.1;         // cosine over which g falls
 inline constexpr double kFallbackHidden = 1 / 200.0; // least g of a view that faces the surfel
 
-// Beside a view of less penalty than this no fallback has weight: with the penalty l >= 0 of a light added,
-// (d + l) / e is above the threshold of a blend, at most 2 (1 + l).
+// Least penalty of a view beside which fallbacks can have weight. With the penalty l >= 0 of a light added, a
+// fallback's penalty is at least (d + l) / e, which is not below the threshold of a blend, at most 2 (1 + l).
 inline constexpr float kFallbackFrom = 1;
 static_assert(kFallbackOffset / kFallbackFade >= 2);
 
-// 1 / (e b g)
+// Factor 1 / (e b g) of a fallback's penalty.
 inline float fallbackScale(double cosine, double border, double fade) {
   const double open = fade > 0 ? std::min(1.0, fade / (grazingFade(cosine) * border)) : 0;
   const double falling = std::exp(-std::abs(cosine) / kFallbackTurn);
@@ -37,9 +38,8 @@ inline float fallbackScale(double cosine, double border, double fade) {
 
 inline float fallbackPenalty(float penalty, float scale) { return (penalty + kFallbackOffset) * scale; }
 
-// A lower bound on the penalty of a fallback, cheap to compute, from angle and cosine that are known but for
-// `rounding`: b is at most 1, exp(-t) <= 1 / (1 + t + t^2 / 2), and g may be 1 where the view sees the
-// surfel.
+// Lower bound on the penalty of a fallback, cheap to compute, from a penalty and a cosine with errors up to
+// `rounding`. Uses b <= 1 and exp(-t) <= 1 / (1 + t + t^2 / 2), and g <= 1 where the view may see the surfel.
 inline float leastFallbackPenalty(float penalty, float cosine, bool isOpen, float rounding) {
   const float t = std::max(0.f, std::abs(cosine) - rounding) / static_cast<float>(kFallbackTurn);
   const float inverse = std::min(1 + t * (1 + t / 2), static_cast<float>(1 / kFallbackHidden));

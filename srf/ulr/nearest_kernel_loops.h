@@ -1,5 +1,5 @@
-// The loops of nearest_kernels.h, in the lanes that the compiler was told to use. Their bounds are derived in
-// nearest_sources.cpp.
+// Vector loops of nearest_kernels.h, for the instruction set of the including file. nearest_sources.cpp
+// derives their error bounds.
 #pragma once
 
 #include "srf/ulr/nearest_kernels.h"
@@ -55,7 +55,7 @@ inline void farthest(const float* candidates, const uint32_t* which, size_t coun
   store(penalties, largest);
 }
 
-// The n smallest of what is inserted, in registers where there are enough.
+// The n smallest penalties inserted so far with their indices, kept in registers as far as these suffice.
 template <int n> struct Sorted {
   Lanes penalty = infinity(), index = broadcast(0);
   Sorted<n - 1> rest;
@@ -90,7 +90,7 @@ template <> struct Sorted<1> {
   }
 };
 
-// Cosines of what has no larger penalty than the limit: of unit vectors 1 - a . b, but for what is rounded.
+// Least cosine of unit vectors whose penalty is within the limit: 1 - limit, less rounding.
 inline Lanes leastCosine(Lanes limit) { return broadcast(1 - 4e-6f) - limit; }
 
 template <int slots>
@@ -101,13 +101,13 @@ inline void nearestOf(const float* candidates, const uint32_t* which, const floa
   Lanes least = leastCosine(limit);
   Sorted<slots> sorted;
   for (size_t c = 0; c < count; ++c, candidates += 48) {
-    // Most are too far aside; as no fade is above 1, their angle alone tells.
+    // Most are too far away; as no fade exceeds 1, the angle alone shows it.
     const Lanes cosine =
         mulAdd(load(candidates), x, mulAdd(load(candidates + 16), y, load(candidates + 32) * z));
     if (bitsOf(least <= cosine) == 0) continue;
     Lanes penalty = penaltyOf(candidates, x, y, z);
     if (inverseFades) penalty = penalty * load(inverseFades + 16 * c);
-    // Infinite ones and those that are not numbers are not below what is there.
+    // Infinite and NaN penalties are never below the largest.
     if (bitsOf((penalty <= limit) & (penalty < sorted.largest())) == 0) continue;
     sorted.insert(penalty, broadcast(static_cast<float>(which ? which[c] : static_cast<uint32_t>(c))));
     least = leastCosine(min(limit, sorted.largest()));
@@ -139,7 +139,7 @@ inline size_t within(const float* x, const float* y, const float* z, const float
                 dz = mulAdd(near, pz, load(z + i));
     const Lanes squared = mulAdd(dx, dx, mulAdd(dy, dy, dz * dz)),
                 along = mulAdd(dx, qx, mulAdd(dy, qy, dz * qz));
-    // along / |d| < least, squared with their signs; false of what is no number.
+    // along / |d| < least, compared by signed squares; false for NaN.
     const Mask isBeyond = (least < squared) & (along * absolute(along) < leastSquared * squared);
     for (uint32_t bits = bitsOf(isBeyond) ^ 0xffffu; bits != 0; bits &= bits - 1)
       found[count++] = static_cast<uint32_t>(i) + static_cast<uint32_t>(__builtin_ctz(bits));
@@ -168,7 +168,7 @@ inline void look(const float* x, const float* y, const float* z, const float* re
   }
 }
 
-// The terms of ulrWeights in its order; the threshold is inverted once.
+// Same operations in the same order as ulrWeights, except that the threshold is inverted once.
 inline uint32_t weigh(const NearestOfQueries& nearest, size_t count, float* weights) {
   const Lanes zero = broadcast(0), one = broadcast(1), floor = broadcast(1e-12f),
               first = load(*nearest.penalty);
@@ -177,14 +177,14 @@ inline uint32_t weigh(const NearestOfQueries& nearest, size_t count, float* weig
   Lanes sum = zero, smallest = infinity();
   for (size_t i = 0; i < count; ++i) {
     const Lanes p = max(load(nearest.penalty[i]), floor);
-    // 0 where p is infinite or the threshold, however they are rounded.
+    // exactly 0 for an infinite p and for the threshold itself
     const Lanes relevance = select(p < threshold, max(one - p * inverse, zero) / p, zero);
     store(weights + 16 * i, relevance);
     sum = sum + relevance;
     smallest = min(relevance, smallest);
   }
   const Mask isWeighed = zero < sum;
-  if (bitsOf(isWeighed) != 0xffff) { // where all penalties equal the threshold, or there are none
+  if (bitsOf(isWeighed) != 0xffff) { // all penalties equal the threshold, or there are none
     Lanes equals = zero;
     smallest = infinity();
     for (size_t i = 0; i < count; ++i) {
@@ -197,14 +197,15 @@ inline uint32_t weigh(const NearestOfQueries& nearest, size_t count, float* weig
     }
     sum = select(isWeighed, sum, max(equals, one));
   }
-  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum); // 1 of one alone
+  for (size_t i = 0; i < count; ++i)
+    store(weights + 16 * i, load(weights + 16 * i) / sum); // exactly 1 for a single weight
   return bitsOf(zero < smallest);
 }
 
 inline Lanes floor(Lanes x) { return broadcast(0) - ceil(broadcast(0) - x); }
 inline Lanes withSignOf(Lanes sign, Lanes x) { return select(sign < broadcast(0), broadcast(0) - x, x); }
 
-// d / (|x| + |y| + |z|); below z = 0 a becomes (1 - |b|) sign a, and b likewise.  [Praun, Hoppe 2003]
+// d / (|x| + |y| + |z|); for z < 0, a becomes (1 - |b|) sign a, and b likewise.  [Praun, Hoppe 2003]
 inline void unfold(const float* directions, size_t groups, const float* turn, size_t cells, float* cell,
                    float* right, float* down) {
   const auto side = static_cast<float>(cells);
