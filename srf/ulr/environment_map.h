@@ -37,10 +37,9 @@ struct EnvironmentLight {
 };
 
 struct EnvironmentMap {
-  std::vector<EnvironmentLight>
-      texels;          // lights of the nonzero texels; the solid angles of an image sum to 4 pi
-  size_t replaced = 0; // texels with negative or NaN samples, which count as 0
-  size_t clamped = 0;  // texels with infinite samples, which count as kLargestHalf
+  std::vector<EnvironmentLight> texels; // of nonzero radiance; the solid angles of an image sum to 4 pi
+  size_t replaced = 0;                  // texels with negative or NaN samples, which count as 0
+  size_t clamped = 0;                   // texels with infinite samples, which count as kLargestHalf
 };
 
 // Radiance of an infinite sample, such as a sun beyond the range of half floats.  [IEEE 754-2008, 3.6,

@@ -17,9 +17,8 @@
 
 namespace surflect::ulr {
 
-inline constexpr float kFallbackFade = 1 / 3.f; // e
-inline constexpr float kFallbackOffset =
-    2 / 3.f; // d > 0: the fallback penalty is never 0, so no fallback takes the whole weight
+inline constexpr float kFallbackFade = 1 / 3.f;      // e
+inline constexpr float kFallbackOffset = 2 / 3.f;    // d > 0: a fallback never takes the whole weight
 inline constexpr double kFallbackTurn = 0.1;         // cosine over which g falls
 inline constexpr double kFallbackHidden = 1 / 200.0; // least g of a view that faces the surfel
 

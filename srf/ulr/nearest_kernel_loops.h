@@ -197,8 +197,7 @@ inline uint32_t weigh(const NearestOfQueries& nearest, size_t count, float* weig
     }
     sum = select(isWeighed, sum, max(equals, one));
   }
-  for (size_t i = 0; i < count; ++i)
-    store(weights + 16 * i, load(weights + 16 * i) / sum); // exactly 1 for a single weight
+  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum); // 1 if alone
   return bitsOf(zero < smallest);
 }
 

@@ -1,4 +1,5 @@
 // Error bounds of penalties, and the proof that no source is missed. u = 2^-24.
+//
 // (1) A source's place is kept as two floats, with a relative error of u^2; a surfel's place is a float. The
 // difference (first - place) + rest therefore errs by 3 u in each coordinate, even under cancellation.
 // Length, inverse and product add up to 9 u for the unit direction; the direction of the exact definition,
@@ -9,9 +10,9 @@
 // direction by at most 2 r / (2 d - r), since |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams
 // 1964]. The requested directions lie within s of their own middle q. By the triangle inequality, the chord
 // |u - q| from the middle's direction u is at most sqrt(2 p) of any query plus both of these distances; p is
-// at most the query's penalty, as no fade exceeds 1. A view within the limit thus has u . q = (1 + |q|^2 - |u
-// - q|^2) / 2 of at least the value for the longest chord: the view lies in a cone. kChordSlack and
-// kProductSlack absorb rounding, including the kernel's 1e-6 and the 10 u.
+// at most the query's penalty, as no fade exceeds 1. For a view within the limit, u . q = (1 + |q|^2 -
+// |u - q|^2) / 2 is at least its value for the longest chord, so that the view lies in a cone. kChordSlack
+// and kProductSlack absorb rounding, including the kernel's 1e-6 and the 10 u.
 //
 // (3) The first limit is slightly above the largest penalty that a query of the previous batch needed. If a
 // query needs more, all views in a cone of that larger limit are rated, since the penalty found is an upper
@@ -265,8 +266,7 @@ const QueryBlends& NearestViews::blend(std::span<const uint32_t> surfels,
     const SourceCone cone = coneAround(placed.middle, radius, distance, turned.middle, turned.reach, limit);
     rated_ = kernels_.within(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
                              lanes_.groups, cone, found_.data());
-    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size())
-      --rated_; // drops the padding of the last lanes
+    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // drops padding
     rate({found_.data(), rated_}, surfels, place.data(), asked.data(), count + 1);
     const float most = missing(limit, count, surfels);
     if (most == 0) break;
