@@ -57,12 +57,9 @@ inline void addModelOptions(CLI::App& command, ModelOptions& options) {
   command
       .add_option_function<std::string>(
           "--simd",
-          [&options](const std::string& name) {
+          [](const std::string& name) {
             for (const Simd supported : supportedSimd())
-              if (name == nameOf(supported)) {
-                useSimd(supported);
-                options.frame.shade.simd = supported;
-              }
+              if (name == nameOf(supported)) useSimd(supported);
           },
           "vector instructions; default: auto, the best that the processor has")
       ->option_text("auto, scalar, avx2 or avx512")

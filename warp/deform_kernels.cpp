@@ -10,6 +10,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace surflect::warp {
 namespace HWY_NAMESPACE {
+
+using namespace surflect::HWY_NAMESPACE; // vectors-inl.h
 namespace {
 
 // Symbols are those of warp.cpp and lattice.cpp, where each warp is written down for one point.

@@ -31,7 +31,7 @@ public:
   // Many points at once, with what they carry: x to Psi(x), u and v to J u and J v, the determinant to det J
   // times it. Each point's result depends on nothing but its own numbers. The warp has an exact
   // Jacobian: asserted. This one goes by the two functions above, point by point; warps that have kernels
-  // (warp_kernels.h) use those.
+  // (deform_kernels.h) use those.
   virtual void carry(WarpBatch& batch) const;
 };
 

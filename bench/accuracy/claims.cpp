@@ -4,6 +4,7 @@
 
 int main(int argc, char** argv) {
   using namespace surflect;
+  using namespace surflect::bench;
   return runProgram(argc, argv, "claims FOLDER", {1}, [](const Words& words) -> Json {
     if (!std::filesystem::create_directory(words[0])) throw Error("expected a new folder").in(words[0]);
     return {{"impostor_limit", impostorLimit()},

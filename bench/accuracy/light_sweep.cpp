@@ -35,7 +35,7 @@ std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep
 
   const warp::WarpPointer still = warp::chainWarp({});
   const auto camera = scene::inObjectSpace(sweep.views[0].camera);
-  codec::BlockCache cache(model.files, size_t{1} << 30);
+  surfels::FrameWorkspace workspace(model, size_t{1} << 30);
   const std::pair<const char*, shading::ShadeOptions> blends[] = {
       {"default", {}},
       {"mean_of_3", {.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false}},
@@ -45,9 +45,8 @@ std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep
     for (const capture::Frame& frame : sweep.frames) {
       if (!frame.light) throw Error::mismatch("a light for each frame", "none").at("frames").in(sweep.file);
       const scene::ShotLight light = scene::inObjectSpace(sweep.lights[*frame.light]);
-      surfels::FrameStats stats;
       way.pictures.push_back(
-          surfels::renderFrame(model, *still, camera, {&light, 1}, {shade, {}, {}}, cache, stats).color);
+          surfels::renderFrame(model, {*still, camera, {&light, 1}}, {shade, {}, {}}, workspace).color);
     }
   }
   return ways;

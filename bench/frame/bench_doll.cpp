@@ -296,6 +296,7 @@ int run(const Arguments& arguments, std::vector<std::string> flags) {
 
 int main(int argc, char** argv) {
   using namespace surflect;
+  using namespace surflect::bench;
   Arguments arguments;
   CLI::App app("Times a frame at the scale of the paper's doll, and how its cost grows.\n"
                "Options of Google Benchmark, as --benchmark_filter=growth, come last.\n"

@@ -46,16 +46,15 @@ model::Model withMoreSurfels(const model::Model& model, size_t times) {
 } // namespace
 
 WarmFrame::WarmFrame(SharedModel model, Shot shot)
-    : model_(std::move(model)), shot_(std::move(shot)), cache_(model_->files, kCacheBytes) {
+    : model_(std::move(model)), shot_(std::move(shot)), workspace_(*model_, kCacheBytes) {
   render();
-  first_ = stats_;
+  first_ = workspace_.stats;
 }
 
 const surfels::FrameLayers& WarmFrame::render() {
-  stats_ = {};
-  memory_.film = surfels::renderFrame(*model_, *shot_.warp, shot_.camera, shot_.lights, shot_.options, cache_,
-                                      stats_, {}, &memory_);
-  return memory_.film;
+  workspace_.layers =
+      surfels::renderFrame(*model_, {*shot_.warp, shot_.camera, shot_.lights}, shot_.options, workspace_);
+  return workspace_.layers;
 }
 
 FrameCounts countsOf(const WarmFrame& frame) {

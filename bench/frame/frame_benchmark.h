@@ -19,18 +19,17 @@ public:
   WarmFrame(std::shared_ptr<const model::Model> model, Shot shot);
 
   const surfels::FrameLayers& render(); // valid until the next call
-  const surfels::FrameStats& last() const { return stats_; }
+  const surfels::FrameStats& last() const { return workspace_.stats; }
   const surfels::FrameStats& first() const { return first_; } // counts the blocks that were read
   const Shot& shot() const { return shot_; }
   const model::Model& model() const { return *model_; }
-  codec::BlockCache& cache() { return cache_; }
+  codec::BlockCache& cache() { return workspace_.cache; }
 
 private:
   std::shared_ptr<const model::Model> model_;
   Shot shot_;
-  codec::BlockCache cache_;
-  FrameMemory memory_;
-  surfels::FrameStats stats_, first_;
+  surfels::FrameWorkspace workspace_;
+  surfels::FrameStats first_;
 };
 
 FrameCounts countsOf(const WarmFrame& frame);

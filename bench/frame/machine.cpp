@@ -36,7 +36,7 @@ HWY_AFTER_NAMESPACE();
 #include <utility>
 #include <vector>
 
-namespace surflect {
+namespace surflect::bench {
 
 namespace {
 
@@ -107,5 +107,5 @@ void registerMachine() {
         ->Repetitions(kRepetitions);
 }
 
-} // namespace surflect
+} // namespace surflect::bench
 #endif

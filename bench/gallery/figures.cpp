@@ -13,6 +13,7 @@
 
 int main(int argc, char** argv) {
   using namespace surflect;
+  using namespace surflect::bench;
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   try {
     if (arguments == std::vector<std::string>{"panels"})

@@ -9,6 +9,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace surflect::surfels {
 namespace HWY_NAMESPACE {
+
+using namespace surflect::HWY_NAMESPACE; // vectors-inl.h
 namespace {
 
 struct SurfelLanes {

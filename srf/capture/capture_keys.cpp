@@ -1,4 +1,4 @@
-// [instant-ngp] NVlabs/instant-ngp, src/nerf_loader.cu, and docs/nerf_dataset_tips.md
+// [instant-ngp] NVlabs/instant-ngp: nerf_loader.cu and nerf_dataset_tips.md
 // [nerfstudio] docs.nerf.studio, "Data conventions"; nerfstudio/data/dataparsers/nerfstudio_dataparser.py
 // [NeuS2] 19reborn/NeuS2, DATA_CONVENTION.md
 #include "srf/capture/capture_keys.h"

@@ -25,9 +25,9 @@ std::vector<ulr::Source> sourcesOf(std::span<const capture::Viewpoint<Acquisitio
 CameraWeights::CameraWeights(const ReflectanceField& field, const QueryBatch& batch,
                              const ShadeOptions& options)
     : field_(field), batch_(batch), count_(options.nearest ? 1 : options.cameras), nearest_(options.nearest),
-      viewpoints_(viewpointsOf(field.rig.views)), angles_(sourcesOf(viewpoints_), options.simd),
-      nearestViews_(sourcesOf(viewpoints_), field.fades, options.simd), penalty_(viewpoints_.size()),
-      angle_(penalty_), fallbackScale_(penalty_) {}
+      viewpoints_(viewpointsOf(field.rig.views)), angles_(sourcesOf(viewpoints_)),
+      nearestViews_(sourcesOf(viewpoints_), field.fades), penalty_(viewpoints_.size()), angle_(penalty_),
+      fallbackScale_(penalty_) {}
 
 void CameraWeights::prepare(size_t begin, size_t count) {
   begin_ = begin;

@@ -163,7 +163,7 @@ private:
   RecentKeys noted_;      // blocks in `needed`
 };
 
-void run(const JobBatch& batch, const LightRows& rows, LookUpKernel lookUp) {
+void run(const JobBatch& batch, const LightRows& rows) {
   uint32_t job = 0;
   for (const auto& [rowBegin, rowEnd, jobsEnd] : std::span(batch.groups).first(batch.groupCount)) {
     lookUp(rows.lights.data() + rowBegin, rowEnd - rowBegin, rows.weights.data(), batch.jobs.data() + job,
@@ -185,10 +185,10 @@ void Executor::executeAll(ExecutedPart& part, size_t count, const auto& numberOf
     for (size_t i = 0; i < some; ++i) maker.locate(part.part.ops[numberOf(begin + i)], locations[i]);
     next->clear();
     for (size_t i = 0; i < some; ++i) maker.makeJobs(numberOf(begin + i), locations[i], *next);
-    run(*now, *part.part.rows, lookUp_);
+    run(*now, *part.part.rows);
     std::swap(now, next);
   }
-  run(*now, *part.part.rows, lookUp_);
+  run(*now, *part.part.rows);
 }
 
 void Executor::executeResident(ExecutedPart& part) const {

@@ -7,7 +7,6 @@
 #include "srf/shading/operations.h"
 #include "surfel/base/progress.h"
 #include "surfel/math/rgb.h"
-#include "surfel/math/simd.h"
 
 #include <array>
 #include <cstdint>
@@ -43,8 +42,7 @@ struct ExecutedPart {
 class Executor {
 public:
   // All must outlive the executor.
-  Executor(codec::BlockCache& cache, Simd simd, const Progress& progress)
-      : cache_(cache), lookUp_(lookUpKernel(simd)), progress_(progress) {}
+  Executor(codec::BlockCache& cache, const Progress& progress) : cache_(cache), progress_(progress) {}
 
   // Executes the operations whose blocks are in memory, in their order: neighbours share rows and blocks.
   // Notes the others in `waiting`. Safe from many threads at once, each with a part of its own.
@@ -59,7 +57,6 @@ private:
   void executeAll(ExecutedPart& part, size_t count, const auto& numberOf) const;
 
   codec::BlockCache& cache_;
-  LookUpKernel lookUp_;
   const Progress& progress_;
 };
 

@@ -137,16 +137,16 @@ LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightCovera
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       how_(lightBlend(field, options)),
       isShort_(batch.environments.empty() && 2 * batch.lights * how_.lights <= field.rig.lights.size()),
-      showsColors_(options.showsBlends), lights_(field.rig.lights),
-      ulr_(sourcesOf(field.rig.lights), options.simd), environmentUlr_(ulr_), ulrOfLight_(batch.lights),
+      showsColors_(options.showsBlends), lights_(field.rig.lights), ulr_(sourcesOf(field.rig.lights)),
+      environmentUlr_(ulr_), ulrOfLight_(batch.lights),
       canBeGrouped_(isShort_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_),
       sums_(field.rig.lights.size()), lightColor_(blendColors(field.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(field.rig.lights.size()),
       cosine_(field.rig.lights.size()) {
   for (size_t l = 0; l < batch.lights; ++l) canBeGrouped_ &= isPlainUlr(batch.uncoveredOf(l));
   for (const QueryEnvironment& environment : batch.environments)
-    environments_.emplace_back(
-        environment.table ? environment.lights : std::span<const ulr::EnvironmentLight>(), options.simd);
+    environments_.emplace_back(environment.table ? environment.lights
+                                                 : std::span<const ulr::EnvironmentLight>());
 }
 
 void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {

@@ -1,19 +1,170 @@
+// A chunk is some terms of a job, as many as a vector has numbers. Sums run over the weights of a light, over
+// lights, over taps, over the terms of a chunk, and over chunks.
 #include "srf/shading/look_up_kernel.h"
 
-#include "srf/shading/look_up_kernel_loops.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "srf/shading/look_up_kernel.cpp"
+#include <hwy/foreach_target.h>
+// After it, for each instruction set.
+#include <hwy/highway.h>
 
-#include "surfel/math/simd.h"
+HWY_BEFORE_NAMESPACE();
+namespace surflect::shading {
+namespace HWY_NAMESPACE {
+namespace {
 
+namespace hn = hwy::HWY_NAMESPACE;
+
+// No wider: blocks have few terms, and lanes beyond them would be empty.
+using Tag = hn::CappedTag<float, 8>;
+using Vector = hn::Vec<Tag>;
+constexpr Tag kTag;
+constexpr size_t kWidth = hn::MaxLanes(Tag());
+
+// Chunks answered together: each has four sums, which have to stay in registers.
+constexpr size_t kChunksAtOnce = HWY_TARGET <= HWY_AVX3 ? 6 : 3;
+
+HWY_INLINE Vector load(const float* from) { return hn::LoadU(kTag, from); }
+HWY_INLINE Vector number(float x) { return hn::Set(kTag, x); }
+HWY_INLINE Vector levels(const int8_t* from) {
+  const hn::Rebind<int8_t, Tag> bytes;
+  const hn::Rebind<int32_t, Tag> whole;
+  return hn::ConvertTo(kTag, hn::PromoteTo(whole, hn::LoadU(bytes, from)));
+}
+
+struct Chunk {
+  const LookUpJob* job;
+  size_t first; // term
+};
+
+// The weights of captured lights.
+struct Row {
+  const BlendedLight* lights;
+  size_t count;
+  const LightWeight* weights;
+};
+
+// A chunk's sums over lights, one number per term.
+struct Channels {
+  Vector red, green, blue;
+};
+
+// c_k = sum_i color_i sum_l w_il a_lk of `count` chunks. Where all of them have the same stride, a light is
+// in the same place in each.
+template <size_t count, bool sameStride>
+HWY_INLINE void addLights(const Row& row, const Chunk* chunks, Channels* sums) {
+  const float* coefficients[count];
+  size_t strides[count];
+#pragma GCC unroll 8
+  for (size_t i = 0; i < count; ++i) {
+    coefficients[i] = chunks[i].job->coefficients + chunks[i].first;
+    strides[i] = chunks[i].job->stride;
+    sums[i] = {hn::Zero(kTag), hn::Zero(kTag), hn::Zero(kTag)};
+  }
+  for (const BlendedLight* light = row.lights; light != row.lights + row.count; ++light) {
+    Vector blended[count];
+#pragma GCC unroll 8
+    for (Vector& b : blended) b = hn::Zero(kTag);
+    for (const LightWeight* of = row.weights + light->begin; of != row.weights + light->end; ++of) {
+      const Vector weight = number(of->weight);
+      const size_t place = of->light * strides[0];
+#pragma GCC unroll 8
+      for (size_t i = 0; i < count; ++i)
+        blended[i] = hn::MulAdd(weight, load(coefficients[i] + (sameStride ? place : of->light * strides[i])),
+                                blended[i]);
+    }
+    const Vector red = number(light->color.r), green = number(light->color.g), blue = number(light->color.b);
+#pragma GCC unroll 8
+    for (size_t i = 0; i < count; ++i)
+      sums[i] = {hn::MulAdd(red, blended[i], sums[i].red), hn::MulAdd(green, blended[i], sums[i].green),
+                 hn::MulAdd(blue, blended[i], sums[i].blue)};
+  }
+}
+
+// Adds the sums of a chunk's products, neighbours first.
+HWY_INLINE void addTo(float* rgb, Vector red, Vector green, Vector blue) {
+#if HWY_TARGET == HWY_SCALAR
+  rgb[0] += hn::GetLane(red);
+  rgb[1] += hn::GetLane(green);
+  rgb[2] += hn::GetLane(blue);
+#else
+  const hn::CappedTag<float, 4> four;
+  using Four = hn::Vec<decltype(four)>;
+  const auto inFour = [four](auto x) HWY_ATTR {
+    if constexpr (kWidth == 8)
+      return hn::LowerHalf(four, x) + hn::UpperHalf(four, x);
+    else
+      return x;
+  };
+  const auto pairSums = [four](Four a, Four b) // a0 + a1, a2 + a3, b0 + b1, b2 + b3
+      HWY_ATTR { return hn::ConcatEven(four, b, a) + hn::ConcatOdd(four, b, a); };
+  const Four b = inFour(blue), sums = pairSums(pairSums(inFour(red), inFour(green)), pairSums(b, b));
+  hn::StoreU(hn::LoadU(four, rgb) + sums, four, rgb);
+#endif
+}
+
+// Adds sum_k c_k (sum over taps of tap * e_k) to the job's numbers.
+HWY_INLINE void addTaps(const Chunk& chunk, const Channels& folded) {
+  const LookUpJob& job = *chunk.job;
+  const int8_t* texels = job.levels + chunk.first;
+  const size_t stride = job.stride;
+  Channels e{hn::Zero(kTag), hn::Zero(kTag), hn::Zero(kTag)};
+#pragma GCC unroll 4
+  for (size_t t = 0; t < 4; ++t) {
+    const Vector weight = number(job.weights[t]);
+    const int8_t* texel = texels + (t % 2 != 0 ? job.right : 0) + (t / 2 != 0 ? job.down : 0);
+    e = {hn::MulAdd(weight, levels(texel), e.red), hn::MulAdd(weight, levels(texel + stride), e.green),
+         hn::MulAdd(weight, levels(texel + 2 * stride), e.blue)};
+  }
+  addTo(job.rgb, folded.red * e.red, folded.green * e.green, folded.blue * e.blue);
+}
+
+template <size_t count> HWY_INLINE void answerAll(const Row& row, const Chunk* chunks) {
+  Channels sums[count];
+  bool isSame = true;
+  for (size_t i = 1; i < count; ++i) isSame &= chunks[i].job->stride == chunks[0].job->stride;
+  if (isSame)
+    addLights<count, true>(row, chunks, sums);
+  else
+    addLights<count, false>(row, chunks, sums);
+#pragma GCC unroll 8
+  for (size_t i = 0; i < count; ++i) addTaps(chunks[i], sums[i]);
+}
+
+// Answers `count` chunks, 1..most.
+template <size_t most> HWY_INLINE void answer(const Row& row, const Chunk* chunks, size_t count) {
+  if (count == most) return answerAll<most>(row, chunks);
+  if constexpr (most > 1) answer<most - 1>(row, chunks, count);
+}
+
+void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights, const LookUpJob* jobs,
+            size_t count) {
+  const Row row{lights, lightCount, weights};
+  Chunk chunks[kChunksAtOnce];
+  size_t held = 0;
+  for (const LookUpJob* job = jobs; job != jobs + count; ++job)
+    for (size_t first = 0; first < job->stride; first += kWidth) {
+      chunks[held++] = {job, first};
+      if (held < kChunksAtOnce) continue;
+      answerAll<kChunksAtOnce>(row, chunks);
+      held = 0;
+    }
+  if (held > 0) answer<kChunksAtOnce - 1>(row, chunks, held);
+}
+
+} // namespace
+} // namespace HWY_NAMESPACE
+} // namespace surflect::shading
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace surflect::shading {
 
-extern const LookUpKernel avx2LookUp, avx512LookUp;
-
-LookUpKernel lookUpKernel([[maybe_unused]] Simd simd) {
-#ifdef __x86_64__
-  if (simd == Simd::avx512) return avx512LookUp;
-  if (simd == Simd::avx2) return avx2LookUp;
-#endif
-  return lookUp<Four>;
+HWY_EXPORT(lookUp);
+void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const LookUpJob* jobs,
+            size_t count) {
+  HWY_DYNAMIC_DISPATCH(lookUp)(row, lights, weights, jobs, count);
 }
 
 } // namespace surflect::shading
+#endif

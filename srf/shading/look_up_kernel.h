@@ -1,15 +1,10 @@
-// Look-ups in blocks, compiled for each kind of vector instructions. Raw pointers only: see
-// surfel/math/simd.h.
+// Look-ups in blocks, in vector instructions.
 #pragma once
 
 #include "surfel/math/rgb.h"
 
 #include <cstddef>
 #include <cstdint>
-
-namespace surflect {
-enum class Simd;
-}
 
 namespace surflect::shading {
 
@@ -48,9 +43,7 @@ struct LookUpJob {
 // over the lights i of a row, whose weights are w_il. Jobs that share a row are answered together: each
 // weight is loaded once for several. What a job gets does not depend on the others, and those that add to the
 // same numbers do so in their order; all kinds but scalar, which rounds each product, give the same bits.
-using LookUpKernel = void (*)(const BlendedLight* row, size_t lights, const LightWeight* weights,
-                              const LookUpJob* jobs, size_t count);
-
-LookUpKernel lookUpKernel(Simd simd);
+void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const LookUpJob* jobs,
+            size_t count);
 
 } // namespace surflect::shading

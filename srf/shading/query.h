@@ -6,7 +6,6 @@
 #include "srf/ulr/light_table.h"
 #include "srf/ulr/ulr.h"
 #include "surfel/math/rgb.h"
-#include "surfel/math/simd.h"
 #include "surfel/math/space.h"
 
 #include <cstddef>
@@ -61,8 +60,6 @@ struct ShadeOptions {
   // The baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair),
   // without any fading.
   bool nearest = false;
-  // avx2 and avx512 give the same bits; scalar differs by roundings, see nearest_sources.h, look_up_kernel.h.
-  Simd simd = bestSimd();
   bool showsBlends = false;              // Shaded has colours of cameras and lights
   size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; the radiance does not depend on it
 };

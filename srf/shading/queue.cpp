@@ -69,8 +69,8 @@ void sumUp(ExecutedPart& executed) {
 
 } // namespace
 
-ShadingQueue::ShadingQueue(codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, Simd simd)
-    : cache_(cache), stats_(stats), progress_(progress), executor_(cache, simd, progress) {}
+ShadingQueue::ShadingQueue(codec::BlockCache& cache, ShadingStats& stats, const Progress& progress)
+    : cache_(cache), stats_(stats), progress_(progress), executor_(cache, progress) {}
 
 void ShadingQueue::begin(size_t parts) {
   count_ = parts;
@@ -153,8 +153,8 @@ void ShadingQueue::continueSurfaces() {
 }
 
 std::vector<Rgb> execute(std::span<const ShadingPart> parts, codec::BlockCache& cache, ShadingStats& stats,
-                         const Progress& progress, Simd simd) {
-  ShadingQueue queue(cache, stats, progress, simd);
+                         const Progress& progress) {
+  ShadingQueue queue(cache, stats, progress);
   queue.begin(parts.size());
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) { queue.emit(p, parts[p]); });
   return queue.finish();

@@ -18,7 +18,6 @@
 #include "srf/shading/operations.h"
 #include "surfel/base/progress.h"
 #include "surfel/math/rgb.h"
-#include "surfel/math/simd.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -52,7 +51,7 @@ struct ShadingStats {
 class ShadingQueue {
 public:
   // All must outlive the queue.
-  ShadingQueue(codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, Simd simd);
+  ShadingQueue(codec::BlockCache& cache, ShadingStats& stats, const Progress& progress);
 
   // Starts on this many parts.
   void begin(size_t parts);
@@ -79,14 +78,14 @@ private:
 
 // Executes parts that are complete, in one call.
 std::vector<Rgb> execute(std::span<const ShadingPart> parts, codec::BlockCache& cache, ShadingStats& stats,
-                         const Progress& progress = {}, Simd simd = bestSimd());
+                         const Progress& progress = {});
 
 // Executes one part.
 inline std::vector<Rgb> execute(std::span<const ShadingOp> ops, const LightRows& rows, size_t targets,
-                                codec::BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
-                                Simd simd = bestSimd()) {
+                                codec::BlockCache& cache, ShadingStats& stats,
+                                const Progress& progress = {}) {
   const ShadingPart part{ops, &rows, targets};
-  return execute({&part, 1}, cache, stats, progress, simd);
+  return execute({&part, 1}, cache, stats, progress);
 }
 
 } // namespace surflect::shading

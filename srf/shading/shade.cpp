@@ -30,8 +30,8 @@ public:
   // All must outlive this.
   Shading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
           codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, const ShadeLap& lap)
-      : planner_(field, batch, options), queue_(cache, stats, progress, options.simd), progress_(progress),
-        lap_(lap), queriesAtOnce_(std::max(size_t{1}, options.targetsAtOnce / planner_.targetsPerQuery())) {}
+      : planner_(field, batch, options), queue_(cache, stats, progress), progress_(progress), lap_(lap),
+        queriesAtOnce_(std::max(size_t{1}, options.targetsAtOnce / planner_.targetsPerQuery())) {}
 
   size_t queriesAtOnce() const { return queriesAtOnce_; }
 
@@ -73,9 +73,8 @@ private:
 } // namespace
 
 std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, ShadingStats& stats,
-                       const Progress& progress, Simd simd) {
-  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress, simd),
-                plan.targetsPerQuery);
+                       const Progress& progress) {
+  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress), plan.targetsPerQuery);
 }
 
 Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,

@@ -38,6 +38,6 @@ Shaded shade(const ReflectanceField& field, size_t queries, const FillBatch& fil
 
 // Radiance per query of a plan.
 std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, ShadingStats& stats,
-                       const Progress& progress = {}, Simd simd = bestSimd());
+                       const Progress& progress = {});
 
 } // namespace surflect::shading

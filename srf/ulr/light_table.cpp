@@ -9,10 +9,10 @@ namespace surflect::ulr {
 
 namespace {
 
-// A point of the square [-1, 1]^2 onto which the sphere is unfolded: the octahedron |x| + |y| + |z| = 1 seen
-// along z, with its lower half folded outwards. Edges meet as on the octahedron, so that interpolation over
-// grid cells is continuous on the sphere.  [Praun, Hoppe 2003, Spherical Parametrization] The inverse is
-// `unfold` of nearest_kernel_loops.h.
+// A place on the square [-1, 1]^2 onto which the sphere is unfolded: the octahedron |x| + |y| + |z| = 1 seen
+// along z, its lower half folded out over the edges. Edges meet as in the octahedron, so that a function that
+// is interpolated over the cells of a grid is continuous on the sphere.  [Praun, Hoppe 2003, Spherical
+// Parametrization]; the way there is findCells of nearest_kernels.cpp.
 struct OnSquare {
   float a, b;
 };
@@ -70,9 +70,8 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
   first_.push_back(static_cast<uint32_t>(shares_.size()));
 }
 
-EnvironmentDirections::EnvironmentDirections(std::span<const EnvironmentLight> lights, Simd simd)
-    : lights_(lights), kernels_(nearestKernels(simd)),
-      towards_((lights.size() + kQueryLanes - 1) / kQueryLanes * 3 * kQueryLanes, 1.f) {
+EnvironmentDirections::EnvironmentDirections(std::span<const EnvironmentLight> lights)
+    : lights_(lights), towards_((lights.size() + kQueryLanes - 1) / kQueryLanes * 3 * kQueryLanes, 1.f) {
   for (size_t i = 0; i < lights.size(); ++i) {
     float* const x = towards_.data() + i / kQueryLanes * 3 * kQueryLanes + i % kQueryLanes;
     x[0] = lights[i].towards.x();
@@ -90,10 +89,9 @@ void LightTable::spread(const EnvironmentDirections& environment,
   for (size_t begin = 0; begin < environment.lights_.size(); begin += kAtOnce) {
     const auto lights =
         environment.lights_.subspan(begin, std::min(kAtOnce, environment.lights_.size() - begin));
-    environment.kernels_.unfold(environment.towards_.data() + 3 * begin,
-                                (lights.size() + kQueryLanes - 1) / kQueryLanes, turn.data(), cells_,
-                                cells.data(), right.data(), down.data());
-    for (size_t i = 0; i < lights.size(); ++i) // prefetches the first shares of each
+    findCells(environment.towards_.data() + 3 * begin, (lights.size() + kQueryLanes - 1) / kQueryLanes,
+              turn.data(), cells_, cells.data(), right.data(), down.data());
+    for (size_t i = 0; i < lights.size(); ++i) // asked for ahead: the first shares of each
       __builtin_prefetch(shares_.data() + first_[static_cast<size_t>(cells[i])]);
     for (size_t i = 0; i < lights.size(); ++i) {
       const auto& [towards, irradiance] = lights[i];

@@ -25,13 +25,12 @@ struct Foreshortened {
 // Lights of an environment, with directions also as arrays for vector instructions.
 class EnvironmentDirections {
 public:
-  EnvironmentDirections(std::span<const EnvironmentLight> lights, Simd simd); // lights must outlive this
+  EnvironmentDirections(std::span<const EnvironmentLight> lights); // which must outlive this
 
 private:
   friend class LightTable;
   std::span<const EnvironmentLight> lights_;
-  const NearestKernels& kernels_;
-  std::vector<float> towards_; // in groups of 16 lights: x of all, y of all, z of all
+  std::vector<float> towards_; // x of 16 lights, their y, their z, and so on
 };
 
 class LightTable {

@@ -118,18 +118,18 @@ SourceCone coneAround(const std::array<float, 3>& place, float radius, float dis
           (1 + squared - chord * chord) / 2 - kProductSlack};
 }
 
-NearestLights::NearestLights(std::span<const Source> lights, Simd simd)
-    : kernels_(nearestKernels(simd)), sources_(splitAll(lights)), towards_(3 * kQueryLanes * sources_.size()),
+NearestLights::NearestLights(std::span<const Source> lights)
+    : sources_(splitAll(lights)), towards_(3 * kQueryLanes * sources_.size()),
       allDistant_(std::ranges::all_of(lights, &Source::isDistant)) {
   assert(lights.size() < size_t{1} << 24);
   if (allDistant_)
-    kernels_.face(sources_.data(), nullptr, sources_.size(), LaneVectors{}.data(), towards_.data());
+    writeDirections(sources_.data(), nullptr, sources_.size(), LaneVectors{}.data(), towards_.data());
 }
 
 void NearestLights::setPlaces(std::span<const Point3<AcquisitionSpace>> places) {
   if (allDistant_) return;
   const LaneVectors lanes = lanesOf(places);
-  lost_ = kernels_.face(sources_.data(), nullptr, sources_.size(), lanes.data(), towards_.data());
+  lost_ = writeDirections(sources_.data(), nullptr, sources_.size(), lanes.data(), towards_.data());
 }
 
 void NearestLights::blend(std::span<const Direction3<AcquisitionSpace>> towards, size_t count,
@@ -146,13 +146,13 @@ void NearestLights::blend(std::span<const Direction3<AcquisitionSpace>> towards,
       ++seeded;
     }
   if (seeded == count + 1)
-    kernels_.farthest(towards_.data(), seeds.data(), seeded, lanes.data(), limits.data());
+    writeLargestPenalties(towards_.data(), seeds.data(), seeded, lanes.data(), limits.data());
   blends.blended_ = count;
   blends.sources_ = sources_.size();
   blends.lost_ = lost_;
-  kernels_.nearest(towards_.data(), nullptr, nullptr, sources_.size(), lanes.data(), limits.data(), count + 1,
-                   &blends.nearest_);
-  blends.whole_ = kernels_.weigh(blends.nearest_, count, blends.weights_.data());
+  findNearest(towards_.data(), nullptr, nullptr, sources_.size(), lanes.data(), limits.data(), count + 1,
+              blends.nearest_);
+  blends.whole_ = writeWeights(blends.nearest_, count, blends.weights_.data());
 }
 
 SourceArrays::SourceArrays(std::span<const Source> sources)
@@ -176,13 +176,12 @@ void SourceAngles::compute(const Point3<AcquisitionSpace>& place, const Directio
                            const Normal3<AcquisitionSpace>& normal) {
   const std::array query{place.x(),   place.y(),  place.z(),  towards.x(), towards.y(),
                          towards.z(), normal.x(), normal.y(), normal.z()};
-  kernels_.look(sources_.x.data(), sources_.y.data(), sources_.z.data(), sources_.rest.data(),
-                sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
+  writeAngles(sources_.x.data(), sources_.y.data(), sources_.z.data(), sources_.rest.data(),
+              sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
 }
 
-NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& fades, Simd simd)
-    : kernels_(nearestKernels(simd)), fades_(fades), sources_(splitAll(views)), lanes_(views),
-      limit_(kGuess) {
+NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& fades)
+    : fades_(fades), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
   assert(views.size() == fades.views && views.size() < size_t{1} << 24);
   for (const Source& view : views)
     if (!view.isDistant)
@@ -202,9 +201,9 @@ void NearestViews::rate(std::span<const uint32_t> views, std::span<const uint32_
     for (size_t i = 0; i < views.size(); ++i)
       inverseFades_[i * kQueryLanes + lane] = inverseFade_[fades[views[i]]];
   }
-  blends_.lost_ = kernels_.face(sources_.data(), views.data(), views.size(), places, towards_.data());
-  kernels_.nearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards,
-                   unlimited.data(), slots, &blends_.nearest_);
+  blends_.lost_ = writeDirections(sources_.data(), views.data(), views.size(), places, towards_.data());
+  findNearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards, unlimited.data(),
+              slots, blends_.nearest_);
 }
 
 // Selects, from the views rated last, those whose fades most likely lie in different cache lines.
@@ -264,9 +263,9 @@ const QueryBlends& NearestViews::blend(std::span<const uint32_t> surfels,
   const float radius = placed.reach + 4 * std::numeric_limits<float>::epsilon() * farthest_;
   for (float limit = limit_;;) {
     const SourceCone cone = coneAround(placed.middle, radius, distance, turned.middle, turned.reach, limit);
-    rated_ = kernels_.within(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
-                             lanes_.groups, cone, found_.data());
-    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // drops padding
+    rated_ = findInCone(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
+                        lanes_.groups, cone, found_.data());
+    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // what fills the last lanes
     rate({found_.data(), rated_}, surfels, place.data(), asked.data(), count + 1);
     const float most = missing(limit, count, surfels);
     if (most == 0) break;
@@ -276,7 +275,7 @@ const QueryBlends& NearestViews::blend(std::span<const uint32_t> surfels,
   limit_ = needed < kInfinity ? kMargin * needed : kGuess;
   keepApart();
   blends_.blended_ = count;
-  blends_.whole_ = kernels_.weigh(blends_.nearest_, count, blends_.weights_.data());
+  blends_.whole_ = writeWeights(blends_.nearest_, count, blends_.weights_.data());
   return blends_;
 }
 

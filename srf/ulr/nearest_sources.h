@@ -10,7 +10,6 @@
 #include "srf/ulr/nearest_kernels.h"
 #include "srf/ulr/ulr.h"
 #include "srf/ulr/visibility_weights.h"
-#include "surfel/math/simd.h"
 #include "surfel/math/space.h"
 
 #include <array>
@@ -67,7 +66,7 @@ private:
 // The nearest lights. Every light is a candidate at every place.
 class NearestLights {
 public:
-  NearestLights(std::span<const Source> lights, Simd simd); // fewer than 2^24
+  explicit NearestLights(std::span<const Source> lights); // fewer than 2^24
 
   // Sets the places of the next queries (1..kQueryLanes).
   void setPlaces(std::span<const Point3<AcquisitionSpace>> places);
@@ -77,7 +76,6 @@ public:
   void blend(std::span<const Direction3<AcquisitionSpace>> towards, size_t count, QueryBlends& blends);
 
 private:
-  const NearestKernels& kernels_;
   std::vector<SplitSource> sources_;
   std::vector<float> towards_; // x, y, z in lanes, for each source
   bool allDistant_ = true;
@@ -95,9 +93,8 @@ struct SourceArrays {
 // Angles of all sources at one place, for a single query.
 class SourceAngles {
 public:
-  SourceAngles(std::span<const Source> sources, Simd simd)
-      : kernels_(nearestKernels(simd)), sources_(sources), penalties_(sources_.x.size()),
-        cosines_(sources_.x.size()) {}
+  explicit SourceAngles(std::span<const Source> sources)
+      : sources_(sources), penalties_(sources_.x.size()), cosines_(sources_.x.size()) {}
 
   static constexpr float kError = 2e-6f; // of penalties and cosines
 
@@ -110,7 +107,6 @@ public:
   std::span<const float> cosines() const { return {cosines_.data(), sources_.count}; }
 
 private:
-  const NearestKernels& kernels_;
   SourceArrays sources_;
   std::vector<float> penalties_, cosines_;
 };
@@ -126,7 +122,7 @@ SourceCone coneAround(const std::array<float, 3>& place, float radius, float dis
 class NearestViews {
 public:
   // `fades` has one column per view and must outlive this.
-  NearestViews(std::span<const Source> views, const VisibilityWeights& fades, Simd simd); // fewer than 2^24
+  NearestViews(std::span<const Source> views, const VisibilityWeights& fades); // fewer than 2^24
 
   // Blends the `count` views (1..kMaxBlended) nearest to the requested unit directions, at 1..kQueryLanes
   // surfels and their places. Views whose fade is 0 are left out. The result is valid until the next call.
@@ -149,7 +145,6 @@ private:
   float missing(float limit, size_t count, std::span<const uint32_t> surfels) const;
   bool seeNoMore(size_t lane, size_t most, uint32_t surfel) const;
 
-  const NearestKernels& kernels_;
   const VisibilityWeights& fades_;
   std::vector<SplitSource> sources_;
   SourceArrays lanes_;

@@ -47,7 +47,7 @@ BELOW = {
     "bench": LIBRARY,
     "tests": LIBRARY + ["apps", "bench"],
 }
-# Beside the standard library and Eigen, which every header may use. immintrin.h is the compiler's own.
+# Beside the standard library and Eigen, which every header may use.
 HEADERS_MAY_USE = {"apps": ["CLI/", "nlohmann/"], "bench": ["nlohmann/"], "surfel/math": ["hwy/"], "render/splat": ["hwy/"],
                    "tests": ["gtest/", "unistd.h", "nlohmann/"]}
 

@@ -18,7 +18,7 @@ using Material = std::variant<Lambert, RoughDiffuse, Conductor, Dielectric, Ward
 // Throws Error at the field that is out of range; asserts that tables are set.
 void requireValid(const Material& material);
 
-// Material seen from wo (view.h).
+// Material seen from wo (bsdf.h).
 using Bsdf = std::variant<LambertBsdf, RoughDiffuseBsdf, ConductorBsdf, DielectricBsdf, WardBsdf,
                           MeasuredBsdf, ClearCoatBsdf>;
 Bsdf bsdfAt(const ShadingDirection& wo, const Material& material);

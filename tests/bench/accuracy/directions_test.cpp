@@ -85,16 +85,15 @@ TEST(Directions, ParallelTangentsHaveNone) {
 TEST(Directions, FramesByThePolarFactorAreTheProgramsOwn) {
   const studio::PackedStudio packed({}, 1500);
   const model::Model& model = packed.model;
-  codec::BlockCache cache(model.files, size_t{1} << 28);
+  surfels::FrameWorkspace workspace(model, size_t{1} << 28);
   const auto warp = warp::scaleWarp({1.2, 0.8, 1}, {0, 0, 0});
   const auto camera = studio::cameraFrom<ObjectSpace>({0.3, 0.5, 1}, 40);
   const std::vector<scene::ShotLight> lights{scene::ShotDirectionalLight{
       assume<Direction3<ObjectSpace, double>>(Vec3<double>(0.6, 0, 0.8)), {3, 3, 3}}};
-  surfels::FrameStats stats;
-  const image::Image own = surfels::renderFrame(model, *warp, camera, lights, {}, cache, stats).color;
+  const image::Image own = surfels::renderFrame(model, {*warp, camera, lights}, {}, workspace).color;
   const shading::ShadeOptions options;
   const auto rmsBy = [&](DirectionsBack back) {
-    const image::Image other = withDirections(model, *warp, camera, options, cache, back)(lights);
+    const image::Image other = withDirections(model, *warp, camera, options, workspace.cache, back)(lights);
     return std::sqrt(evaluation::squaredError(own, other, image::objectMask(own)).mean());
   };
   EXPECT_LT(rmsBy(byPolarFactor), 1e-6);

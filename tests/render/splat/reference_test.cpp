@@ -5,6 +5,7 @@
 #include "render/evaluation/measure.h"
 #include "render/splat/splat_raster.h"
 #include "tests/render/scene.h"
+#include "tests/support/each_simd.h"
 #include "warp/deform.h"
 
 #include <gtest/gtest.h>
@@ -25,8 +26,8 @@ void expectTheSame(const capture::Camera<ObjectSpace>& camera, const Splats& spl
   for (size_t i = 0; i < splats.size(); ++i)
     confidence.push_back(std::pow(10.f, -4 * static_cast<float>(random() % 1000) / 1000));
   const image::Image expectedImage = blend(expected, colors, 3, confidence);
-  for (const Simd simd : supportedSimd()) {
-    const SplatRaster got = rasterize(camera, splats, {.simd = simd});
+  for (const Simd simd : EachSimd()) {
+    const SplatRaster got = rasterize(camera, splats);
     std::vector<float> ofSeen;
     for (const uint32_t splat : got.visible) ofSeen.push_back(confidence[splat]);
     const image::Image image = blend(got, ofVisible(got, colors), 3, ofSeen), depth = depthImage(got);

@@ -32,14 +32,13 @@ TEST_F(Reference, RenderFrameShowsTheReferenceFrame) {
   for (const size_t views : {2, 5, 12}) {
     const model::Model model = doll(views);
     const bench::Shot shot = bench::dollShot(model.cloud, 160, 120, 3);
-    codec::BlockCache cache(model.files, size_t{1} << 28);
-    FrameStats stats;
+    FrameWorkspace workspace(model, size_t{1} << 28);
     const image::Image fast =
-        renderFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, cache, stats).color;
-    DecodedBlocks blocks(cache);
+        renderFrame(model, {*shot.warp, shot.camera, shot.lights}, shot.options, workspace).color;
+    DecodedBlocks blocks(workspace.cache);
     const ReferenceFrame reference =
         referenceFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
-    EXPECT_EQ(reference.visible, stats.visible);
+    EXPECT_EQ(reference.visible, workspace.stats.visible);
     const double white = film::whiteOf(reference.color);
     ASSERT_GT(white, 0);
     EXPECT_GT(evaluation::compare(reference.color, fast, 1 / white).psnrLinear(), 130) << views;

@@ -1,6 +1,7 @@
 #include "srf/shading/camera_weights.h"
 
 #include "tests/srf/shading/queries.h"
+#include "tests/support/each_simd.h"
 
 namespace surflect::shading {
 namespace {
@@ -24,8 +25,8 @@ protected:
 TEST_F(CameraWeightsOfStudio, FallbacksPassedOverWouldNotBeBlended) {
   fade();
   const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  for (const Simd simd : supportedSimd()) {
-    CameraWeights views(model, batch, {.cameras = 4, .simd = simd});
+  for ([[maybe_unused]] const Simd simd : EachSimd()) {
+    CameraWeights views(model, batch, {.cameras = 4});
     size_t fallbacks = 0;
     for (size_t i = 0; i < batch.size(); ++i) {
       const auto [blend, sight] = views.blend(i);
@@ -50,9 +51,9 @@ TEST_F(CameraWeightsOfStudio, FallbacksPassedOverWouldNotBeBlended) {
 TEST_F(CameraWeightsOfStudio, WeightsOfManyQueriesAreThoseOfEachAlone) {
   fade();
   const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  for (const Simd simd : supportedSimd())
+  for ([[maybe_unused]] const Simd simd : EachSimd())
     for (const bool nearest : {false, true}) {
-      const ShadeOptions options{.cameras = 4, .nearest = nearest, .simd = simd};
+      const ShadeOptions options{.cameras = 4, .nearest = nearest};
       CameraWeights alone(model, batch, options), many(model, batch, options);
       for (size_t begin = 0; begin < batch.size(); begin += ulr::kQueryLanes) {
         many.prepare(begin, ulr::kQueryLanes);

@@ -25,7 +25,7 @@ protected:
     ExecutedPart part;
     part.begin({ops_, &rows_, ops_.size()});
     const Progress progress;
-    Executor(cache, bestSimd(), progress).executeResident(part);
+    Executor(cache, progress).executeResident(part);
     std::ranges::sort(part.needed);
     return part;
   }

@@ -1,7 +1,7 @@
 #include "srf/shading/look_up_kernel.h"
 
 #include "srf/codec/block.h"
-#include "surfel/math/simd.h"
+#include "tests/support/each_simd.h"
 
 #include <gtest/gtest.h>
 
@@ -46,11 +46,11 @@ struct Jobs {
   }
 
   // Of some of the jobs, red, green and blue each.
-  std::vector<float> answered(Simd simd, size_t first, size_t count) const {
+  std::vector<float> answered(size_t first, size_t count) const {
     std::vector<float> all(4 * count, kBefore), rgb;
     std::vector<LookUpJob> some(jobs.begin() + first, jobs.begin() + first + count);
     for (size_t j = 0; j < count; ++j) some[j].rgb = all.data() + 4 * j;
-    lookUpKernel(simd)(row.data(), row.size(), weights.data(), some.data(), count);
+    lookUp(row.data(), row.size(), weights.data(), some.data(), count);
     for (size_t i = 0; i < all.size(); ++i)
       if (i % 4 != 3) rgb.push_back(all[i]);
     return rgb;
@@ -67,8 +67,8 @@ TEST(LookUpKernel, IsTheSumOverLightsTapsAndTerms) {
   std::mt19937 random(6);
   for (int round = 0; round < 40; ++round) {
     const Jobs all(9, random);
-    for (const Simd simd : supportedSimd()) {
-      const std::vector<float> got = all.answered(simd, 0, 9);
+    for (const Simd simd : EachSimd()) {
+      const std::vector<float> got = all.answered(0, 9);
       for (size_t j = 0; j < 9; ++j)
         for (size_t channel = 0; channel < 3; ++channel) {
           const auto& [levels, coefficients, rgb, stride, right, down, taps] = all.jobs[j];
@@ -93,11 +93,10 @@ TEST(LookUpKernel, SameBitsWhicheverJobsAreAnsweredTogether) {
   std::mt19937 random(7);
   for (size_t count = 1; count <= 9; ++count) {
     const Jobs all(count, random);
-    for (const Simd simd : supportedSimd()) {
-      const std::vector<float> together = all.answered(simd, 0, count);
+    for ([[maybe_unused]] const Simd simd : EachSimd()) {
+      const std::vector<float> together = all.answered(0, count);
       for (size_t j = 0; j < count; ++j)
-        EXPECT_EQ(all.answered(simd, j, 1),
-                  std::vector(together.begin() + 3 * j, together.begin() + 3 * j + 3));
+        EXPECT_EQ(all.answered(j, 1), std::vector(together.begin() + 3 * j, together.begin() + 3 * j + 3));
     }
   }
 }
@@ -105,9 +104,9 @@ TEST(LookUpKernel, SameBitsWhicheverJobsAreAnsweredTogether) {
 TEST(LookUpKernel, SameBitsForAllVectorInstructionsButScalar) {
   std::mt19937 random(8);
   const Jobs all(9, random);
-  for (const Simd simd : supportedSimd())
+  for (const Simd simd : EachSimd())
     if (simd != Simd::scalar) {
-      EXPECT_EQ(all.answered(simd, 0, 9), all.answered(Simd::avx2, 0, 9));
+      EXPECT_EQ(all.answered(0, 9), inSimd(Simd::avx2, [&] { return all.answered(0, 9); }));
     }
 }
 

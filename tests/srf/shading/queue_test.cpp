@@ -2,6 +2,7 @@
 
 #include "srf/shading/reference.h"
 #include "tests/srf/codec/synthetic.h"
+#include "tests/support/each_simd.h"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -66,10 +67,10 @@ protected:
     return queue;
   }
 
-  std::vector<Rgb> executed(const Queue& queue, size_t budget = everything, Simd simd = bestSimd()) const {
+  std::vector<Rgb> executed(const Queue& queue, size_t budget = everything) const {
     codec::BlockCache cache(views_, budget);
     ShadingStats stats;
-    return execute(queue.ops, queue.rows, queue.targets, cache, stats, {}, simd);
+    return execute(queue.ops, queue.rows, queue.targets, cache, stats);
   }
   std::vector<Eigen::Vector3d> reference(const Queue& queue) const {
     codec::BlockCache cache(views_, everything);
@@ -177,10 +178,10 @@ TEST_F(ShadingQueueTest, PartsHaveTheSameBitsForAnyNumberOfThreads) {
 
 TEST_F(ShadingQueueTest, AllVectorInstructionsButScalarGiveTheSameBits) {
   const Queue queue = randomQueue(2000, 5);
-  const auto best = executed(queue), scalar = executed(queue, everything, Simd::scalar);
-  for (const Simd simd : supportedSimd())
+  const auto best = executed(queue), scalar = inSimd(Simd::scalar, [&] { return executed(queue); });
+  for (const Simd simd : EachSimd())
     if (simd != Simd::scalar) {
-      EXPECT_EQ(executed(queue, everything, simd), best) << nameOf(simd);
+      EXPECT_EQ(executed(queue), best) << nameOf(simd);
     }
   for (size_t t = 0; t < queue.targets; ++t) {
     EXPECT_NEAR(scalar[t].r, best[t].r, 1.9e-6) << t;

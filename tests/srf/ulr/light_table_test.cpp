@@ -1,7 +1,7 @@
 #include "srf/ulr/light_table.h"
 
-#include "surfel/math/simd.h"
 #include "tests/srf/ulr/lights.h"
+#include "tests/support/each_simd.h"
 
 #include <gtest/gtest.h>
 
@@ -25,11 +25,10 @@ LightTable tableOf(std::span<const Direction> lights, const LightBlend& how,
 }
 
 // What the table gives to each light, of 1 from this direction.
-std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d,
-                             Simd simd = Simd::scalar) {
+std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d) {
   std::vector<Eigen::Array4f> row(lights, Eigen::Array4f::Zero());
   const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 2, 3}};
-  table.spread({{&light, 1}, simd}, ToAcquisition(), row);
+  table.spread({{&light, 1}}, ToAcquisition(), row);
   std::vector<float> weights;
   for (const auto& sum : row) {
     EXPECT_EQ(sum[1], 2 * sum[0]);
@@ -118,9 +117,9 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
     d.normalize();
     const float x = normal(random), y = normal(random), z = normal(random);
     const Vec3<float> moved = (d + 1e-5f * Vec3<float>(x, y, z)).normalized();
-    for (const Simd simd : supportedSimd()) {
-      const auto a = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(d), simd);
-      const auto b = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(moved), simd);
+    for (const Simd simd : EachSimd()) {
+      const auto a = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(d));
+      const auto b = tabulated(table, lights.size(), assume<Direction3<AcquisitionSpace>>(moved));
       for (size_t l = 0; l < lights.size(); ++l)
         EXPECT_NEAR(a[l], b[l], steepest * (moved - d).norm()) << nameOf(simd);
     }
@@ -150,10 +149,9 @@ TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
         directions.push_back(static_cast<float>(all[g * kQueryLanes + lane][axis]));
   const Mat3<double> random3 = Eigen::Quaterniond(0.2, -0.4, 0.8, 0.3).normalized().toRotationMatrix();
   for (const Mat3<double>& turn : {Mat3<double>(Mat3<double>::Identity()), random3})
-    for (const Simd simd : supportedSimd()) {
+    for (const Simd simd : EachSimd()) {
       const Mat3<float> single = turn.cast<float>();
-      nearestKernels(simd).unfold(directions.data(), groups, single.data(), cells, cell.data(), right.data(),
-                                  down.data());
+      findCells(directions.data(), groups, single.data(), cells, cell.data(), right.data(), down.data());
       for (size_t i = 0; i < all.size(); ++i) {
         ASSERT_TRUE(cell[i] >= 0 && cell[i] < cells * cells && cell[i] == std::floor(cell[i]));
         EXPECT_TRUE(right[i] >= 0 && right[i] <= 1 && down[i] >= 0 && down[i] <= 1)
@@ -187,7 +185,7 @@ TEST(LightTable, ForeshortensWhatItHasTabulated) {
     std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero());
     const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 1, 1}};
     const Foreshortened surface{normal, cosines};
-    table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(), row, &surface);
+    table.spread({{&light, 1}}, ToAcquisition(), row, &surface);
     for (size_t l = 0; l < lights.size(); ++l) {
       EXPECT_NEAR(row[l][0], factor * plain[l], 1e-6f);
       EXPECT_NEAR(row[l][3], 3 * plain[l], 1e-6f); // of three channels, and plain
@@ -205,7 +203,7 @@ TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
     std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Constant(5));
     const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(matrix.transpose() * d.raw()),
                                  {1, 1, 1}};
-    table.spread({{&light, 1}, Simd::scalar}, ToAcquisition(matrix), row);
+    table.spread({{&light, 1}}, ToAcquisition(matrix), row);
     const auto direct = tabulated(table, lights.size(), d);
     for (size_t l = 0; l < lights.size(); ++l) EXPECT_NEAR(row[l][0], 5 + direct[l], 2e-5);
   }
@@ -225,13 +223,16 @@ TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
     total = total + environment.back().irradiance;
   }
   const ToAcquisition turn(Eigen::Quaternionf(0.3f, -0.6f, 0.2f, 0.7f).normalized().toRotationMatrix());
-  for (const Simd simd : supportedSimd())
+  for (const Simd simd : EachSimd())
     for (const size_t count :
          {size_t{0}, size_t{1}, size_t{16}, size_t{64}, size_t{65}, environment.size()}) {
       std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero()), wanted = row;
-      table.spread({std::span(environment).first(count), simd}, turn, row);
-      for (size_t i = 0; i < count; ++i)
-        table.spread({std::span(environment).subspan(i, 1), Simd::scalar}, turn, wanted);
+      table.spread({std::span(environment).first(count)}, turn, row);
+      wanted = inSimd(Simd::scalar, [&] {
+        std::vector<Eigen::Array4f> sums = wanted;
+        for (size_t i = 0; i < count; ++i) table.spread({std::span(environment).subspan(i, 1)}, turn, sums);
+        return sums;
+      });
       Eigen::Array4f sum = Eigen::Array4f::Zero();
       for (size_t l = 0; l < lights.size(); ++l) {
         EXPECT_LT((row[l] - wanted[l]).abs().maxCoeff(), 6e-6f) << nameOf(simd) << ' ' << count << ' ' << l;

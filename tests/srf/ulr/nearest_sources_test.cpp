@@ -1,5 +1,7 @@
 #include "srf/ulr/nearest_sources.h"
 
+#include "surfel/math/simd.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -55,8 +57,11 @@ bool areSame(const BlendSet& a, const BlendSet& b) {
       a, b, [](const Blended& x, const Blended& y) { return x.index == y.index && x.weight == y.weight; });
 }
 
-class ChoiceLanes : public testing::TestWithParam<Simd> {
+class NearestSources : public testing::TestWithParam<Simd> {
 protected:
+  NearestSources() { useSimd(GetParam()); }
+  ~NearestSources() override { useSimd(supportedSimd().back()); }
+
   Vec3<double> randomVector() {
     const double x = normal_(random), y = normal_(random), z = normal_(random);
     return {x, y, z};
@@ -152,11 +157,11 @@ void expectNearest(const BlendSet& got, std::span<const Source> sources, const Q
   EXPECT_NEAR(sum, 1, 5e-7);
 }
 
-TEST_P(ChoiceLanes, LightsAreBlendedAsInDoublePrecision) {
+TEST_P(NearestSources, LightsAreBlendedAsInDoublePrecision) {
   for (const size_t count : {1, 2, 5, 16, 17, 60, 432})
     for (const double distant : {0.0, 0.5, 1.0}) {
       const auto lights = randomSources(count, distant);
-      NearestLights lanes(lights, GetParam());
+      NearestLights lanes(lights);
       for (const size_t k : {1, 3, 4, 8, 16})
         for (const double spread : {0.01, 1.0}) {
           const auto group = randomGroup(1 + random() % kQueryLanes, spread);
@@ -169,13 +174,13 @@ TEST_P(ChoiceLanes, LightsAreBlendedAsInDoublePrecision) {
     }
 }
 
-TEST_P(ChoiceLanes, ViewsAreBlendedAsInDoublePrecision) {
+TEST_P(NearestSources, ViewsAreBlendedAsInDoublePrecision) {
   for (const size_t count : {1, 2, 5, 16, 17, 60, 432})
     for (const double distant : {0.0, 0.5})
       for (const double share : {1.0, 0.4, 0.03, 0.0}) {
         const auto views = randomSources(count, distant);
         const VisibilityWeights fades = randomFades(count, share);
-        NearestViews lanes(views, fades, GetParam());
+        NearestViews lanes(views, fades);
         for (const size_t k : {1, 4, 16})
           for (const double spread : {0.01, 0.02, 0.1, 1.0}) { // each begins with views of the one before
             const auto group = randomGroup(1 + random() % kQueryLanes, spread);
@@ -194,7 +199,7 @@ TEST_P(ChoiceLanes, ViewsAreBlendedAsInDoublePrecision) {
 }
 
 // Also where no group before has said how far to look.
-TEST_P(ChoiceLanes, ViewsThatFadeLittleAreFoundBehindThoseThatFadeMuch) {
+TEST_P(NearestSources, ViewsThatFadeLittleAreFoundBehindThoseThatFadeMuch) {
   for (int run = 0; run < 20; ++run)
     for (const size_t k : {3, 4, 7}) {
       const Query query{{0, 0, 0}, randomDirection()};
@@ -207,18 +212,18 @@ TEST_P(ChoiceLanes, ViewsThatFadeLittleAreFoundBehindThoseThatFadeMuch) {
         fades.values.push_back(i == 1 ? 0 : isFar ? 255 : 10);
       }
       fades.views = views.size();
-      NearestViews lanes(views, fades, GetParam());
+      NearestViews lanes(views, fades);
       const QueryBlends blends = blendViews(lanes, {&query, 1}, k);
       ASSERT_GT(blends.penalty(0), 0);
       expectNearest(blends.of(0), views, query, &fades, k);
     }
 }
 
-TEST_P(ChoiceLanes, WhatAQueryGetsDoesNotDependOnTheOthers) {
+TEST_P(NearestSources, WhatAQueryGetsDoesNotDependOnTheOthers) {
   const auto views = randomSources(300, 0.2), lights = randomSources(70, 0.5);
   const VisibilityWeights fades = randomFades(views.size(), 0.5);
-  NearestViews viewLanes(views, fades, GetParam());
-  NearestLights lightLanes(lights, GetParam());
+  NearestViews viewLanes(views, fades);
+  NearestLights lightLanes(lights);
   QueryBlends ofLights;
   for (const double spread : {0.02, 1.0})
     for (int run = 0; run < 20; ++run) {
@@ -227,7 +232,7 @@ TEST_P(ChoiceLanes, WhatAQueryGetsDoesNotDependOnTheOthers) {
       ofLights = blendLights(lightLanes, group, 4, ofLights);
       const size_t begin = random() % kQueryLanes, count = 1 + random() % (kQueryLanes - begin);
       const std::span part = std::span(group).subspan(begin, count);
-      NearestViews fresh(views, fades, GetParam());
+      NearestViews fresh(views, fades);
       const QueryBlends views2 = blendViews(fresh, part, 4), lights2 = blendLights(lightLanes, part, 4);
       for (size_t i = 0; i < count; ++i) {
         EXPECT_TRUE(areSame(views2.of(i), ofViews.of(begin + i)));
@@ -237,17 +242,19 @@ TEST_P(ChoiceLanes, WhatAQueryGetsDoesNotDependOnTheOthers) {
 }
 
 // But for those of the scalar lanes, which round twice where the others do once.
-TEST_P(ChoiceLanes, TheVectorInstructionsGiveTheSameBits) {
+TEST_P(NearestSources, TheVectorInstructionsGiveTheSameBits) {
   if (GetParam() != Simd::avx512) return; // it is compared with AVX2
   const auto sources = randomSources(200, 0.3);
   const VisibilityWeights fades = randomFades(sources.size(), 0.6);
-  NearestLights lights(sources, Simd::avx2), others(sources, GetParam());
-  NearestViews views(sources, fades, Simd::avx2), otherViews(sources, fades, GetParam());
+  NearestLights lights(sources), others(sources);
+  NearestViews views(sources, fades), otherViews(sources, fades);
   for (const size_t k : {3, 8, 16})
     for (int run = 0; run < 20; ++run) {
       const auto group = randomGroup(kQueryLanes, 0.1);
-      const QueryBlends a = blendLights(lights, group, k), b = blendLights(others, group, k),
-                        c = blendViews(views, group, k), d = blendViews(otherViews, group, k);
+      useSimd(Simd::avx2);
+      const QueryBlends a = blendLights(lights, group, k), c = blendViews(views, group, k);
+      useSimd(Simd::avx512);
+      const QueryBlends b = blendLights(others, group, k), d = blendViews(otherViews, group, k);
       for (size_t i = 0; i < group.size(); ++i) {
         EXPECT_TRUE(areSame(a.of(i), b.of(i)));
         EXPECT_TRUE(areSame(c.of(i), d.of(i)));
@@ -255,9 +262,9 @@ TEST_P(ChoiceLanes, TheVectorInstructionsGiveTheSameBits) {
     }
 }
 
-TEST_P(ChoiceLanes, ASourceThatIsMetAnswersAlone) {
+TEST_P(NearestSources, ASourceThatIsMetAnswersAlone) {
   const auto sources = randomSources(100, 0.5);
-  NearestLights lanes(sources, GetParam());
+  NearestLights lanes(sources);
   for (uint32_t i = 0; i < sources.size(); ++i) {
     Query query{randomPlace(0.4), {}};
     query.towards = towards(sources[i], query.place);
@@ -268,15 +275,15 @@ TEST_P(ChoiceLanes, ASourceThatIsMetAnswersAlone) {
   }
 }
 
-TEST_P(ChoiceLanes, SourcesThatCoincideAreTakenInTheirOrder) {
+TEST_P(NearestSources, SourcesThatCoincideAreTakenInTheirOrder) {
   for (const double distant : {0.0, 1.0}) {
     const std::vector<Source> pair = randomSources(2, distant);
     std::vector<Source> sources;
     for (int i = 0; i < 20; ++i) sources.insert(sources.end(), pair.begin(), pair.end());
     VisibilityWeights fades = randomFades(sources.size(), 1);
     std::ranges::fill(fades.values, uint8_t{200});
-    NearestLights lights(sources, GetParam());
-    NearestViews views(sources, fades, GetParam());
+    NearestLights lights(sources);
+    NearestViews views(sources, fades);
     const auto group = randomGroup(kQueryLanes, 0.3);
     for (const QueryBlends& blends : {blendLights(lights, group, 4), blendViews(views, group, 4)})
       for (size_t i = 0; i < group.size(); ++i) {
@@ -292,13 +299,13 @@ TEST_P(ChoiceLanes, SourcesThatCoincideAreTakenInTheirOrder) {
 }
 
 // Those that were met before are not all that are met.
-TEST_P(ChoiceLanes, SourcesThatAreMetAreTakenInTheirOrderWhateverCameBefore) {
+TEST_P(NearestSources, SourcesThatAreMetAreTakenInTheirOrderWhateverCameBefore) {
   const Query query{{0, 0, 0}, randomDirection()};
   const std::vector<Source> sources(6, {query.towards.raw().cast<double>(), true});
   VisibilityWeights fades = randomFades(sources.size(), 1);
   std::ranges::fill(fades.values, uint8_t{200});
   fades.values[0] = 0; // of the first surfel
-  NearestViews lanes(sources, fades, GetParam());
+  NearestViews lanes(sources, fades);
   const std::array<uint32_t, 2> surfels{0, 1};
   for (const uint32_t surfel : surfels) {
     const BlendSet blend = lanes.blend({&surfel, 1}, {&query.place, 1}, {&query.towards, 1}, 3).of(0);
@@ -307,11 +314,11 @@ TEST_P(ChoiceLanes, SourcesThatAreMetAreTakenInTheirOrderWhateverCameBefore) {
   }
 }
 
-TEST_P(ChoiceLanes, PlacesFarFromTheOriginLoseNothing) {
+TEST_P(NearestSources, PlacesFarFromTheOriginLoseNothing) {
   const Vec3<double> far(1e4, -3e4, 2e4);
   auto sources = randomSources(60, 0);
   for (Source& source : sources) source.place += far;
-  NearestLights lanes(sources, GetParam());
+  NearestLights lanes(sources);
   for (int run = 0; run < 10; ++run) {
     auto group = randomGroup(kQueryLanes, 0.5);
     for (Query& query : group)
@@ -321,12 +328,12 @@ TEST_P(ChoiceLanes, PlacesFarFromTheOriginLoseNothing) {
   }
 }
 
-TEST_P(ChoiceLanes, LostDirectionsAreToldAndDisturbNobody) {
+TEST_P(NearestSources, LostDirectionsAreToldAndDisturbNobody) {
   auto sources = randomSources(40, 0.2);
   sources[7] = {{0.25, 0.5, -0.125}, false};
   const VisibilityWeights fades = randomFades(sources.size(), 0.8);
-  NearestLights lights(sources, GetParam());
-  NearestViews views(sources, fades, GetParam());
+  NearestLights lights(sources);
+  NearestViews views(sources, fades);
   const auto alone = randomGroup(kQueryLanes, 0.1);
   const QueryBlends lightsAlone = blendLights(lights, alone, 4), viewsAlone = blendViews(views, alone, 4);
   auto group = alone;
@@ -336,7 +343,7 @@ TEST_P(ChoiceLanes, LostDirectionsAreToldAndDisturbNobody) {
   group[9].place = {kInfinity, 0, 0};
   group[10].towards = {kNaN, 0, 1};
   group[11].towards = {0, kInfinity, 0};
-  NearestViews others(sources, fades, GetParam());
+  NearestViews others(sources, fades);
   const QueryBlends ofLights = blendLights(lights, group, 4), ofViews = blendViews(others, group, 4);
   for (size_t i = 0; i < group.size(); ++i) {
     const bool isLost = i == 3 || i == 4 || i == 5 || i == 9;
@@ -353,17 +360,17 @@ TEST_P(ChoiceLanes, LostDirectionsAreToldAndDisturbNobody) {
   }
 }
 
-TEST_P(ChoiceLanes, WithoutSourcesThereIsNothing) {
-  NearestLights lights({}, GetParam());
+TEST_P(NearestSources, WithoutSourcesThereIsNothing) {
+  NearestLights lights({});
   const VisibilityWeights none{0, {}};
-  NearestViews views({}, none, GetParam());
+  NearestViews views({}, none);
   const auto group = randomGroup(3, 0.1);
   EXPECT_TRUE(blendLights(lights, group, 3).of(1).empty());
   EXPECT_TRUE(blendViews(views, group, 3).of(2).empty());
 }
 
 // Many views, queries that lie beside each other: few can be within the limit, and all that are are found.
-TEST_P(ChoiceLanes, FewAreWithinALimitAndNoneIsMissed) {
+TEST_P(NearestSources, FewAreWithinALimitAndNoneIsMissed) {
   const size_t count = 4000;
   const auto sources = randomSources(count, 0.1);
   std::vector<float> x, y, z, isNear;
@@ -388,8 +395,7 @@ TEST_P(ChoiceLanes, FewAreWithinALimitAndNoneIsMissed) {
           coneAround({middle[0], middle[1], middle[2]}, radius, 0.99999f * distance,
                      {direction[0], direction[1], direction[2]}, (1 + 1e-5f) * reach, limit);
       const size_t within =
-          nearestKernels(GetParam())
-              .within(x.data(), y.data(), z.data(), isNear.data(), count / kQueryLanes, cone, found.data());
+          findInCone(x.data(), y.data(), z.data(), isNear.data(), count / kQueryLanes, cone, found.data());
       EXPECT_TRUE(std::ranges::is_sorted(std::span(found).first(within)));
       if (reach < 0.1f) all += within;
       for (int member = 0; member < 20; ++member) {
@@ -408,10 +414,10 @@ TEST_P(ChoiceLanes, FewAreWithinALimitAndNoneIsMissed) {
   EXPECT_GT(all, 40u);
 }
 
-TEST_P(ChoiceLanes, ALookAtAllSourcesIsThatOfDoublePrecision) {
+TEST_P(NearestSources, ALookAtAllSourcesIsThatOfDoublePrecision) {
   auto sources = randomSources(75, 0.3);
   sources[7] = {{0.25, 0.5, -0.125}, false};
-  SourceAngles look(sources, GetParam());
+  SourceAngles look(sources);
   for (int run = 0; run < 50; ++run) {
     const Query query{run == 0 ? Place{0.25f, 0.5f, -0.125f} : randomPlace(0.5), randomDirection()};
     const auto normal = assume<Normal3<AcquisitionSpace>>(randomDirection().raw());
@@ -429,7 +435,7 @@ TEST_P(ChoiceLanes, ALookAtAllSourcesIsThatOfDoublePrecision) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Simd, ChoiceLanes, testing::ValuesIn(supportedSimd()),
+INSTANTIATE_TEST_SUITE_P(Simd, NearestSources, testing::ValuesIn(supportedSimd()),
                          [](const auto& simd) { return std::string(nameOf(simd.param)); });
 
 } // namespace
