@@ -9,10 +9,10 @@ namespace surflect::ulr {
 
 namespace {
 
-// A place on the square [-1, 1]^2 onto which the sphere is unfolded: the octahedron |x| + |y| + |z| = 1 seen
-// along z, its lower half folded out over the edges. Edges meet as in the octahedron, so that a function that
-// is interpolated over the cells of a grid is continuous on the sphere.  [Praun, Hoppe 2003, Spherical
-// Parametrization]; the way there is findCells of nearest_kernels.cpp.
+// A point of the square [-1, 1]^2 onto which the sphere is unfolded: the octahedron |x| + |y| + |z| = 1 seen
+// along z, with its lower half folded outwards. Edges meet as on the octahedron, so that interpolation over
+// grid cells is continuous on the sphere.  [Praun, Hoppe 2003, Spherical Parametrization] The inverse is
+// findCells of nearest_kernels.cpp.
 struct OnSquare {
   float a, b;
 };
@@ -91,7 +91,7 @@ void LightTable::spread(const EnvironmentDirections& environment,
         environment.lights_.subspan(begin, std::min(kAtOnce, environment.lights_.size() - begin));
     findCells(environment.towards_.data() + 3 * begin, (lights.size() + kQueryLanes - 1) / kQueryLanes,
               turn.data(), cells_, cells.data(), right.data(), down.data());
-    for (size_t i = 0; i < lights.size(); ++i) // asked for ahead: the first shares of each
+    for (size_t i = 0; i < lights.size(); ++i) // prefetches the first shares of each
       __builtin_prefetch(shares_.data() + first_[static_cast<size_t>(cells[i])]);
     for (size_t i = 0; i < lights.size(); ++i) {
       const auto& [towards, irradiance] = lights[i];

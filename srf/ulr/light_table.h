@@ -30,7 +30,7 @@ public:
 private:
   friend class LightTable;
   std::span<const EnvironmentLight> lights_;
-  std::vector<float> towards_; // x of 16 lights, their y, their z, and so on
+  std::vector<float> towards_; // in groups of 16 lights: x of all, y of all, z of all
 };
 
 class LightTable {

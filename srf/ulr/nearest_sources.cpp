@@ -265,7 +265,7 @@ const QueryBlends& NearestViews::blend(std::span<const uint32_t> surfels,
     const SourceCone cone = coneAround(placed.middle, radius, distance, turned.middle, turned.reach, limit);
     rated_ = findInCone(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
                         lanes_.groups, cone, found_.data());
-    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // what fills the last lanes
+    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // drops padding
     rate({found_.data(), rated_}, surfels, place.data(), asked.data(), count + 1);
     const float most = missing(limit, count, surfels);
     if (most == 0) break;
