@@ -1,4 +1,4 @@
-// What is most likely a mistake in a film that could be made all the same: lines for people.
+// Diagnostics of a film that renders but is most likely wrong, as messages for the user.
 #pragma once
 
 #include "render/scene/shot.h"
@@ -9,13 +9,13 @@
 
 namespace surflect::evaluation {
 
-// Where more than a tenth of the surfels come to a mesh or skeleton warp beyond the reach of its rest mesh
-// (MeshField::reaches), as when units or axes are others: which warp and how many, of the first such warp.
-// Looks at no more than some thousands of surfels. Throws Error as freeze() does.
+// Reports the first mesh or skeleton warp that more than a tenth of the surfels reach outside of its rest
+// mesh (MeshField::reaches), as happens when units or axes differ. Examines at most a few thousand surfels.
+// Throws Error as scene evaluation does.
 std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
                                           const SurfelCloud& cloud);
 
-// Where more than half of a cloud of so many surfels is dead or not finite, or no surfel is visible.
+// Reports if more than half of the cloud's `surfels` surfels are dead or not finite, or none is visible.
 std::optional<std::string> emptyFrame(const surfels::FrameStats& stats, size_t surfels);
 
 } // namespace surflect::evaluation
