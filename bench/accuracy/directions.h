@@ -1,4 +1,4 @@
-// Maps of directions at a warped surface point back to where reflectance was captured, beside the program's
+// Alternative maps of directions from a warped surface point back to acquisition space, beside the program's
 // own (surfel/lookup.h).
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
@@ -17,7 +17,8 @@ struct WarpedFrame {
   Mat3<double> rest, warped; // R0 and J R0
 };
 
-// From object space to acquisition space; empty where there is no frame. byInverseJacobian changes lengths.
+// Map from object space to acquisition space; empty if there is no frame. byInverseJacobian does not preserve
+// lengths.
 using DirectionsBack = std::optional<Mat3<double>> (*)(const WarpedFrame& frame);
 
 std::optional<Mat3<double>> byPolarFactor(const WarpedFrame& frame);     // the program's own
@@ -25,8 +26,8 @@ std::optional<Mat3<double>> byBisector(const WarpedFrame& frame);        // [Wey
 std::optional<Mat3<double>> byGramSchmidt(const WarpedFrame& frame);     // u-bar along u
 std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1 = R0 (u, v, w)^-1
 
-// Frames of a view as renderFrame makes them, but for the map of directions; where that is empty, the
-// program's own. All arguments must outlive the result.
+// Renders frames of a view as renderFrame does, with another map of directions; the program's own if that is
+// empty. The arguments must outlive the result.
 evaluation::Renderer withDirections(const model::Model& model, const warp::Warp& warp,
                                     const capture::Camera<ObjectSpace>& camera,
                                     const shading::ShadeOptions& options, codec::BlockCache& cache,

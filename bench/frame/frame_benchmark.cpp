@@ -24,7 +24,7 @@ constexpr size_t kCacheBytes = size_t{4} << 30; // more than a frame needs
 
 using SharedModel = std::shared_ptr<const model::Model>;
 
-// Makes a model on the first call and keeps it.
+// Wraps a function so that it makes the model on its first call and returns the same one afterwards.
 std::function<SharedModel()> once(std::function<model::Model()> make) {
   return [make = std::move(make), kept = std::make_shared<SharedModel>()] {
     if (!*kept) *kept = std::make_shared<const model::Model>(make());
@@ -121,7 +121,7 @@ std::vector<FrameBenchmark> growthBenchmarks(SharedModel model, int width, int h
     const auto studio = std::make_shared<const scene::PreparedEnvironment>(scene::prepareEnvironment(
         ulr::environmentOf(image::readPicture(SURFLECT_STUDIO).image, ulr::EnvironmentMapping::latLong), 0.01,
         ulr::LightExtrapolation::fade, *model, shot.options.shade, {}));
-    const Mat3<double> upright = // y of the studio to z
+    const Mat3<double> upright = // maps y of the studio to z
         Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
     shot.lights = {scene::ShotEnvironment{studio.get(), Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
     shot.environment = studio;

@@ -11,7 +11,7 @@ namespace surflect::evaluation {
 
 // Reports the first mesh or skeleton warp that more than a tenth of the surfels reach outside of its rest
 // mesh (MeshField::reaches), as happens when units or axes differ. Examines at most a few thousand surfels.
-// Throws Error as scene evaluation does.
+// Throws Error as warp::evaluateAt.
 std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
                                           const SurfelCloud& cloud);
 
