@@ -8,6 +8,7 @@
 #include "surfel/math/space.h"
 
 #include <cmath>
+#include <algorithm>
 #include <optional>
 
 namespace surflect {

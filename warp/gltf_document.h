@@ -5,6 +5,7 @@
 
 #include "surfel/math/space.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -148,11 +148,11 @@ image::Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const 
   batch.surfels = coverage.visible;
   for (const uint32_t surfel : coverage.visible) {
     const auto frame = frameOf(bent.u[surfel].raw().cast<double>(), bent.v[surfel].raw().cast<double>());
-    const LookUp<double> shading::lookUp(rotationOf<double>(rest.r0[surfel]), *frame, 1);
+    const LookUp<double> lookUp(rotationOf<double>(rest.r0[surfel]), *frame, 1);
     const auto toLamp = assume<Direction3<ObjectSpace, double>>(
         Vec3<double>(kLampPosition - bent.p[surfel].raw().cast<double>()));
-    batch.towardsView.push_back(shading::lookUp(Direction3<ObjectSpace, double>(0, 0, 1)).cast<float>());
-    batch.towardsLight.push_back(shading::lookUp(normalized(toLamp)).cast<float>());
+    batch.towardsView.push_back(lookUp(Direction3<ObjectSpace, double>(0, 0, 1)).cast<float>());
+    batch.towardsLight.push_back(lookUp(normalized(toLamp)).cast<float>());
     batch.irradiance.push_back(static_cast<float>(1 / dot(toLamp, toLamp)) * kLamp);
   }
   codec::BlockCache cache(model_.files, size_t{1} << 26);

@@ -78,7 +78,7 @@ TEST(QueryKernel, AnswerAsOneSurfelAfterTheOther) {
         const auto p = scene.deformed.p[surfel].cast<double>();
         const auto off = [&](const Direction3<ObjectSpace, double>& d,
                              const Direction3<AcquisitionSpace>& found) {
-          return (shading::lookUp(d).raw() - found.raw().cast<double>()).cwiseAbs().maxCoeff();
+          return (lookUp(d).raw() - found.raw().cast<double>()).cwiseAbs().maxCoeff();
         };
         EXPECT_LT(off(viewpoint.towards(p), batch.towardsView[query]), 3.1e-8); // rounding to float
         for (size_t l = 0; l < batch.lights; ++l) {

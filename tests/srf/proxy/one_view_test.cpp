@@ -1,5 +1,6 @@
 #include "srf/proxy/one_view.h"
 
+#include "srf/capture/silhouette.h"
 #include "srf/image/mask.h"
 #include "srf/shading/shade.h"
 #include "surfel/geometry/ray_caster.h"
@@ -34,7 +35,7 @@ TEST_F(OneView, PlaneShowsTheMatteAndHoldsTheOrigin) {
   const auto& camera = capture.views[0].camera;
   const TriangleMesh mesh = meshOfOneView(capture, false, {});
   const image::Mask truth = image::objectMask(studio::viewSphere(camera, studio.samples).alpha);
-  EXPECT_EQ(image::objectMask(silhouette(camera, RayCaster<AcquisitionSpace>(mesh))), truth);
+  EXPECT_EQ(image::objectMask(capture::silhouette(camera, RayCaster<AcquisitionSpace>(mesh))), truth);
   for (const auto& p : mesh.positions)
     EXPECT_NEAR(camera.cameraFromWorld(p.cast<double>()).z(), -studio::cameraDistance, 1e-6);
 }
@@ -44,7 +45,7 @@ TEST_F(OneView, WithoutMatteThePictureIsTheObject) {
   const capture::Capture capture = photographed();
   const auto& camera = capture.views[0].camera;
   const TriangleMesh mesh = meshOfOneView(capture, false, {});
-  const image::Image seen = silhouette(camera, RayCaster<AcquisitionSpace>(mesh));
+  const image::Image seen = capture::silhouette(camera, RayCaster<AcquisitionSpace>(mesh));
   EXPECT_EQ(std::ranges::count(seen.values, 1.f), 48 * 48);
 }
 

@@ -1,5 +1,6 @@
 #include "srf/proxy/hull/visual_hull.h"
 
+#include "srf/capture/silhouette.h"
 #include "srf/image/mask.h"
 #include "surfel/geometry/ray_caster.h"
 #include "tests/srf/proxy/hull/shapes.h"
@@ -19,9 +20,9 @@ double worstFit(const TriangleMesh& mesh, const std::vector<SilhouetteView>& sil
   const RayCaster<AcquisitionSpace> caster(mesh);
   double worst = 1;
   for (const SilhouetteView& silhouetteView : silhouetteViews)
-    worst = std::min(
-        worst, image::intersectionOverUnion(image::objectMask(silhouette(silhouetteView.camera, caster)),
-                                            silhouetteView.outline.mask()));
+    worst = std::min(worst, image::intersectionOverUnion(
+                                image::objectMask(capture::silhouette(silhouetteView.camera, caster)),
+                                silhouetteView.outline.mask()));
   return worst;
 }
 

@@ -1,0 +1,46 @@
+"""The checks of named files and of headers' own includes find a fault that is planted in a clean tree, and nothing else."""
+
+import pathlib
+import tempfile
+import unittest
+
+import doc_paths
+import self_contained
+
+CLEAN = {
+    "README.md": "See `srf/a.h`.\n",
+    "srf/a.h": '// Sums, as b.h has them.\n#include "srf/b.h"\ninline std::vector<int> a;\n',
+    "srf/b.h": "// Lists.\n#include <vector>\n",
+    "docs/page.md": "`srf/b.h` and [README.md](../README.md), for NAME in srf/NAME.h\n",
+}
+
+
+def found_by(check, sources):
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in sources.items():
+            path = pathlib.Path(folder, name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        return check(pathlib.Path(folder))
+
+
+class Planted(unittest.TestCase):
+    def test_a_clean_tree_has_no_faults(self):
+        self.assertEqual(found_by(doc_paths.dangling, CLEAN), [])
+        self.assertEqual(found_by(self_contained.lacking, CLEAN), [])
+
+    def test_a_file_that_is_not_there_is_found(self):
+        for name, text in (("README.md", "`srf/c.h`\n"), ("docs/page.md", "warp/warp.cpp\n"), ("srf/b.h", "// See c.h.\n")):
+            with self.subTest(file=name):
+                self.assertEqual(len(found_by(doc_paths.dangling, {**CLEAN, name: CLEAN[name] + text})), 1)
+
+    def test_a_header_that_lacks_an_include_is_found(self):
+        for line in ("std::optional<int> b;", "inline double c = std::sqrt(2);", "Eigen::Vector3d v;"):
+            with self.subTest(line=line):
+                found = found_by(self_contained.lacking, {**CLEAN, "srf/b.h": CLEAN["srf/b.h"] + line + "\n"})
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith("srf/b.h: lacks"), found)
+
+
+if __name__ == "__main__":
+    unittest.main()
