@@ -37,7 +37,7 @@ Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const capture::L
   const double gloss = 0.6 * uniform(random), phase = 6.28 * uniform(random), pitch = 0.5 + uniform(random);
   const Vec3<double> right = normal.unitOrthogonal(), up = normal.cross(right);
   constexpr double kTurn = 0.006, kBump = 0.03; // radians per pixel; amplitude of the weave
-  constexpr double kNoise = 0.01;               // of photons, relative to white, at radiance white
+  constexpr double kNoise = 0.01;               // photon noise at white, relative to white
   Eigen::MatrixXf radiance(3 * codec::blockTexels, lights.size());
   for (int texel = 0; texel < codec::blockTexels; ++texel) {
     const double x = texel % codec::blockSize - 3.5, y = texel / codec::blockSize - 3.5;

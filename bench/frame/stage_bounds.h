@@ -13,9 +13,9 @@ namespace surflect::bench {
 // Work of one frame.
 struct FrameCounts {
   size_t surfels = 0, drawn = 0, visible = 0; // in the cloud; front-facing on the picture; with a weight
-  size_t pixels = 0, contributions = 0;       // of the picture; (pixel, surfel) pairs
-  size_t views = 0, rigLights = 0;            // of the model
-  size_t lights = 0;                          // of the shot, point or directional
+  size_t pixels = 0, contributions = 0;       // picture size; (pixel, surfel) pairs
+  size_t views = 0, rigLights = 0;            // counts of the model
+  size_t lights = 0;                          // point and directional lights of the shot
   uint64_t pairs = 0;                         // (surfel, blended view) pairs
   uint64_t lookups = 0;                       // pairs times captured lights with weight
   uint64_t blocks = 0, blockBytes = 0;        // blocks touched by the pairs; their stored size

@@ -82,7 +82,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
     Rgb& sum = gatheredIrradiance[nearestLight(towards, inWorld(texel.towards.cast<double>()))];
     sum = sum + texel.irradiance;
   }
-  std::vector<size_t> lightOf; // of each texel
+  std::vector<size_t> lightOf; // nearest light of each texel
   std::vector<double> solidAngle(towards.size());
   for (int y = 0; y < radiance.height; ++y)
     for (int x = 0; x < radiance.width; ++x) {

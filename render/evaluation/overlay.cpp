@@ -41,7 +41,7 @@ Umbrella trianglesAtVertices(const TriangleMesh& mesh) {
 // Area-weighted mean of the face normals at a vertex that are not separated from `triangle` by a crease.
 Vec3<float> smoothNormal(const Umbrella& umbrella, std::span<const Vec3<double>> areas, size_t triangle,
                          uint32_t vertex) {
-  const double cosCrease = std::numbers::sqrt2 / 2; // of 45 degrees
+  const double cosCrease = std::numbers::sqrt2 / 2; // cosine of 45 degrees
   const Vec3<double>& own = areas[triangle];
   Vec3<double> sum = Vec3<double>::Zero();
   for (size_t i = umbrella.begin[vertex]; i < umbrella.begin[vertex + 1]; ++i) {

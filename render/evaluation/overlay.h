@@ -44,7 +44,7 @@ private:
 // A view to be shown, independent of the light.
 struct OverlayView {
   capture::Camera<AcquisitionSpace> camera;
-  image::Mask silhouette;    // of the geometry, in photograph pixels
+  image::Mask silhouette;    // geometry, in photograph pixels
   image::PixelWindow window; // visible part of the photograph
   image::PictureSize size;   // size of the overlay's images
 };
@@ -57,7 +57,7 @@ struct Overlay {
   image::Image geometryOutline; // coverage of each pixel by a line along the geometry's silhouette
   image::Image maskOutline;     // as geometryOutline, for the mask; empty if there is none
   std::optional<double> maskIou; // intersection over union of mask and silhouette
-  double shadingCorrelation = 0; // of the lumas of photograph and white surface, where both show the object
+  double shadingCorrelation = 0; // between lumas of photograph and white surface, inside both
   double backShare = 0; // fraction of the visible geometry that is back-facing; large for a mesh inside out
 };
 

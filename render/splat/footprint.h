@@ -44,7 +44,7 @@ struct Footprint {
   float xx, skew, yy; // xx and yy in 1/pixels^2
   float peak;
   float order, orderX, orderY;
-  float tolerance; // of the order
+  float tolerance; // half width of the depth interval, in order
   PixelBox box;    // pixels it may touch, clipped to the image; empty if it is not drawn
 };
 

@@ -61,13 +61,6 @@ HWY_INLINE FragmentSums gatherFragments(const TileSplats& tile, int block, const
 // these fragments for the plane at which the area comes to kRooted. Before planes of smaller area, all
 // fragments extend the layer, as does the next; before planes of larger area, they extend it as far as it can
 // reach. Then the end is checked again.
-//
-// `back` is a bound from below of how far the layer's intervals reach, first the nearest end of any. If it
-// reached no further, the layer would end before the first fragment that lies beyond; if it ends there too
-// when all before that extend it, then it does end there. Where it does not, planes are tried between the
-// first and the last of them, for the one where the area comes to kRooted: of fragments before a plane, those
-// with an area of less all extend the layer, and so does the next; those with more extend it as far as it
-// goes at all. Then the question is asked again.
 struct FirstLayer {
   const BlockFragments& fragments;
   uint32_t count;

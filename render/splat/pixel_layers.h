@@ -29,12 +29,12 @@ float saturated(float area);
 // Divides the fragments of a pixel, sorted by depth from the nearest, into layers, up to the one that fills
 // it.
 //
-// A layer ends where the depth interval of the next fragment no longer touches the ones so far. Areas are
-// parts of one pixel, so those of layers add up: with S_k the area of layers 1 to k, layer k is given
-//   alpha_k = saturated(S_k) - saturated(S_k-1),
-// shared among its fragments by weight and confidence. A surface behind an edge fills exactly what the edge
-// leaves open, and a surface that falls apart into two layers (grazing, creased or noisy) still adds up to 1.
-// The usual alpha_k (1 - alpha) would let the background through there.
+// A layer ends where the depth interval of the next fragment no longer touches those of the layer. Areas are
+// fractions of one pixel and add up over layers: with S_k the area of layers 1 to k, layer k has the opacity
+//   alpha_k = saturated(S_k) - saturated(S_(k-1)),
+// shared among its fragments by weight and confidence. A surface behind an edge fills exactly the part of the
+// pixel that the edge leaves open, and a surface split into two layers (grazing, creased or noisy) still adds
+// up to 1. The usual alpha_k (1 - alpha) would let the background through there.
 void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers);
 
 } // namespace surflect::splat

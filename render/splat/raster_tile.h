@@ -12,9 +12,9 @@
 
 namespace surflect::splat {
 
-// One of several layers of a pixel; the weights of its splats are stored.
+// A layer of a pixel that shows several; the weights of its splats are stored.
 struct PixelLayer {
-  uint32_t pixel;        // of the tile, row by row
+  uint32_t pixel;        // index in the tile, row by row
   uint32_t begin, count; // range of the contributions
   float alpha;
   float order;   // mean of the layer
@@ -33,7 +33,7 @@ struct RasterTile {
   ScratchBuffer<uint32_t>
       column; // index of each splat in the cloud; after rasterizing, index in SplatRaster::visible
   ScratchBuffer<float> limits;    // kLanes per block
-  std::vector<PixelLayer> layers; // of pixels with several layers
+  std::vector<PixelLayer> layers; // layers of pixels that show several
   std::vector<Contribution> contributions;
 };
 
@@ -72,7 +72,7 @@ struct TileScratch {
   ScratchBuffer<uint64_t> seen;                             // visible splats, one set per group
   ScratchBuffer<float> orders, areas, tolerances, splats;   // for BlockFragments
   ScratchBuffer<float> order, tolerance, area, splat, rank; // for PixelFragments
-  std::vector<Fragment> fragments;                          // of one pixel
+  std::vector<Fragment> fragments;                          // fragments of one pixel
   std::vector<Layer> layers;
 };
 

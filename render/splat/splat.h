@@ -30,7 +30,7 @@ struct Splats {
   std::span<const Point3<ObjectSpace>> p;
   std::span<const Direction3<ObjectSpace>> u, v; // warped tangents
   std::span<const Handedness> handedness;
-  std::span<const float> radius;   // of the splat at rest, acquisition units
+  std::span<const float> radius;   // radius at rest, acquisition units
   std::span<const float> coverage; // peak of the Gaussian at rest
 
   size_t size() const { return p.size(); }

@@ -80,7 +80,7 @@ struct PixelFragments {
 // have no other.
 struct BlockLayers {
   float alpha[kLanes];
-  float area[kLanes];  // of the first layer
+  float area[kLanes];  // area of the first layer
   float limit[kLanes]; // an order; nothing is nearer if alpha is 0
   uint32_t unresolved; // one bit per pixel
   bool mayHide;        // true if there may be splats that no pixel shows

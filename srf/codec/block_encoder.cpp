@@ -186,8 +186,8 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   size_t count = 0;
   for (double left = factors.energy; left > bound && count < all.size(); ++count) left -= all[count].saved;
 
-  // From the predicted choice: more upgrades until the error may be small enough, then fewer while it still
-  // may.
+  // Starts from the predicted choice: more upgrades until the error may be small enough, then fewer while it
+  // still may.
   auto solution = solved(count);
   for (size_t step = 1; !mayKeepBound(solution); step *= 2) {
     if (count == all.size()) return std::nullopt;

@@ -64,7 +64,7 @@ HWY_INLINE void tilesFrom(D d, const MatrixProduct<Real>& p, size_t i, size_t j,
     tilesFrom<rows, 1>(Eight<Real>(), p, i, j, first);
 }
 
-// All columns of `rows` rows.
+// Computes all columns of `rows` rows.
 template <int rows, int vectors, class D, class Real>
 HWY_INLINE void tiles(D d, const MatrixProduct<Real>& p, size_t i) {
   for (size_t first = 0; first < p.inner; first += kChunk)

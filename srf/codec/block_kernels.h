@@ -23,7 +23,7 @@ template <class Real> struct MatrixProduct {
   size_t bRow;
   Real* c;
   size_t cRow;
-  size_t rows, inner, columns; // of C; of the inner sum; of C, padded
+  size_t rows, inner, columns; // rows of C; length of the inner sum; padded columns of C
   bool upper;
 };
 void multiply(const MatrixProduct<float>&);

@@ -140,8 +140,8 @@ private:
 
   size_t rows_, rank_;
   PaddedRows<Real> q_, c_, r_;
-  std::vector<Real> inverse_, last_; // of the diagonal of C; the last level of each term
-  std::vector<double> sums_;         // of P over lights
+  std::vector<Real> inverse_, last_; // inverse diagonal of C; last level of each term
+  std::vector<double> sums_;         // sums of P over lights
 };
 
 } // namespace

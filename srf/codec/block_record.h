@@ -40,7 +40,7 @@ constexpr size_t coefficientBytes(size_t lights, int bits, CoefficientType type)
 // A term as stored in a record.
 struct StoredTerm {
   int bits = 0;
-  std::vector<float> levels;       // of the eigenimage, [texels x channels]
+  std::vector<float> levels;       // levels of the eigenimage, [texels x channels]
   std::vector<float> coefficients; // [lights]; at 16 bits
   std::vector<float> lightLevels;  // [lights]; below 16 bits
   float peak = 0;                  // the coefficient of the last light level; below 16 bits

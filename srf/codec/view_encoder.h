@@ -19,7 +19,7 @@ struct ReflectanceStack {
 };
 
 struct StoreOptions {
-  double tolerance = 0.02;   // of every block; see blockErrorBound
+  double tolerance = 0.02;   // error tolerance of every block; see blockErrorBound
   double white = 1;          // radiance of a white pixel, 1e-20..1e20
   double presentAlpha = 0.5; // texels with at least this alpha are stored
 };

@@ -26,7 +26,7 @@ struct ViewHeader {
   int width = 0, height = 0; // pixels
   int lights = 0;
   float white = 1;     // radiance of a white pixel
-  float tolerance = 0; // of every block; see blockErrorBound
+  float tolerance = 0; // error tolerance of every block; see blockErrorBound
 
   int blocksAcross() const { return (width + blockSize - 1) / blockSize; }
   int blocksDown() const { return (height + blockSize - 1) / blockSize; }
@@ -118,7 +118,7 @@ private:
   int descriptor_ = -1;
   ViewHeader header_;
   uint64_t checksum_ = 0;
-  // One for each stored block:
+  // One entry for each stored block:
   std::vector<uint32_t> positions_; // y * blocksAcross + x, ascending
   std::vector<uint32_t> checksums_;
   std::vector<uint64_t> offsets_; // in the file; with one more for the end

@@ -18,7 +18,7 @@ inline constexpr int kModelVersion = 5;
 // Checksums are XXH3-64 as 16 hexadecimal digits.
 struct Manifest {
   double white = 1;     // radiance of a white pixel; positive
-  double tolerance = 0; // of every block; see blockErrorBound
+  double tolerance = 0; // error tolerance of every block; see blockErrorBound
   ulr::LightBlend lightBlend;
   size_t surfels = 0, views = 0, lights = 0;
   std::string rig, cloud, fades;          // checksums of transforms.json, surfels.ply and fades.bin

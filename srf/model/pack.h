@@ -18,7 +18,7 @@ namespace surflect::model {
 
 struct PackOptions {
   proxy::ImpostorOptions impostor;
-  double tolerance = 0.02; // of every block; see blockErrorBound
+  double tolerance = 0.02; // error tolerance of every block; see blockErrorBound
   std::optional<size_t>
       surfels; // approximate count; by default two across a pixel of the photographs, a million at most
   bool overwrite = false; // also replaces a finished model of another identity

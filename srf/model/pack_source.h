@@ -29,7 +29,7 @@ public:
   // Cameras, lights and training frames. Every view has a frame, and no two frames share both view and light.
   virtual const capture::Capture& training() const = 0;
   virtual proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const = 0;
-  // One line that changes whenever the pictures may change.
+  // Single-line identity that changes whenever the pictures may change.
   virtual std::string identity() const = 0;
   // Pictures of frames (indices into training().frames) of one view, in the given order; always the same for
   // the same frames. Surveyed views are requested twice, the second time with `isLastTime`. `progress` covers

@@ -24,7 +24,7 @@ struct ExecutedPart {
   std::vector<codec::BlockKey> needed;        // all blocks of waiting operations, with repeats
   std::vector<Rgb> sums;                      // per target; empty until all operations are executed
   uint64_t lookups = 0;                       // operations times the captured lights they blend
-  uint64_t tasks = 0, taskRanks = 0;          // of executed operations, as in ShadingStats
+  uint64_t tasks = 0, taskRanks = 0;          // over executed operations; see ShadingStats
   uint64_t lost = 0;                          // number of lost operations
 
   // Starts on another part, reusing the memory.

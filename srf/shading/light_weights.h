@@ -1,4 +1,4 @@
-// Weights of captured lights: which of them are blended for the lights of a query, and how much of each.
+// Weights of the captured lights that are blended for the lights of a query.
 //
 //   w_l = sum over lights q of the query  f_q c_q u_ql E_q / E_l
 //
@@ -55,8 +55,8 @@ struct SharedColor {
 };
 SharedColor sharedColor(std::span<const capture::Light> lights);
 
-// Directions and irradiances of the captured lights at one place, evaluated on demand; those of lights that
-// are the same everywhere are evaluated once.
+// Directions and irradiances of the captured lights at one place, evaluated on demand; values that are the
+// same at every place are evaluated once.
 class CapturedLights {
 public:
   explicit CapturedLights(std::span<const capture::Light> lights); // lights must outlive this

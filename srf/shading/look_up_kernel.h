@@ -35,7 +35,7 @@ struct LookUpJob {
   float* rgb;           // sum to add to: three channels and an unused number
   uint32_t stride;      // a multiple of 8
   uint32_t right, down; // levels from one texel to the next
-  float weights[4];     // of the taps
+  float weights[4];     // tap weights
 };
 
 // Adds to each job's rgb, over the lights i of a row with weights w_il,

@@ -38,7 +38,7 @@ struct LightRows {
     weights.push_back({light, 1});
     lights.push_back({color, begin, begin + 1});
   }
-  // All weights of the row [begin, end).
+  // Weights of the row [begin, end).
   std::span<const LightWeight> weightsOf(size_t begin, size_t end) const {
     if (begin == end) return {};
     return {weights.data() + lights[begin].begin, weights.data() + lights[end - 1].end};

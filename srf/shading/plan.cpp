@@ -166,7 +166,7 @@ private:
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
-  Rgb cameraColor_, lightBlendColor_; // of the current query
+  Rgb cameraColor_, lightBlendColor_; // blend colours of the current query
   std::vector<Rgb> pairShare_;        // per pair: share of the current environment's irradiance
 };
 

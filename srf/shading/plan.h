@@ -5,12 +5,6 @@
 // Symbols: w_i weight of view i (camera_weights.h), w_l weight of captured light l (light_weights.h), X_il
 // their reflectance image, x_i projection of the surfel in view i.  [Weyrich 2005, §5.2 and §5.3] A capture
 // with gaps has one weight for each pair (pair_weights.h).
-//
-//   radiance[query] = sum over views i  w_i  sum over lights l  w_l  X_il(x_i)
-//
-// Symbols: w_i weight of view i (camera_weights.h), w_l weight of captured light l (light_weights.h), X_il
-// the reflectance image of both, x_i the surfel's place in it.  [Weyrich 2005, §5.2 and §5.3] A capture with
-// gaps has one weight for each pair (pair_weights.h).
 #pragma once
 
 #include "srf/shading/light_weights.h"

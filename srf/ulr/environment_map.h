@@ -31,13 +31,13 @@ std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, d
 // Directional light of one texel, or of several merged ones.
 struct EnvironmentLight {
   Direction3<EnvironmentSpace> towards; // unit
-  Rgb irradiance; // of a surface facing the light: the integral of radiance over solid angle
+  Rgb irradiance; // irradiance of a surface facing the light: the integral of radiance over solid angle
 
   friend bool operator==(const EnvironmentLight&, const EnvironmentLight&) = default;
 };
 
 struct EnvironmentMap {
-  std::vector<EnvironmentLight> texels; // of nonzero radiance; the solid angles of an image sum to 4 pi
+  std::vector<EnvironmentLight> texels; // nonzero texels; the solid angles of an image sum to 4 pi
   size_t replaced = 0;                  // texels with negative or NaN samples, which count as 0
   size_t clamped = 0;                   // texels with infinite samples, which count as kLargestHalf
 };

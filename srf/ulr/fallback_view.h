@@ -1,13 +1,13 @@
-// Fallback views: views that do not see a surfel, blended where no view sees it well. A surface continues
-// beyond the photographed part, without a jump, and is never black.  Ours.
+// Fallback views: views that do not see a surfel, blended if no view sees it well. They continue a surface
+// beyond its photographed part, without a jump and never in black.  Ours.
 //
 //   p' = min(p / s, (p + d) / (e b g))
 //
 // Symbols: p' penalty of a view that has the surfel's place in its image; p = 1 - cos of its angle to the
-// direction asked for; s its fade at the surfel (visibility_weights.h), b the part of s that falls towards
+// requested direction; s its fade at the surfel (visibility_weights.h), b the factor of s that falls towards
 // the image's border. g is 1 at the horizon, where the surface turns away from the view; it falls as the
-// surfel turns further away, or as it faces the view but is hidden. d and e are constants; e is large enough
-// for a gradual change as s falls to 0.
+// surfel turns further away, and also if it faces the view but is hidden. d and e are constants; e is large
+// enough for a gradual change as s falls to 0.
 #pragma once
 
 #include "srf/ulr/visibility_weights.h"

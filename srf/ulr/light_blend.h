@@ -47,7 +47,7 @@ BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                        const LightCoverage& coverage, LightExtrapolation extrapolation);
 
-// As blendOfLights, from given ULR weights and the penalty of the nearest light.
+// Computes blendOfLights from given ULR weights and the penalty of the nearest light.
 BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
                 const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                 const LightCoverage& coverage, LightExtrapolation extrapolation);

@@ -229,7 +229,7 @@ float NearestViews::leastDistance(const std::array<float, 3>& place) {
     const float dx = x - place[0], dy = y - place[1], dz = z - place[2];
     return dx * dx + dy * dy + dz * dz;
   };
-  constexpr float kFar = 1 / 8.f; // of the distance
+  constexpr float kFar = 1 / 8.f; // fraction of the distance
   const float moved = std::sqrt(squaredTo(measured_[0], measured_[1], measured_[2]));
   if (moved < kFar * nearest_ && nearest_ < kInfinity) return (1 - kChordSlack) * (nearest_ - moved);
   float squared = kInfinity;

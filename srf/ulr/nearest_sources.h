@@ -96,7 +96,7 @@ public:
   explicit SourceAngles(std::span<const Source> sources)
       : sources_(sources), penalties_(sources_.x.size()), cosines_(sources_.x.size()) {}
 
-  static constexpr float kError = 2e-6f; // of penalties and cosines
+  static constexpr float kError = 2e-6f; // largest error of penalties and cosines
 
   void compute(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
                const Normal3<AcquisitionSpace>& normal);
@@ -149,7 +149,7 @@ private:
   std::vector<SplitSource> sources_;
   SourceArrays lanes_;
   float farthest_ = 0;                 // largest coordinate of a view
-  std::array<float, 256> inverseFade_; // of each encoded fade
+  std::array<float, 256> inverseFade_; // by encoded fade
   std::vector<float> towards_, inverseFades_;
   std::vector<uint32_t> found_;
   size_t rated_ = 0;                // views in found_ whose penalties were computed

@@ -215,7 +215,7 @@ TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInsi
   const PackReport report = packed(capture, "model", packOptions(1500, 0));
   const Model model = openModel(folder / "model");
   const RayCaster<AcquisitionSpace> mesh(readMesh(folder / "capture/mesh.ply"));
-  std::vector<float> values; // of pixels inside the sphere
+  std::vector<float> values; // pixels inside the sphere
   for (size_t v = 0; v < model.files.size(); ++v) {
     const image::Mask outline = image::objectMask(capture::silhouette(capture.views[v].camera, mesh));
     const image::Mask inside = image::eroded(outline, 2);

@@ -131,7 +131,7 @@ void expectNearest(const BlendSet& got, std::span<const Source> sources, const Q
   constexpr double u = 0x1p-24;
   const auto nearest = rated(sources, query, fades, k);
   const auto wanted = weightsOf(ulrWeights(nearest));
-  const auto rounding = [&](uint32_t i) { // of a penalty, in both precisions
+  const auto rounding = [&](uint32_t i) { // rounding of a penalty, in both precisions
     const double fade = fades ? VisibilityWeights::decode(fades->of(query.surfel)[i]) : 1;
     const double angle = fade * penaltyOf(sources[i], query, fades, i);
     return (10 * u * std::sqrt(2 * angle) + 100 * u * u + 10 * u * angle) / fade;
@@ -242,7 +242,7 @@ TEST_P(NearestSources, WhatAQueryGetsDoesNotDependOnTheOthers) {
     }
 }
 
-// But for those of the scalar lanes, which round twice where the others do once.
+// Except scalar code without fused multiply-add, which rounds twice.
 TEST_P(NearestSources, TheVectorInstructionsGiveTheSameBits) {
   if (GetParam() != Simd::avx512) return; // it is compared with AVX2
   const auto sources = randomSources(200, 0.3);
