@@ -1,7 +1,7 @@
 #include "bench/doll/doll_shape.h"
 
 #include "bench/doll/doll_model.h"
-#include "surfel/geometry/ray_caster.h"
+#include "srf/capture/silhouette.h"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +55,8 @@ TEST(DollShape, HitsLieOnAPartAndInsideOfNone) {
 TEST(DollShape, MeshIsTheSolid) {
   const auto camera = dollCameras({.views = 12, .width = 100, .height = 130})[5];
   const auto outline = dollOutline(camera);
-  const Image silhouetteOfMesh = silhouette(camera, RayCaster<AcquisitionSpace>(dollMesh(96)));
+  const image::Image silhouetteOfMesh =
+      capture::silhouette(camera, RayCaster<AcquisitionSpace>(dollMesh(96)));
   size_t outside = 0, missing = 0;
   for (size_t pixel = 0; pixel < outline.size(); ++pixel) {
     outside += silhouetteOfMesh.values[pixel] == 1 && outline[pixel] == 0;

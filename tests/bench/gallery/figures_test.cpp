@@ -203,7 +203,7 @@ TEST_F(ReflectanceImage, ACameraThatIsNotThereIsNamed) {
   EXPECT_NE(error.find("C7"), std::string::npos) << error;
 }
 
-TEST(splat::Splats, EllipsesCloseTheStretchedGridAndReducedOnesDoNot) {
+TEST(Splats, EllipsesCloseTheStretchedGridAndReducedOnesDoNot) {
   const image::TemporaryFolder folder;
   drawSplats(folder.path());
   const auto share = [&](const char* name) { // fraction of covered pixels

@@ -76,7 +76,8 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
   capture.geometry.clear();
   capture::writeCapture(capture, folder);
 
-  const Evaluation evaluation = evaluate(packed.model, capture::readCapture(folder), *turn, {}, cache, {});
+  const Evaluation evaluation =
+      evaluate(packed.model, capture::readCapture(folder), *turn, {}, workspace.cache, {});
   ASSERT_EQ(evaluation.frames.size(), 4u);
   constexpr double single = 160; // dB; a rounding of floats here and there, measured 163.7
   for (const FrameScore& frame : evaluation.frames) {
@@ -224,7 +225,7 @@ TEST(Evaluate, TheLambertBaselineNeedsPhotographsOfTheFramesCamera) {
   const PackedStudio packed(studio, 300);
   EvaluateOptions options;
   options.baselines = {Baseline::lambert};
-  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture, options); });
+  const std::string line = image::errorOf([&] { evaluated(packed.model, packed.capture, options); });
   EXPECT_NE(line.find("the Lambert baseline of C2: found 0, expected photographs under three"),
             std::string::npos)
       << line;
@@ -319,7 +320,7 @@ TEST(Evaluate, FrontLitIsWhenLightAndCameraStandOnOneSide) {
 
 TEST(Evaluate, AnEmptySplitIsSaid) {
   const PackedStudio packed(testStudio(), 300);
-  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture); });
+  const std::string line = image::errorOf([&] { evaluated(packed.model, packed.capture); });
   EXPECT_NE(line.find("frames: found none, expected test frames"), std::string::npos) << line;
 }
 
@@ -329,7 +330,7 @@ TEST(Evaluate, FramesWithoutAnObjectHaveNoScore) {
   PackedStudio packed(studio, 300);
   for (capture::View& view : packed.capture.views) // the object is far aside
     view.camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(1e4, 0, -10)};
-  const std::string line = errorOf([&] { evaluated(packed.model, packed.capture, ofTraining()); });
+  const std::string line = image::errorOf([&] { evaluated(packed.model, packed.capture, ofTraining()); });
   EXPECT_NE(line.find("frames: no pixel of an object"), std::string::npos) << line;
 }
 

@@ -24,7 +24,7 @@ surfels::FrameLayers randomFilm() {
   return film;
 }
 
-TEST(surfels::FrameLayers, WhatLiesBelowBlackIsBlack) {
+TEST(FrameLayers, WhatLiesBelowBlackIsBlack) {
   const image::TemporaryFolder folder;
   surfels::FrameLayers film;
   film.color = image::Image(2, 1, 4);
@@ -34,7 +34,7 @@ TEST(surfels::FrameLayers, WhatLiesBelowBlackIsBlack) {
             (std::vector<float>{0, 0.25f, 0, 1, 0.5f, 0, 1, 1}));
 }
 
-TEST(surfels::FrameLayers, LayersAndMetadataComeBack) {
+TEST(FrameLayers, LayersAndMetadataComeBack) {
   const image::TemporaryFolder folder;
   const surfels::FrameLayers film = randomFilm();
   writeFrame(folder / "film.exr", film, {{"surflect.identity", "script 1 model 2"}, {"surflect.frame", "7"}});
@@ -59,7 +59,7 @@ TEST(surfels::FrameLayers, LayersAndMetadataComeBack) {
             film.aovs.at("depth").values); // with its infinity
 }
 
-TEST(surfels::FrameLayers, SameFilmSameBytes) {
+TEST(FrameLayers, SameFilmSameBytes) {
   const image::TemporaryFolder folder;
   writeFrame(folder / "a.exr", randomFilm(), {{"surflect.frame", "7"}});
   writeFrame(folder / "b.exr", randomFilm(), {{"surflect.frame", "7"}});

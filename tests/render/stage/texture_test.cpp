@@ -108,7 +108,7 @@ TEST(Texture, OfFactorsIsAsStored) {
   const image::TemporaryFolder folder;
   image::Image gray(1, 1, 3);
   std::ranges::fill(gray.values, 0.5f);
-  image::writePng(folder / "t.png", material::gray);
+  image::writePng(folder / "t.png", gray);
   const float stored = image::readPicture(folder / "t.png").image.values[0];
   EXPECT_EQ(readTexels(folder / "t.png", Texels::factors).values[0], stored);
   EXPECT_LT(readTexels(folder / "t.png", Texels::colors).values[0], stored);

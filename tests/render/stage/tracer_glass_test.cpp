@@ -80,10 +80,10 @@ TEST(TracerGlass, WaterOnGlassPassesWhatFresnelAndBeerSay) {
       const double sine = std::sqrt(1 - mu * mu);
       const StageScene scene({surface, between, bottom});
       for (const bool isAbove : {true, false}) {
-        const double z = material::isAbove ? mu : -mu;
+        const double z = isAbove ? mu : -mu;
         const StageDirection from(sine, 0, z), through(-sine, 0, -z), back(-sine, 0, z);
         EXPECT_NEAR(seen(scene, from, through, 40000), all.T, 0.01) << degrees << ' ' << isAbove;
-        EXPECT_NEAR(seen(scene, from, back, 40000), material::isAbove ? all.Rabove : all.Rbelow, 0.01)
+        EXPECT_NEAR(seen(scene, from, back, 40000), isAbove ? all.Rabove : all.Rbelow, 0.01)
             << degrees;
       }
     }

@@ -208,7 +208,7 @@ TEST(Tracer, SlabOfGlassPassesWhatFresnelSays) {
   objects[0].material = material::Dielectric{1.5, 0, {0.7f, 0.7f, 0.7f}};
   const double R = 0.04, T = std::exp(-0.7);
   EXPECT_NEAR(trace(objects, camera, below, options).radiance[0].values[0] / white,
-              T * squared(1 - R) / (1 - material::squared(R * T)), 0.015);
+              T * material::squared(1 - R) / (1 - material::squared(R * T)), 0.015);
 }
 
 // Two such slabs, R and T by the one slab's series, pass T^2 / (1 - R^2): what lies between them is air.

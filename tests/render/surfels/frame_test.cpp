@@ -34,14 +34,14 @@ scene::ShotPointLight pointLight(const Vec3<double>& position, Rgb intensity) {
 // Lambert sphere under a point light: A / pi  I / d^2  max(0, n . l).
 image::Image sphereUnder(const scene::ShotPointLight& light, Rgb albedo, const studio::SphereView& view) {
   const Vec3<float> position = light.position.raw().cast<float>();
-  return image::overBlack(view, [&](const Vec3<float>& n) {
+  return overBlack(view, [&](const Vec3<float>& n) {
     const Vec3<float> toLight = position - n;
     const float squared = toLight.squaredNorm();
     return studio::lambert(albedo, 1 / squared * light.intensity, n, toLight / std::sqrt(squared));
   });
 }
 
-TEST(capture::Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
+TEST(Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
   const Studio studio{.lights = 200, .size = pictureSize};
   const PackedStudio packed(studio, 3000);
   FrameWorkspace workspace(packed.model, size_t{1} << 28);
@@ -79,7 +79,7 @@ TEST(capture::Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
   EXPECT_GT(whole.psnrLinear(), 38);
 }
 
-TEST(capture::Frame, LambertSphereUnderAConstantEnvironmentOfOneIsItsAlbedo) {
+TEST(Frame, LambertSphereUnderAConstantEnvironmentOfOneIsItsAlbedo) {
   const Studio studio{.lights = 80, .size = pictureSize};
   const PackedStudio packed(studio, 1500);
   constexpr int directions = 300;
