@@ -9,8 +9,8 @@
 
 namespace surflect::evaluation {
 
-// Reports the first mesh or skeleton warp that more than a tenth of the surfels reach outside of its rest
-// mesh (MeshField::reaches), as happens when units or axes differ. Examines at most a few thousand surfels.
+// Reports the first mesh or skeleton warp whose rest mesh does not reach more than a tenth of the surfels
+// (MeshField::reaches), as happens when units or axes differ. Examines at most a few thousand surfels.
 // Throws Error as warp::evaluateAt.
 std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
                                           const SurfelCloud& cloud);

@@ -84,8 +84,8 @@ public:
     want(found);
     return found;
   }
-  // Prefetches the entry of resident(). Always inlined: as a call without effects, the compiler would drop
-  // it.
+  // Prefetches the entry of resident(). Always inlined: compilers drop a call
+  // whose only effect is prefetching.
   [[gnu::always_inline]] void fetchResident(uint32_t place) const { __builtin_prefetch(&residents_[place]); }
 
   // The factors of a block, or nothing if it is not in memory.

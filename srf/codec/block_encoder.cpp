@@ -29,8 +29,9 @@ namespace {
 
 using Eigen::MatrixXf;
 
-// Bound, as part of the block's norm, above which single precision is enough: scalar products of columns then
-// err by about 1e-7 of the norm squared, while a term that matters has a hundredth of the squared bound.
+// Squared bound, as part of the block's energy, above which single precision is enough: scalar products of
+// columns then err by about 1e-7 of the energy, while a term that matters has a hundredth of the squared
+// bound.
 constexpr double kSinglePrecision = 2e-5;
 // Part of the squared bound that the terms left out of the first factorisation may hold.
 constexpr double kLookedAt = 0.5;

@@ -1,8 +1,8 @@
 // Rounds the terms of a block to the precisions of a record, and measures the error that remains.
 //
-// After rounding, the coefficients are solved again for the stored eigenimages, by the normal equations G A =
-// B with G = S' S and B = S' (V X W). G and B are kept from one choice of terms to the next, so that a choice
-// of K terms costs K^2 multiplications for each light and none for each texel.
+// After rounding, the coefficients are solved again for the stored eigenimages, by the normal equations
+// G A = B with G = S' S and B = S' (V X W). G and B are kept from one choice of terms to the next, so that a
+// choice of K terms costs K^2 multiplications for each light and none for each texel.
 #pragma once
 
 #include "srf/codec/block_factors.h"

@@ -80,8 +80,8 @@ public:
     }
   }
 
-  // Moves levels of one channel until its sum is within the bound: first levels of the term with the largest
-  // total, which best resembles the missing radiance under each light, then levels of fainter terms.
+  // Moves levels of one channel until its sum is within the bound: first levels of the term whose sum over
+  // lights is largest, as it best resembles the missing radiance under each light, then of fainter terms.
   bool keepSum(size_t channel, double sum, double bound) {
     std::vector<Real> totals(q_.stride()); // integers that a float holds exactly
     for (size_t i = channel; i < rows_; i += 3)

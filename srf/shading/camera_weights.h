@@ -1,11 +1,11 @@
-// Weights of cameras: which views are blended for a surfel and a direction to the viewer.
+// Camera weights: the views that are blended for a surfel and a direction to the viewer.
 //
 //   p_i = (1 - cos theta_i) / s_i     r_i = (1 - p_i / p_t) / p_i     w_i = r_i / sum r
 //
 // Symbols: theta_i angle at the surfel between view i and the viewer, s_i visibility weight of view i at the
 // surfel, p_i penalty, p_t threshold, r_i relevance, w_i weight.  [Weyrich 2005, §5.2; Buehler 2001, §4]
 // Dividing by s_i lets a view that becomes hidden, grazing or leaves its image fade out of the blend without
-// a jump (visibility_weights.h). A surfel that no view sees well is answered by fallback views
+// a jump (visibility_weights.h). A surfel that no view sees well is shown by fallback views
 // (fallback_view.h).
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace surflect::shading {
 
-// Visibility of a query: the least penalty of its views.
+// Best view of a query: the least penalty, and whether a view sees the surfel at all.
 struct Sight {
   float penalty = std::numeric_limits<float>::infinity(); // including fallback views
   bool isSeen = false; // true if a view sees the surfel, not only fallbacks

@@ -25,7 +25,7 @@ struct Foreshortened {
 // Lights of an environment, with directions also as arrays for vector instructions.
 class EnvironmentDirections {
 public:
-  EnvironmentDirections(std::span<const EnvironmentLight> lights); // which must outlive this
+  EnvironmentDirections(std::span<const EnvironmentLight> lights); // lights must outlive this
 
 private:
   friend class LightTable;
