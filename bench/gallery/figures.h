@@ -6,15 +6,15 @@
 
 namespace surflect::bench {
 
-// Composes pictures with labels above them, as the JSON on `layout` says:
+// Composes pictures with labels above them, as described by JSON on `layout`:
 //
 //   { "out": "figure.png", "columns": 3, "cells": [
 //     { "file": "frame.0001.exr", "label": "(a) at rest",
-//       "layer": "color", "stretch", "camera_blend" or "light_blend",   // layer of a film; a PNG is used
-//       unchanged "white": "a name",                // cells of one name share an exposure; default: all
-//       share one "crop": [x, y, width, height],    // pixels "zoom": 2,                        //
-//       magnification of each pixel "dots": [[x, y, radius, r, g, b, depth]] } ] }   // lamps: pixels of the
-//       film, and its depth
+//       "layer": "color", "stretch", "camera_blend" or "light_blend",   // of a film; PNGs are unchanged
+//       "white": "a name",                // cells of one name share an exposure; default: all share one
+//       "crop": [x, y, width, height],    // pixels
+//       "zoom": 2,                        // magnification
+//       "dots": [[x, y, radius, r, g, b, depth]] } ] }   // lamps: pixels of the film, and its depth
 //
 // Films stand on `"background": [r, g, b]`, sRGB. Throws Error.
 void composePanels(std::istream& layout);

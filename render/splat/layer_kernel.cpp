@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/splat/layer_kernel.cpp"
 #include <hwy/foreach_target.h>
-// Must follow foreach_target.h, which includes this file once for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include "render/splat/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -39,7 +39,7 @@ private:
 struct Location {
   TexelPlace place;
   bool areInMemory; // true if all blocks are in memory
-  bool isWaiting;   // true if a block is not
+  bool isWaiting;   // true if a block is on disk
   std::array<uint32_t, 4> blocks;
 };
 

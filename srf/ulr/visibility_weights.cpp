@@ -150,8 +150,8 @@ double visibilityWeight(const capture::Camera<AcquisitionSpace>& camera,
   const auto point = p.cast<double>();
   const auto pixel = camera.project(point);
   if (!pixel) return 0;
-  // The weight must be 0 where the neighbourhood is half visible, as at an occlusion edge, and up to three
-  // quarters visible, as at a convex corner of the hidden part.
+  // The weight must be 0 at an occlusion edge, where half of the neighbourhood is visible, and at a convex
+  // corner of the hidden part, where up to three quarters are.
   return smoothStep(0.75, 1, visibility) * grazingFade(dot(n.cast<double>(), viewpoint.towards(point))) *
          borderFade(camera.lens, *pixel);
 }

@@ -136,7 +136,7 @@ template <class PenaltiesAt> double largestJump(const PenaltiesAt& penaltiesAt, 
   return largest;
 }
 
-// Small enough for the law's limit to show, yet resolved in single precision.
+// Small enough to come near the theoretical limit, yet resolved in single precision.
 constexpr size_t kSteps = 32000;
 
 TEST(Ulr, HalvingTheStepHalvesTheLargestChangeAlongAGreatCircle) {
