@@ -108,7 +108,7 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
   const MemoryUse memory = memoryUse();
   const SurfelEstimate surfels = estimateSurfels(capture, surface, spacing, impostor, quiet);
   const double fades = surfels.count * static_cast<double>(frames.size());
-  const double slowness = surfels.seconds / (kSecondsPerSurfel * surfels.count); // of this machine
+  const double slowness = surfels.seconds / (kSecondsPerSurfel * surfels.count); // this machine
   const double readings =
       static_cast<double>(capture.frames.size()) *
       (1 + static_cast<double>(std::min(kSurveyed, frames.size())) / static_cast<double>(frames.size()));

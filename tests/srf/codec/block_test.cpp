@@ -141,7 +141,7 @@ TEST(Block, ADimChannelKeepsItsDetailBesideABrightOne) {
     MatrixXf x = 0.5f * random(192, 12, generator).cwiseAbs();
     for (int row = 0; row < 192; row += 3) x.row(row) *= 0.04f;
     const MatrixXd error = decoded(encodeBlock(full, x, 0.1, 1), full, 12) - x.cast<double>();
-    const auto norms = [](const MatrixXd& m) { // of red and of blue
+    const auto norms = [](const MatrixXd& m) { // red, blue
       const auto channel = [&](int c) { return m(Eigen::seq(c, Eigen::last, 3), Eigen::all).norm(); };
       return std::array{channel(0), channel(2)};
     };

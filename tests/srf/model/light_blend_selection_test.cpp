@@ -130,7 +130,7 @@ TEST(LightBlendSelection, WhereNothingTellsNormalsNothingIsForeshortened) {
   EXPECT_FALSE(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.foreshortened);
 }
 
-// Of six lights all around, a surface can face one squarely while turned away from all others.
+// Among six lights all around, a surface can face one squarely while turned away from all others.
 TEST(LightBlendSelection, LightsFarApartAreNotForeshortened) {
   std::vector<Direction> axes;
   for (int i = 0; i < 6; ++i) {
