@@ -1,4 +1,4 @@
-// Maps of directions at a warped surface point back to where reflectance was captured, beside the program's
+// Alternative maps of directions from a warped surface point back to acquisition space, beside the program's
 // own (surfel/lookup.h).
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
@@ -19,7 +19,8 @@ struct WarpedFrame {
   Mat3<double> rest, warped; // R0 and J R0
 };
 
-// From object space to acquisition space; empty where there is no frame. byInverseJacobian changes lengths.
+// Map from object space to acquisition space; empty if there is no frame. byInverseJacobian does not preserve
+// lengths.
 using DirectionsBack = std::optional<Mat3<double>> (*)(const WarpedFrame& frame);
 
 std::optional<Mat3<double>> byPolarFactor(const WarpedFrame& frame);     // the program's own

@@ -24,7 +24,7 @@ constexpr size_t kCacheBytes = size_t{4} << 30; // more than a frame needs
 
 using SharedModel = std::shared_ptr<const model::Model>;
 
-// Makes a model on the first call and keeps it.
+// Wraps a function so that it makes the model on its first call and returns the same one afterwards.
 std::function<SharedModel()> once(std::function<model::Model()> make) {
   return [make = std::move(make), kept = std::make_shared<SharedModel>()] {
     if (!*kept) *kept = std::make_shared<const model::Model>(make());

@@ -1,4 +1,4 @@
-// What is most likely a mistake in a film that could be made all the same: lines for people.
+// Diagnostics of a film that renders but is most likely wrong, as messages for the user.
 #pragma once
 
 #include "render/scene/shot.h"

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// But for its peak.
+// Colour weight of a splat at a position relative to the tile's middle, without its peak.
 float weightAt(const TileSplat& s, float x, float y) {
   constexpr auto exponent = static_cast<float>(-kCutoffSigmas * kCutoffSigmas);
   const float a = s.a0 + s.shape.ax * x + s.shape.ay * y, b = s.b0 + s.shape.by * y;
@@ -33,10 +33,11 @@ PixelFragments pixelFragments(size_t count, TileScratch& scratch) {
           scratch.rank.of(room)};
 }
 
-// More fragments than this in a pixel are not compared each with each.
+// Pixels with more fragments than this are sorted by comparison instead of by rank, whose cost is quadratic.
 constexpr size_t kManyFragments = 2048;
 
-// The fragments of a pixel, nearest first; those of one depth in their order in the tile.
+// Sorts the fragments of a pixel by depth, nearest first; fragments of equal depth keep the order of the
+// tile.
 void sortPixel(uint32_t count, const PixelFragments& pixel, std::vector<Fragment>& sorted) {
   constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
   const bool ranked = count <= kManyFragments;
@@ -44,14 +45,15 @@ void sortPixel(uint32_t count, const PixelFragments& pixel, std::vector<Fragment
   sorted.assign(count, {0, 0, 0, none});
   for (uint32_t i = 0; i < count; ++i) {
     uint32_t place = ranked ? static_cast<uint32_t>(pixel.rank[i]) : i;
-    while (sorted[place].splat != none) ++place; // taken by one of the same depth
+    while (sorted[place].splat != none) ++place; // skips places taken by fragments of equal depth
     sorted[place] = {pixel.order[i], pixel.tolerance[i], pixel.area[i],
                      std::bit_cast<uint32_t>(pixel.splat[i])};
   }
   if (!ranked) std::ranges::stable_sort(sorted, {}, &Fragment::order);
 }
 
-// The layers of a pixel that the kernel left open: a single one goes to `block`, more to the tile.
+// Resolves the layers of a pixel that the kernel left unresolved. A single layer is written to `layers`,
+// several to the tile.
 void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, BlockLayers& layers) {
   const std::vector<Fragment>& fragments = scratch.fragments;
   layersOf(fragments, scratch.layers);
@@ -96,7 +98,7 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
   }
 }
 
-// Returns how many splats a block has at most.
+// Places the splats in the tile; returns the largest number of splats in a block.
 uint32_t gatherSplats(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
                       RasterTile& tile) {
   if (entries.size() > std::numeric_limits<uint32_t>::max() / kLanes)
@@ -109,7 +111,7 @@ uint32_t gatherSplats(const ScreenSplat* screen, std::span<const uint32_t> entri
   return placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
 }
 
-// What the blocks show of their splats, added to what their pixels of several layers show.
+// Marks the splats that are visible in a block's set or in a pixel of several layers.
 void markSeen(const RasterTile& tile, uint64_t* seenOfTile, std::span<uint8_t> seenOfCloud) {
   const TileSplats& drawn = tile.drawn;
   for (uint32_t group = 0; group < groupsOf(drawn.count); ++group) {

@@ -23,12 +23,12 @@ size_t pixelOf(const SplatRaster& coverage, const TileFrame& frame, const PixelL
                         frame.y0 + static_cast<int>(layered.pixel / kTileSize));
 }
 
-// Calls visit(block) for those of a tile that splats reach.
+// Calls visit(block) for each block of a tile that splats reach.
 template <class Visit> void forBlocks(const RasterTile& tile, Visit visit) {
   for (uint64_t left = tile.blocks; left != 0; left &= left - 1) visit(std::countr_zero(left));
 }
 
-// The marked splats go to coverage.visible, and the tiles' splats point there.
+// Collects the marked splats in coverage.visible, and makes the tiles refer to their indices there.
 void collectVisible(SplatRaster& coverage) {
   const std::vector<uint8_t>& seen = coverage.seen;
   constexpr size_t chunk = 16384;
@@ -55,14 +55,14 @@ void collectVisible(SplatRaster& coverage) {
   tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t t) {
     RasterTile& tile = coverage.tiles[t];
     for (uint32_t& splat : std::span(tile.column.data(), tile.drawn.count))
-      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set: what it has is not used
+      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set, so its entry is unused
   });
 }
 
-constexpr size_t kMostTriples = 2; // groups of three channels that blendBlock sums at once
+constexpr size_t kMostTriples = 2; // groups of three channels summed by one call of blendBlock
 
-// Gathers `channelCount` values of each of a tile's splats, from channel `first` on, as blendBlock takes
-// them: in groups of three, one group for up to three channels, two for more. Returns whether all are finite.
+// Gathers `channelCount` values for each splat of a tile, from channel `first` on, in the layout of
+// blendBlock: one group for up to three channels, two for more. Returns true if all are finite.
 bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t channels, size_t first,
                   size_t channelCount, std::span<const float> confidence, std::vector<float>& to) {
   constexpr uint32_t kAhead = 16;
@@ -71,7 +71,7 @@ bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t 
   to.resize(std::max(to.size(), stride * count));
   const float* from = values.data() + first;
   const uint32_t* column = tile.column.data();
-  float none = 0; // 0 unless a value is not finite: 0 times such a value is no number
+  float none = 0; // NaN if a value is not finite, since 0 times it is NaN
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
     const float* value = from + column[i] * channels;
@@ -83,13 +83,13 @@ bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t 
   return none == 0;
 }
 
-// One channel of a picture: its value at pixel i is first[i * stride].
+// A channel of an image: its value at pixel i is first[i * stride].
 struct Plane {
   float* first;
   size_t stride;
 };
 
-// Gives a picture the coverage's size; its values are to be overwritten.
+// Gives an image the size of the raster; its values remain to be overwritten.
 void fit(image::Image& picture, const SplatRaster& coverage, int channels) {
   picture.width = coverage.width, picture.height = coverage.height, picture.channels = channels;
   picture.values.resize(coverage.alpha.size() * static_cast<size_t>(channels));
@@ -100,8 +100,8 @@ void clear(image::Image& picture, const TileFrame& frame, float value) {
     std::fill_n(picture.at(frame.x0, y).data(), frame.width * picture.channels, value);
 }
 
-// Multiplies the matrix with values, six channels at a time. The pictures' channels, one after another, take
-// the products; a last one beyond `channels` takes alpha.
+// Multiplies the matrix with values, six channels at a time. The products go to the images' channels in
+// succession; an extra last channel receives alpha.
 void multiply(std::span<image::Image* const> pictures, const SplatRaster& coverage,
               std::span<const float> values, size_t channels, std::span<const float> confidence) {
   assert(channels > 0 && values.size() == coverage.visible.size() * channels);

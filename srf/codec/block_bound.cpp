@@ -7,13 +7,12 @@ namespace surflect::codec {
 
 namespace {
 
-// What 16 bits at full rank reach, as part of the norm: half a quantiser step in each of up to 192 rows is
+// Relative error that 16 bits reach at full rank: half a quantiser step in each of up to 192 rows is
 // sqrt(192) / (2 * 32639) = 2.1e-4.
 constexpr double kReachable = 2.5e-4;
-constexpr double kFaint = 1e-3; // of white: darker blocks may err as if they were that bright
+constexpr double kFaint = 1e-3; // part of white; darker blocks get the bound of this brightness
 
-// One over the square of the weight of what is this bright, root mean square in parts of white: a number or
-// an array.
+// r^2 + r + 0.01, the inverse square of errorWeight, with r = rms / white; T is a number or an array.
 template <class T> T squaredError(const T& r) {
   constexpr double kDark = 0.01;
   return r * r + r + kDark;

@@ -39,7 +39,7 @@ std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   const std::lock_guard lock(mutex_);
   ++counts_.reads;
   counts_.bytesRead += views_[view].storedBytes(block);
-  if (place == kOnDisk) makeRoom(insert({view, block}, read)); // or another thread was faster
+  if (place == kOnDisk) makeRoom(insert({view, block}, read)); // unless another thread inserted it first
   return read;
 }
 
@@ -96,7 +96,8 @@ void BlockCache::trim() {
 uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
   auto place = static_cast<uint32_t>(owners_.size());
   if (free_.empty()) {
-    if (free_.capacity() <= owners_.size()) free_.reserve(2 * owners_.size() + 1); // remove cannot fail
+    // Reserves, so that remove cannot throw.
+    if (free_.capacity() <= owners_.size()) free_.reserve(2 * owners_.size() + 1);
     residents_.emplace_back();
     owners_.emplace_back();
   } else {
@@ -119,7 +120,7 @@ void BlockCache::remove(uint32_t place) {
   free_.push_back(place);
 }
 
-// `newest` is the last to go.
+// Evicts until the budget is kept; the block at `newest` goes last.
 void BlockCache::makeRoom(uint32_t newest) {
   while (memory_ > budget_) {
     const auto place = static_cast<uint32_t>(hand_);

@@ -10,7 +10,7 @@ namespace surflect::codec {
 
 namespace {
 
-// Into memory that has room for them.
+// Writes into a buffer of sufficient size.
 class RecordWriter {
 public:
   explicit RecordWriter(std::byte* to) : to_(to) {}

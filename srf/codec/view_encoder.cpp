@@ -55,7 +55,7 @@ uint64_t presentTexels(const image::Image& alpha, BlockPosition block, double pr
   return present;
 }
 
-// The matrix that encodeBlock asks for.
+// Radiance matrix of a block, as encodeBlock expects it.
 Eigen::MatrixXf gather(const ReflectanceStack& stack, BlockPosition block, uint64_t present) {
   Eigen::MatrixXf radiance(3 * std::popcount(present), stack.lights.size());
   for (size_t l = 0; l < stack.lights.size(); ++l) {

@@ -14,7 +14,8 @@ namespace surflect::model {
 namespace {
 
 using Json = nlohmann::json;
-constexpr int kDeepest = 8; // a manifest needs two; the library copies and prints by recursion
+// Levels of nesting. A manifest needs two; the library copies and prints by recursion.
+constexpr int kDeepest = 8;
 
 uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
 
@@ -37,7 +38,7 @@ Json jsonOf(const Manifest& manifest) {
       {"view_checksums", manifest.viewChecksums}};
 }
 
-// Of all fields but the one that holds it.
+// Checksum of all fields other than `checksum`.
 std::string ownChecksum(Json json) {
   json.erase("checksum");
   return hex(hashOf(json.dump()));

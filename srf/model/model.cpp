@@ -104,7 +104,7 @@ bool isFullProduct(const std::vector<std::vector<uint32_t>>& columns, size_t lig
   return std::ranges::all_of(columns, [&](const auto& view) { return view == all; });
 }
 
-// A view file must hold what the rig says of it: look-ups rely on its size and columns.
+// Throws Error unless a view file has the size and light count of the rig, on which look-ups rely.
 void checkView(const codec::ViewFile& file, const Model& model, size_t view) {
   const capture::Lens& lens = model.rig.views[view].camera.lens;
   const codec::ViewHeader& header = file.header();

@@ -20,10 +20,10 @@ namespace surflect::model {
 
 namespace {
 
-// Of a run that is gone on with: what made the choice. Blends of older ones were others.
+// Version of the survey; a resumed run ignores surveys of other versions.
 constexpr const char* kSurvey = "survey-3";
 
-// As they shine on the middle of the impostor.
+// Samples without texels: directions and irradiances of the lights at the middle of the impostor.
 LightSamples lightSamples(const capture::Capture& capture, const Point3<AcquisitionSpace, double>& middle) {
   std::vector<Direction3<AcquisitionSpace>> towards;
   std::vector<Rgb> irradiance;
@@ -34,7 +34,7 @@ LightSamples lightSamples(const capture::Capture& capture, const Point3<Acquisit
   return {towards, irradiance};
 }
 
-// At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
+// Adds at most `most` texels of the object, evenly spread over the picture, where the impostor has a surface.
 void addSamples(const MattedView& view, const capture::Camera<AcquisitionSpace>& camera,
                 std::span<const capture::Light> lights, const SmoothNormals& normals,
                 const RayCaster<AcquisitionSpace>& impostor, size_t most, LightSamples& samples) {
@@ -71,7 +71,7 @@ PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>
                          const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   constexpr size_t kViews = 8, kTexels = 4000;
   const capture::Capture& capture = source.training();
-  // No view has two frames of one light.
+  // Full product: every view has a frame of each light, since none has two of one light.
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
   WhiteLevel white;

@@ -1,4 +1,4 @@
-// A first look at the photographs of a few views, before any is encoded.
+// Survey of a few views before encoding: white level and light blend.
 #pragma once
 
 #include "srf/model/light_blend_selection.h"
@@ -14,21 +14,21 @@
 namespace surflect::model {
 
 struct PackSurvey {
-  double white = 1; // what errors and floors of the store are measured against
+  double white = 1; // white level, which scales error bounds
   LightBlendSelection lights;
 };
 
-// Up to eight views, evenly chosen, tell the white level, which is the 99.5th percentile of the object's
-// radiance over all channels, and how lights are blended where cameras and lights are chosen apart. `frames`
-// of each view, as indices into source.training().frames; `mesh` is the one that `impostor` casts rays at,
-// and `normals` says what it was made of. Throws Error where no photograph shows anything, and Cancelled.
+// Surveys up to eight evenly chosen views. The white level is the 99.5th percentile of the object's radiance
+// over all channels; the light blend is selected if cameras and lights are chosen apart. `frames` are indices
+// into source.training().frames, by view; `impostor` casts rays at `mesh`; `normals` says how the mesh's
+// normals were found. Throws Error if no photograph shows the object, and Cancelled.
 PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>> frames,
                          const TriangleMesh& mesh, NormalsFrom normals,
                          const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
 
-// The survey as pack keeps it, so that who resumes need not look at those views again.
+// Text form of a survey, which pack keeps so that a resumed run need not repeat it.
 std::string packSurveyText(const PackSurvey& survey);
-// Of another form than packSurveyText's, it is none.
+// Parses a packSurveyText; empty if the text has another form.
 std::optional<PackSurvey> parsePackSurvey(const std::string& text);
 
 } // namespace surflect::model

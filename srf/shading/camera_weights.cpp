@@ -59,7 +59,7 @@ CameraWeights::Fallback CameraWeights::fallbackOf(size_t view, const Query& quer
               : kInfinity};
 }
 
-// p_i of all views that see the surfel, infinite for the others; returns the least.
+// Computes p_i of all views that see the surfel, and infinity for the others; returns the least.
 float CameraWeights::rateSeeing(const Query& query) {
   float least = kInfinity;
   for (size_t view = 0; view < penalty_.size(); ++view) {
@@ -103,7 +103,7 @@ CameraWeights::Blend CameraWeights::blend(size_t number) {
     float penalty = penalty_[view];
     const float bound = ulr::leastFallbackPenalty(angles[view], cosines[view], query.fades[view] > 0,
                                                   ulr::SourceAngles::kError);
-    if (!(bound >= nearest.worst())) { // the exact penalty might be among the nearest
+    if (!(bound >= nearest.worst())) { // its exact penalty might be among the nearest
       const auto [angle, scale] = fallbackOf(view, query);
       penalty = std::min(penalty, ulr::fallbackPenalty(angle, scale));
     }

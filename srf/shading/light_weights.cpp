@@ -15,8 +15,8 @@ namespace surflect::shading {
 
 namespace {
 
-// Built in a register. Eigen's constructor writes the numbers to memory one by one, and reading them back
-// together stalls for a dozen cycles.
+// Array of four floats, built in a register: Eigen's constructor stores the numbers one by one, and loading
+// them together then stalls for a dozen cycles.
 Eigen::Array4f fourFloats(float a, float b, float c, float d) {
   typedef float Four __attribute__((vector_size(16)));
   const Four four{a, b, c, d};
@@ -185,7 +185,7 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
   return {begin, rows.lights.size()};
 }
 
-// The rows of a whole group, equal to those of appendLight.
+// Appends the rows of a whole group, as appendLight would.
 void LightWeights::appendGroup(LightRows& rows) {
   size_t next = rows.weights.size();
   rows.weights.resize(next + count_ * batch_.lights * how_.lights);
@@ -208,7 +208,8 @@ void LightWeights::appendGroup(LightRows& rows) {
   rows.weights.resize(next);
 }
 
-// Appends one light of the query: a BlendedLight, or one for each captured light if these differ in colour.
+// Appends one light of the query: a single BlendedLight, or one for each captured light if their colours
+// differ.
 template <class ForEach>
 void LightWeights::appendLight(const Rgb& now, const ForEach& forEachWeight, LightRows& rows) const {
   if (lights_.inverseColor()) {
@@ -225,8 +226,8 @@ void LightWeights::appendLight(const Rgb& now, const ForEach& forEachWeight, Lig
   });
 }
 
-// use(f_q E_q, forEachWeight) for each light q that is not dark; forEachWeight calls use(l, c_q u_ql) for
-// each captured light l that is blended.
+// Calls use(f_q E_q, forEachWeight) for each light q that is not dark; forEachWeight calls use(l, c_q u_ql)
+// for each captured light l that is blended.
 template <class Use> void LightWeights::forEachLight(size_t lane, const Use& use) {
   const size_t query = begin_ + lane;
   if (how_.foreshortened) setNormal(batch_.surfels[query]);
@@ -256,12 +257,12 @@ template <class Use> void LightWeights::forEachLight(size_t lane, const Use& use
   }
 }
 
-// c_q u_ql of one light; the blended lights are evaluated.
+// c_q u_ql of one light; evaluates the blended lights.
 ulr::BlendSet LightWeights::blendOf(const ulr::QueryBlends& ulr, size_t lane,
                                     const Direction3<AcquisitionSpace>& towards,
                                     ulr::LightExtrapolation extrapolation) {
   const ulr::LightExtrapolation beyond = nearest_ ? ulr::LightExtrapolation::clamp : extrapolation;
-  if (!ulr.isPrecise(lane)) { // single precision has lost a direction
+  if (!ulr.isPrecise(lane)) { // single precision lost a direction
     lights_.evaluateAll();
     return ulr::blendOfLights(lights_.towards(), towards, how_, coverage_, beyond);
   }
@@ -277,15 +278,15 @@ void LightWeights::setNormal(uint32_t surfel) {
     cosine_[light] = ulr::foreshortenedCosine(normal_, lights_.towards(light));
 }
 
-// f_q
+// Foreshortening f_q.
 float LightWeights::foreshorteningOf(const ulr::BlendSet& blend,
                                      const Direction3<AcquisitionSpace>& towards) const {
   if (!how_.foreshortened) return 1;
   return ulr::foreshortening(ulr::foreshortenedCosine(normal_, towards), ulr::blendedCosine(blend, cosine_));
 }
 
-// By the linearity of light, an environment is the sum of its lights: its irradiance is shared out to the
-// captured lights around the surfel, then divided by theirs.
+// Adds an environment, the sum of its lights: its irradiance is distributed to the captured lights around the
+// surfel, then divided by theirs.
 void LightWeights::addEnvironment(size_t query, size_t e) {
   const QueryEnvironment& environment = batch_.environments[e];
   if (environment.lights.empty()) return;
@@ -296,7 +297,7 @@ void LightWeights::addEnvironment(size_t query, size_t e) {
   const Eigen::Array4f scale(1 / (environmentBrightness_[e] * static_cast<float>(batch_.sources())),
                              strength.r, strength.g, strength.b);
   for (uint32_t light = 0; light < share_.size(); ++light)
-    if (share_[light][3] != 0) { // 0 for all lights of a dark environment
+    if (share_[light][3] != 0) { // 0 for all lights if the environment is dark
       const Eigen::Array4f now(share_[light][3], share_[light][0], share_[light][1], share_[light][2]);
       const Eigen::Array4f weight = lights_.ratio(scale * now, light);
       sums_.add(light, weight);

@@ -1,4 +1,4 @@
-// Look-ups in blocks, in vector instructions.
+// Look-ups of light-blended radiance in PCA blocks, vectorised.
 #pragma once
 
 #include "surfel/math/rgb.h"
@@ -8,41 +8,41 @@
 
 namespace surflect::shading {
 
-// A captured light, by its column, and its weight.
+// Weight of a captured light, given by its column.
 struct LightWeight {
   uint32_t light;
   float weight;
 };
 
-// Light of one colour, and the captured lights that are blended for it: a range of weights.
+// Colour of a light, and the captured lights blended for it: a range of weights.
 struct BlendedLight {
   Rgb color;
   uint32_t begin = 0, end = 0;
 };
 
-// The taps of a bilinear interpolation that fall into a block: of the upper left texel, the one right of it,
-// the one below, and the one below right. Unused taps have weight 0.
+// Bilinear taps that fall into one block: upper left, upper right, lower left and lower right texel. Unused
+// taps have weight 0.
 struct BlockTaps {
   float weights[4];
-  uint8_t texel;       // the upper left
-  uint8_t right, down; // texels from it to the next, 0 where that is not in the block
+  uint8_t texel;       // index of the upper left texel
+  uint8_t right, down; // offset of the next texel in each direction; 0 if that texel is not in the block
 };
 
-// A look-up at one place in one block.
+// Look-up at one position in one block.
 struct LookUpJob {
-  const int8_t* levels; // as Block has them, of the upper left texel
+  const int8_t* levels; // as in Block, at the upper left texel
   const float* coefficients;
-  float* rgb;           // sum to add to: three channels, and a number without meaning
+  float* rgb;           // sum to add to: three channels and an unused number
   uint32_t stride;      // a multiple of 8
-  uint32_t right, down; // levels from a texel to the next
-  float weights[4];     // of the taps
+  uint32_t right, down; // levels from one texel to the next
+  float weights[4];     // tap weights
 };
 
-// Adds to each job's numbers
-//   sum_k (sum_i color_i sum_l w_il a_lk) (sum over taps of tap * e_k)
-// over the lights i of a row, whose weights are w_il. Jobs that share a row are answered together: each
-// weight is loaded once for several. What a job gets does not depend on the others, and those that add to the
-// same numbers do so in their order; all kinds but scalar, which rounds each product, give the same bits.
+// Adds to each job's rgb, over the lights i of a row with weights w_il,
+//   sum_k (sum_i color_i sum_l w_il a_lk) (sum over taps of tap * e_k).
+// Jobs that share a row are computed together, so that each weight is loaded once for several. The result of
+// a job does not depend on other jobs; jobs that add to the same numbers do so in order. All instruction sets
+// give the same bits, except scalar code, which rounds each product.
 void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const LookUpJob* jobs,
             size_t count);
 

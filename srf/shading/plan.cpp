@@ -18,15 +18,15 @@ namespace {
 
 constexpr size_t kTargetsPerPlan = 512;
 
-// Adds look-ups to a plan.
+// Appends look-ups to a plan.
 class Emitter {
 public:
   explicit Emitter(std::span<const capture::View> views) {
     for (const capture::View& view : views) projectors_.emplace_back(view.camera);
   }
 
-  // Looks the place up in a view for a target, under the row [begin, end). Nothing where the view's camera
-  // does not project the place.
+  // Adds a look-up of `place` in a view for a target, under the light row [begin, end). Does nothing if the
+  // place does not project into the view.
   void emit(const Point3<AcquisitionSpace, double>& place, size_t target, uint32_t view, float weight,
             size_t begin, size_t end, ShadingPlan& plan) const {
     const auto pixel = projectors_[view](place);
@@ -37,10 +37,10 @@ public:
   }
 
 private:
-  std::vector<capture::Projector<AcquisitionSpace>> projectors_; // per view
+  std::vector<capture::Projector<AcquisitionSpace>> projectors_; // one for each view
 };
 
-// Cameras and lights weighted separately: an operation per query and camera.
+// Plans cameras and lights with separate weights: one operation for each query and camera.
 class ProductPlanner {
 public:
   ProductPlanner(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
@@ -71,7 +71,7 @@ public:
   }
 
 private:
-  // The row of a capture under fixed illumination: its only column, as it is.
+  // Row of a capture under fixed illumination: its only column, unchanged.
   static LightWeights::Row fixedLight(LightRows& rows) {
     rows.add(0, {1, 1, 1});
     return {rows.lights.size() - 1, rows.lights.size()};
@@ -85,7 +85,7 @@ private:
   std::vector<Rgb> viewColor_;
 };
 
-// Pairs of cameras and lights: an operation per pair, or per view and environment.
+// Plans (camera, light) pairs: one operation for each pair, or for each view and environment.
 class PairPlanner {
 public:
   PairPlanner(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
@@ -126,7 +126,7 @@ private:
     }
   }
 
-  // Sums up the irradiance that each pair takes over of the environment's lights; the pairs of one view are
+  // Sums the irradiance of the environment's lights that each pair represents; the pairs of one view become
   // one operation.
   void planEnvironment(size_t query, size_t e, size_t target, ShadingPlan& plan) {
     const QueryEnvironment& environment = batch_.environments[e];
@@ -166,8 +166,8 @@ private:
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
-  Rgb cameraColor_, lightBlendColor_; // of the current query
-  std::vector<Rgb> pairShare_;        // per pair: irradiance of the current environment
+  Rgb cameraColor_, lightBlendColor_; // blend colours of the current query
+  std::vector<Rgb> pairShare_;        // per pair: share of the current environment's irradiance
 };
 
 using Planner = std::variant<ProductPlanner, PairPlanner>;

@@ -11,7 +11,7 @@
 namespace surflect::ulr {
 
 LightCoverage::LightCoverage(std::span<const Direction3<AcquisitionSpace, double>> lights) {
-  constexpr double same = 1e-12; // penalty of directions that are one
+  constexpr double same = 1e-12; // penalty below which two directions coincide
   double largest = 0;
   for (const auto& light : lights) {
     double nearest = std::numeric_limits<double>::infinity();

@@ -13,7 +13,7 @@
 namespace surflect::bench {
 namespace {
 
-// A small doll in a folder that goes with it.
+// A small doll model in a temporary folder.
 class DollModel : public testing::Test {
 protected:
   DollModel()
@@ -97,7 +97,7 @@ TEST_F(DollModel, EveryOtherViewKeepsWhatBelongsToIt) {
       ASSERT_EQ(part.fades.of(surfel)[i], model.fades.of(surfel)[2 * i]);
   }
   for (const capture::Frame& frame : part.rig.frames)
-    EXPECT_EQ(frame.picture, model::viewFilePath(2 * frame.view)); // as the doll's rig names them
+    EXPECT_EQ(frame.picture, model::viewFilePath(2 * frame.view)); // named as in the doll's rig
 }
 
 } // namespace

@@ -22,7 +22,7 @@ template <class Real> MatrixXd matrixOf(const PaddedRows<Real>& rows) {
                                [&](auto i, auto j) { return double{rows.row(i)[j]}; });
 }
 
-// Symmetric, with these eigenvalues, of trace 1.
+// Random symmetric matrix with the given eigenvalues, scaled to trace 1.
 MatrixXd gramOf(VectorXd values, std::mt19937& generator) {
   const auto size = static_cast<int>(values.size());
   const MatrixXd q = synthetic::random(size, size, generator).cast<double>().householderQr().householderQ();
@@ -67,7 +67,7 @@ TEST(StrongestVectors, AreFoundWithoutTheRestWhereItIsWeak) {
   EXPECT_LT(strongestVectors(rowsOf<float>(gramOf(values, generator)), 1e-3f).vectors.columns(), 12u);
 }
 
-// One vector leads to no other of the same eigenvalue.
+// Lanczos vectors of one start miss further eigenvectors of a repeated eigenvalue.
 TEST(StrongestVectors, AreAllFoundWhereEigenvaluesRepeat) {
   std::mt19937 generator(3);
   const VectorXd alike = VectorXd::Ones(20);

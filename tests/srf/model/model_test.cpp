@@ -97,7 +97,7 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
       const std::string line = image::errorOf([&] { readEverything(folder); });
       EXPECT_NE(line.find(name), std::string::npos) << line;
     };
-    const size_t end = whole.size() - 1; // of the manifest, whose last byte is a line feed and can go
+    const size_t end = whole.size() - 1; // the manifest is complete without its final line feed
     for (const size_t length : {size_t{0}, size_t{1}, size_t{40}, end / 2, random() % end, end - 1})
       isRefused(whole.substr(0, length));
     for (int flip = 0; flip < 40; ++flip) {

@@ -10,7 +10,7 @@ using namespace studio;
 
 class CameraWeightsOfStudio : public ProductQueries {
 protected:
-  // Each surfel is seen by a share of the views of its own, most of them fading.
+  // Makes each surfel visible in a random subset of the views, partly faded in most.
   void fade() {
     std::uniform_real_distribution<double> share(0, 1);
     for (size_t i = 0; i < model.cloud.size(); ++i) {

@@ -14,10 +14,10 @@
 namespace surflect::shading {
 namespace {
 
-// Jobs of one row, whose blocks have any number of terms.
+// Jobs of one row, whose blocks have various numbers of terms.
 struct Jobs {
   static constexpr uint32_t kLights = 30;
-  static constexpr float kBefore = 0.5; // what is added to
+  static constexpr float kBefore = 0.5; // initial value of the sums
 
   explicit Jobs(size_t count, std::mt19937& random) {
     std::uniform_real_distribution<float> number(-1, 1);
@@ -45,7 +45,7 @@ struct Jobs {
     }
   }
 
-  // Of some of the jobs, red, green and blue each.
+  // Red, green and blue of each of `count` jobs from `first` on.
   std::vector<float> answered(size_t first, size_t count) const {
     std::vector<float> all(4 * count, kBefore), rgb;
     std::vector<LookUpJob> some(jobs.begin() + first, jobs.begin() + first + count);

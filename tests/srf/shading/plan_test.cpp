@@ -16,7 +16,7 @@ using namespace studio;
 class ShadingPlanned : public ProductQueries {};
 class ShadingPlannedPairs : public PairQueries {};
 
-// The studio's lamps differ in colour; these do not, but keep their strengths in blue.
+// The studio's lights with a common colour; each keeps its strength in blue.
 std::vector<capture::Light> inOneColor(std::vector<capture::Light> lights) {
   for (capture::Light& light : lights) {
     Rgb& irradiance = std::get<capture::DirectionalLight>(light.kind).irradiance;
@@ -38,7 +38,7 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
     for (const ShadingOp& op : plan.ops) {
       EXPECT_GT(op.weight, 0);
       sums[op.target] += op.weight;
-      double got = 0, wanted = 0; // irradiance: what the row gives back of the captured one
+      double got = 0, wanted = 0; // irradiance that the row reproduces from captured lights
       for (const auto& [column, weight] : rowOf(plan, op))
         got += weight.g * capturedIrradiance(model, op, column, batch.surfels[op.target]).g;
       for (size_t l = 0; l < batch.lights; ++l) wanted += batch.irradiance[op.target * batch.lights + l].g;
@@ -48,7 +48,8 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
   }
 }
 
-// Sixteen queries' rows are made together where lamps have one colour, unless colours are to be shown.
+// Rows of sixteen queries are made together if all lights have one colour, unless blend colours are
+// requested.
 TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
   model.rig.lights = inOneColor(model.rig.lights);
   ShadeOptions options{.lights = 2, .lightFit = ulr::LightFit::mean, .foreshortened = false};
@@ -68,14 +69,14 @@ TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
     auto row = rowOf(together, together.ops[i]);
     ASSERT_EQ(row.size(), 4u);
     EXPECT_EQ(row, rowOf(shown, shown.ops[i]));
-    EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // a colour for each light
+    EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // one colour for each light
     const bool isDimmed = together.ops[i].target % ulr::kQueryLanes == 5;
     if (isDimmed) row.resize(2);
     EXPECT_EQ(row, rowOf(apart, apart.ops[i]));
   }
 }
 
-// Channel by channel, whether captured lights are blended before they are coloured or each in its own colour.
+// Per channel, whether captured lights are blended before colouring or each has its own colour.
 TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
   const ShadeOptions options{.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false};
   const std::vector<capture::Light> various = model.rig.lights;
@@ -96,7 +97,7 @@ TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
   }
 }
 
-// The least penalty of angle over fade; stand-ins in view_penalties_test.cpp.
+// The least penalty of angle over fade. Fallback views are tested in camera_weights_test.cpp.
 void expectConfidenceIsThatOfTheBestView(const model::Model& model, const QueryBatch& batch) {
   const ShadingPlan plan = planShading(model, batch, {});
   ASSERT_EQ(plan.confidence.size(), batch.size());
@@ -139,7 +140,7 @@ TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
                  normal, capture::towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
     }
     const double wanted = batch.irradiance[op.target].g * cosine;
-    if (cosine > 0.5f) { // nearer to grazing the ratio may be bounded
+    if (cosine > 0.5f) { // at grazing angles the ratio may be capped
       EXPECT_NEAR(got / wanted, 1, 2e-3);
       ++lit;
     }
@@ -172,7 +173,8 @@ TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
 
 TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
   const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  for (size_t i = 0; i < model.cloud.size(); ++i) { // one sees each surfel; others may be nearer by far
+  // One view sees each surfel, though others may be much nearer.
+  for (size_t i = 0; i < model.cloud.size(); ++i) {
     const auto row = std::span(model.fades.values).subspan(i * model.fades.views, model.fades.views);
     std::ranges::fill(row, uint8_t{0});
     row[i % model.fades.views] = 255;

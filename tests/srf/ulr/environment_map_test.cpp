@@ -21,7 +21,7 @@ void expectNear(const Direction& a, const Direction& b, double tolerance = 2e-15
   EXPECT_LT(length(a + -b), tolerance);
 }
 
-// A picture of a function of direction; the corners of an angular map are red.
+// Image of a function of direction; the corners of an angular map are red.
 image::Image pictureOf(EnvironmentMapping mapping, int height,
                        const std::function<double(Vec3<double>)>& radiance) {
   const int width = mapping == EnvironmentMapping::latLong ? 2 * height : height;
@@ -38,7 +38,7 @@ image::Image pictureOf(EnvironmentMapping mapping, int height,
   return image;
 }
 
-// The integral of f(direction) dE over the lights.
+// Integral of f(direction) dE over the lights.
 double integral(std::span<const EnvironmentLight> lights, const std::function<double(Vec3<double>)>& f) {
   double sum = 0;
   for (const auto& light : lights) sum += f(light.towards.raw().cast<double>()) * light.irradiance.g;
@@ -47,7 +47,7 @@ double integral(std::span<const EnvironmentLight> lights, const std::function<do
 
 double constantOne(const Vec3<double>&) { return 1; }
 
-// Smooth, with a lobe 100 times as bright as the rest.
+// A smooth function with a lobe 100 times as bright as the rest.
 double lively(const Vec3<double>& d) {
   const Vec3<double> sun = Vec3<double>(0.3, 0.8, -0.5).normalized();
   return 1 + 0.5 * d[0] + 100 * std::exp(60 * (d.dot(sun) - 1));
@@ -82,7 +82,7 @@ TEST(Environment, BothMappingsGiveUnitDirectionsThatTurnAsOneFrame) {
     EXPECT_NEAR(length(latLongDirection(u, v)), 1, 1e-15);
     if (const auto d = angularDirection(u, v)) {
       EXPECT_NEAR(length(*d), 1, 1e-15);
-      // In the front half both show the same right and up.
+      // In the front half, both mappings agree on right and up.
       EXPECT_EQ(u > 0.5, d->x() > 0);
       EXPECT_EQ(v<0.5, d->y()> 0);
     }
@@ -97,14 +97,14 @@ TEST(Environment, SolidAnglesSumToTheWholeSphere) {
     }
 }
 
-// The integral of (d . a)^2 is 4 pi / 3 and of d . a is 0, for every a.
+// For every a, the integral of (d . a)^2 is 4 pi / 3 and that of d . a is 0.
 TEST(Environment, SolidAnglesIntegratePolynomials) {
   std::mt19937 random(2);
   for (const auto mapping : bothMappings)
     for (int i = 0; i < 5; ++i) {
       const Vec3<double> a = randomUnit(random);
       double error = 0;
-      for (const int height : {32, 128}) { // second order
+      for (const int height : {32, 128}) { // second-order convergence
         const auto map = environmentOf(pictureOf(mapping, height, constantOne), mapping);
         const double squared =
             integral(map.texels, [&](const Vec3<double>& d) { return std::pow(d.dot(a), 2); });
@@ -148,7 +148,7 @@ TEST(Environment, BadSamplesAreReplacedAndTheirTexelsCounted) {
     Rgb expected = whole.texels[i < 29 ? i : i + 1].irradiance;
     if (i == 10) expected = {0, 2 * expected.g, 0};
     if (i == 29) {
-      EXPECT_FLOAT_EQ(map.texels[i].irradiance.r, 65504 * expected.r); // the largest half
+      EXPECT_FLOAT_EQ(map.texels[i].irradiance.r, 65504 * expected.r); // largest half float
       expected = {map.texels[i].irradiance.r, expected.g, 0};
     }
     EXPECT_EQ(map.texels[i].irradiance, expected) << i;
@@ -200,8 +200,8 @@ TEST(Gathered, ASmallBrightSourceIsALightOfItsOwn) {
   }
 }
 
-// A smooth function's integral errs by at most half of the spread times its second derivative (k^2 for
-// a ripple of k radians to a radian), and by far less, as errors cancel.
+// The integral of a smooth function errs by at most half of the spread times its second derivative (k^2 for a
+// ripple of k radians per radian), and in practice by far less, as errors cancel.
 TEST(Gathered, IntegralsConvergeWithTheSpread) {
   std::mt19937 random(6);
   const auto texels =

@@ -15,7 +15,7 @@ namespace {
 
 using Direction = Direction3<AcquisitionSpace, double>;
 
-// Evenly over the cap of this angular radius around z.
+// Directions spread evenly over a cap around z with this angular radius.
 std::vector<Direction> cap(int count, double radius) {
   std::vector<Direction> lights;
   for (int i = 0; i < count; ++i) {
@@ -84,7 +84,7 @@ TEST(LightCoverage, OneDirectionIsNoRigAndFadesNothing) {
 
 TEST(LightCoverage, TwoOppositeLightsFadeNowhere) {
   const LightCoverage coverage(std::vector<Direction>{{0, 0, 1}, {0, 0, -1}});
-  EXPECT_EQ(coverage.at(1), 1); // the farthest a direction can be
+  EXPECT_EQ(coverage.at(1), 1); // largest possible angle
 }
 
 } // namespace

@@ -23,7 +23,7 @@ struct Query {
   uint32_t surfel = 0;
 };
 
-// In double precision, as the planner's reference has it.
+// Direction to a source in double precision, as the planner's reference computes it.
 Direction towards(const Source& source, const Place& place) {
   const Vec3<double> to = source.isDistant
                               ? source.place
@@ -77,14 +77,14 @@ protected:
     }
     return sources;
   }
-  // Rows for as many surfels as there are queries in a group.
+  // Rows of fades for as many surfels as a group has queries.
   VisibilityWeights randomFades(size_t views, double share) {
     VisibilityWeights fades{views, std::vector<uint8_t>(views * kQueryLanes)};
     for (auto& fade : fades.values)
       if (std::uniform_real_distribution()(random) < share) fade = static_cast<uint8_t>(1 + random() % 255);
     return fades;
   }
-  // Beside each other, as along a curve, or anywhere.
+  // Queries close together, along a curve, or anywhere, depending on `spread`.
   std::vector<Query> randomGroup(size_t count, double spread) {
     const Place middle = randomPlace(0.4);
     const Direction direction = randomDirection();
@@ -97,7 +97,7 @@ protected:
     return group;
   }
 
-  // `blends` are of the group before, if any.
+  // `blends` holds the result of the previous group, if any.
   QueryBlends blendLights(NearestLights& lanes, std::span<const Query> group, size_t k,
                           QueryBlends blends = {}) {
     std::vector<Place> places;
@@ -125,13 +125,13 @@ private:
   std::normal_distribution<double> normal_;
 };
 
-// Who is chosen is among the k nearest in double precision but for ties within rounding, and nobody else is.
+// The chosen sources must be the k nearest in double precision, except for ties within rounding.
 void expectNearest(const BlendSet& got, std::span<const Source> sources, const Query& query,
                    const VisibilityWeights* fades, size_t k) {
   constexpr double u = 0x1p-24;
   const auto nearest = rated(sources, query, fades, k);
   const auto wanted = weightsOf(ulrWeights(nearest));
-  const auto rounding = [&](uint32_t i) { // of a penalty, on both ways
+  const auto rounding = [&](uint32_t i) { // rounding of a penalty, in both precisions
     const double fade = fades ? VisibilityWeights::decode(fades->of(query.surfel)[i]) : 1;
     const double angle = fade * penaltyOf(sources[i], query, fades, i);
     return (10 * u * std::sqrt(2 * angle) + 100 * u * u + 10 * u * angle) / fade;
@@ -182,7 +182,8 @@ TEST_P(NearestSources, ViewsAreBlendedAsInDoublePrecision) {
         const VisibilityWeights fades = randomFades(count, share);
         NearestViews lanes(views, fades);
         for (const size_t k : {1, 4, 16})
-          for (const double spread : {0.01, 0.02, 0.1, 1.0}) { // each begins with views of the one before
+          // Each begins with the views of the previous one.
+          for (const double spread : {0.01, 0.02, 0.1, 1.0}) {
             const auto group = randomGroup(1 + random() % kQueryLanes, spread);
             const QueryBlends blends = blendViews(lanes, group, k);
             for (size_t i = 0; i < group.size(); ++i) {
@@ -198,7 +199,7 @@ TEST_P(NearestSources, ViewsAreBlendedAsInDoublePrecision) {
       }
 }
 
-// Also where no group before has said how far to look.
+// Includes a first group, which has no limit from a previous one.
 TEST_P(NearestSources, ViewsThatFadeLittleAreFoundBehindThoseThatFadeMuch) {
   for (int run = 0; run < 20; ++run)
     for (const size_t k : {3, 4, 7}) {
@@ -241,7 +242,7 @@ TEST_P(NearestSources, WhatAQueryGetsDoesNotDependOnTheOthers) {
     }
 }
 
-// But for those of the scalar lanes, which round twice where the others do once.
+// Except scalar code without fused multiply-add, which rounds twice.
 TEST_P(NearestSources, TheVectorInstructionsGiveTheSameBits) {
   if (GetParam() != Simd::avx512) return; // it is compared with AVX2
   const auto sources = randomSources(200, 0.3);
@@ -298,13 +299,13 @@ TEST_P(NearestSources, SourcesThatCoincideAreTakenInTheirOrder) {
   }
 }
 
-// Those that were met before are not all that are met.
+// Sources may coincide with a query's place without having done so in the previous group.
 TEST_P(NearestSources, SourcesThatAreMetAreTakenInTheirOrderWhateverCameBefore) {
   const Query query{{0, 0, 0}, randomDirection()};
   const std::vector<Source> sources(6, {query.towards.raw().cast<double>(), true});
   VisibilityWeights fades = randomFades(sources.size(), 1);
   std::ranges::fill(fades.values, uint8_t{200});
-  fades.values[0] = 0; // of the first surfel
+  fades.values[0] = 0; // for the first surfel
   NearestViews lanes(sources, fades);
   const std::array<uint32_t, 2> surfels{0, 1};
   for (const uint32_t surfel : surfels) {
@@ -369,7 +370,7 @@ TEST_P(NearestSources, WithoutSourcesThereIsNothing) {
   EXPECT_TRUE(blendViews(views, group, 3).of(2).empty());
 }
 
-// Many views, queries that lie beside each other: few can be within the limit, and all that are are found.
+// With many views and neighbouring queries, few views can be within the limit; all that are must be found.
 TEST_P(NearestSources, FewAreWithinALimitAndNoneIsMissed) {
   const size_t count = 4000;
   const auto sources = randomSources(count, 0.1);
@@ -389,7 +390,7 @@ TEST_P(NearestSources, FewAreWithinALimitAndNoneIsMissed) {
       float distance = std::numeric_limits<float>::infinity();
       for (const auto& [place, isDistant] : sources)
         if (!isDistant) distance = std::min(distance, (place.cast<float>() - middle).norm());
-      // As NearestViews has it: places of sources are rounded.
+      // As in NearestViews: places of sources are rounded.
       const float radius = (1 + 1e-5f) * reach + 4 * 4 * std::numeric_limits<float>::epsilon();
       const SourceCone cone =
           coneAround({middle[0], middle[1], middle[2]}, radius, 0.99999f * distance,
@@ -424,7 +425,7 @@ TEST_P(NearestSources, ALookAtAllSourcesIsThatOfDoublePrecision) {
     look.compute(query.place, query.towards, normal);
     ASSERT_EQ(look.penalties().size(), sources.size());
     for (size_t i = 0; i < sources.size(); ++i) {
-      if (run == 0 && i == 7) { // it stands there
+      if (run == 0 && i == 7) { // coincides with the query's place
         EXPECT_EQ(look.penalties()[i], 0);
         EXPECT_EQ(look.cosines()[i], 0);
         continue;
