@@ -2,7 +2,6 @@
 
 #include "surfel/base/error.h"
 
-
 namespace surflect::warp {
 
 namespace {

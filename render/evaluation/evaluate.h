@@ -48,9 +48,9 @@ struct Evaluation {
 };
 
 // Renders every frame of the capture's split with its own camera and light, and compares. The object is
-// deformed by `warp`, which acts in model coordinates; the capture may have another origin. Cameras and lights
-// of the model's rig count as known. Throws Error if the split is empty, if no frame has an object pixel, or
-// if the Lambert surface is requested and a camera has no photographs that determine normals.
+// deformed by `warp`, which acts in model coordinates; the capture may have another origin. Cameras and
+// lights of the model's rig count as known. Throws Error if the split is empty, if no frame has an object
+// pixel, or if the Lambert surface is requested and a camera has no photographs that determine normals.
 Evaluation evaluate(render::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
                     const EvaluateOptions& options = {}, const Progress& progress = {});
 
