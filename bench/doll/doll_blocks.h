@@ -24,7 +24,8 @@ public:
   // Blocks depend on the seed only, not on the number of threads.
   DollBlocks(std::span<const capture::Light> lights, uint64_t seed);
 
-  // Record of a variant around the nearest normal, with the `present` texels (as in encodeBlock).
+  // Record of a block for the patch whose normal is nearest to `normal`; `variant` chooses among the patches
+  // of that normal. Contains the texels `present` (as in encodeBlock).
   std::vector<std::byte> record(const Vec3<double>& normal, uint64_t variant, uint64_t present) const;
 
 private:

@@ -19,8 +19,9 @@ struct Shot {
 // Camera that sees all of a cloud from the front (-y) and slightly above.
 capture::Camera<ObjectSpace> frontCamera(const SurfelCloud& cloud, int width, int height);
 
-// Shot of the cloud twisted by 40 degrees around z over its largest side, seen by frontCamera, under point
-// lights on all sides; blends 4 views and the mean of 4 captured lights.
+// Shot of the cloud, seen by frontCamera, under point lights on all sides. The cloud is twisted around z, by
+// 40 degrees over a length equal to the largest side of its bounding box. Blends 4 views and, by plain ULR, 4
+// captured lights.
 Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights);
 
 // A model with every `step`-th view, over the same files.

@@ -15,9 +15,9 @@ struct ContactSheet {
 
 // Reads the photographs of at least one frame and draws a tile for each in the given order: a label above,
 // the photograph with outlines on the left, the white surface on the right. Tiles are cropped to the
-// surroundings of the geometry, unless it lies outside the photograph. All photographs share one exposure,
-// and all white surfaces another, that map the 99.5th percentile over the geometry to white. Throws Error and
-// Cancelled.
+// surroundings of the geometry, unless it lies outside the photograph. All photographs share one exposure and
+// all white surfaces another; each exposure maps the 99.5th percentile over the geometry to white. Throws
+// Error and Cancelled.
 ContactSheet contactSheet(const capture::Capture& capture, std::span<const size_t> frames,
                           const WhiteSurface& surface, const Progress& progress);
 

@@ -26,15 +26,16 @@ struct Layer {
 // Opacity of a covered area; see kFull.
 float saturated(float area);
 
-// Divides the fragments of a pixel, sorted by depth from the nearest, into layers, up to the one that fills
-// it.
+// Divides the fragments of a pixel, sorted by depth from the nearest, into layers. Stops after the layer that
+// fills the pixel.
 //
 // A layer ends where the depth interval of the next fragment no longer touches those of the layer. Areas are
 // fractions of one pixel and add up over layers: with S_k the area of layers 1 to k, layer k has the opacity
 //   alpha_k = saturated(S_k) - saturated(S_(k-1)),
 // shared among its fragments by weight and confidence. A surface behind an edge fills exactly the part of the
 // pixel that the edge leaves open, and a surface split into two layers (grazing, creased or noisy) still adds
-// up to 1. The usual alpha_k (1 - alpha) would let the background through there.
+// up to 1. In both cases the usual compositing, in which layer k adds (1 - alpha so far) alpha_k, would let
+// the background shine through.
 void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers);
 
 } // namespace surflect::splat

@@ -15,9 +15,9 @@ namespace {
 class StageClock {
 public:
   explicit StageClock(FrameStats& stats) : stats_(stats) {}
-  // Credits the time since the last call to a stage,
+  // Adds the time since the last call to a stage.
   void finish(const std::string& stage) { finish(stage, 1, stage); }
-  // or a share of it to one and the rest to another.
+  // Adds `share` of the time since the last call to `stage`, and the remainder to the stage `rest`.
   void finish(const std::string& stage, double share, const std::string& rest) {
     const auto now = std::chrono::steady_clock::now();
     const double processor = processorSeconds();

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kMissed = 0.01; // part of the tolerance that inexact eigenvectors may miss
 constexpr size_t kSpare = 2;     // more vectors than needed
-// Size of T at its first decomposition; the size grows by half until the next.
+// Size of T when it is decomposed for the first time. It is decomposed again whenever it has grown by half.
 constexpr size_t kFirst = 12;
 
 // sum = weights' M, over the first `rows` rows of M.

@@ -20,8 +20,8 @@ struct PackEstimate {
 };
 
 // Estimates a model with surfels `spacing` apart (scene units). `frames` are indices into
-// source.training().frames, by view; `secondsSoFar` is the time pack has taken already. Costs about a
-// twentieth of sampling, and reads four photographs. Throws Error and Cancelled.
+// source.training().frames, by view; `secondsSoFar` is the time pack has taken already. Takes about a
+// twentieth of the time of sampling, and reads four photographs. Throws Error and Cancelled.
 PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<size_t>> frames,
                           const TriangleMesh& surface, double spacing,
                           const RayCaster<AcquisitionSpace>& impostor, double secondsSoFar,

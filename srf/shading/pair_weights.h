@@ -22,7 +22,7 @@ public:
   PairWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
               const ShadeOptions& options);
 
-  // Computes p_i for a query, to which the methods below then refer.
+  // Selects a query for the methods below, and computes its p_i.
   Sight prepare(size_t query);
 
   struct Blend {

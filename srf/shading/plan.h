@@ -25,8 +25,8 @@ struct ShadingPlan {
   size_t targetsPerQuery = 1;
   std::vector<ShadingOp> ops;
   LightRows rows;
-  // One per query: confidence of its best view (ulr.h), regardless of the texels of that view and of its
-  // lights.
+  // One per query: confidence (ulr.h) of its best view. Lights, and texels missing from that view, do not
+  // affect it.
   std::vector<float> confidence;
   // One per query, if the options show blends: weighted means of blendColors of cameras and lights.
   std::vector<Rgb> cameraBlend, lightBlend;

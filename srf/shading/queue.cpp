@@ -13,7 +13,8 @@ namespace surflect::shading {
 
 namespace {
 
-// Numbers, ascending, of the operations of targets that see only background.
+// Blind operations: those of targets whose operations all see only background. Returns their indices,
+// ascending.
 std::vector<uint32_t> blindOps(const ExecutedPart& executed) {
   if (executed.lost == 0) return {};
   const ShadingPart& part = executed.part;
@@ -90,7 +91,7 @@ void ShadingQueue::emit(size_t number, const ShadingPart& part) {
   ExecutedPart& executed = parts_[number];
   executed.begin(part);
   executor_.executeResident(executed);
-  // While the part is in the processor's cache.
+  // Sums up at once, while the part is in the processor's cache.
   if (executed.waiting.empty() && executed.lost == 0) sumUp(executed);
 }
 

@@ -58,12 +58,12 @@ struct TexelPlace {
   }
 
 private:
-  // Two neighbouring texels of a row or column; those outside the block have weight 0.
+  // Two neighbouring texels of a row or column, with their weights; a texel outside the block has weight 0.
   struct PairInBlock {
     PairInBlock(int place, float toNext)
         : first(std::max(place, 0)), step(place >= 0 && place + 1 < codec::blockSize ? 1 : 0),
           firstWeight(place >= 0 ? 1 - toNext : 0), secondWeight(place + 1 < codec::blockSize ? toNext : 0) {}
-    int first, step; // step: to the second
+    int first, step; // step: offset of the second texel, 0 if outside the block
     float firstWeight, secondWeight;
   };
 };
