@@ -28,8 +28,8 @@ std::optional<Mat3<double>> byBisector(const WarpedFrame& frame);        // [Wey
 std::optional<Mat3<double>> byGramSchmidt(const WarpedFrame& frame);     // u-bar along u
 std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1 = R0 (u, v, w)^-1
 
-// Renders as the surfel renderer does, but for the map of directions; where that is empty, the program's own.
-// Scenes have no environments. The model must outlive the result.
+// Renderer that differs from the surfel renderer in its map of directions; where `back` returns none, the
+// program's own map is used. Scenes must have no environments. The model must outlive the result.
 std::unique_ptr<render::Renderer> withDirections(const model::Model& model, DirectionsBack back);
 
 } // namespace surflect::bench

@@ -120,7 +120,7 @@ std::vector<FrameBenchmark> growthBenchmarks(SharedModel model, int width, int h
     Shot shot = dollShot(model->cloud, width, height, 1);
     const auto studio = std::make_shared<const ulr::EnvironmentMap>(
         ulr::environmentOf(image::readPicture(SURFLECT_STUDIO).image, ulr::EnvironmentMapping::latLong));
-    const Mat3<double> upright = // y of the studio to z
+    const Mat3<double> upright = // maps y of the studio to z
         Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
     shot.lights = {scene::ShotEnvironment{studio, Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
     return std::make_unique<WarmFrame>(model, std::move(shot));

@@ -18,8 +18,8 @@ inline constexpr int kModelVersion = 5;
 inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kSurfelFormat = "surflect model"; // tag of a surface reflectance field
 
-// The tag "format" in the manifest of a model's folder, which tells how to open it. Empty where there is no
-// such text.
+// Reads the tag "format" from the manifest of a model folder, which selects the renderer that opens it. Empty
+// if there is no such tag.
 std::string formatOf(const std::filesystem::path& folder);
 
 // Checksums are XXH3-64 as 16 hexadecimal digits.
