@@ -162,7 +162,7 @@ DollSurface dollSurface(size_t surfels, uint64_t seed,
                         const Progress& progress) {
   const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
   DollSurface surface{dollCloud(surfels, seed, progress), {}};
-  surface.fades =
+  surface.visibility =
       ulr::visibilityWeights(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
   return surface;
 }
@@ -181,9 +181,10 @@ void writeDollModel(const std::filesystem::path& folder, const DollSize& size, c
     writeFileAtomically(folder / model::viewFilePath(view), viewFile(cameras[view], view, size, blocks));
   });
   progress("view files", 1);
-  const auto [cloud, fades] = dollSurface(size.surfels, size.seed, cameras, progress);
+  const auto [cloud, visibility] = dollSurface(size.surfels, size.seed, cameras, progress);
   const ulr::LightBlend blend{4, ulr::LightFit::mean, false};
-  model::writeModel(folder, {rig, cloud, fades, DollBlocks::kWhite, DollBlocks::kTolerance, blend}, progress);
+  model::writeModel(folder, {rig, cloud, visibility, DollBlocks::kWhite, DollBlocks::kTolerance, blend},
+                    progress);
 }
 
 } // namespace surflect::bench

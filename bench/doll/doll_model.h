@@ -43,7 +43,7 @@ std::vector<float> dollColors(const SurfelCloud& cloud);
 // A cloud with its visibility in each camera. Memory: three bytes for each surfel and camera.
 struct DollSurface {
   SurfelCloud cloud;
-  ulr::VisibilityWeights fades;
+  ulr::VisibilityWeights visibility;
 };
 DollSurface dollSurface(size_t surfels, uint64_t seed,
                         std::span<const capture::Camera<AcquisitionSpace>> cameras,

@@ -39,7 +39,7 @@ model::Model withMoreSurfels(const model::Model& model, size_t times) {
   model::Model other = everyView(model, 1);
   other.cloud = std::move(surface.cloud);
   other.middle = middleOf(other.cloud.p0);
-  other.fades = std::move(surface.fades);
+  other.visibility = std::move(surface.visibility);
   return other;
 }
 

@@ -122,7 +122,7 @@ image::Image overPaper(const image::Image& rgba, double exposure) {
     for (size_t c = 0; c < 3; ++c)
       if (const float alpha = rgba.values[4 * pixel + 3]; alpha > 0)
         straight.values[3 * pixel + c] = rgba.values[4 * pixel + c] / alpha;
-  image::Image encoded = srgbEncoded(exposed(straight, exposure));
+  image::Image encoded = srgbEncoded(applyExposure(straight, exposure));
   for (size_t pixel = 0; 3 * pixel < encoded.values.size(); ++pixel)
     for (size_t c = 0; c < 3; ++c) {
       float& value = encoded.values[3 * pixel + c];
@@ -240,7 +240,7 @@ image::Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout)
   const Exposures exposures = exposuresOf(overlays);
   for (size_t i = 0; i < overlays.size(); ++i) {
     const Overlay& overlay = overlays[i];
-    image::Image photograph = srgbEncoded(exposed(overlay.photograph, exposures.photographs));
+    image::Image photograph = srgbEncoded(applyExposure(overlay.photograph, exposures.photographs));
     blendLine(photograph, overlay.maskOutline, kMaskColor);
     blendLine(photograph, overlay.geometryOutline, kGeometryColor);
     const auto columns = static_cast<size_t>(layout.columns);

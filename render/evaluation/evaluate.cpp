@@ -101,9 +101,9 @@ double exposureOf(const capture::Capture& capture, const capture::Capture& rig, 
 Score scoreOf(const image::Image& truth, const image::Image& rendered, double exposure) {
   Score score;
   score.difference = compare(truth, rendered, exposure);
-  const image::Image exposedTruth = exposed(truth, exposure);
+  const image::Image exposedTruth = applyExposure(truth, exposure);
   const image::Mask interior = image::eroded(image::objectMask(truth), kErosion);
-  score.interiorError = squaredError(exposedTruth, exposed(rendered, exposure), interior);
+  score.interiorError = squaredError(exposedTruth, applyExposure(rendered, exposure), interior);
   score.truthNoise = noiseVariance(exposedTruth, interior);
   score.frames = 1;
   return score;

@@ -89,7 +89,7 @@ double lumaAt(const image::Image& image, int x, int y) {
 
 double psnr(double meanSquaredError) { return -10 * std::log10(meanSquaredError); }
 
-image::Image exposed(const image::Image& linear, double exposure) {
+image::Image applyExposure(const image::Image& linear, double exposure) {
   return mapped(linear, [&](float value) {
     const double scaled = value * exposure;
     return std::isnan(scaled) ? 0.f : static_cast<float>(std::clamp(scaled, 0.0, 1.0));
@@ -166,7 +166,7 @@ Difference& Difference::operator+=(const Difference& other) {
 Difference compare(const image::Image& truth, const image::Image& rendered, double exposure) {
   assert(sameSize(truth, rendered) && truth.channels == 4 && rendered.channels == 4);
   const image::Mask mask = image::unionOf(image::objectMask(truth), image::objectMask(rendered));
-  const image::Image linearA = exposed(truth, exposure), linearB = exposed(rendered, exposure);
+  const image::Image linearA = applyExposure(truth, exposure), linearB = applyExposure(rendered, exposure);
   const image::Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
   return {squaredError(linearA, linearB, mask), squaredError(srgbA, srgbB, mask),
           structuralSimilarity(srgbA, srgbB, mask)};

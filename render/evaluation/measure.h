@@ -33,7 +33,7 @@ struct PooledMean {
 double psnr(double meanSquaredError);
 
 // Multiplies all channels by the exposure and clips to [0, 1]; NaN becomes 0.
-image::Image exposed(const image::Image& linear, double exposure);
+image::Image applyExposure(const image::Image& linear, double exposure);
 // Applies the sRGB curve to every channel, for values in [0, 1].
 image::Image srgbEncoded(const image::Image& linear);
 

@@ -12,7 +12,7 @@ constexpr double kCutoffSigmas = 3.5;
 // would no longer resemble a Gaussian, and its size would be unbounded.
 constexpr double kNearestDepthFraction = 0.1;
 // Largest distance of the surface from its splat's plane, in units of s (splat.h).
-constexpr double kBend = 0.15;
+constexpr double kMaxSurfaceDeviation = 0.15;
 // Largest difference in depth between splats of one plane, in standard deviations.
 constexpr double kDepthSigmas = 2;
 
@@ -20,11 +20,11 @@ constexpr double kDepthSigmas = 2;
 // symmetric about an area of 1/2, so that outlines stay in place, and flat at both ends, so that the ripple
 // of the sum leaves no holes and stray tails no haze. It reaches 1 at 0.71 standard deviations inside a
 // straight border; two pixels inside an outline the area can be as low as 0.74, where sharp edges meet.
-constexpr float kFull = 0.7f;
+constexpr float kOpaqueArea = 0.7f;
 
 // Area from which a layer no longer extends further back: the tails of its splats, where the surface has bent
 // away from their planes, must not connect it to a second sheet close behind.
-constexpr float kRooted = 0.5f;
+constexpr float kLayerAnchorArea = 0.5f;
 
 // Peak of the kernel (1 - q/Q)^2 over which a splat's covered area is spread, Q being the square of the
 // cut-off. 6/Q gives it the mass of exp(-q/2): their integrals over the plane are pi Q / 3 and 2 pi.

@@ -58,9 +58,9 @@ HWY_INLINE FragmentSums gatherFragments(const TileSplats& tile, int block, const
 // `back` is a lower bound of the layer's reach, initially the nearest end of any interval. With this reach,
 // the layer would end before the first fragment that begins behind `back`. If it still ends there when all
 // earlier fragments extend it, that is its end. Otherwise tryPlanes searches between the first and last of
-// these fragments for the plane at which the area comes to kRooted. Before planes of smaller area, all
-// fragments extend the layer, as does the next; before planes of larger area, they extend it as far as it can
-// reach. Then the end is checked again.
+// these fragments for the plane at which the area comes to kLayerAnchorArea. Before planes of smaller area,
+// all fragments extend the layer, as does the next; before planes of larger area, they extend it as far as it
+// can reach. Then the end is checked again.
 struct FirstLayer {
   const BlockFragments& fragments;
   uint32_t count;
@@ -87,7 +87,7 @@ struct FirstLayer {
 
   // Computes the end for a reach between `back` and `atMost`, and drops pixels from `trying` where both
   // agree.
-  HWY_INLINE void settle() {
+  HWY_INLINE void resolveEnd() {
     const Pixels first = breakBehind(back), none = broadcast(kNotANumber);
     Pixels before = broadcast(0), reach = back, nearest = broadcast(kInfinity),
            farthest = broadcast(0) - nearest;
@@ -112,7 +112,7 @@ struct FirstLayer {
     Pixels areaLow = broadcast(0), areaHigh = area;
     for (int round = 0; round < kRounds; ++round) {
       const Pixels share =
-          round % 2 == 0 ? (broadcast(kRooted) - areaLow) / (areaHigh - areaLow) : broadcast(0.5f);
+          round % 2 == 0 ? (broadcast(kLayerAnchorArea) - areaLow) / (areaHigh - areaLow) : broadcast(0.5f);
       const Pixels plane = mulAdd(high - low, share, low);
       Pixels before = broadcast(0), reach = back, next = infinite, nextEnd = infinite;
       each([&](Pixels order, Pixels areaOf, Pixels tolerance) HWY_ATTR {
@@ -123,7 +123,7 @@ struct FirstLayer {
         next = min(select(nearer, infinite, order), next);
         nextEnd = min(select(nearer, infinite, orderEnd), nextEnd);
       });
-      const PixelMask unrooted = before < broadcast(kRooted), within = plane < end;
+      const PixelMask unrooted = before < broadcast(kLayerAnchorArea), within = plane < end;
       const Pixels further = select((next < end) & within, max(reach, nextEnd), reach);
       back = select(unrooted & within, max(back, further), back);
       atMost = select(unrooted, atMost, min(atMost, reach));
@@ -154,14 +154,14 @@ void resolveBlock(const TileSplats& tile, int block, int width, int height, cons
   Pixels area = sums.area, limit = infinite;
   if (any(open)) {
     FirstLayer layer{fragments, sums.count, open, sums.nearestEnd};
-    layer.settle();
+    layer.resolveEnd();
     if (ones(layer.trying) > kFewPixels) {
       layer.tryPlanes();
-      layer.settle();
+      layer.resolveEnd();
     }
     const PixelMask known = andNot(open, layer.trying);
     const PixelMask unended = known & (infinite <= layer.end); // a single layer after all
-    const PixelMask full = known & (broadcast(kFull) <= layer.area);
+    const PixelMask full = known & (broadcast(kOpaqueArea) <= layer.area);
     const PixelMask ended = andNot(full, unended);
     limit = select(ended, layer.end, limit);
     area = select(ended, layer.area, area);
@@ -206,7 +206,8 @@ void rankPixel(uint32_t n, const PixelFragments& pixel) {
   }
 }
 
-void keepSeen(const TileSplats& tile, int block, const BlockFragments& fragments, const float* limits) {
+void removeHiddenSplats(const TileSplats& tile, int block, const BlockFragments& fragments,
+                        const float* limits) {
   const Pixels limit = load(limits);
   const float* orders = fragments.orders;
   keepSplats(tile, block, [&](uint32_t) HWY_ATTR {
@@ -238,9 +239,10 @@ uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments& from, const
 HWY_EXPORT(rankPixel);
 void rankPixel(uint32_t count, const PixelFragments& pixel) { HWY_DYNAMIC_DISPATCH(rankPixel)(count, pixel); }
 
-HWY_EXPORT(keepSeen);
-void keepSeen(const TileSplats& tile, int block, const BlockFragments& fragments, const float* limits) {
-  HWY_DYNAMIC_DISPATCH(keepSeen)(tile, block, fragments, limits);
+HWY_EXPORT(removeHiddenSplats);
+void removeHiddenSplats(const TileSplats& tile, int block, const BlockFragments& fragments,
+                        const float* limits) {
+  HWY_DYNAMIC_DISPATCH(removeHiddenSplats)(tile, block, fragments, limits);
 }
 } // namespace surflect::splat
 #endif

@@ -23,7 +23,7 @@ struct Layer {
   float alpha; // opacity up to this layer, less that of the layers before
 };
 
-// Opacity of a covered area; see kFull.
+// Opacity of a covered area; see kOpaqueArea.
 float saturated(float area);
 
 // Divides the fragments of a pixel, sorted by depth from the nearest, into layers. Stops after the layer that

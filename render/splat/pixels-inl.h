@@ -161,7 +161,8 @@ HWY_INLINE Pixels orderOf(const TileSplat& s, const Centers& at) {
 }
 
 HWY_INLINE Pixels saturated(Pixels area) {
-  return min(max((area - broadcast(1 - kFull)) / broadcast(2 * kFull - 1), broadcast(0)), broadcast(1));
+  return min(max((area - broadcast(1 - kOpaqueArea)) / broadcast(2 * kOpaqueArea - 1), broadcast(0)),
+             broadcast(1));
 }
 
 } // namespace HWY_NAMESPACE

@@ -207,7 +207,7 @@ HWY_INLINE int footprints(const ProjectJob& job, size_t begin, const Survivors& 
   const Floats deviation = Sqrt(Max(variance, zero));
   // bendTolerance
   const Floats depthTolerance =
-      s * Sqrt(floatsAt(in.area + at)) * Min(number(kBend) / floatsAt(in.cosine + at), one);
+      s * Sqrt(floatsAt(in.area + at)) * Min(number(kMaxSurfaceDeviation) / floatsAt(in.cosine + at), one);
   const Floats tolerance = MulAdd(number(kDepthSigmas), deviation, depthTolerance * iz * iz);
 
   const Floats x = floatsAt(in.pixelX + at) + shift0, y = floatsAt(in.pixelY + at) + shift1;

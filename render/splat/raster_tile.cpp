@@ -79,9 +79,9 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
   for (const Layer& layer : scratch.layers) {
     if (!(layer.alpha > 0)) continue;
     alpha += layer.alpha;
-    const bool isMiddle = !halfway && alpha >= layers.alpha[lane] / 2;
-    halfway |= isMiddle;
-    if (isMiddle) layers.area[lane] = layer.area;
+    const bool isMedian = !halfway && alpha >= layers.alpha[lane] / 2;
+    halfway |= isMedian;
+    if (isMedian) layers.area[lane] = layer.area;
     const auto begin = static_cast<uint32_t>(tile.contributions.size());
     float weight = 0, weightedOrder = 0;
     for (size_t i = layer.begin; i < layer.end; ++i) {
@@ -94,7 +94,7 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
       scratch.seen.data()[f.splat / kGroup] |= uint64_t{1} << f.splat % kGroup;
     }
     tile.layers.push_back({y * kTileSize + x, begin, static_cast<uint32_t>(layer.end - layer.begin),
-                           layer.alpha, weightedOrder / weight, isMiddle});
+                           layer.alpha, weightedOrder / weight, isMedian});
   }
 }
 
@@ -150,7 +150,7 @@ void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries,
       sortPixel(n, ofPixel, scratch.fragments);
       resolvePixel(block, lane, scratch, tile, layers);
     }
-    if (layers.mayHide) keepSeen(tile.drawn, block, fragments, layers.limit);
+    if (layers.mayHide) removeHiddenSplats(tile.drawn, block, fragments, layers.limit);
     if (layers.count != 0) {
       tile.blocks |= uint64_t{1} << block;
       std::copy_n(layers.limit, kLanes, allLimits + static_cast<size_t>(block) * kLanes);

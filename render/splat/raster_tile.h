@@ -18,7 +18,7 @@ struct PixelLayer {
   uint32_t begin, count; // range of the contributions
   float alpha;
   float order;   // mean of the layer
-  bool isMiddle; // true if half of the pixel's alpha is reached in this layer
+  bool isMedian; // true if half of the pixel's alpha is reached in this layer
 };
 struct Contribution {
   uint32_t splat; // index in the tile

@@ -66,14 +66,14 @@ ScreenGaussian throughLens(const capture::Lens& lens, const ScreenGaussian& gaus
           jacobian * gaussian.covariance * jacobian.transpose()};
 }
 
-// Tolerance of the order for a surface that bends away from the splat's plane: kBend s along the normal,
-// which is kBend s / cosine in depth, but at most s if the plane is seen edge-on.
+// Tolerance of the order for a surface that bends away from the splat's plane: kMaxSurfaceDeviation s along
+// the normal, which is kMaxSurfaceDeviation s / cosine in depth, but at most s if the plane is seen edge-on.
 double bendTolerance(const capture::Lens& lens, const Vec3<double>& p, const Vec3<double>& crossUV,
                      double s) {
   const double area = crossUV.norm();
   const double cosine = std::abs(isPinhole(lens) ? crossUV.dot(p) / p[2] : crossUV[2]) / area;
   const double deepest = s * std::sqrt(area);
-  const double depthTolerance = deepest * std::min(kBend / cosine, 1.0);
+  const double depthTolerance = deepest * std::min(kMaxSurfaceDeviation / cosine, 1.0);
   return isPinhole(lens) ? depthTolerance / (p[2] * p[2]) : depthTolerance; // d order / d depth = 1/depth^2
 }
 
@@ -100,7 +100,7 @@ Eigenvalues eigenvalues(const Mat2& b) {
 // Low-pass term D added to a covariance V: along each axis of the ellipse, the amount by which V falls short
 // of h^2, so that wide splats are unchanged  [Botsch 2005, §5]. Convolution with the low-pass [Zwicker 2001]
 // would add h^2 to those as well, and blur them a second time.
-Mat2 lacking(const Mat2& V, double h) {
+Mat2 lowPassDeficit(const Mat2& V, double h) {
   const auto [larger, smaller] = eigenvalues(V);
   const double most = std::max(0.0, h * h - smaller), least = std::max(0.0, h * h - larger);
   if (!(larger > smaller)) return most * Mat2::Identity();
@@ -121,7 +121,7 @@ Mat2 lacking(const Mat2& V, double h) {
 Footprint filtered(const capture::Lens& lens, const ScreenGaussian& gaussian, double h, double coverage,
                    double bend) {
   const Mat2 V = gaussian.covariance.topLeftCorner<2, 2>();
-  const Mat2 D = lacking(V, h), filteredV = V + D;
+  const Mat2 D = lowPassDeficit(V, h), filteredV = V + D;
   const Mat2 inverse = filteredV.inverse();
   const Vec2<double> C = gaussian.covariance.topRightCorner<2, 1>();
   const Vec2<double> slope = inverse * C;

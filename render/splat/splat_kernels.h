@@ -103,7 +103,7 @@ uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments&, const Pixe
 // Writes to `rank` the number of fragments nearer than each. Time is quadratic in the count.
 void rankPixel(uint32_t count, const PixelFragments&);
 // Removes from the block's set the splats without an order below a limit.
-void keepSeen(const TileSplats&, int block, const BlockFragments&, const float* limits);
+void removeHiddenSplats(const TileSplats&, int block, const BlockFragments&, const float* limits);
 // Sums 3 * triples values per splat over the fragments below the limits, weighted to sum to alpha. triples: 1
 // or 2. values: `triples` groups of four floats per splat, the first of three values and 1, the second of
 // three values and an unused float; all are multiplied by the splat's peak and confidence. finite: true if

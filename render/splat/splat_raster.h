@@ -56,21 +56,21 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
 // confidence: > 0, one per visible splat; multiplies the splat's weights within each layer of a pixel, which
 // are then rescaled to the layer's alpha. Empty if equal for all. `kept`, an image no longer needed, donates
 // its memory.
-image::Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
+image::Image blend(const SplatRaster& raster, std::span<const float> values, int channels,
                    std::span<const float> confidence = {}, image::Image kept = {});
 
 // Blends several images at once, which is faster than one by one. Each image states its number of channels;
 // the values of a splat are those of the first image, then of the next. Sizes and values of the images are
 // overwritten, and their memory is reused.
-void blendInto(std::span<image::Image* const> pictures, const SplatRaster& coverage,
+void blendInto(std::span<image::Image* const> pictures, const SplatRaster& raster,
                std::span<const float> values, std::span<const float> confidence = {});
 
 // As blend, with alpha as an additional channel.
-image::Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
+image::Image blendWithAlpha(const SplatRaster& raster, std::span<const float> values, int channels,
                             std::span<const float> confidence = {}, image::Image kept = {});
 
 // Depth along the viewing axis of the layer at half of alpha, per pixel; infinity if there is none. `kept`
 // donates its memory.
-image::Image depthImage(const SplatRaster& coverage, image::Image kept = {});
+image::Image depthImage(const SplatRaster& raster, image::Image kept = {});
 
 } // namespace surflect::splat

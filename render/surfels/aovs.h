@@ -16,7 +16,7 @@ namespace surflect::surfels {
 // Writes the AOVs that are asked for to `layers`, and erases all others there. `shaded` has one entry per
 // surfel that the raster shows; its blend colours are needed for camera_blend and light_blend alone. Throws
 // Cancelled.
-void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& coverage,
+void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
                const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
                render::FrameLayers& layers);
 

@@ -174,7 +174,7 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
     for (int i = 0; i < terms[p]; ++i) termRows.take(reader, precisions[p], row++);
   termRows.clearFrom(row);
 
-  block.values = CacheLines(valuesBytes(block.stride, lights));
+  block.values = CacheAlignedBytes(valuesBytes(block.stride, lights));
   auto* const coefficients = reinterpret_cast<float*>(block.values.data());
   auto* const levels = reinterpret_cast<int8_t*>(block.values.data() + levelsOffset(block.stride, lights));
   transpose(termRows.coefficients.data(), lights, stride, lights, coefficients, stride);

@@ -47,10 +47,10 @@ inline BlockTerms blockTerms(int rank, int stride, size_t lights, const std::byt
 
 // Uninitialised bytes aligned to cache lines, so that eight coefficients never straddle two lines. Must not
 // be read after it has been moved from.
-class CacheLines {
+class CacheAlignedBytes {
 public:
-  CacheLines() = default;
-  explicit CacheLines(size_t size)
+  CacheAlignedBytes() = default;
+  explicit CacheAlignedBytes(size_t size)
       : size_(size), room_(std::make_unique_for_overwrite<std::byte[]>(size + kLine - 1)) {}
 
   std::byte* data() {
@@ -58,10 +58,10 @@ public:
     if (!begin) return nullptr;
     return begin + (kLine - reinterpret_cast<uintptr_t>(begin) % kLine) % kLine;
   }
-  const std::byte* data() const { return const_cast<CacheLines*>(this)->data(); }
+  const std::byte* data() const { return const_cast<CacheAlignedBytes*>(this)->data(); }
   std::span<const std::byte> bytes() const { return {data(), size_}; }
   size_t memory() const { return room_ ? size_ + kLine - 1 : 0; }
-  friend bool operator==(const CacheLines& a, const CacheLines& b) {
+  friend bool operator==(const CacheAlignedBytes& a, const CacheAlignedBytes& b) {
     return std::ranges::equal(a.bytes(), b.bytes());
   }
 
@@ -78,7 +78,7 @@ struct Block {
   int rank = 0, stride = 0; // as in BlockTerms
   uint64_t present = 0;     // texel mask, as in encodeBlock
   size_t lights = 0;
-  CacheLines values; // laid out as levelsOffset and valuesBytes say
+  CacheAlignedBytes values; // laid out as levelsOffset and valuesBytes say
 
   BlockTerms terms() const { return blockTerms(rank, stride, lights, values.data()); }
   const float* light(size_t l) const { return terms().light(l); }

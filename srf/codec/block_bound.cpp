@@ -22,7 +22,7 @@ template <class T> T squaredError(const T& r) {
 
 double errorWeight(double rms, double white) { return 1 / std::sqrt(squaredError(rms / white)); }
 
-BlockWeights blockWeights(const BlockSquares& squares, double white) {
+BlockWeights blockWeights(const ChannelEnergies& squares, double white) {
   using PerChannel = Eigen::Array3Xd;
   using PerLight = Eigen::Array<double, 1, Eigen::Dynamic>;
   const PerChannel means = squares.sums.array() / static_cast<double>(squares.texels);
@@ -32,11 +32,11 @@ BlockWeights blockWeights(const BlockSquares& squares, double white) {
   return {ratios.rowwise().mean().sqrt().matrix(), ofLights.sqrt().inverse().matrix().transpose()};
 }
 
-double weightedSquares(const BlockSquares& squares, const BlockWeights& weights) {
+double weightedSquares(const ChannelEnergies& squares, const BlockWeights& weights) {
   return weights.channels.cwiseAbs2().dot(squares.sums * weights.lights.cwiseAbs2());
 }
 
-double blockErrorBound(const BlockSquares& squares, const BlockWeights& weights, double tolerance,
+double blockErrorBound(const ChannelEnergies& squares, const BlockWeights& weights, double tolerance,
                        double white) {
   const auto values = static_cast<double>(3 * squares.texels * squares.sums.cols());
   const double floor = kFaint * white * errorWeight(kFaint * white, white) * std::sqrt(values);

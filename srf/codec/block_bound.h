@@ -21,19 +21,19 @@ struct BlockWeights {
 };
 
 // Sums of X^2 over `texels` texels, for each channel and light.
-struct BlockSquares {
+struct ChannelEnergies {
   Eigen::Matrix3Xd sums;
   Eigen::Index texels = 0;
 };
 
-BlockWeights blockWeights(const BlockSquares& squares, double white);
+BlockWeights blockWeights(const ChannelEnergies& squares, double white);
 
 // |V X W|_F^2, with V and W the weights of channels and lights.
-double weightedSquares(const BlockSquares& squares, const BlockWeights& weights);
+double weightedSquares(const ChannelEnergies& squares, const BlockWeights& weights);
 
 // Bound on |V (X - X') W|_F: tau |V X W|_F, where a block darker than 0.001 white counts as that bright.
 // Never below 2.5e-4 max(V) |X W|_F, which 16 bits reach at full rank for any block.
-double blockErrorBound(const BlockSquares& squares, const BlockWeights& weights, double tolerance,
+double blockErrorBound(const ChannelEnergies& squares, const BlockWeights& weights, double tolerance,
                        double white);
 
 // Bound on the error of a channel's mean over texels and lights: 0.2 % of the mean, or of 0.001 white if the

@@ -72,7 +72,7 @@ public:
   struct Resident {
     const std::byte* values = nullptr; // as Block::values; null if the rank is 0
     uint16_t rank = 0, stride = 0;
-    mutable bool isWanted = false; // used since makeRoom's last pass; accessed through atomic_ref
+    mutable bool isReferenced = false; // used since evict's last pass; accessed through atomic_ref
 
     BlockTerms terms(const ViewHeader& view) const {
       return blockTerms(rank, stride, static_cast<size_t>(view.lights), values);
@@ -104,9 +104,9 @@ private:
   };
 
   static void want(const Resident& resident) {
-    const std::atomic_ref isWanted(resident.isWanted);
-    if (!isWanted.load(std::memory_order_relaxed)) // write only once, so that the line stays shared
-      isWanted.store(true, std::memory_order_relaxed);
+    const std::atomic_ref isReferenced(resident.isReferenced);
+    if (!isReferenced.load(std::memory_order_relaxed)) // write only once, so that the line stays shared
+      isReferenced.store(true, std::memory_order_relaxed);
   }
   const uint32_t& placeOf(BlockKey key) const {
     return grids_[key.view].places[views_[key.view].cell(key.block)];
@@ -117,7 +117,7 @@ private:
   // Adds a block that is not in memory; returns its place.
   uint32_t insert(BlockKey key, std::shared_ptr<const Block> block);
   void remove(uint32_t place);
-  void makeRoom(uint32_t newest);
+  void evict(uint32_t newest);
 
   std::span<const ViewFile> views_;
   size_t budget_;
@@ -126,7 +126,7 @@ private:
   mutable std::mutex mutex_;   // guards the members below
   std::vector<Owner> owners_;  // one a place
   std::vector<uint32_t> free_; // unused places
-  size_t hand_ = 0;            // the place that makeRoom examines next
+  size_t hand_ = 0;            // the place that evict examines next
   size_t memory_ = 0;          // bytes of all blocks
   CacheCounts counts_;
 };

@@ -118,11 +118,11 @@ struct StoredErrors {
 
 // Sums of (X - X')^2; of X^2 if there are no terms. `clipped`, if not null, receives the squared error after
 // both are clipped to [0, white].
-BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, double white = 0,
-                       double* clipped = nullptr) {
+ChannelEnergies squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, double white = 0,
+                          double* clipped = nullptr) {
   const size_t rank = stored.terms.size(), lights = x.columns();
   std::vector<double> levels(x.rows() * rank);
-  const PaddedRows<double> perLevel = shownPerLevel(stored, lights);
+  const PaddedRows<double> perLevel = radiancePerLevel(stored, lights);
   for (size_t k = 0; k < rank; ++k)
     for (size_t i = 0; i < x.rows(); ++i)
       levels[(i / 3 * rank + k) * 3 + i % 3] = double{stored.terms[k].levels[i]};
@@ -130,7 +130,7 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, do
   blockErrors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white, sums.row(0),
                clipped ? clippedSums.row(0) : nullptr});
   const auto columns = static_cast<Eigen::Index>(lights);
-  BlockSquares squares{Eigen::Matrix3Xd(3, columns), static_cast<Eigen::Index>(x.rows() / 3)};
+  ChannelEnergies squares{Eigen::Matrix3Xd(3, columns), static_cast<Eigen::Index>(x.rows() / 3)};
   for (int c = 0; c < 3; ++c)
     squares.sums.row(c) = Eigen::Map<const Eigen::RowVectorXd>(sums.row(static_cast<size_t>(c)), columns);
   if (clipped) *clipped = std::accumulate(clippedSums.row(0), clippedSums.row(0) + lights, 0.);
@@ -139,7 +139,7 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, do
 
 StoredErrors errorsOf(const MeasuredBlock& block, const StoredTerms& stored) {
   StoredErrors errors;
-  const BlockSquares squares = squaresOf(block.x, stored, block.white, &errors.clipped);
+  const ChannelEnergies squares = squaresOf(block.x, stored, block.white, &errors.clipped);
   errors.squared = squares.sums.sum();
   errors.weighted = weightedSquares(squares, block.weights);
   return errors;
@@ -287,7 +287,7 @@ PaddedRows<float> byRows(const MatrixXf& m) {
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
   MeasuredBlock block{byRows(radiance), white, {}, 0, 0, {}};
-  const BlockSquares squares = squaresOf(block.x, {});
+  const ChannelEnergies squares = squaresOf(block.x, {});
   block.weights = blockWeights(squares, white);
   block.squared = weightedSquares(squares, block.weights);
   const double bound = blockErrorBound(squares, block.weights, tolerance, white);

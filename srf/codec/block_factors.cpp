@@ -58,7 +58,7 @@ template <class Real> BlockFactors<Real> factorised(const WeightedBlock<Real>& b
   const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
   const PaddedRows<Real>& narrow = overLights ? x : turned; // lights or rows, whichever are fewer, as columns
   const PaddedRows<Real> gram = gramOf(narrow);
-  Spectrum<Real> spectrum = strongestVectors(gram, left);
+  Eigenvectors<Real> spectrum = dominantEigenvectors(gram, left);
 
   std::vector<double> energies;
   PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies);

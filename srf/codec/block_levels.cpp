@@ -38,7 +38,7 @@ public:
       : rows_(block.values.rows()), rank_(stored.terms.size()), q_(rows_, rank_), c_(rank_, rank_),
         r_(rows_, rank_), inverse_(c_.stride()), last_(rank_), sums_(rank_) {
     const size_t lights = block.values.columns();
-    const PaddedRows<double> shown = shownPerLevel(stored, lights);
+    const PaddedRows<double> shown = radiancePerLevel(stored, lights);
     PaddedRows<Real> pw(rank_, lights), wp(lights, rank_), ofLevels(rows_, rank_);
     for (size_t k = 0; k < rank_; ++k) {
       const StoredTerm& term = stored.terms[k];

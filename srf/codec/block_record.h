@@ -52,7 +52,7 @@ struct StoredTerms {
 };
 
 // Radiance that one level of an eigenimage adds under each light, after decoding: [terms][lights].
-PaddedRows<double> shownPerLevel(const StoredTerms& stored, size_t lights);
+PaddedRows<double> radiancePerLevel(const StoredTerms& stored, size_t lights);
 
 std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored);
 

@@ -60,7 +60,7 @@ size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, do
 
 } // namespace
 
-template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated) {
+template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<Real>& gram, Real tolerated) {
   const size_t n = gram.rows();
   double trace = 0;
   for (size_t i = 0; i < n; ++i) trace += static_cast<double>(gram.row(i)[i]);
@@ -119,14 +119,14 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
   const size_t size = alpha.size();
   PaddedRows<Real> chosen(size, terms);
   transpose(ritz.vectors.row(0), ritz.vectors.stride(), terms, size, chosen.row(0), chosen.stride());
-  Spectrum<Real> spectrum{PaddedRows<Real>(n, terms), trace};
+  Eigenvectors<Real> spectrum{PaddedRows<Real>(n, terms), trace};
   multiply(MatrixProduct<Real>{q.row(0), 1, q.stride(), chosen.row(0), chosen.stride(),
                                spectrum.vectors.row(0), spectrum.vectors.stride(), n, size, chosen.stride(),
                                false});
   return spectrum;
 }
 
-template Spectrum<float> strongestVectors(const PaddedRows<float>&, float);
-template Spectrum<double> strongestVectors(const PaddedRows<double>&, double);
+template Eigenvectors<float> dominantEigenvectors(const PaddedRows<float>&, float);
+template Eigenvectors<double> dominantEigenvectors(const PaddedRows<double>&, double);
 
 } // namespace surflect::codec

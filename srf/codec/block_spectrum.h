@@ -5,7 +5,7 @@
 
 namespace surflect::codec {
 
-template <class Real> struct Spectrum {
+template <class Real> struct Eigenvectors {
   PaddedRows<Real> vectors; // [rows of the Gram matrix][terms], orthonormal columns by descending eigenvalue
   double trace = 0;
 };
@@ -16,6 +16,6 @@ template <class Real> struct Spectrum {
 //
 // Lanczos iteration [Lanczos 1950] with full reorthogonalisation, stopped once the remainder is small enough,
 // which takes far fewer steps than the matrix has rows.
-template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated);
+template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<Real>& gram, Real tolerated);
 
 } // namespace surflect::codec

@@ -18,7 +18,7 @@ struct ReflectanceStack {
   image::Image alpha;               // 1 channel: the fraction of a pixel that the object covers
 };
 
-struct StoreOptions {
+struct EncodeOptions {
   double tolerance = 0.02;   // error tolerance of every block; see blockErrorBound
   double white = 1;          // radiance of a white pixel, 1e-20..1e20
   double presentAlpha = 0.5; // texels with at least this alpha are stored
@@ -48,7 +48,7 @@ struct EncodedView {
 
 // Encodes all blocks in parallel; the bytes do not depend on the number of threads. Throws Error if image
 // sizes disagree or a radiance is not finite and below 1e30, and Cancelled.
-EncodedView encodeView(const ReflectanceStack& stack, const StoreOptions& options,
+EncodedView encodeView(const ReflectanceStack& stack, const EncodeOptions& options,
                        const Progress& progress = {});
 
 } // namespace surflect::codec

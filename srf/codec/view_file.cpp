@@ -191,7 +191,7 @@ BlockPosition ViewFile::position(uint32_t block) const {
   return {place % across, place / across};
 }
 
-size_t ViewFile::stretchLength(std::span<const uint32_t> blocks) const {
+size_t ViewFile::readRunLength(std::span<const uint32_t> blocks) const {
   assert(!blocks.empty() && blocks.back() < blockCount());
   // Bytes of the largest gap that is read rather than skipped, and of the largest read-ahead that the system
   // accepts; and the most blocks in a stretch, so that other threads get work too.
@@ -206,7 +206,7 @@ size_t ViewFile::stretchLength(std::span<const uint32_t> blocks) const {
   return count;
 }
 
-void ViewFile::announce(std::span<const uint32_t> stretch) const {
+void ViewFile::adviseRead(std::span<const uint32_t> stretch) const {
   const uint64_t begin = offsets_[stretch.front()], end = offsets_[stretch.back() + 1];
   // Only a hint: ignoring it costs time alone.
   ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),

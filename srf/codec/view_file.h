@@ -82,9 +82,9 @@ public:
 
   // The number of leading blocks of `blocks` best read in one piece, with the gaps between them. `blocks`
   // must ascend and hold at least one.
-  size_t stretchLength(std::span<const uint32_t> blocks) const;
+  size_t readRunLength(std::span<const uint32_t> blocks) const;
   // Advises the system to read a stretch ahead.
-  void announce(std::span<const uint32_t> stretch) const;
+  void adviseRead(std::span<const uint32_t> stretch) const;
   // Reads a stretch in one piece and calls use(i, block) for each of its blocks in turn. Throws Error with
   // the field "block (x, y)": the first block with a wrong checksum, or the first of the stretch if reading
   // fails.

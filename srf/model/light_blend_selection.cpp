@@ -53,12 +53,13 @@ float shown(float radiance, float white) {
 
 } // namespace
 
-LightSamples::LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance)
+ReflectanceSamples::ReflectanceSamples(std::vector<Direction3<AcquisitionSpace>> towards,
+                                       std::vector<Rgb> irradiance)
     : towards_(std::move(towards)), irradiance_(std::move(irradiance)), reflectance_(towards_.size()) {
   assert(towards_.size() == irradiance_.size());
 }
 
-void LightSamples::add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal) {
+void ReflectanceSamples::add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal) {
   normals_.push_back(normal);
   assert(reflectance.size() == reflectance_.size());
   for (size_t light = 0; light < reflectance.size(); ++light) {
@@ -69,8 +70,8 @@ void LightSamples::add(std::span<const Rgb> reflectance, const Normal3<Acquisiti
 }
 
 // Photometric normal of each texel, refitted without one light; zero where the other lights determine none.
-std::vector<Normal3<AcquisitionSpace>> LightSamples::normalsWithout(size_t light,
-                                                                    const Progress& progress) const {
+std::vector<Normal3<AcquisitionSpace>> ReflectanceSamples::normalsWithout(size_t light,
+                                                                          const Progress& progress) const {
   std::vector<size_t> others;
   std::vector<Vec3<double>> towards;
   for (size_t other = 0; other < towards_.size(); ++other) {
@@ -93,9 +94,10 @@ std::vector<Normal3<AcquisitionSpace>> LightSamples::normalsWithout(size_t light
 }
 
 // Sum of squared errors of each candidate, for the photographs of `light` predicted from the other lights.
-std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const ulr::LightBlend> candidates,
-                                                std::span<const Normal3<AcquisitionSpace>> normals,
-                                                float white, const Progress& progress) const {
+std::vector<double> ReflectanceSamples::leftOutErrors(size_t light,
+                                                      std::span<const ulr::LightBlend> candidates,
+                                                      std::span<const Normal3<AcquisitionSpace>> normals,
+                                                      float white, const Progress& progress) const {
   std::vector<size_t> indices;
   std::vector<Direction3<AcquisitionSpace>> others;
   std::vector<Direction3<AcquisitionSpace, double>> covering;
@@ -105,7 +107,7 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const ul
     others.push_back(towards_[other]);
     covering.push_back(towards_[other].cast<double>());
   }
-  const ulr::LightCoverage coverage(covering);
+  const ulr::LightExtrapolationFade coverage(covering);
   std::vector<ulr::BlendSet> blends;
   for (const ulr::LightBlend& candidate : candidates)
     blends.push_back(
@@ -150,13 +152,14 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const ul
   return errors;
 }
 
-LightBlendSelection LightSamples::choose(double white, NormalsFrom normals, const Progress& progress) const {
+LightBlendSelection ReflectanceSamples::choose(double white, NormalsFrom normals,
+                                               const Progress& progress) const {
   constexpr double kGoodEnough = 1.12;
   constexpr double kUnseen = 1 / (12 * 255.0 * 255.0); // squared error of rounding to 8 bits
   const size_t lights = towards_.size();
   std::vector<Direction3<AcquisitionSpace, double>> covering;
   for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
-  const auto fits = foreshortenedFits(normals, ulr::LightCoverage(covering).spacing());
+  const auto fits = foreshortenedFits(normals, ulr::LightExtrapolationFade(covering).spacing());
   const auto candidates = candidatesFor(lights, fits);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);

@@ -22,10 +22,10 @@ struct LightBlendSelection {
 enum class NormalsFrom { shape, photographs, nothing };
 
 // Reflectance of a sample of texels under every light, with their normals.
-class LightSamples {
+class ReflectanceSamples {
 public:
   // Unit direction to each light, and its irradiance (> 0) at a typical place, which scales the errors.
-  LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance);
+  ReflectanceSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance);
 
   // Adds a texel: its radiance under each light divided by the light's irradiance there (#lights), and its
   // unit surface normal.

@@ -28,7 +28,7 @@ struct Manifest {
   double tolerance = 0; // error tolerance of every block; see blockErrorBound
   ulr::LightBlend lightBlend;
   size_t surfels = 0, views = 0, lights = 0;
-  std::string rig, cloud, fades;          // checksums of transforms.json, surfels.ply and fades.bin
+  std::string rig, cloud, visibility;     // checksums of transforms.json, surfels.ply and fades.bin
   std::vector<std::string> viewChecksums; // ViewFile::checksum of each view
 };
 

@@ -17,7 +17,7 @@ struct MattedView {
 
 // Fills a missing matte from the silhouette of the impostor. Inside the silhouette's rim, where an impostor
 // off by a pixel or two would show background, colours are continued from further inside.
-MattedView withMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
-                     const RayCaster<AcquisitionSpace>& impostor);
+MattedView fillMissingMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
+                            const RayCaster<AcquisitionSpace>& impostor);
 
 } // namespace surflect::model

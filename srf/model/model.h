@@ -22,7 +22,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress = 
 struct ModelContent {
   const capture::Capture& rig;
   const SurfelCloud& cloud;
-  const ulr::VisibilityWeights& fades;
+  const ulr::VisibilityWeights& visibility;
   double white, tolerance;
   ulr::LightBlend lightBlend;
 };

@@ -5,7 +5,7 @@
 #include "srf/model/matted_view.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
-#include "srf/model/pack_survey.h"
+#include "srf/model/pack_prepass.h"
 #include "srf/proxy/mesh/enclosed.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -112,19 +112,18 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const Stopwatch fadeWatch;
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
-  const ulr::VisibilityWeights fades = ulr::visibilityWeights(cloud, cameras, impostor, progress);
+  const ulr::VisibilityWeights visibility = ulr::visibilityWeights(cloud, cameras, impostor, progress);
   report.fadeSeconds = fadeWatch.seconds();
 
   const Stopwatch storeWatch;
   const auto identityPath = folder / packIdentityPath();
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
-  std::optional<PackSurvey> surveyed;
+  std::optional<PackPrepass> surveyed;
   if (resumes && std::filesystem::exists(folder / surveyPath()))
-    surveyed = parsePackSurvey(readFile(folder / surveyPath()));
+    surveyed = parsePackPrepass(readFile(folder / surveyPath()));
   if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
-  if (!surveyed)
-    surveyed = surveyCapture(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
-  codec::StoreOptions store;
+  if (!surveyed) surveyed = prepass(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
+  codec::EncodeOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
   report.lightChoice = surveyed->lights;
@@ -133,7 +132,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     removeViews(folder); // else an interrupted run would leave stale views to be resumed
     writeFileAtomically(identityPath, identity);
   }
-  writeFileAtomically(folder / surveyPath(), packSurveyText(*surveyed));
+  writeFileAtomically(folder / surveyPath(), packPrepassText(*surveyed));
 
   std::vector<size_t> missing;
   report.ofView.resize(frames.size());
@@ -149,16 +148,18 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     const size_t view = missing[i];
     const Progress ofView = stepOf(progress, "reflectance images", i, missing.size());
     ofView("", 0);
-    const MattedView loaded = withMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
+    const MattedView loaded =
+        fillMissingMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
     const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, progress);
     writeView(folder, view, encoded);
     report.ofView[view] = encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
   }
   for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
-  writeModel(folder,
-             {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, surveyed->lights.blend},
-             progress);
+  writeModel(
+      folder,
+      {rigOf(capture, frames), cloud, visibility, store.white, store.tolerance, surveyed->lights.blend},
+      progress);
   report.storeSeconds = storeWatch.seconds();
   progress("reflectance images", 1);
   return report;

@@ -107,17 +107,17 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
   }
   const MemoryUse memory = memoryUse();
   const SurfelEstimate surfels = estimateSurfels(capture, surface, spacing, impostor, quiet);
-  const double fades = surfels.count * static_cast<double>(frames.size());
+  const double visibility = surfels.count * static_cast<double>(frames.size());
   const double slowness = surfels.seconds / (kSecondsPerSurfel * surfels.count); // this machine
   const double readings =
       static_cast<double>(capture.frames.size()) *
       (1 + static_cast<double>(std::min(kSurveyed, frames.size())) / static_cast<double>(frames.size()));
   PackEstimate estimate;
   estimate.surfels = static_cast<size_t>(surfels.count);
-  estimate.diskBytes = static_cast<uint64_t>(2 * values / kRatio + 44 * surfels.count + fades / 8);
-  estimate.memoryBytes = static_cast<uint64_t>(
-      std::max(memory.peakBytes,
-               memory.anonymousBytes + std::max(32 * largest, kBytesPerSurfel * surfels.count + 3 * fades)));
+  estimate.diskBytes = static_cast<uint64_t>(2 * values / kRatio + 44 * surfels.count + visibility / 8);
+  estimate.memoryBytes = static_cast<uint64_t>(std::max(
+      memory.peakBytes,
+      memory.anonymousBytes + std::max(32 * largest, kBytesPerSurfel * surfels.count + 3 * visibility)));
   estimate.seconds = secondsSoFar + surfels.seconds + surfels.fadeSeconds +
                      readings * source.secondsPerPicture(quiet) + slowness * kSecondsPerValue * values;
   return estimate;

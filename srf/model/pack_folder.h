@@ -12,7 +12,7 @@ namespace surflect::model {
 
 // views/identity: the packIdentity of the run that wrote the files.
 std::filesystem::path packIdentityPath();
-// views/survey: a packSurveyText.
+// views/survey: a packPrepassText.
 std::filesystem::path surveyPath();
 
 // Returns true if the folder has a manifest, which is written last.

@@ -37,8 +37,8 @@ struct Inflate : z_stream {
 } // namespace
 
 // Stored view by view, the few distinct values of fades form long runs, which deflate compresses well.
-std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const Progress& progress) {
-  const size_t surfels = fades.views ? fades.values.size() / fades.views : 0;
+std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& visibility, const Progress& progress) {
+  const size_t surfels = visibility.views ? visibility.values.size() / visibility.views : 0;
   std::vector<std::byte> packed;
   Deflate stream;
   std::vector<Bytef> in(kPortion), out(kPortion);
@@ -55,9 +55,9 @@ std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const
     } while (stream.avail_out == 0);
   };
   size_t held = 0;
-  for (size_t view = 0; view < fades.views; ++view)
+  for (size_t view = 0; view < visibility.views; ++view)
     for (size_t i = 0; i < surfels; ++i) {
-      in[held++] = fades.values[i * fades.views + view];
+      in[held++] = visibility.values[i * visibility.views + view];
       if (held == in.size()) {
         give(held, Z_NO_FLUSH);
         held = 0;
@@ -78,7 +78,7 @@ ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_
   const size_t most = kDensest * packed.size();
   if (views > 0 && surfels > most / views) throw mismatch();
 
-  ulr::VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
+  ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
   Inflate stream;
   const size_t atOnce =
       std::min(views, std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews));
@@ -90,7 +90,7 @@ ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_
     const size_t count = filled / std::max(surfels, size_t{1});
     if (count == 0) return;
     for (size_t i = 0; i < surfels; ++i)
-      for (size_t k = 0; k < count; ++k) fades.values[i * views + view + k] = columns[k * surfels + i];
+      for (size_t k = 0; k < count; ++k) visibility.values[i * views + view + k] = columns[k * surfels + i];
     view += count;
     filled -= count * surfels;
     std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
@@ -108,14 +108,14 @@ ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_
     stream.avail_out = static_cast<uInt>(room);
     status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR if the data end too early
     filled += room - stream.avail_out;
-    if ((status != Z_OK && status != Z_STREAM_END) || filled > fades.values.size() - view * surfels)
+    if ((status != Z_OK && status != Z_STREAM_END) || filled > visibility.values.size() - view * surfels)
       throw mismatch();
     if (filled + 1 >= columns.size()) turnColumns();
   }
   turnColumns();
-  if (view * surfels + filled != fades.values.size() || read != packed.size() || stream.avail_in != 0)
+  if (view * surfels + filled != visibility.values.size() || read != packed.size() || stream.avail_in != 0)
     throw mismatch();
-  return fades;
+  return visibility;
 }
 
 } // namespace surflect::model

@@ -11,7 +11,8 @@
 namespace surflect::model {
 
 // Compresses the weights. Throws Cancelled.
-std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const Progress& progress = {});
+std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& visibility,
+                                      const Progress& progress = {});
 
 // Decompresses the weights. Throws Error unless there are exactly surfels x views, and Cancelled.
 ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,

@@ -22,7 +22,7 @@
 namespace surflect::shading {
 
 // Best view of a query: the least penalty, and whether a view sees the surfel at all.
-struct Sight {
+struct BestView {
   float penalty = std::numeric_limits<float>::infinity(); // including fallback views
   bool isSeen = false; // true if a view sees the surfel, not only fallbacks
 };
@@ -37,25 +37,25 @@ public:
   // Prepares the weights of up to kQueryLanes queries from `begin` on, in vector lanes.
   void prepare(size_t begin, size_t count);
   // Calls use(view, weight) for each blended view of the lane-th prepared query.
-  template <class Use> Sight forEach(size_t lane, const Use& use) {
+  template <class Use> BestView forEach(size_t lane, const Use& use) {
     if (!nearest_ && blends_->isPrecise(lane) && blends_->penalty(lane) <= ulr::kFallbackFrom) {
       blends_->forEach(lane, use);
       return {blends_->penalty(lane), true};
     }
-    const auto [weights, sight] = blend(begin_ + lane);
+    const auto [weights, best] = blend(begin_ + lane);
     for (const auto& [view, weight] : weights) use(view, weight);
-    return sight;
+    return best;
   }
 
   // Weights of one query, computed by a loop over all views.
   struct Blend {
     ulr::BlendSet weights;
-    Sight sight;
+    BestView best;
   };
   Blend blend(size_t query);
 
   // Computes the penalties of all views for one query, as penalty() requires.
-  Sight ratePenalties(size_t query);
+  BestView ratePenalties(size_t query);
   // Penalty of a view and a light with penalty l >= 0: p_i + l, or that of the fallback if less. Infinite if
   // the view may not be used.
   float penalty(size_t view, float ofLight) const {
@@ -69,7 +69,7 @@ private:
   struct Query {
     Point3<AcquisitionSpace, double> p0;
     Vec3<double> normal;
-    std::span<const uint8_t> fades; // s_i, encoded
+    std::span<const uint8_t> visibility; // s_i, encoded
     Direction3<AcquisitionSpace> towardsView;
   };
   struct Fallback {
@@ -88,7 +88,7 @@ private:
   const size_t count_; // number of views blended
   const bool nearest_; // true if penalties are plain 1 - cos theta_i
   std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints_;
-  ulr::SourceAngles angles_;
+  ulr::SourcePenalties angles_;
   ulr::NearestViews nearestViews_;
   size_t begin_ = 0;
   const ulr::QueryBlends* blends_ = nullptr;

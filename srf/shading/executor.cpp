@@ -37,7 +37,7 @@ private:
 // Texel position of an operation, and the places (BlockCache::Grid) of its blocks in the order of
 // forEachBlock.
 struct Location {
-  TexelPlace place;
+  TexelPosition place;
   bool areInMemory; // true if all blocks are in memory
   bool isWaiting;   // true if a block is on disk
   std::array<uint32_t, 4> blocks;
@@ -81,7 +81,7 @@ public:
   // Finds the blocks of an operation and prefetches their entries in the cache.
   [[gnu::always_inline]] void locate(const ShadingOp& op, Location& location) const {
     const codec::BlockCache::Grid& grid = cache_.grid(op.view);
-    location.place = TexelPlace::at(grid.header, op.x, op.y);
+    location.place = TexelPosition::at(grid.header, op.x, op.y);
     location.areInMemory = true;
     location.isWaiting = false;
     uint32_t* next = location.blocks.data();

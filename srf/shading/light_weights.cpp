@@ -74,7 +74,7 @@ std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const Reflecta
 }
 
 double lightSpacing(const ReflectanceField& field) {
-  return ulr::LightCoverage(lightDirections(field)).spacing();
+  return ulr::LightExtrapolationFade(lightDirections(field)).spacing();
 }
 
 std::optional<ulr::LightTable> lightTable(const ReflectanceField& field, const ShadeOptions& options,
@@ -132,7 +132,7 @@ void LightWeights::Sums::moveTo(LightRows& rows) {
   }
 }
 
-LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage,
+LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                            const QueryBatch& batch, const ShadeOptions& options)
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       how_(lightBlend(field, options)),
@@ -161,7 +161,7 @@ void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     ulr_.blend({towards.data(), count}, how_.lights, ulrOfLight_[l]);
   }
-  isGrouped_ = canBeGrouped_ && std::ranges::all_of(ulrOfLight_, &ulr::QueryBlends::areComplete);
+  isGrouped_ = canBeGrouped_ && std::ranges::all_of(ulrOfLight_, &ulr::QueryBlends::allWeightsPositive);
   if (isGrouped_) appendGroup(rows);
 }
 
@@ -268,7 +268,7 @@ ulr::BlendSet LightWeights::blendOf(const ulr::QueryBlends& ulr, size_t lane,
   }
   const ulr::BlendSet mean = ulr.of(lane);
   for (const auto& [light, weight] : mean) lights_.evaluate(light);
-  return ulr::fitted(mean, ulr.penalty(lane), lights_.towards(), towards, how_, coverage_, beyond);
+  return ulr::fittedBlend(mean, ulr.penalty(lane), lights_.towards(), towards, how_, coverage_, beyond);
 }
 
 void LightWeights::setNormal(uint32_t surfel) {

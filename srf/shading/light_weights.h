@@ -39,7 +39,7 @@ ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& op
 // Unit direction to each light of the rig, from the middle of the cloud.
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const ReflectanceField& field);
 
-// Spacing of the rig's lights, in radians; see LightCoverage.
+// Spacing of the rig's lights, in radians; see LightExtrapolationFade.
 double lightSpacing(const ReflectanceField& field);
 
 // Tabulated weights of captured lights for environments. Empty if the weights depend on the surfel: lights
@@ -111,8 +111,8 @@ private:
 class LightWeights {
 public:
   // The arguments must outlive the weights. The field must be a full product of cameras and lights.
-  LightWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-               const ShadeOptions& options);
+  LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+               const QueryBatch& batch, const ShadeOptions& options);
 
   // Computes ULR weights of the queries from `begin` on (1..kQueryLanes), in vector lanes. Appends the rows
   // at once if no query of the group needs anything beyond these weights.
@@ -163,7 +163,7 @@ private:
   }
 
   const ReflectanceField& field_;
-  const ulr::LightCoverage& coverage_;
+  const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_;
   const ulr::LightBlend how_;

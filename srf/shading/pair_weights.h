@@ -19,11 +19,11 @@ namespace surflect::shading {
 class PairWeights {
 public:
   // The arguments must outlive the weights.
-  PairWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-              const ShadeOptions& options);
+  PairWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+              const QueryBatch& batch, const ShadeOptions& options);
 
   // Selects a query for the methods below, and computes its p_i.
-  Sight prepare(size_t query);
+  BestView prepare(size_t query);
 
   struct Blend {
     ulr::BlendSet weights; // index is the number of a pair
@@ -45,7 +45,7 @@ public:
 
 private:
   const ReflectanceField& field_;
-  const ulr::LightCoverage& coverage_;
+  const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_;
   const size_t count_; // number of pairs blended

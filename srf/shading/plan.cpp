@@ -43,8 +43,8 @@ private:
 // Plans cameras and lights with separate weights: one operation for each query and camera.
 class ProductPlanner {
 public:
-  ProductPlanner(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-                 const ShadeOptions& options)
+  ProductPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+                 const QueryBatch& batch, const ShadeOptions& options)
       : field_(field), batch_(batch), cameras_(field, batch, options),
         lights_(field, coverage, batch, options), emitter_(field.rig.views),
         viewColor_(blendColors(field.rig.views.size())) {}
@@ -60,12 +60,12 @@ public:
         const LightWeights::Row row = isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
         if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
         const auto place = field_.cloud.p0[batch_.surfels[begin + target]].cast<double>();
-        const Sight sight = cameras_.forEach(lane, [&](uint32_t view, float weight) {
+        const BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           emitter_.emit(place, target, view, weight, row.begin, row.end, plan);
           if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
         });
-        plan.confidence[target] = ulr::confidenceOf(sight.penalty);
-        if (!sight.isSeen) ++plan.unseen;
+        plan.confidence[target] = ulr::confidenceOf(best.penalty);
+        if (!best.isSeen) ++plan.unseen;
       }
     }
   }
@@ -88,8 +88,8 @@ private:
 // Plans (camera, light) pairs: one operation for each pair, or for each view and environment.
 class PairPlanner {
 public:
-  PairPlanner(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-              const ShadeOptions& options)
+  PairPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+              const QueryBatch& batch, const ShadeOptions& options)
       : field_(field), batch_(batch), pairs_(field, coverage, batch, options), emitter_(field.rig.views),
         viewColor_(blendColors(field.rig.views.size())), lightColor_(blendColors(field.rig.lights.size())),
         environmentBrightness_(environmentBrightness(batch)) {}
@@ -97,9 +97,9 @@ public:
   void plan(size_t begin, ShadingPlan& plan) {
     for (size_t i = 0; i < plan.queries; ++i) {
       cameraColor_ = lightBlendColor_ = {};
-      const Sight sight = pairs_.prepare(begin + i);
-      plan.confidence[i] = ulr::confidenceOf(sight.penalty);
-      if (!sight.isSeen) ++plan.unseen;
+      const BestView best = pairs_.prepare(begin + i);
+      plan.confidence[i] = ulr::confidenceOf(best.penalty);
+      if (!best.isSeen) ++plan.unseen;
       const size_t target = i * plan.targetsPerQuery;
       for (size_t l = 0; l < batch_.lights; ++l) planLight(begin + i, l, target + l, plan);
       for (size_t e = 0; e < batch_.environments.size(); ++e)
@@ -192,7 +192,7 @@ struct ShadingPlanner::Impl {
   const ReflectanceField& field;
   const QueryBatch& batch;
   ShadeOptions options;
-  ulr::LightCoverage coverage{lightDirections(field)};
+  ulr::LightExtrapolationFade coverage{lightDirections(field)};
   size_t targetsPerQuery = field.hasSeparateWeights() ? 1 : std::max(size_t{1}, batch.sources());
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return field.hasSeparateWeights()

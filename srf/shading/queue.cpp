@@ -15,7 +15,7 @@ namespace {
 
 // Blind operations: those of targets whose operations all see only background. Returns their indices,
 // ascending.
-std::vector<uint32_t> blindOps(const ExecutedPart& executed) {
+std::vector<uint32_t> lostTargetOps(const ExecutedPart& executed) {
   if (executed.lost == 0) return {};
   const ShadingPart& part = executed.part;
   std::vector<uint8_t> sees(part.targets);
@@ -27,8 +27,8 @@ std::vector<uint32_t> blindOps(const ExecutedPart& executed) {
 }
 
 // The blind operations, each moved to the nearest texel that its view stores.
-std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const uint32_t> blind,
-                               std::span<const codec::ViewFile> views) {
+std::vector<ShadingOp> movedToStoredTexels(std::span<const ShadingOp> ops, std::span<const uint32_t> blind,
+                                           std::span<const codec::ViewFile> views) {
   std::vector<ShadingOp> moved;
   for (const uint32_t number : blind) {
     ShadingOp& op = moved.emplace_back(ops[number]);
@@ -103,7 +103,7 @@ std::vector<Rgb> ShadingQueue::finish() {
     stats_.lookups += executed.lookups;
     stats_.lost += executed.lost;
   }
-  continueSurfaces();
+  retryLostTargets();
 
   std::vector<size_t> first{0}; // first target of each part, then the end
   for (const ExecutedPart& executed : parts) first.push_back(first.back() + executed.part.targets);
@@ -131,14 +131,14 @@ void ShadingQueue::executeWaiting(std::span<ExecutedPart> parts) {
 }
 
 // Repeats the operations of targets that see only background, at the nearest stored texels.
-void ShadingQueue::continueSurfaces() {
+void ShadingQueue::retryLostTargets() {
   const std::span parts(parts_.data(), count_);
   std::vector<std::vector<uint32_t>> blind(count_); // operation numbers, by part
   std::vector<std::vector<ShadingOp>> moved(count_);
   tbb::parallel_for(size_t{0}, count_, [&](size_t p) {
     progress_.checkpoint();
-    blind[p] = blindOps(parts[p]);
-    moved[p] = sighted(parts[p].part.ops, blind[p], cache_.views());
+    blind[p] = lostTargetOps(parts[p]);
+    moved[p] = movedToStoredTexels(parts[p].part.ops, blind[p], cache_.views());
   });
   if (std::ranges::all_of(blind, [](const auto& ops) { return ops.empty(); })) return;
   std::vector<ExecutedPart> again(count_);

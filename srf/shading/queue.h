@@ -70,7 +70,7 @@ public:
 
 private:
   void executeWaiting(std::span<ExecutedPart> parts);
-  void continueSurfaces();
+  void retryLostTargets();
 
   codec::BlockCache& cache_;
   ShadingStats& stats_;

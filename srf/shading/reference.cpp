@@ -118,7 +118,7 @@ public:
     const uint32_t surfel = batch_.surfels[query];
     p0_ = field_.cloud.p0[surfel].cast<double>();
     normal_ = assume<Normal3<AcquisitionSpace, double>>(rotationOf<double>(field_.cloud.r0[surfel]).col(2));
-    fades_ = field_.fades.of(surfel);
+    visibility_ = field_.visibility.of(surfel);
     towardsView_ = batch_.towardsView[query];
     const size_t target = query * targetsPerQuery();
     if (field_.hasSeparateWeights())
@@ -158,8 +158,8 @@ private:
             {static_cast<uint32_t>(pairs.size()), penalty(i, lightPenalty(field_.rig.lights[j], source))});
         pairs.push_back({i, column, j});
       }
-    const bool fades = source.extrapolation == ulr::LightExtrapolation::fade && !options_.nearest;
-    const float covered = fades ? coverage_.at(least) : 1;
+    const bool visibility = source.extrapolation == ulr::LightExtrapolation::fade && !options_.nearest;
+    const float covered = visibility ? coverage_.at(least) : 1;
     for (const auto& [number, w] : ulr::ulrWeights(nearest)) {
       const auto& [i, column, j] = pairs[number];
       rows.add(column, covered * ratio(source, j));
@@ -172,7 +172,7 @@ private:
     const capture::Camera<AcquisitionSpace>& camera = field_.rig.views[i].camera;
     const auto towards = capture::Viewpoint(camera).towards(p0_);
     const float angle = ulr::anglePenalty(towards.cast<float>(), towardsView_),
-                s = ulr::VisibilityWeights::decode(fades_[i]);
+                s = ulr::VisibilityWeights::decode(visibility_[i]);
     float p = std::numeric_limits<float>::infinity();
     if (s > 0) p = (options_.nearest ? angle : angle / s) + ofLight;
     const auto pixel = camera.project(p0_);
@@ -218,11 +218,11 @@ private:
   const QueryBatch& batch_;
   const ShadeOptions& options_;
   const ulr::LightBlend how_;
-  const ulr::LightCoverage coverage_;
+  const ulr::LightExtrapolationFade coverage_;
   // State of the current query.
   Point3<AcquisitionSpace, double> p0_;
   Normal3<AcquisitionSpace, double> normal_;
-  std::span<const uint8_t> fades_;
+  std::span<const uint8_t> visibility_;
   Direction3<AcquisitionSpace> towardsView_;
 };
 

@@ -20,7 +20,7 @@ struct ReflectanceField {
   capture::Capture rig;  // training views and lights only
   SurfelCloud cloud;
   Point3<AcquisitionSpace, double> middle; // middle of the cloud's bounding box
-  ulr::VisibilityWeights fades;            // one per surfel and view
+  ulr::VisibilityWeights visibility;       // one per surfel and view
   std::vector<codec::ViewFile> files;      // reflectance images, one file for each view of the rig
   // For each view, the light of each column; empty for fixed illumination.
   std::vector<std::vector<uint32_t>> columns;

@@ -16,12 +16,12 @@
 namespace surflect::shading {
 
 // A position between texel centres: the upper left texel, and the fractions of the way to the next ones.
-struct TexelPlace {
+struct TexelPosition {
   int x, y;          // not negative
   float right, down; // 0..1; 0 if the next texel is outside the image
 
   // Converts (x, y) in pixels, centres at +0.5, finite; clamps to the image.
-  static TexelPlace at(const codec::ViewHeader& view, float x, float y) {
+  static TexelPosition at(const codec::ViewHeader& view, float x, float y) {
     assert(std::isfinite(x) && std::isfinite(y));
     const float u = std::min(std::max(x - 0.5f, 0.f), static_cast<float>(view.width - 1));
     const float v = std::min(std::max(y - 0.5f, 0.f), static_cast<float>(view.height - 1));
@@ -71,7 +71,7 @@ private:
 // Calls use(position) for each block that holds a texel of nonzero weight: left before right, upper before
 // lower. A place inside one block visits it even if some texels lie outside the image, since blocks are
 // whole.
-template <class Use> inline void forEachBlock(const TexelPlace& place, const Use& use) {
+template <class Use> inline void forEachBlock(const TexelPosition& place, const Use& use) {
   const codec::BlockPosition first = place.block();
   if (place.isInOneBlock()) return use(first);
   const int acrossEnd =
@@ -115,7 +115,7 @@ private:
 // background are dropped and the others renormalised; empty if none is left. Blocks are visited in the order
 // of forEachBlock.
 template <class Block, class Find>
-void findTaps(const TexelPlace& place, const Find& find, ViewTaps<Block>& taps) {
+void findTaps(const TexelPosition& place, const Find& find, ViewTaps<Block>& taps) {
   taps.clear();
   float kept = 0;
   bool isWhole = true;

@@ -179,15 +179,15 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
   return map;
 }
 
-std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread,
-                                       const Progress& progress) {
+std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> lights, double spread,
+                                              const Progress& progress) {
   if (lights.empty()) return lights;
   std::vector<Cell> whole; // cells that need no further cut
   std::priority_queue<Cell> cells;
   cells.push(cellOf(lights, 0, lights.size()));
   double energy = 0, spreads = cells.top().spread;
   for (const EnvironmentLight& light : lights) energy += brightness(light.irradiance);
-  while (!cells.empty() && spreads > spread * energy && cells.size() + whole.size() < kMostGathered) {
+  while (!cells.empty() && spreads > spread * energy && cells.size() + whole.size() < kMaxClusteredLights) {
     progress.checkpoint();
     const Cell cell = cells.top();
     cells.pop();

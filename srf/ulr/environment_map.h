@@ -60,11 +60,12 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path,
 // are cut where directions, weighted by energy, spread most, until the mean spread is at most `spread` > 0;
 // small bright sources thus become lights of their own. Spread is the energy-weighted mean square distance of
 // directions from their light, on the unit sphere. A constant map becomes about 2 pi / (3 spread) lights, at
-// most kMostGathered. The integral of a smooth function f errs by about f'' spread / 2. Throws Cancelled.
+// most kMaxClusteredLights. The integral of a smooth function f errs by about f'' spread / 2. Throws
+// Cancelled.
 //   [after Debevec 2005, A Median Cut Algorithm for Light Probe Sampling]
-inline constexpr size_t kMostGathered = 4096;
-std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread,
-                                       const Progress& progress = {});
+inline constexpr size_t kMaxClusteredLights = 4096;
+std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> lights, double spread,
+                                              const Progress& progress = {});
 
 // Sum of irradiances; 4 pi times the radiance of a constant map.
 Rgb totalIrradiance(std::span<const EnvironmentLight> lights);

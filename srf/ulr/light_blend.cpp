@@ -16,8 +16,8 @@ namespace {
 // Within 60 degrees of l, x_i is the central projection of l_i to the tangent plane at l. With slope 1, sum
 // w'_i l_i = l up to the part of m that the ridge r leaves, for any lights. r = 0.1 is ours: 0.03 gains up to
 // 0.5 dB on matte surfaces, but makes the weights change faster where lights lie nearly in a line.
-void lean(BlendSet& blend, std::span<const Direction3<AcquisitionSpace>> lights,
-          const Direction3<AcquisitionSpace>& towards, double slope) {
+void correctTowardsPlane(BlendSet& blend, std::span<const Direction3<AcquisitionSpace>> lights,
+                         const Direction3<AcquisitionSpace>& towards, double slope) {
   constexpr double kRidge = 0.1, kLeastCosine = 0.5;
   constexpr double kNothing = 1e-30; // a single light has no plane
   const Vec3<double> l = towards.raw().cast<double>().normalized();
@@ -53,23 +53,23 @@ void normalize(BlendSet& blend) {
 
 BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                       const LightCoverage& coverage, LightExtrapolation extrapolation) {
+                       const LightExtrapolationFade& coverage, LightExtrapolation extrapolation) {
   NearestCandidates nearest(how.lights);
   for (uint32_t light = 0; light < lights.size(); ++light)
     nearest.offer({light, anglePenalty(lights[light], towards)});
   const auto sorted = nearest.sorted();
   if (sorted.empty()) return {}; // no valid direction
-  return fitted(ulrWeights(nearest), sorted[0].penalty, lights, towards, how, coverage, extrapolation);
+  return fittedBlend(ulrWeights(nearest), sorted[0].penalty, lights, towards, how, coverage, extrapolation);
 }
 
-BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
-                const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                const LightCoverage& coverage, LightExtrapolation extrapolation) {
+BlendSet fittedBlend(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
+                     const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                     const LightExtrapolationFade& coverage, LightExtrapolation extrapolation) {
   BlendSet blend = ulr;
   if (how.fit == LightFit::mean && extrapolation == LightExtrapolation::clamp) return blend;
   const float covered = coverage.at(nearest);
   if (how.fit == LightFit::plane) {
-    lean(blend, lights, towards, covered);
+    correctTowardsPlane(blend, lights, towards, covered);
     if (how.foreshortened) normalize(blend);
   }
   if (extrapolation == LightExtrapolation::fade)

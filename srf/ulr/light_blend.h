@@ -45,11 +45,11 @@ inline std::string_view nameOf(LightFit fit) { return fit == LightFit::mean ? "m
 // weights are multiplied by the coverage. Foreshortening itself is left to callers, who know the normal.
 BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                       const LightCoverage& coverage, LightExtrapolation extrapolation);
+                       const LightExtrapolationFade& coverage, LightExtrapolation extrapolation);
 
 // Computes blendOfLights from given ULR weights and the penalty of the nearest light.
-BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
-                const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                const LightCoverage& coverage, LightExtrapolation extrapolation);
+BlendSet fittedBlend(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
+                     const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                     const LightExtrapolationFade& coverage, LightExtrapolation extrapolation);
 
 } // namespace surflect::ulr

@@ -12,11 +12,11 @@ namespace surflect::ulr {
 enum class LightExtrapolation { clamp, fade };
 
 // Spacing of a rig's lights, and the fade of light beyond them.
-class LightCoverage {
+class LightExtrapolationFade {
 public:
   // `lights` are unit directions from the middle of the object to the captured lights. The spacing is the
   // largest distance from a light to its nearest neighbour, so that nothing fades between the rig's lights.
-  explicit LightCoverage(std::span<const Direction3<AcquisitionSpace, double>> lights);
+  explicit LightExtrapolationFade(std::span<const Direction3<AcquisitionSpace, double>> lights);
 
   // Radians; pi if there are fewer than two distinct directions, in which case nothing fades.
   double spacing() const { return spacing_; }

@@ -34,7 +34,7 @@ size_t cellsFor(size_t lights) {
 LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
                        LightExtrapolation extrapolation)
     : cells_(cellsFor(lights.size())) {
-  const LightCoverage coverage(lights);
+  const LightExtrapolationFade coverage(lights);
   std::vector<Direction3<AcquisitionSpace>> towards;
   for (const auto& light : lights) towards.push_back(light.cast<float>());
 

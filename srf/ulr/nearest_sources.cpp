@@ -172,17 +172,18 @@ SourceArrays::SourceArrays(std::span<const Source> sources)
   }
 }
 
-void SourceAngles::compute(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
-                           const Normal3<AcquisitionSpace>& normal) {
+void SourcePenalties::compute(const Point3<AcquisitionSpace>& place,
+                              const Direction3<AcquisitionSpace>& towards,
+                              const Normal3<AcquisitionSpace>& normal) {
   const std::array query{place.x(),   place.y(),  place.z(),  towards.x(), towards.y(),
                          towards.z(), normal.x(), normal.y(), normal.z()};
   writeAngles(sources_.x.data(), sources_.y.data(), sources_.z.data(), sources_.rest.data(),
               sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
 }
 
-NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& fades)
-    : fades_(fades), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
-  assert(views.size() == fades.views && views.size() < size_t{1} << 24);
+NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& visibility)
+    : visibility_(visibility), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
+  assert(views.size() == visibility.views && views.size() < size_t{1} << 24);
   for (const Source& view : views)
     if (!view.isDistant)
       farthest_ = std::max(farthest_, static_cast<float>(view.place.cwiseAbs().maxCoeff()));
@@ -197,9 +198,9 @@ NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeight
 void NearestViews::rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels,
                         const float* places, const float* towards, size_t slots) {
   for (size_t lane = 0; lane < kQueryLanes; ++lane) {
-    const uint8_t* fades = fades_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
+    const uint8_t* visibility = visibility_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
     for (size_t i = 0; i < views.size(); ++i)
-      inverseFades_[i * kQueryLanes + lane] = inverseFade_[fades[views[i]]];
+      inverseFades_[i * kQueryLanes + lane] = inverseFade_[visibility[views[i]]];
   }
   blends_.lost_ = writeDirections(sources_.data(), views.data(), views.size(), places, towards_.data());
   findNearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards, unlimited.data(),
@@ -218,8 +219,9 @@ void NearestViews::keepApart() {
 bool NearestViews::seeNoMore(size_t lane, size_t most, uint32_t surfel) const {
   size_t found = 0;
   while (found < most && blends_.nearest_.penalty[found][lane] < kInfinity) ++found;
-  const auto fades = fades_.of(surfel);
-  return static_cast<size_t>(std::ranges::count_if(fades, [](uint8_t fade) { return fade > 0; })) <= found;
+  const auto visibility = visibility_.of(surfel);
+  return static_cast<size_t>(std::ranges::count_if(visibility, [](uint8_t fade) { return fade > 0; })) <=
+         found;
 }
 
 // Lower bound on the distance of the nearest view to a place. All views are measured again only after the

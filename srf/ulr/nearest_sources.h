@@ -45,7 +45,7 @@ public:
   float weight(size_t lane, size_t i) const { return weights_[i * kQueryLanes + lane]; }
 
   // Returns true if every lane is precise and has no weight of 0.
-  bool areComplete() const { return lost_ == 0 && whole_ == 0xffff; }
+  bool allWeightsPositive() const { return lost_ == 0 && whole_ == 0xffff; }
 
   // Least penalty; infinite if there is no source.
   float penalty(size_t lane) const { return nearest_.penalty[0][lane]; }
@@ -91,9 +91,9 @@ struct SourceArrays {
 };
 
 // Angles of all sources at one place, for a single query.
-class SourceAngles {
+class SourcePenalties {
 public:
-  explicit SourceAngles(std::span<const Source> sources)
+  explicit SourcePenalties(std::span<const Source> sources)
       : sources_(sources), penalties_(sources_.x.size()), cosines_(sources_.x.size()) {}
 
   static constexpr float kError = 2e-6f; // largest error of penalties and cosines
@@ -122,7 +122,7 @@ SourceCone coneAround(const std::array<float, 3>& place, float radius, float dis
 class NearestViews {
 public:
   // `fades` has one column per view and must outlive this.
-  NearestViews(std::span<const Source> views, const VisibilityWeights& fades); // fewer than 2^24
+  NearestViews(std::span<const Source> views, const VisibilityWeights& visibility); // fewer than 2^24
 
   // Blends the `count` views (1..kMaxBlended) nearest to the requested unit directions, at 1..kQueryLanes
   // surfels and their places. Views whose fade is 0 are left out. The result is valid until the next call.
@@ -134,7 +134,7 @@ public:
   // drop a call whose only effect is prefetching.
   [[gnu::always_inline]] void prefetchFades(std::span<const uint32_t> surfels) const {
     for (const uint32_t surfel : surfels)
-      for (const uint32_t view : apart_) __builtin_prefetch(&fades_.of(surfel)[view]);
+      for (const uint32_t view : apart_) __builtin_prefetch(&visibility_.of(surfel)[view]);
   }
 
 private:
@@ -145,7 +145,7 @@ private:
   float missing(float limit, size_t count, std::span<const uint32_t> surfels) const;
   bool seeNoMore(size_t lane, size_t most, uint32_t surfel) const;
 
-  const VisibilityWeights& fades_;
+  const VisibilityWeights& visibility_;
   std::vector<SplitSource> sources_;
   SourceArrays lanes_;
   float farthest_ = 0;                 // largest coordinate of a view

@@ -154,7 +154,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
     covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
     towardsCaptured.push_back(covering.back().cast<float>());
   }
-  const ulr::LightCoverage coverage(covering);
+  const ulr::LightExtrapolationFade coverage(covering);
   for (const auto& texel : map->texels) {
     const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
     for (const auto& [light, weight] :
@@ -235,7 +235,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
       covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
       captured.push_back(covering.back().cast<float>());
     }
-    const ulr::LightCoverage coverage(covering);
+    const ulr::LightExtrapolationFade coverage(covering);
     const auto weightsOf = [&](std::span<const ulr::EnvironmentLight> environment, const Mat3<float>& turn) {
       std::vector<double> weights(model.rig.lights.size());
       double whole = 0;

@@ -69,8 +69,8 @@ TEST(Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
   evaluation::PooledMean interior;
   evaluation::Difference whole;
   for (int i = 0; i < 4; ++i) {
-    interior += evaluation::squaredError(evaluation::exposed(truths[i], 1 / *white),
-                                         evaluation::exposed(films[i], 1 / *white), interiors[i]);
+    interior += evaluation::squaredError(evaluation::applyExposure(truths[i], 1 / *white),
+                                         evaluation::applyExposure(films[i], 1 / *white), interiors[i]);
     whole += evaluation::compare(truths[i], films[i], 1 / *white);
   }
   // PSNR with 40, 100, 200, 400, 800 lights: 33.8, 41.0, 43.7, 46.4, 50.5 dB. On the whole mask 38.7: every

@@ -77,8 +77,8 @@ MatrixXd weighed(const MatrixXd& x, const BlockWeights& weights) {
 }
 
 // Squares of a matrix with rows and columns as in encodeBlock.
-BlockSquares blockSquares(const Eigen::MatrixXd& x) {
-  BlockSquares squares{Eigen::Matrix3Xd(3, x.cols()), x.rows() / 3};
+ChannelEnergies blockSquares(const Eigen::MatrixXd& x) {
+  ChannelEnergies squares{Eigen::Matrix3Xd(3, x.cols()), x.rows() / 3};
   for (Eigen::Index l = 0; l < x.cols(); ++l)
     squares.sums.col(l) = x.col(l).reshaped(3, squares.texels).rowwise().squaredNorm();
   return squares;
@@ -89,7 +89,7 @@ TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
     for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, 0.})
       for (const double white : {1e-6, 1.0, 1e4}) {
         const MatrixXd x = radiance.cast<double>();
-        const BlockSquares squares = blockSquares(x);
+        const ChannelEnergies squares = blockSquares(x);
         const BlockWeights weights = blockWeights(squares, white);
         const EncodedBlock encoded = encodeBlock(present, radiance, tolerance, white);
         const MatrixXd error = decoded(encoded, present, x.cols()) - x;

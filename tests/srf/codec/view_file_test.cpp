@@ -132,7 +132,7 @@ ViewFile rowOfBlocks(const std::filesystem::path& path, int count, size_t bytes)
 TEST(ViewFile, AStretchEndsAtAGapOrWhenItIsLong) {
   const image::TemporaryFolder folder;
   const ViewFile view = rowOfBlocks(folder / "long.srfb", 16, 20000);
-  const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.stretchLength(wanted); };
+  const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.readRunLength(wanted); };
   EXPECT_EQ(lengthOf({3}), 1u);
   EXPECT_EQ(lengthOf({3, 4, 5, 7, 8}), 3u);
   EXPECT_EQ(lengthOf({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}), 7u); // 2^17 bytes end within the seventh
@@ -140,7 +140,7 @@ TEST(ViewFile, AStretchEndsAtAGapOrWhenItIsLong) {
   const ViewFile small = rowOfBlocks(folder / "small.srfb", 100, 4);
   std::vector<uint32_t> all(100);
   std::iota(all.begin(), all.end(), 0u);
-  EXPECT_EQ(small.stretchLength(all), 64u);
+  EXPECT_EQ(small.readRunLength(all), 64u);
 }
 
 TEST(ViewFile, WhatCannotBeReadNamesItsBlock) {
@@ -168,7 +168,7 @@ TEST(ViewFile, AStretchHoldsWhatItsBlocksHold) {
   writeFileAtomically(folder / "some.srfb", encodeView(smallStack(), {}).file);
   const ViewFile view(folder / "some.srfb");
   const std::vector<uint32_t> some{0, 1, 3, 7, 8};
-  ASSERT_EQ(view.stretchLength(some), some.size());
+  ASSERT_EQ(view.readRunLength(some), some.size());
   size_t next = 0;
   view.read(some, [&](size_t i, const Block& block) {
     ASSERT_EQ(i, next++);
@@ -247,7 +247,7 @@ TEST(ViewFile, MissingFileAndFolderAreErrors) {
 }
 
 TEST(ViewEncoder, BadInputNamesImageAndPixel) {
-  const auto fieldOf = [](const ReflectanceStack& stack, const StoreOptions& options = {}) {
+  const auto fieldOf = [](const ReflectanceStack& stack, const EncodeOptions& options = {}) {
     try {
       encodeView(stack, options);
     } catch (const Error& error) {

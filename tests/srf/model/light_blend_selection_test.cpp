@@ -39,7 +39,7 @@ LightBlendSelection choiceFor(
   const auto towards = lightsOfACap(lights);
   std::vector<Rgb> irradiance;
   for (int i = 0; i < lights; ++i) irradiance.push_back(static_cast<float>(1 + i % 3) * Rgb{1, 1.5f, 0.5f});
-  LightSamples samples(towards, irradiance);
+  ReflectanceSamples samples(towards, irradiance);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(-0.3f, 0.3f);
   for (int texel = 0; texel < 500; ++texel) {
@@ -99,7 +99,7 @@ TEST(LightBlendSelection, NormalsThatPhotographsTellForeshortenAPlane) {
 TEST(LightBlendSelection, NormalsAreNotToldByTheLightLeftOut) {
   constexpr int lights = 7;
   const auto towards = lightsOfACap(lights);
-  LightSamples samples(towards, std::vector<Rgb>(lights, Rgb{1, 1, 1}));
+  ReflectanceSamples samples(towards, std::vector<Rgb>(lights, Rgb{1, 1, 1}));
   std::vector<Vec3<double>> directions;
   for (const auto& light : towards) directions.push_back(light.raw().cast<double>());
   std::mt19937 random(4);
@@ -138,7 +138,7 @@ TEST(LightBlendSelection, LightsFarApartAreNotForeshortened) {
     axis[i / 2] = i % 2 == 0 ? 1.f : -1.f;
     axes.push_back(assume<Direction>(axis));
   }
-  LightSamples samples(axes, std::vector<Rgb>(6, Rgb{1, 1, 1}));
+  ReflectanceSamples samples(axes, std::vector<Rgb>(6, Rgb{1, 1, 1}));
   std::mt19937 random(2);
   std::normal_distribution<float> normal;
   for (int texel = 0; texel < 500; ++texel) {
@@ -165,7 +165,7 @@ TEST(LightBlendSelection, TheUnitOfRadianceDoesNotMatter) {
 }
 
 TEST(LightBlendSelection, StopsWhenAsked) {
-  LightSamples samples(lightsOfACap(5), std::vector<Rgb>(5, Rgb{1, 1, 1}));
+  ReflectanceSamples samples(lightsOfACap(5), std::vector<Rgb>(5, Rgb{1, 1, 1}));
   samples.add(std::vector<Rgb>(5), asNormal({0, 0, 1}));
   Progress progress;
   progress.cancelled = [] { return true; };
@@ -177,7 +177,7 @@ TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
   const auto towards = lightsOfACap(5);
   const std::vector<Rgb> irradiance(5, Rgb{1, 1, 1});
   const float radiance[] = {0.2f, 0.9f, 0.4f, 0.1f, 0.6f};
-  LightSamples samples(towards, irradiance);
+  ReflectanceSamples samples(towards, irradiance);
   std::vector<Rgb> texel;
   for (const float value : radiance) texel.push_back({value, value, value});
   samples.add(texel, asNormal({0.6f, 0, 0.8f}));
@@ -195,7 +195,7 @@ TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
       }
     double got = 0;
     const ulr::BlendSet weights = ulr::blendOfLights(
-        others, towards[out], blend, ulr::LightCoverage(covering), ulr::LightExtrapolation::clamp);
+        others, towards[out], blend, ulr::LightExtrapolationFade(covering), ulr::LightExtrapolation::clamp);
     for (const auto& [light, weight] : weights) got += weight * values[light];
     if (blend.foreshortened) {
       const auto normal = asNormal({0.6f, 0, 0.8f});

@@ -27,7 +27,7 @@ Studio tinyStudio() {
 // Content of a model as a reader sees it: every block, and the radiance of every surfel from its front under
 // two lights.
 struct Seen {
-  std::vector<codec::CacheLines> blocks;
+  std::vector<codec::CacheAlignedBytes> blocks;
   std::vector<Rgb> radiance;
   std::vector<float> radii;
 

@@ -47,7 +47,7 @@ TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {
   EXPECT_EQ(model.cloud.p0, cloud.p0);
   EXPECT_EQ(model.cloud.radius, cloud.radius);
   EXPECT_EQ(model.cloud.coverage, cloud.coverage);
-  EXPECT_EQ(model.fades.values,
+  EXPECT_EQ(model.visibility.values,
             ulr::visibilityWeights(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
   EXPECT_EQ(report.surfels, cloud.size());
   EXPECT_EQ(report.views.size(), 5u);

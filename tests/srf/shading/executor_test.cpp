@@ -32,7 +32,7 @@ protected:
   // Blocks of the view that an operation reads.
   std::vector<codec::BlockKey> blocksOf(const ShadingOp& op) const {
     std::vector<codec::BlockKey> blocks;
-    forEachBlock(TexelPlace::at(views_[0].header(), op.x, op.y), [&](codec::BlockPosition position) {
+    forEachBlock(TexelPosition::at(views_[0].header(), op.x, op.y), [&](codec::BlockPosition position) {
       if (const auto block = views_[0].find(position)) blocks.push_back({0, *block});
     });
     return blocks;

@@ -77,7 +77,7 @@ inline CapturedRays capturedRays(const model::Model& model, std::mt19937& random
   batch.lights = 1;
   for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
     for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
-      if (model.fades.of(surfel)[view] < 255) continue;
+      if (model.visibility.of(surfel)[view] < 255) continue;
       const auto p0 = model.cloud.p0[surfel].cast<double>();
       const auto column = static_cast<uint32_t>(random() % model.columns[view].size());
       const capture::Light& light = model.rig.lights[model.columns[view][column]];

@@ -114,7 +114,7 @@ TEST_F(Shade, EqualsTheReference) {
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {.foreshortened = true}), 7e-7);
   // Many surfels need fallback views.
-  for (uint8_t& fade : model.fades.values) fade = random() % 8 == 0 ? 255 : 0;
+  for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
   EXPECT_LT(errorOfShading(model, batch, {}), 7e-6);
 }
 
@@ -123,7 +123,7 @@ TEST_F(ShadePairs, EqualsTheReference) {
   batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
   EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 2e-7);
-  for (uint8_t& fade : model.fades.values) fade = random() % 8 == 0 ? 255 : 0;
+  for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
   const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);

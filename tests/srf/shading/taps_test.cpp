@@ -45,7 +45,8 @@ TEST(ViewTaps, OfAnImageWithoutBackgroundAreWhereTheyWereAskedFor) {
   const auto expectHere = [&](float x, float y) {
     ViewTaps<Found> taps;
     findTaps(
-        TexelPlace::at(header(), x, y), [](codec::BlockPosition position) { return Found(position); }, taps);
+        TexelPosition::at(header(), x, y), [](codec::BlockPosition position) { return Found(position); },
+        taps);
     const Moments found = momentsOf(taps);
     EXPECT_NEAR(found.weight, 1, 1.5e-7);
     EXPECT_NEAR(found.x, x, 3e-6) << x << ", " << y;
@@ -71,7 +72,7 @@ TEST(ViewTaps, AskOnlyForBlocksOfTheImage) {
   };
   ViewTaps<Found> taps;
   for (int i = 0; i < 10'000; ++i)
-    findTaps(TexelPlace::at(view, around(generator), around(generator)), find, taps);
+    findTaps(TexelPosition::at(view, around(generator), around(generator)), find, taps);
 }
 
 // Every second block is background, as on a chessboard.
@@ -83,7 +84,7 @@ TEST(ViewTaps, OfTheObjectAloneSumToOne) {
   std::uniform_real_distribution<float> anywhereX(0.5f, width - 0.5f), anywhereY(0.5f, height - 0.5f);
   int empty = 0;
   for (int i = 0; i < 10'000; ++i) {
-    const TexelPlace place = TexelPlace::at(header(), anywhereX(generator), anywhereY(generator));
+    const TexelPosition place = TexelPosition::at(header(), anywhereX(generator), anywhereY(generator));
     ViewTaps<Found> taps;
     findTaps(place, find, taps);
     if (taps.empty()) {

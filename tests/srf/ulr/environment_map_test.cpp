@@ -168,7 +168,7 @@ TEST(Gathered, KeepsTheLightOfEveryChannel) {
   const auto texels = environmentOf(image, EnvironmentMapping::latLong).texels;
   const Rgb total = totalIrradiance(texels);
   for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
-    const auto lights = gathered(texels, spread);
+    const auto lights = clusteredLights(texels, spread);
     EXPECT_NEAR(totalIrradiance(lights).r / total.r, 1, 3e-7);
     EXPECT_NEAR(totalIrradiance(lights).g / total.g, 1, 3e-7);
     EXPECT_NEAR(totalIrradiance(lights).b / total.b, 1, 3e-7);
@@ -181,7 +181,7 @@ TEST(Gathered, AConstantMapBecomesAboutTwoPiOverThreeSpreadsLights) {
       environmentOf(pictureOf(EnvironmentMapping::latLong, 64, constantOne), EnvironmentMapping::latLong)
           .texels;
   for (const double spread : {0.05, 0.01, 0.002}) {
-    const auto count = static_cast<double>(gathered(texels, spread).size());
+    const auto count = static_cast<double>(clusteredLights(texels, spread).size());
     EXPECT_NEAR(count * spread / (2 * kPi / 3), 1, 0.16) << spread;
   }
 }
@@ -192,7 +192,7 @@ TEST(Gathered, ASmallBrightSourceIsALightOfItsOwn) {
     image::Image image = image::randomImage(128, 64, 3, 0.5f, 1, trial);
     const int x = static_cast<int>(random() % 128), y = static_cast<int>(20 + random() % 24);
     std::ranges::fill(image.at(x, y), 1e5f);
-    const auto lights = gathered(environmentOf(image, EnvironmentMapping::latLong).texels, 1e-3);
+    const auto lights = clusteredLights(environmentOf(image, EnvironmentMapping::latLong).texels, 1e-3);
     const auto brightest =
         *std::ranges::max_element(lights, {}, [](const auto& light) { return light.irradiance.g; });
     const auto sun = latLongDirection((x + 0.5) / 128, (y + 0.5) / 64).cast<float>();
@@ -212,23 +212,23 @@ TEST(Gathered, IntegralsConvergeWithTheSpread) {
     const auto ripple = [&](const Vec3<double>& d) { return std::cos(5 * d.dot(a)); };
     const double exact = integral(texels, ripple);
     for (const double spread : {0.04, 0.01, 0.0025})
-      EXPECT_LT(std::abs(integral(gathered(texels, spread), ripple) - exact) / total, 25 * spread / 2)
+      EXPECT_LT(std::abs(integral(clusteredLights(texels, spread), ripple) - exact) / total, 25 * spread / 2)
           << spread;
   }
 }
 
 TEST(Gathered, ManyTexelsInOnePlaceAreOneLightAndNoneAreNone) {
   const EnvironmentLight one{{0, 1, 0}, {1, 2, 3}};
-  EXPECT_EQ(gathered({one, one, one}, 1e-6), (std::vector{EnvironmentLight{{0, 1, 0}, {3, 6, 9}}}));
-  EXPECT_TRUE(gathered({}, 1).empty());
+  EXPECT_EQ(clusteredLights({one, one, one}, 1e-6), (std::vector{EnvironmentLight{{0, 1, 0}, {3, 6, 9}}}));
+  EXPECT_TRUE(clusteredLights({}, 1).empty());
 }
 
 TEST(Gathered, NeverExceedsItsLimit) {
   const auto texels =
       environmentOf(pictureOf(EnvironmentMapping::latLong, 64, constantOne), EnvironmentMapping::latLong)
           .texels;
-  ASSERT_GT(texels.size(), kMostGathered);
-  EXPECT_EQ(gathered(texels, 1e-9).size(), kMostGathered);
+  ASSERT_GT(texels.size(), kMaxClusteredLights);
+  EXPECT_EQ(clusteredLights(texels, 1e-9).size(), kMaxClusteredLights);
 }
 
 class ReadEnvironment : public testing::Test {
@@ -260,7 +260,7 @@ TEST_F(ReadEnvironment, StopsWithinARowOrACut) {
   asked = 0;
   EXPECT_THROW(environmentOf(image, EnvironmentMapping::angular, later), Cancelled);
   asked = 0;
-  EXPECT_THROW(gathered(texels, 1e-3, later), Cancelled);
+  EXPECT_THROW(clusteredLights(texels, 1e-3, later), Cancelled);
 }
 
 TEST_F(ReadEnvironment, RadianceFilesAreRead) {

@@ -74,7 +74,7 @@ TEST_P(LightTableOf, EqualsTheBlend) {
   for (const int count : {12, 30, 100})
     for (const double lowest : {-1.0, 0.2}) {
       const auto lights = spiral(count, lowest);
-      const LightCoverage coverage = surflect::ulr::lights::coverageOf(lights);
+      const LightExtrapolationFade coverage = surflect::ulr::lights::coverageOf(lights);
       for (const auto extrapolation : {LightExtrapolation::clamp, LightExtrapolation::fade}) {
         const LightTable table = tableOf(lights, how, extrapolation);
         double mean = 0, worst = 0;

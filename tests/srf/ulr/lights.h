@@ -38,13 +38,13 @@ inline std::vector<Direction3<AcquisitionSpace, double>> inDouble(std::span<cons
   return exact;
 }
 
-inline ulr::LightCoverage coverageOf(std::span<const Direction> lights) {
-  return ulr::LightCoverage(inDouble(lights));
+inline ulr::LightExtrapolationFade coverageOf(std::span<const Direction> lights) {
+  return ulr::LightExtrapolationFade(inDouble(lights));
 }
 
 // Weight of each light for a direction.
 inline std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
-                                    const ulr::LightBlend& how, const ulr::LightCoverage& coverage,
+                                    const ulr::LightBlend& how, const ulr::LightExtrapolationFade& coverage,
                                     ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp) {
   std::vector<float> weights(lights.size());
   for (const auto& [light, weight] : ulr::blendOfLights(lights, towards, how, coverage, extrapolation))

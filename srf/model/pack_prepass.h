@@ -13,7 +13,7 @@
 
 namespace surflect::model {
 
-struct PackSurvey {
+struct PackPrepass {
   double white = 1; // white level, which scales error bounds
   LightBlendSelection lights;
 };
@@ -22,13 +22,13 @@ struct PackSurvey {
 // over all channels; the light blend is selected if cameras and lights are chosen apart. `frames` are indices
 // into source.training().frames, by view; `impostor` casts rays at `mesh`; `normals` says how the mesh's
 // normals were found. Throws Error if no photograph shows the object, and Cancelled.
-PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>> frames,
-                         const TriangleMesh& mesh, NormalsFrom normals,
-                         const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
+PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
+                    NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor,
+                    const Progress& progress);
 
 // Text form of a survey, which pack keeps so that a resumed run need not repeat it.
-std::string packSurveyText(const PackSurvey& survey);
-// Parses a packSurveyText; empty if the text has another form.
-std::optional<PackSurvey> parsePackSurvey(const std::string& text);
+std::string packPrepassText(const PackPrepass& survey);
+// Parses a packPrepassText; empty if the text has another form.
+std::optional<PackPrepass> parsePackPrepass(const std::string& text);
 
 } // namespace surflect::model
