@@ -5,6 +5,9 @@
 //
 // A whole warp maps acquisition space to object space; deform.h has the types. Links of a chain meet in
 // intermediate spaces, so warps themselves use bare vectors, in scene units.
+//
+// A new warp also gets a struct of tracks in motion.h and an entry in render/scene/script_warps.cpp
+// (docs/adding.md).
 #pragma once
 
 #include "surfel/math/angle.h"

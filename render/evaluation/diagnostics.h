@@ -1,7 +1,7 @@
 // Diagnostics of a film that renders but is most likely wrong, as messages for the user.
 #pragma once
 
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 
 #include <optional>
 #include <span>

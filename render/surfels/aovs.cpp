@@ -1,6 +1,6 @@
 #include "render/surfels/aovs.h"
 
-#include "surfel/frame.h"
+#include "surfel/tangent_frame.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -57,9 +57,9 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
   return std::sqrt((mean + spread) / smaller);
 }
 
-void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
-               const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
-               render::FrameLayers& layers) {
+void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
+                 const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
+                 render::FrameLayers& layers) {
   const auto blendOf = [](const std::vector<Rgb>& blends) {
     return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
   };

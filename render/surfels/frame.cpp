@@ -94,7 +94,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   FrameLayers layers = std::move(memory);
   layers.color = develop(raster, shaded, std::move(layers.color));
   clock.finish("develop");
-  writeAovs(options.aovs, raster, deformed, shaded, progress, layers);
+  computeAovs(options.aovs, raster, deformed, shaded, progress, layers);
   if (!options.aovs.empty()) clock.finish("aov");
   return layers;
 }

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "render/frame_layers.h"
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "render/splat/splat_raster.h"
-#include "render/surfels/environments.h"
+#include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
 #include "surfel/cloud.h"
 

@@ -86,7 +86,7 @@ public:
   }
   // Prefetches the entry of resident(). Always inlined: compilers drop a call
   // whose only effect is prefetching.
-  [[gnu::always_inline]] void fetchResident(uint32_t place) const { __builtin_prefetch(&residents_[place]); }
+  [[gnu::always_inline]] void prefetchEntry(uint32_t place) const { __builtin_prefetch(&residents_[place]); }
 
   // The factors of a block, or nothing if it is not in memory.
   std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {

@@ -53,7 +53,7 @@ std::optional<fs::path> findParameters(const fs::path& folder) {
   return found;
 }
 
-Source readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
+ForeignCapture readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
   fs::path folder = isFolder(source) ? source : source.parent_path();
   if (folder.empty()) folder = ".";
   switch (format) {
@@ -95,7 +95,7 @@ bool fitLens(capture::Lens& lens, image::PictureSize size) {
 }
 
 // Requires one size for all pictures of a view, and its shape for the masks.
-void fitLenses(Source& source, const Progress& progress) {
+void fitLenses(ForeignCapture& source, const Progress& progress) {
   capture::Capture& capture = source.capture;
   std::vector<std::optional<image::PictureSize>> sizes(capture.views.size());
   std::set<fs::path> seen;
@@ -136,7 +136,7 @@ std::vector<std::vector<size_t>> framesOfViews(const capture::Capture& capture) 
 }
 
 // Moves the origin to the middle of a scene that is too far from 0 for float positions.
-void bringNear(Source& source) {
+void bringNear(ForeignCapture& source) {
   const auto origin = capture::nearerOrigin(source.capture);
   if (!origin) return;
   source.capture = capture::countedFrom(std::move(source.capture), *origin);
@@ -157,7 +157,7 @@ std::optional<image::Mask> objectByMatte(const capture::Capture& capture, size_t
 }
 
 // `masks` by threshold: one per view, or empty.
-void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bool unevenly,
+void estimateStrengths(ForeignCapture& source, const std::vector<image::Mask>& masks, bool unevenly,
                        const Progress& progress) {
   capture::Capture& capture = source.capture;
   const auto isDirectional = [](const capture::Light& light) {
@@ -193,7 +193,7 @@ void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bo
 }
 
 // Removes the source's masks, which need not be valid if others are made.
-void dropMasks(Source& source) {
+void dropMasks(ForeignCapture& source) {
   std::set<fs::path> masks;
   for (capture::Frame& frame : source.capture.frames) {
     if (!frame.mask.empty()) masks.insert(frame.mask);
@@ -205,7 +205,8 @@ void dropMasks(Source& source) {
 }
 
 // One mask per view; empty for views with poor silhouettes.
-std::vector<image::Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
+std::vector<image::Mask> masksByThreshold(ForeignCapture& source, double threshold,
+                                          const Progress& progress) {
   const auto views = framesOfViews(source.capture);
   std::vector<image::Mask> masks(views.size());
   size_t poor = 0;
@@ -295,7 +296,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   ImportReport report;
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
-  Source source = readSource(sourcePath, report.format, options);
+  ForeignCapture source = readSource(sourcePath, report.format, options);
   capture::Capture& capture = source.capture;
   if (options.maskThreshold) dropMasks(source);
   if (options.colorSpace) {

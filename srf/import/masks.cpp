@@ -93,7 +93,7 @@ std::vector<fs::path> maskFoldersIn(const fs::path& parent, std::string_view pic
   return folders;
 }
 
-void findMasks(Source& source) {
+void findMasks(ForeignCapture& source) {
   std::vector<capture::Frame>& frames = source.capture.frames;
   const auto shown = [&](const fs::path& file) { return source.files.shown(file); };
   const bool named =

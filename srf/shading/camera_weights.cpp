@@ -60,7 +60,7 @@ CameraWeights::Fallback CameraWeights::fallbackOf(size_t view, const Query& quer
 }
 
 // Computes p_i of all views that see the surfel, and infinity for the others; returns the least.
-float CameraWeights::rateSeeing(const Query& query) {
+float CameraWeights::computeSeenPenalties(const Query& query) {
   float least = kInfinity;
   for (size_t view = 0; view < penalty_.size(); ++view) {
     penalty_[view] = kInfinity;
@@ -73,9 +73,9 @@ float CameraWeights::rateSeeing(const Query& query) {
   return least;
 }
 
-BestView CameraWeights::ratePenalties(size_t number) {
+BestView CameraWeights::computePenalties(size_t number) {
   const Query query = queryAt(number);
-  const float least = rateSeeing(query);
+  const float least = computeSeenPenalties(query);
   BestView best{least, least < kInfinity};
   std::ranges::fill(fallbackScale_, kInfinity);
   if (!needsFallbacks(least)) return best;
@@ -90,7 +90,7 @@ BestView CameraWeights::ratePenalties(size_t number) {
 
 CameraWeights::Blend CameraWeights::blend(size_t number) {
   const Query query = queryAt(number);
-  const float seeing = rateSeeing(query);
+  const float seeing = computeSeenPenalties(query);
   ulr::NearestCandidates nearest(count_);
   if (!needsFallbacks(seeing)) {
     for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});

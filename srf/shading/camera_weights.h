@@ -55,7 +55,7 @@ public:
   Blend blend(size_t query);
 
   // Computes the penalties of all views for one query, as penalty() requires.
-  BestView ratePenalties(size_t query);
+  BestView computePenalties(size_t query);
   // Penalty of a view and a light with penalty l >= 0: p_i + l, or that of the fallback if less. Infinite if
   // the view may not be used.
   float penalty(size_t view, float ofLight) const {
@@ -78,7 +78,7 @@ private:
   };
   Query queryAt(size_t query) const;
   Fallback fallbackOf(size_t view, const Query& query) const;
-  float rateSeeing(const Query& query);
+  float computeSeenPenalties(const Query& query);
   bool needsFallbacks(float least) const {
     return least == std::numeric_limits<float>::infinity() || (least > ulr::kFallbackFrom && !nearest_);
   }
@@ -92,7 +92,7 @@ private:
   ulr::NearestViews nearestViews_;
   size_t begin_ = 0;
   const ulr::QueryBlends* blends_ = nullptr;
-  // One per view, for the query of ratePenalties. angle_ is set where fallbackScale_ is finite.
+  // One per view, for the query of computePenalties. angle_ is set where fallbackScale_ is finite.
   std::vector<float> penalty_, angle_, fallbackScale_;
 };
 

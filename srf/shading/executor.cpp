@@ -50,14 +50,14 @@ struct JobBatch {
     uint32_t jobsEnd;
   };
   std::array<Group, kOpsAtOnce> groups;
-  std::array<LookUpJob, 4 * kOpsAtOnce> jobs;
+  std::array<BlockLookup, 4 * kOpsAtOnce> jobs;
   uint32_t groupCount = 0, jobCount = 0;
 
   void clear() { groupCount = jobCount = 0; }
   // Adds a look-up and prefetches its texels. Inlined, since compilers drop a call whose only effect is
   // prefetching.
   [[gnu::always_inline]] void add(const codec::BlockTerms& block, const BlockTaps& taps, float* rgb) {
-    const LookUpJob& job = jobs[jobCount++] = jobOf(block, taps, rgb);
+    const BlockLookup& job = jobs[jobCount++] = jobOf(block, taps, rgb);
     const size_t last = 6 * static_cast<size_t>(block.stride) - 1; // last byte of two neighbouring texels
     for (const int8_t* upper : {job.levels, job.levels + job.down}) {
       __builtin_prefetch(upper);
@@ -90,7 +90,7 @@ public:
       const bool isInMemory = codec::BlockCache::isInMemory(block);
       location.areInMemory &= isInMemory;
       location.isWaiting |= block == codec::BlockCache::kOnDisk;
-      if (isInMemory) cache_.fetchResident(block);
+      if (isInMemory) cache_.prefetchEntry(block);
     });
   }
 

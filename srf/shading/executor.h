@@ -3,7 +3,7 @@
 #pragma once
 
 #include "srf/codec/block_cache.h"
-#include "srf/shading/look_up_kernel.h"
+#include "srf/shading/block_lookup.h"
 #include "srf/shading/operations.h"
 #include "surfel/base/progress.h"
 #include "surfel/math/rgb.h"

@@ -151,14 +151,14 @@ private:
   ulr::BlendSet blendOf(const ulr::QueryBlends& ulr, size_t lane, const Direction3<AcquisitionSpace>& towards,
                         ulr::LightExtrapolation extrapolation);
   bool isPlainUlr(ulr::LightExtrapolation extrapolation) const { // true if c_q = f_q = 1 and u_ql is no plane
-    return how_.fit == ulr::LightFit::mean && !how_.foreshortened &&
+    return lightBlend_.fit == ulr::LightFit::mean && !lightBlend_.foreshortened &&
            (extrapolation == ulr::LightExtrapolation::clamp || nearest_);
   }
   void setNormal(uint32_t surfel);
   float foreshorteningOf(const ulr::BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const;
   void addEnvironment(size_t query, size_t e);
   void shareEnvironment(size_t e, const Rotation<AcquisitionSpace, EnvironmentSpace, float>& rotation);
-  void show(uint32_t light, float share) {
+  void addToBlendColor(uint32_t light, float share) {
     if (showsColors_) color_ = color_ + share * lightColor_[light];
   }
 
@@ -166,8 +166,8 @@ private:
   const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_;
-  const ulr::LightBlend how_;
-  const bool isShort_; // true if the row has so few weights that captured lights rarely repeat
+  const ulr::LightBlend lightBlend_;
+  const bool hasShortRows_; // true if the row has so few weights that captured lights rarely repeat
   const bool showsColors_;
   CapturedLights lights_; // at the current query
   size_t begin_ = 0, count_ = 0;

@@ -4,7 +4,7 @@
 // texel is read.
 #pragma once
 
-#include "srf/shading/look_up_kernel.h"
+#include "srf/shading/block_lookup.h"
 #include "surfel/base/uninitialized_vector.h"
 
 #include <cstddef>

@@ -19,7 +19,7 @@ PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapol
 BestView PairWeights::prepare(size_t query) {
   lights_.moveTo(field_.cloud.p0[batch_.surfels[query]].cast<double>());
   lights_.evaluateAll();
-  return views_.ratePenalties(query);
+  return views_.computePenalties(query);
 }
 
 PairWeights::Blend PairWeights::blend(const Direction3<AcquisitionSpace>& towardsLight,

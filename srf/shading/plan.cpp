@@ -114,7 +114,7 @@ private:
   void planLight(size_t query, size_t l, size_t target, ShadingPlan& plan) {
     const size_t entry = query * batch_.lights + l;
     const auto sources = static_cast<float>(batch_.sources());
-    const auto [weights, covered] = pairs_.blend(batch_.towardsLight[entry], batch_.uncoveredOf(l));
+    const auto [weights, covered] = pairs_.blend(batch_.towardsLight[entry], batch_.extrapolationOf(l));
     for (const auto& [number, weight] : weights) {
       const auto [view, column, light] = pairs_.pair(number);
       const size_t row = plan.rows.lights.size();

@@ -40,7 +40,7 @@ struct QueryBatch {
   size_t size() const { return surfels.size(); }
   size_t sources() const { return lights + environments.size(); } // per query
 
-  ulr::LightExtrapolation uncoveredOf(size_t light) const {
+  ulr::LightExtrapolation extrapolationOf(size_t light) const {
     return extrapolation.empty() ? ulr::LightExtrapolation::clamp : extrapolation[light];
   }
   const Rotation<AcquisitionSpace, EnvironmentSpace, float>& rotationOf(size_t query,

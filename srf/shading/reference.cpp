@@ -94,7 +94,7 @@ std::vector<QueryLight> lightsOf(const QueryBatch& batch, size_t query) {
   std::vector<QueryLight> lights;
   for (size_t l = 0; l < batch.lights; ++l) {
     const size_t entry = query * batch.lights + l;
-    lights.push_back({batch.towardsLight[entry], batch.irradiance[entry], batch.uncoveredOf(l), l});
+    lights.push_back({batch.towardsLight[entry], batch.irradiance[entry], batch.extrapolationOf(l), l});
   }
   for (size_t e = 0; e < batch.environments.size(); ++e) {
     const QueryEnvironment& environment = batch.environments[e];

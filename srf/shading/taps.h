@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/codec/view_file.h"
-#include "srf/shading/look_up_kernel.h"
+#include "srf/shading/block_lookup.h"
 
 #include <algorithm>
 #include <array>
@@ -130,7 +130,7 @@ void findTaps(const TexelPosition& place, const Find& find, ViewTaps<Block>& tap
   if (!isWhole && !taps.empty()) taps.divideWeights(kept);
 }
 
-inline LookUpJob jobOf(const codec::BlockTerms& block, const BlockTaps& taps, float* rgb) {
+inline BlockLookup jobOf(const codec::BlockTerms& block, const BlockTaps& taps, float* rgb) {
   const auto texel = 3 * static_cast<uint32_t>(block.stride);
   return {block.texel(taps.texel),
           block.coefficients,

@@ -30,7 +30,7 @@ TEST_F(CameraWeightsOfStudio, FallbacksPassedOverWouldNotBeBlended) {
     size_t fallbacks = 0;
     for (size_t i = 0; i < batch.size(); ++i) {
       const auto [blend, best] = views.blend(i);
-      const BestView rated = views.ratePenalties(i);
+      const BestView rated = views.computePenalties(i);
       EXPECT_EQ(best.isSeen, rated.isSeen);
       EXPECT_EQ(best.penalty, rated.penalty);
       ulr::NearestCandidates nearest(4);

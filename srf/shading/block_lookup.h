@@ -29,7 +29,7 @@ struct BlockTaps {
 };
 
 // Look-up at one position in one block.
-struct LookUpJob {
+struct BlockLookup {
   const int8_t* levels; // as in Block, at the upper left texel
   const float* coefficients;
   float* rgb;           // sum to add to: three channels and an unused number
@@ -43,7 +43,7 @@ struct LookUpJob {
 // Jobs that share a row are computed together, so that each weight is loaded once for several. The result of
 // a job does not depend on other jobs; jobs that add to the same numbers do so in order. All instruction sets
 // give the same bits, except scalar code, which rounds each product.
-void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const LookUpJob* jobs,
+void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const BlockLookup* jobs,
             size_t count);
 
 } // namespace surflect::shading

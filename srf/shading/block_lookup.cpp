@@ -1,9 +1,9 @@
 // Look-ups by chunks: a chunk is as many terms of a job as a vector has lanes. Sums run over the weights of a
 // light, then over lights, taps, terms of a chunk, and chunks.
-#include "srf/shading/look_up_kernel.h"
+#include "srf/shading/block_lookup.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "srf/shading/look_up_kernel.cpp"
+#define HWY_TARGET_INCLUDE "srf/shading/block_lookup.cpp"
 #include <hwy/foreach_target.h>
 // Must come after foreach_target, which compiles this file once for each instruction set.
 #include <hwy/highway.h>
@@ -33,7 +33,7 @@ HWY_INLINE Vector levels(const int8_t* from) {
 }
 
 struct Chunk {
-  const LookUpJob* job;
+  const BlockLookup* job;
   size_t first; // term
 };
 
@@ -105,7 +105,7 @@ HWY_INLINE void addTo(float* rgb, Vector red, Vector green, Vector blue) {
 
 // Adds sum_k c_k (sum over taps of tap * e_k) to the job's radiance.
 HWY_INLINE void addTaps(const Chunk& chunk, const Channels& folded) {
-  const LookUpJob& job = *chunk.job;
+  const BlockLookup& job = *chunk.job;
   const int8_t* texels = job.levels + chunk.first;
   const size_t stride = job.stride;
   Channels e{hn::Zero(kTag), hn::Zero(kTag), hn::Zero(kTag)};
@@ -137,12 +137,12 @@ template <size_t most> HWY_INLINE void answer(const Row& row, const Chunk* chunk
   if constexpr (most > 1) answer<most - 1>(row, chunks, count);
 }
 
-void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights, const LookUpJob* jobs,
-            size_t count) {
+void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights,
+            const BlockLookup* jobs, size_t count) {
   const Row row{lights, lightCount, weights};
   Chunk chunks[kChunksAtOnce];
   size_t held = 0;
-  for (const LookUpJob* job = jobs; job != jobs + count; ++job)
+  for (const BlockLookup* job = jobs; job != jobs + count; ++job)
     for (size_t first = 0; first < job->stride; first += kWidth) {
       chunks[held++] = {job, first};
       if (held < kChunksAtOnce) continue;
@@ -161,7 +161,7 @@ HWY_AFTER_NAMESPACE();
 namespace surflect::shading {
 
 HWY_EXPORT(lookUp);
-void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const LookUpJob* jobs,
+void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const BlockLookup* jobs,
             size_t count) {
   HWY_DYNAMIC_DISPATCH(lookUp)(row, lights, weights, jobs, count);
 }

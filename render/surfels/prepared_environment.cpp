@@ -1,4 +1,4 @@
-#include "render/surfels/environments.h"
+#include "render/surfels/prepared_environment.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // lights' weights.
 #pragma once
 
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "srf/shading/light_weights.h"
 #include "surfel/base/progress.h"
 
