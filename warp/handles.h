@@ -17,12 +17,13 @@ inline constexpr size_t mostHandles = 1024;
 
 // Interpolates the handles' displacements by radial basis functions,
 //   Psi(x) = x + sum of w_i phi(|x - r_i|) + affine(x),
-// exactly at each rest position r_i. The equations are factored once; each time costs a substitution.
+// exactly at each rest position r_i. The equations are factored once; each new set of displacements costs a
+// substitution.
 //
 // Without a radius: phi(d) = d^3, the triharmonic function, twice continuously differentiable also at the
-// handles [Botsch and Kobbelt 2005, §3]. The affine part is the one that the handles span: four or more
-// handles that are not in a plane reproduce affine motion. Three reproduce it in their plane and leave the
-// direction across it; one translates.
+// handles [Botsch and Kobbelt 2005, §3]. The handles determine the affine part: four or more that are not in
+// a plane reproduce affine motion. Three reproduce it in their plane and leave the perpendicular direction
+// unchanged; one translates.
 //
 // With a radius: phi(d) = (1 - d/R)^4 (4 d/R + 1) for d < R [Wendland 1995], and no affine part: space
 // further than R from every handle rests.

@@ -19,8 +19,8 @@ public:
   MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames,
                const Vec3<double>& origin = Vec3<double>::Zero());
 
-  // Warp by the mesh at a frame. Vertices move linearly between keys; before the first and after the last key
-  // the mesh rests. Reads one or two files; throws Error with the file whose topology differs.
+  // Warp by the mesh at a frame. Vertices move linearly between keys; before the first key and after the
+  // last, the mesh does not move. Reads one or two files; throws Error with the file whose topology differs.
   WarpPointer at(double frame) const;
 
   bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does

@@ -29,12 +29,13 @@ class Warp {
 public:
   virtual ~Warp() = default;
   virtual Vec3<double> position(const Vec3<double>& x) const = 0;
-  // Exact Jacobian; empty, for every x alike, without a closed form: then use centralDifferences.
+  // Exact Jacobian. A warp without a closed form returns an empty value for every x; use centralDifferences
+  // then.
   virtual std::optional<Mat3<double>> jacobian(const Vec3<double>& x) const = 0;
-  // Many points at once, with what they carry: x to Psi(x), u and v to J u and J v, the determinant to det J
-  // times it. Each point's result depends on nothing but its own numbers. The warp has an exact
-  // Jacobian: asserted. This one goes by the two functions above, point by point; warps that have kernels
-  // (deform_kernels.h) use those.
+  // Warps many points at once: x becomes Psi(x), u and v become J u and J v, and the determinant is
+  // multiplied by det J. Each point's result depends on its own numbers only. Asserts that the warp has an
+  // exact Jacobian. This default calls the two functions above, point by point; warps with vector kernels
+  // (deform_kernels.h) override it.
   virtual void carry(WarpBatch& batch) const;
 };
 

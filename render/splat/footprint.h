@@ -8,8 +8,8 @@ namespace surflect::splat {
 // Cut-off of a Gaussian, in standard deviations; 0.2 % of its mass lies beyond.
 constexpr double kCutoffSigmas = 3.5;
 
-// A splat is not drawn if its cut-off circle comes nearer than this fraction of its centre's depth: its image
-// would no longer resemble a Gaussian, and its size would be unbounded.
+// A splat is not drawn if its cut-off circle comes nearer to the viewer than this fraction of its centre's
+// depth: its image would no longer resemble a Gaussian, and its size would be unbounded.
 constexpr double kNearestDepthFraction = 0.1;
 // Largest distance of the surface from its splat's plane, in units of s (splat.h).
 constexpr double kMaxSurfaceDeviation = 0.15;
@@ -18,8 +18,9 @@ constexpr double kDepthSigmas = 2;
 
 // Covered area of a pixel from which it is fully opaque; see saturated() in pixel_layers.h. Opacity is
 // symmetric about an area of 1/2, so that outlines stay in place, and flat at both ends, so that the ripple
-// of the sum leaves no holes and stray tails no haze. It reaches 1 at 0.71 standard deviations inside a
-// straight border; two pixels inside an outline the area can be as low as 0.74, where sharp edges meet.
+// of the sum leaves no holes, and stray tails of splats leave no haze. It reaches 1 at 0.71 standard
+// deviations inside a straight border; two pixels inside an outline the area can be as low as 0.74, where
+// sharp edges meet.
 constexpr float kOpaqueArea = 0.7f;
 
 // Area from which a layer no longer extends further back: the tails of its splats, where the surface has bent

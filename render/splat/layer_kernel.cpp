@@ -55,12 +55,13 @@ HWY_INLINE FragmentSums gatherFragments(const TileSplats& tile, int block, const
 
 // Finds the end and the area of the first layer, in pixels whose depth intervals have no common point.
 //
-// `back` is a lower bound of the layer's reach, initially the nearest end of any interval. With this reach,
-// the layer would end before the first fragment that begins behind `back`. If it still ends there when all
-// earlier fragments extend it, that is its end. Otherwise tryPlanes searches between the first and last of
-// these fragments for the plane at which the area comes to kLayerAnchorArea. Before planes of smaller area,
-// all fragments extend the layer, as does the next; before planes of larger area, they extend it as far as it
-// can reach. Then the end is checked again.
+// `back` and `atMost` are bounds of the layer's reach; `back` is initially the nearest end of any interval.
+// With the reach `back`, the layer would end before the first fragment that begins behind `back`. If it still
+// ends there when all earlier fragments extend it, the end is found. Otherwise tryPlanes narrows the bounds:
+// it searches for the plane in front of which the fragments have the area kLayerAnchorArea. If the area in
+// front of a plane is smaller, all fragments there and the next one behind extend the layer, which raises
+// `back`. If the area is larger, no fragment behind the plane extends the layer, which lowers `atMost`. Then
+// the end is checked again.
 struct FirstLayer {
   const BlockFragments& fragments;
   uint32_t count;
@@ -160,7 +161,7 @@ void resolveBlock(const TileSplats& tile, int block, int width, int height, cons
       layer.resolveEnd();
     }
     const PixelMask known = andNot(open, layer.trying);
-    const PixelMask unended = known & (infinite <= layer.end); // a single layer after all
+    const PixelMask unended = known & (infinite <= layer.end); // the pixel has a single layer
     const PixelMask full = known & (broadcast(kOpaqueArea) <= layer.area);
     const PixelMask ended = andNot(full, unended);
     limit = select(ended, layer.end, limit);

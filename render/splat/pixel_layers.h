@@ -7,11 +7,11 @@
 
 namespace surflect::splat {
 
-// A splat at a pixel. Its colour has the weight peak exp(-q), a Gaussian narrower by sqrt 2. Weights are
-// divided by their sum, so they need not sum to 1 like the wide Gaussians exp(-q/2), which would blur by
-// their own width. The covered area is spread by a kernel wider than the Gaussian, of the same mass: its sums
-// hardly ripple, even if the cloud lacks a surfel, and the area of a tiny splat is right at any position
-// within a pixel.
+// A splat at a pixel. Colour is weighted by peak exp(-q), which is narrower by sqrt 2 than the splat's
+// Gaussian exp(-q/2) and therefore blurs less. Its sum over splats is not 1, but weights are divided by their
+// sum. Covered area is spread by a kernel that has the mass of the splat's Gaussian but is wider: its sum
+// over splats hardly ripples, even if the cloud lacks a surfel, and the area of a tiny splat is right at any
+// position within a pixel.
 struct Fragment {
   float order, tolerance, area;
   uint32_t splat; // index in the tile
@@ -20,7 +20,7 @@ struct Fragment {
 struct Layer {
   size_t begin, end; // range of the sorted fragments
   float area;
-  float alpha; // opacity up to this layer, less that of the layers before
+  float alpha; // opacity of all layers up to this one, minus that of the layers before it
 };
 
 // Opacity of a covered area; see kOpaqueArea.

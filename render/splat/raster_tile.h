@@ -12,7 +12,7 @@
 
 namespace surflect::splat {
 
-// A layer of a pixel that shows several; the weights of its splats are stored.
+// One of several layers that a pixel shows; the weights of its splats are stored.
 struct PixelLayer {
   uint32_t pixel;        // index in the tile, row by row
   uint32_t begin, count; // range of the contributions
@@ -33,7 +33,7 @@ struct RasterTile {
   ScratchBuffer<uint32_t>
       column; // index of each splat in the cloud; after rasterizing, index in SplatRaster::visible
   ScratchBuffer<float> limits;    // kLanes per block
-  std::vector<PixelLayer> layers; // layers of pixels that show several
+  std::vector<PixelLayer> layers; // of pixels that show several
   std::vector<Contribution> contributions;
 };
 

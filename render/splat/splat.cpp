@@ -66,8 +66,8 @@ ScreenGaussian throughLens(const capture::Lens& lens, const ScreenGaussian& gaus
           jacobian * gaussian.covariance * jacobian.transpose()};
 }
 
-// Tolerance of the order for a surface that bends away from the splat's plane: kMaxSurfaceDeviation s along
-// the normal, which is kMaxSurfaceDeviation s / cosine in depth, but at most s if the plane is seen edge-on.
+// Tolerance of the order for a surface that bends away from the splat's plane by kMaxSurfaceDeviation s along
+// the normal, hence by kMaxSurfaceDeviation s / cosine in depth. At most s, for planes seen nearly edge-on.
 double bendTolerance(const capture::Lens& lens, const Vec3<double>& p, const Vec3<double>& crossUV,
                      double s) {
   const double area = crossUV.norm();
@@ -99,7 +99,7 @@ Eigenvalues eigenvalues(const Mat2& b) {
 
 // Low-pass term D added to a covariance V: along each axis of the ellipse, the amount by which V falls short
 // of h^2, so that wide splats are unchanged  [Botsch 2005, §5]. Convolution with the low-pass [Zwicker 2001]
-// would add h^2 to those as well, and blur them a second time.
+// would add h^2 to wide splats as well, and blur them a second time.
 Mat2 lowPassDeficit(const Mat2& V, double h) {
   const auto [larger, smaller] = eigenvalues(V);
   const double most = std::max(0.0, h * h - smaller), least = std::max(0.0, h * h - larger);
@@ -109,15 +109,16 @@ Mat2 lowPassDeficit(const Mat2& V, double h) {
   return most * Mat2::Identity() + (least - most) * P;
 }
 
-// Widens V by D = lacking(V, h), keeping the energy coverage * 2 pi sqrt(det V) [Zwicker 2001, §5], and
-// conditions the order on the pixel. With C the covariance of (x, y) with the order,
+// Widens V by D = lowPassDeficit(V, h), keeping the energy coverage * 2 pi sqrt(det V) [Zwicker 2001, §5],
+// and conditions the order on the pixel. With C the covariance of (x, y) with the order,
 //   mean of order = order0 + slope . dx,   slope = (V + D)^-1 C.
-// A splat larger than the filter gives the order of its plane, of gradient g = V^-1 C; a smaller splat that
-// of its centre, however steep. Splats of one plane, displaced by dx = N(0, V + D) from a pixel, thus differ
-// in order by
+// A splat larger than the filter has the order of its plane, of gradient g = V^-1 C; a smaller splat has the
+// order of its centre everywhere, however steep its plane is. Splats of one plane, displaced by dx = N(0, V +
+// D) from a pixel, thus differ in order by
 //   (g - slope) . dx = g^T D (V + D)^-1 dx,   of variance (D g)^T (V + D)^-1 (D g),
-// which the tolerance must bridge. Edge-on, g is unbounded; it is damped as if the splat, grown to the size
-// of the filter if smaller (k times its area), were h/2 thick.
+// which the tolerance must bridge. If the plane is seen edge-on, g is unbounded; g is therefore damped as if
+// the splat were h/2 thick. For this, a splat smaller than the filter counts as grown to the filter's size,
+// which is k times its area.
 Footprint filtered(const capture::Lens& lens, const ScreenGaussian& gaussian, double h, double coverage,
                    double bend) {
   const Mat2 V = gaussian.covariance.topLeftCorner<2, 2>();

@@ -41,8 +41,8 @@ Splats splatsOf(const SurfelCloud& rest, const DeformedCloud& deformed);
 
 struct SplatOptions {
   // Least standard deviation of a splat on the screen, in pixels; that of its colour weights is smaller by
-  // sqrt 2. At 0.44 the area of a tiny splat depends least on its position within a pixel: by 2 %, at 0.4 by
-  // 8 %.
+  // sqrt 2. At 0.44 the area of a tiny splat depends least on its position within a pixel: by 2 %, compared
+  // with 8 % at 0.4.
   double lowPass = 0.44;
   double nearDepth = 0.0; // scene units; a pinhole camera draws no splat that comes nearer
 };

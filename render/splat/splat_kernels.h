@@ -1,5 +1,5 @@
 // Vectorised splatting, from a cloud to the depth layers of an image's pixels and their colours. All
-// instruction sets with fused multiply-add give the same bits; without, a b + c is rounded twice.
+// instruction sets with fused multiply-add give the same bits; others round a b + c twice.
 #pragma once
 
 #include "render/splat/footprint.h"
@@ -64,13 +64,14 @@ struct TileSplats {
 constexpr uint32_t groupsOf(uint32_t splats) { return splats / kGroup + (splats % kGroup != 0 ? 1 : 0); }
 
 // Fragments of a block: for each splat of its set, kLanes orders and areas (NaN and 0 where the splat does
-// not reach the pixel), its tolerance, and its index in the tile as the bits of a float. Has room for kLanes
-// more.
+// not reach the pixel), its tolerance, and its index in the tile as the bits of a float. Arrays need room for
+// kLanes entries more.
 struct BlockFragments {
   float *orders, *areas, *tolerances, *splats;
 };
 
-// Fragments of one pixel, in the order of the tile. Has room for 2 kLanes more than the splats of the block.
+// Fragments of one pixel, in the order of the tile. Arrays need room for 2 kLanes entries more than the block
+// has splats.
 struct PixelFragments {
   float *order, *tolerance, *area, *splat;
   float* rank;
@@ -88,7 +89,7 @@ struct BlockLayers {
 };
 
 // Projects splats [begin, end) of the cloud as footprintOf does; returns the number drawn. `out` has room for
-// all. Adds to `rejected`, counts by Rejection.
+// all. Adds the numbers of rejected splats to `rejected`, indexed by Rejection.
 size_t projectSplats(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
 // Places the splats entries[0 .. count) of `screen` in the tile with corner pixel (x, y); returns the largest
 // number of splats in a block. `sets` has room for whole groups; `column` receives their indices in the
@@ -96,18 +97,19 @@ size_t projectSplats(const ProjectJob&, size_t begin, size_t end, ScreenSplat* o
 uint32_t placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
                      TileSplat* splats, uint64_t* sets, uint32_t* column);
 // Computes the fragments of a block, removes from its set the splats that reach no pixel, and finds the first
-// layer of each pixel as far as sums determine it. width, height: size of the tile; pixels beyond are empty.
+// layer of each pixel where sums, without sorting, determine it. width, height: size of the tile; pixels
+// outside are empty.
 void resolveBlock(const TileSplats&, int block, int width, int height, const BlockFragments&, BlockLayers&);
 // Collects the fragments of a pixel; returns their number. count: splats of the block.
 uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
-// Writes to `rank` the number of fragments nearer than each. Time is quadratic in the count.
+// Writes to `rank`, for each fragment, the number of nearer fragments. Time is quadratic in the count.
 void rankPixel(uint32_t count, const PixelFragments&);
-// Removes from the block's set the splats without an order below a limit.
+// Removes from the block's set the splats that no pixel shows: those with no order below a pixel's limit.
 void removeHiddenSplats(const TileSplats&, int block, const BlockFragments&, const float* limits);
-// Sums 3 * triples values per splat over the fragments below the limits, weighted to sum to alpha. triples: 1
-// or 2. values: `triples` groups of four floats per splat, the first of three values and 1, the second of
-// three values and an unused float; all are multiplied by the splat's peak and confidence. finite: true if
-// all values are. out: kLanes sums for each value.
+// Sums 3 * triples values per splat over the fragments below the limits, with weights that sum to alpha.
+// triples: 1 or 2. values: `triples` groups of four floats per splat, the first of three values and 1, the
+// second of three values and an unused float; all are multiplied by the splat's peak and confidence. finite:
+// true if all values are finite. out: kLanes sums for each value.
 void blendBlock(const TileSplats&, int block, const float* limits, const float* alpha, const float* values,
                 int triples, bool finite, float* out);
 // Mean order of the fragments below the limits.

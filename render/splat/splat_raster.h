@@ -41,9 +41,9 @@ struct SplatRaster {
 };
 
 // Rasterizes the cloud. Fragments of a pixel that agree in depth form a layer; layers fill the pixel front to
-// back, each taking what those in front left open (see layersOf in pixel_layers.h). An interior pixel has
-// alpha exactly 1, a pixel on a silhouette about its covered area. The result has the same bits for any
-// number of threads, and for all instruction sets with fused multiply-add.
+// back, each covering area that the layers in front leave open (see layersOf in pixel_layers.h). An interior
+// pixel has alpha exactly 1, a pixel on a silhouette about its covered area. The result has the same bits for
+// any number of threads, and for all instruction sets with fused multiply-add.
 //
 // Memory: 72 bytes for each drawn splat, 60 for each tile it touches, 5 for each splat of the cloud, 12 for
 // each pixel; 24 for each layer of a pixel with several, and 8 for each splat in it; and for each thread up
@@ -69,8 +69,8 @@ void blendInto(std::span<image::Image* const> pictures, const SplatRaster& raste
 image::Image blendWithAlpha(const SplatRaster& raster, std::span<const float> values, int channels,
                             std::span<const float> confidence = {}, image::Image kept = {});
 
-// Depth along the viewing axis of the layer at half of alpha, per pixel; infinity if there is none. `kept`
-// donates its memory.
+// Depth along the viewing axis, per pixel, of the layer in which half of alpha is reached; infinity if there
+// is none. `kept` donates its memory.
 image::Image depthImage(const SplatRaster& raster, image::Image kept = {});
 
 } // namespace surflect::splat

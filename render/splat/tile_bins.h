@@ -12,7 +12,7 @@
 
 namespace surflect::splat {
 
-// Number of splats drawn, and of those rejected by reason; see Rejection.
+// Numbers of splats drawn, and of splats rejected for each reason (Rejection).
 struct SplatCounts {
   size_t drawn = 0, dead = 0, notFinite = 0, backFacing = 0, tooNear = 0, outside = 0;
 };

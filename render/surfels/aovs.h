@@ -1,5 +1,5 @@
-// AOVs of the surfel renderer: depth, normal, stretch, camera_blend and light_blend. A new one is an entry of
-// the table in computeAovs, and a name in render/scene/script.h.
+// AOVs of the surfel renderer: depth, normal, stretch, camera_blend and light_blend. A new AOV needs an entry
+// in the table of computeAovs, and its name in render/scene/script.h.
 #pragma once
 
 #include "render/frame_layers.h"

@@ -21,7 +21,8 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
                         const DeformedCloud& deformed, const splat::SplatOptions& options = {},
                         const Progress& progress = {});
 
-// RGBA, premultiplied, from radiance per entry of coverage.visible, and its confidence if it has one.
+// Image in RGBA, premultiplied, from the radiance of each entry of raster.visible, weighted by confidence if
+// `shaded` has it.
 image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded);
 
 using render::FrameLayers;
@@ -30,8 +31,8 @@ struct FrameStats {
   splat::SplatCounts splats;
   size_t visible = 0, unseen = 0;
   shading::ShadingStats shading;
-  // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" where
-  // there are any.
+  // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" if
+  // AOVs are requested.
   std::map<std::string, double> seconds;          // per stage
   std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
 };
@@ -42,8 +43,8 @@ struct FrameOptions {
   std::vector<std::string> aovs;
 };
 
-// Blocks, environments and memory that one frame leaves to the next. Owned by the caller; one frame uses it
-// at a time.
+// Blocks, environments and memory that one frame passes on to the next. Owned by the caller; one frame uses
+// it at a time.
 struct FrameWorkspace {
   // Keeps up to cacheBytes of decoded blocks. The field must outlive the workspace.
   FrameWorkspace(const shading::ReflectanceField& field, size_t cacheBytes)

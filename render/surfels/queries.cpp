@@ -12,7 +12,8 @@ namespace surflect::surfels {
 
 namespace {
 
-// A light as the query kernels know it. The light has one direction at a surfel: it is no environment.
+// Converts a light for the query kernels. Environments are not allowed: a light must have one direction at a
+// surfel.
 QuerySource sourceOf(const scene::ShotLight& light) {
   const auto triple = [](const auto& t) { return std::array{t.x(), t.y(), t.z()}; };
   const auto source = [](bool isDistant, const std::array<double, 3>& place, Rgb strength) {

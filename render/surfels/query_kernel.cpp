@@ -33,8 +33,8 @@ HWY_INLINE SurfelLanes gather(const QueryJob& job, size_t begin, int count) {
   return {loadTriples(p), loadTriples(u), loadTriples(v), loadTriples(r0), hn::LoadU(kDoubles, s)};
 }
 
-// L = R0 (u-bar, v-bar, s n-bar)^T  [Weyrich 2005, Eq. 10], with the frame of polarFrame (frame.h), written
-// for double precision of what was float: nothing over- or underflows.
+// L = R0 (u-bar, v-bar, s n-bar)^T  [Weyrich 2005, Eq. 10], with the frame of polarFrame (frame.h), in double
+// precision: its inputs are floats, so that nothing overflows or underflows.
 HWY_INLINE Matrix lookUpOf(const SurfelLanes& surfel) {
   const Vector &u = surfel.u, &v = surfel.v;
   const Doubles uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
@@ -79,7 +79,7 @@ HWY_INLINE void direct(const QuerySource& source, const Vector& p, const Matrix&
   const hn::Mask<DoubleTag> apartMask = number(0) < squared;
   if (hn::AllTrue(kDoubles, apartMask)) return;
   const uint32_t apart = bitsOf(apartMask);
-  float upwards[3 * kDoubleLanes]; // any direction will do where the source sits on the surfel
+  float upwards[3 * kDoubleLanes]; // any direction will do if the source is at the surfel's place
   storeTriples(upwards, lookUp.z);
   for (int i = 0; i < count; ++i) {
     if (apart >> i & 1) continue;

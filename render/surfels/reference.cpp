@@ -150,8 +150,8 @@ public:
     return lights;
   }
 
-  // (6). Views that show background at p0 are left out; if all do, each is looked up where its photographs
-  // show the object nearest to there.
+  // (6). Views that show background at p0 are left out; if all do, each is looked up at the nearest point
+  // where its photographs show the object.
   Rgb radiance(std::vector<WeightedView> views, std::span<const WeightedLight> lights) {
     if (std::ranges::all_of(views, [&](const WeightedView& c) { return isBackground(c); }))
       for (WeightedView& c : views) c.pixel = nearestStored(c.view, c.pixel);
@@ -184,7 +184,7 @@ private:
     return ulr::anglePenalty(viewpoints_[view].towards(query.p0).cast<float>(), query.towardsView);
   }
 
-  // Views that do not see the surfel, where no view sees it well: fallback_view.h.
+  // Lowers the penalties of views that can serve as fallback views (fallback_view.h).
   void addFallbackViews(const Query& query, std::span<float> penalties) const {
     const Vec3<double> n0 = rotationOf<double>(model_.cloud.r0[query.surfel]).col(2);
     for (size_t view = 0; view < viewpoints_.size(); ++view) {
@@ -219,7 +219,7 @@ private:
     return !found;
   }
 
-  // I_ck, bilinear over the texels that show the object, of which there are some.
+  // I_ck, bilinear over the texels that show the object; at least one must.
   Vec3<double> lookUp(uint32_t c, uint32_t k, capture::Pixel pixel) {
     ++lookups_;
     Vec3<double> sum = Vec3<double>::Zero();

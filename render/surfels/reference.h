@@ -1,5 +1,5 @@
-// The paper's pipeline for one frame, plainly: the specification that renderFrame is tested against, and the
-// time that its speed is measured from. One thread, one look-up after the other.
+// The paper's pipeline for one frame, plainly: the specification against which renderFrame is tested, and the
+// baseline for its speed. Runs in one thread, one look-up after the other.
 //
 // [Weyrich 2005]  Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 // [Buehler 2001]  Buehler et al.: Unstructured Lumigraph Rendering, SIGGRAPH.

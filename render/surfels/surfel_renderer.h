@@ -30,7 +30,8 @@ private:
 // The options as renderFrame takes them, without AOVs.
 FrameOptions frameOptions(const render::RendererOptions& options);
 
-// One line if more than half of the surfels are dead or not finite, or if none is visible.
+// Text of a warning, in one line, if more than half of the surfels are dead or not finite, or if none is
+// visible.
 std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels);
 
 } // namespace surflect::surfels

@@ -61,7 +61,7 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
   return a;
 }
 
-// Decoded terms before they are transposed into a block, one a row; a term of 16 bits takes two rows.
+// Decoded terms before they are transposed into a block, one per row; a term of 16 bits takes two rows.
 struct TermRows {
   size_t lights, texelChannels;
   UninitializedVector<float> coefficients;      // times the step of one level

@@ -1,8 +1,8 @@
 // One block of a view: 8x8 pixels under all of the view's lights, factored as  X ~ E A.
 //
 // X has a row for each present texel and colour channel, and a column for each light. E holds K eigenimages,
-// A their coefficients; the three channels share A. The mean is not subtracted: it would cost one more
-// eigenimage.
+// A their coefficients; the three channels share A. The mean is not subtracted, because storing it would cost
+// one more eigenimage.
 //
 // [Weyrich 2005, §5.3] stores such "PCA data". Beyond the paper, each term (an eigenimage with its
 // coefficients) has its own precision; rank and precisions are the cheapest that keep the block's error
@@ -22,9 +22,9 @@ namespace surflect::codec {
 inline constexpr int blockSize = 8; // pixels along a side
 inline constexpr int blockTexels = blockSize * blockSize;
 
-// Decoded factors of a block as a look-up reads them. X' is the product of levels and coefficients:
-// eigenimages are levels of 8 bits, and coefficients include the step of one level. A term of 16 bits appears
-// as two, with the high and the low bytes of its levels.
+// Decoded factors of a block as a look-up reads them. The decoded X' is the product of levels and
+// coefficients: eigenimages are levels of 8 bits, and coefficients are multiplied by the step of one level. A
+// term of 16 bits appears as two, with the high and the low bytes of its levels.
 struct BlockTerms {
   int rank = 0;                        // K, the number of stored terms
   int stride = 0;                      // terms in memory, rounded up to a multiple of 8 with zeros
@@ -45,8 +45,8 @@ inline BlockTerms blockTerms(int rank, int stride, size_t lights, const std::byt
           reinterpret_cast<const int8_t*>(values + levelsOffset(stride, lights))};
 }
 
-// Uninitialised bytes aligned to cache lines, so that eight coefficients never straddle two lines. Must not
-// be read after it has been moved from.
+// Uninitialised bytes aligned to cache lines, so that eight coefficients never straddle two lines. An object
+// must not be read after it has been moved from.
 class CacheAlignedBytes {
 public:
   CacheAlignedBytes() = default;

@@ -121,10 +121,10 @@ private:
 
   std::span<const ViewFile> views_;
   size_t budget_;
-  std::vector<Grid> grids_; // one a view; places are written under the mutex, like residents_
+  std::vector<Grid> grids_; // one per view; places are written under the mutex, like residents_
   std::vector<Resident> residents_;
   mutable std::mutex mutex_;   // guards the members below
-  std::vector<Owner> owners_;  // one a place
+  std::vector<Owner> owners_;  // one per place
   std::vector<uint32_t> free_; // unused places
   size_t hand_ = 0;            // the place that evict examines next
   size_t memory_ = 0;          // bytes of all blocks

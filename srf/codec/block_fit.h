@@ -24,7 +24,8 @@ public:
   // Keeps references to both, which must outlive it.
   BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors);
 
-  // Squared error of rounding the image, or the coefficients, of a term, as part of the term's energy.
+  // Squared error from rounding the image, or the coefficients, of a term, as a fraction of the term's
+  // energy.
   double imageError(size_t term, int bits) const { return images_[at(bits)].squaredErrors[term]; }
   double lightError(size_t term, int bits) const { return lights_[at(bits)].squaredErrors[term]; }
 

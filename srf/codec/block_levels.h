@@ -1,8 +1,8 @@
 // Fits the levels of a block's eigenimages to the coefficients stored with them.
 //
-// Rounding to the nearest level errs alike in all texels of a plain surface: a channel of 3.2 levels
-// everywhere comes back as 3, and the surface changes hue under every light. Therefore some levels are
-// rounded the other way, until the mean of the channel is right, at the texels where that costs least.
+// Rounding to the nearest level makes the same error in all texels of a uniform surface: a channel of 3.2
+// levels everywhere is decoded as 3, and the surface changes hue under every light. Therefore, at the texels
+// where it costs least, levels are rounded the other way until the mean of the channel is right.
 #pragma once
 
 #include "srf/codec/block_factors.h"
@@ -20,8 +20,8 @@ struct ChannelSums {
 // Sums and bounds of the channels of x, [texels x channels][lights].
 ChannelSums channelSums(const PaddedRows<float>& x, double white);
 
-// Moves levels to lower |V (X - X') W|, then until the sum of each channel keeps its bound. Returns true if
-// all sums keep it.
+// Changes levels, first to lower |V (X - X') W|, then until the sum of each channel keeps its bound. Returns
+// true if all sums keep their bounds.
 template <class Real>
 bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, StoredTerms& stored);
 

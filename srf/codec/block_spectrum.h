@@ -11,8 +11,9 @@ template <class Real> struct Eigenvectors {
 };
 
 // Eigenvectors of a symmetric, positive semidefinite matrix that leave at most `tolerated` of its trace, and
-// a few more. Returns all above rounding error if `tolerated` is 0, or if most of them are needed to reach
-// it. The eigenvectors are approximate: together they miss at most a hundredth of `tolerated`.
+// a few more. Returns all eigenvectors above rounding error if `tolerated` is 0, or if most of them are
+// needed to reach it. The eigenvectors are approximate: together they miss at most a hundredth of
+// `tolerated`.
 //
 // Lanczos iteration [Lanczos 1950] with full reorthogonalisation, stopped once the remainder is small enough,
 // which takes far fewer steps than the matrix has rows.

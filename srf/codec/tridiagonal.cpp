@@ -1,4 +1,4 @@
-// Symbols: T the matrix, a its diagonal, b its subdiagonal; Z its eigenvectors, one a row.
+// Symbols: T the matrix, a its diagonal, b its subdiagonal; Z its eigenvectors, one per row.
 #include "srf/codec/tridiagonal.h"
 
 #include <algorithm>

@@ -10,7 +10,7 @@ namespace surflect::codec {
 
 template <class Real> struct TridiagonalSpectrum {
   std::vector<Real> values; // descending
-  PaddedRows<Real> vectors; // one a row, in the order of values
+  PaddedRows<Real> vectors; // one per row, in the order of values
 };
 
 // Decomposes a tridiagonal matrix given its diagonal and subdiagonal (one shorter). Errors are a few rounding

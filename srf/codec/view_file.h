@@ -80,8 +80,8 @@ public:
     return before + bitCount(bits & (bit - 1));
   }
 
-  // The number of leading blocks of `blocks` best read in one piece, with the gaps between them. `blocks`
-  // must ascend and hold at least one.
+  // The number of leading entries of `blocks` that are best read in one piece, together with the gaps between
+  // them. `blocks` must ascend and hold at least one.
   size_t readRunLength(std::span<const uint32_t> blocks) const;
   // Advises the system to read a stretch ahead.
   void adviseRead(std::span<const uint32_t> stretch) const;
@@ -98,8 +98,8 @@ private:
     uint32_t before = 0; // number of bits set in all earlier entries
   };
 
-  // std::popcount, which compiles to a call unless the target's instruction set is known.  [Warren 2012,
-  // §5-1]
+  // Same as std::popcount, which compiles to a call unless the target's instruction set is known.  [Warren
+  // 2012, §5-1]
   static uint32_t bitCount(uint64_t bits) {
     constexpr uint64_t kPairs = ~uint64_t{0} / 3, kFours = ~uint64_t{0} / 5, kBytes = ~uint64_t{0} / 17,
                        kOnes = ~uint64_t{0} / 255;

@@ -4,9 +4,9 @@
 //
 // Symbols: theta_i angle at the surfel between view i and the viewer, s_i visibility weight of view i at the
 // surfel, p_i penalty, p_t threshold, r_i relevance, w_i weight.  [Weyrich 2005, §5.2; Buehler 2001, §4]
-// Dividing by s_i lets a view that becomes hidden, grazing or leaves its image fade out of the blend without
-// a jump (visibility_weights.h). A surfel that no view sees well is shown by fallback views
-// (fallback_view.h).
+// Dividing by s_i lets a view fade out of the blend without a jump where the surfel becomes hidden or
+// grazing, or leaves the view's image (visibility_weights.h). A surfel that no view sees well is shown by
+// fallback views (fallback_view.h).
 #pragma once
 
 #include "srf/shading/query.h"
@@ -56,8 +56,8 @@ public:
 
   // Computes the penalties of all views for one query, as penalty() requires.
   BestView computePenalties(size_t query);
-  // Penalty of a view and a light with penalty l >= 0: p_i + l, or that of the fallback if less. Infinite if
-  // the view may not be used.
+  // Penalty of a view and a light with penalty l >= 0: the lesser of p_i + l and the penalty of the view as a
+  // fallback. Infinite if the view may not be used.
   float penalty(size_t view, float ofLight) const {
     const float own = penalty_[view] + ofLight;
     if (fallbackScale_[view] == std::numeric_limits<float>::infinity()) return own;
@@ -65,7 +65,7 @@ public:
   }
 
 private:
-  // A query as the views see it, and a view as a fallback for it.
+  // Inputs for one query, and for one view as a fallback.
   struct Query {
     Point3<AcquisitionSpace, double> p0;
     Vec3<double> normal;

@@ -5,8 +5,8 @@
 // Symbols: E_q irradiance of light q on the deformed surface facing it, E_l irradiance of captured light l at
 // p0, u_ql ULR weight of l for q [Weyrich 2005, §5.2] or that of a plane fitted to the lights
 // (light_blend.h), c_q fade where no light was captured (light_extrapolation.h), f_q foreshortening
-// (foreshortening.h). The ratio E_q / E_l is taken channel by channel and is 0 where E_l is; the cosine is in
-// the photograph already.
+// (foreshortening.h). The ratio E_q / E_l is taken channel by channel and is 0 where E_l is 0. It has no
+// cosine of light l, which the photograph already contains.
 #pragma once
 
 #include "srf/shading/operations.h"
@@ -83,8 +83,8 @@ public:
   // The methods below require evaluated lights.
   const Direction3<AcquisitionSpace>& towards(size_t light) const { return towards_[light]; }
   std::span<const Direction3<AcquisitionSpace>> towards() const { return towards_; }
-  // irradianceRatio of the last three numbers, up to one rounding; an irradiance below the normal numbers
-  // counts as 0. The first number is kept.
+  // Replaces the last three numbers of `now` by their irradianceRatio to the captured light, up to one
+  // rounding; the first number is kept. A captured irradiance below the normal floats counts as 0.
   Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
 
   // If all lights have one colour, the ratio is now * inverseColor * inverseStrength, up to two more
@@ -106,8 +106,8 @@ private:
 };
 
 // Computes the light rows of one query after another. Has working memory of its own: use one object per
-// thread. Short rows hold one BlendedLight for each light of the query; long rows are first summed up per
-// captured light.
+// thread. Short rows hold one BlendedLight for each light of the query; the weights of long rows are summed
+// per captured light first.
 class LightWeights {
 public:
   // The arguments must outlive the weights. The field must be a full product of cameras and lights.
@@ -150,7 +150,7 @@ private:
   void appendLight(const Rgb& now, const ForEach& forEachWeight, LightRows& rows) const;
   ulr::BlendSet blendOf(const ulr::QueryBlends& ulr, size_t lane, const Direction3<AcquisitionSpace>& towards,
                         ulr::LightExtrapolation extrapolation);
-  bool isPlainUlr(ulr::LightExtrapolation extrapolation) const { // true if c_q = f_q = 1 and u_ql is no plane
+  bool isPlainUlr(ulr::LightExtrapolation extrapolation) const { // true if c_q = f_q = 1, without a plane fit
     return lightBlend_.fit == ulr::LightFit::mean && !lightBlend_.foreshortened &&
            (extrapolation == ulr::LightExtrapolation::clamp || nearest_);
   }

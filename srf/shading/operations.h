@@ -1,7 +1,7 @@
 // Operations of the shading queue, after [Weyrich 2005, Table 2]. An operation of the paper is one look-up
-// for a surfel, camera and light. Here, an operation has one camera and all lights: they share the position
-// in the image, hence blocks and texels, and their weights are applied to the factor A of X ~ E A before any
-// texel is read.
+// for a surfel, camera and light. Here, an operation has one camera and all lights: the lights share a
+// position in the image, hence blocks and texels. Light weights are applied to the factor A of X ~ E A before
+// any texel is read.
 #pragma once
 
 #include "srf/shading/block_lookup.h"
@@ -23,7 +23,8 @@ struct ShadingOp {
 };
 
 // Light rows of surfels: a row is a range of `lights`. Captured lights are blended before they are coloured:
-// n of them cost n + 3 products for each term of a block, and 4 n if each had its own colour.
+// n captured lights cost n + 3 products for each term of a block, and would cost 4 n if each had its own
+// colour.
 struct LightRows {
   std::vector<BlendedLight> lights;
   UninitializedVector<LightWeight> weights; // by light, in order

@@ -39,13 +39,13 @@ struct ShadingPlan {
 class ShadingPlanner {
 public:
   // Field and batch must outlive the planner. Throws Error if a capture with fixed illumination is queried
-  // with lights, or any other without, and if foreshortening is requested for a capture that is not a full
-  // product.
+  // with lights, if any other capture is queried without lights, or if foreshortening is requested for a
+  // capture that is not a full product.
   ShadingPlanner(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options);
   ~ShadingPlanner();
 
   size_t targetsPerQuery() const; // the same for every plan
-  size_t queriesPerPlan() const;  // as many as keep a plan in the processor's cache
+  size_t queriesPerPlan() const;  // the most that keep a plan in the processor's cache
 
   // Plans the queries [begin, end) of the batch into `plan`, reusing its memory; targets count from 0. Safe
   // from many threads at once.

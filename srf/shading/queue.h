@@ -50,9 +50,9 @@ struct ShadingStats {
 // 2^-24 times the sum of |weight| |tap| |w| |a| |e| over the target's terms, where 16-bit terms count twice
 // as in BlockTerms.
 //
-// The cache must not be used otherwise meanwhile. Memory: 17 bytes per operation, 24 per target, 4 for each
-// waiting operation, 8 for each of its blocks (some more than once), and 4096 blocks, or those of one part,
-// beyond the cache's budget.
+// Nothing else may use the cache between begin and finish. Memory: 17 bytes per operation, 24 per target, 4
+// for each waiting operation, 8 for each of its blocks (some more than once), and 4096 blocks, or those of
+// one part, beyond the cache's budget.
 class ShadingQueue {
 public:
   // The arguments must outlive the queue.
@@ -61,8 +61,8 @@ public:
   // Starts a run of `parts` parts.
   void begin(size_t parts);
 
-  // Takes the part with this number, each number once; safe from many threads at once. The part's arrays must
-  // last until finish.
+  // Takes the part of this number. Call once for each number. Safe from many threads at once. The part's
+  // arrays must last until finish.
   void emit(size_t number, const ShadingPart& part);
 
   // Returns the radiance of all targets, part by part. Throws Error as ViewFile::read.

@@ -16,7 +16,7 @@ struct Shaded {
   size_t unseen = 0;                        // queries with fallback views only
 };
 
-// Receives the share of planning, 0..1, in the processor time since the last call; the rest was look-ups.
+// Called with the share of planning, 0..1, in the processor time since its last call; look-ups took the rest.
 using ShadeLap = std::function<void(double planningShare)>;
 
 // Returns the radiance of each query. Each plan is made and executed by one thread, so that it stays in the
@@ -26,8 +26,8 @@ Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const Shade
              codec::BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
              const ShadeLap& lap = {});
 
-// Fills a batch with the queries [begin, end), reusing its memory. Lights and environments must be the same
-// for all ranges; they alone are taken from the first call, which has an empty range.
+// Fills a batch with the queries [begin, end), reusing its memory. The first call has an empty range and
+// provides only the lights and environments, which must be the same for all ranges.
 using FillBatch = std::function<void(size_t begin, size_t end, QueryBatch& batch)>;
 
 // Radiance of queries that are generated on demand, so that only those being shaded are in memory.

@@ -20,7 +20,7 @@ struct TexelPosition {
   int x, y;          // not negative
   float right, down; // 0..1; 0 if the next texel is outside the image
 
-  // Converts (x, y) in pixels, centres at +0.5, finite; clamps to the image.
+  // Converts finite (x, y) in pixels, with pixel centres at +0.5. Clamps to the image.
   static TexelPosition at(const codec::ViewHeader& view, float x, float y) {
     assert(std::isfinite(x) && std::isfinite(y));
     const float u = std::min(std::max(x - 0.5f, 0.f), static_cast<float>(view.width - 1));
@@ -46,7 +46,7 @@ struct TexelPosition {
             codec::blockSize};
   }
 
-  // The taps that fall into a block which holds at least one of the four texels; the others have weight 0.
+  // The taps in a block that holds at least one of the four texels; taps outside the block have weight 0.
   BlockTaps tapsIn(codec::BlockPosition block) const {
     const PairInBlock across(x - block.x * codec::blockSize, right),
         along(y - block.y * codec::blockSize, down);
@@ -69,8 +69,8 @@ private:
 };
 
 // Calls use(position) for each block that holds a texel of nonzero weight: left before right, upper before
-// lower. A place inside one block visits it even if some texels lie outside the image, since blocks are
-// whole.
+// lower. If all four texels lie in one block, it is visited even if some of them are outside the image, since
+// blocks are whole.
 template <class Use> inline void forEachBlock(const TexelPosition& place, const Use& use) {
   const codec::BlockPosition first = place.block();
   if (place.isInOneBlock()) return use(first);
@@ -146,8 +146,8 @@ struct StoredPoint {
   float x = 0, y = 0; // pixels
 };
 
-// The stored point nearest to (x, y); empty if the view stores nothing. Of equally near points, the first in
-// rings of blocks around the block of (x, y).
+// The stored point nearest to (x, y); empty if the view stores nothing. Among equally near points, returns
+// the first one found when searching rings of blocks around the block of (x, y).
 std::optional<StoredPoint> nearestStored(const codec::ViewFile& view, float x, float y);
 
 } // namespace surflect::shading

@@ -56,12 +56,11 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path,
                                std::optional<EnvironmentMapping> mapping = std::nullopt,
                                const Progress& progress = {});
 
-// Merges lights into few of the same total irradiance, each at the mean direction of its cluster. Clusters
-// are cut where directions, weighted by energy, spread most, until the mean spread is at most `spread` > 0;
-// small bright sources thus become lights of their own. Spread is the energy-weighted mean square distance of
-// directions from their light, on the unit sphere. A constant map becomes about 2 pi / (3 spread) lights, at
-// most kMaxClusteredLights. The integral of a smooth function f errs by about f'' spread / 2. Throws
-// Cancelled.
+// Merges lights into a few with the same total irradiance, each at the mean direction of its cluster. Spread
+// is the energy-weighted mean square distance of directions from their light, on the unit sphere. The cluster
+// of greatest spread is cut until the spread of all directions is at most `spread` > 0; small bright sources
+// thus become lights of their own. A constant map becomes about 2 pi / (3 spread) lights, at most
+// kMaxClusteredLights. The integral of a smooth function f errs by about f'' spread / 2. Throws Cancelled.
 //   [after Debevec 2005, A Median Cut Algorithm for Light Probe Sampling]
 inline constexpr size_t kMaxClusteredLights = 4096;
 std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> lights, double spread,

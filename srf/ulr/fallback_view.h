@@ -1,13 +1,13 @@
 // Fallback views: views that do not see a surfel, blended if no view sees it well. They continue a surface
-// beyond its photographed part, without a jump and never in black.  Ours.
+// beyond its photographed part without a jump, and never turn it black. Not in the papers.
 //
 //   p' = min(p / s, (p + d) / (e b g))
 //
-// Symbols: p' penalty of a view that has the surfel's place in its image; p = 1 - cos of its angle to the
-// requested direction; s its fade at the surfel (visibility_weights.h), b the factor of s that falls towards
-// the image's border. g is 1 at the horizon, where the surface turns away from the view; it falls as the
-// surfel turns further away, and also if it faces the view but is hidden. d and e are constants; e is large
-// enough for a gradual change as s falls to 0.
+// Symbols: p' penalty of a view in whose image the surfel projects; p = 1 - cos of the view's angle to the
+// requested direction; s the view's visibility weight at the surfel (visibility_weights.h), b the factor of s
+// that falls towards the image's border. g is 1 at the horizon, where the surface turns away from the view; g
+// falls as the surfel turns further away, and is also below 1 if the surfel faces the view but is hidden. d
+// and e are constants; e is large enough for a gradual change as s falls to 0.
 #pragma once
 
 #include "srf/ulr/visibility_weights.h"
@@ -19,11 +19,12 @@ namespace surflect::ulr {
 
 inline constexpr float kFallbackFade = 1 / 3.f;      // e
 inline constexpr float kFallbackOffset = 2 / 3.f;    // d > 0: a fallback never takes the whole weight
-inline constexpr double kFallbackTurn = 0.1;         // cosine over which g falls
+inline constexpr double kFallbackTurn = 0.1;         // cosine at which g has fallen to 37 %
 inline constexpr double kFallbackHidden = 1 / 200.0; // least g of a view that faces the surfel
 
-// Least penalty of a view beside which fallbacks can have weight. With the penalty l >= 0 of a light added, a
-// fallback's penalty is at least (d + l) / e, which is not below the threshold of a blend, at most 2 (1 + l).
+// Fallbacks have no weight if the best view's penalty is at most this. With the penalty l >= 0 of a light
+// added, a fallback's penalty is at least (d + l) / e; the threshold of the blend is at most 2 (1 + l), which
+// is no larger.
 inline constexpr float kFallbackFrom = 1;
 static_assert(kFallbackOffset / kFallbackFade >= 2);
 

@@ -1,7 +1,7 @@
 // Foreshortening of blended light: the irradiance of a surface falls with the cosine between light and
-// normal, and is 0 from behind. Photographs contain the cosines of their own lights. A plain blend [Weyrich
-// 2005, §5.2] therefore shows the shadow line of every blended light, and none where the shadow line of the
-// requested light belongs.
+// normal, and is 0 if the light is behind the surface. Photographs contain the cosines of their own lights. A
+// plain blend [Weyrich 2005, §5.2] therefore shows the shadow line of every blended light, instead of a
+// single one where the requested light has it.
 //
 // If cross-validation of the photographs favours it, a blend is multiplied by the cosine of the requested
 // light over the mean cosine of the blended ones: the ratio estimator [Cochran 1977, §6.1], with the cosine

@@ -1,15 +1,15 @@
 // Blending weights of captured lights for one requested light direction.
 //
-// Unstructured lumigraph weights [Weyrich 2005, §5.2] take a mean. The mean direction of the blended lights
+// Unstructured lumigraph weights [Weyrich 2005, §5.2] form a mean. The mean direction of the blended lights
 // differs from the requested direction l, and the result barely changes near a captured light. Matte surfaces
 // show this error, as their radiance is linear in the direction. Where cross-validation favours it, the
 // weights therefore fit a plane: moving least squares of degree one [Lancaster 1981] in the tangent plane of
 // the sphere of directions at l, over radiance divided by the cosine between captured and requested light.
 //
 // With a plane, the blended lights have the vector irradiance of the requested one, sum w_i l_i = l: a matte
-// surface outside of shadows comes out exact. The weights sum to about 1 / cos of the angle between the two,
-// 1.06 at 20 degrees and 1.15 at 30; surfaces that are equally bright under all lights come out brighter by
-// this factor.
+// surface outside of shadows comes out exact. The weights sum to about 1 / cos of the angle between blended
+// and requested lights, 1.06 at 20 degrees and 1.15 at 30; surfaces that are equally bright under all lights
+// come out brighter by this factor.
 //
 // The slope is damped by a ridge of a tenth of the lights' spread, so that no weight grows large where lights
 // lie nearly in a line.
@@ -40,9 +40,10 @@ inline std::string_view nameOf(LightFit fit) { return fit == LightFit::mean ? "m
 // Weights of captured lights for a requested direction. Directions are unit; `lights` has at least one.
 //
 // The weights of a mean, and of a blend to be foreshortened, sum to 1; those of a plane can be negative. All
-// are continuous in all directions, and a captured light gets weight 1 at its own direction. Outside the
-// coverage, a plane fades to the mean, as it would extrapolate badly; with LightExtrapolation::fade, all
-// weights are multiplied by the coverage. Foreshortening itself is left to callers, who know the normal.
+// weights are continuous functions of all directions. In the direction of a captured light, this light has
+// weight 1. Outside the coverage, a plane fades to the mean, as it would extrapolate badly; with
+// LightExtrapolation::fade, all weights are multiplied by the coverage. Foreshortening itself is left to
+// callers, who know the normal.
 BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
                        const LightExtrapolationFade& coverage, LightExtrapolation extrapolation);

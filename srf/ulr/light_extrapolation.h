@@ -1,6 +1,6 @@
 // Light from directions without captured lights. ULR extrapolates [Weyrich 2005, §5.2]: the nearest captured
-// lights are used at any distance. On a rig that covers only a cone or a dome, all other light of an
-// environment would pile up on the rim; there it can be faded out instead.
+// lights are used at any distance. If the rig covers only a cone or a dome, all other light of an environment
+// would thus gather on the rim; such light can be faded out instead.
 #pragma once
 
 #include "surfel/math/space.h"
@@ -21,7 +21,7 @@ public:
   // Radians; pi if there are fewer than two distinct directions, in which case nothing fades.
   double spacing() const { return spacing_; }
 
-  // Fade factor: 1 up to one spacing from the nearest captured light, 0 beyond two, continuously
+  // Fade factor: 1 up to one spacing from the nearest captured light, 0 beyond two spacings, continuously
   // differentiable. `penalty` is 1 - cos of the angle to that light.
   float at(float penalty) const;
 

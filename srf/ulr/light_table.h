@@ -41,7 +41,7 @@ public:
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
              LightExtrapolation extrapolation);
 
-  // Adds to row[l] the irradiance (r, g, b) of an environment that captured light l represents; #row =
+  // Adds to row[l] the part (r, g, b) of an environment's irradiance that captured light l represents; #row =
   // #captured lights. The weights are those of blendOfLights, interpolated and continuous in the rotation,
   // times the ratio of foreshortening.h if foreshortened. The fourth number of an entry is r + g + b before
   // foreshortening.

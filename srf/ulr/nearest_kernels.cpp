@@ -124,7 +124,7 @@ template <> struct Sorted<0> {
 };
 template <> HWY_INLINE Lanes Sorted<1>::largest() const { return penalty; }
 
-// Least cosine of unit vectors whose penalty is within the limit: 1 - limit, less rounding.
+// Least cosine of unit vectors whose penalty is within the limit: 1 - limit, minus a margin for rounding.
 HWY_INLINE Lanes leastCosine(Lanes limit) { return number(1 - 4e-6f) - limit; }
 
 template <int slots>
@@ -137,7 +137,7 @@ HWY_INLINE void nearestOf(const float* candidates, const uint32_t* which, const 
   Sorted<slots> sorted;
   sorted.clear();
   for (size_t c = 0; c < count; ++c, candidates += 48) {
-    // Most are too far away; as no fade exceeds 1, the angle alone shows it.
+    // Most candidates are too far away. The angle alone shows this, since no fade exceeds 1.
     const Vector candidate = loadVector(candidates);
     if (hn::AllFalse(kTag, least <= dot(candidate, asked))) continue;
     Lanes penalty = penaltyOf(candidate, asked);

@@ -8,7 +8,7 @@
 namespace surflect::ulr {
 
 constexpr size_t kQueryLanes = 16;
-constexpr size_t kMaxNearest = 17; // kMaxBlended and the next one
+constexpr size_t kMaxNearest = 17; // kMaxBlended, and the one that sets the threshold
 
 // A Source (nearest_sources.h) with each double split into a sum of two floats.
 struct SplitSource {
@@ -54,8 +54,8 @@ size_t findInCone(const float* x, const float* y, const float* z, const float* i
                   const SourceCone& cone, uint32_t* found);
 
 // Writes, for one query, the penalty of each source and the cosine between its direction and the normal, both
-// within 2e-6; 0 if the direction is lost. x, y, z and isNear as in findInCone; `rest` is what rounding left
-// of x, y and z, each of `groups` lanes. `query` is place, direction and normal: three numbers each.
+// within 2e-6; 0 if the direction is lost. x, y, z and isNear as in findInCone; `rest` holds the rounding
+// errors of x, y and z, each of `groups` lanes. `query` is place, direction and normal: three numbers each.
 void writeAngles(const float* x, const float* y, const float* z, const float* rest, const float* isNear,
                  size_t groups, const float* query, float* penalties, float* cosines);
 

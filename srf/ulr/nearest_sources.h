@@ -1,5 +1,5 @@
-// Nearest cameras or lights of a direction and their ULR weights, for batches of sixteen queries in vector
-// lanes of single precision. The result of a query does not depend on the others in its batch.
+// Cameras or lights nearest to a direction, and their ULR weights, for batches of sixteen queries in vector
+// lanes, in single precision. The result of a query does not depend on the others in its batch.
 //
 //   p_i = (1 - cos theta_i) / s_i,  w_i = ulrWeights of the k + 1 least p_i   (ulr.h)
 //
@@ -117,8 +117,8 @@ private:
 SourceCone coneAround(const std::array<float, 3>& place, float radius, float distance,
                       const std::array<float, 3>& towards, float spread, float limit);
 
-// Nearest views. Of hundreds, only a few can be among the nearest of neighbouring queries; penalties are
-// computed for these alone.
+// Nearest views. Of hundreds of views, only a few can be among the nearest to neighbouring queries; penalties
+// are computed for these few only.
 class NearestViews {
 public:
   // `fades` has one column per view and must outlive this.

@@ -78,8 +78,8 @@ private:
 };
 
 // p_t: the penalty of the (k+1)-th candidate, but at most max(1, 2 p_1), so that a candidate beyond 90
-// degrees counts only if none is within 60. Beyond, 2 p_1 replaces 1, so that one candidate can still fade
-// over to another as both pass 90 degrees.
+// degrees counts only if none is within 60 degrees. If none is, 2 p_1 exceeds 1, so that one candidate can
+// still fade over to another as both pass 90 degrees.
 inline float thresholdPenalty(std::span<const Candidate> nearest, size_t k) {
   const float limit = std::max(1.f, 2 * nearest[0].penalty);
   return nearest.size() > k ? std::min(nearest[k].penalty, limit) : limit;
@@ -115,7 +115,8 @@ inline BlendSet ulrWeights(const NearestCandidates& candidates) {
 
 // Confidence of a blend whose best source has this penalty, relative to other surfels at the same pixel: 1
 // for a penalty of 0, 1/16 for a penalty of 1, at least 1e-6. ULR weights sum to one however badly the
-// sources see a surfel; of two surfels in a pixel, the one seen better should determine the colour. Ours.
+// sources see a surfel; of two surfels in a pixel, the one seen better should determine the colour. Not in
+// the papers.
 inline float confidenceOf(float penalty) {
   const float share = 1 / (1 + std::min(penalty, 30.f));
   return share * share * share * share;

@@ -27,14 +27,15 @@ double grazingFade(double cosine);
 double borderFade(const capture::Lens& lens, capture::Pixel pixel);
 
 // Encoded fades, one row per surfel with one byte per view. Fades are stored as logarithms: equal ratios of
-// fades change the blend equally, and at a view of small penalty p even fades as small as p matter.
+// fades change the blend equally, and for a view of small penalty p even fades as small as p matter.
 struct VisibilityWeights {
   size_t views = 0;
   std::vector<uint8_t> values; // 0 if the view does not see the surfel
 
   std::span<const uint8_t> of(size_t surfel) const { return {values.data() + surfel * views, views}; }
 
-  // 255 for 1, falling to 1 for 2^-20 in steps of 5.6 %; 0 below.
+  // Code 255 stands for 1, and each lower code for 5.6 % less, down to code 1 for 2^-20; code 0 stands for
+  // anything below.
   static uint8_t encode(double fade);
   static float decode(uint8_t value);
 };
