@@ -1,7 +1,7 @@
 #include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "render/stage/stage_capture.h"
 #include "render/stage/stage_source.h"
 #include "surfel/base/hash.h"

@@ -39,8 +39,8 @@ Json describe(const model::Model& model) {
   const auto corner = [](const Vec3<double>& p) { return Json::array({p.x(), p.y(), p.z()}); };
   size_t unseen = 0;
   for (size_t i = 0; i < model.cloud.size(); ++i) {
-    const auto fades = model.fades.of(i);
-    unseen += std::ranges::none_of(fades, [](uint8_t fade) { return fade > 0; });
+    const auto visibility = model.visibility.of(i);
+    unseen += std::ranges::none_of(visibility, [](uint8_t fade) { return fade > 0; });
   }
   return {{"surfels", model.cloud.size()},       {"unseen_surfels", unseen},
           {"views", model.rig.views.size()},     {"lights", model.rig.lights.size()},

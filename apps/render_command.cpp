@@ -11,6 +11,7 @@
 #include "surfel/base/folder.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/memory_use.h"
+#include "surfel/base/message_text.h"
 #include "surfel/base/replaceable.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/base/version.h"
@@ -60,10 +61,6 @@ FrameRange parseRange(const std::string& text, const scene::Frames& frames) {
                          number(dash == std::string::npos ? text : std::string_view(text).substr(dash + 1))};
   if (range.first > range.last || range.first < frames.first || range.last > frames.last) throw complain();
   return range;
-}
-
-std::string counted(size_t count, const char* noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 // Counts that belong to a group become an object of their own; whole numbers are written without a point.

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "render/frame_layers.h"
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "srf/capture/capture.h"
 #include "srf/ulr/light_blend.h"
 #include "surfel/base/progress.h"

@@ -1,7 +1,7 @@
 // Surfel clouds, at rest and after a warp. Structures of arrays: all vectors have one entry per surfel.
 #pragma once
 
-#include "surfel/frame.h"
+#include "surfel/tangent_frame.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -14,8 +14,8 @@ constexpr int kWarpGroup = 8; // the most points in lanes
 // All in double precision. carry... take each point x to Psi(x), its tangents d to J d, and its determinant
 // to det J times it. Their parameters are those in warp.cpp; vectors are 3 doubles.
 
-// Fills the batch with `count` points, from places p0 and tangent frames r0 (frame.h), 3 floats each. The
-// determinant is 1.
+// Fills the batch with `count` points, from places p0 and tangent frames r0 (tangent_frame.h), 3 floats each.
+// The determinant is 1.
 void beginBatch(const float* p0, const float* r0, int count, WarpBatch&);
 
 // `linear` by columns; its determinant is given.

@@ -1,5 +1,6 @@
 #include "warp/gltf_document.h"
 
+#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
@@ -32,12 +33,6 @@ std::string shown(const json& value) {
   }
   if (value.is_structured()) return value.is_array() ? "an array" : "an object";
   return value.dump();
-}
-
-uint32_t littleEndian(std::string_view bytes, size_t offset) {
-  uint32_t value = 0;
-  for (size_t i = 4; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[offset + i]);
-  return value;
 }
 
 struct Container {
@@ -164,8 +159,7 @@ struct Component {
       std::memcpy(&value, bytes, sizeof value);
       return value;
     }
-    uint32_t raw = 0;
-    for (size_t i = size; i-- > 0;) raw = raw << 8 | static_cast<unsigned char>(bytes[i]);
+    const uint32_t raw = littleEndian({bytes, size}, 0, size);
     const double values = std::ldexp(1, static_cast<int>(8 * size));
     double value = raw;
     if (isSigned && value >= values / 2) value -= values;

@@ -5,7 +5,6 @@
 #include <Eigen/Dense>
 
 #include <cassert>
-#include <cmath>
 #include <string>
 
 namespace surflect::warp {

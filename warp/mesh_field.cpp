@@ -294,8 +294,6 @@ MeshField::MeshField(std::span<const Vec3<double>> positions,
   binding_ = std::move(binding);
 }
 
-size_t MeshField::vertexCount() const { return binding_->nodeOf.size(); }
-
 bool MeshField::reaches(const Vec3<double>& x) const {
   const Level& nodes = binding_->levels.front();
   bool reached = false;

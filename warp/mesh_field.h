@@ -35,7 +35,6 @@ public:
   // Vertices at one position are merged; triangles without area are ignored. Throws Error if none is left.
   MeshField(std::span<const Vec3<double>> rest, std::span<const std::array<uint32_t, 3>> triangles);
 
-  size_t vertexCount() const; // number of vertices of the mesh as given
   // Returns whether the point is within the kernel of a vertex, not only of groups: within about twice the
   // length of the edges around it. The driven surface should be.
   bool reaches(const Vec3<double>& x) const;

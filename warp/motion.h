@@ -4,7 +4,7 @@
 #include "warp/handles.h"
 #include "warp/lattice.h"
 #include "warp/mesh_sequence.h"
-#include "warp/rig.h"
+#include "warp/skeletal_rig.h"
 #include "warp/track.h"
 #include "warp/warp.h"
 

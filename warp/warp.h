@@ -5,6 +5,9 @@
 //
 // A whole warp maps acquisition space to object space; deform.h has the types. Links of a chain meet in
 // intermediate spaces, so warps themselves use bare vectors, in scene units.
+//
+// A new warp also gets a struct of tracks in motion.h and an entry in render/scene/script_warps.cpp
+// (docs/adding.md).
 #pragma once
 
 #include "surfel/math/angle.h"
@@ -52,18 +55,19 @@ WarpPointer rigidWarp(const Vec3<double>& axis, Angle angle, const Vec3<double>&
 // Stretches along x, y, z about the centre; a negative factor mirrors.
 WarpPointer scaleWarp(const Vec3<double>& factors, const Vec3<double>& center);
 
-// Rotates each plane across the axis by anglePerUnit times its signed distance from the centre.
+// Rotates each plane perpendicular to the axis by anglePerUnit times the plane's signed distance from the
+// centre.
 WarpPointer twistWarp(const Vec3<double>& axis, Angle anglePerUnit, const Vec3<double>& center);
 
 // Bends the axis into a circle that leaves the centre along the axis and curves towards `direction` (at right
-// angles to it) by anglePerUnit per unit of arc length; planes across the axis stay planes across the circle.
-// There are no ends: the circle closes after 2 pi / anglePerUnit. Points further along `direction` than the
-// circle's radius 1 / anglePerUnit turn inside out.
+// angles to it) by anglePerUnit per unit of arc length; planes perpendicular to the axis become planes
+// perpendicular to the circle. There are no ends: the circle closes after 2 pi / anglePerUnit. Points further
+// along `direction` than the circle's radius 1 / anglePerUnit turn inside out.
 WarpPointer bendWarp(const Vec3<double>& axis, const Vec3<double>& direction, Angle anglePerUnit,
                      const Vec3<double>& center);
 
-// Scales across the axis by exp(growthPerUnit h), never 0, at the signed distance h from the centre along the
-// axis.
+// Scales perpendicular to the axis by exp(growthPerUnit h), which is never 0, where h is the signed distance
+// from the centre along the axis.
 WarpPointer taperWarp(const Vec3<double>& axis, double growthPerUnit, const Vec3<double>& center);
 
 // Displaces along `direction` by amplitude sin(2 pi axis . (x - center) / wavelength + phase); wavelength is
@@ -81,8 +85,8 @@ inline constexpr std::array<std::string_view, 6> warpVariables = {"x", "y", "z",
 WarpPointer expressionWarp(Expression x, Expression y, Expression z, const ShotTime& time,
                            const Vec3<double>& origin = Vec3<double>::Zero());
 
-// Composition of warps; the first link acts first, no links are the identity. Has an exact Jacobian, by the
-// chain rule, if all links do.
+// Composition of warps; the first link acts first, and an empty chain is the identity. Has an exact Jacobian,
+// by the chain rule, if all links do.
 WarpPointer chainWarp(std::vector<WarpPointer> links);
 
 } // namespace surflect::warp

@@ -1,6 +1,6 @@
-// The test frames of a capture, scored as by `surflect evaluate`, with one thing changed at a time. With a
-// script the capture is the truth of the object bent by its warps, and directions are brought back in other
-// ways as well.
+// Ablation study: test frames of a capture, scored as by `surflect evaluate`, with one setting changed at a
+// time. With a script, the capture is the ground truth of the deformed object, and alternative maps of
+// directions (directions.h) are compared too.
 #include "bench/accuracy/directions.h"
 #include "bench/accuracy/program.h"
 #include "render/evaluation/evaluate.h"

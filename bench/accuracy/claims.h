@@ -1,5 +1,5 @@
-// Claims of [Weyrich 2005], measured; tests hold them to theory. Folders are new ones, for captures and
-// models.
+// Measurements of claims in [Weyrich 2005]; tests compare them with theory. Folders are created, for captures
+// and models.
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 #pragma once
@@ -12,7 +12,7 @@ namespace surflect::bench {
 
 Json impostorLimit();
 Json textureParallax(const std::filesystem::path& folder);
-Json fibreAzimuth(const std::filesystem::path& folder); // writes fibres.png into it
+Json fibreAzimuth(const std::filesystem::path& folder); // also writes fibres.png
 Json fibreError();
 
 } // namespace surflect::bench

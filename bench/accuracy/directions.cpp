@@ -49,7 +49,7 @@ public:
       const Vec3<double> p0 = rest.p0[surfel].cast<double>().raw();
       const auto other = back_({frame, jacobianAt(scene.warp, p0, step) * frame});
       if (!other) continue;
-      // L is orthogonal: its transpose undoes what queriesAt has done.
+      // L is orthogonal, so its transpose undoes the map of queriesAt.
       const Mat3<double> instead = *other * surfels::lookUpAt(rest, cloud, surfel).matrix().transpose();
       batch.towardsView[query] = rotated(instead, batch.towardsView[query]);
       for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l)

@@ -1,5 +1,5 @@
-// Maps of directions at a warped surface point back to where reflectance was captured, beside the program's
-// own (surfel/lookup.h).
+// Alternative maps of directions from a warped surface point back to acquisition space, beside the program's
+// own (surfel/look_up.h).
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 // Symbols: R0 = (u0, v0, n0) the frame at rest; J the Jacobian of the warp; (u, v, w) = J R0;
@@ -8,7 +8,7 @@
 
 #include "render/renderer.h"
 #include "srf/model/model.h"
-#include "surfel/lookup.h"
+#include "surfel/look_up.h"
 
 #include <memory>
 #include <optional>
@@ -19,7 +19,8 @@ struct WarpedFrame {
   Mat3<double> rest, warped; // R0 and J R0
 };
 
-// From object space to acquisition space; empty where there is no frame. byInverseJacobian changes lengths.
+// Map from object space to acquisition space; empty if there is no frame. byInverseJacobian does not preserve
+// lengths.
 using DirectionsBack = std::optional<Mat3<double>> (*)(const WarpedFrame& frame);
 
 std::optional<Mat3<double>> byPolarFactor(const WarpedFrame& frame);     // the program's own
@@ -27,8 +28,8 @@ std::optional<Mat3<double>> byBisector(const WarpedFrame& frame);        // [Wey
 std::optional<Mat3<double>> byGramSchmidt(const WarpedFrame& frame);     // u-bar along u
 std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1 = R0 (u, v, w)^-1
 
-// Renders as the surfel renderer does, but for the map of directions; where that is empty, the program's own.
-// Scenes have no environments. The model must outlive the result.
+// Renderer that differs from the surfel renderer in its map of directions; where `back` returns none, the
+// program's own map is used. Scenes must have no environments. The model must outlive the result.
 std::unique_ptr<render::Renderer> withDirections(const model::Model& model, DirectionsBack back);
 
 } // namespace surflect::bench

@@ -2,10 +2,10 @@
 // surface is sheared." [Weyrich 2005, §4.2]
 //
 // A plate with straight fibres in its plane under the shear x' = x + s y. Fibres follow the surface: a fibre
-// t becomes J t. The look-up shows the captured fibre turned as L turns it. By how much:
-//   polar factor of (u, v)        atan(s / 2), whatever u0
-//   Eq. 8, u0 or v0 along x       atan(s) / 2
-// clockwise, as seen from outside. Fibres along x stay where they are, fibres along y turn by atan(s).
+// t becomes J t. The look-up shows the captured fibre rotated by L, clockwise as seen from outside, by
+//   polar factor of (u, v)        atan(s / 2), for any u0
+//   Eq. 8, u0 or v0 along x       atan(s) / 2.
+// Under J, fibres along x keep their direction, and fibres along y rotate by atan(s).
 #include "bench/accuracy/claims.h"
 #include "bench/accuracy/plate.h"
 #include "bench/doll/spiral.h"
@@ -27,7 +27,7 @@ namespace surflect::bench {
 
 namespace {
 
-constexpr double kPlate = 1.6, kWindow = 0.7; // half their sides: a shear of 1 leaves the window covered
+constexpr double kPlate = 1.6, kWindow = 0.7; // half side lengths; a shear of 1 leaves the window covered
 constexpr int kPixels = 96;
 constexpr Rgb kLamp{3, 3, 3};
 const Vec3<double> kLampPosition(0, 0, 1);
@@ -40,7 +40,7 @@ warp::WarpPointer shearWarp(double shear) {
                               expression("z"), warp::ShotTime{});
 }
 
-// Lights over the cap of 58 degrees around z, which holds the lamp's directions.
+// Lights over the cap of 58 degrees around z, which holds all directions to the lamp.
 std::vector<capture::Light> lightsAbove(size_t count) {
   std::vector<capture::Light> lights;
   for (const Vec3<double>& towards : spiral(count, std::cos(58 * std::numbers::pi / 180), 1)) {
@@ -52,7 +52,7 @@ std::vector<capture::Light> lightsAbove(size_t count) {
   return lights;
 }
 
-// The plate is even, and the camera far away: each photograph is of one colour.
+// Photographs of the plate, each of a single colour, since plate and distant lights are uniform.
 std::vector<image::Image> photographsUnder(std::span<const capture::Light> lights, Angle fibre) {
   const double c = std::cos(fibre.radians()), s = std::sin(fibre.radians());
   std::vector<image::Image> photographs;
@@ -85,8 +85,8 @@ using FrameOf =
 
 constexpr double kShears[] = {0.1, 0.25, 0.5, 0.75, 1};
 
-// The angle, counter-clockwise, by which L rotates what was captured, for tangents u0 = (cos phi, sin phi)
-// and v0 at right angles to it.
+// Angle, counter-clockwise, by which L rotates captured directions, for tangents u0 = (cos phi, sin phi) and
+// v0 perpendicular to it.
 Angle turnUnderShear(const FrameOf& frameOf, double shear, Angle phi) {
   Mat3<double> jacobian = Mat3<double>::Identity(), r0 = Mat3<double>::Identity();
   jacobian(0, 1) = shear;
@@ -96,19 +96,19 @@ Angle turnUnderShear(const FrameOf& frameOf, double shear, Angle phi) {
   return Angle::fromRadians(std::atan2(objectFromAcquisition(1, 0), objectFromAcquisition(0, 0)));
 }
 
-// The fibre's direction J t after the shear, counter-clockwise from x.
+// Direction of the fibre J t after the shear, counter-clockwise from x.
 Angle fibreUnderShear(double shear, Angle fibre) {
   const double c = std::cos(fibre.radians()), s = std::sin(fibre.radians());
   return Angle::fromRadians(std::atan2(s, c + shear * s));
 }
 
-// Photographs of a brushed plate from above, under lights from all over the upper hemisphere's middle.
+// Photographs of a brushed plate from above, under lights of the upper part of the hemisphere.
 class BrushedPlate {
 public:
   BrushedPlate(Angle fibre, const std::filesystem::path& work);
 
-  // A point light over the middle of the sheared plate, seen from above: path traced, its fibres being J t;
-  // and answered by the photographs. One channel, a square of side 1.4.
+  // Pictures of the sheared plate from above, under a point light over its middle: path traced with fibres
+  // J t, and rendered from the photographs. One channel, a square of side 1.4.
   image::Image truth(double shear) const;
   image::Image rendered(const FrameOf& frameOf, double shear) const;
 
@@ -164,8 +164,8 @@ image::Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const 
   return greenOf(surfels::developRadiance(coverage, shading::shade(model_, batch, options, cache, stats)));
 }
 
-// The fibre's azimuth, 0 to 180 degrees, from the picture of a lamp over the middle: its highlight is a
-// streak across the fibres. By second moments within the disc that fits into the square.
+// Azimuth of the fibres, 0 to 180 degrees, from the picture of a lamp over the middle: its highlight is a
+// streak across the fibres. Computed from second moments within the inscribed disc.
 Angle azimuthOf(const image::Image& picture) {
   const double middle = picture.width / 2.0;
   double xx = 0, xy = 0, yy = 0;
@@ -236,7 +236,7 @@ Json fibreAzimuth(const std::filesystem::path& folder) {
   return report;
 }
 
-// RMS, over all fibres, of how far they are from J t; and how far u0 turns L.
+// RMS angle over all fibres between their rendered direction and J t, and the dependence of L on u0.
 Json fibreError() {
   Json report = Json::array();
   for (const double shear : kShears) {
@@ -247,7 +247,7 @@ Json fibreError() {
       const double turn = fibreUnderShear(shear, fibre).degrees() - f;
       polar +=
           material::squared(turn - turnUnderShear(polarFrame<double>, shear, Angle()).degrees()) / kCount;
-      for (int u = 0; u < kCount; ++u) { // u0 stands anywhere
+      for (int u = 0; u < kCount; ++u) { // u0 may have any direction
         const double byBisector =
             turnUnderShear(bisectorFrame<double>, shear, Angle::fromDegrees(u)).degrees();
         bisector += material::squared(turn - byBisector) / kCount / kCount;

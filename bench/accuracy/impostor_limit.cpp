@@ -1,11 +1,11 @@
 // "In the limit, the BRDF preservation is exact as the SRF geometry converges to the real object geometry."
 // [Weyrich 2005, §4.4]
 //
-// The field is known without interpolation: of a glossy, textured unit sphere, SRF(p, l, v) is what the ray p
-// + t v sees under l. The impostor is the same sphere blown up by d, 0 to 0.3 radii. Two errors of §4.4
-// remain: the warp rotates the impostor point otherwise than the surface point behind it, and the ray that L
-// brings back meets the surface elsewhere than the warped ray. To first order both are d times a derivative
-// of the warp: they fall linearly.
+// The field is known without interpolation: for a glossy, textured unit sphere, SRF(p, l, v) is the radiance
+// that the ray p + t v sees under l. The impostor is the same sphere enlarged by d, 0 to 0.3 radii. Two
+// errors of §4.4 remain: the warp rotates the impostor point otherwise than the surface point behind it, and
+// the ray mapped back by L meets the surface at another point than the warped ray. To first order, both are d
+// times a derivative of the warp, and so fall linearly with d.
 #include "bench/accuracy/claims.h"
 #include "render/stage/material/ward.h"
 #include "render/surfels/frame.h"
@@ -31,7 +31,7 @@ Vec uniformUnit(std::mt19937_64& random) {
   return Vec(x, y, z).normalized();
 }
 
-// Directions from which the ray p + t v meets the sphere for every d up to 0.3: sin(theta) (1 + d) < 1.
+// Directions v for which the ray p + t v meets the sphere for every d up to 0.3: sin(theta) (1 + d) < 1.
 std::vector<Query> randomQueries(size_t count, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Query> queries;
@@ -53,14 +53,14 @@ SurfelCloud blownUp(const std::vector<Query>& queries, double d) {
   return cloud;
 }
 
-// The point where the ray p + t v meets the unit sphere first, seen from the viewer.
+// First intersection of the ray p + t v with the unit sphere, as seen by the viewer.
 Vec seenAlong(const Vec& p, const Vec& v) {
   const double b = p.dot(v);
   return p + (-b + std::sqrt(b * b - p.squaredNorm() + 1)) * v;
 }
 
 // The point q of the unit sphere that the ray p* + s v* meets after the warp: Psi(q) = p* + s v*, |q| = 1, by
-// Newton's method from a point nearby. None where it does not come to rest.
+// Newton's method from a nearby start. Empty if it does not converge.
 std::optional<Vec> seenAlong(const warp::Warp& warp, const Vec& p, const Vec& v, const Vec& start) {
   Vec q = start;
   double s = v.dot(warp.position(q) - p);
@@ -79,12 +79,12 @@ std::optional<Vec> seenAlong(const warp::Warp& warp, const Vec& p, const Vec& v,
   return std::nullopt;
 }
 
-// Radiance that the point q of the sphere at rest, of normal n, sends towards v under l: textured diffuse
+// Radiance that the point q of the sphere at rest, with normal n, sends towards v under l: a textured diffuse
 // part and gloss.
 double radianceAt(const Vec& q, const Vec& n, const Vec& l, const Vec& v) {
   const double texture = 0.5 + 0.25 * std::sin(6 * q.x() + 1) * std::sin(6 * q.y() + 2) + 0.25 * q.z();
   const material::Ward ward{material::gray(texture), material::gray(0.2), {0.3, 0.3}};
-  Mat3<double> frame; // gloss is isotropic: any tangent will do
+  Mat3<double> frame; // any tangent, as the gloss is isotropic
   frame.col(2) = n;
   frame.col(0) = n.unitOrthogonal();
   frame.col(1) = n.cross(frame.col(0));
@@ -95,13 +95,13 @@ double radianceAt(const Vec& q, const Vec& n, const Vec& l, const Vec& v) {
 
 struct LimitError {
   double radiance = 0; // RMS error over the RMS of the truth
-  double shift = 0;    // RMS distance, at rest, between the points that the two rays meet; radii
-  double turn = 0;     // RMS angle between the normal brought back by L and that of the point met; radians
-  size_t queries = 0;  // whose ray meets the bent sphere
+  double shift = 0;    // RMS distance, at rest, between the hit points of the two rays; radii
+  double turn = 0;     // RMS angle between the normal mapped back by L and that of the hit point; radians
+  size_t queries = 0;  // number of rays that meet the deformed sphere
 };
 
-// Random surfels seen and lit from random directions. The warp has an exact Jacobian and keeps the sphere
-// near enough to where it was for Newton's method.
+// Error over random surfels, seen and lit from random directions. The warp has an exact Jacobian and
+// displaces the sphere little enough for Newton's method.
 LimitError limitError(const warp::Warp& warp, double d, size_t count, uint64_t seed) {
   const std::vector<Query> queries = randomQueries(count, seed);
   const SurfelCloud cloud = blownUp(queries, d);
@@ -118,7 +118,7 @@ LimitError limitError(const warp::Warp& warp, double d, size_t count, uint64_t s
     if (!seen) continue;
     const Mat3<double> jacobian = *warp.jacobian(*seen);
     const Vec nObject = (jacobian.inverse().transpose() * *seen).normalized();
-    if (nObject.dot(vObject) < 0.1 || nObject.dot(lObject) < 0.1) continue; // another sheet, or in the dark
+    if (nObject.dot(vObject) < 0.1 || nObject.dot(lObject) < 0.1) continue; // another sheet, or unlit
     const double truth = radianceAt(*seen, nObject, lObject, vObject);
     squaredError += material::squared(radianceAt(answered, answered, l, v) - truth);
     squaredTruth += material::squared(truth);

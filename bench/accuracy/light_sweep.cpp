@@ -1,10 +1,10 @@
-// How smoothly and how closely a picture follows a light that goes round the object.
+// Smoothness and accuracy of renderings under a light that moves around the object.
 //
-// SWEEP is a capture of one view whose lights, in order, are the sweep: the truth. The report has, for the
-// truth and for each way to blend the model's lights, the RMS and the largest second difference of a pixel's
-// radiance along the sweep, and the RMS error, over the model's white and over the pixels that all see
-// covered. OUT.png has a band for each, in this order: the middle row of pixels, from left to right, as the
-// light goes from top to bottom.
+// SWEEP is a capture of one view whose lights, in order, form the sweep: the truth. The report states, for
+// the truth and for each blend of the model's lights, the RMS and the largest second difference of a pixel's
+// radiance along the sweep, and the RMS error relative to the model's white, over pixels that are covered in
+// all pictures. OUT.png has a band for each in the same order: the middle row of pixels from left to right,
+// with the light moving from top to bottom.
 #include "bench/accuracy/program.h"
 #include "render/film/frame_file.h"
 #include "render/surfels/frame.h"
@@ -22,7 +22,7 @@ namespace {
 
 struct Way {
   std::string name;
-  std::vector<image::Image> pictures; // RGBA, premultiplied, one for each light
+  std::vector<image::Image> pictures; // RGBA, premultiplied; one for each light
 };
 
 std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep) {

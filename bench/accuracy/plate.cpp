@@ -38,7 +38,7 @@ model::Model packPlate(const fs::path& folder, const capture::Camera<Acquisition
   model::PackOptions options;
   options.tolerance = 0;
   options.surfels = surfels;
-  options.overwrite = true; // that of an earlier run, of photographs written anew
+  options.overwrite = true; // a model of an earlier run, whose photographs were replaced
   model::pack(capture, folder / "model.srf", options, {}, nullptr);
   return model::openModel(folder / "model.srf");
 }

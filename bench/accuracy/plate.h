@@ -1,4 +1,4 @@
-// A flat plate on z = 0 in front of one orthographic camera: where the errors of the look-up have a closed
+// A flat plate at z = 0 in front of one orthographic camera, for which errors of the look-up have a closed
 // form.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace surflect::bench {
 
-// Looks at the origin from above, leaning by `lean` towards +x; y is up on the picture, of which a side is
-// 2 halfSide.
+// Camera that looks at the origin from above, tilted by `lean` towards +x, with y up in the picture, whose
+// sides measure 2 halfSide.
 template <class World> capture::Camera<World> cameraAbove(Angle lean, int size, double halfSide) {
   const double s = std::sin(lean.radians()), c = std::cos(lean.radians());
   capture::Camera<World> camera;
@@ -27,8 +27,8 @@ template <class World> capture::Camera<World> cameraAbove(Angle lean, int size, 
   return camera;
 }
 
-// Photographs of the plate by one camera, one a light; without lights one, under fixed illumination. Packs
-// them on the square |x|, |y| <= halfSide at the height z into folder/model.srf.
+// Packs photographs of the plate by one camera, one for each light (or a single one under fixed illumination
+// without lights), as folder/model.srf. The impostor is the square |x|, |y| <= halfSide at height z.
 model::Model packPlate(const std::filesystem::path& folder, const capture::Camera<AcquisitionSpace>& camera,
                        std::span<const capture::Light> lights, std::span<const image::Image> photographs,
                        double halfSide, double z, size_t surfels);

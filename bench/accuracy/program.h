@@ -1,4 +1,5 @@
-// A measurement as a program: JSON on stdout, or one line on stderr. scripts/accuracy writes the tables.
+// Main function of a measurement: prints JSON on stdout, or an error line on stderr. scripts/accuracy writes
+// the tables.
 #pragma once
 
 #include "render/evaluation/measure.h"
@@ -22,7 +23,8 @@ inline Json jsonOf(const evaluation::Difference& difference) {
           {"ssim_srgb", difference.ssim()}};
 }
 
-// Exit code of a program: 2 where `usage` does not take so many words, 1 where `measure` throws.
+// Runs a program and returns its exit code: 2 if the number of arguments is not among `counts`, 1 if
+// `measure` throws.
 inline int runProgram(int argc, char** argv, const std::string& usage, std::initializer_list<size_t> counts,
                       const std::function<Json(const Words& words)>& measure) {
   const Words words(argv + 1, argv + argc);

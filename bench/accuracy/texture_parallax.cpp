@@ -1,10 +1,10 @@
 // "For nonuniform stretches, the object texture may appear to be shifted." [Weyrich 2005, §4.4]
 //
-// A plate with a spot, its impostor a parallel plane at the height h, seen at the angle theta from a captured
-// direction, both scaled by (s_x, s_y, s_z). The frame of the impostor only stretches, so L is the identity,
-// and the ray at the impostor point p* = S p, p_z = h, is answered by what p + t v meets:
-//   x_answered = p_x - h tan(theta),     x_seen = p_x - (s_z / s_x) h tan(theta)
-// The spot at x_answered is hence seen at s_x x_seen, displaced on the stretched plate by
+// A plate with a spot, and a parallel plane at height h as its impostor, seen at the angle theta from a
+// captured direction; both are scaled by (s_x, s_y, s_z). The frame of the impostor only stretches, so L is
+// the identity, and the look-up at the impostor point p* = S p, p_z = h, returns what p + t v meets:
+//   x_answered = p_x - h tan(theta),     x_seen = p_x - (s_z / s_x) h tan(theta).
+// The spot at x_answered is therefore seen at s_x x_seen, displaced on the stretched plate by
 //   s_x (x_seen - x_answered) = h tan(theta) (s_x - s_z).
 #include "bench/accuracy/claims.h"
 #include "bench/accuracy/plate.h"
@@ -23,7 +23,7 @@ double textureAt(double x, double y) {
   return kBackground + 0.6 * std::exp(-(dx * dx + dy * dy) / (2 * kSpotSigma * kSpotSigma));
 }
 
-// Photograph of the plate by a camera of cameraAbove(theta); a pixel is the mean of its parts' middles.
+// Photograph of the plate by a camera of cameraAbove(theta); a pixel is the mean of samples.
 image::Image photographOf(const capture::Camera<AcquisitionSpace>& camera, Angle theta) {
   constexpr int kParts = 4;
   image::Image image(camera.lens.width, camera.lens.height, 3);
@@ -56,8 +56,8 @@ double measuredParallax(double height, Angle theta, const Vec3<double>& factors,
   const surfels::FrameLayers film =
       surfels::renderFrame(model, {*warp::scaleWarp(factors, {0, 0, 0}), viewer, {}}, {}, workspace);
 
-  // Centre of what is brighter than the background, within six sigmas of where the spot should be. A camera
-  // that looks along the plate's own parallels keeps x on the plate and x on the picture in proportion.
+  // Centre of all that is brighter than the background, within six sigmas of the expected position. The
+  // camera is tilted about y, so that x on the plate stays proportional to x in the picture.
   const double scaleX = viewer.lens.focalX * std::cos(theta.radians()), scaleY = viewer.lens.focalY;
   double mass = 0, moment = 0;
   for (int y = 0; y < film.color.height; ++y)

@@ -1,6 +1,6 @@
-// How far two captures of one stage are apart that differ in their seeds: what the noise of the truth lets
-// any rendering reach. By the protocol of render/evaluation/measure.h, over all frames; the exposure is that
-// of the first capture.
+// Difference between two captures of one stage with different seeds: the noise of the ground truth, which
+// limits the score of any rendering. Measured by the protocol of render/evaluation/measure.h over all frames,
+// with the exposure of the first capture.
 #include "bench/accuracy/program.h"
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"

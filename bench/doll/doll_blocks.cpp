@@ -18,7 +18,8 @@ namespace {
 constexpr size_t kNormals = 128, kVariants = 4;
 constexpr uint64_t kAllTexels = ~uint64_t{0};
 
-// One channel of rough cloth with a glossy lobe around the normal; scattered light under lights behind it.
+// Radiance, in one channel, of rough cloth with a glossy lobe around the normal; lights behind the surface
+// contribute scattered light.
 double reflected(double cosine, double albedo, double gloss) {
   if (cosine <= 0) return 0.01 * albedo;
   return albedo * cosine + gloss * std::pow(cosine, 60);
@@ -35,8 +36,8 @@ Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const capture::L
   const Vec3<double> print(uniform(random), uniform(random), uniform(random));
   const double gloss = 0.6 * uniform(random), phase = 6.28 * uniform(random), pitch = 0.5 + uniform(random);
   const Vec3<double> right = normal.unitOrthogonal(), up = normal.cross(right);
-  constexpr double kTurn = 0.006, kBump = 0.03; // radians a pixel, and of the weave
-  constexpr double kNoise = 0.01;               // of white, of what is as bright; of photons
+  constexpr double kTurn = 0.006, kBump = 0.03; // radians per pixel; amplitude of the weave
+  constexpr double kNoise = 0.01;               // photon noise at white, relative to white
   Eigen::MatrixXf radiance(3 * codec::blockTexels, lights.size());
   for (int texel = 0; texel < codec::blockTexels; ++texel) {
     const double x = texel % codec::blockSize - 3.5, y = texel / codec::blockSize - 3.5;

@@ -55,12 +55,12 @@ capture::Capture rigOf(const DollSize& size, std::span<const capture::Camera<Acq
   return rig;
 }
 
-// Triangles about as large as the space between surfels.
+// Number of segments for which triangles are about as large as the spacing of surfels.
 int segmentsFor(size_t surfels) {
   return static_cast<int>(std::clamp(std::sqrt(static_cast<double>(surfels)) / 3.8, 32.0, 192.0));
 }
 
-// Bits of the block's pixels that show the doll.
+// Mask of the block's texels that show the doll.
 uint64_t presentTexels(std::span<const uint8_t> outline, const codec::ViewHeader& header,
                        codec::BlockPosition block) {
   uint64_t present = 0;
@@ -73,17 +73,17 @@ uint64_t presentTexels(std::span<const uint8_t> outline, const codec::ViewHeader
   return present;
 }
 
-// The normal that a block shows at its middle, or at the first of its texels where that is background.
+// Normal of the doll at the middle of a block, or at its first present texel if the middle is background.
 Vec3<double> normalShown(const capture::Camera<AcquisitionSpace>& camera, codec::BlockPosition block,
                          uint64_t present) {
   constexpr int kMiddleTexel = codec::blockTexels / 2 + codec::blockSize / 2;
   const int texel = present >> kMiddleTexel & 1 ? kMiddleTexel : std::countr_zero(present);
   const capture::Pixel pixel{block.x * codec::blockSize + texel % codec::blockSize + 0.5,
                              block.y * codec::blockSize + texel / codec::blockSize + 0.5};
-  const auto ray = capture::rayThrough(camera.lens, pixel); // no distortion: there is one
+  const auto ray = capture::rayThrough(camera.lens, pixel); // exists, as there is no distortion
   const auto direction = camera.cameraFromWorld.inverse()(ray->direction);
   const auto hit = firstHit(camera.center().raw(), direction.raw());
-  return hit ? hit->normal : Vec3<double>(-direction.raw()); // a grazing ray, by rounding
+  return hit ? hit->normal : Vec3<double>(-direction.raw()); // missed by rounding at grazing incidence
 }
 
 std::vector<std::byte> viewFile(const capture::Camera<AcquisitionSpace>& camera, size_t view,
@@ -111,7 +111,7 @@ std::string nameOf(const DollSize& size) {
 }
 
 std::vector<capture::Camera<AcquisitionSpace>> dollCameras(const DollSize& size) {
-  // The ball of radius 0.55 about the middle touches the shorter side of the picture.
+  // A ball of radius 0.55 around the middle touches the shorter side of the picture.
   const double focal = 0.5 * std::min(1.32 * size.width, 1.0 * size.height) * kDistance / 0.55;
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const Vec3<double>& backwards : spiral(size.views, std::sin(-0.26), std::sin(1.31))) {
@@ -162,7 +162,7 @@ DollSurface dollSurface(size_t surfels, uint64_t seed,
                         const Progress& progress) {
   const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
   DollSurface surface{dollCloud(surfels, seed, progress), {}};
-  surface.fades =
+  surface.visibility =
       ulr::visibilityWeights(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
   return surface;
 }
@@ -181,9 +181,10 @@ void writeDollModel(const std::filesystem::path& folder, const DollSize& size, c
     writeFileAtomically(folder / model::viewFilePath(view), viewFile(cameras[view], view, size, blocks));
   });
   progress("view files", 1);
-  const auto [cloud, fades] = dollSurface(size.surfels, size.seed, cameras, progress);
+  const auto [cloud, visibility] = dollSurface(size.surfels, size.seed, cameras, progress);
   const ulr::LightBlend blend{4, ulr::LightFit::mean, false};
-  model::writeModel(folder, {rig, cloud, fades, DollBlocks::kWhite, DollBlocks::kTolerance, blend}, progress);
+  model::writeModel(folder, {rig, cloud, visibility, DollBlocks::kWhite, DollBlocks::kTolerance, blend},
+                    progress);
 }
 
 } // namespace surflect::bench

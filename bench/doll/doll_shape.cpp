@@ -19,7 +19,7 @@ const std::array kParts = {
     Ellipsoid{{0, -0.12, 0.84}, {0.02, 0.025, 0.03}}, // nose
 };
 
-// |o + t d|^2 = 1  <=>  dd t^2 + 2 od t + (oo - 1) = 0
+// First intersection with an ellipsoid: |o + t d|^2 = 1  <=>  dd t^2 + 2 od t + (oo - 1) = 0.
 std::optional<double> entry(const Ellipsoid& part, const Vec3<double>& origin,
                             const Vec3<double>& direction) {
   const Vec3<double> o = (origin - part.center).cwiseQuotient(part.radii),
@@ -71,7 +71,7 @@ TriangleMesh dollMesh(int segments) {
       for (int column = 0; column < across; ++column) {
         const uint32_t a = vertex(row, column), b = vertex(row + 1, column), c = vertex(row + 1, column + 1),
                        d = vertex(row, column + 1);
-        if (row + 1 < segments) add(a, b, c); // at the poles one side of the quadrangle is a point
+        if (row + 1 < segments) add(a, b, c); // at the poles the quadrangle is a triangle
         if (row > 0) add(a, c, d);
       }
   }
@@ -100,7 +100,7 @@ std::vector<uint8_t> dollOutline(const capture::Camera<AcquisitionSpace>& camera
     const Vec3<double> o = (center - part.center).cwiseQuotient(part.radii);
     const double k = o.squaredNorm() - 1;
     assert(k > 0);
-    // Along a row the direction is a + x b. A ray meets the unit ball where (o d)^2 - k d^2 >= 0:
+    // Along a row the direction is a + x b. A ray meets the unit ball if (o d)^2 - k d^2 >= 0:
     //   A x^2 + 2 B x + C >= 0,   A = (ob)^2 - k bb,   B = (oa)(ob) - k ab,   C = (oa)^2 - k aa.
     const Vec3<double> b = (worldFromCamera.col(0) / lens.focalX).cwiseQuotient(part.radii);
     const double ob = o.dot(b), A = ob * ob - k * b.squaredNorm();
@@ -111,7 +111,7 @@ std::vector<uint8_t> dollOutline(const capture::Camera<AcquisitionSpace>& camera
       const double discriminant = B * B - A * C;
       if (!(A < 0) || !(discriminant > 0)) continue;
       const double root = std::sqrt(discriminant);
-      const auto pixel = [&](double x) { // the first whose centre is not before x
+      const auto pixel = [&](double x) { // first pixel with its centre at or after x
         return static_cast<int>(std::ceil(std::clamp(x - 0.5, 0.0, static_cast<double>(lens.width))));
       };
       const int first = pixel((-B + root) / A), end = pixel((-B - root) / A);

@@ -1,5 +1,5 @@
-// A doll-like solid whose outline and surface have closed forms: ellipsoids along the axes, some of which
-// meet. One unit high, standing on z = 0, looking along -y.
+// A doll-like solid whose outline and surface have closed forms: axis-aligned ellipsoids, some of which
+// intersect. One unit high, standing on z = 0 and facing -y.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -19,23 +19,23 @@ struct Ellipsoid {
 
 std::span<const Ellipsoid> dollParts();
 
-// Negative inside of the ellipsoid, 0 on it: |(p - center) / radii|^2 - 1.
+// Implicit function |(p - center) / radii|^2 - 1: negative inside the ellipsoid, 0 on it.
 double excessOf(const Ellipsoid& part, const Vec3<double>& p);
 
-// The surface of all parts but for triangles inside of another; each part has 2 segments^2 triangles. Corners
-// lie on the ellipsoids, so that the mesh is a little smaller.
+// Mesh of all parts, without triangles inside other parts; each part has 2 segments^2 triangles. Vertices lie
+// on the ellipsoids, so that the mesh is slightly smaller.
 TriangleMesh dollMesh(int segments);
 
 struct DollHit {
   double distance;
   Vec3<double> normal; // unit, outwards
 };
-// The point where a ray first enters a part. The origin is outside of all parts.
+// First entry of a ray into a part. The origin must be outside of all parts.
 std::optional<DollHit> firstHit(const Vec3<double>& origin, const Vec3<double>& direction);
 
-// Per pixel, row by row: does the ray through its centre meet the doll? Of a pinhole without distortion
-// outside of the doll. Every row of an ellipsoid's outline is one run of pixels, whose ends solve a quadratic
-// equation.
+// Mask of the pixels, row by row, whose rays through the centre meet the doll. The camera is a pinhole
+// without distortion, outside of the doll. In every row, an ellipsoid covers one run of pixels, whose ends
+// solve a quadratic equation.
 std::vector<uint8_t> dollOutline(const capture::Camera<AcquisitionSpace>& camera);
 
 } // namespace surflect::bench

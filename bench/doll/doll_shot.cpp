@@ -66,10 +66,10 @@ model::Model everyView(const model::Model& model, size_t step) {
   }
   std::erase_if(part.rig.frames, [&](const capture::Frame& frame) { return frame.view % step != 0; });
   for (capture::Frame& frame : part.rig.frames) frame.view /= step;
-  part.fades.views = part.rig.views.size();
+  part.visibility.views = part.rig.views.size();
   for (size_t surfel = 0; surfel < model.cloud.size(); ++surfel)
     for (size_t view = 0; view < model.rig.views.size(); view += step)
-      part.fades.values.push_back(model.fades.of(surfel)[view]);
+      part.visibility.values.push_back(model.visibility.of(surfel)[view]);
   return part;
 }
 

@@ -1,4 +1,4 @@
-// The shot that is timed: the doll twisted, under point lights.
+// The shot that is timed: the twisted doll under point lights.
 #pragma once
 
 #include "render/surfels/frame.h"
@@ -16,14 +16,15 @@ struct Shot {
   surfels::FrameOptions options;
 };
 
-// Sees all of a cloud from the front (-y) and a little above.
+// Camera that sees all of a cloud from the front (-y) and slightly above.
 capture::Camera<ObjectSpace> frontCamera(const SurfelCloud& cloud, int width, int height);
 
-// The cloud twisted by 40 degrees around z over its largest side, seen by frontCamera, under point lights
-// from all around; the mean of 4 views and 4 captured lights.
+// Shot of the cloud, seen by frontCamera, under point lights on all sides. The cloud is twisted around z, by
+// 40 degrees over a length equal to the largest side of its bounding box. Blends 4 views and, by plain ULR, 4
+// captured lights.
 Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights);
 
-// Every `step`-th view of a model, over the same files.
+// A model with every `step`-th view, over the same files.
 model::Model everyView(const model::Model& model, size_t step);
 
 } // namespace surflect::bench

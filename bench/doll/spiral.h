@@ -1,4 +1,4 @@
-// Directions spread evenly over a zone of the sphere.
+// Directions spread evenly over a zone of the sphere: a Fibonacci spiral.
 #pragma once
 
 #include "surfel/math/space.h"
@@ -11,8 +11,9 @@
 
 namespace surflect::bench {
 
-// `count` unit vectors on a spiral about z, each of the same share of the zone between two heights, -1..1;
-// azimuths advance by the golden section of a turn.  [Swinbank and Purser 2006] Fibonacci grids, QJRMS 132.
+// `count` unit vectors on a spiral around z between two heights, -1..1, each with an equal share of the
+// zone's area; azimuths advance by the golden section of a turn.  [Swinbank and Purser 2006] Fibonacci grids,
+// QJRMS 132.
 inline std::vector<Vec3<double>> spiral(size_t count, double lowest = -1, double highest = 1) {
   constexpr double kGoldenTurn = std::numbers::pi * 2 / (std::numbers::phi * std::numbers::phi);
   std::vector<Vec3<double>> directions;

@@ -1,6 +1,7 @@
-// Times a frame of a model of the size of the paper's doll: by stages, beside the reference frame and the
-// machine's limits; from the disk; and as surfels, views, lights and pixels grow. The frame is checked
-// against the reference before anything is timed. The model is made on the first run and kept.
+// Times a frame of a model as large as the paper's doll: by stages, compared with the reference frame and
+// with the machine's limits; with a cold cache; and with growing numbers of surfels, views, lights and
+// pixels. The frame is checked against the reference before timing. The model is generated on the first run
+// and kept.
 #include "bench/doll/doll_model.h"
 #include "bench/frame/frame_benchmark.h"
 #include "bench/frame/machine.h"
@@ -36,7 +37,7 @@ struct Arguments {
   bool json = false;
 };
 
-constexpr double kLeastDb = 100; // of the frame, from the reference frame
+constexpr double kLeastDb = 100; // least PSNR of the frame against the reference frame
 
 double median(std::vector<double> values) {
   std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
@@ -47,7 +48,7 @@ bool isMedian(const benchmark::BenchmarkReporter::Run& run) {
   return run.aggregate_name == "median" || run.repetitions == 1;
 }
 
-// Keeps medians, and the largest values of counters, by the names of benchmarks.
+// Records medians of times and the largest values of counters by benchmark name.
 class Recorder : public benchmark::BenchmarkReporter {
 public:
   bool ReportContext(const Context&) override { return true; }
@@ -68,7 +69,7 @@ private:
   std::map<std::string, std::map<std::string, double>> largest_;
 };
 
-// Google Benchmark's table, of medians alone.
+// Prints Google Benchmark's table with medians only.
 class MedianReporter : public benchmark::ConsoleReporter {
 public:
   MedianReporter() : ConsoleReporter(OO_Tabular) {}
@@ -127,7 +128,7 @@ Json jsonOf(const FrameCounts& counts) {
           {"rank", counts.rank}};
 }
 
-// The frames that are timed, and the report on them.
+// The timed frames, and the report.
 class Bench {
 public:
   explicit Bench(const Arguments& arguments) : arguments_(arguments) {
@@ -201,7 +202,7 @@ private:
     return surfels::referenceFrame(frame.model(), *shot.warp, shot.camera, shot.lights, shot.options, blocks);
   }
 
-  // Compares the frame with the reference frame, whose white is 1.
+  // Compares the frame with the reference frame, whose white level is 1.
   void checkFrame() {
     WarmFrame& frame = *frames_[0].frame;
     blocks_ = std::make_unique<surfels::DecodedBlocks>(frame.cache());
@@ -233,11 +234,11 @@ private:
     registerMachine();
   }
 
-  // Rows of each sweep, and the power of the size that processor time grows with.
+  // Rows of each sweep, with the exponent by which processor time grows with size.
   Json growth(const Recorder& recorder, const FrameCounts& counts) const {
     std::map<std::string, std::map<double, const FrameBenchmark*>> sweeps;
     for (const FrameBenchmark& entry : frames_) sweeps[entry.what][entry.size] = &entry;
-    sweeps.erase(""); // the doll's frame, a row of three sweeps
+    sweeps.erase(""); // the doll's frame, which belongs to three sweeps
     sweeps["views"][static_cast<double>(counts.views)] = &frames_[0];
     sweeps["pixels"][static_cast<double>(counts.pixels)] = &frames_[0];
     sweeps["lights"][static_cast<double>(counts.lights)] = &frames_[0];
@@ -259,7 +260,7 @@ private:
 
   Arguments arguments_;
   fs::path folder_;
-  std::deque<FrameBenchmark> frames_; // the doll's frame first; benchmarks hold references to them
+  std::deque<FrameBenchmark> frames_; // the doll's frame first; a deque, since benchmarks hold references
   std::unique_ptr<surfels::DecodedBlocks> blocks_;
   surfels::ReferenceFrame reference_;
   double psnrDb_ = 0, largest_ = 0;

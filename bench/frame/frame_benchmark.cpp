@@ -24,7 +24,7 @@ constexpr size_t kCacheBytes = size_t{4} << 30; // more than a frame needs
 
 using SharedModel = std::shared_ptr<const model::Model>;
 
-// Makes a model on the first call and keeps it.
+// Wraps a function so that it makes the model on its first call and returns the same one afterwards.
 std::function<SharedModel()> once(std::function<model::Model()> make) {
   return [make = std::move(make), kept = std::make_shared<SharedModel>()] {
     if (!*kept) *kept = std::make_shared<const model::Model>(make());
@@ -39,7 +39,7 @@ model::Model withMoreSurfels(const model::Model& model, size_t times) {
   model::Model other = everyView(model, 1);
   other.cloud = std::move(surface.cloud);
   other.middle = middleOf(other.cloud.p0);
-  other.fades = std::move(surface.fades);
+  other.visibility = std::move(surface.visibility);
   return other;
 }
 
@@ -120,7 +120,7 @@ std::vector<FrameBenchmark> growthBenchmarks(SharedModel model, int width, int h
     Shot shot = dollShot(model->cloud, width, height, 1);
     const auto studio = std::make_shared<const ulr::EnvironmentMap>(
         ulr::environmentOf(image::readPicture(SURFLECT_STUDIO).image, ulr::EnvironmentMapping::latLong));
-    const Mat3<double> upright = // y of the studio to z
+    const Mat3<double> upright = // maps y of the studio to z
         Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
     shot.lights = {scene::ShotEnvironment{studio, Rotation<ObjectSpace, EnvironmentSpace>(upright)}};
     return std::make_unique<WarmFrame>(model, std::move(shot));

@@ -1,4 +1,4 @@
-// Whole frames that are timed.
+// Benchmarks of whole frames.
 #pragma once
 
 #include "bench/doll/doll_shot.h"
@@ -12,7 +12,7 @@
 
 namespace surflect::bench {
 
-// A model and a shot whose frame is rendered again and again. All blocks are in memory after the first frame.
+// A model and a shot whose frame is rendered repeatedly. All blocks are in memory after the first frame.
 class WarmFrame {
 public:
   // Renders the first frame.
@@ -20,7 +20,7 @@ public:
 
   const surfels::FrameLayers& render(); // valid until the next call
   const surfels::FrameStats& last() const { return workspace_.stats; }
-  const surfels::FrameStats& first() const { return first_; } // counts the blocks that were read
+  const surfels::FrameStats& first() const { return first_; } // includes the blocks read from disk
   const Shot& shot() const { return shot_; }
   const model::Model& model() const { return *model_; }
   codec::BlockCache& cache() { return workspace_.cache; }
@@ -34,21 +34,21 @@ private:
 
 FrameCounts countsOf(const WarmFrame& frame);
 
-// Takes the view files out of the page cache.
+// Drops the view files from the page cache.
 void forgetFiles(const model::Model& model);
 
 // A frame timed under one name, with its statistics for each repetition.
 struct FrameBenchmark {
   std::string name;                                 // growth/WHAT/SIZE, or "frame"
-  std::string what;                                 // the thing that grows; empty for "frame"
-  double size = 0;                                  // the size of the thing
+  std::string what;                                 // quantity that grows; empty for "frame"
+  double size = 0;                                  // value of that quantity
   std::function<std::unique_ptr<WarmFrame>()> make; // called when the benchmark first runs
   std::unique_ptr<WarmFrame> frame = nullptr;
   std::vector<surfels::FrameStats> stats = {};
 };
 
-// The frame of `lights` lights and all views with one thing changed: a quarter and half of the views; four
-// times the pixels; 1 and 60 lights, and an environment; and, over a quarter of the views, 1, 2 and 4 times
+// Frames with `lights` lights and all views, with one quantity changed: a quarter and half of the views; four
+// times the pixels; 1 and 60 lights, and an environment; and, with a quarter of the views, 1, 2 and 4 times
 // the surfels.
 std::vector<FrameBenchmark> growthBenchmarks(std::shared_ptr<const model::Model> model, int width, int height,
                                              size_t lights);

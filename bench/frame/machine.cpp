@@ -11,7 +11,7 @@ namespace surflect::bench::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Runs chains of multiply-adds in registers, enough to hide the latency of one. Returns the number of
+// Runs enough independent chains of multiply-adds to hide their latency, in registers. Returns the number of
 // operations.
 double multiplyAdds(float* sum) {
   constexpr int kChains = 12, kRounds = 4096;
@@ -43,10 +43,10 @@ namespace {
 HWY_EXPORT(multiplyAdds);
 
 constexpr size_t kFloats = size_t{16} << 20, kPart = size_t{1} << 18;
-// Short runs, some of which have a shared machine to themselves.
+// Many short runs, some of which are undisturbed on a shared machine.
 constexpr int kRepetitions = 80, kIterations = 24;
 
-// Lanes are added apart, or the sum would wait for itself.
+// Sum of independent partial sums, without a dependency chain.
 float sumOf(const float* a) {
   constexpr size_t kLanes = 64;
   float lanes[kLanes] = {}, sum = 0;
@@ -56,7 +56,7 @@ float sumOf(const float* a) {
   return sum;
 }
 
-// Walks through arrays of its thread, part by part.
+// Walks through the arrays of one thread, part by part.
 struct Stream {
   std::vector<float> a = std::vector<float>(kFloats, 1.f), b = a, c = a;
   size_t part = 0;

@@ -1,3 +1,4 @@
+// Makes pictures for docs/gallery.md:
 //   figures panels < LAYOUT.json
 //   figures reflectance-image CAPTURE CAMERA ENVIRONMENT FOLDER
 //   figures beside-truth CAPTURE CAMERA LIGHT RENDERING FOLDER

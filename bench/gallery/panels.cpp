@@ -21,14 +21,14 @@ using Json = nlohmann::json;
 
 constexpr int kGap = 6, kLabelScale = 2, kHead = (evaluation::kLabelHeight + 4) * kLabelScale;
 
-// Blue where a splat is a circle, green at 1:2, red from 1:4 on [Weyrich 2005, Fig. 15].
+// Colour of a stretch: blue for circles, green at 1:2, red from 1:4 on [Weyrich 2005, Fig. 15].
 Rgb stretchColor(float stretch) {
   const float t = std::clamp(std::log2(std::max(stretch, 1.f)), 0.f, 2.f);
   if (t < 1) return {0.05f, 0.1f + 0.75f * t, 0.9f * (1 - t) + 0.1f};
   return {0.05f + 0.9f * (t - 1), 0.85f * (2 - t) + 0.05f, 0.1f};
 }
 
-// Three channels of sRGB values and alpha; colours not multiplied by it.
+// Panel of a figure, in sRGB with straight alpha.
 struct Panel {
   image::Image picture; // RGBA
   std::string label;
@@ -76,7 +76,7 @@ image::Image cellPicture(const std::filesystem::path& file, const std::string& l
   return rgba;
 }
 
-// A lamp at a depth of the film: a disc with a soft edge, brightest in its middle.
+// A lamp at a depth of the film: a disc with a soft edge, brightest at its centre.
 struct Dot {
   double x, y, radius;
   Rgb color;
@@ -102,7 +102,7 @@ void drawDot(image::Image& image, const image::Image& depth, const Dot& dot) {
     }
 }
 
-// The box [x, y, width, height], each pixel as zoom x zoom.
+// The box [x, y, width, height], with each pixel enlarged to zoom x zoom.
 image::Image enlarged(const image::Image& image, const std::array<int, 4>& box, int zoom) {
   const auto [x0, y0, width, height] = box;
   if (x0 < 0 || y0 < 0 || width < 1 || height < 1 || x0 + width > image.width || y0 + height > image.height)
@@ -142,7 +142,7 @@ void composePanels(std::istream& input) {
     panels.push_back({enlarged(picture, crop, cell.value("zoom", 1)), cell.value("label", "")});
   }
 
-  // Rows as high, and columns as wide, as their largest cell.
+  // Each row is as high, and each column as wide, as its largest cell.
   const auto columns = layout.at("columns").get<size_t>();
   const size_t rows = (panels.size() + columns - 1) / columns;
   std::vector<int> lefts(columns + 1), tops(rows + 1);

@@ -22,7 +22,7 @@ namespace surflect::bench {
 
 namespace {
 
-// Direction in the world, whose z is up; the environment's middle lies along y.
+// Direction in the world with z up; the middle of the environment lies along y.
 Vec3<double> inWorld(const Direction3<EnvironmentSpace, double>& d) { return {d.x(), -d.z(), d.y()}; }
 
 size_t nearestLight(const std::vector<Vec3<double>>& towards, const Vec3<double>& direction) {
@@ -32,7 +32,7 @@ size_t nearestLight(const std::vector<Vec3<double>>& towards, const Vec3<double>
   return nearest;
 }
 
-// Radiance for the eye; the 97th percentile is white.
+// Writes radiance as a PNG with the 97th percentile as white.
 void writeForTheEye(const std::filesystem::path& path, image::Image image) {
   std::vector<float> sorted = image.values;
   std::ranges::sort(sorted);
@@ -74,7 +74,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
     irradiance.push_back(capture::irradianceAt(light, {0, 0, 0}));
   }
 
-  // Each texel belongs to the light that is nearest to it.
+  // Assigns each texel to its nearest light.
   const image::Image radiance = image::readPicture(environmentFile).image;
   const ulr::EnvironmentMap map = ulr::environmentOf(radiance, ulr::EnvironmentMapping::latLong);
   std::vector<Rgb> gatheredIrradiance(towards.size());
@@ -82,7 +82,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
     Rgb& sum = gatheredIrradiance[nearestLight(towards, inWorld(texel.towards.cast<double>()))];
     sum = sum + texel.irradiance;
   }
-  std::vector<size_t> lightOf; // of each texel
+  std::vector<size_t> lightOf; // nearest light of each texel
   std::vector<double> solidAngle(towards.size());
   for (int y = 0; y < radiance.height; ++y)
     for (int x = 0; x < radiance.width; ++x) {
@@ -106,7 +106,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   for (const size_t f : frames)
     films.push_back(weighted(filmOf(photographs[f]), dividedBy(gatheredIrradiance[f], irradiance[f])));
 
-  // Lights, those that add most to the sum first.
+  // Lights by descending contribution to the sum.
   std::vector<float> light;
   for (const image::Image& film : films) light.push_back(std::reduce(film.values.begin(), film.values.end()));
   std::vector<size_t> heaviest = frames;

@@ -24,14 +24,14 @@ SurfelCloud squareGrid() {
   return cloud;
 }
 
-// A check with a stripe across it.
+// Checkerboard with a diagonal stripe.
 Rgb colorAt(const Point3<AcquisitionSpace>& p) {
   const bool even = (std::lround(std::floor(p.x() * 4)) + std::lround(std::floor(p.y() * 4))) % 2 == 0;
   if (std::abs(p.x() + p.y() - 0.1f) < 0.09f) return {0.85f, 0.12f, 0.06f};
   return even ? Rgb{0.85f, 0.75f, 0.5f} : Rgb{0.1f, 0.25f, 0.45f};
 }
 
-// Splats of their rest shape, in the plane that they have been bent to.
+// Splats of their rest shape, in the planes of the deformed surface.
 DeformedCloud circular(DeformedCloud cloud) {
   for (size_t i = 0; i < cloud.size(); ++i) {
     const auto frame = polarFrame<float>(cloud.u[i].raw(), cloud.v[i].raw());
@@ -41,7 +41,7 @@ DeformedCloud circular(DeformedCloud cloud) {
   return cloud;
 }
 
-// Splats `size` times as large, dense in their middle though they may have no neighbours.
+// Splats enlarged by `size` and with the given peak coverage.
 SurfelCloud alone(SurfelCloud cloud, float size, float coverage) {
   for (float& radius : cloud.radius) radius *= size;
   std::ranges::fill(cloud.coverage, coverage);
@@ -58,7 +58,7 @@ void drawSplats(const std::filesystem::path& folder) {
   links.push_back(warp::scaleWarp({5, 1, 1}, {0, 0, 0}));
   const DeformedCloud ellipses = warp::deform(rest, *warp::chainWarp(std::move(links)));
 
-  capture::Camera<ObjectSpace> camera; // from above; the middle of the patch fills it
+  capture::Camera<ObjectSpace> camera; // from above; the middle of the patch fills the picture
   camera.lens.model = capture::Lens::Model::orthographic;
   camera.lens.width = camera.lens.height = 300;
   camera.lens.focalX = camera.lens.focalY = 300 / 0.9;

@@ -1,5 +1,5 @@
-// Times parts of the program, whose answers are checked first: 128 blocks compressed under 60 lights, and
-// 532,935 splats drawn at 1024 x 768, of surfels along a space-filling curve and shuffled.
+// Times two parts of the program after checking their results: encoding of 128 blocks under 60 lights, and
+// splatting of 532,935 surfels at 1024 x 768, ordered along a space-filling curve and shuffled.
 #include "bench/doll/doll_blocks.h"
 #include "bench/doll/doll_model.h"
 #include "bench/doll/doll_shot.h"
@@ -27,7 +27,7 @@ namespace {
 
 constexpr size_t kLights = 60, kBlocks = 128;
 
-// Registers a benchmark of work on this many items.
+// Registers a benchmark that processes `items` items.
 void add(const std::string& name, size_t items, const std::function<void()>& work) {
   benchmark::RegisterBenchmark(name.c_str(),
                                [=](benchmark::State& state) {
@@ -59,7 +59,7 @@ Eigen::BDCSVD<Eigen::MatrixXf> decomposed(const Eigen::MatrixXf& x) {
   return Eigen::BDCSVD<Eigen::MatrixXf>(x, Eigen::ComputeThinU | Eigen::ComputeThinV);
 }
 
-// Blocks err little more than the best approximations of their rank.
+// Checks that blocks err little more than the best approximations of their rank.
 void check(const std::vector<Eigen::MatrixXf>& patches) {
   double lost = 0, least = 0; // sums of squares
   for (const Eigen::MatrixXf& x : patches) {
@@ -73,7 +73,8 @@ void check(const std::vector<Eigen::MatrixXf>& patches) {
                             ratio));
 }
 
-// Blocks of 8x8 texels encoded on one thread, beside the singular value decomposition of the same numbers.
+// Encodes blocks of 8x8 texels on one thread, compared with a singular value decomposition of the same
+// numbers.
 void registerPacking() {
   const auto patches = std::make_shared<const std::vector<Eigen::MatrixXf>>(dollPatches());
   check(*patches);
@@ -86,7 +87,7 @@ void registerPacking() {
   forAll("packing/BDCSVD", [](const Eigen::MatrixXf& x) { return decomposed(x).singularValues()[0]; });
 }
 
-// A doll ready to be drawn, and the memory that one picture leaves to the next.
+// A doll to be drawn, with the memory that is reused between pictures.
 struct Drawing {
   SurfelCloud rest;
   DeformedCloud deformed;
@@ -112,8 +113,8 @@ struct Drawing {
   }
 };
 
-// Rounding may put a fragment at the end of a layer on the other side of it; that pixel is flipped. Other
-// pixels differ from the reference by the rounding of sums.
+// Checks a picture against the reference. Rounding may place a fragment at the end of a layer on its other
+// side, which flips that pixel; other pixels differ by the rounding of sums.
 void check(const Drawing& drawing) {
   constexpr double kLeastDb = 115, kMostFlipped = 2e-5, kFlipped = 1e-3;
   const image::Image reference = drawing.reference();
@@ -135,8 +136,7 @@ void check(const Drawing& drawing) {
                             3 * flipped / values));
 }
 
-// Splats of the doll rasterized and blended with three values each, on one thread and on two, and by the
-// reference.
+// Rasterizes the doll's splats and blends three values each, on one thread, on two, and by the reference.
 void registerSplats() {
   const SurfelCloud cloud = dollCloud(DollSize().surfels);
   for (const auto& [order, ordered] : {std::pair{"along the curve", cloud}, {"shuffled", shuffled(cloud)}}) {

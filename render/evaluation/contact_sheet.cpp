@@ -23,10 +23,10 @@ namespace {
 // sRGB values.
 constexpr Rgb kPaper{0.1f, 0.1f, 0.12f}, kInk{0.95f, 0.95f, 0.95f}, kGeometryColor{1, 0.3f, 0},
     kMaskColor{0, 0.85f, 1};
-constexpr int kGap = 6; // pixels between tiles, and around them
+constexpr int kGap = 6; // pixels between and around tiles
 constexpr int kMargin = 4;
 
-// The silhouette and as much around it as shows whether it is in the right place.
+// Bounding box of the silhouette, with a margin that shows whether it is in the right place.
 image::PixelWindow windowAround(const image::Mask& silhouette) {
   int x0 = silhouette.width, y0 = silhouette.height, x1 = 0, y1 = 0;
   for (int y = 0; y < silhouette.height; ++y)
@@ -42,7 +42,7 @@ image::PixelWindow windowAround(const image::Mask& silhouette) {
           std::min(silhouette.height, y1 + margin)};
 }
 
-// The largest size of a window's proportions in a square cell.
+// Largest size in a square cell with the proportions of a window.
 image::PictureSize fitted(const image::PixelWindow& window, int cell) {
   const double scale = static_cast<double>(cell) / std::max(window.width(), window.height());
   const auto scaled = [&](int length) { return std::max(1, static_cast<int>(std::lround(scale * length))); };
@@ -50,7 +50,7 @@ image::PictureSize fitted(const image::PixelWindow& window, int cell) {
 }
 
 struct TileSize {
-  image::PictureSize picture; // the cell
+  image::PictureSize picture; // its cell
   int labelScale = 1;
 
   int width() const { return 2 * picture.width + kMargin; }
@@ -58,7 +58,7 @@ struct TileSize {
   int height() const { return labelHeight() + picture.height; }
 };
 
-// Large letters where a whole label has room.
+// Size of a tile; letters are large if a whole label fits.
 TileSize tileOf(image::PictureSize picture) {
   constexpr int kLetters = 50;
   picture.width = std::max(picture.width, 80);
@@ -93,7 +93,7 @@ void place(image::Image& sheet, const image::Image& picture, int x, int y) {
       std::ranges::copy(picture.at(i, j), sheet.at(x + i, y + j).begin());
 }
 
-// The exposure that makes the 99.5th percentile 1; 1 where nothing shines.
+// Exposure that maps the 99.5th percentile to 1; 1 if all values are 0.
 double exposureFor(const image::PercentileCounter& values) {
   const double white = values.percentile(0.995);
   return white > 0 ? 1 / white : 1;
@@ -122,7 +122,7 @@ image::Image overPaper(const image::Image& rgba, double exposure) {
     for (size_t c = 0; c < 3; ++c)
       if (const float alpha = rgba.values[4 * pixel + 3]; alpha > 0)
         straight.values[3 * pixel + c] = rgba.values[4 * pixel + c] / alpha;
-  image::Image encoded = srgbEncoded(exposed(straight, exposure));
+  image::Image encoded = srgbEncoded(applyExposure(straight, exposure));
   for (size_t pixel = 0; 3 * pixel < encoded.values.size(); ++pixel)
     for (size_t c = 0; c < 3; ++c) {
       float& value = encoded.values[3 * pixel + c];
@@ -140,14 +140,14 @@ std::string labelOf(const Overlay& overlay) {
   return label;
 }
 
-// Frames that were masked are read without their masks.
+// Capture without masks, so that masked frames are read whole.
 capture::Capture unmasked(const capture::Capture& capture) {
   capture::Capture plain = capture;
   for (capture::Frame& frame : plain.frames) frame.mask.clear();
   return plain;
 }
 
-// Over black.
+// Photograph composited over black.
 image::Image asTheCameraSawIt(const capture::Photograph& photograph) {
   image::Image radiance = photograph.radiance;
   for (size_t pixel = 0; pixel < photograph.alpha.values.size(); ++pixel)
@@ -155,7 +155,7 @@ image::Image asTheCameraSawIt(const capture::Photograph& photograph) {
   return radiance;
 }
 
-// The chosen views by index, but for the size of their pictures.
+// Views of the chosen frames by index, except for the size of their pictures.
 std::map<size_t, OverlayView> viewsOf(const capture::Capture& capture, std::span<const size_t> frames,
                                       const WhiteSurface& surface, const Progress& progress) {
   std::map<size_t, OverlayView> views;
@@ -171,15 +171,15 @@ std::map<size_t, OverlayView> viewsOf(const capture::Capture& capture, std::span
   return views;
 }
 
-// How tiles fill a sheet.
+// Arrangement of the tiles on a sheet.
 struct SheetLayout {
-  int cell = 0; // the side of the square into which a picture must fit
+  int cell = 0; // side of the square that a picture must fit
   TileSize tile;
   int columns = 1;
 };
 
-// The largest cells, of no more than four pixels for one, with which the sheet stays below 4000 pixels; in
-// height only as far as labels stay legible.
+// Largest cells, magnified at most four times, with which the sheet stays below 4000 pixels; the height may
+// exceed this to keep labels legible.
 SheetLayout layoutOf(const std::map<size_t, OverlayView>& views, size_t tiles) {
   constexpr int kLargest = 400, kSmallest = 120, kStep = 8, kSide = 4000, kMagnification = 4;
   int longest = 0;
@@ -202,7 +202,7 @@ SheetLayout layoutOf(const std::map<size_t, OverlayView>& views, size_t tiles) {
 std::vector<Overlay> overlaysOf(const capture::Capture& capture, std::span<const size_t> frames,
                                 const std::map<size_t, OverlayView>& views, const WhiteSurface& surface,
                                 const Progress& progress) {
-  constexpr size_t kAtOnce = 8; // photographs in memory
+  constexpr size_t kAtOnce = 8; // photographs in memory at a time
   const capture::Capture plain = unmasked(capture);
   std::vector<Overlay> overlays;
   for (size_t begin = 0, end; begin < frames.size(); begin = end) {
@@ -240,7 +240,7 @@ image::Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout)
   const Exposures exposures = exposuresOf(overlays);
   for (size_t i = 0; i < overlays.size(); ++i) {
     const Overlay& overlay = overlays[i];
-    image::Image photograph = srgbEncoded(exposed(overlay.photograph, exposures.photographs));
+    image::Image photograph = srgbEncoded(applyExposure(overlay.photograph, exposures.photographs));
     blendLine(photograph, overlay.maskOutline, kMaskColor);
     blendLine(photograph, overlay.geometryOutline, kGeometryColor);
     const auto columns = static_cast<size_t>(layout.columns);
@@ -262,7 +262,8 @@ image::Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout)
 std::vector<size_t> spreadFrames(const capture::Capture& capture, size_t count) {
   const size_t total = capture.frames.size();
   std::vector<size_t> chosen;
-  // Targets spread over views in order, over lights by the golden ratio; each takes the nearest frame left.
+  // Targets are spread over views in order, and over lights by the golden ratio; each takes the nearest
+  // unused frame.
   const auto fraction = [](size_t index, size_t size) {
     return (static_cast<double>(index) + 0.5) / static_cast<double>(size);
   };

@@ -4,14 +4,13 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <vector>
 
 namespace surflect::evaluation {
 
 namespace {
 
-// Of the points that are finite, the share that the warp's rest mesh does not reach; 0 where it has none.
+// Fraction of the finite points outside the reach of the warp's rest mesh; 0 if it has none.
 double shareUnreached(const warp::WarpMotion& motion, const std::vector<Vec3<double>>& points) {
   const auto* mesh = std::get_if<warp::MeshMotion>(&motion);
   const auto* skeleton = std::get_if<warp::SkeletonMotion>(&motion);
@@ -35,7 +34,7 @@ std::optional<std::string> beyondRestMesh(const scene::Script& script, const war
   for (size_t i = 0; i < object.size(); i += object.size() / most + 1)
     points.push_back(object[i].raw().cast<double>());
 
-  // Nothing comes to a warp but through those before it; those behind the last mesh do not matter.
+  // Each warp acts on the output of those before it; warps after the last mesh do not matter.
   const auto hasMesh = [](const warp::WarpMotion& motion) {
     return std::holds_alternative<warp::MeshMotion>(motion) ||
            std::holds_alternative<warp::SkeletonMotion>(motion);

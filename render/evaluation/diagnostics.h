@@ -1,7 +1,7 @@
-// What is most likely a mistake in a film that could be made all the same: lines for people.
+// Diagnostics of a film that renders but is most likely wrong, as messages for the user.
 #pragma once
 
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 
 #include <optional>
 #include <span>
@@ -9,9 +9,9 @@
 
 namespace surflect::evaluation {
 
-// One line if more than a tenth of the object's points come to a mesh or skeleton warp beyond the reach of
-// its rest mesh (MeshField::reaches), as when units or axes differ: names the first such warp and the share.
-// Tests some thousands of the points at most. Throws Error as evaluateAt does.
+// Reports the first mesh or skeleton warp whose rest mesh does not reach more than a tenth of the object's
+// points (MeshField::reaches), as happens when units or axes differ, and their share. Examines at most a few
+// thousand points. Throws Error as warp::evaluateAt.
 std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
                                           std::span<const Point3<AcquisitionSpace>> object);
 

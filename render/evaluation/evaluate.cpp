@@ -21,12 +21,12 @@ namespace {
 
 constexpr int kErosion = 2; // pixels
 
-// The truth as the protocol wants it: RGBA, premultiplied. Without a matte the mesh's silhouette stands in,
-// or the whole picture of a capture that has one view and no mesh.
+// Reads ground truth as the protocol requires: RGBA, premultiplied. Without a matte, alpha is the silhouette
+// of the mesh, or 1 in a capture of one view without a mesh.
 class TruthReader {
 public:
-  // The photographs show the capture's geometry after the warp, mended by the views of the rig as pack
-  // did.
+  // The photographs show the capture's geometry after the warp; the mesh is repaired by the views of the rig,
+  // as pack did.
   TruthReader(const capture::Capture& capture, const capture::Capture& rig, const warp::Warp& warp)
       : capture_(capture), rig_(rig), warp_(warp) {}
 
@@ -42,7 +42,7 @@ public:
   }
 
 private:
-  // With one view and nothing else, see meshOfOneView.
+  // Returns true if a single view without geometry is a whole image; see meshOfOneView.
   bool isWholeImage() const { return capture_.views.size() == 1 && capture_.geometry.empty(); }
 
   const image::Image& silhouetteOf(size_t view) {
@@ -81,7 +81,7 @@ std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture) {
   return frames;
 }
 
-// Maps the 99.5th percentile of the true object pixels to 1.
+// Exposure that maps the 99.5th percentile of the true object pixels to 1.
 double exposureOf(const capture::Capture& capture, const capture::Capture& rig, const warp::Warp& warp,
                   const Progress& progress) {
   TruthReader truths(capture, rig, warp);
@@ -101,9 +101,9 @@ double exposureOf(const capture::Capture& capture, const capture::Capture& rig, 
 Score scoreOf(const image::Image& truth, const image::Image& rendered, double exposure) {
   Score score;
   score.difference = compare(truth, rendered, exposure);
-  const image::Image exposedTruth = exposed(truth, exposure);
+  const image::Image exposedTruth = applyExposure(truth, exposure);
   const image::Mask interior = image::eroded(image::objectMask(truth), kErosion);
-  score.interiorError = squaredError(exposedTruth, exposed(rendered, exposure), interior);
+  score.interiorError = squaredError(exposedTruth, applyExposure(rendered, exposure), interior);
   score.truthNoise = noiseVariance(exposedTruth, interior);
   score.frames = 1;
   return score;

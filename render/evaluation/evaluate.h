@@ -1,4 +1,4 @@
-// How near renderings come to photographs that were kept back, or to the truth of a deformed object.
+// Evaluates renderings against held-out photographs, or against the ground truth of a deformed object.
 #pragma once
 
 #include "render/evaluation/measure.h"
@@ -20,11 +20,12 @@ struct EvaluateOptions {
   bool lambert = false;
 };
 
-// Pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two pixels.
+// Errors pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two
+// pixels.
 struct Score {
   Difference difference;
   PooledMean interiorError;
-  PooledMean truthNoise; // linear, after exposure; an upper bound, see noiseVariance
+  PooledMean truthNoise; // linear, after exposure; an upper bound (see noiseVariance)
   size_t frames = 0;
 
   Score& operator+=(const Score& other);
@@ -33,22 +34,23 @@ struct Score {
 struct FrameScore {
   std::string camera, light; // identities
   std::string group;         // known, new_camera, new_light or new_both
-  bool frontLit = true;      // light and camera on one side of the object's centre
+  bool frontLit = true;      // true if light and camera are on the same side of the object's centre
   double maskIou = 0;
   Score score;
   std::map<std::string, Score> others; // by name
 };
 
 struct Evaluation {
-  double exposure = 1; // maps the 99.5th percentile of the true object pixels of all test frames to 1,
-                       // whatever the split; those of the split where there are no test frames
+  // Maps the 99.5th percentile of the true object pixels of all test frames to 1, for any split; of the
+  // split's frames if there are no test frames.
+  double exposure = 1;
   std::vector<FrameScore> frames;
 };
 
-// Renders every frame of the capture's split with its own camera and light, the object bent by `warp`, which
-// acts in the coordinates of the model; those of the capture may count from another origin. Known cameras and
-// lights are those of the model's rig. Throws Error where the split is empty, where no frame has a pixel of
-// an object, and where the Lambert surface is asked for but a camera has no photographs that tell normals.
+// Renders every frame of the capture's split with its own camera and light, and compares. The object is
+// deformed by `warp`, which acts in model coordinates; the capture may have another origin. Cameras and
+// lights of the model's rig count as known. Throws Error if the split is empty, if no frame has an object
+// pixel, or if the Lambert surface is requested and a camera has no photographs that determine normals.
 Evaluation evaluate(render::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
                     const EvaluateOptions& options = {}, const Progress& progress = {});
 

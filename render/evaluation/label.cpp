@@ -8,8 +8,7 @@ namespace surflect::evaluation {
 namespace {
 
 constexpr int kPerRow = 16; // glyphs
-// From the blank on, in the order of ASCII; the last one is the box.
-// clang-format off
+// Glyphs from the blank on, in ASCII order; the last one is the box.
 constexpr std::array<std::string_view, 6 * kLabelHeight> kGlyphs = {
     "        #    # #   # #    #   ##  #  ##     #      #   #                                      #",
     "        #    # #   # #   #### ##  # #  #    #     #     #     #     #                         #",

@@ -1,4 +1,4 @@
-// Short texts on pictures, in a font of 5 x 8 pixels.
+// Short texts on images, in a bitmap font of 5 x 8 pixels.
 #pragma once
 
 #include "srf/image/image.h"
@@ -8,12 +8,12 @@
 
 namespace surflect::evaluation {
 
-// What a character takes at scale 1, the space to its neighbours included.
+// Size of a character at scale 1, including the space to its neighbours.
 inline constexpr int kLabelAdvance = 6, kLabelHeight = 8; // pixels
 
-// Draws the text with its upper left corner at (x, y), `scale` pixels for one; parts off the image are left
-// out. What is not printable ASCII becomes a box. The image has three channels, of the same encoding as
-// `color`. Returns the x where a text that goes on would begin.
+// Draws text with its upper left corner at (x, y), magnified by `scale`; parts outside the image are clipped.
+// Characters other than printable ASCII become a box. The image has three channels in the encoding of
+// `color`. Returns the x at which further text would begin.
 int drawLabel(image::Image& image, int x, int y, std::string_view text, Rgb color, int scale);
 
 } // namespace surflect::evaluation

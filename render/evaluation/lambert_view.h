@@ -1,4 +1,4 @@
-// The baseline that guesses a material: one camera's training photographs as a Lambert surface.
+// Lambert baseline: albedo and normals fitted to the training photographs of one camera.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -10,13 +10,13 @@ namespace surflect::evaluation {
 
 class LambertView {
 public:
-  // Fits the training photographs taken from `view`, under directional or point lights. `object` has the
-  // view's alpha as its last channel; it counts where the photographs have no matte. Throws Error where there
-  // are no such photographs or their lights do not tell normals, and Cancelled.
+  // Fits the training photographs taken from `view`, under directional or point lights. The last channel of
+  // `object` is the view's alpha, used if the photographs have no matte. Throws Error if there are no such
+  // photographs or their lights do not determine normals, and Cancelled.
   LambertView(const capture::Capture& training, const capture::View& view, const image::Image& object,
               const Progress& progress);
 
-  // The view under another light: RGBA, premultiplied.
+  // Renders the view under another light: RGBA, premultiplied.
   image::Image under(const capture::Light& light) const;
 
 private:

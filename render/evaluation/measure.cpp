@@ -17,7 +17,7 @@ template <class A, class B> bool sameSize(const A& a, const B& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-// One PooledMean per row, added top to bottom: the same sum for any number of threads.
+// Sums one PooledMean per row, top to bottom: the same result for any number of threads.
 template <class OfRow> PooledMean overRows(int height, OfRow ofRow) {
   std::vector<PooledMean> rows(static_cast<size_t>(height));
   tbb::parallel_for(0, height, [&](int y) { rows[static_cast<size_t>(y)] = ofRow(y); });
@@ -32,7 +32,7 @@ template <class OfValue> image::Image mapped(const image::Image& image, OfValue 
   return result;
 }
 
-// Local means under the window of what is being compared.
+// Local moments of two images under the SSIM window.
 struct Moments {
   double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
 
@@ -55,7 +55,7 @@ std::array<double, 2 * kWindowRadius + 1> windowWeights() {
   return weights;
 }
 
-// The weighted mean of value(i) for i within the window around centre, cut to [0, size).
+// Weighted mean of value(i) over the window around `centre`, clipped to [0, size).
 template <class Value> Moments windowed(int centre, int size, Value value) {
   static const auto weights = windowWeights();
   Moments sum;
@@ -70,7 +70,7 @@ template <class Value> Moments windowed(int centre, int size, Value value) {
   return mean;
 }
 
-// [Wang 2004, Eq. 13]
+// SSIM [Wang 2004, Eq. 13].
 double similarity(const Moments& m) {
   constexpr double C1 = 0.01 * 0.01, C2 = 0.03 * 0.03;
   const double varianceA = m.aa - m.a * m.a;
@@ -89,7 +89,7 @@ double lumaAt(const image::Image& image, int x, int y) {
 
 double psnr(double meanSquaredError) { return -10 * std::log10(meanSquaredError); }
 
-image::Image exposed(const image::Image& linear, double exposure) {
+image::Image applyExposure(const image::Image& linear, double exposure) {
   return mapped(linear, [&](float value) {
     const double scaled = value * exposure;
     return std::isnan(scaled) ? 0.f : static_cast<float>(std::clamp(scaled, 0.0, 1.0));
@@ -116,7 +116,7 @@ PooledMean squaredError(const image::Image& a, const image::Image& b, const imag
 PooledMean noiseVariance(const image::Image& image, const image::Mask& mask) {
   assert(sameSize(image, mask) && image.channels >= 3);
   constexpr int kTaps[3] = {1, -2, 1};
-  const image::Mask whole = image::eroded(mask, 2); // its pixels have all eight neighbours in the mask
+  const image::Mask whole = image::eroded(mask, 2); // pixels with all eight neighbours in the mask
   return overRows(image.height, [&](int y) {
     PooledMean row;
     if (y == 0 || y == image.height - 1) return row;
@@ -166,7 +166,7 @@ Difference& Difference::operator+=(const Difference& other) {
 Difference compare(const image::Image& truth, const image::Image& rendered, double exposure) {
   assert(sameSize(truth, rendered) && truth.channels == 4 && rendered.channels == 4);
   const image::Mask mask = image::unionOf(image::objectMask(truth), image::objectMask(rendered));
-  const image::Image linearA = exposed(truth, exposure), linearB = exposed(rendered, exposure);
+  const image::Image linearA = applyExposure(truth, exposure), linearB = applyExposure(rendered, exposure);
   const image::Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
   return {squaredError(linearA, linearB, mask), squaredError(srgbA, srgbB, mask),
           structuralSimilarity(srgbA, srgbB, mask)};

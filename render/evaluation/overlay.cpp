@@ -15,11 +15,11 @@ namespace surflect::evaluation {
 
 namespace {
 
-// Of each pixel, in either direction.
+// samples of a pixel in either direction
 constexpr int kSamples = 3;
 constexpr double kLineWidth = 1.6; // pixels
 
-// The triangles at each vertex: triangles[begin[v] .. begin[v + 1]).
+// Triangles at each vertex: triangles[begin[v] .. begin[v + 1]).
 struct Umbrella {
   std::vector<size_t> begin;
   std::vector<uint32_t> triangles;
@@ -38,26 +38,26 @@ Umbrella trianglesAtVertices(const TriangleMesh& mesh) {
   return umbrella;
 }
 
-// The mean of the normals at a vertex, by area, of the faces across no crease from `triangle`.
+// Area-weighted mean of the face normals at a vertex that are not separated from `triangle` by a crease.
 Vec3<float> smoothNormal(const Umbrella& umbrella, std::span<const Vec3<double>> areas, size_t triangle,
                          uint32_t vertex) {
-  const double cosCrease = std::numbers::sqrt2 / 2; // of 45 degrees
+  const double cosCrease = std::numbers::sqrt2 / 2; // cosine of 45 degrees
   const Vec3<double>& own = areas[triangle];
   Vec3<double> sum = Vec3<double>::Zero();
   for (size_t i = umbrella.begin[vertex]; i < umbrella.begin[vertex + 1]; ++i) {
     const Vec3<double>& other = areas[umbrella.triangles[i]];
     if (own.dot(other) >= cosCrease * own.norm() * other.norm()) sum += other;
   }
-  return sum.normalized().cast<float>(); // not zero: it has a positive part along `own`
+  return sum.normalized().cast<float>(); // not zero: its part along `own` is positive
 }
 
-// White paint: albedo 1.
+// Radiance of white paint, albedo 1.
 Rgb lambert(Rgb irradiance, double cosine) {
   return static_cast<float>(std::max(0.0, cosine) / std::numbers::pi) * irradiance;
 }
 
-// The share of each pixel that a line covers along the border of the mask, which has kSamples x kSamples
-// samples a pixel. Where the image ends is no border.
+// Coverage of each pixel by a line along the border of the mask, which has kSamples x kSamples samples per
+// pixel. The edge of the image is not a border.
 image::Image outlineOf(const image::Mask& fine) {
   constexpr double halfWidth = kLineWidth / 2 * kSamples; // samples
   constexpr int reach = static_cast<int>(halfWidth + 1);
@@ -65,7 +65,7 @@ image::Image outlineOf(const image::Mask& fine) {
   const auto isInside = [&](int x, int y) {
     return fine.inside[static_cast<size_t>(y) * static_cast<size_t>(fine.width) + static_cast<size_t>(x)];
   };
-  // Around (x, y), in samples, where a piece of the border has its middle.
+  // Draws around the middle (x, y) of a border segment, in samples.
   const auto draw = [&](double x, double y) {
     const int left = static_cast<int>(x), top = static_cast<int>(y);
     for (int j = std::max(0, top - reach); j <= std::min(fine.height - 1, top + reach); ++j)
@@ -87,7 +87,7 @@ image::Image outlineOf(const image::Mask& fine) {
   return share;
 }
 
-// The mask's window at the samples of a picture, bilinear.
+// The mask's window, resampled bilinearly at the samples of a picture.
 image::Mask sampled(const image::Image& mask, const image::PixelWindow& window, image::PictureSize size) {
   image::Mask fine(kSamples * size.width, kSamples * size.height);
   for (int y = 0; y < fine.height; ++y)
@@ -106,7 +106,7 @@ image::Mask sampled(const image::Image& mask, const image::PixelWindow& window, 
   return fine;
 }
 
-// The lens that sees what a window of the photograph shows.
+// Lens that shows a window of the photograph.
 capture::Lens windowLens(capture::Lens lens, const image::PixelWindow& window, image::PictureSize size) {
   lens.width = window.width();
   lens.height = window.height();
@@ -117,7 +117,7 @@ capture::Lens windowLens(capture::Lens lens, const image::PixelWindow& window, i
 
 struct Rendered {
   image::Image rgba;  // premultiplied
-  image::Mask inside; // per sample
+  image::Mask inside; // one value per sample
   double backShare = 0;
 };
 

@@ -1,5 +1,5 @@
-// Geometry over the photographs that it must fit: outlines, and the same view of it as a white Lambert
-// surface under the light that the capture states. A wrong axis, unit or light is seen at a glance.
+// Overlay of geometry on the photographs that it must fit: outlines, and the same view of the geometry as a
+// white Lambert surface under the stated light. Shows a wrong axis, unit or light at a glance.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -18,17 +18,17 @@
 
 namespace surflect::evaluation {
 
-// A mesh as a white Lambert surface. Faces that meet at less than 45 degrees are smooth.
+// A mesh as a white Lambert surface, smooth across edges of less than 45 degrees.
 class WhiteSurface {
 public:
   explicit WhiteSurface(const TriangleMesh& mesh);
 
   struct Seen {
     Rgb radiance;
-    bool isBack; // of a triangle
+    bool isBack; // true for the back of a triangle
   };
-  // What a ray meets: radiance irradiance / pi  max(0, n . l), none in the mesh's own shadow and none of
-  // backs. Without a light the viewer, at `origin`, holds one of irradiance 1.
+  // First hit of a ray: radiance irradiance / pi  max(0, n . l), 0 in the mesh's own shadow and on backs.
+  // Without a light, the viewer at `origin` holds one of irradiance 1.
   std::optional<Seen> seen(const Point3<AcquisitionSpace, double>& origin,
                            const Direction3<AcquisitionSpace, double>& direction,
                            const capture::Light* light) const;
@@ -38,35 +38,35 @@ public:
 private:
   RayCaster<AcquisitionSpace> rays_;
   std::vector<Vec3<float>> faceNormals_;   // unit
-  std::vector<Vec3<float>> cornerNormals_; // unit, three a triangle
+  std::vector<Vec3<float>> cornerNormals_; // unit, three per triangle
 };
 
-// How a view is shown, whatever the light.
+// A view to be shown, independent of the light.
 struct OverlayView {
   capture::Camera<AcquisitionSpace> camera;
-  image::Mask silhouette;    // of the geometry, in pixels of the photograph
-  image::PixelWindow window; // of the photograph, that is shown
-  image::PictureSize size;   // of the pictures
+  image::Mask silhouette;    // geometry, in photograph pixels
+  image::PixelWindow window; // visible part of the photograph
+  image::PictureSize size;   // size of the overlay's images
 };
 
 // One photograph with the geometry. All images have the view's size.
 struct Overlay {
-  std::string camera, light;     // identities; no light: fixed illumination, the viewer holds the light
-  image::Image photograph;       // RGB radiance
-  image::Image geometry;         // RGBA radiance of the white surface, premultiplied
-  image::Image geometryOutline;  // the share of each pixel that a line along its silhouette covers
-  image::Image maskOutline;      // the same of the mask; empty where there is none
-  std::optional<double> maskIou; // of mask and silhouette
-  double shadingCorrelation = 0; // of the lumas of photograph and white surface, where both show the object
-  double backShare = 0;          // how much of the geometry seen shows its back: a mesh inside out
+  std::string camera, light;    // identities; no light means fixed illumination, with the light at the viewer
+  image::Image photograph;      // RGB radiance
+  image::Image geometry;        // RGBA radiance of the white surface, premultiplied
+  image::Image geometryOutline; // coverage of each pixel by a line along the geometry's silhouette
+  image::Image maskOutline;     // as geometryOutline, for the mask; empty if there is none
+  std::optional<double> maskIou; // intersection over union of mask and silhouette
+  double shadingCorrelation = 0; // between lumas of photograph and white surface, inside both
+  double backShare = 0; // fraction of the visible geometry that is back-facing; large for a mesh inside out
 };
 
-// radiance: 3 channels; mask: 1, or null where there is none; light: null where illumination is fixed. Cost:
-// 9 rays and as many shadow rays a pixel of the pictures. Names are left to the caller.
+// Overlays the geometry on a photograph. radiance: 3 channels; mask: 1 channel, or null; light: null for
+// fixed illumination. Costs 9 rays and 9 shadow rays per pixel. The caller fills in the names.
 Overlay overlayOf(const OverlayView& view, const capture::Light* light, const image::Image& radiance,
                   const image::Image* mask, const WhiteSurface& surface, const Progress& progress);
 
-// Pearson's correlation; 0 where one is constant or there are no values. Both of one length.
+// Pearson's correlation of two spans of equal length; 0 if they are empty or one is constant.
 double correlation(std::span<const double> a, std::span<const double> b);
 
 } // namespace surflect::evaluation

@@ -2,6 +2,7 @@
 
 #include "render/film/frame_file.h"
 #include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,15 +11,13 @@ namespace surflect::film {
 
 namespace {
 
-std::string sizeOf(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
 // A captured camera on a picture of the script's size.
 capture::Camera<ObjectSpace> fitted(capture::Camera<ObjectSpace> camera, const scene::Script& script) {
   const scene::Output& output = *script.output;
   const capture::Lens& lens = camera.lens;
   if (std::abs(output.width * lens.height - output.height * lens.width) > std::max(output.width, lens.width))
-    throw Error::mismatch("the shape of the camera's pictures, " + sizeOf(lens.width, lens.height),
-                          sizeOf(output.width, output.height))
+    throw Error::mismatch("the shape of the camera's pictures, " + sizeText(lens.width, lens.height),
+                          sizeText(output.width, output.height))
         .at("output.size")
         .in(script.path);
   camera.lens = capture::resized(lens, output.width, output.height);

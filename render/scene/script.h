@@ -28,7 +28,7 @@ struct Frames {
 
 struct Output {
   int width = 0, height = 0; // 1..16384
-  std::string path;          // as written: "frame.####.exr"; see framePath in shot.h
+  std::string path;          // as written: "frame.####.exr"; see framePath in scene.h
   bool png = false;
   std::vector<std::string> aov; // each one of aovNames, none twice
 };

@@ -1,5 +1,5 @@
-// TOML whose tables are nested no deeper than its readers can follow: the library frees and copies them by
-// recursion. It counts how deep values are, but not the dots of keys.
+// Check that TOML is not nested too deeply. The TOML library frees and copies tables by recursion, which
+// would overflow the stack; its own limit counts nested values, but not the dots of keys.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,12 @@
 
 namespace surflect::scene {
 
-inline constexpr int kDeepestToml = 64; // of scripts and stages, which go to 6
+inline constexpr int kDeepestToml = 64; // scripts and stages need 6
 
 namespace shallow_toml {
 
-// Past the string that begins at `i`: """ or ''' over several lines, " or ' to the end of the line at most.
+// Returns the index after the string that begins at `i`. A string in """ or ''' may span lines; one in " or '
+// ends with its line at the latest.
 inline size_t pastString(std::string_view toml, size_t i) {
   const char quote = toml[i];
   const auto quotesAt = [&](size_t at) { // at most 5
@@ -37,9 +38,9 @@ inline size_t pastString(std::string_view toml, size_t i) {
 
 } // namespace shallow_toml
 
-// The line, from 1, on which more than `deepest` tables and arrays first hold one another, be it by brackets
-// or by the dots of a key; nothing where they do not. Of text that is not TOML only what stands before its
-// first error counts.
+// Returns the first line, counted from 1, on which tables and arrays are nested deeper than `deepest`; empty
+// if there is none. Brackets and the dots of a key both nest. In text that is not valid TOML, the result is
+// meaningful only up to the first error.
 inline std::optional<int> tooDeepLine(std::string_view toml, int deepest) {
   struct Bracket {
     bool isTable;

@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/splat/blend_kernel.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include "render/splat/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -11,8 +11,8 @@ namespace surflect::splat {
 namespace HWY_NAMESPACE {
 namespace {
 
-// The colour weight exp(-q) for q = (1 - t) kCutoffSigmas^2, t from 0 to 1, within 8e-6 of itself: two to the
-// nearest whole power, and of the rest the interpolant at five Chebyshev points. hn::Exp would make
+// Colour weight exp(-q) for q = (1 - t) kCutoffSigmas^2, t from 0 to 1, with a relative error of 8e-6: a
+// power of two, times the interpolant at five Chebyshev points for the remaining fraction. hn::Exp would make
 // blending 1.35 times slower.
 HWY_INLINE hn::Vec<PixelTag> colorWeight(hn::Vec<PixelTag> t) {
   const auto number = [](float x) HWY_ATTR { return hn::Set(kFloats, x); };
@@ -30,14 +30,15 @@ HWY_INLINE Pixels colorWeight(const Pixels& t) {
   return eachVector([&](int k) HWY_ATTR { return colorWeight(t.v[k]); });
 }
 
-// Whether each pixel of a block shows all of the block's set, or nothing: orders then need not be compared.
+// Returns true if each pixel of a block shows either all splats of the block's set or none; orders then need
+// not be compared.
 HWY_INLINE bool showAllOrNothing(Pixels limit) {
   const Pixels infinite = broadcast(kInfinity);
   return !any((broadcast(0) - infinite < limit) & (limit < infinite));
 }
 
 // Calls add(splat of the tile, mask of the pixels that show it, weights without its peak, orders) for each
-// splat of a block. Not ordered: pixels show whatever reaches them, and orders are 0.
+// splat of a block. If not `ordered`, pixels show every splat that reaches them, and orders are 0.
 template <bool ordered, class Add>
 HWY_INLINE void eachWeight(const TileSplats& tile, int block, Pixels limit, Add add) {
   const Centers at = centersOf(block);
@@ -54,7 +55,7 @@ HWY_INLINE void eachWeight(const TileSplats& tile, int block, Pixels limit, Add 
   });
 }
 
-// blendBlock of SplatKernels. Not ordered: limits are all or nothing.
+// Implements blendBlock of splat_kernels.h. If not `ordered`, pixels show all splats or none.
 template <int triples, bool ordered, bool finite>
 HWY_INLINE void blendBlockAs(const TileSplats& tile, int block, const float* limits, const float* alpha,
                              const float* values, float* out) {
@@ -67,7 +68,7 @@ HWY_INLINE void blendBlockAs(const TileSplats& tile, int block, const float* lim
     sum = mulAdd(seen, broadcast(value[3]), sum);
     for (int k = 0; k < 3 * triples; ++k) {
       const Pixels next = mulAdd(seen, broadcast(value[k / 3 * 4 + k % 3]), sums[k]);
-      // Pixels that do not show an infinite value keep their sum: 0 times the value is no number.
+      // Pixels that do not show a non-finite value keep their sum, since 0 times the value is NaN.
       sums[k] = finite ? next : select(in, next, sums[k]);
     }
   });

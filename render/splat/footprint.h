@@ -1,33 +1,33 @@
-// A splat as it is drawn, in plain numbers: what vector kernels (surfel/math/simd.h) may include.
+// Footprint of a splat on the screen, in plain numbers that vector kernels may include.
 #pragma once
 
 #include <cstdint>
 
 namespace surflect::splat {
 
-// Where a Gaussian is cut off; 0.2 % of its mass lies beyond.
+// Cut-off of a Gaussian, in standard deviations; 0.2 % of its mass lies beyond.
 constexpr double kCutoffSigmas = 3.5;
 
-// A splat whose cut-off circle comes nearer than this part of its centre's depth is not drawn: beyond, its
-// image is no longer anything like a Gaussian, and its size has no bound.
+// A splat is not drawn if its cut-off circle comes nearer than this fraction of its centre's depth: its image
+// would no longer resemble a Gaussian, and its size would be unbounded.
 constexpr double kNearestDepthFraction = 0.1;
-// How far, in s, the surface may leave the plane of its splat.
-constexpr double kBend = 0.15;
-// How many standard deviations apart the splats of one plane may lie in depth.
+// Largest distance of the surface from its splat's plane, in units of s (splat.h).
+constexpr double kMaxSurfaceDeviation = 0.15;
+// Largest difference in depth between splats of one plane, in standard deviations.
 constexpr double kDepthSigmas = 2;
 
-// How opaque a pixel is that is covered by this much area. Symmetric about 1/2, so outlines stay where they
-// are; flat at both ends, so that the ripple of the sum leaves no holes and stray tails leave no haze. Inside
-// of a straight border it is 1 from 0.71 standard deviations of the splats on; two pixels inside of an
-// outline the sum can be as low as 0.74, where sharp edges meet.
-constexpr float kFull = 0.7f;
+// Covered area of a pixel from which it is fully opaque; see saturated() in pixel_layers.h. Opacity is
+// symmetric about an area of 1/2, so that outlines stay in place, and flat at both ends, so that the ripple
+// of the sum leaves no holes and stray tails no haze. It reaches 1 at 0.71 standard deviations inside a
+// straight border; two pixels inside an outline the area can be as low as 0.74, where sharp edges meet.
+constexpr float kOpaqueArea = 0.7f;
 
-// A layer with this much area no longer reaches further back than it does: the skirts of its splats, where
-// the surface has bent away from their planes, must not lead to a second sheet close behind.
-constexpr float kRooted = 0.5f;
+// Area from which a layer no longer extends further back: the tails of its splats, where the surface has bent
+// away from their planes, must not connect it to a second sheet close behind.
+constexpr float kLayerAnchorArea = 0.5f;
 
-// The area that a splat covers is spread over the pixels as (1 - q/Q)^2, Q the square of the cut-off, scaled
-// to the mass of exp(-q/2): 6/Q at its peak; their integrals over the plane are pi Q / 3 and 2 pi.
+// Peak of the kernel (1 - q/Q)^2 over which a splat's covered area is spread, Q being the square of the
+// cut-off. 6/Q gives it the mass of exp(-q/2): their integrals over the plane are pi Q / 3 and 2 pi.
 constexpr float kAreaPeak = static_cast<float>(6 / (kCutoffSigmas * kCutoffSigmas));
 
 // Pixels [x0, x1) x [y0, y1).
@@ -36,24 +36,24 @@ struct PixelBox {
   bool empty() const { return x0 >= x1 || y0 >= y1; }
 };
 
-// A splat as it is drawn, low-pass included. At (dx, dy) pixels from its centre, where
+// Footprint of a splat, low-pass included. At (dx, dy) pixels from its centre, where
 //   q = xx (dx + skew dy)^2 + yy dy^2 <= kCutoffSigmas^2,
-// its Gaussian is peak exp(-q/2), and it lies at order + orderX dx + orderY dy, give or take the tolerance.
+// its Gaussian is peak exp(-q/2), and its order is order + orderX dx + orderY dy, within the tolerance.
 struct Footprint {
   float x, y;         // centre, pixels
   float xx, skew, yy; // xx and yy in 1/pixels^2
   float peak;
   float order, orderX, orderY;
-  float tolerance; // of the order
-  PixelBox box;    // the pixels it may touch, clipped to the image; empty: not drawn
+  float tolerance; // half width of the depth interval, in order
+  PixelBox box;    // pixels it may touch, clipped to the image; empty if it is not drawn
 };
 
 enum class Rejection : uint8_t {
-  dead,       // the warp left it no frame
-  notFinite,  // a number that is not finite, or no area, radius or coverage
+  dead,       // degenerate frame after the warp
+  notFinite,  // non-finite number; or no area, radius or coverage
   backFacing, // outward normal away from the viewer
   tooNear,    // reaches the near plane or the plane of the viewer
-  outside,    // off the image
+  outside,    // outside the image
 };
 
 } // namespace surflect::splat

@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/splat/layer_kernel.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include "render/splat/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -13,19 +13,19 @@ namespace {
 
 HWY_INLINE uint32_t roundedUp(uint32_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
-// How often a block's pixels are asked where their first layer is rooted.
+// Number of planes tried in search of a block's first layers.
 constexpr int kRounds = 4;
-// As few pixels are sooner sorted one by one.
+// Up to this many pixels are sorted one by one, which is faster.
 constexpr int kFewPixels = 4;
 
-// What the fragments of a block come to, for each pixel.
+// Sums over the fragments of a block, for each pixel.
 struct FragmentSums {
-  uint32_t count; // of splats that reach a pixel
+  uint32_t count; // number of splats that reach a pixel
   Pixels area, nearestEnd, farthestFront;
 };
 
-// Their depths and areas go to `fragments`, not a number and 0 where a splat does not reach a pixel; splats
-// that reach none leave the block.
+// Writes the orders and areas of a block's fragments to `fragments`: NaN and 0 where a splat does not reach a
+// pixel. Removes splats that reach no pixel from the block.
 HWY_INLINE FragmentSums gatherFragments(const TileSplats& tile, int block, const Centers& at,
                                         const BlockFragments& fragments) {
   float *orders = fragments.orders, *areas = fragments.areas;
@@ -53,31 +53,31 @@ HWY_INLINE FragmentSums gatherFragments(const TileSplats& tile, int block, const
   return {count, total, nearestEnd, farthestFront};
 }
 
-// Where the first layer ends in pixels whose depth intervals have no point in common, and its area.
+// Finds the end and the area of the first layer, in pixels whose depth intervals have no common point.
 //
-// `back` is a bound from below of how far the layer's intervals reach, first the nearest end of any. If it
-// reached no further, the layer would end before the first fragment that lies beyond; if it ends there too
-// when all before that extend it, then it does end there. Where it does not, planes are tried between the
-// first and the last of them, for the one where the area comes to kRooted: of fragments before a plane, those
-// with an area of less all extend the layer, and so does the next; those with more extend it as far as it
-// goes at all. Then the question is asked again.
+// `back` is a lower bound of the layer's reach, initially the nearest end of any interval. With this reach,
+// the layer would end before the first fragment that begins behind `back`. If it still ends there when all
+// earlier fragments extend it, that is its end. Otherwise tryPlanes searches between the first and last of
+// these fragments for the plane at which the area comes to kLayerAnchorArea. Before planes of smaller area,
+// all fragments extend the layer, as does the next; before planes of larger area, they extend it as far as it
+// can reach. Then the end is checked again.
 struct FirstLayer {
   const BlockFragments& fragments;
   uint32_t count;
-  PixelMask trying; // pixels where it is not known yet
+  PixelMask trying; // pixels without a known end
   Pixels back;
   Pixels atMost = broadcast(kInfinity);
   Pixels end = broadcast(kInfinity), area = broadcast(0);
   Pixels low = broadcast(0), high = broadcast(0); // first and last fragment before the end
 
-  // visit(order, area, tolerance) of each splat.
+  // Calls visit(order, area, tolerance) for each splat.
   template <class Visit> HWY_INLINE void each(const Visit& visit) const {
     for (uint32_t i = 0; i < count; ++i)
       visit(load(fragments.orders + kLanes * i), load(fragments.areas + kLanes * i),
             broadcast(fragments.tolerances[i]));
   }
 
-  // The first fragment that begins behind a depth.
+  // Order of the first fragment that begins behind a depth.
   HWY_INLINE Pixels breakBehind(Pixels depth) const {
     Pixels first = broadcast(kInfinity);
     each([&](Pixels order, Pixels, Pixels tolerance)
@@ -85,8 +85,9 @@ struct FirstLayer {
     return first;
   }
 
-  // If the layer reaches to `back` at least and `atMost` at most.
-  HWY_INLINE void settle() {
+  // Computes the end for a reach between `back` and `atMost`, and drops pixels from `trying` where both
+  // agree.
+  HWY_INLINE void resolveEnd() {
     const Pixels first = breakBehind(back), none = broadcast(kNotANumber);
     Pixels before = broadcast(0), reach = back, nearest = broadcast(kInfinity),
            farthest = broadcast(0) - nearest;
@@ -105,13 +106,13 @@ struct FirstLayer {
     low = nearest, high = farthest;
   }
 
-  // Narrows `back` and `atMost`.
+  // Narrows the bounds `back` and `atMost`.
   HWY_INLINE void tryPlanes() {
     const Pixels infinite = broadcast(kInfinity);
     Pixels areaLow = broadcast(0), areaHigh = area;
     for (int round = 0; round < kRounds; ++round) {
       const Pixels share =
-          round % 2 == 0 ? (broadcast(kRooted) - areaLow) / (areaHigh - areaLow) : broadcast(0.5f);
+          round % 2 == 0 ? (broadcast(kLayerAnchorArea) - areaLow) / (areaHigh - areaLow) : broadcast(0.5f);
       const Pixels plane = mulAdd(high - low, share, low);
       Pixels before = broadcast(0), reach = back, next = infinite, nextEnd = infinite;
       each([&](Pixels order, Pixels areaOf, Pixels tolerance) HWY_ATTR {
@@ -122,7 +123,7 @@ struct FirstLayer {
         next = min(select(nearer, infinite, order), next);
         nextEnd = min(select(nearer, infinite, orderEnd), nextEnd);
       });
-      const PixelMask unrooted = before < broadcast(kRooted), within = plane < end;
+      const PixelMask unrooted = before < broadcast(kLayerAnchorArea), within = plane < end;
       const Pixels further = select((next < end) & within, max(reach, nextEnd), reach);
       back = select(unrooted & within, max(back, further), back);
       atMost = select(unrooted, atMost, min(atMost, reach));
@@ -134,9 +135,9 @@ struct FirstLayer {
   }
 };
 
-// The first layer of each pixel of a block, without sorting; layersOf in pixel_layers.h says what a layer is.
-// Where the depth intervals of all fragments have a point in common there is one, and where the first fills
-// the pixel nothing behind matters. The caller sorts the fragments of what remains.
+// Finds the first layer of each pixel of a block without sorting; layersOf in pixel_layers.h defines layers.
+// If the depth intervals of all fragments have a common point, there is one layer; if the first layer fills
+// the pixel, nothing behind it matters. The caller sorts the fragments of the remaining pixels.
 void resolveBlock(const TileSplats& tile, int block, int width, int height, const BlockFragments& fragments,
                   BlockLayers& out) {
   const Centers at = centersOf(block);
@@ -153,14 +154,14 @@ void resolveBlock(const TileSplats& tile, int block, int width, int height, cons
   Pixels area = sums.area, limit = infinite;
   if (any(open)) {
     FirstLayer layer{fragments, sums.count, open, sums.nearestEnd};
-    layer.settle();
+    layer.resolveEnd();
     if (ones(layer.trying) > kFewPixels) {
       layer.tryPlanes();
-      layer.settle();
+      layer.resolveEnd();
     }
     const PixelMask known = andNot(open, layer.trying);
-    const PixelMask unended = known & (infinite <= layer.end); // one layer after all
-    const PixelMask full = known & (broadcast(kFull) <= layer.area);
+    const PixelMask unended = known & (infinite <= layer.end); // a single layer after all
+    const PixelMask full = known & (broadcast(kOpaqueArea) <= layer.area);
     const PixelMask ended = andNot(full, unended);
     limit = select(ended, layer.end, limit);
     area = select(ended, layer.area, area);
@@ -182,7 +183,7 @@ uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments& from, const
     const auto orders = column(from.orders);
     const auto in = And(hn::FirstN(kFloats, count - i), orders < hn::Set(kFloats, kInfinity));
     const auto keep = [&](float* floats, hn::Vec<PixelTag> x) HWY_ATTR {
-      hn::StoreU(hn::Compress(x, in), kFloats, floats + n); // the form that stores by mask is slow
+      hn::StoreU(hn::Compress(x, in), kFloats, floats + n); // masked stores are slow
     };
     keep(to.order, orders);
     keep(to.area, column(from.areas));
@@ -205,7 +206,8 @@ void rankPixel(uint32_t n, const PixelFragments& pixel) {
   }
 }
 
-void keepSeen(const TileSplats& tile, int block, const BlockFragments& fragments, const float* limits) {
+void removeHiddenSplats(const TileSplats& tile, int block, const BlockFragments& fragments,
+                        const float* limits) {
   const Pixels limit = load(limits);
   const float* orders = fragments.orders;
   keepSplats(tile, block, [&](uint32_t) HWY_ATTR {
@@ -237,9 +239,10 @@ uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments& from, const
 HWY_EXPORT(rankPixel);
 void rankPixel(uint32_t count, const PixelFragments& pixel) { HWY_DYNAMIC_DISPATCH(rankPixel)(count, pixel); }
 
-HWY_EXPORT(keepSeen);
-void keepSeen(const TileSplats& tile, int block, const BlockFragments& fragments, const float* limits) {
-  HWY_DYNAMIC_DISPATCH(keepSeen)(tile, block, fragments, limits);
+HWY_EXPORT(removeHiddenSplats);
+void removeHiddenSplats(const TileSplats& tile, int block, const BlockFragments& fragments,
+                        const float* limits) {
+  HWY_DYNAMIC_DISPATCH(removeHiddenSplats)(tile, block, fragments, limits);
 }
 } // namespace surflect::splat
 #endif

@@ -8,7 +8,9 @@
 
 namespace surflect::splat {
 
-float saturated(float area) { return std::clamp((area - (1 - kFull)) / (2 * kFull - 1), 0.f, 1.f); }
+float saturated(float area) {
+  return std::clamp((area - (1 - kOpaqueArea)) / (2 * kOpaqueArea - 1), 0.f, 1.f);
+}
 
 void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers) {
   layers.clear();
@@ -18,7 +20,7 @@ void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers
     for (end = begin; end < fragments.size(); ++end) {
       const Fragment& f = fragments[end];
       if (end > begin && f.order - f.tolerance > back) break;
-      if (layerArea < kRooted) back = std::max(back, f.order + f.tolerance);
+      if (layerArea < kLayerAnchorArea) back = std::max(back, f.order + f.tolerance);
       layerArea += f.area;
     }
     area += layerArea;

@@ -1,4 +1,4 @@
-// What a pixel shows of splats one behind the other.
+// Depth layers of a pixel: overlapping splats are grouped into surfaces, which fill the pixel front to back.
 #pragma once
 
 #include <cstddef>
@@ -7,33 +7,35 @@
 
 namespace surflect::splat {
 
-// A splat at a pixel. Its colour is weighted by peak exp(-q), a Gaussian narrower by sqrt 2: the weights are
-// divided by their sum, so that they need not sum to 1 by themselves as Gaussians do that are wide enough for
-// it and blur by their own width. The area it covers is spread by a kernel wider than the Gaussian, of the
-// same mass: sums of that hardly ripple, even where the cloud has lost a surfel, and its area is right
-// wherever in a pixel a tiny splat falls.
+// A splat at a pixel. Its colour has the weight peak exp(-q), a Gaussian narrower by sqrt 2. Weights are
+// divided by their sum, so they need not sum to 1 like the wide Gaussians exp(-q/2), which would blur by
+// their own width. The covered area is spread by a kernel wider than the Gaussian, of the same mass: its sums
+// hardly ripple, even if the cloud lacks a surfel, and the area of a tiny splat is right at any position
+// within a pixel.
 struct Fragment {
   float order, tolerance, area;
-  uint32_t splat; // of the tile
+  uint32_t splat; // index in the tile
 };
 
 struct Layer {
-  size_t begin, end; // of the sorted fragments
+  size_t begin, end; // range of the sorted fragments
   float area;
-  float alpha; // of the pixel up to here, less that before
+  float alpha; // opacity up to this layer, less that of the layers before
 };
 
-// How opaque an area is, see kFull.
+// Opacity of a covered area; see kOpaqueArea.
 float saturated(float area);
 
-// Divides the fragments of one pixel, nearest first, into layers, down to the one that fills it.
+// Divides the fragments of a pixel, sorted by depth from the nearest, into layers. Stops after the layer that
+// fills the pixel.
 //
-// A layer ends where the depth interval of the next fragment no longer touches the ones so far. Areas are
-// parts of one pixel, so those of layers add up: with S_k the area of layers 1 to k, layer k is given
-//   alpha_k = saturated(S_k) - saturated(S_k-1),
-// shared among its fragments by weight and confidence. A surface behind an edge fills exactly what the edge
-// leaves open, and a surface that falls apart into two layers (grazing, creased or noisy) still adds up to 1.
-// The usual alpha_k (1 - alpha) would let the background through there.
+// A layer ends where the depth interval of the next fragment no longer touches those of the layer. Areas are
+// fractions of one pixel and add up over layers: with S_k the area of layers 1 to k, layer k has the opacity
+//   alpha_k = saturated(S_k) - saturated(S_(k-1)),
+// shared among its fragments by weight and confidence. A surface behind an edge fills exactly the part of the
+// pixel that the edge leaves open, and a surface split into two layers (grazing, creased or noisy) still adds
+// up to 1. In both cases the usual compositing, in which layer k adds (1 - alpha so far) alpha_k, would let
+// the background shine through.
 void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers);
 
 } // namespace surflect::splat

@@ -1,5 +1,5 @@
-// The pixels of a block, one a lane, in as many vectors as they take. For kernels over Highway: included once
-// for each instruction set.
+// Vectors over the pixels of a block, one pixel per lane, for Highway kernels: included once for each
+// instruction set.
 #if defined(RENDER_SPLAT_PIXELS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef RENDER_SPLAT_PIXELS_INL_H
 #undef RENDER_SPLAT_PIXELS_INL_H
@@ -73,7 +73,7 @@ HWY_INLINE Pixels mulAdd(const Pixels& a, const Pixels& b, const Pixels& c) {
 HWY_INLINE Pixels negMulAdd(const Pixels& a, const Pixels& b, const Pixels& c) {
   return eachVector([&](int k) HWY_ATTR { return hn::NegMulAdd(a.v[k], b.v[k], c.v[k]); });
 }
-// b where a is not a number.
+// Minimum; b where a is NaN.
 HWY_INLINE Pixels min(const Pixels& a, const Pixels& b) {
   return eachVector([&](int k) HWY_ATTR { return hn::Min(a.v[k], b.v[k]); });
 }
@@ -96,11 +96,11 @@ HWY_INLINE PixelMask andNot(const PixelMask& a, const PixelMask& b) {
 HWY_INLINE Pixels select(const PixelMask& m, const Pixels& a, const Pixels& b) {
   return eachVector([&](int k) HWY_ATTR { return hn::IfThenElse(m.m[k], a.v[k], b.v[k]); });
 }
-// a or 0
+// a where m is set, else 0.
 HWY_INLINE Pixels where(const PixelMask& m, const Pixels& a) {
   return eachVector([&](int k) HWY_ATTR { return hn::IfThenElseZero(m.m[k], a.v[k]); });
 }
-// Bit i is lane i's.
+// Bit i is that of lane i.
 HWY_INLINE uint32_t bitsOf(hn::Mask<PixelTag> mask) {
   uint8_t bytes[8] = {};
   hn::StoreMaskBits(kFloats, mask, bytes);
@@ -114,27 +114,27 @@ HWY_INLINE uint32_t bitsOf(const PixelMask& m) {
 HWY_INLINE int ones(const PixelMask& m) { return __builtin_popcount(bitsOf(m)); }
 HWY_INLINE bool any(const PixelMask& m) { return bitsOf(m) != 0; }
 
-// Calls visit(splat of the tile) for the block's set, in order.
+// Calls visit(splat of the tile) for each splat of the block's set, in order.
 template <class Visit> HWY_INLINE void eachSplat(const TileSplats& tile, int block, Visit visit) {
   const uint32_t groups = groupsOf(tile.count);
   for (uint32_t g = 0; g < groups; ++g)
     for (uint64_t left = tile.sets[g * kBlocks + block]; left != 0; left &= left - 1)
       visit(g * kGroup + __builtin_ctzll(left));
 }
-// Takes from the set those for which keep(splat of the tile) is false.
+// Removes the splats from the block's set for which keep(splat of the tile) is false.
 template <class Keep> HWY_INLINE void keepSplats(const TileSplats& tile, int block, Keep keep) {
   const uint32_t groups = groupsOf(tile.count);
   for (uint32_t g = 0; g < groups; ++g) {
     uint64_t kept = 0;
     for (uint64_t left = tile.sets[g * kBlocks + block]; left != 0; left &= left - 1) {
       const uint32_t bit = __builtin_ctzll(left);
-      kept |= uint64_t{keep(g * kGroup + bit)} << bit; // without a branch
+      kept |= uint64_t{keep(g * kGroup + bit)} << bit; // branchless
     }
     tile.sets[g * kBlocks + block] = kept;
   }
 }
 
-// Pixel centres of a block, from the middle of its tile.
+// Pixel centres of a block, relative to the middle of its tile.
 struct Centers {
   Pixels x, y;
 };
@@ -148,7 +148,7 @@ HWY_INLINE Centers centersOf(int block) {
   return {load(x), load(y)};
 }
 
-// How far inside of its cut-off a splat has the pixels: 1 at its centre, below 0 beyond.
+// Returns 1 - q at the pixels: 1 at the splat's centre, 0 at its cut-off, negative beyond.
 HWY_INLINE Pixels insideOf(const TileSplat& s, const Centers& at) {
   const SplatShape& shape = s.shape;
   const Pixels a = mulAdd(broadcast(shape.ax), at.x, mulAdd(broadcast(shape.ay), at.y, broadcast(s.a0)));
@@ -161,7 +161,8 @@ HWY_INLINE Pixels orderOf(const TileSplat& s, const Centers& at) {
 }
 
 HWY_INLINE Pixels saturated(Pixels area) {
-  return min(max((area - broadcast(1 - kFull)) / broadcast(2 * kFull - 1), broadcast(0)), broadcast(1));
+  return min(max((area - broadcast(1 - kOpaqueArea)) / broadcast(2 * kOpaqueArea - 1), broadcast(0)),
+             broadcast(1));
 }
 
 } // namespace HWY_NAMESPACE

@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/splat/place_kernel.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -13,8 +13,8 @@ namespace {
 
 static_assert(kBlocks == 64 && kBlocksPerRow == 8 && kGroup == 64);
 
-// About the middle of the tile whose corner is the pixel (x, y) of the picture. Field by field into memory:
-// what is put together elsewhere and copied waits for its parts to be written.
+// Expresses a splat relative to the middle of the tile with corner pixel (x, y). Written field by field:
+// copying an assembled struct would wait for its parts to be stored.
 HWY_INLINE void placeAboutMiddle(const ScreenSplat& from, int x, int y, TileSplat& to) {
   const float cx = from.x - static_cast<float>(x + kTileSize / 2),
               cy = from.y - static_cast<float>(y + kTileSize / 2);
@@ -25,7 +25,8 @@ HWY_INLINE void placeAboutMiddle(const ScreenSplat& from, int x, int y, TileSpla
   to.order0 = from.order - s.orderX * cx - s.orderY * cy;
 }
 
-// Blocks of a tile, a bit for each: those right of a column's left edge, and those below a row's upper one.
+// Sets of a tile's blocks, one bit each: blocks right of a column's left edge, and blocks below a row's upper
+// edge.
 struct EdgeSets {
   uint64_t right[kBlocksPerRow + 1] = {}, below[kBlocksPerRow + 1] = {};
   constexpr EdgeSets() {
@@ -38,7 +39,7 @@ struct EdgeSets {
 };
 constexpr EdgeSets edgeSets;
 
-// The blocks under a box that touches the tile.
+// Blocks under a box that touches the tile.
 HWY_INLINE uint64_t blocksUnder(const PixelBox& box, int x, int y) {
   const auto first = [](int pixel) HWY_ATTR { return (pixel < 0 ? 0 : pixel) / kBlockSize; };
   const auto last = [](int pixel) HWY_ATTR {
@@ -49,12 +50,12 @@ HWY_INLINE uint64_t blocksUnder(const PixelBox& box, int x, int y) {
          (edgeSets.below[from(first(box.y0 - y))] ^ edgeSets.below[from(last(box.y1 - y))]);
 }
 
-// Of each group 64 x 64 bits, turned about their diagonal by halves, quarters and so on [Warren 2013,
-// Hacker's Delight, 7-3].
+// Transposes each group of 64 x 64 bits, by swapping halves, quarters and so on [Warren 2013, Hacker's
+// Delight, 7-3].
 HWY_INLINE void turnSets(uint64_t* sets, uint32_t groups) {
   static_assert(kBlocks == kGroup && kGroup == 64);
   for (uint64_t* group = sets; group != sets + size_t{kBlocks} * groups; group += kBlocks) {
-    uint64_t low = 0xffffffff; // of each 2 * half bits
+    uint64_t low = 0xffffffff; // the lower half of every 2 * half bits
     for (int half = 32; half != 0; half /= 2, low ^= low << half)
       for (int first = 0; first < kGroup; first += 2 * half)
         for (int i = first; i < first + half; ++i) {

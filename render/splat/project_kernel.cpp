@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/splat/project_kernel.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include "render/splat/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -11,22 +11,22 @@ namespace surflect::splat {
 namespace HWY_NAMESPACE {
 namespace {
 
-using Floats = hn::Vec<PixelTag>; // a splat a lane
+using Floats = hn::Vec<PixelTag>; // one splat per lane
 using FloatMask = hn::Mask<PixelTag>;
 HWY_INLINE Floats number(float x) { return hn::Set(kFloats, x); }
 HWY_INLINE Floats number(double x) { return number(static_cast<float>(x)); }
 HWY_INLINE Floats number(int x) { return number(static_cast<float>(x)); }
 HWY_INLINE Floats floatsAt(const float* from) { return hn::LoadU(kFloats, from); }
 
-// [Zwicker 2001, 2004] as in splat.cpp, in float but for the position, which is large compared with the
-// splat. What would cancel is written so that it does not: det V is that of the homography's matrix squared,
-// and the smaller eigenvalue of V is det V over the larger.
+// Projection of splats as in splat.cpp [Zwicker 2001, 2004], in single precision except for positions, which
+// are large compared with the splat. Cancellation is avoided: det V is the square of the determinant of the
+// homography's matrix, and the smaller eigenvalue of V is det V over the larger.
 
-// Survivors of culling, by field; a group of lanes may write 16 past the last.
+// Splats that survive culling, field by field; a group of lanes may write 16 entries past the last.
 constexpr int kChunk = 512;
 struct Survivors {
-  float pixelX[kChunk + kVectorLanes], pixelY[kChunk + kVectorLanes]; // of the position
-  float qx[kChunk + kVectorLanes], qy[kChunk + kVectorLanes];         // on the normalised image
+  float pixelX[kChunk + kVectorLanes], pixelY[kChunk + kVectorLanes]; // projected position
+  float qx[kChunk + kVectorLanes], qy[kChunk + kVectorLanes];         // on the normalised image plane
   float inverseDepth[kChunk + kVectorLanes];
   float u0[kChunk + kVectorLanes], u1[kChunk + kVectorLanes], u2[kChunk + kVectorLanes]; // camera space
   float v0[kChunk + kVectorLanes], v1[kChunk + kVectorLanes], v2[kChunk + kVectorLanes];
@@ -40,7 +40,7 @@ struct Triples {
   Floats x, y, z;
 };
 
-// Of numbers in lanes the first `count`, the others 0.
+// The first `count` numbers in lanes, padded with 0.
 template <class Number, int kEach = 1> struct Padded {
   Number padded[kEach * kVectorLanes];
   const Number* from;
@@ -57,21 +57,21 @@ HWY_INLINE Triples takeTriples(const float* from, int count) {
   return t;
 }
 
-// The lanes of the mask, moved together; writes all lanes.
+// Stores the lanes of the mask contiguously; writes all lanes.
 HWY_INLINE void storeCompressed(float* to, FloatMask m, Floats x) {
-  hn::StoreU(hn::Compress(x, m), kFloats, to); // the form that stores by mask is slow
+  hn::StoreU(hn::Compress(x, m), kFloats, to); // masked stores are slow
 }
 
 HWY_INLINE FloatMask both(FloatMask a, FloatMask b) { return hn::And(a, b); }
 template <class... More> HWY_INLINE FloatMask both(FloatMask a, FloatMask b, More... more) {
   return both(both(a, b), more...);
 }
-// Adds the lanes of a that are not in b.
+// Counts the lanes in a that are not in b as rejected for a reason.
 HWY_INLINE void countRejected(size_t* rejected, Rejection why, FloatMask a, FloatMask b) {
   rejected[static_cast<int>(why)] += hn::CountTrue(kFloats, hn::AndNot(b, a));
 }
 
-// Culls lanes [0, count) from splat `first` of the chunk at `begin` on.
+// Culls lanes [0, count), from splat `first` of the chunk at `begin` on.
 HWY_INLINE int cull(const ProjectJob& job, size_t begin, int first, int count, Survivors& out, int kept,
                     size_t* rejected) {
   const size_t at = begin + static_cast<size_t>(first);
@@ -153,7 +153,7 @@ HWY_INLINE int cull(const ProjectJob& job, size_t begin, int first, int count, S
   return static_cast<int>(hn::CountTrue(kFloats, drawn));
 }
 
-// The footprints of survivors [at, at + count); returns how many are drawn.
+// Computes the footprints of survivors [at, at + count); returns the number drawn.
 HWY_INLINE int footprints(const ProjectJob& job, size_t begin, const Survivors& in, int at, int count,
                           ScreenSplat* out, size_t* rejected) {
   const Floats zero = number(0), one = number(1), huge = number(kHuge);
@@ -181,7 +181,7 @@ HWY_INLINE int footprints(const ProjectJob& job, size_t begin, const Survivors& 
   const Floats C0 = MulAdd(k, MulAdd(fu0, au2, fv0 * av2), shift0 * shift2);
   const Floats C1 = MulAdd(k, MulAdd(fu1, au2, fv1 * av2), shift1 * shift2);
   const Floats minor = fu0 * fv1 - fu1 * fv0;
-  const Floats root = k * minor; // its square is within range where k's would not be
+  const Floats root = k * minor; // its square stays in range where k's would not
   const Floats detV = root * root / D;
 
   // filtered: with r = (h^2 - smaller) / (larger - smaller) in [0, 1], V + D = (1 - r) V + c I, where
@@ -191,7 +191,7 @@ HWY_INLINE int footprints(const ProjectJob& job, size_t begin, const Survivors& 
   const Floats trace = V00 + V11, half = (V00 - V11) * number(0.5f);
   const Floats larger = MulAdd(trace, number(0.5f), Sqrt(MulAdd(half, half, V01 * V01)));
   const Floats smaller = detV / larger;
-  const Floats r = Min(Max((H - smaller) / (larger - smaller), zero), one); // a circle's, 0/0, is 0
+  const Floats r = Min(Max((H - smaller) / (larger - smaller), zero), one); // 0/0 for a circle becomes 0
   const Floats c = MulAdd(r, smaller, Max(H - smaller, zero));
   const Floats F00 = MulAdd(one - r, V00, c), F01 = (one - r) * V01, F11 = MulAdd(one - r, V11, c);
   const Floats inverseDet = one / (Max(smaller, H) * Max(larger, H));
@@ -207,7 +207,7 @@ HWY_INLINE int footprints(const ProjectJob& job, size_t begin, const Survivors& 
   const Floats deviation = Sqrt(Max(variance, zero));
   // bendTolerance
   const Floats depthTolerance =
-      s * Sqrt(floatsAt(in.area + at)) * Min(number(kBend) / floatsAt(in.cosine + at), one);
+      s * Sqrt(floatsAt(in.area + at)) * Min(number(kMaxSurfaceDeviation) / floatsAt(in.cosine + at), one);
   const Floats tolerance = MulAdd(number(kDepthSigmas), deviation, depthTolerance * iz * iz);
 
   const Floats x = floatsAt(in.pixelX + at) + shift0, y = floatsAt(in.pixelY + at) + shift1;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// But for its peak.
+// Colour weight of a splat at a position relative to the tile's middle, without its peak.
 float weightAt(const TileSplat& s, float x, float y) {
   constexpr auto exponent = static_cast<float>(-kCutoffSigmas * kCutoffSigmas);
   const float a = s.a0 + s.shape.ax * x + s.shape.ay * y, b = s.b0 + s.shape.by * y;
@@ -33,10 +33,11 @@ PixelFragments pixelFragments(size_t count, TileScratch& scratch) {
           scratch.rank.of(room)};
 }
 
-// More fragments than this in a pixel are not compared each with each.
+// Pixels with more fragments than this are sorted by comparison instead of by rank, whose cost is quadratic.
 constexpr size_t kManyFragments = 2048;
 
-// The fragments of a pixel, nearest first; those of one depth in their order in the tile.
+// Sorts the fragments of a pixel by depth, nearest first; fragments of equal depth keep the order of the
+// tile.
 void sortPixel(uint32_t count, const PixelFragments& pixel, std::vector<Fragment>& sorted) {
   constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
   const bool ranked = count <= kManyFragments;
@@ -44,14 +45,15 @@ void sortPixel(uint32_t count, const PixelFragments& pixel, std::vector<Fragment
   sorted.assign(count, {0, 0, 0, none});
   for (uint32_t i = 0; i < count; ++i) {
     uint32_t place = ranked ? static_cast<uint32_t>(pixel.rank[i]) : i;
-    while (sorted[place].splat != none) ++place; // taken by one of the same depth
+    while (sorted[place].splat != none) ++place; // skips places taken by fragments of equal depth
     sorted[place] = {pixel.order[i], pixel.tolerance[i], pixel.area[i],
                      std::bit_cast<uint32_t>(pixel.splat[i])};
   }
   if (!ranked) std::ranges::stable_sort(sorted, {}, &Fragment::order);
 }
 
-// The layers of a pixel that the kernel left open: a single one goes to `block`, more to the tile.
+// Resolves the layers of a pixel that the kernel left unresolved. A single layer is written to `layers`,
+// several to the tile.
 void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, BlockLayers& layers) {
   const std::vector<Fragment>& fragments = scratch.fragments;
   layersOf(fragments, scratch.layers);
@@ -77,9 +79,9 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
   for (const Layer& layer : scratch.layers) {
     if (!(layer.alpha > 0)) continue;
     alpha += layer.alpha;
-    const bool isMiddle = !halfway && alpha >= layers.alpha[lane] / 2;
-    halfway |= isMiddle;
-    if (isMiddle) layers.area[lane] = layer.area;
+    const bool isMedian = !halfway && alpha >= layers.alpha[lane] / 2;
+    halfway |= isMedian;
+    if (isMedian) layers.area[lane] = layer.area;
     const auto begin = static_cast<uint32_t>(tile.contributions.size());
     float weight = 0, weightedOrder = 0;
     for (size_t i = layer.begin; i < layer.end; ++i) {
@@ -92,11 +94,11 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
       scratch.seen.data()[f.splat / kGroup] |= uint64_t{1} << f.splat % kGroup;
     }
     tile.layers.push_back({y * kTileSize + x, begin, static_cast<uint32_t>(layer.end - layer.begin),
-                           layer.alpha, weightedOrder / weight, isMiddle});
+                           layer.alpha, weightedOrder / weight, isMedian});
   }
 }
 
-// Returns how many splats a block has at most.
+// Places the splats in the tile; returns the largest number of splats in a block.
 uint32_t gatherSplats(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
                       RasterTile& tile) {
   if (entries.size() > std::numeric_limits<uint32_t>::max() / kLanes)
@@ -109,7 +111,7 @@ uint32_t gatherSplats(const ScreenSplat* screen, std::span<const uint32_t> entri
   return placeSplats(screen, entries.data(), count, frame.x0, frame.y0, splats, sets, column);
 }
 
-// What the blocks show of their splats, added to what their pixels of several layers show.
+// Marks the splats that are visible in a block's set or in a pixel of several layers.
 void markSeen(const RasterTile& tile, uint64_t* seenOfTile, std::span<uint8_t> seenOfCloud) {
   const TileSplats& drawn = tile.drawn;
   for (uint32_t group = 0; group < groupsOf(drawn.count); ++group) {
@@ -148,7 +150,7 @@ void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries,
       sortPixel(n, ofPixel, scratch.fragments);
       resolvePixel(block, lane, scratch, tile, layers);
     }
-    if (layers.mayHide) keepSeen(tile.drawn, block, fragments, layers.limit);
+    if (layers.mayHide) removeHiddenSplats(tile.drawn, block, fragments, layers.limit);
     if (layers.count != 0) {
       tile.blocks |= uint64_t{1} << block;
       std::copy_n(layers.limit, kLanes, allLimits + static_cast<size_t>(block) * kLanes);

@@ -1,4 +1,4 @@
-// The splats of one tile of a picture, and what its pixels show of them.
+// Splats of one tile of the image, and the layers that its pixels show.
 #pragma once
 
 #include "render/splat/pixel_layers.h"
@@ -12,37 +12,37 @@
 
 namespace surflect::splat {
 
-// One of several layers that a pixel shows, which has its row of the matrix.
+// A layer of a pixel that shows several; the weights of its splats are stored.
 struct PixelLayer {
-  uint32_t pixel;        // of the tile, row by row
-  uint32_t begin, count; // of the contributions
+  uint32_t pixel;        // index in the tile, row by row
+  uint32_t begin, count; // range of the contributions
   float alpha;
-  float order;   // mean
-  bool isMiddle; // the pixel's layer at half of its alpha
+  float order;   // mean of the layer
+  bool isMedian; // true if half of the pixel's alpha is reached in this layer
 };
 struct Contribution {
-  uint32_t splat; // of the tile
-  float weight;   // but for the splat's peak
+  uint32_t splat; // index in the tile
+  float weight;   // without the splat's peak
 };
 
 struct RasterTile {
   TileSplats drawn;
-  uint64_t blocks;                 // where they are, a bit for each
-  ScratchBuffer<TileSplat> splats; // what `drawn` points at
-  ScratchBuffer<uint64_t> sets;    // likewise
+  uint64_t blocks;                 // blocks with splats, one bit each
+  ScratchBuffer<TileSplat> splats; // data of drawn.splats
+  ScratchBuffer<uint64_t> sets;    // data of drawn.sets
   ScratchBuffer<uint32_t>
-      column; // of each splat its number in the cloud, and after covering in Coverage::visible
-  ScratchBuffer<float> limits;    // kLanes for each block
-  std::vector<PixelLayer> layers; // of pixels that show several
+      column; // index of each splat in the cloud; after rasterizing, index in SplatRaster::visible
+  ScratchBuffer<float> limits;    // kLanes per block
+  std::vector<PixelLayer> layers; // layers of pixels that show several
   std::vector<Contribution> contributions;
 };
 
-// The pixels of a picture that a tile has.
+// Pixels of the image that a tile covers.
 struct TileFrame {
   int x0, y0, width, height;
 };
 
-// Calls visit(lane, x, y, count) for the rows of a block: `count` pixels of the picture from (x, y) on.
+// Calls visit(lane, x, y, count) for each row of a block: `count` image pixels from (x, y) on.
 template <class Visit> void forRows(const TileFrame& frame, int block, Visit visit) {
   const int x = block % kBlocksPerRow * kBlockSize, y0 = block / kBlocksPerRow * kBlockSize;
   const int count = frame.width - x < kBlockSize ? frame.width - x : kBlockSize;
@@ -52,32 +52,32 @@ template <class Visit> void forRows(const TileFrame& frame, int block, Visit vis
           static_cast<size_t>(count));
 }
 
-// Of a row of a block.
+// Copies a row of a block.
 inline void copyRow(const float* from, size_t count, float* to) {
   if (count == kBlockSize) {
-    std::copy_n(from, kBlockSize, to); // without a call
+    std::copy_n(from, kBlockSize, to); // a constant length, which needs no call
   } else {
     std::copy_n(from, count, to);
   }
 }
 
-// Of a whole picture, row by row.
+// Sums for all pixels of an image, row by row.
 struct PixelSums {
   float *alpha, *layerArea;
   size_t width;
 };
 
-// Reused from tile to tile.
+// Working memory that is reused from tile to tile.
 struct TileScratch {
-  ScratchBuffer<uint64_t> seen;                             // of each group the set
-  ScratchBuffer<float> orders, areas, tolerances, splats;   // BlockFragments
-  ScratchBuffer<float> order, tolerance, area, splat, rank; // PixelFragments
-  std::vector<Fragment> fragments;                          // of a pixel
+  ScratchBuffer<uint64_t> seen;                             // visible splats, one set per group
+  ScratchBuffer<float> orders, areas, tolerances, splats;   // for BlockFragments
+  ScratchBuffer<float> order, tolerance, area, splat, rank; // for PixelFragments
+  std::vector<Fragment> fragments;                          // fragments of one pixel
   std::vector<Layer> layers;
 };
 
-// Covers a tile with the splats `entries` of `screen`. Sets what the frame has of the pixels and all of the
-// tile, and marks in `seen` which splats of the cloud are visible; other threads may do so too.
+// Rasterizes the splats `entries` of `screen` into a tile. Writes the tile and its pixels of `pixels`, and
+// marks the visible splats of the cloud in `seen`, which other threads may mark at the same time.
 void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
                    TileScratch& scratch, RasterTile& tile, const PixelSums& pixels, std::span<uint8_t> seen);
 

@@ -31,21 +31,21 @@ template <class Draw> void rasterize(const Footprint& f, uint32_t splat, Draw dr
     }
 }
 
-// Opacity of a pixel of which this area is covered: 0 up to 1 - kFull, 1 from kFull on.
+// Opacity of a covered area: 0 up to 1 - kOpaqueArea, 1 from kOpaqueArea on.
 double saturated(double area) {
-  constexpr double full = kFull;
+  constexpr double full = kOpaqueArea;
   return std::clamp((area - (1 - full)) / (2 * full - 1), 0.0, 1.0);
 }
 
-// The end of the layer that begins with fragments[begin], nearest first  (2). A layer that already covers
-// kRooted of the pixel reaches no further back.
+// End of the layer that begins with fragments[begin], nearest first  (2). A layer whose area exceeds
+// kLayerAnchorArea extends no further back.
 size_t endOfLayer(std::span<const Fragment> fragments, size_t begin) {
   double back = -std::numeric_limits<double>::infinity(), area = 0;
   size_t end = begin;
   for (; end < fragments.size(); ++end) {
     const Fragment& f = fragments[end];
     if (end > begin && f.order - f.tolerance > back) break;
-    if (area < double{kRooted}) back = std::max(back, f.order + f.tolerance);
+    if (area < double{kLayerAnchorArea}) back = std::max(back, f.order + f.tolerance);
     area += f.area;
   }
   return end;
@@ -54,14 +54,14 @@ size_t endOfLayer(std::span<const Fragment> fragments, size_t begin) {
 struct ResolvedPixel {
   std::vector<ReferenceWeight> weights;
   double alpha = 0;
-  double order = 0; // mean of the layer at half of alpha
+  double order = 0; // mean order of the layer at half of alpha
 };
 
 ResolvedPixel resolved(std::vector<Fragment> fragments) {
   std::ranges::sort(fragments, [](const Fragment& a, const Fragment& b) {
     return a.order != b.order ? a.order < b.order : a.splat < b.splat;
   });
-  double area = 0; // S_k; first, of all layers
+  double area = 0; // S_k; initially over all layers
   for (const Fragment& f : fragments) area += f.area;
   const double half = saturated(area) / 2;
 

@@ -13,9 +13,9 @@ using Mat32 = Eigen::Matrix<double, 3, 2>;
 
 bool isPinhole(const capture::Lens& lens) { return lens.model == capture::Lens::Model::pinhole; }
 
-// The image of a plane, as a projective map of its parameters ab = (a, b):
+// Image of a plane as a projective map of its parameters ab = (a, b):
 //   (x, y, order) = origin + axes ab / (1 + w . ab),
-// x and y on the normalised image, y down (orthographic lens: scene units).
+// with x and y on the normalised image plane, y down (orthographic lens: scene units).
 struct PlaneImage {
   Vec3<double> origin;
   Mat32 axes;
@@ -43,8 +43,8 @@ PlaneImage imageOfPlane(const capture::Lens& lens, const Vec3<double>& p, const 
   return image;
 }
 
-// Centre and covariance of the ellipse that a circle of radius s maps to: the dual conic
-// M diag(s^2, s^2, -1) M^T of the homography M, solved relative to the image of p, where nothing cancels.
+// Centre and covariance of the ellipse onto which a circle of radius s is projected: the dual conic M
+// diag(s^2, s^2, -1) M^T of the homography M, solved relative to the image of p, which avoids cancellation.
 //   mean       = -s^2 A w / D,                      D = 1 - s^2 |w|^2
 //   covariance =  s^2 A A^T / D + mean mean^T       [Zwicker 2004, §4]
 ScreenGaussian gaussianOfCircle(const PlaneImage& image, double s) {
@@ -54,7 +54,7 @@ ScreenGaussian gaussianOfCircle(const PlaneImage& image, double s) {
   return {image.origin + shift, s2 / D * (image.axes * image.axes.transpose()) + shift * shift.transpose()};
 }
 
-// Normalised image to pixels.
+// Maps from the normalised image plane to pixels.
 ScreenGaussian throughLens(const capture::Lens& lens, const ScreenGaussian& gaussian) {
   const Vec2<double> q = gaussian.mean.head<2>();
   const Vec2<double> focal(lens.focalX, lens.focalY);
@@ -66,14 +66,14 @@ ScreenGaussian throughLens(const capture::Lens& lens, const ScreenGaussian& gaus
           jacobian * gaussian.covariance * jacobian.transpose()};
 }
 
-// By how much the order may be wrong because the surface bends away from the splat's plane: kBend s along
-// the normal, which is kBend s / cosine in depth, but no more than s where the plane is seen edge on.
+// Tolerance of the order for a surface that bends away from the splat's plane: kMaxSurfaceDeviation s along
+// the normal, which is kMaxSurfaceDeviation s / cosine in depth, but at most s if the plane is seen edge-on.
 double bendTolerance(const capture::Lens& lens, const Vec3<double>& p, const Vec3<double>& crossUV,
                      double s) {
   const double area = crossUV.norm();
   const double cosine = std::abs(isPinhole(lens) ? crossUV.dot(p) / p[2] : crossUV[2]) / area;
   const double deepest = s * std::sqrt(area);
-  const double depthTolerance = deepest * std::min(kBend / cosine, 1.0);
+  const double depthTolerance = deepest * std::min(kMaxSurfaceDeviation / cosine, 1.0);
   return isPinhole(lens) ? depthTolerance / (p[2] * p[2]) : depthTolerance; // d order / d depth = 1/depth^2
 }
 
@@ -87,7 +87,7 @@ PixelBox clippedBox(const capture::Lens& lens, const Vec3<double>& mean, const M
           first(mean[0] + halfX, lens.width), first(mean[1] + halfY, lens.height)};
 }
 
-// Of a symmetric matrix, b12 = b21: half of the trace +- the radius of Mohr's circle.
+// Eigenvalues of a symmetric matrix, b12 = b21: half the trace +- the radius of Mohr's circle.
 struct Eigenvalues {
   double larger, smaller;
 };
@@ -97,10 +97,10 @@ Eigenvalues eigenvalues(const Mat2& b) {
   return {larger, larger > 0 ? std::max(0.0, b.determinant()) / larger : 0};
 }
 
-// What the low-pass adds to a covariance V: along each axis of its ellipse what V lacks of h^2, so that a
-// splat that is wide enough is left as it is  [Botsch 2005, §5]. Convolution with the low-pass [Zwicker 2001]
-// would add h^2 even there, and blur once more what the splat has blurred.
-Mat2 lacking(const Mat2& V, double h) {
+// Low-pass term D added to a covariance V: along each axis of the ellipse, the amount by which V falls short
+// of h^2, so that wide splats are unchanged  [Botsch 2005, §5]. Convolution with the low-pass [Zwicker 2001]
+// would add h^2 to those as well, and blur them a second time.
+Mat2 lowPassDeficit(const Mat2& V, double h) {
   const auto [larger, smaller] = eigenvalues(V);
   const double most = std::max(0.0, h * h - smaller), least = std::max(0.0, h * h - larger);
   if (!(larger > smaller)) return most * Mat2::Identity();
@@ -110,17 +110,18 @@ Mat2 lacking(const Mat2& V, double h) {
 }
 
 // Widens V by D = lacking(V, h), keeping the energy coverage * 2 pi sqrt(det V) [Zwicker 2001, §5], and
-// conditions the order on the pixel: with C the covariance of (x, y) with the order,
+// conditions the order on the pixel. With C the covariance of (x, y) with the order,
 //   mean of order = order0 + slope . dx,   slope = (V + D)^-1 C.
-// A splat larger than the filter is read on its plane, of gradient g = V^-1 C; one smaller keeps to its own
-// depth, however steep. Splats of one plane, centred by dx = N(0, V + D) off a pixel, thus differ there by
+// A splat larger than the filter gives the order of its plane, of gradient g = V^-1 C; a smaller splat that
+// of its centre, however steep. Splats of one plane, displaced by dx = N(0, V + D) from a pixel, thus differ
+// in order by
 //   (g - slope) . dx = g^T D (V + D)^-1 dx,   of variance (D g)^T (V + D)^-1 (D g),
-// which is what the tolerance must bridge. Seen edge on, g has no bound; it is damped as if the splat, grown
-// to the size of the filter if it is smaller (k times its area), were h/2 thick.
+// which the tolerance must bridge. Edge-on, g is unbounded; it is damped as if the splat, grown to the size
+// of the filter if smaller (k times its area), were h/2 thick.
 Footprint filtered(const capture::Lens& lens, const ScreenGaussian& gaussian, double h, double coverage,
                    double bend) {
   const Mat2 V = gaussian.covariance.topLeftCorner<2, 2>();
-  const Mat2 D = lacking(V, h), filteredV = V + D;
+  const Mat2 D = lowPassDeficit(V, h), filteredV = V + D;
   const Mat2 inverse = filteredV.inverse();
   const Vec2<double> C = gaussian.covariance.topRightCorner<2, 1>();
   const Vec2<double> slope = inverse * C;

@@ -1,9 +1,9 @@
-// One surfel as a Gaussian on the screen.
+// Projection of a surfel to a Gaussian on the screen.
 //
-// A surfel spreads coverage * exp(-(a^2 + b^2) / (2 s^2)) over its surface p + a u + b v, where s is
-// kSigmaPerRadius * radius. Warps and lenses are locally affine in (a, b), so Gaussians that summed to 1 on
-// the surface at rest, and to 1/2 at its borders, still do after any of them: the sum over splats is the
-// coverage of a pixel, whatever the stretch and the zoom.
+// A surfel spreads coverage * exp(-(a^2 + b^2) / (2 s^2)) over its surface p + a u + b v, with s =
+// kSigmaPerRadius * radius. Warps and lenses are locally affine in (a, b): Gaussians that sum to 1 on the
+// surface at rest, and to 1/2 at its borders, still do so after warping and projection. The sum over splats
+// is therefore the coverage of a pixel at any stretch and zoom.
 //
 // [Botsch 2005]  Botsch, Hornung, Zwicker, Kobbelt: High-Quality Surface Splatting on Today's GPUs (the wider
 //                of reconstruction kernel and low-pass, instead of their convolution).
@@ -25,35 +25,36 @@
 
 namespace surflect::splat {
 
-// What splatting reads of a cloud; every span has one entry per surfel.
+// Attributes of a cloud that splatting uses; each span has one entry per surfel.
 struct Splats {
   std::span<const Point3<ObjectSpace>> p;
   std::span<const Direction3<ObjectSpace>> u, v; // warped tangents
   std::span<const Handedness> handedness;
-  std::span<const float> radius;   // of the rest splat, acquisition units
-  std::span<const float> coverage; // peak of the rest Gaussian
+  std::span<const float> radius;   // radius at rest, acquisition units
+  std::span<const float> coverage; // peak of the Gaussian at rest
 
   size_t size() const { return p.size(); }
 };
 
-// Views both clouds, which must be of the same surfels and outlive the result.
+// Spans over two clouds of the same surfels, which must outlive the result.
 Splats splatsOf(const SurfelCloud& rest, const DeformedCloud& deformed);
 
 struct SplatOptions {
-  // Least standard deviation of a splat on the screen, pixels; of its colour's weights a root of two less. At
-  // 0.44 what a tiny splat covers depends least on where in a pixel it falls: by 2 %, at 0.4 by 8 %.
+  // Least standard deviation of a splat on the screen, in pixels; that of its colour weights is smaller by
+  // sqrt 2. At 0.44 the area of a tiny splat depends least on its position within a pixel: by 2 %, at 0.4 by
+  // 8 %.
   double lowPass = 0.44;
-  double nearDepth = 0.0; // scene units; a pinhole draws no splat that reaches nearer
+  double nearDepth = 0.0; // scene units; a pinhole camera draws no splat that comes nearer
 };
 
-// A splat's Gaussian in (x, y, order), x and y in pixels: a flat disc, so the covariance has rank two.
+// Gaussian of a splat in (x, y, order), x and y in pixels. The splat is flat, so the covariance has rank two.
 struct ScreenGaussian {
   Vec3<double> mean;
   Mat3<double> covariance;
 };
 
-// The Gaussian whose 1-sigma ellipse is the exact image of the circle a^2 + b^2 = s^2 around p, of which no
-// part may lie at or behind the viewer. Lens distortion enters by its affine map at the ellipse's centre.
+// The Gaussian whose 1-sigma ellipse is the exact image of the circle a^2 + b^2 = s^2 around p, all of which
+// must lie in front of the viewer. Lens distortion is approximated by its affine map at the ellipse's centre.
 ScreenGaussian project(const capture::Lens& lens, const Point3<CameraSpace, double>& p,
                        const Direction3<CameraSpace, double>& u, const Direction3<CameraSpace, double>& v,
                        double s);
@@ -62,7 +63,7 @@ std::variant<Footprint, Rejection> footprintOf(const capture::Camera<ObjectSpace
                                                const Splats& splats, size_t index,
                                                const SplatOptions& options);
 
-// The depth along the viewing axis that belongs to an order.
+// Depth along the viewing axis for an order.
 inline double depthOfOrder(const capture::Lens& lens, double order) {
   return lens.model == capture::Lens::Model::orthographic ? order : -1 / order;
 }

@@ -1,5 +1,5 @@
-// Splatting in vector instructions: from a cloud to the layers of a picture's pixels, and their colours.
-// Every instruction set with fused multiplication gives the same bits; without, a b + c is rounded twice.
+// Vectorised splatting, from a cloud to the depth layers of an image's pixels and their colours. All
+// instruction sets with fused multiply-add give the same bits; without, a b + c is rounded twice.
 #pragma once
 
 #include "render/splat/footprint.h"
@@ -9,24 +9,24 @@
 
 namespace surflect::splat {
 
-// What a splat is wherever it lies.
+// Shape of a splat, independent of its position.
 struct SplatShape {
   float ax, ay, by;
-  float peak, areaPeak; // the latter times kAreaPeak
+  float peak, areaPeak; // areaPeak: peak times kAreaPeak
   float orderX, orderY, tolerance;
 };
 
-// One of a cloud's splats that is drawn: a Footprint made ready for tiles. At (dx, dy) pixels from its centre
-// its Gaussian is peak exp(-kCutoffSigmas^2 q / 2) where
+// A splat that is drawn: its Footprint in the form used by tiles. At (dx, dy) pixels from its centre the
+// Gaussian is peak exp(-kCutoffSigmas^2 q / 2), where
 //   q = (ax dx + ay dy)^2 + (by dy)^2 <= 1.
 struct alignas(64) ScreenSplat {
   SplatShape shape;
   float x, y, order;
   uint32_t splat;
-  PixelBox box; // what it may touch
+  PixelBox box; // pixels it may touch
 };
 
-// What projecting reads: an undistorted pinhole camera and a cloud, three floats to a vector.
+// Input of the projection: an undistorted pinhole camera and a cloud, three floats per vector.
 struct ProjectJob {
   const float *p, *u, *v;
   const int8_t* handedness;
@@ -39,22 +39,22 @@ struct ProjectJob {
   float lowPass, nearDepth;
 };
 
-// Tiles are of 32 x 32 pixels, in blocks of 4 x 4.
+// Tiles have 32 x 32 pixels, in blocks of 4 x 4.
 constexpr int kTileSize = 32;
 constexpr int kBlockSize = 4;
 constexpr int kBlocksPerRow = kTileSize / kBlockSize;
 constexpr int kBlocks = kBlocksPerRow * kBlocksPerRow;
 constexpr int kLanes = kBlockSize * kBlockSize; // pixels of a block, row by row
 
-// A splat about a tile's middle, where numbers are small. At (x, y) pixels from there
+// A splat relative to the middle of a tile, where numbers are small. At (x, y) pixels from there
 //   q = (a0 + ax x + ay y)^2 + (b0 + by y)^2,   order0 + orderX x + orderY y
 struct TileSplat {
   SplatShape shape;
   float a0, b0, order0;
 };
 
-// A tile's splats, 64 to a group, and for each group and block the set of those that reach the block: of
-// splat i bit i % 64 of sets[i / 64 * kBlocks + block].
+// Splats of a tile in groups of 64, and for each group and block the set of splats that reach the block:
+// splat i is bit i % 64 of sets[i / 64 * kBlocks + block].
 constexpr int kGroup = 64;
 struct TileSplats {
   const TileSplat* splats;
@@ -63,54 +63,54 @@ struct TileSplats {
 };
 constexpr uint32_t groupsOf(uint32_t splats) { return splats / kGroup + (splats % kGroup != 0 ? 1 : 0); }
 
-// What splats do in the pixels of a block: kLanes orders and areas for each of its set, no number and 0 where
-// the splat does not reach, the tolerance, and which of the tile's splats it is, as the bits of a float. Room
-// for kLanes more.
+// Fragments of a block: for each splat of its set, kLanes orders and areas (NaN and 0 where the splat does
+// not reach the pixel), its tolerance, and its index in the tile as the bits of a float. Has room for kLanes
+// more.
 struct BlockFragments {
   float *orders, *areas, *tolerances, *splats;
 };
 
-// What splats do in one pixel, in their order in the tile. Room for 2 kLanes more than the block has.
+// Fragments of one pixel, in the order of the tile. Has room for 2 kLanes more than the splats of the block.
 struct PixelFragments {
   float *order, *tolerance, *area, *splat;
   float* rank;
 };
 
-// The pixels of a block. Their first layer is all that is nearer than the limit, and all there is to them but
-// for `unresolved`.
+// Layers of a block's pixels. The first layer is everything nearer than the limit; pixels not in `unresolved`
+// have no other.
 struct BlockLayers {
   float alpha[kLanes];
-  float area[kLanes];  // of the layer
-  float limit[kLanes]; // an order; nothing is nearer where alpha is 0
-  uint32_t unresolved; // a bit for each pixel
-  bool mayHide;        // there may be splats that no pixel shows
-  uint32_t count;      // of the block's splats
+  float area[kLanes];  // area of the first layer
+  float limit[kLanes]; // an order; nothing is nearer if alpha is 0
+  uint32_t unresolved; // one bit per pixel
+  bool mayHide;        // true if there may be splats that no pixel shows
+  uint32_t count;      // splats of the block
 };
 
-// Splats [begin, end) of the cloud as footprintOf has them; returns how many are drawn. out: room for all.
-// rejected: counts by Rejection, added to.
+// Projects splats [begin, end) of the cloud as footprintOf does; returns the number drawn. `out` has room for
+// all. Adds to `rejected`, counts by Rejection.
 size_t projectSplats(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
-// Makes the splats entries[0 .. count) of `screen` ready for the tile whose corner is the pixel (x, y);
-// returns how many a block has at most. sets: room for whole groups. column: their numbers in the cloud.
+// Places the splats entries[0 .. count) of `screen` in the tile with corner pixel (x, y); returns the largest
+// number of splats in a block. `sets` has room for whole groups; `column` receives their indices in the
+// cloud.
 uint32_t placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
                      TileSplat* splats, uint64_t* sets, uint32_t* column);
-// Fills the fragments of a block, takes from its set what reaches none of its pixels, and finds the first
-// layer of each pixel as far as that is told from sums. width, height: of the tile; there is nothing in
-// pixels beyond.
+// Computes the fragments of a block, removes from its set the splats that reach no pixel, and finds the first
+// layer of each pixel as far as sums determine it. width, height: size of the tile; pixels beyond are empty.
 void resolveBlock(const TileSplats&, int block, int width, int height, const BlockFragments&, BlockLayers&);
-// The fragments of a pixel; returns how many. count: of the block's splats.
+// Collects the fragments of a pixel; returns their number. count: splats of the block.
 uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
-// How many fragments are nearer than each, as `rank`. Time grows with the square of the count.
+// Writes to `rank` the number of fragments nearer than each. Time is quadratic in the count.
 void rankPixel(uint32_t count, const PixelFragments&);
-// Takes from the block's set what has no order below a limit.
-void keepSeen(const TileSplats&, int block, const BlockFragments&, const float* limits);
-// Sums of 3 * triples values per splat of the tile over the fragments below the limits, weighted to sum to
-// alpha. triples: 1 or 2. values: for each splat `triples` groups of four floats, of which the first group
-// is three values and 1, the second three values and one float that is not read; all times the splat's peak
-// and confidence. finite: whether all values are. out: kLanes sums for each of the values.
+// Removes from the block's set the splats without an order below a limit.
+void removeHiddenSplats(const TileSplats&, int block, const BlockFragments&, const float* limits);
+// Sums 3 * triples values per splat over the fragments below the limits, weighted to sum to alpha. triples: 1
+// or 2. values: `triples` groups of four floats per splat, the first of three values and 1, the second of
+// three values and an unused float; all are multiplied by the splat's peak and confidence. finite: true if
+// all values are. out: kLanes sums for each value.
 void blendBlock(const TileSplats&, int block, const float* limits, const float* alpha, const float* values,
                 int triples, bool finite, float* out);
-// The mean order of these fragments.
+// Mean order of the fragments below the limits.
 void meanOrder(const TileSplats&, int block, const float* limits, float* out);
 
 } // namespace surflect::splat

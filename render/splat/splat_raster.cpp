@@ -12,25 +12,25 @@ namespace surflect::splat {
 
 namespace {
 
-TileFrame frameOf(const SplatRaster& coverage, size_t tile) {
-  const int tilesX = tilesAlong(coverage.width);
+TileFrame frameOf(const SplatRaster& raster, size_t tile) {
+  const int tilesX = tilesAlong(raster.width);
   const int x = static_cast<int>(tile) % tilesX * kTileSize, y = static_cast<int>(tile) / tilesX * kTileSize;
-  return {x, y, std::min(kTileSize, coverage.width - x), std::min(kTileSize, coverage.height - y)};
+  return {x, y, std::min(kTileSize, raster.width - x), std::min(kTileSize, raster.height - y)};
 }
 
-size_t pixelOf(const SplatRaster& coverage, const TileFrame& frame, const PixelLayer& layered) {
-  return coverage.pixel(frame.x0 + static_cast<int>(layered.pixel % kTileSize),
-                        frame.y0 + static_cast<int>(layered.pixel / kTileSize));
+size_t pixelOf(const SplatRaster& raster, const TileFrame& frame, const PixelLayer& layered) {
+  return raster.pixel(frame.x0 + static_cast<int>(layered.pixel % kTileSize),
+                      frame.y0 + static_cast<int>(layered.pixel / kTileSize));
 }
 
-// Calls visit(block) for those of a tile that splats reach.
+// Calls visit(block) for each block of a tile that splats reach.
 template <class Visit> void forBlocks(const RasterTile& tile, Visit visit) {
   for (uint64_t left = tile.blocks; left != 0; left &= left - 1) visit(std::countr_zero(left));
 }
 
-// The marked splats go to coverage.visible, and the tiles' splats point there.
-void collectVisible(SplatRaster& coverage) {
-  const std::vector<uint8_t>& seen = coverage.seen;
+// Collects the marked splats in coverage.visible, and makes the tiles refer to their indices there.
+void collectVisible(SplatRaster& raster) {
+  const std::vector<uint8_t>& seen = raster.seen;
   constexpr size_t chunk = 16384;
   const size_t chunks = (seen.size() + chunk - 1) / chunk;
   const auto each = [&](size_t c, auto visit) {
@@ -43,26 +43,26 @@ void collectVisible(SplatRaster& coverage) {
     begin[c + 1] = count;
   });
   for (size_t c = 0; c < chunks; ++c) begin[c + 1] += begin[c];
-  coverage.visible.resize(begin[chunks]);
-  uint32_t* rank = coverage.rank.of(seen.size());
+  raster.visible.resize(begin[chunks]);
+  uint32_t* rank = raster.rank.of(seen.size());
   tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
     uint32_t next = begin[c];
     each(c, [&](size_t i) {
       rank[i] = next;
-      if (seen[i]) coverage.visible[next++] = static_cast<uint32_t>(i);
+      if (seen[i]) raster.visible[next++] = static_cast<uint32_t>(i);
     });
   });
-  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t t) {
-    RasterTile& tile = coverage.tiles[t];
+  tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t t) {
+    RasterTile& tile = raster.tiles[t];
     for (uint32_t& splat : std::span(tile.column.data(), tile.drawn.count))
-      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set: what it has is not used
+      splat = seen[splat] ? rank[splat] : 0; // a hidden splat is in no set, so its entry is unused
   });
 }
 
-constexpr size_t kMostTriples = 2; // groups of three channels that blendBlock sums at once
+constexpr size_t kMostTriples = 2; // groups of three channels summed by one call of blendBlock
 
-// Gathers `channelCount` values of each of a tile's splats, from channel `first` on, as blendBlock takes
-// them: in groups of three, one group for up to three channels, two for more. Returns whether all are finite.
+// Gathers `channelCount` values for each splat of a tile, from channel `first` on, in the layout of
+// blendBlock: one group for up to three channels, two for more. Returns true if all are finite.
 bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t channels, size_t first,
                   size_t channelCount, std::span<const float> confidence, std::vector<float>& to) {
   constexpr uint32_t kAhead = 16;
@@ -71,7 +71,7 @@ bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t 
   to.resize(std::max(to.size(), stride * count));
   const float* from = values.data() + first;
   const uint32_t* column = tile.column.data();
-  float none = 0; // 0 unless a value is not finite: 0 times such a value is no number
+  float none = 0; // NaN if a value is not finite, since 0 times it is NaN
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
     const float* value = from + column[i] * channels;
@@ -83,16 +83,16 @@ bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t 
   return none == 0;
 }
 
-// One channel of a picture: its value at pixel i is first[i * stride].
+// A channel of an image: its value at pixel i is first[i * stride].
 struct Plane {
   float* first;
   size_t stride;
 };
 
-// Gives a picture the coverage's size; its values are to be overwritten.
-void fit(image::Image& picture, const SplatRaster& coverage, int channels) {
-  picture.width = coverage.width, picture.height = coverage.height, picture.channels = channels;
-  picture.values.resize(coverage.alpha.size() * static_cast<size_t>(channels));
+// Gives an image the size of the raster; its values remain to be overwritten.
+void fit(image::Image& picture, const SplatRaster& raster, int channels) {
+  picture.width = raster.width, picture.height = raster.height, picture.channels = channels;
+  picture.values.resize(raster.alpha.size() * static_cast<size_t>(channels));
 }
 
 void clear(image::Image& picture, const TileFrame& frame, float value) {
@@ -100,26 +100,26 @@ void clear(image::Image& picture, const TileFrame& frame, float value) {
     std::fill_n(picture.at(frame.x0, y).data(), frame.width * picture.channels, value);
 }
 
-// Multiplies the matrix with values, six channels at a time. The pictures' channels, one after another, take
-// the products; a last one beyond `channels` takes alpha.
-void multiply(std::span<image::Image* const> pictures, const SplatRaster& coverage,
+// Multiplies the matrix with values, six channels at a time. The products go to the images' channels in
+// succession; an extra last channel receives alpha.
+void multiply(std::span<image::Image* const> pictures, const SplatRaster& raster,
               std::span<const float> values, size_t channels, std::span<const float> confidence) {
-  assert(channels > 0 && values.size() == coverage.visible.size() * channels);
-  assert(confidence.empty() || confidence.size() == coverage.visible.size());
+  assert(channels > 0 && values.size() == raster.visible.size() * channels);
+  assert(confidence.empty() || confidence.size() == raster.visible.size());
   assert(std::ranges::all_of(confidence, [](float c) { return c > 0; }));
   std::vector<Plane> planes;
   for (image::Image* picture : pictures) {
-    fit(*picture, coverage, picture->channels);
+    fit(*picture, raster, picture->channels);
     const auto stride = static_cast<size_t>(picture->channels);
     for (size_t k = 0; k < stride; ++k) planes.push_back({picture->values.data() + k, stride});
   }
   assert(planes.size() == channels || planes.size() == channels + 1);
   tbb::enumerable_thread_specific<std::vector<float>> scratches;
-  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
-    const RasterTile& tile = coverage.tiles[index];
-    const TileFrame frame = frameOf(coverage, index);
+  tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t index) {
+    const RasterTile& tile = raster.tiles[index];
+    const TileFrame frame = frameOf(raster, index);
     for (image::Image* picture : pictures) clear(*picture, frame, 0);
-    if (tile.blocks == 0 || coverage.visible.empty()) return;
+    if (tile.blocks == 0 || raster.visible.empty()) return;
     std::vector<float>& ofTile = scratches.local();
     for (size_t first = 0; first < channels; first += 3 * kMostTriples) {
       const size_t channelCount = std::min(3 * kMostTriples, channels - first);
@@ -129,12 +129,12 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& covera
       forBlocks(tile, [&](int block) {
         float alpha[kLanes] = {}, sums[3 * kMostTriples * kLanes];
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
-          copyRow(&coverage.alpha[coverage.pixel(x, y)], count, alpha + lane);
+          copyRow(&raster.alpha[raster.pixel(x, y)], count, alpha + lane);
         });
         blendBlock(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, alpha,
                    ofTile.data(), triples, finite, sums);
         forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
-          const size_t pixel = coverage.pixel(x, y);
+          const size_t pixel = raster.pixel(x, y);
           for (size_t k = 0; k < channelCount; ++k) {
             float* out = to[k].first + pixel * to[k].stride;
             for (size_t i = lane; i < lane + count; ++i, out += to[k].stride) *out = sums[k * kLanes + i];
@@ -148,16 +148,16 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& covera
           for (size_t k = 0; k < channelCount; ++k) sums[k] += c.weight * value[k / 3 * 4 + k % 3];
           sum += c.weight * value[3];
         }
-        const size_t pixel = pixelOf(coverage, frame, layer);
+        const size_t pixel = pixelOf(raster, frame, layer);
         for (size_t k = 0; k < channelCount; ++k)
           to[k].first[pixel * to[k].stride] += layer.alpha / sum * sums[k];
       }
     }
     for (int y = frame.y0; planes.size() > channels && y < frame.y0 + frame.height; ++y) {
-      const size_t pixel = coverage.pixel(frame.x0, y);
+      const size_t pixel = raster.pixel(frame.x0, y);
       const auto [alpha, stride] = planes.back();
       for (size_t x = pixel; x < pixel + static_cast<size_t>(frame.width); ++x)
-        alpha[x * stride] = coverage.alpha[x];
+        alpha[x * stride] = raster.alpha[x];
     }
   });
 }
@@ -169,74 +169,74 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
   assert(camera.lens.width > 0 && camera.lens.height > 0);
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
 
-  SplatRaster coverage = std::move(kept);
-  coverage.width = camera.lens.width;
-  coverage.height = camera.lens.height;
-  coverage.lens = camera.lens;
-  const size_t pixels = static_cast<size_t>(coverage.width) * static_cast<size_t>(coverage.height);
-  coverage.tiles.resize(static_cast<size_t>(tilesAlong(coverage.width)) *
-                        static_cast<size_t>(tilesAlong(coverage.height)));
-  coverage.alpha.resize(pixels);
-  coverage.layerArea.resize(pixels);
-  coverage.seen.assign(splats.size(), 0);
+  SplatRaster raster = std::move(kept);
+  raster.width = camera.lens.width;
+  raster.height = camera.lens.height;
+  raster.lens = camera.lens;
+  const size_t pixels = static_cast<size_t>(raster.width) * static_cast<size_t>(raster.height);
+  raster.tiles.resize(static_cast<size_t>(tilesAlong(raster.width)) *
+                      static_cast<size_t>(tilesAlong(raster.height)));
+  raster.alpha.resize(pixels);
+  raster.layerArea.resize(pixels);
+  raster.seen.assign(splats.size(), 0);
 
-  fillTiles(camera, splats, options, progress, coverage.bins);
-  coverage.counts = coverage.bins.counts;
-  const PixelSums sums{coverage.alpha.data(), coverage.layerArea.data(), static_cast<size_t>(coverage.width)};
+  fillTiles(camera, splats, options, progress, raster.bins);
+  raster.counts = raster.bins.counts;
+  const PixelSums sums{raster.alpha.data(), raster.layerArea.data(), static_cast<size_t>(raster.width)};
   tbb::enumerable_thread_specific<TileScratch> scratches;
-  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t tile) {
+  tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t tile) {
     progress.checkpoint();
-    rasterizeTile(coverage.bins.screen.data(), coverage.bins.of(tile), frameOf(coverage, tile),
-                  scratches.local(), coverage.tiles[tile], sums, coverage.seen);
+    rasterizeTile(raster.bins.screen.data(), raster.bins.of(tile), frameOf(raster, tile), scratches.local(),
+                  raster.tiles[tile], sums, raster.seen);
   });
-  collectVisible(coverage);
-  return coverage;
+  collectVisible(raster);
+  return raster;
 }
 
-void blendInto(std::span<image::Image* const> pictures, const SplatRaster& coverage,
+void blendInto(std::span<image::Image* const> pictures, const SplatRaster& raster,
                std::span<const float> values, std::span<const float> confidence) {
   size_t channels = 0;
   for (const image::Image* picture : pictures) channels += static_cast<size_t>(picture->channels);
-  multiply(pictures, coverage, values, channels, confidence);
+  multiply(pictures, raster, values, channels, confidence);
 }
 
-image::Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
+image::Image blend(const SplatRaster& raster, std::span<const float> values, int channels,
                    std::span<const float> confidence, image::Image kept) {
   kept.channels = channels;
   image::Image* const picture = &kept;
-  multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
+  multiply(std::span(&picture, 1), raster, values, static_cast<size_t>(channels), confidence);
   return kept;
 }
 
-image::Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
+image::Image blendWithAlpha(const SplatRaster& raster, std::span<const float> values, int channels,
                             std::span<const float> confidence, image::Image kept) {
   kept.channels = channels + 1;
   image::Image* const picture = &kept;
-  multiply(std::span(&picture, 1), coverage, values, static_cast<size_t>(channels), confidence);
+  multiply(std::span(&picture, 1), raster, values, static_cast<size_t>(channels), confidence);
   return kept;
 }
 
-image::Image depthImage(const SplatRaster& coverage, image::Image kept) {
+image::Image depthImage(const SplatRaster& raster, image::Image kept) {
   image::Image image = std::move(kept);
-  fit(image, coverage, 1);
-  tbb::parallel_for(size_t{0}, coverage.tiles.size(), [&](size_t index) {
-    const RasterTile& tile = coverage.tiles[index];
-    const TileFrame frame = frameOf(coverage, index);
+  fit(image, raster, 1);
+  tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t index) {
+    const RasterTile& tile = raster.tiles[index];
+    const TileFrame frame = frameOf(raster, index);
     clear(image, frame, std::numeric_limits<float>::infinity());
     const auto put = [&](size_t pixel, float order) {
-      image.values[pixel] = static_cast<float>(depthOfOrder(coverage.lens, order));
+      image.values[pixel] = static_cast<float>(depthOfOrder(raster.lens, order));
     };
     forBlocks(tile, [&](int block) {
       float orders[kLanes];
       meanOrder(tile.drawn, block, tile.limits.data() + static_cast<size_t>(block) * kLanes, orders);
       forRows(frame, block, [&](size_t lane, int x, int y, size_t count) {
-        const size_t pixel = coverage.pixel(x, y);
+        const size_t pixel = raster.pixel(x, y);
         for (size_t i = 0; i < count; ++i)
-          if (coverage.alpha[pixel + i] > 0) put(pixel + i, orders[lane + i]);
+          if (raster.alpha[pixel + i] > 0) put(pixel + i, orders[lane + i]);
       });
     });
     for (const PixelLayer& layer : tile.layers)
-      if (layer.isMiddle) put(pixelOf(coverage, frame, layer), layer.order);
+      if (layer.isMedian) put(pixelOf(raster, frame, layer), layer.order);
   });
   return image;
 }

@@ -1,8 +1,8 @@
-// Which splats a pixel shows, and how much of each: the film before it has colours.
+// Splat raster: the splats visible in each pixel, and their weights.
 //
-// Coverage is a sparse matrix, pixels x splats. Any attribute of the splats (radiance, normal, stretch)
-// becomes a picture by multiplication, and the splats worth shading are its non-empty columns. Its entries
-// are not stored, which would take longer than to draw them again: a pixel keeps how deep it shows splats.
+// The raster is a sparse matrix, pixels x splats. Multiplying by any attribute of the splats (radiance,
+// normal, stretch) gives an image, and the splats worth shading are the non-empty columns. Entries are not
+// stored, as recomputing them is faster: each pixel keeps the depth down to which it shows splats.
 #pragma once
 
 #include "render/splat/raster_tile.h"
@@ -22,18 +22,17 @@ namespace surflect::splat {
 struct SplatRaster {
   int width = 0, height = 0;
   SplatCounts counts;
-  std::vector<uint32_t> visible; // the splats with a weight in any pixel, ascending
-  std::vector<float> alpha;      // per pixel: the sum of its weights
-  std::vector<float>
-      layerArea; // per pixel, of the layer at half of alpha: its sum of areas, about 1 on a surface
+  std::vector<uint32_t> visible; // splats with a weight in at least one pixel, ascending
+  std::vector<float> alpha;      // per pixel: sum of weights
+  std::vector<float> layerArea;  // per pixel: area sum of the layer at half of alpha, about 1 on a surface
 
   capture::Lens lens;
   std::vector<RasterTile> tiles; // row by row, of kTileSize pixels
 
-  // Of covering, kept for the next time.
+  // Working memory of rasterize.
   TileBins bins;
-  std::vector<uint8_t> seen;    // of the cloud
-  ScratchBuffer<uint32_t> rank; // likewise, in `visible`
+  std::vector<uint8_t> seen;    // one per splat of the cloud
+  ScratchBuffer<uint32_t> rank; // index of each splat in `visible`
 
   size_t pixel(int x, int y) const {
     assert(x >= 0 && y >= 0 && x < width && y < height);
@@ -41,36 +40,37 @@ struct SplatRaster {
   }
 };
 
-// Splats the cloud. Per pixel, fragments that agree in depth form a layer; layers fill the pixel front to
-// back, each taking of it what those in front have left (see layersOf in pixel_layers.h). An interior pixel
-// has alpha exactly 1, a pixel on a silhouette about its covered area.
-// Same bits for any number of threads, and for avx2 and avx512. Memory: 72 bytes for each splat that is
-// drawn, 60 for each tile it touches, 5 for each of the cloud, 12 bytes a pixel, 24 for each of several
-// layers of a pixel and 8 for each splat in it, and for each thread up to 200 bytes for each splat over one
-// block. `kept`, a coverage that is no longer needed, gives its memory: up to four times what is needed
-// stays.
+// Rasterizes the cloud. Fragments of a pixel that agree in depth form a layer; layers fill the pixel front to
+// back, each taking what those in front left open (see layersOf in pixel_layers.h). An interior pixel has
+// alpha exactly 1, a pixel on a silhouette about its covered area. The result has the same bits for any
+// number of threads, and for all instruction sets with fused multiply-add.
+//
+// Memory: 72 bytes for each drawn splat, 60 for each tile it touches, 5 for each splat of the cloud, 12 for
+// each pixel; 24 for each layer of a pixel with several, and 8 for each splat in it; and for each thread up
+// to 200 bytes for each splat over one block. `kept`, a raster no longer needed, donates its memory; up to
+// four times the needed size is retained.
 SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
                       const SplatOptions& options = {}, const Progress& progress = {}, SplatRaster kept = {});
 
-// values: visible splats x channels, those of one splat together. Returns the sums weighted by coverage,
-// hence premultiplied by alpha. confidence: per visible splat, above 0; within a layer of a pixel its weights
-// are multiplied by it, and all that the layer fills is shared anew. Empty: the same for all. `kept`, a
-// picture that is no longer needed, gives its memory.
-image::Image blend(const SplatRaster& coverage, std::span<const float> values, int channels,
+// Blends values, `channels` per visible splat, weighted by the raster; the result is premultiplied by alpha.
+// confidence: > 0, one per visible splat; multiplies the splat's weights within each layer of a pixel, which
+// are then rescaled to the layer's alpha. Empty if equal for all. `kept`, an image no longer needed, donates
+// its memory.
+image::Image blend(const SplatRaster& raster, std::span<const float> values, int channels,
                    std::span<const float> confidence = {}, image::Image kept = {});
 
-// Blends several pictures at once, which takes less time than one by one. Each comes with its number of
-// channels; a splat's values are those of the first picture, then of the next. Sizes and values of the
-// pictures are overwritten, their memory is used again.
-void blendInto(std::span<image::Image* const> pictures, const SplatRaster& coverage,
+// Blends several images at once, which is faster than one by one. Each image states its number of channels;
+// the values of a splat are those of the first image, then of the next. Sizes and values of the images are
+// overwritten, and their memory is reused.
+void blendInto(std::span<image::Image* const> pictures, const SplatRaster& raster,
                std::span<const float> values, std::span<const float> confidence = {});
 
-// The same, with alpha as one channel more.
-image::Image blendWithAlpha(const SplatRaster& coverage, std::span<const float> values, int channels,
+// As blend, with alpha as an additional channel.
+image::Image blendWithAlpha(const SplatRaster& raster, std::span<const float> values, int channels,
                             std::span<const float> confidence = {}, image::Image kept = {});
 
-// Per pixel, along the viewing axis, of the layer at half of alpha; infinity where there is nothing. `kept`
-// gives its memory.
-image::Image depthImage(const SplatRaster& coverage, image::Image kept = {});
+// Depth along the viewing axis of the layer at half of alpha, per pixel; infinity if there is none. `kept`
+// donates its memory.
+image::Image depthImage(const SplatRaster& raster, image::Image kept = {});
 
 } // namespace surflect::splat

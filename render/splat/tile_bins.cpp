@@ -42,7 +42,7 @@ ScreenSplat screenSplatOf(const Footprint& f, uint32_t splat) {
           f.box};
 }
 
-// Splats [begin, end), by the kernel where the lens is one of its kind.
+// Projects splats [begin, end), by the vector kernel if it supports the lens.
 size_t projectSome(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
                    const SplatOptions& options, size_t begin, size_t end, ScreenSplat* out,
                    size_t* rejected) {
@@ -65,7 +65,7 @@ TileRange rangeOf(const PixelBox& box) {
   return {tile(box.x0), tile(box.y0), tile(box.x1 - 1), tile(box.y1 - 1)};
 }
 
-// Calls visit(tile) for each of a range.
+// Calls visit(tile) for each tile of a range.
 template <class Visit> void forTiles(const TileRange& range, int tilesX, Visit visit) {
   for (int y = range.y0; y <= range.y1; ++y)
     for (int x = range.x0; x <= range.x1; ++x) visit(static_cast<size_t>(y * tilesX + x));
@@ -73,7 +73,7 @@ template <class Visit> void forTiles(const TileRange& range, int tilesX, Visit v
 
 } // namespace
 
-// A counting sort by chunks of the cloud.
+// Counting sort by chunks of the cloud.
 void fillTiles(const capture::Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
                const Progress& progress, TileBins& bins) {
   const int tilesX = tilesAlong(camera.lens.width);
@@ -88,7 +88,7 @@ void fillTiles(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
   TileRange* ranges = bins.ranges.of(chunks * chunk);
   std::vector<size_t> drawn(chunks);
   std::vector<std::array<size_t, 5>> rejected(chunks);
-  bins.counters.assign(chunks * tiles, 0); // of splats; then where the next one goes, within the tile
+  bins.counters.assign(chunks * tiles, 0); // splats per tile; then offsets within the tile
   tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
     progress.checkpoint();
     drawn[c] = projectSome(camera, splats, options, c * chunk, std::min((c + 1) * chunk, splats.size()),

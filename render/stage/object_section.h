@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/stage/material_section.h"
-#include "render/stage/scene.h"
+#include "render/stage/stage_scene.h"
 
 #include <vector>
 

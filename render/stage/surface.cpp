@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace surflect::stage {
 

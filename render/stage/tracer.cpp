@@ -1,5 +1,6 @@
 #include "render/stage/tracer.h"
 
+#include "render/stage/lamp.h"
 #include "render/stage/random.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -9,11 +10,8 @@
 #include <array>
 #include <atomic>
 #include <cassert>
-#include <cmath>
-#include <limits>
 #include <mutex>
 #include <numeric>
-#include <tuple>
 #include <utility>
 
 namespace surflect::stage {
@@ -27,12 +25,6 @@ using Direction = Direction3<AcquisitionSpace, double>;
 Vector vectorOf(const Rgb& color) { return {color.r, color.g, color.b}; }
 Rgb rgbOf(const Vector& color) {
   return {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
-}
-
-// Two unit vectors orthogonal to a unit n and to each other.
-std::pair<Vector, Vector> across(const Vector& n) {
-  const Vector u = n.unitOrthogonal();
-  return {u, n.cross(u)};
 }
 
 // Orthonormal, right-handed frame: x along the fibre, z out of the object.
@@ -63,88 +55,13 @@ ShadingFrame frameAt(SurfaceHit& hit, const Direction& towardsViewer) {
   if (const double cosine = n.dot(w); cosine < kLeastCosine)
     n = (n + (kLeastCosine - cosine) * w).normalized();
   const Vector t = hit.tangent.raw() - hit.tangent.raw().dot(n) * n;
-  const Vector x = t.norm() > 1e-9 * hit.tangent.raw().norm() ? t.stableNormalized() : across(n).first;
+  const Vector x = t.norm() > 1e-9 * hit.tangent.raw().norm() ? t.stableNormalized() : n.unitOrthogonal();
   return {x, n.cross(x), n};
-}
-
-// 1 - cos(radius)
-double capHeight(Angle radius) { return 2 * material::squared(std::sin(radius.radians() / 2)); }
-
-// Radiance of a disc that gives irradiance 1 to a surface facing it: 1 / (pi sin^2 radius).
-double discRadiance(Angle radius) {
-  return 1 / (material::kPi * material::squared(std::sin(radius.radians())));
 }
 
 // Share of the first of two sampling strategies with densities p and q.  [Veach 1997, §9.2.4, power
 // heuristic]
 double powerShare(double p, double q) { return p * p / (p * p + q * q); }
-
-// A light as seen by a path; discs have an extent, others have none.
-class Lamp {
-public:
-  // Sampled direction to the light, and the irradiance of a surface that faces it; for a disc, radiance over
-  // density.
-  struct Sample {
-    Direction towards;
-    Rgb irradiance;
-    double distance;
-  };
-
-  Lamp(const capture::Light& light, Angle radius) : height_(capHeight(radius)) {
-    if (const auto* point = std::get_if<capture::PointLight>(&light.kind)) {
-      position_ = point->position;
-      strength_ = point->intensity;
-      return;
-    }
-    const auto& directional = std::get<capture::DirectionalLight>(light.kind);
-    isPoint_ = false;
-    middle_ = directional.towards;
-    gradient_ = directional.irradianceGradient;
-    isDisc_ = radius.radians() > 0;
-    std::tie(x_, y_) = across(middle_.raw());
-    strength_ =
-        isDisc_ ? material::scaled(discRadiance(radius), directional.irradiance) : directional.irradiance;
-  }
-
-  Sample sample(const Point& p, double u, double v) const {
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    if (isPoint_) {
-      const Direction d = position_ - p;
-      const double distance = length(d);
-      return {(1 / distance) * d, material::scaled(1 / material::squared(distance), strength_), distance};
-    }
-    const double gain = capture::gainAt(gradient_, p.raw());
-    if (!isDisc_) return {middle_, material::scaled(gain, strength_), kFar};
-    const double z = 1 - u * height_, r = std::sqrt(std::max(0.0, 1 - z * z));
-    const Vector w = r * std::cos(2 * material::kPi * v) * x_ + r * std::sin(2 * material::kPi * v) * y_ +
-                     z * middle_.raw();
-    return {normalized(assume<Direction>(w)), material::scaled(gain / density(), strength_), kFar};
-  }
-
-  // Density of sample() per steradian of a disc; 0 if other strategies cannot find the light.
-  double density() const { return isDisc_ ? 1 / (2 * material::kPi * height_) : 0; }
-
-  // Radiance at p from a direction.
-  std::optional<Rgb> seen(const Point& p, const Direction& direction) const {
-    if (!isDisc_ || (middle_ + -direction).raw().squaredNorm() / 2 >= height_) return std::nullopt;
-    return material::scaled(capture::gainAt(gradient_, p.raw()), strength_);
-  }
-
-  // Octant of the light as seen from the origin; lamps of one octant may be traced in one packet.
-  int octant() const {
-    const Vector d = isPoint_ ? position_.raw() : middle_.raw();
-    return (d[0] > 0) + 2 * (d[1] > 0) + 4 * (d[2] > 0);
-  }
-
-private:
-  double height_;
-  bool isPoint_ = true, isDisc_ = false;
-  Point position_;
-  Direction middle_;
-  Vector gradient_; // of the logarithm of strength
-  Vector x_, y_;    // axes across a disc
-  Rgb strength_;    // intensity; for distant lights, irradiance or radiance at the origin
-};
 
 struct Path {
   Random random;

@@ -12,7 +12,7 @@
 // Opaque materials are two-sided. Absorption along a path follows the last interface that it crossed.
 #pragma once
 
-#include "render/stage/scene.h"
+#include "render/stage/stage_scene.h"
 #include "srf/capture/camera.h"
 #include "srf/capture/rig.h"
 #include "srf/image/image.h"

@@ -1,6 +1,6 @@
 #include "render/surfels/aovs.h"
 
-#include "surfel/frame.h"
+#include "surfel/tangent_frame.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -25,7 +25,7 @@ struct BlendedAov {
 
 // Blends AOVs at once, with one confidence for all of them: empty, or per entry of coverage.visible.
 void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
-                 const splat::SplatRaster& coverage, std::span<const float> confidence,
+                 const splat::SplatRaster& raster, std::span<const float> confidence,
                  render::FrameLayers& layers) {
   std::vector<image::Image*> pictures;
   size_t channels = 0;
@@ -34,8 +34,8 @@ void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::
     pictures.back()->channels = aovs.at(name).channels;
     channels += static_cast<size_t>(aovs.at(name).channels);
   }
-  std::vector<float> values(coverage.visible.size() * channels);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, coverage.visible.size(), 1024),
+  std::vector<float> values(raster.visible.size() * channels);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, raster.visible.size(), 1024),
                     [&](const tbb::blocked_range<size_t>& range) {
                       size_t channel = 0;
                       for (const std::string& name : names) {
@@ -45,7 +45,7 @@ void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::
                         channel += static_cast<size_t>(aov.channels);
                       }
                     });
-  splat::blendInto(pictures, coverage, values, confidence);
+  splat::blendInto(pictures, raster, values, confidence);
 }
 
 } // namespace
@@ -57,14 +57,14 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
   return std::sqrt((mean + spread) / smaller);
 }
 
-void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& coverage,
-               const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
-               render::FrameLayers& layers) {
+void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
+                 const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
+                 render::FrameLayers& layers) {
   const auto blendOf = [](const std::vector<Rgb>& blends) {
     return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
   };
   const auto normal = [&](size_t i, float* to) {
-    const size_t surfel = coverage.visible[i];
+    const size_t surfel = raster.visible[i];
     const auto tangents =
         polarFrame<double>(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>());
     assert(tangents); // of surfels that are not dead
@@ -72,7 +72,7 @@ void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& 
     for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(outward[k]);
   };
   const auto stretch = [&](size_t i, float* to) {
-    const size_t surfel = coverage.visible[i];
+    const size_t surfel = raster.visible[i];
     *to = static_cast<float>(
         stretchOf(deformed.u[surfel].raw().cast<double>(), deformed.v[surfel].raw().cast<double>()));
   };
@@ -89,11 +89,11 @@ void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& 
       if (const auto aov = blended.find(name); aov != blended.end() && aov->second.isConfident == isConfident)
         names.push_back(name);
     if (!names.empty())
-      developAovs(blended, names, coverage,
+      developAovs(blended, names, raster,
                   isConfident ? std::span(shaded.confidence) : std::span<const float>(), layers);
   }
   if (std::ranges::count(asked, "depth") > 0)
-    layers.aovs["depth"] = splat::depthImage(coverage, std::move(layers.aovs["depth"]));
+    layers.aovs["depth"] = splat::depthImage(raster, std::move(layers.aovs["depth"]));
 }
 
 } // namespace surflect::surfels

@@ -1,5 +1,5 @@
 // AOVs of the surfel renderer: depth, normal, stretch, camera_blend and light_blend. A new one is an entry of
-// the table in writeAovs, and a name in render/scene/script.h.
+// the table in computeAovs, and a name in render/scene/script.h.
 #pragma once
 
 #include "render/frame_layers.h"
@@ -16,9 +16,9 @@ namespace surflect::surfels {
 // Writes the AOVs that are asked for to `layers`, and erases all others there. `shaded` has one entry per
 // surfel that the raster shows; its blend colours are needed for camera_blend and light_blend alone. Throws
 // Cancelled.
-void writeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& coverage,
-               const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
-               render::FrameLayers& layers);
+void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
+                 const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
+                 render::FrameLayers& layers);
 
 // The ratio of the principal axes of a warped splat, 1 for a circle [Weyrich 2005, Fig. 15].
 double stretchOf(const Vec3<double>& u, const Vec3<double>& v);

@@ -15,9 +15,9 @@ namespace {
 class StageClock {
 public:
   explicit StageClock(FrameStats& stats) : stats_(stats) {}
-  // Credits the time since the last call to a stage,
+  // Adds the time since the last call to a stage.
   void finish(const std::string& stage) { finish(stage, 1, stage); }
-  // or a share of it to one and the rest to another.
+  // Adds `share` of the time since the last call to `stage`, and the remainder to the stage `rest`.
   void finish(const std::string& stage, double share, const std::string& rest) {
     const auto now = std::chrono::steady_clock::now();
     const double processor = processorSeconds();
@@ -47,21 +47,21 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
-image::Image develop(const splat::SplatRaster& coverage, const shading::Shaded& shaded, image::Image memory) {
+image::Image develop(const splat::SplatRaster& raster, const shading::Shaded& shaded, image::Image memory) {
   static_assert(sizeof(Rgb) == 3 * sizeof(float));
   const std::span values(reinterpret_cast<const float*>(shaded.radiance.data()), 3 * shaded.radiance.size());
-  return splat::blendWithAlpha(coverage, values, 3, shaded.confidence, std::move(memory));
+  return splat::blendWithAlpha(raster, values, 3, shaded.confidence, std::move(memory));
 }
 
 } // namespace
 
-image::Image developRadiance(const splat::SplatRaster& coverage, const shading::Shaded& shaded) {
-  return develop(coverage, shaded, {});
+image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded) {
+  return develop(raster, shaded, {});
 }
 
 FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& scene,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
-  auto& [cache, environments, deformed, coverage, memory, stats] = workspace;
+  auto& [cache, environments, deformed, raster, memory, stats] = workspace;
   std::vector<const PreparedEnvironment*> prepared;
   for (const scene::ShotLight& light : scene.lights)
     if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
@@ -72,14 +72,14 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   deformed = warp::deform(field.cloud, scene.warp, progress, std::move(deformed));
   clock.finish("warp");
 
-  coverage = splat::rasterize(scene.camera, splat::splatsOf(field.cloud, deformed), options.splats, progress,
-                              std::move(coverage));
-  stats.splats = coverage.counts;
-  stats.visible = coverage.visible.size();
+  raster = splat::rasterize(scene.camera, splat::splatsOf(field.cloud, deformed), options.splats, progress,
+                            std::move(raster));
+  stats.splats = raster.counts;
+  stats.visible = raster.visible.size();
   clock.finish("splat");
 
   const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
-    const std::span surfels = std::span<const uint32_t>(coverage.visible).subspan(begin, end - begin);
+    const std::span surfels = std::span<const uint32_t>(raster.visible).subspan(begin, end - begin);
     writeQueries(field.cloud, deformed, surfels, scene.camera, scene.lights, prepared, progress, batch);
     clock.finish("queries");
   };
@@ -87,14 +87,14 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
   const shading::Shaded shaded =
-      shading::shade(field, coverage.visible.size(), fill, shading, cache, stats.shading, progress,
+      shading::shade(field, raster.visible.size(), fill, shading, cache, stats.shading, progress,
                      [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
 
   FrameLayers layers = std::move(memory);
-  layers.color = develop(coverage, shaded, std::move(layers.color));
+  layers.color = develop(raster, shaded, std::move(layers.color));
   clock.finish("develop");
-  writeAovs(options.aovs, coverage, deformed, shaded, progress, layers);
+  computeAovs(options.aovs, raster, deformed, shaded, progress, layers);
   if (!options.aovs.empty()) clock.finish("aov");
   return layers;
 }

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "render/frame_layers.h"
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "render/splat/splat_raster.h"
-#include "render/surfels/environments.h"
+#include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
 #include "surfel/cloud.h"
 
@@ -22,7 +22,7 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
                         const Progress& progress = {});
 
 // RGBA, premultiplied, from radiance per entry of coverage.visible, and its confidence if it has one.
-image::Image developRadiance(const splat::SplatRaster& coverage, const shading::Shaded& shaded);
+image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded);
 
 using render::FrameLayers;
 
@@ -52,7 +52,7 @@ struct FrameWorkspace {
   codec::BlockCache cache;
   EnvironmentCache environments;
   DeformedCloud deformed;
-  splat::SplatRaster coverage;
+  splat::SplatRaster raster;
   FrameLayers layers; // memory for the next frame: a caller that is done with a frame may put it here
   FrameStats stats;   // of the last frame
 };

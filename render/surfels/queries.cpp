@@ -41,7 +41,7 @@ template <class Value> const float* floatsOf(const std::vector<Value>& values) {
   return reinterpret_cast<const float*>(values.data());
 }
 
-ulr::LightExtrapolation uncoveredOf(const scene::ShotLight& light) {
+ulr::LightExtrapolation extrapolationOf(const scene::ShotLight& light) {
   if (const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light))
     return directional->extrapolation;
   return std::get<scene::ShotPointLight>(light).extrapolation;
@@ -90,7 +90,7 @@ void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::s
       environments.push_back(environment);
     } else {
       sources.push_back(sourceOf(light));
-      batch.extrapolation.push_back(uncoveredOf(light));
+      batch.extrapolation.push_back(extrapolationOf(light));
     }
   }
   batch.lights = sources.size() - 1;

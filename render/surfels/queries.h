@@ -2,11 +2,11 @@
 // irradiance, brought back to acquisition space by L [Weyrich 2005, Eq. 10].
 #pragma once
 
-#include "render/scene/shot.h"
-#include "render/surfels/environments.h"
+#include "render/scene/scene.h"
+#include "render/surfels/prepared_environment.h"
 #include "srf/shading/query.h"
 #include "surfel/cloud.h"
-#include "surfel/lookup.h"
+#include "surfel/look_up.h"
 
 #include <cstdint>
 #include <span>

@@ -57,7 +57,8 @@ HWY_INLINE void scatter(float* to, size_t stride, int count, const Vector& tripl
   for (int i = 0; i < count; ++i) copyTriple(to + static_cast<size_t>(i) * stride, packed + 3 * i);
 }
 
-// Directions to a source and its irradiance for `count` queries in lanes, the first of them query `begin`.
+// Writes the directions to a source, and its irradiance, for the `count` queries from `begin` on, one per
+// lane.
 HWY_INLINE void direct(const QuerySource& source, const Vector& p, const Matrix& lookUp, size_t begin,
                        int count) {
   const Vector place = vectorOf(source.place);

@@ -121,11 +121,11 @@ public:
   // (3), (5). `least` becomes the smallest penalty.
   std::vector<WeightedView> weightViews(const Query& query, float& least) const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    const auto fades = model_.fades.of(query.surfel);
+    const auto visibility = model_.visibility.of(query.surfel);
     std::vector<float> penalties(viewpoints_.size(), kInfinity);
     for (size_t view = 0; view < viewpoints_.size(); ++view)
-      if (fades[view] != 0)
-        penalties[view] = angleTo(view, query) / ulr::VisibilityWeights::decode(fades[view]);
+      if (visibility[view] != 0)
+        penalties[view] = angleTo(view, query) / ulr::VisibilityWeights::decode(visibility[view]);
     if (!(*std::ranges::min_element(penalties) <= ulr::kFallbackFrom)) addFallbackViews(query, penalties);
     least = *std::ranges::min_element(penalties);
     ulr::NearestCandidates nearest(options_.cameras);
@@ -193,7 +193,7 @@ private:
       if (!pixel || !capture::contains(camera.lens, *pixel)) continue;
       const float scale = ulr::fallbackScale(
           n0.dot(viewpoints_[view].towards(query.p0).raw()), ulr::borderFade(camera.lens, *pixel),
-          ulr::VisibilityWeights::decode(model_.fades.of(query.surfel)[view]));
+          ulr::VisibilityWeights::decode(model_.visibility.of(query.surfel)[view]));
       penalties[view] = std::min(penalties[view], ulr::fallbackPenalty(angleTo(view, query), scale));
     }
   }
@@ -261,7 +261,7 @@ private:
   const model::Model& model_;
   const shading::ShadeOptions& options_;
   ulr::LightBlend blend_;
-  ulr::LightCoverage coverage_;
+  ulr::LightExtrapolationFade coverage_;
   DecodedBlocks& blocks_;
   std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints_;
   size_t lookups_ = 0;

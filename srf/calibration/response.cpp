@@ -4,13 +4,13 @@
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
 #include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 
 #include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 #include <string>
 
 namespace surflect::calibration {
@@ -125,8 +125,7 @@ Bracket readBracket(const capture::Capture& capture, const capture::Frame& frame
           .in(path);
     const image::PictureSize size{picture.image.width, picture.image.height};
     if (size != image::PictureSize{lens.width, lens.height})
-      throw Error::mismatch(std::to_string(lens.width) + " x " + std::to_string(lens.height),
-                            std::to_string(size.width) + " x " + std::to_string(size.height))
+      throw Error::mismatch(sizeText(lens.width, lens.height), sizeText(size.width, size.height))
           .at("size")
           .in(path);
     bracket.codes.push_back(codesOf(picture.image));

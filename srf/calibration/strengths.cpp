@@ -16,6 +16,7 @@
 #include "srf/calibration/strengths.h"
 
 #include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -333,8 +334,8 @@ MatrixXd checkedDirections(std::span<const image::Image> radiance, const image::
   assert(radiance.size() == towards.size());
   for (size_t l = 0; l < radiance.size(); ++l)
     if (radiance[l].width != object.width || radiance[l].height != object.height)
-      throw Error::mismatch(std::to_string(object.width) + " x " + std::to_string(object.height),
-                            std::to_string(radiance[l].width) + " x " + std::to_string(radiance[l].height))
+      throw Error::mismatch(sizeText(object.width, object.height),
+                            sizeText(radiance[l].width, radiance[l].height))
           .at("photograph " + std::to_string(l));
   MatrixXd directions(3, static_cast<Eigen::Index>(towards.size()));
   for (size_t l = 0; l < towards.size(); ++l) directions.col(static_cast<Eigen::Index>(l)) = towards[l].raw();

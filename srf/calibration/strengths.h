@@ -22,7 +22,8 @@ namespace surflect::calibration {
 using StrengthGradient = Vec2<double>;
 
 // Relative strengths at the middle of the pictures, mean 1 per channel. `gradients`: one per light, or empty
-// if lights are even. Cost: #lights^2 per pixel, for at most 20,000 pixels, chosen evenly.
+// if each light is uniform over the picture. Cost: #lights^2 per pixel, for at most 20,000 pixels, chosen
+// evenly.
 std::vector<Rgb> lightStrengths(std::span<const image::Image> radiance, const image::Mask& object,
                                 std::span<const Direction3<AcquisitionSpace, double>> towards,
                                 std::span<const StrengthGradient> gradients = {});

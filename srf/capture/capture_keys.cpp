@@ -3,7 +3,9 @@
 // [NeuS2] 19reborn/NeuS2, DATA_CONVENTION.md
 #include "srf/capture/capture_keys.h"
 
-#include "srf/capture/counted.h"
+#include "surfel/base/message_text.h"
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -50,6 +52,19 @@ constexpr auto kHarmless = to_array<std::string_view>(
 
 // ---------------------------------------------------------------------------------------------------------
 // Unsupported keys, in any place.
+
+enum class KeyUse {
+  read,
+  harmless,    // does not affect the photographs, or is already in the poses
+  unsupported, // changes the meaning of photographs, unless its value is neutral: false, 0, "none"
+  unknown
+};
+
+struct KeyRule {
+  KeyUse use = KeyUse::unknown;
+  std::string_view expected = {}; // for the Error about an unsupported key
+  std::string_view neutral = {};  // lower-case words that are neutral under an unsupported key
+};
 
 struct Reason {
   std::string_view expected, neutral = {};
@@ -148,15 +163,6 @@ std::string_view rightSpelling(std::string_view key, const auto&... lists) {
   return right;
 }
 
-} // namespace
-
-std::string lowerCase(std::string_view ascii) {
-  std::string text(ascii);
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
-  return text;
-}
-
 KeyRule keyRule(std::string_view key, KeyPlace place) {
   if (place == KeyPlace::light) {
     if (isOneOf(kOfLight, key)) return {KeyUse::read};
@@ -177,6 +183,34 @@ KeyRule keyRule(std::string_view key, KeyPlace place) {
   return {};
 }
 
+// Returns whether a value means that its key does not apply: null, false, 0, "none", one of the words, or a
+// list of such values.
+bool saysNothing(const Json& value, std::string_view words) {
+  if (value.is_boolean()) return !value.get<bool>();
+  if (value.is_number()) return value.get<double>() == 0;
+  if (value.is_array())
+    return std::all_of(value.begin(), value.end(), [&](const Json& v) { return saysNothing(v, words); });
+  if (!value.is_string()) return value.empty();
+  const std::string word = lowerCase(value.get<std::string>());
+  const auto between = [](std::string_view text) { return std::string(" ").append(text).append(" "); };
+  return word.empty() || word == "none" || between(words).find(between(word)) != std::string::npos;
+}
+
+// Returns whether the start or end of a camera's motion equals its pose.
+bool standsStill(const Json& object, std::string_view key, const Json& value) {
+  const auto pose = object.find("transform_matrix");
+  return key.starts_with("transform_matrix_") && pose != object.end() && *pose == value;
+}
+
+} // namespace
+
+std::string lowerCase(std::string_view ascii) {
+  std::string text(ascii);
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+  return text;
+}
+
 std::optional<std::string> UnknownKeys::note() const {
   if (counts_.empty()) return std::nullopt;
   constexpr size_t mostNamed = 10;
@@ -193,6 +227,18 @@ std::optional<std::string> UnknownKeys::note() const {
   }
   return counted(all, "key") + (all > 1 ? " are" : " is") + " not known and passed over: " + list +
          (all > mostNamed ? " and " + std::to_string(all - mostNamed) + " more" : "");
+}
+
+void checkKeys(const Json& object, KeyPlace place, UnknownKeys& unknown) {
+  for (const auto& [key, value] : object.items()) {
+    const KeyRule rule = keyRule(key, place);
+    if (rule.use == KeyUse::unknown) unknown.add(key, place);
+    if (rule.use != KeyUse::unsupported || saysNothing(value, rule.neutral) ||
+        standsStill(object, key, value))
+      continue;
+    const std::string whole = value.dump();
+    throw Error::mismatch(rule.expected, whole.size() <= 60 ? whole : shown(value)).at(key);
+  }
 }
 
 } // namespace surflect::capture

@@ -2,6 +2,8 @@
 // instant-ngp, nerfstudio, NRHints and GS3, NeuS2, D-NeRF, and our own.
 #pragma once
 
+#include "srf/capture/json_fields.h"
+
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -12,21 +14,6 @@
 namespace surflect::capture {
 
 enum class KeyPlace { capture, light, frame };
-
-enum class KeyUse {
-  read,
-  harmless,    // does not affect the photographs, or is already in the poses
-  unsupported, // changes the meaning of photographs, unless its value is neutral: false, 0, "none"
-  unknown
-};
-
-struct KeyRule {
-  KeyUse use = KeyUse::unknown;
-  std::string_view expected = {}; // for the Error about an unsupported key
-  std::string_view neutral = {};  // lower-case words that are neutral under an unsupported key
-};
-
-KeyRule keyRule(std::string_view key, KeyPlace place);
 
 // Text in lower case; only ASCII letters change.
 std::string lowerCase(std::string_view ascii);
@@ -41,5 +28,8 @@ public:
 private:
   std::map<std::pair<std::string, KeyPlace>, size_t> counts_;
 };
+
+// Counts unknown keys. Throws Error for one that would change the meaning and is not supported.
+void checkKeys(const Json& object, KeyPlace place, UnknownKeys& unknown);
 
 } // namespace surflect::capture

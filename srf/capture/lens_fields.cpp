@@ -1,11 +1,80 @@
 #include "srf/capture/lens_fields.h"
 
-#include "surfel/base/error.h"
+#include "srf/image/picture_limits.h"
+#include "surfel/math/angle.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 namespace surflect::capture {
+
+namespace {
+
+double fieldOfView(const Json& value) {
+  const double angle = positiveOf(value);
+  if (!(angle < std::numbers::pi)) throw Error::mismatch("radians below pi", shown(value));
+  return angle;
+}
+
+double fieldOfViewDegrees(const Json& value) {
+  const double angle = positiveOf(value);
+  if (!(angle < 180)) throw Error::mismatch("degrees below 180", shown(value));
+  return Angle::fromDegrees(angle).radians();
+}
+
+// Returns whether two angles in radians are equal up to rounding to two decimals or to whole degrees.
+bool sameAngle(double a, double b) { return std::abs(a - b) <= 0.01; }
+
+// Angle in NeRF's radians or, under another key, instant-ngp's degrees.
+std::optional<double> angleOf(const Json& object, const char* inRadians, const char* inDegrees) {
+  const auto radians = optional(object, inRadians, fieldOfView),
+             degrees = optional(object, inDegrees, fieldOfViewDegrees);
+  if (radians && degrees && !sameAngle(*radians, *degrees))
+    throw Error::mismatch("about " + numberText(Angle::fromRadians(*radians).degrees()) + ", as " +
+                              inRadians + " says",
+                          shown(valueAt(object, inDegrees)))
+        .at(inDegrees);
+  return radians ? radians : degrees;
+}
+
+Lens::Model lensModel(const Json& value) {
+  using enum Lens::Model; // nerfstudio's names are COLMAP's
+  return oneOf<Lens::Model>(value, {{"pinhole", pinhole},
+                                    {"orthographic", orthographic},
+                                    {"PINHOLE", pinhole},
+                                    {"SIMPLE_PINHOLE", pinhole},
+                                    {"SIMPLE_RADIAL", pinhole},
+                                    {"RADIAL", pinhole},
+                                    {"OPENCV", pinhole}});
+}
+
+// f = size / 2 / tan(angle / 2) for the angle between opposite edges of the picture.
+double focalLengthOf(double angle, int size) { return size / 2. / std::tan(angle / 2); }
+
+std::optional<double> focalLength(std::optional<double> stated, std::optional<double> angle, int size) {
+  return stated || !angle ? stated : focalLengthOf(*angle, size);
+}
+
+} // namespace
+
+LensFields readLensFields(const Json& object) {
+  return {.model = optional(object, "camera_model", lensModel),
+          .width = optional(object, "w", pixelCountOf),
+          .height = optional(object, "h", pixelCountOf),
+          .focalX = optional(object, "fl_x", positiveOf),
+          .focalY = optional(object, "fl_y", positiveOf),
+          .angleX = angleOf(object, "camera_angle_x", "x_fov"),
+          .angleY = angleOf(object, "camera_angle_y", "y_fov"),
+          .orthoHeight = optional(object, "ortho_height", positiveOf),
+          .centerX = optional(object, "cx", coordinateOf),
+          .centerY = optional(object, "cy", coordinateOf),
+          .k1 = optional(object, "k1", numberOf),
+          .k2 = optional(object, "k2", numberOf),
+          .p1 = optional(object, "p1", numberOf),
+          .p2 = optional(object, "p2", numberOf)};
+}
 
 LensFields inherit(LensFields frame, const LensFields& capture) {
   const bool ownX = frame.focalX || frame.angleX, ownY = frame.focalY || frame.angleY;
@@ -33,18 +102,15 @@ LensFields inherit(LensFields frame, const LensFields& capture) {
   return frame;
 }
 
-namespace {
-
-// f = size / 2 / tan(angle / 2) for the angle between opposite edges of the picture.
-double focalLengthOf(double angle, int size) { return size / 2. / std::tan(angle / 2); }
-
-std::optional<double> focalLength(std::optional<double> stated, std::optional<double> angle, int size) {
-  return stated || !angle ? stated : focalLengthOf(*angle, size);
+LensFields withSize(LensFields lens, image::PictureSize picture) {
+  const double shape = static_cast<double>(picture.width) / picture.height;
+  const auto pixels = [](double x) {
+    return static_cast<int>(std::clamp<double>(std::round(x), 1, image::kMostSide));
+  };
+  if (!lens.width) lens.width = lens.height ? pixels(*lens.height * shape) : picture.width;
+  if (!lens.height) lens.height = pixels(*lens.width / shape);
+  return lens;
 }
-
-} // namespace
-
-bool sameAngle(double a, double b) { return std::abs(a - b) <= 0.01; }
 
 std::optional<double> otherFocalLength(std::optional<double> focal, std::optional<double> angle, int size) {
   if (!focal || !angle || sameAngle(*angle, 2 * std::atan(size / 2. / *focal))) return std::nullopt;

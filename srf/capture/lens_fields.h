@@ -2,6 +2,8 @@
 #pragma once
 
 #include "srf/capture/camera.h"
+#include "srf/capture/json_fields.h"
+#include "srf/image/image_file.h"
 
 #include <optional>
 
@@ -15,12 +17,15 @@ struct LensFields {
   std::optional<double> centerX = {}, centerY = {}, k1 = {}, k2 = {}, p1 = {}, p2 = {};
 };
 
+LensFields readLensFields(const Json& object);
+
 // Fields of a frame, with defaults from the capture. An angle in the frame also replaces the capture's focal
 // length, and a horizontal angle also the vertical one.
 LensFields inherit(LensFields frame, const LensFields& capture);
 
-// Returns whether two angles in radians are equal up to rounding to two decimals or to whole degrees.
-bool sameAngle(double a, double b);
+// Fills in a missing size from the picture. A stated size may differ from the picture's if the shape is
+// equal, because pictures may be reduced copies.
+LensFields withSize(LensFields lens, image::PictureSize picture);
 
 // Focal length by the angle, if it differs from the stated one; empty if they agree or one is missing.
 std::optional<double> otherFocalLength(std::optional<double> focal, std::optional<double> angle, int size);

@@ -5,6 +5,7 @@
 #include "srf/image/exr.h"
 #include "srf/image/resize.h"
 #include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -77,8 +78,6 @@ struct Range {
   }
 };
 
-std::string shown(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
 // Returns whether values may be inexact; WebP is lossless only optionally.
 bool isLossy(const std::filesystem::path& file) {
   const std::string extension = lowerCase(file.extension().string());
@@ -123,8 +122,8 @@ image::Image readCoverage(const std::filesystem::path& mask, image::PictureSize 
   const image::PictureSize found{coverage.width, coverage.height};
   if (found == size) return coverage;
   if (!isResized(found, size))
-    throw Error::mismatch(shown(size.width, size.height) + " or of that shape",
-                          shown(found.width, found.height))
+    throw Error::mismatch(sizeText(size.width, size.height) + " or of that shape",
+                          sizeText(found.width, found.height))
         .at("size")
         .in(mask);
   return image::resampled(coverage, {0, 0, found.width, found.height}, size.width, size.height);
@@ -150,7 +149,7 @@ std::string describeMatte(const std::filesystem::path& file, const std::string& 
     white.add(texel.white);
     alpha.add(texel.alpha);
   }
-  return file.string() + " (" + shown(picture.image.width, picture.image.height) + ", values " +
+  return file.string() + " (" + sizeText(picture.image.width, picture.image.height) + ", values " +
          white.shown(picture.bits) + (picture.hasAlpha() ? ", alpha " + alpha.shown(picture.bits) : "") + ")";
 }
 

@@ -1,5 +1,5 @@
-// Origin of a capture's coordinates. Surfels and meshes have float positions, whose spacing exceeds a pixel
-// far from 0.
+// Origin of a capture's coordinates. Surfels and meshes have float positions; far from 0, neighbouring floats
+// are more than a pixel apart.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -15,7 +15,7 @@ std::optional<Point3<AcquisitionSpace, double>> whereAxesMeet(const Capture& cap
 // Size of one pixel at a point, scene units; the median over views.
 double pixelFootprint(const Capture& capture, const Point3<AcquisitionSpace, double>& point);
 
-// Largest error of a coordinate there by rounding to float, in pixels of the median view.
+// Largest error of a coordinate of a point by rounding to float, in pixels of the median view.
 double roundingInPixels(const Capture& capture, const Point3<AcquisitionSpace, double>& point);
 
 // Point that cameras look at: where their axes meet, or else the centre of the cameras. None for a single

@@ -3,10 +3,10 @@
 #include "srf/capture/mask_file.h"
 #include "srf/capture/picture_encoding.h"
 #include "srf/image/bracket.h"
-#include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 
 #include <tbb/parallel_for_each.h>
 
@@ -92,11 +92,10 @@ std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std
 }
 
 void checkSize(const image::Image& image, const Lens& lens, const std::filesystem::path& path) {
-  const auto size = [](int width, int height) {
-    return std::to_string(width) + " x " + std::to_string(height);
-  };
   if (image.width != lens.width || image.height != lens.height)
-    throw Error::mismatch(size(lens.width, lens.height), size(image.width, image.height)).at("size").in(path);
+    throw Error::mismatch(sizeText(lens.width, lens.height), sizeText(image.width, image.height))
+        .at("size")
+        .in(path);
 }
 
 float unit(float value) { return value > 0 ? std::min(value, 1.f) : 0; } // NaN is 0

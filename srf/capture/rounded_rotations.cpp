@@ -1,7 +1,7 @@
 #include "srf/capture/rounded_rotations.h"
 
-#include "srf/capture/counted.h"
 #include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 #include "surfel/math/nearest_rotation.h"
 
 #include <algorithm>

@@ -20,10 +20,11 @@ namespace {
 
 constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30 need; sums stay finite
 
-// Of two's complement.
+// Sign-extends a two's complement nibble, 0 .. 15 to -8 .. 7.
 constexpr int8_t signedNibble(int nibble) { return static_cast<int8_t>((nibble ^ 8) - 8); }
 
-// Levels of 8 or 4 bits, none below -levelsOf(bits): there is one more below than above.
+// Reads levels of 8 or 4 bits. Clamps them to -levelsOf(bits), since two's complement holds one more below
+// zero.
 void takeLevels(ByteReader& reader, int bits, size_t count, int8_t* levels) {
   const std::byte* const raw = reader.take(levelBytes(count, bits)).data();
   const auto least = static_cast<int8_t>(-levelsOf(bits));
@@ -39,7 +40,7 @@ void takeLevels(ByteReader& reader, int bits, size_t count, int8_t* levels) {
   if (count % 2 != 0) levels[count - 1] = levelOf(std::to_integer<int>(raw[count / 2] & std::byte{15}));
 }
 
-// Of 16 bits, as high and low ones of 8.
+// Reads levels of 16 bits, each split as  256 high + low.
 void takeWideLevels(ByteReader& reader, size_t count, int8_t* high, int8_t* low) {
   const std::byte* const raw = reader.take(levelBytes(count, 16)).data();
   const int last = levelsOf(16);
@@ -60,11 +61,11 @@ float takeCoefficient(ByteReader& reader, CoefficientType type) {
   return a;
 }
 
-// Terms as they are in memory, each a row: one at 16 bits is two.
+// Decoded terms before they are transposed into a block, one a row; a term of 16 bits takes two rows.
 struct TermRows {
   size_t lights, texelChannels;
-  UninitializedVector<float> coefficients;      // times what a level stands for
-  UninitializedVector<int8_t> levels, ofLights; // the latter of one term after the other
+  UninitializedVector<float> coefficients;      // times the step of one level
+  UninitializedVector<int8_t> levels, ofLights; // ofLights: scratch, the light levels of one term
 
   TermRows(size_t rows, size_t lightCount, size_t channelCount)
       : lights(lightCount), texelChannels(channelCount), coefficients(rows * lights),
@@ -72,7 +73,7 @@ struct TermRows {
   float* coefficientsOf(size_t row) { return coefficients.data() + row * lights; }
   int8_t* imageOf(size_t row) { return levels.data() + row * texelChannels; }
 
-  // Of 16 bits, to the row and the one after it.
+  // Reads a term of 16 bits into `row` and the next row.
   void takeWide(ByteReader& reader, CoefficientType type, size_t row) {
     float *high = coefficientsOf(row), *low = coefficientsOf(row + 1);
     for (size_t l = 0; l < lights; ++l) {
@@ -81,7 +82,7 @@ struct TermRows {
     }
     takeWideLevels(reader, texelChannels, imageOf(row), imageOf(row + 1));
   }
-  // Of 8 or 4 bits.
+  // Reads a term of 8 or 4 bits into `row`.
   void take(ByteReader& reader, int bits, size_t row) {
     const double ofLevel = levelInImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
     takeLevels(reader, bits, lights, ofLights.data());
@@ -95,8 +96,8 @@ struct TermRows {
   }
 };
 
-// Of a row of texels of which the set ones are present, which is nearest to the x-th: the left one of two;
-// blockSize where there is none.
+// nearestInRow[present][x]: the present texel of a row nearest to x, the left one of two that are equally
+// near; blockSize in an empty row.
 using NearestInRow = std::array<std::array<uint8_t, blockSize>, 1 << blockSize>;
 constexpr NearestInRow nearestInRow = [] {
   NearestInRow nearest{};
@@ -112,7 +113,7 @@ constexpr NearestInRow nearestInRow = [] {
   return nearest;
 }();
 
-// The present texel nearest to an absent one, the first of those equally near.
+// The present texel nearest to an absent one; the first in row order if several are equally near.
 int nearestPresent(uint64_t present, int texel) {
   const int x = texel % blockSize, y = texel / blockSize;
   int nearest = 0, least = 2 * blockTexels;
@@ -127,7 +128,7 @@ int nearestPresent(uint64_t present, int texel) {
   return nearest;
 }
 
-// Those that are absent are filled.
+// Spreads the stored texels over the block; absent texels copy the nearest present one.
 void spreadTexels(const int8_t* stored, uint64_t present, size_t texelLevels, int8_t* texels) {
   for (int t = 0; t < blockTexels; ++t) {
     const int source = present >> t & 1 ? t : nearestPresent(present, t);
@@ -153,7 +154,7 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   const size_t rows = 3 * std::popcount(block.present);
   if (const size_t limit = std::min(rows, lights); static_cast<size_t>(block.rank) > limit)
     throw Error::mismatch("at most " + std::to_string(limit), std::to_string(block.rank)).at("rank");
-  block.stride = (block.rank + terms[0] + 7) / 8 * 8; // those at 16 bits are two
+  block.stride = (block.rank + terms[0] + 7) / 8 * 8; // a term of 16 bits takes two
 
   const CoefficientType type = flags & floatCoefficients ? CoefficientType::single : CoefficientType::half;
   size_t bytes = 0;
@@ -173,7 +174,7 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
     for (int i = 0; i < terms[p]; ++i) termRows.take(reader, precisions[p], row++);
   termRows.clearFrom(row);
 
-  block.values = CacheLines(valuesBytes(block.stride, lights));
+  block.values = CacheAlignedBytes(valuesBytes(block.stride, lights));
   auto* const coefficients = reinterpret_cast<float*>(block.values.data());
   auto* const levels = reinterpret_cast<int8_t*>(block.values.data() + levelsOffset(block.stride, lights));
   transpose(termRows.coefficients.data(), lights, stride, lights, coefficients, stride);

@@ -7,13 +7,12 @@ namespace surflect::codec {
 
 namespace {
 
-// What 16 bits at full rank reach, as part of the norm: half a quantiser step in each of up to 192 rows is
+// Relative error that 16 bits reach at full rank: half a quantiser step in each of up to 192 rows is
 // sqrt(192) / (2 * 32639) = 2.1e-4.
 constexpr double kReachable = 2.5e-4;
-constexpr double kFaint = 1e-3; // of white: darker blocks may err as if they were that bright
+constexpr double kFaint = 1e-3; // part of white; darker blocks get the bound of this brightness
 
-// One over the square of the weight of what is this bright, root mean square in parts of white: a number or
-// an array.
+// r^2 + r + 0.01, the inverse square of errorWeight, with r = rms / white; T is a number or an array.
 template <class T> T squaredError(const T& r) {
   constexpr double kDark = 0.01;
   return r * r + r + kDark;
@@ -23,7 +22,7 @@ template <class T> T squaredError(const T& r) {
 
 double errorWeight(double rms, double white) { return 1 / std::sqrt(squaredError(rms / white)); }
 
-BlockWeights blockWeights(const BlockSquares& squares, double white) {
+BlockWeights blockWeights(const ChannelEnergies& squares, double white) {
   using PerChannel = Eigen::Array3Xd;
   using PerLight = Eigen::Array<double, 1, Eigen::Dynamic>;
   const PerChannel means = squares.sums.array() / static_cast<double>(squares.texels);
@@ -33,11 +32,11 @@ BlockWeights blockWeights(const BlockSquares& squares, double white) {
   return {ratios.rowwise().mean().sqrt().matrix(), ofLights.sqrt().inverse().matrix().transpose()};
 }
 
-double weightedSquares(const BlockSquares& squares, const BlockWeights& weights) {
+double weightedSquares(const ChannelEnergies& squares, const BlockWeights& weights) {
   return weights.channels.cwiseAbs2().dot(squares.sums * weights.lights.cwiseAbs2());
 }
 
-double blockErrorBound(const BlockSquares& squares, const BlockWeights& weights, double tolerance,
+double blockErrorBound(const ChannelEnergies& squares, const BlockWeights& weights, double tolerance,
                        double white) {
   const auto values = static_cast<double>(3 * squares.texels * squares.sums.cols());
   const double floor = kFaint * white * errorWeight(kFaint * white, white) * std::sqrt(values);

@@ -1,42 +1,43 @@
-// How large a block's error may be: its weights and bound. docs/format.md states both.
+// Error bound of a block: brightness-dependent weights and the tolerated weighted error. docs/format.md
+// states both.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace surflect::codec {
 
-// One over the error that may be, in parts of the tolerance, where a block is this bright, root mean square:
-// (r^2 + r + 0.01)^-1/2 with r = rms / white. That is the shape of a camera's own noise: below white it
-// grows with the root of the light, as what a display with a gamma of 2 shows alike, beyond white with the
-// light itself, and in the dark it stays.
+// Error weight at a root mean square radiance: (r^2 + r + 0.01)^-1/2 with r = rms / white. The tolerated
+// error, its inverse, follows a camera's noise: constant in the dark, proportional to the square root of
+// radiance below white (which a display of gamma 2 shows evenly), and proportional to radiance above white.
 double errorWeight(double rms, double white);
 
-// Errors of a block are weighed per light, by how bright the light shows the block, and per channel, by how
-// much darker than all three the channel is: a light that shows the block dimly has its say beside a
-// highlight, and red has in blue paint, for the script may make them bright.
+// Weights of a block's errors: V = diag(channels) repeated for every texel, W = diag(lights). The weight of a
+// light rises as it shows the block more dimly, and the weight of a channel as it gets darker than the mean
+// of all three. A script may brighten a dim light, or the red in blue paint, so their errors must stay small
+// too.
 struct BlockWeights {
-  Eigen::Vector3d channels; // root mean square over lights of the channel's errorWeight over the light's
-  Eigen::VectorXd lights;   // errorWeight of all channels
+  Eigen::Vector3d channels; // root mean square over lights of errorWeight(channel) / errorWeight(light)
+  Eigen::VectorXd lights;   // errorWeight of the mean of the three channels
 };
 
-// What both follow from: the sums of X^2 over so many texels, for each channel and light.
-struct BlockSquares {
+// Sums of X^2 over `texels` texels, for each channel and light.
+struct ChannelEnergies {
   Eigen::Matrix3Xd sums;
   Eigen::Index texels = 0;
 };
 
-BlockWeights blockWeights(const BlockSquares& squares, double white);
+BlockWeights blockWeights(const ChannelEnergies& squares, double white);
 
 // |V X W|_F^2, with V and W the weights of channels and lights.
-double weightedSquares(const BlockSquares& squares, const BlockWeights& weights);
+double weightedSquares(const ChannelEnergies& squares, const BlockWeights& weights);
 
-// Of |V (X - X') W|_F: tau |V X W|_F, where a block darker than 0.001 white counts as that bright; but not
-// below what 16 bits at full rank reach whatever the block, 2.5e-4 max(V) |X W|_F.
-double blockErrorBound(const BlockSquares& squares, const BlockWeights& weights, double tolerance,
+// Bound on |V (X - X') W|_F: tau |V X W|_F, where a block darker than 0.001 white counts as that bright.
+// Never below 2.5e-4 max(V) |X W|_F, which 16 bits reach at full rank for any block.
+double blockErrorBound(const ChannelEnergies& squares, const BlockWeights& weights, double tolerance,
                        double white);
 
-// Error bound of the mean of one channel over texels and lights, whatever the tolerance: 0.2 % of that mean,
-// where one below 0.001 white counts as that.
+// Bound on the error of a channel's mean over texels and lights: 0.2 % of the mean, or of 0.001 white if the
+// mean is smaller. Independent of the tolerance.
 double channelMeanBound(double mean, double white);
 
 } // namespace surflect::codec

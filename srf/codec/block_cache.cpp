@@ -39,7 +39,7 @@ std::shared_ptr<const Block> BlockCache::get(uint32_t view, uint32_t block) {
   const std::lock_guard lock(mutex_);
   ++counts_.reads;
   counts_.bytesRead += views_[view].storedBytes(block);
-  if (place == kOnDisk) makeRoom(insert({view, block}, read)); // or another thread was faster
+  if (place == kOnDisk) evict(insert({view, block}, read)); // unless another thread inserted it first
   return read;
 }
 
@@ -60,8 +60,8 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
     const uint32_t view = missing[begin].view;
     while (viewEnd < missing.size() && missing[viewEnd].view == view) ++viewEnd;
     const std::span ofView = std::span(numbers).subspan(begin, viewEnd - begin);
-    stretches.push_back({views_[view], begin, ofView.first(views_[view].stretchLength(ofView))});
-    views_[view].announce(stretches.back().blocks);
+    stretches.push_back({views_[view], begin, ofView.first(views_[view].readRunLength(ofView))});
+    views_[view].adviseRead(stretches.back().blocks);
   }
   std::vector<std::shared_ptr<const Block>> read(missing.size());
   const auto keep = [&] {
@@ -90,13 +90,14 @@ void BlockCache::fetch(std::span<const BlockKey> blocks, const Progress& progres
 
 void BlockCache::trim() {
   const std::lock_guard lock(mutex_);
-  makeRoom(kOnDisk);
+  evict(kOnDisk);
 }
 
 uint32_t BlockCache::insert(BlockKey key, std::shared_ptr<const Block> block) {
   auto place = static_cast<uint32_t>(owners_.size());
   if (free_.empty()) {
-    if (free_.capacity() <= owners_.size()) free_.reserve(2 * owners_.size() + 1); // remove cannot fail
+    // Reserves, so that remove cannot throw.
+    if (free_.capacity() <= owners_.size()) free_.reserve(2 * owners_.size() + 1);
     residents_.emplace_back();
     owners_.emplace_back();
   } else {
@@ -119,14 +120,14 @@ void BlockCache::remove(uint32_t place) {
   free_.push_back(place);
 }
 
-// `newest` is the last to go.
-void BlockCache::makeRoom(uint32_t newest) {
+// Evicts until the budget is kept; the block at `newest` goes last.
+void BlockCache::evict(uint32_t newest) {
   while (memory_ > budget_) {
     const auto place = static_cast<uint32_t>(hand_);
     hand_ = (hand_ + 1) % owners_.size();
     if (!owners_[place].block) continue;
     const bool isLast = free_.size() + 1 == owners_.size();
-    if (isLast || (place != newest && !std::exchange(residents_[place].isWanted, false))) remove(place);
+    if (isLast || (place != newest && !std::exchange(residents_[place].isReferenced, false))) remove(place);
   }
 }
 

@@ -1,7 +1,7 @@
-// Blocks of a set of views that were used lately, decoded.  [Weyrich 2005, §5.3]
+// Cache of recently used blocks, decoded, over a set of view files.  [Weyrich 2005, §5.3]
 //
-// [Corbato 1968] A paging experiment with the Multics system, MIT Project MAC. The clock: what is to go is
-// looked for round and round; what was asked for since the last time stays for another round.
+// Eviction is the clock algorithm [Corbato 1968, A Paging Experiment with the Multics System]: a hand circles
+// over the blocks, spares each one used since its last pass, and evicts the first that was not.
 #pragma once
 
 #include "srf/codec/view_file.h"
@@ -21,8 +21,8 @@ namespace surflect::codec {
 
 struct CacheCounts {
   uint64_t reads = 0;     // blocks taken from disk
-  uint64_t bytesRead = 0; // as stored, without what lies between them
-  uint64_t hits = 0;      // blocks that get found in memory
+  uint64_t bytesRead = 0; // as stored, without gaps
+  uint64_t hits = 0;      // blocks found in memory
 };
 
 struct BlockKey {
@@ -32,34 +32,34 @@ struct BlockKey {
 
 class BlockCache {
 public:
-  // `views` must outlive the cache. Memory exceeds the budget (bytes of decoded blocks) by what callers still
-  // hold, by what fetch has brought until trim is called, by 4 bytes for every position of a block in a view,
-  // and 48 for the most blocks that ever were in memory.
+  // `views` must outlive the cache; `budget` is in bytes of decoded blocks. Memory exceeds the budget by
+  // blocks that callers still hold, by blocks fetched since the last trim, by 4 bytes for each cell of a
+  // view's grid, and by 48 bytes for each block of the largest number ever in memory.
   BlockCache(std::span<const ViewFile> views, size_t budget);
 
   std::span<const ViewFile> views() const { return views_; }
 
-  // Never null. Throws Error as ViewFile::read. Safe from many threads at once; two that miss the same block
-  // at the same time both read it.
+  // Returns a block, read from disk if it is not in memory; never null. Throws Error as ViewFile::read. Safe
+  // from many threads at once; two threads that miss the same block at the same time both read it.
   std::shared_ptr<const Block> get(uint32_t view, uint32_t block);
 
-  // Has these in memory until trim or get is called, whatever the budget. Ascending, each once; all
-  // threads read, each a stretch. What was read before something failed is kept, too. Throws Error as
-  // ViewFile::read, and Cancelled. Not from many threads.
+  // Reads blocks into memory and keeps them until trim or get is called, even beyond the budget. `blocks`
+  // must ascend without repeats. Reads stretches of blocks in parallel; if one fails, the blocks already read
+  // stay. Throws Error as ViewFile::read, and Cancelled. Only one thread may call it.
   void fetch(std::span<const BlockKey> blocks, const Progress& progress);
-  // Keeps to the budget again.
+  // Evicts blocks until the budget is kept again.
   void trim();
 
-  // What follows is safe from many threads at once, but not while any of them calls another method, which may
-  // end what is pointed to. It is asked for in no order that a processor could guess: a look-up reads two
-  // numbers that depend on each other, and lines of memory that its neighbours read, too.
+  // The methods below are safe from many threads at once, but not while a thread calls one of the methods
+  // above, which may invalidate their pointers. A look-up reaches blocks in random order, so it reads only
+  // two dependent numbers, on cache lines that neighbouring look-ups share.
 
-  // Where a view's blocks are: a place in memory, or one of the last two.
+  // Places of blocks: an index into the residents, or kOnDisk, or kBackground for a cell without a block.
   static constexpr uint32_t kOnDisk = ~uint32_t{1}, kBackground = ~uint32_t{0};
   static constexpr bool isInMemory(uint32_t place) { return place < kOnDisk; }
   struct Grid {
     ViewHeader header;
-    int across;                   // blocks, of the header; asked for each look-up
+    int across;                   // header.blocksAcross(), which every look-up needs
     std::vector<uint32_t> places; // row by row
 
     uint32_t cellOf(BlockPosition position) const {
@@ -70,24 +70,25 @@ public:
   const Grid& grid(uint32_t view) const { return grids_[view]; }
 
   struct Resident {
-    const std::byte* values = nullptr; // as Block has them; null also for those of rank 0
+    const std::byte* values = nullptr; // as Block::values; null if the rank is 0
     uint16_t rank = 0, stride = 0;
-    mutable bool isWanted = false; // since makeRoom last came by; through atomic_ref
+    mutable bool isReferenced = false; // used since evict's last pass; accessed through atomic_ref
 
     BlockTerms terms(const ViewHeader& view) const {
       return blockTerms(rank, stride, static_cast<size_t>(view.lights), values);
     }
   };
-  // Of a place in memory. Blocks found so stay longer than those that were not.
+  // The block at a place in memory; marks it as used.
   const Resident& resident(uint32_t place) const {
     const Resident& found = residents_[place];
     want(found);
     return found;
   }
-  // Asks the processor for it. Not a call: for the compiler it would have no effect, and be left out.
-  [[gnu::always_inline]] void fetchResident(uint32_t place) const { __builtin_prefetch(&residents_[place]); }
+  // Prefetches the entry of resident(). Always inlined: compilers drop a call
+  // whose only effect is prefetching.
+  [[gnu::always_inline]] void prefetchEntry(uint32_t place) const { __builtin_prefetch(&residents_[place]); }
 
-  // The same in one call: empty where the block is not in memory.
+  // The factors of a block, or nothing if it is not in memory.
   std::optional<BlockTerms> resident(uint32_t view, uint32_t block) const {
     const uint32_t place = placeOf({view, block});
     if (place == kOnDisk) return std::nullopt;
@@ -99,13 +100,13 @@ public:
 private:
   struct Owner {
     BlockKey key;
-    std::shared_ptr<const Block> block; // null where the place is free
+    std::shared_ptr<const Block> block; // null if the place is free
   };
 
   static void want(const Resident& resident) {
-    const std::atomic_ref isWanted(resident.isWanted);
-    if (!isWanted.load(std::memory_order_relaxed)) // many ask for few: their lines stay shared
-      isWanted.store(true, std::memory_order_relaxed);
+    const std::atomic_ref isReferenced(resident.isReferenced);
+    if (!isReferenced.load(std::memory_order_relaxed)) // write only once, so that the line stays shared
+      isReferenced.store(true, std::memory_order_relaxed);
   }
   const uint32_t& placeOf(BlockKey key) const {
     return grids_[key.view].places[views_[key.view].cell(key.block)];
@@ -113,19 +114,20 @@ private:
   void put(BlockKey key, uint32_t place) {
     grids_[key.view].places[views_[key.view].cell(key.block)] = place;
   }
-  uint32_t insert(BlockKey key, std::shared_ptr<const Block> block); // which is not in memory; its place
+  // Adds a block that is not in memory; returns its place.
+  uint32_t insert(BlockKey key, std::shared_ptr<const Block> block);
   void remove(uint32_t place);
-  void makeRoom(uint32_t newest);
+  void evict(uint32_t newest);
 
   std::span<const ViewFile> views_;
   size_t budget_;
-  std::vector<Grid> grids_; // of each view; places are written under the mutex, like residents_
+  std::vector<Grid> grids_; // one a view; places are written under the mutex, like residents_
   std::vector<Resident> residents_;
-  mutable std::mutex mutex_;   // guards all that follows
-  std::vector<Owner> owners_;  // of each place
-  std::vector<uint32_t> free_; // places
-  size_t hand_ = 0;            // the place that makeRoom looks at next
-  size_t memory_ = 0;          // of all blocks, bytes
+  mutable std::mutex mutex_;   // guards the members below
+  std::vector<Owner> owners_;  // one a place
+  std::vector<uint32_t> free_; // unused places
+  size_t hand_ = 0;            // the place that evict examines next
+  size_t memory_ = 0;          // bytes of all blocks
   CacheCounts counts_;
 };
 

@@ -1,3 +1,6 @@
+// Encodes a block in four steps: factor V X W ~ sum_k sigma_k e_k a_k', choose rank and precisions, solve the
+// coefficients again for the rounded eigenimages, and fit levels until the error bounds hold.
+//
 // Symbols: X radiance, rows (present texel, channel), columns lights; V and W the weights of channels and
 //          lights; sigma_k^2 the energy of term k; K the rank.
 #include "srf/codec/block_encoder.h"
@@ -26,24 +29,25 @@ namespace {
 
 using Eigen::MatrixXf;
 
-// Of what a block holds: above this bound single precision is enough. The scalar products of its columns then
-// have errors of some 1e-7 of what it holds, and a term that matters has a hundredth of the bound.
+// Squared bound, as part of the block's energy, above which single precision is enough: scalar products of
+// columns then err by about 1e-7 of the energy, while a term that matters has a hundredth of the squared
+// bound.
 constexpr double kSinglePrecision = 2e-5;
-// Of the bound: what the terms that are not looked at may hold together, at first.
+// Part of the squared bound that the terms left out of the first factorisation may hold.
 constexpr double kLookedAt = 0.5;
-// Fitted levels lower the squared error of rounded ones by up to about a tenth.
+// Fitting levels lowers the squared error of rounding by up to about a tenth.
 constexpr double kLowered = 1.1;
 
-// X, and what its errors are measured by.
+// X with the weights and bounds of its errors.
 struct MeasuredBlock {
   PaddedRows<float> x;
   double white = 1;
   BlockWeights weights;
-  double squared = 0, squaredBound = 0; // of V X W, and of its error
+  double squared = 0, squaredBound = 0; // |V X W|_F^2 and the bound on its error
   ChannelSums channels;
 };
 
-// A step of one term from a precision (at first: none) to a higher one.
+// Raises one term from a precision (at first: absent) to a higher one.
 struct Upgrade {
   size_t term = 0;
   int bits = 0;
@@ -51,8 +55,9 @@ struct Upgrade {
   double savedPerByte = 0;
 };
 
-// All steps worth taking, best first; every beginning of the list is the cheapest choice of rank and
-// precisions for the error that it leaves (a Lagrangian optimum: per term the steps follow the convex hull).
+// All upgrades worth taking, best first. Every prefix is the cheapest choice of rank and precisions for the
+// error that it leaves: a Lagrangian optimum, as the upgrades of a term follow the convex hull of error over
+// bytes.
 template <class Real>
 std::vector<Upgrade> upgradesOf(const BlockFactors<Real>& factors, const BlockFit<Real>& fit,
                                 CoefficientType type) {
@@ -106,17 +111,18 @@ std::vector<ChosenTerm> chosen(std::span<const Upgrade> upgrades) {
   return terms;
 }
 
-// Errors of stored numbers, in double precision.
+// Squared errors of the stored numbers, in double precision: unweighted, clipped to [0, white], and weighted.
 struct StoredErrors {
   double squared = 0, clipped = 0, weighted = 0;
 };
 
-// Of X as it is; X where there are no terms. `clipped`: null, or the error of clipped numbers.
-BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, double white = 0,
-                       double* clipped = nullptr) {
+// Sums of (X - X')^2; of X^2 if there are no terms. `clipped`, if not null, receives the squared error after
+// both are clipped to [0, white].
+ChannelEnergies squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, double white = 0,
+                          double* clipped = nullptr) {
   const size_t rank = stored.terms.size(), lights = x.columns();
   std::vector<double> levels(x.rows() * rank);
-  const PaddedRows<double> perLevel = shownPerLevel(stored, lights);
+  const PaddedRows<double> perLevel = radiancePerLevel(stored, lights);
   for (size_t k = 0; k < rank; ++k)
     for (size_t i = 0; i < x.rows(); ++i)
       levels[(i / 3 * rank + k) * 3 + i % 3] = double{stored.terms[k].levels[i]};
@@ -124,7 +130,7 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, do
   blockErrors({x.row(0), x.rows() / 3, x.stride(), levels.data(), perLevel.row(0), rank, white, sums.row(0),
                clipped ? clippedSums.row(0) : nullptr});
   const auto columns = static_cast<Eigen::Index>(lights);
-  BlockSquares squares{Eigen::Matrix3Xd(3, columns), static_cast<Eigen::Index>(x.rows() / 3)};
+  ChannelEnergies squares{Eigen::Matrix3Xd(3, columns), static_cast<Eigen::Index>(x.rows() / 3)};
   for (int c = 0; c < 3; ++c)
     squares.sums.row(c) = Eigen::Map<const Eigen::RowVectorXd>(sums.row(static_cast<size_t>(c)), columns);
   if (clipped) *clipped = std::accumulate(clippedSums.row(0), clippedSums.row(0) + lights, 0.);
@@ -133,7 +139,7 @@ BlockSquares squaresOf(const PaddedRows<float>& x, const StoredTerms& stored, do
 
 StoredErrors errorsOf(const MeasuredBlock& block, const StoredTerms& stored) {
   StoredErrors errors;
-  const BlockSquares squares = squaresOf(block.x, stored, block.white, &errors.clipped);
+  const ChannelEnergies squares = squaresOf(block.x, stored, block.white, &errors.clipped);
   errors.squared = squares.sums.sum();
   errors.weighted = weightedSquares(squares, block.weights);
   return errors;
@@ -144,8 +150,8 @@ struct Encoding {
   StoredErrors errors;
 };
 
-// Whether a term weaker than all of these, at 4 bits, might save as much per byte as the last of the
-// upgrades: then it should have been among them.
+// Returns true if a further term, weaker than all factored ones, might at 4 bits save as much per byte as the
+// last of the upgrades; then the block needs more factors.
 template <class Real>
 bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgrades, CoefficientType type) {
   const size_t most = std::min(factors.images.rows(), factors.lights.rows());
@@ -155,8 +161,8 @@ bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgra
   return factors.energies.back() > upgrades.back().savedPerByte * static_cast<double>(bytes);
 }
 
-// Empty where no choice of these terms, with coefficients of this type, keeps the bound, or where `wary` and
-// more terms might be better.
+// The cheapest encoding of these terms that keeps the bound. Empty if there is none with coefficients of this
+// type, or if `wary` and more terms might make it cheaper.
 template <class Real>
 std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock<Real>& weighted,
                                  const BlockFactors<Real>& factors, CoefficientType type, bool wary) {
@@ -165,11 +171,11 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   const auto first = [&](size_t count) { return std::span(all).first(count); };
   const auto solved = [&](size_t count) { return fit.solved(chosen(first(count)), type); };
   const double bound = weighted.squaredBound;
-  const auto mayKeepBound = [&](const auto& solution) { // NaN does not
+  const auto mayKeepBound = [&](const auto& solution) { // false for NaN
     return solution.squaredError <= kLowered * bound;
   };
-  // Encoding by the first upgrades with these coefficients; empty if it breaks the bounds once levels are
-  // fitted.
+  // Encodes the first upgrades with the coefficients of `solution`; empty if the bounds break after levels
+  // are fitted.
   const auto attempt = [&](size_t upgrades, auto solution) -> std::optional<Encoding> {
     fit.addLevels(chosen(first(upgrades)), solution.stored);
     if (!fitLevels(weighted, block.channels, solution.stored)) return std::nullopt;
@@ -181,7 +187,8 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   size_t count = 0;
   for (double left = factors.energy; left > bound && count < all.size(); ++count) left -= all[count].saved;
 
-  // From the predicted choice up until the actual error may be small enough, then down while it still may.
+  // Starts from the predicted choice: more upgrades until the error may be small enough, then fewer while it
+  // still may.
   auto solution = solved(count);
   for (size_t step = 1; !mayKeepBound(solution); step *= 2) {
     if (count == all.size()) return std::nullopt;
@@ -194,7 +201,7 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
     solution = std::move(cheaper);
   }
   if (wary && wantsMore(factors, first(count), type)) return std::nullopt;
-  // Up again where it is not.
+  // More upgrades again if the actual error is too large.
   std::optional<Encoding> encoding = attempt(count, std::move(solution));
   while (!encoding && count < all.size()) {
     ++count;
@@ -225,14 +232,14 @@ template <class Real> WeightedBlock<Real> weightedOf(const MeasuredBlock& block)
 template <class Real>
 std::optional<Encoding> encodedAs(const MeasuredBlock& block, CoefficientType type, double lookedAt) {
   const WeightedBlock<Real> weighted = weightedOf<Real>(block);
-  // At least half of the block is looked at, also where the error bound alone would allow none of it: the
-  // means must still come back.
+  // Factors leave out at most half of the block's energy: even where the error bound would allow more, the
+  // means of the channels must come back.
   const BlockFactors<Real> factors =
       factorised(weighted, static_cast<Real>(lookedAt * std::min(1., weighted.squaredBound)));
   return cheapest(block, weighted, factors, type, lookedAt > 0);
 }
 
-// Whether the bound lets single precision do, and the weights leave room for squares and ratios in it.
+// Returns true if the bound allows single precision, and squares and ratios of the weights stay in its range.
 bool fitsSingle(const MeasuredBlock& block) {
   constexpr double kMost = 1e15;
   const double scale = 1 / std::sqrt(block.squared);
@@ -241,7 +248,7 @@ bool fitsSingle(const MeasuredBlock& block) {
          block.weights.lights.minCoeff() * scale * kMost > 1;
 }
 
-// Empty where the bounds are out of reach.
+// Encodes within both bounds; empty if they are out of reach.
 std::optional<Encoding> encodedWithinBounds(const MeasuredBlock& block) {
   const auto& [sums, bounds] = block.channels;
   const bool black =
@@ -257,8 +264,9 @@ std::optional<Encoding> encodedWithinBounds(const MeasuredBlock& block) {
   return std::nullopt;
 }
 
-// A channel that is almost black beside another may be out of reach of 16 bits: then its mean errs like an
-// eighth of that other's may, by 2.5e-4 of it, or as it comes.
+// Encodes a block, relaxing the bounds of channel means that 16 bits cannot reach, as in a channel almost
+// black beside a bright one. Such a mean may err by an eighth of the brightest channel's bound (2.5e-4 of
+// that channel's mean), or failing that without bound.
 Encoding encoded(MeasuredBlock block) {
   const double brightest = std::ranges::max(block.channels.bounds);
   for (const double part : {0., 0.125, std::numeric_limits<double>::infinity()}) {
@@ -279,7 +287,7 @@ PaddedRows<float> byRows(const MatrixXf& m) {
 EncodedBlock encodeBlock(uint64_t present, const MatrixXf& radiance, double tolerance, double white) {
   assert(present != 0 && radiance.rows() == 3 * std::popcount(present) && radiance.cols() > 0 && white > 0);
   MeasuredBlock block{byRows(radiance), white, {}, 0, 0, {}};
-  const BlockSquares squares = squaresOf(block.x, {});
+  const ChannelEnergies squares = squaresOf(block.x, {});
   block.weights = blockWeights(squares, white);
   block.squared = weightedSquares(squares, block.weights);
   const double bound = blockErrorBound(squares, block.weights, tolerance, white);

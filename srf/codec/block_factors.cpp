@@ -18,19 +18,19 @@ template <class Real> PaddedRows<Real> transposed(const PaddedRows<Real>& m) {
   return result;
 }
 
-// M' M
+// The Gram matrix M' M.
 template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m) {
   PaddedRows<Real> gram(m.columns(), m.columns());
   multiply(MatrixProduct<Real>{m.row(0), 1, m.stride(), m.row(0), m.stride(), gram.row(0), gram.stride(),
                                gram.rows(), m.rows(), gram.stride(), true});
-  constexpr size_t kBlock = 8; // those on the diagonal are whole
+  constexpr size_t kBlock = 8; // the diagonal 8 x 8 blocks are complete
   for (size_t i = kBlock; i < gram.rows(); i += kBlock)
     transpose(gram.row(0) + i, gram.stride(), i, std::min(kBlock, gram.rows() - i), gram.row(i),
               gram.stride());
   return gram;
 }
 
-// M v of unit length for each column v, and what the length was, squared.
+// M v / |M v| for each column v of `vectors`; appends |M v|^2 to `squaredLengths`.
 template <class Real>
 PaddedRows<Real> directions(const PaddedRows<Real>& m, const PaddedRows<Real>& vectors,
                             std::vector<double>& squaredLengths) {
@@ -56,9 +56,9 @@ template <class Real> BlockFactors<Real> factorised(const WeightedBlock<Real>& b
   const PaddedRows<Real>& x = block.values;
   const bool overLights = x.columns() <= x.rows();
   const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
-  const PaddedRows<Real>& narrow = overLights ? x : turned; // columns are the shorter side
+  const PaddedRows<Real>& narrow = overLights ? x : turned; // lights or rows, whichever are fewer, as columns
   const PaddedRows<Real> gram = gramOf(narrow);
-  Spectrum<Real> spectrum = strongestVectors(gram, left);
+  Eigenvectors<Real> spectrum = dominantEigenvectors(gram, left);
 
   std::vector<double> energies;
   PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies);

@@ -1,4 +1,4 @@
-// The strongest terms of a block, before they are rounded.
+// Truncated singular value decomposition of a weighted block, before its terms are rounded.
 #pragma once
 
 #include "srf/codec/padded_rows.h"
@@ -11,18 +11,19 @@ namespace surflect::codec {
 template <class Real> struct WeightedBlock {
   PaddedRows<Real> values;        // [texels x channels][lights]
   std::vector<Real> rows, lights; // the diagonals of V and W
-  double squaredBound = 0;        // of the error
+  double squaredBound = 0;        // bound on the squared error
 };
 
-// V X W ~ sum_k sigma_k e_k a_k', with e_k and a_k of length 1.
+// V X W ~ sum_k sigma_k e_k a_k', where e_k and a_k have unit length.
 template <class Real> struct BlockFactors {
   PaddedRows<Real> images;      // e_k [texels x channels][terms]
   PaddedRows<Real> lights;      // a_k [lights][terms]
-  std::vector<double> energies; // sigma_k^2, falling
+  std::vector<double> energies; // sigma_k^2, descending
   double energy = 0;            // |V X W|_F^2
 };
 
-// As many terms as leave at most `left` of |V X W|_F^2; 0: all that are not lost in rounding.
+// Factors a block into enough terms to leave at most `left` of |V X W|_F^2; if `left` is 0, into all terms
+// above rounding error.
 template <class Real> BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left);
 
 } // namespace surflect::codec

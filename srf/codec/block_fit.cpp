@@ -14,11 +14,12 @@ namespace surflect::codec {
 
 namespace {
 
-// Part of an image's largest value that is put on the last level. At 4 bits, values beyond are worth losing
-// for finer levels; at 8, a little more than 1 may put a plain channel nearer to a level. Coefficients are
-// not clipped, whose largest are the highlights: the first of each precision is for them.
+// Clipping of a quantiser: its last level stands for `clip` times the largest value. At 4 bits, clipping the
+// largest values is worth the finer levels; at 8, a factor slightly above 1 may bring a plain channel nearer
+// to a level. Coefficients are never clipped, as their largest are highlights: they use the first entry of
+// each precision.
 struct Clipping {
-  size_t precision; // of precisions
+  size_t precision; // index into precisions
   double clip;
 };
 constexpr std::array<Clipping, roundings> kClippings = {
@@ -30,14 +31,14 @@ float asStored(float coefficient, CoefficientType type) {
 }
 
 template <class Real> Real largestOf(const Real* values, size_t count) {
-  std::array<Real, 8> peaks{}; // by themselves, so that none waits for another
+  std::array<Real, 8> peaks{}; // eight independent maxima, without a dependency chain
   for (size_t i = 0; i + 8 <= count; i += 8)
     for (size_t k = 0; k < 8; ++k) peaks[k] = std::max(peaks[k], std::abs(values[i + k]));
   for (size_t i = count / 8 * 8; i < count; ++i) peaks[0] = std::max(peaks[0], std::abs(values[i]));
   return *std::ranges::max_element(peaks);
 }
 
-// The levels nearest to values of which clip times the largest is put on the last one. Returns that value.
+// Rounds values to levels, where the last level stands for clip times the largest value. Returns that value.
 template <class Real> Real toLevels(const Real* values, size_t count, int bits, Real clip, Real* levels) {
   const Real peak = clip * largestOf(values, count);
   const auto last = static_cast<Real>(levelsOf(bits));
@@ -47,7 +48,7 @@ template <class Real> Real toLevels(const Real* values, size_t count, int bits, 
   return peak;
 }
 
-// The inverse of a matrix of scalar products.
+// Inverse of a Gram matrix; the pseudo-inverse if it is nearly singular.
 Eigen::MatrixXd inverseOf(const Eigen::MatrixXd& gram) {
   const Eigen::VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd unit = scale.asDiagonal() * gram * scale.asDiagonal();

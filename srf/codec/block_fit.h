@@ -1,8 +1,8 @@
-// The terms of a block rounded to what a record can hold, and how well they then fit.
+// Rounds the terms of a block to the precisions of a record, and measures the error that remains.
 //
-// Coefficients are solved for once more, now that the eigenimages are what will be stored, through the normal
-// equations of the stored images: these, and their products with the block, are kept from choice to choice,
-// so that a choice of K terms costs K^2 multiplications for each light and none for a texel.
+// After rounding, the coefficients are solved again for the stored eigenimages, by the normal equations
+// G A = B with G = S' S and B = S' (V X W). G and B are kept from one choice of terms to the next, so that a
+// choice of K terms costs K^2 multiplications for each light and none for each texel.
 #pragma once
 
 #include "srf/codec/block_factors.h"
@@ -21,18 +21,18 @@ struct ChosenTerm {
 
 template <class Real> class BlockFit {
 public:
-  // All are used as long as this is.
+  // Keeps references to both, which must outlive it.
   BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors);
 
-  // What rounding the image and the coefficients of a term leaves of it, in parts of its energy.
+  // Squared error of rounding the image, or the coefficients, of a term, as part of the term's energy.
   double imageError(size_t term, int bits) const { return images_[at(bits)].squaredErrors[term]; }
   double lightError(size_t term, int bits) const { return lights_[at(bits)].squaredErrors[term]; }
 
   struct Solution {
-    StoredTerms stored;      // without levels of images
+    StoredTerms stored;      // without the levels of images
     double squaredError = 0; // |V (X - X') W|_F^2
   };
-  // Bits falling.
+  // Coefficients of `terms`, which are ordered by descending bits, and the error that they leave.
   Solution solved(const std::vector<ChosenTerm>& terms, CoefficientType type);
   void addLevels(const std::vector<ChosenTerm>& terms, StoredTerms& stored) const;
 
@@ -44,15 +44,15 @@ private:
   using AtPrecisions = std::array<Rounded, precisions.size()>;
   AtPrecisions rounded(const PaddedRows<Real>& values, const std::vector<Real>& weights,
                        size_t clippings) const;
-  // Places of the images at these precisions, made where there were none.
+  // Indices of the terms' stored images, which are added if absent.
   std::vector<size_t> placed(const std::vector<ChosenTerm>& terms);
   PaddedRows<Real> levelsOfImage(const ChosenTerm& term) const;
-  size_t placeOf(const ChosenTerm& term) const; // or how many there are
+  size_t placeOf(const ChosenTerm& term) const; // places_.size() if absent
 
   const WeightedBlock<Real>& block_;
   const BlockFactors<Real>& factors_;
   AtPrecisions images_, lights_;
-  // Of stored images as many as there are places: levels, and weighted S, S' S and S' (V X W).
+  // Stored images, by place: term and bits, levels, weighted S, B = S' (V X W), and G = S' S.
   std::vector<ChosenTerm> places_;
   std::vector<PaddedRows<Real>> levels_;
   PaddedRows<Real> stored_, products_;

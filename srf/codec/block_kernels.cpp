@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "srf/codec/block_kernels.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -13,14 +13,15 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Whole vectors, and those for what they leave of a row: rows are padded to eight numbers.
+// Vectors of 64 bytes at most, and of eight numbers for the remainder of a row, which is padded to eight.
 template <class Real> using Wide = hn::CappedTag<Real, 64 / sizeof(Real)>;
 template <class Real> using Eight = hn::CappedTag<Real, 8>;
 constexpr bool kManyRegisters = hn::MaxLanes(Wide<float>()) == 16;
 
-constexpr size_t kChunk = 32; // summands; sums of sums lose less in rounding
+constexpr size_t kChunk = 32; // products summed at once; sums of partial sums round less
 
-// Rows i .. and vectors of columns from j of C, kept in registers while a chunk of the inner sum runs.
+// Accumulates rows i .. i + rows - 1 and `vectors` vectors of columns from j of C, in registers, over one
+// chunk of the inner sum.
 template <class D, int rows, int vectors, class Real>
 HWY_INLINE void tile(D d, const MatrixProduct<Real>& p, size_t i, size_t j, size_t first) {
   constexpr size_t width = hn::MaxLanes(D());
@@ -52,7 +53,7 @@ HWY_INLINE void tile(D d, const MatrixProduct<Real>& p, size_t i, size_t j, size
     }
 }
 
-// Columns from j on of some rows, as long as a tile of so many vectors fits; then of fewer.
+// Columns from j on of some rows: tiles of `vectors` vectors while they fit, then narrower ones.
 template <int rows, int vectors, class D, class Real>
 HWY_INLINE void tilesFrom(D d, const MatrixProduct<Real>& p, size_t i, size_t j, size_t first) {
   constexpr size_t width = vectors * hn::MaxLanes(D());
@@ -63,7 +64,7 @@ HWY_INLINE void tilesFrom(D d, const MatrixProduct<Real>& p, size_t i, size_t j,
     tilesFrom<rows, 1>(Eight<Real>(), p, i, j, first);
 }
 
-// All columns of some rows.
+// Computes all columns of `rows` rows.
 template <int rows, int vectors, class D, class Real>
 HWY_INLINE void tiles(D d, const MatrixProduct<Real>& p, size_t i) {
   for (size_t first = 0; first < p.inner; first += kChunk)
@@ -74,13 +75,13 @@ template <class Real> void product(const MatrixProduct<Real>& p) {
   const Wide<Real> d;
   constexpr size_t width = hn::MaxLanes(Wide<Real>());
   size_t i = 0;
-  if (p.columns <= width) // else there are too few sums at once
+  if (p.columns <= width) // a narrow C: more rows at once, for enough independent sums
     for (; i + 8 <= p.rows; i += 8) tiles<8, 1>(d, p, i);
   for (; i + 4 <= p.rows; i += 4) tiles<4, kManyRegisters ? 4 : 2>(d, p, i);
   for (; i < p.rows; ++i) tiles<1, 8>(d, p, i);
 }
 
-// Products of `rows` rows from j on.
+// Scalar products of `rows` rows from row j on.
 template <int rows, class Real> HWY_INLINE void scalarProductsOf(const ScalarProducts<Real>& job, size_t j) {
   const Eight<Real> d;
   constexpr size_t width = hn::MaxLanes(Eight<Real>()), vectors = 8 / width;
@@ -112,7 +113,7 @@ template <class Real> void scalarProducts(const ScalarProducts<Real>& job) {
   for (; j < job.rows; ++j) scalarProductsOf<1>(job, j);
 }
 
-// Errors of the columns from j on, as many as D has lanes.
+// Rounding errors of the columns from j on, one in each lane of D.
 template <class D, class Real> HWY_INLINE void roundingOf(D d, const Rounding<Real>& job, size_t j) {
   using V = hn::Vec<D>;
   const auto number = [d](Real x) HWY_ATTR { return hn::Set(d, x); };
@@ -147,7 +148,7 @@ template <class Real> void roundingErrors(const Rounding<Real>& job) {
   for (; j < job.columns; j += narrow) roundingOf(Eight<Real>(), job, j);
 }
 
-// Errors of `texels` texels for the lights from j on, added to those of the texels before.
+// Adds the errors of `texels` texels, for the lights from j on, to those of earlier texels.
 template <size_t texels, bool seen> HWY_INLINE void errorsOf(const BlockErrors& job, size_t first, size_t j) {
   constexpr size_t rows = 3 * texels;
   const Eight<double> d;

@@ -1,7 +1,7 @@
-// The loops over whole matrices that encoding a block spends its time in, in vector instructions; all give
-// the same bits: every number is summed in the order of the rows, and nothing is contracted.
+// Vectorised matrix loops of the block encoder. Every instruction set gives the same bits: sums run in the
+// order of rows, without fused multiply-add.
 //
-// Matrices lie row by row; a row has a multiple of eight numbers, where what is too many is zero.
+// Matrices are stored row by row; every row is padded with zeros to a multiple of eight numbers.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,13 @@
 
 namespace surflect::codec {
 
-// x + it - it is x to the nearest whole number: one and a half times the power of two from which on a Real
-// has no fraction.
+// Adding and then subtracting this number rounds to the nearest integer. It is 1.5 times the power of two
+// above which a Real has no fraction bits.
 template <class Real>
 inline constexpr Real wholeShift = Real(3ull << (std::numeric_limits<Real>::digits - 2));
 
-// C = A B. A(i, k) = a[i aRow + k aColumn]. `upper`: of a symmetric C only the squares of 8 x 8 on the
-// diagonal and right of it.
+// C = A B, where A(i, k) = a[i aRow + k aColumn]. If `upper`, C is symmetric and only the 8 x 8 blocks on and
+// right of its diagonal are computed.
 template <class Real> struct MatrixProduct {
   const Real* a;
   size_t aRow, aColumn;
@@ -23,14 +23,14 @@ template <class Real> struct MatrixProduct {
   size_t bRow;
   Real* c;
   size_t cRow;
-  size_t rows, inner, columns; // of C, summed over, of C as padded
+  size_t rows, inner, columns; // rows of C; length of the inner sum; padded columns of C
   bool upper;
 };
 void multiply(const MatrixProduct<float>&);
 void multiply(const MatrixProduct<double>&);
 
-// a_j . v for each row a_j of a matrix: the sums of each eighth product, and these by halves. `length`: as
-// padded.
+// a_j . v for each row a_j of a matrix. Products are summed in eight interleaved sums, which are then added
+// pairwise. `length` is padded.
 template <class Real> struct ScalarProducts {
   const Real* a;
   size_t aRow, rows;
@@ -41,13 +41,13 @@ template <class Real> struct ScalarProducts {
 void multiply(const ScalarProducts<float>&);
 void multiply(const ScalarProducts<double>&);
 
-// What rounding to levels -last .. last leaves of the columns of a matrix, of which row i is stored divided
-// by weights[i]: the squared error of a column whose largest stored value is put on last / clip, and larger
-// levels on last. Of several pairs of last and clip at once.
+// Squared errors of rounding the columns of a matrix to levels -last .. last, for several pairs (last, clip)
+// at once. Row i is stored divided by weights[i]; `last` stands for clip times the largest stored value of a
+// column, and larger values are clipped.
 inline constexpr size_t roundings = 9;
 template <class Real> struct Rounding {
   const Real* values;
-  size_t rows, columns; // as padded
+  size_t rows, columns; // padded
   const Real* weights;
   const Real* inverseWeights;
   Real last[roundings], clip[roundings];
@@ -56,8 +56,8 @@ template <class Real> struct Rounding {
 void roundingErrors(const Rounding<float>&);
 void roundingErrors(const Rounding<double>&);
 
-// |X - levels P|^2 for each channel and light, over texels; and, where it is wanted, for each light over
-// texels and channels that of X and levels P clipped to [0, white].
+// Squared error |X - levels P|^2 over texels, for each channel and light. If `clipped` is not null, also the
+// squared error of X and levels P clipped to [0, white], over texels and channels, for each light.
 struct BlockErrors {
   const float* x; // [texels][3 channels][lights]
   size_t texels, lights;

@@ -1,6 +1,9 @@
+// Fits the levels of eigenimages by coordinate descent on |V (X - X') W|^2, then moves single levels until
+// the sum of each channel keeps its bound.
+//
 // Symbols: Q the levels of images, rows (texel, channel), columns terms; P what one level shows, rows terms,
-//          columns lights, so that X' = Q P; W the weights of lights; C = P W^2 P'; R = (X - X') W^2 P', of
-//          which r_ik / c_kk is the distance of level q_ik from where it would err least.
+//          columns lights, so that X' = Q P; W the weights of lights; C = P W^2 P'; R = (X - X') W^2 P'.
+//          The error is least if level q_ik moves by r_ik / c_kk.
 #include "srf/codec/block_levels.h"
 
 #include "srf/codec/block_bound.h"
@@ -16,9 +19,10 @@ namespace surflect::codec {
 
 namespace {
 
-constexpr int kSteps = 8; // moves of one term towards a channel's sum
+constexpr int kSteps = 8; // rounds of moves of one term
 
-// Threshold of an ordered dither over 8 x 8 texels, in [0, 1) [Bayer 1973]: texels taken by it lie apart.
+// Threshold of an 8 x 8 ordered dither, in [0, 1) [Bayer 1973]: texels of consecutive thresholds lie far
+// apart.
 double ditherThreshold(size_t texel) {
   double threshold = 0;
   for (size_t bit = 0, parts = 4; bit < 3; ++bit, parts *= 4) {
@@ -34,7 +38,7 @@ public:
       : rows_(block.values.rows()), rank_(stored.terms.size()), q_(rows_, rank_), c_(rank_, rank_),
         r_(rows_, rank_), inverse_(c_.stride()), last_(rank_), sums_(rank_) {
     const size_t lights = block.values.columns();
-    const PaddedRows<double> shown = shownPerLevel(stored, lights);
+    const PaddedRows<double> shown = radiancePerLevel(stored, lights);
     PaddedRows<Real> pw(rank_, lights), wp(lights, rank_), ofLevels(rows_, rank_);
     for (size_t k = 0; k < rank_; ++k) {
       const StoredTerm& term = stored.terms[k];
@@ -62,7 +66,7 @@ public:
         inverse_[k] = 1 / square;
   }
 
-  // Sets one level after the other to where it errs least beside all others.
+  // Moves each level in turn to its least error given all other levels.
   void lowerError() {
     for (size_t i = 0; i < rows_; ++i) {
       const Real *const q = q_.row(i), *const r = r_.row(i);
@@ -76,10 +80,10 @@ public:
     }
   }
 
-  // Moves levels of one channel until its sum is within the bound: first those of the term that shows the
-  // most, which is the most like what is missing under each light, then those of fainter terms.
+  // Moves levels of one channel until its sum is within the bound: first levels of the term whose sum over
+  // lights is largest, as it best resembles the missing radiance under each light, then of fainter terms.
   bool keepSum(size_t channel, double sum, double bound) {
-    std::vector<Real> totals(q_.stride()); // whole numbers that a float holds
+    std::vector<Real> totals(q_.stride()); // integers that a float holds exactly
     for (size_t i = channel; i < rows_; i += 3)
       for (size_t k = 0; k < totals.size(); ++k) totals[k] += q_.row(i)[k];
     double missing = sum;
@@ -96,7 +100,7 @@ public:
       if (coarsest == 0) return false;
       missing -= moveSome(channel, term, std::round(missing / sums_[term])) * sums_[term];
     }
-    return std::abs(missing) <= bound; // NaN is not
+    return std::abs(missing) <= bound; // false for NaN
   }
 
   void store(StoredTerms& stored) const {
@@ -112,10 +116,10 @@ private:
     for (size_t k = 0; k < r_.stride(); ++k) r[k] -= by * c[k];
   }
 
-  // Moves up to |count| levels of a channel by one, up or down as the sign of count, where the error grows
-  // least. Returns how many, with that sign.
+  // Moves up to |count| levels of a channel by one, in the direction of count's sign, where the error grows
+  // least. Returns the number of moves with that sign.
   double moveSome(size_t channel, size_t term, double count) {
-    constexpr double kApart = 0.1; // of a level, for texels that lie apart
+    constexpr double kApart = 0.1; // in levels; spreads the moves over the block
     struct Move {
       double cost;
       size_t row;
@@ -136,15 +140,15 @@ private:
 
   size_t rows_, rank_;
   PaddedRows<Real> q_, c_, r_;
-  std::vector<Real> inverse_, last_; // of the diagonal of C; the last level of each term
-  std::vector<double> sums_;         // of P over lights
+  std::vector<Real> inverse_, last_; // inverse diagonal of C; last level of each term
+  std::vector<double> sums_;         // sums of P over lights
 };
 
 } // namespace
 
 ChannelSums channelSums(const PaddedRows<float>& x, double white) {
   const size_t lights = x.columns();
-  std::vector<double> perLight(3 * lights); // so that no sum waits for the one before
+  std::vector<double> perLight(3 * lights); // by channel and light: independent sums
   for (size_t i = 0; i < x.rows(); ++i)
     for (size_t l = 0; l < lights; ++l) perLight[i % 3 * lights + l] += double{x.row(i)[l]};
   const auto count = static_cast<double>(x.rows() / 3 * lights);

@@ -1,8 +1,8 @@
-// Levels of a block's eigenimages, fitted to the coefficients that are stored with them.
+// Fits the levels of a block's eigenimages to the coefficients stored with them.
 //
 // Rounding to the nearest level errs alike in all texels of a plain surface: a channel of 3.2 levels
-// everywhere comes back as 3, and the surface has another hue under every light. So as many levels as the
-// mean of the channel asks for are rounded the other way, where that costs the least.
+// everywhere comes back as 3, and the surface changes hue under every light. Therefore some levels are
+// rounded the other way, until the mean of the channel is right, at the texels where that costs least.
 #pragma once
 
 #include "srf/codec/block_factors.h"
@@ -17,11 +17,11 @@ namespace surflect::codec {
 struct ChannelSums {
   std::array<double, 3> sums{}, bounds{};
 };
-// x: [texels x channels][lights]
+// Sums and bounds of the channels of x, [texels x channels][lights].
 ChannelSums channelSums(const PaddedRows<float>& x, double white);
 
-// Moves levels to lower |V (X - X') W|, then until the sum of each channel keeps its bound. Returns whether
-// all do.
+// Moves levels to lower |V (X - X') W|, then until the sum of each channel keeps its bound. Returns true if
+// all sums keep it.
 template <class Real>
 bool fitLevels(const WeightedBlock<Real>& block, const ChannelSums& channels, StoredTerms& stored);
 

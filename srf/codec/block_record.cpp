@@ -10,7 +10,7 @@ namespace surflect::codec {
 
 namespace {
 
-// Into memory that has room for them.
+// Writes into a buffer of sufficient size.
 class RecordWriter {
 public:
   explicit RecordWriter(std::byte* to) : to_(to) {}
@@ -38,7 +38,7 @@ private:
 
 } // namespace
 
-PaddedRows<double> shownPerLevel(const StoredTerms& stored, size_t lights) {
+PaddedRows<double> radiancePerLevel(const StoredTerms& stored, size_t lights) {
   PaddedRows<double> perLevel(stored.terms.size(), lights);
   for (size_t k = 0; k < stored.terms.size(); ++k) {
     const StoredTerm& term = stored.terms[k];

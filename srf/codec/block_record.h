@@ -1,4 +1,4 @@
-// What the writer and the reader of a block's record share: docs/format.md specifies it to the byte.
+// Layout of a block's record, shared by its writer and reader; docs/format.md specifies it to the byte.
 #pragma once
 
 #include "srf/codec/padded_rows.h"
@@ -11,17 +11,19 @@
 namespace surflect::codec {
 
 inline constexpr uint64_t allPresent = ~uint64_t{0};
-inline constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // flags
-inline constexpr std::array precisions = {16, 8, 4};              // bits of a term, in the record's order
+inline constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // bits of the flags byte
+inline constexpr std::array precisions = {16, 8, 4}; // bits of a term, in the order of the record
 
-// Of terms at 16 bits; others have levels for coefficients as for eigenimages, of the same precision.
+// Type of the coefficients of 16-bit terms; coefficients of other terms are levels of the term's precision.
 enum class CoefficientType { half, single };
 
-// The quantiser is symmetric: -levels .. levels. Of 16 bits it has as many as  256 high + low,  both of 8.
+// The last level of the symmetric quantiser -last .. last; at 16 bits the largest value of  256 high + low
+// whose bytes are both in -127 .. 127.
 constexpr int levelsOf(int bits) { return bits == 16 ? 257 * 127 : (1 << (bits - 1)) - 1; }
 
-// Coefficients are in memory times 1 / M, the step of their image. Such is one of a term at 16 bits; and, for
-// those below, what one level of coefficients makes whose last level is the peak.
+// Coefficients in memory are divided by the last level of their image, so that they multiply its levels
+// directly. inImageSteps does so for a 16-bit coefficient; levelInImageSteps gives the value of one
+// coefficient level of a term whose last coefficient level stands for `peak`.
 inline float inImageSteps(float coefficient) {
   return static_cast<float>(coefficient / static_cast<double>(levelsOf(16)));
 }
@@ -35,22 +37,22 @@ constexpr size_t coefficientBytes(size_t lights, int bits, CoefficientType type)
   return sizeof(float) + levelBytes(lights, bits);
 }
 
-// A term as a record has it.
+// A term as stored in a record.
 struct StoredTerm {
   int bits = 0;
-  std::vector<float> levels;       // [texels x channels]
+  std::vector<float> levels;       // levels of the eigenimage, [texels x channels]
   std::vector<float> coefficients; // [lights]; at 16 bits
   std::vector<float> lightLevels;  // [lights]; below 16 bits
-  float peak = 0;                  // the coefficient of the last level; below 16 bits
+  float peak = 0;                  // the coefficient of the last light level; below 16 bits
 };
 
 struct StoredTerms {
   CoefficientType type = CoefficientType::half;
-  std::vector<StoredTerm> terms; // bits falling
+  std::vector<StoredTerm> terms; // by descending bits
 };
 
-// Radiance that one level of an image adds under each light, as a reader has it: [terms][lights].
-PaddedRows<double> shownPerLevel(const StoredTerms& stored, size_t lights);
+// Radiance that one level of an eigenimage adds under each light, after decoding: [terms][lights].
+PaddedRows<double> radiancePerLevel(const StoredTerms& stored, size_t lights);
 
 std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored);
 

@@ -1,5 +1,7 @@
-// Symbols: G the Gram matrix, n x n; Q the Lanczos vectors, orthonormal; T = Q' G Q, tridiagonal: alpha,
-// beta.
+// Lanczos iteration with full reorthogonalisation [Lanczos 1950].
+//
+// Symbols: G the Gram matrix, n x n; Q the Lanczos vectors, orthonormal; T = Q' G Q, tridiagonal with
+//          diagonal alpha and subdiagonal beta; theta and s an eigenvalue and eigenvector of T.
 #include "srf/codec/block_spectrum.h"
 
 #include "srf/codec/block_kernels.h"
@@ -16,18 +18,18 @@ namespace surflect::codec {
 
 namespace {
 
-constexpr double kMissed = 0.01; // of what is tolerated, by vectors that are not quite eigenvectors
-constexpr size_t kSpare = 2;     // vectors more than are needed
-// Lanczos vectors before the first look at what they make; from look to look half as many more.
+constexpr double kMissed = 0.01; // part of the tolerance that inexact eigenvectors may miss
+constexpr size_t kSpare = 2;     // more vectors than needed
+// Size of T when it is decomposed for the first time. It is decomposed again whenever it has grown by half.
 constexpr size_t kFirst = 12;
 
-// The sum of so many rows of M times these numbers.
+// sum = weights' M, over the first `rows` rows of M.
 template <class Real> void combine(const Real* weights, const PaddedRows<Real>& m, size_t rows, Real* sum) {
   multiply(MatrixProduct<Real>{weights, rows, 1, m.row(0), m.stride(), sum, m.stride(), 1, rows, m.stride(),
                                false});
 }
 
-// Directions that no block has reason to be orthogonal to.
+// Fills v with pseudo-random numbers.
 template <class Real> void takeAny(PaddedRows<Real>& v, uint32_t& state) {
   std::generate_n(v.row(0), v.columns(), [&] {
     state = state * 1664525 + 1013904223;
@@ -35,9 +37,10 @@ template <class Real> void takeAny(PaddedRows<Real>& v, uint32_t& state) {
   });
 }
 
-// How many vectors leave at most `tolerated`, and some to spare; none where that takes more than three of
-// four that there are, or where vectors miss too much. What a vector v = Q s with value theta misses is at
-// most |G v - theta v|^2 / (theta - the strongest left out), and |G v - theta v| = beta |last of s|.
+// Number of Ritz vectors that leave at most `tolerated` of the trace, and a few to spare. 0 if that takes
+// more than three quarters of those available, or if the vectors are not yet exact enough. The energy that a
+// Ritz vector v = Q s misses is at most |G v - theta v|^2 / (theta - theta of the first left out), where
+// |G v - theta v| = beta |last of s|.
 template <class Real>
 size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, double tolerated) {
   const size_t size = ritz.values.size();
@@ -57,19 +60,19 @@ size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, do
 
 } // namespace
 
-template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated) {
+template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<Real>& gram, Real tolerated) {
   const size_t n = gram.rows();
   double trace = 0;
   for (size_t i = 0; i < n; ++i) trace += static_cast<double>(gram.row(i)[i]);
-  const double lost = trace * std::numeric_limits<Real>::epsilon(); // in rounding
+  const double lost = trace * std::numeric_limits<Real>::epsilon(); // rounding error
 
-  PaddedRows<Real> q(n, n), next(1, n), sum(1, n); // q: a vector a row
+  PaddedRows<Real> q(n, n), next(1, n), sum(1, n); // rows of q are vectors
   std::vector<Real> products(n);
   const auto productsOf = [&](const PaddedRows<Real>& m, size_t rows, const Real* v) {
     multiply(ScalarProducts<Real>{m.row(0), m.stride(), rows, v, m.stride(), products.data()});
     return products.data();
   };
-  // To the first rows of Q. Returns the length that remains.
+  // Makes `next` orthogonal to the first `size` rows of Q. Returns the length that remains.
   const auto makeOrthogonal = [&](size_t size) {
     for (int pass = 0; pass < 2 && size > 0; ++pass) { // twice is enough [Parlett 1980]
       combine(productsOf(q, size, next.row(0)), q, size, sum.row(0));
@@ -89,7 +92,7 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
   size_t look = kFirst;
   for (size_t size = 0;; ++size) {
     Real length = makeOrthogonal(size), remains = length;
-    if (!(static_cast<double>(length) > lost)) { // these are all that the first one leads to
+    if (!(static_cast<double>(length) > lost)) { // the Krylov space is exhausted: restart
       length = 0;
       takeAny(next, state);
       remains = makeOrthogonal(size);
@@ -116,14 +119,14 @@ template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gr
   const size_t size = alpha.size();
   PaddedRows<Real> chosen(size, terms);
   transpose(ritz.vectors.row(0), ritz.vectors.stride(), terms, size, chosen.row(0), chosen.stride());
-  Spectrum<Real> spectrum{PaddedRows<Real>(n, terms), trace};
+  Eigenvectors<Real> spectrum{PaddedRows<Real>(n, terms), trace};
   multiply(MatrixProduct<Real>{q.row(0), 1, q.stride(), chosen.row(0), chosen.stride(),
                                spectrum.vectors.row(0), spectrum.vectors.stride(), n, size, chosen.stride(),
                                false});
   return spectrum;
 }
 
-template Spectrum<float> strongestVectors(const PaddedRows<float>&, float);
-template Spectrum<double> strongestVectors(const PaddedRows<double>&, double);
+template Eigenvectors<float> dominantEigenvectors(const PaddedRows<float>&, float);
+template Eigenvectors<double> dominantEigenvectors(const PaddedRows<double>&, double);
 
 } // namespace surflect::codec

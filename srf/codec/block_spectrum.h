@@ -1,21 +1,21 @@
-// The strongest eigenvectors of a Gram matrix.
+// Dominant eigenvectors of a Gram matrix.
 #pragma once
 
 #include "srf/codec/padded_rows.h"
 
 namespace surflect::codec {
 
-template <class Real> struct Spectrum {
-  PaddedRows<Real> vectors; // [rows of the Gram matrix][terms], orthonormal columns; the strongest first
+template <class Real> struct Eigenvectors {
+  PaddedRows<Real> vectors; // [rows of the Gram matrix][terms], orthonormal columns by descending eigenvalue
   double trace = 0;
 };
 
-// Of a symmetric, positive matrix, as many as leave at most `tolerated` of its trace, and a few more; 0, or
-// where that takes many: all that are not lost in rounding. Those needed are so near to eigenvectors that
-// they miss a hundredth of `tolerated` at most.
+// Eigenvectors of a symmetric, positive semidefinite matrix that leave at most `tolerated` of its trace, and
+// a few more. Returns all above rounding error if `tolerated` is 0, or if most of them are needed to reach
+// it. The eigenvectors are approximate: together they miss at most a hundredth of `tolerated`.
 //
-// [Lanczos 1950], with each vector made orthogonal to all before it: it ends where the rest does not matter,
-// long before there are as many vectors as rows.
-template <class Real> Spectrum<Real> strongestVectors(const PaddedRows<Real>& gram, Real tolerated);
+// Lanczos iteration [Lanczos 1950] with full reorthogonalisation, stopped once the remainder is small enough,
+// which takes far fewer steps than the matrix has rows.
+template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<Real>& gram, Real tolerated);
 
 } // namespace surflect::codec

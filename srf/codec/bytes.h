@@ -1,4 +1,4 @@
-// Little-endian bytes: appended to a buffer, or taken from one that may end too early.
+// Little-endian serialisation: appends values to a byte buffer, and reads them with bounds checks.
 #pragma once
 
 #include "surfel/base/error.h"
@@ -25,7 +25,7 @@ class ByteReader {
 public:
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes) {}
 
-  // Throw Error where fewer bytes are left.
+  // Both throw Error if fewer bytes are left.
   std::span<const std::byte> take(size_t count) {
     if (count > rest_.size())
       throw Error::mismatch("at least " + std::to_string(count) + " more bytes",

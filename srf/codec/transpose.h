@@ -1,4 +1,4 @@
-// Rows of a matrix written as columns.
+// Transposes matrices of floats, doubles or bytes, tile by tile.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace surflect::codec {
 
-// What is turned at once.
+// The tile that is transposed in registers.
 template <class Real> struct TransposeTile {
   static constexpr size_t rows = 4, columns = 4;
 
@@ -42,9 +42,9 @@ template <> struct TransposeTile<int8_t> {
   static void turn(const int8_t* from, size_t fromRow, int8_t* to, size_t toRow) {
     Bytes row[8], next[8];
     for (size_t i = 0; i < 8; ++i) std::memcpy(&row[i], from + i * fromRow, sizeof row[i]);
-    mergeHalves(row, next); // 0 and 4, 1 and 5, ...
-    mergeHalves(next, row); // 0, 2, 4, 6
-    mergeHalves(row, next); // 0, 1, ... 7 of two columns
+    mergeHalves(row, next); // rows 0 and 4, 1 and 5, ...
+    mergeHalves(next, row); // rows 0, 2, 4, 6
+    mergeHalves(row, next); // rows 0 .. 7 of two columns
     for (size_t j = 0; j < 16; ++j)
       std::memcpy(to + j * toRow, reinterpret_cast<const int8_t*>(&next[j / 2]) + j % 2 * 8, 8);
   }
@@ -52,7 +52,7 @@ template <> struct TransposeTile<int8_t> {
 private:
   typedef int8_t Bytes __attribute__((vector_size(16)));
 
-  // A byte of the first half, one of the second, and so on: as one row of 128.
+  // Interleaves the bytes of the first four rows with those of the last four.
   static void mergeHalves(const Bytes* from, Bytes* to) {
     for (size_t i = 0; i < 4; ++i) {
       const Bytes a = from[i], b = from[i + 4];
@@ -63,13 +63,14 @@ private:
   }
 };
 
-// to[j][i] = from[i][j], of `rows` times `columns` numbers in rows that are so far apart.
+// to[j][i] = from[i][j], for `rows` x `columns` numbers. fromRow and toRow are the strides of rows.
 template <class Real>
 void transpose(const Real* from, size_t fromRow, size_t rows, size_t columns, Real* to, size_t toRow) {
   using Tile = TransposeTile<Real>;
   const size_t wholeRows = rows / Tile::rows * Tile::rows,
                wholeColumns = columns / Tile::columns * Tile::columns;
-  for (size_t j = 0; j < wholeColumns; j += Tile::columns) // what is written stays in the cache
+  // Column by column, so that the written lines stay in the cache.
+  for (size_t j = 0; j < wholeColumns; j += Tile::columns)
     for (size_t i = 0; i < wholeRows; i += Tile::rows)
       Tile::turn(from + i * fromRow + j, fromRow, to + j * toRow + i, toRow);
   for (size_t i = 0; i < rows; ++i)

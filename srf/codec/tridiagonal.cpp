@@ -1,4 +1,4 @@
-// Symbols: T the matrix, a its diagonal, b what is beside it; Z its eigenvectors, a row each.
+// Symbols: T the matrix, a its diagonal, b its subdiagonal; Z its eigenvectors, one a row.
 #include "srf/codec/tridiagonal.h"
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace surflect::codec {
 
 namespace {
 
-// Of rows as padded.
+// Rotates two rows of padded length.
 template <class Real> void rotate(Real* upper, Real* lower, size_t length, Real c, Real s) {
-  for (size_t j = 0; j < length; j += 8) { // loads before stores: eight at once
+  for (size_t j = 0; j < length; j += 8) { // eight loads before eight stores
     std::array<Real, 8> u, l;
     std::copy_n(upper + j, 8, u.data());
     std::copy_n(lower + j, 8, l.data());
@@ -23,8 +23,8 @@ template <class Real> void rotate(Real* upper, Real* lower, size_t length, Real 
   }
 }
 
-// T becomes G T G' and Z becomes G Z, where G is made of rotations of neighbouring rows, from `first` to
-// `last`.
+// One QR step: T becomes G T G' and Z becomes G Z, where G is a product of rotations of neighbouring rows
+// from `first` to `last`.
 template <class Real>
 void step(std::vector<Real>& a, std::vector<Real>& b, size_t first, size_t last, PaddedRows<Real>& z) {
   const Real half = (a[last - 1] - a[last]) / 2, end = b[last - 1];
@@ -36,7 +36,7 @@ void step(std::vector<Real>& a, std::vector<Real>& b, size_t first, size_t last,
     const Real inverse = length > 0 ? 1 / length : 0;
     const Real c = length > 0 ? x * inverse : 1, s = y * inverse;
     if (k > first) b[k - 1] = length;
-    const Real across = 2 * c * s * b[k] - s * s * (a[k] - a[k + 1]); // what moves up the diagonal
+    const Real across = 2 * c * s * b[k] - s * s * (a[k] - a[k + 1]); // moves from a[k] to a[k + 1]
     const Real beside = (c * c - s * s) * b[k] - c * s * (a[k] - a[k + 1]);
     a[k] += across;
     a[k + 1] -= across;
@@ -66,7 +66,7 @@ TridiagonalSpectrum<Real> tridiagonalSpectrum(std::span<const Real> diagonal, st
   for (const Real value : b) largest = std::max(largest, std::abs(value));
   const Real negligible = largest * std::numeric_limits<Real>::epsilon() / 2;
 
-  constexpr size_t kSteps = 30; // for a value; two are usual
+  constexpr size_t kSteps = 30; // limit for one value; two are usual
   size_t last = size - 1;
   for (size_t steps = kSteps * size; last > 0 && steps > 0;) {
     if (!(std::abs(b[last - 1]) > negligible)) {

@@ -9,12 +9,12 @@
 namespace surflect::codec {
 
 template <class Real> struct TridiagonalSpectrum {
-  std::vector<Real> values; // falling
-  PaddedRows<Real> vectors; // of the values, a row each
+  std::vector<Real> values; // descending
+  PaddedRows<Real> vectors; // one a row, in the order of values
 };
 
-// Of a matrix with these numbers on its diagonal and, one fewer, beside it; all are off by a few roundings of
-// the largest value. [Golub and Van Loan 1996, §8.3.3], implicit QR steps with Wilkinson's shift.
+// Decomposes a tridiagonal matrix given its diagonal and subdiagonal (one shorter). Errors are a few rounding
+// errors of the largest eigenvalue. Implicit QR with Wilkinson's shift [Golub and Van Loan 1996, §8.3.3].
 template <class Real>
 TridiagonalSpectrum<Real> tridiagonalSpectrum(std::span<const Real> diagonal, std::span<const Real> beside);
 

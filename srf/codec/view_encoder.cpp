@@ -39,7 +39,7 @@ void checkStack(const ReflectanceStack& stack) {
   checkImage(stack.alpha, stack, 1, "alpha");
 }
 
-void checkOptions(const StoreOptions& options) {
+void checkOptions(const EncodeOptions& options) {
   if (!(options.white >= 1e-20 && options.white <= 1e20))
     throw Error::mismatch("1e-20..1e20", numberText(options.white)).at("white");
   if (!(options.tolerance >= 0 && options.tolerance <= 1))
@@ -55,7 +55,7 @@ uint64_t presentTexels(const image::Image& alpha, BlockPosition block, double pr
   return present;
 }
 
-// The matrix that encodeBlock asks for.
+// Radiance matrix of a block, as encodeBlock expects it.
 Eigen::MatrixXf gather(const ReflectanceStack& stack, BlockPosition block, uint64_t present) {
   Eigen::MatrixXf radiance(3 * std::popcount(present), stack.lights.size());
   for (size_t l = 0; l < stack.lights.size(); ++l) {
@@ -96,7 +96,8 @@ double psnrDb(const ViewSummary& summary, double white) {
   return 10 * std::log10(white * white * static_cast<double>(summary.values) / summary.clippedSquaredError);
 }
 
-EncodedView encodeView(const ReflectanceStack& stack, const StoreOptions& options, const Progress& progress) {
+EncodedView encodeView(const ReflectanceStack& stack, const EncodeOptions& options,
+                       const Progress& progress) {
   checkStack(stack);
   checkOptions(options);
   const ViewHeader header{stack.width, stack.height, static_cast<int>(stack.lights.size()),

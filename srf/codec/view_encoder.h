@@ -1,4 +1,4 @@
-// From the photographs of one view, one a light, to its view file.
+// Encodes the photographs of one view, one for each light, as a view file.
 #pragma once
 
 #include "srf/codec/view_file.h"
@@ -14,17 +14,17 @@ namespace surflect::codec {
 // The photographs of one view. All images are width x height.
 struct ReflectanceStack {
   int width = 0, height = 0;
-  std::vector<image::Image> lights; // linear radiance, 3 channels; one image a light, at least one
-  image::Image alpha;               // 1 channel: the part of a pixel that shows the object
+  std::vector<image::Image> lights; // linear radiance, 3 channels; one image for each light, at least one
+  image::Image alpha;               // 1 channel: the fraction of a pixel that the object covers
 };
 
-struct StoreOptions {
-  double tolerance = 0.02;   // of every block, see blockErrorBound
+struct EncodeOptions {
+  double tolerance = 0.02;   // error tolerance of every block; see blockErrorBound
   double white = 1;          // radiance of a white pixel, 1e-20..1e20
   double presentAlpha = 0.5; // texels with at least this alpha are stored
 };
 
-// What encoding cost and lost; summaries of several views add up.
+// Size and errors of encoded views; the summaries of several views add up.
 struct ViewSummary {
   uint64_t fileBytes = 0;
   uint64_t objectTexels = 0;
@@ -36,19 +36,19 @@ struct ViewSummary {
   ViewSummary& operator+=(const ViewSummary& other);
 };
 
-// How much smaller the file is than the object's values as half floats.
+// Size of the object's values as half floats, divided by the size of the file.
 double compressionRatio(const ViewSummary& summary);
-// Peak signal-to-noise ratio of the clipped values, in linear light; infinite without error.
+// Peak signal-to-noise ratio of the clipped values, in linear light; infinite if there is no error.
 double psnrDb(const ViewSummary& summary, double white);
 
 struct EncodedView {
-  std::vector<std::byte> file; // write it with writeFileAtomically
+  std::vector<std::byte> file; // for writeFileAtomically
   ViewSummary summary;
 };
 
-// Runs over blocks in parallel; the bytes do not depend on the number of threads. Throws Error where sizes
-// disagree or a radiance is not finite or not below 1e30, and Cancelled.
-EncodedView encodeView(const ReflectanceStack& stack, const StoreOptions& options,
+// Encodes all blocks in parallel; the bytes do not depend on the number of threads. Throws Error if image
+// sizes disagree or a radiance is not finite and below 1e30, and Cancelled.
+EncodedView encodeView(const ReflectanceStack& stack, const EncodeOptions& options,
                        const Progress& progress = {});
 
 } // namespace surflect::codec

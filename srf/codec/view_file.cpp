@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::array magic = {'s', 'r', 'f', ' ', 'v', 'i', 'e', 'w'};
 constexpr uint32_t formatVersion = 1;
-constexpr uint32_t mixedPrecisionLayout = 3; // 8x8 blocks without apron, records of encodeBlock
+constexpr uint32_t mixedPrecisionLayout = 3; // 8x8 blocks without apron, records as encodeBlock makes them
 constexpr size_t headerBytes = 40;
 constexpr size_t indexEntryBytes = 12;
 constexpr size_t headChecksumBytes = 8;
@@ -37,7 +37,7 @@ struct FixedHeader {
   uint32_t blocks = 0;
 };
 
-// A positive integer that is at most `limit`.
+// Reads an integer in 1 .. limit.
 int takeCount(ByteReader& reader, const char* field, int limit) {
   const auto value = reader.take<uint32_t>();
   if (value == 0 || value > static_cast<uint32_t>(limit))
@@ -135,7 +135,7 @@ ViewFile::ViewFile(ViewFile&& other) noexcept
       checksums_(std::move(other.checksums_)), offsets_(std::move(other.offsets_)),
       stored_(std::move(other.stored_)) {}
 
-// `head`: header, index and their checksum.
+// Parses `head`: header, index and their checksum.
 void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
   ByteReader reader(head);
   const FixedHeader fixed = takeHeader(reader);
@@ -191,10 +191,10 @@ BlockPosition ViewFile::position(uint32_t block) const {
   return {place % across, place / across};
 }
 
-size_t ViewFile::stretchLength(std::span<const uint32_t> blocks) const {
+size_t ViewFile::readRunLength(std::span<const uint32_t> blocks) const {
   assert(!blocks.empty() && blocks.back() < blockCount());
-  // Bytes of a gap that is rather read than left out, and of what the system takes advice for at once. Blocks
-  // that one thread reads while others, perhaps, have nothing to do.
+  // Bytes of the largest gap that is read rather than skipped, and of the largest read-ahead that the system
+  // accepts; and the most blocks in a stretch, so that other threads get work too.
   constexpr uint64_t kGap = 1 << 14, kMost = 1 << 17;
   constexpr size_t kMostBlocks = 64;
   const uint64_t begin = offsets_[blocks[0]];
@@ -206,9 +206,9 @@ size_t ViewFile::stretchLength(std::span<const uint32_t> blocks) const {
   return count;
 }
 
-void ViewFile::announce(std::span<const uint32_t> stretch) const {
+void ViewFile::adviseRead(std::span<const uint32_t> stretch) const {
   const uint64_t begin = offsets_[stretch.front()], end = offsets_[stretch.back() + 1];
-  // Only advice: whether it is taken changes nothing but the time.
+  // Only a hint: ignoring it costs time alone.
   ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),
                   POSIX_FADV_WILLNEED);
 }

@@ -1,5 +1,5 @@
-// The file of one view: the blocks of its reflectance image, each found and checked by itself. Blocks that
-// show no object are left out. Specified to the byte in docs/format.md.
+// View file: the blocks of one view's reflectance image, each located by an index and checked by its own
+// checksum. Blocks without object texels are left out. docs/format.md specifies it to the byte.
 //
 // [Warren 2012] Hacker's Delight, 2nd ed.
 #pragma once
@@ -26,15 +26,15 @@ struct ViewHeader {
   int width = 0, height = 0; // pixels
   int lights = 0;
   float white = 1;     // radiance of a white pixel
-  float tolerance = 0; // of every block, see blockErrorBound
+  float tolerance = 0; // error tolerance of every block; see blockErrorBound
 
   int blocksAcross() const { return (width + blockSize - 1) / blockSize; }
   int blocksDown() const { return (height + blockSize - 1) / blockSize; }
-  // Positions of blocks, row by row.
+  // Number of block positions, present or not.
   size_t cells() const { return static_cast<size_t>(blocksAcross()) * static_cast<size_t>(blocksDown()); }
 };
 
-// Where a block lies, counted in blocks.
+// Position of a block in the grid, counted in blocks.
 struct BlockPosition {
   int x = 0, y = 0;
   friend bool operator==(const BlockPosition&, const BlockPosition&) = default;
@@ -42,16 +42,17 @@ struct BlockPosition {
 
 struct PlacedRecord {
   BlockPosition position;
-  std::vector<std::byte> record; // of encodeBlock
+  std::vector<std::byte> record; // as encodeBlock makes it
 };
 
-// A whole view file; `blocks` row by row. Write it with writeFileAtomically.
+// Bytes of a whole view file, for writeFileAtomically; `blocks` in row order.
 std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const PlacedRecord> blocks);
 
-// An open view file. Stored blocks are numbered from 0, row by row. Safe to read from many threads at once.
+// An open view file. Stored blocks are numbered from 0 in row order. Safe to read from many threads at once.
 class ViewFile {
 public:
-  // Checks everything but the blocks themselves; throws Error naming file and field.
+  // Opens a file and checks its header and index; blocks are checked when read. Throws Error with file and
+  // field.
   explicit ViewFile(std::filesystem::path path);
   ~ViewFile();
   ViewFile(ViewFile&&) noexcept;
@@ -60,15 +61,15 @@ public:
 
   const std::filesystem::path& path() const { return path_; }
   const ViewHeader& header() const { return header_; }
-  // Of header and index, and so, through the checksums in the index, of the whole file.
+  // Checksum of header and index. As the index holds the blocks' checksums, it identifies the whole file.
   uint64_t checksum() const { return checksum_; }
   size_t blockCount() const { return positions_.size(); }
   size_t storedBytes(uint32_t block) const { return offsets_[block + 1] - offsets_[block]; }
   BlockPosition position(uint32_t block) const;
-  // Where that is, row by row.
+  // Index of a block's position in the grid, in row order.
   uint32_t cell(uint32_t block) const { return positions_[block]; }
 
-  // The number of the block at a position inside the image; empty where it was left out. Constant time.
+  // The number of the block at a position inside the image; empty if the block was left out. Constant time.
   std::optional<uint32_t> find(BlockPosition position) const {
     assert(position.x >= 0 && position.x < header_.blocksAcross());
     assert(position.y >= 0 && position.y < header_.blocksDown());
@@ -79,24 +80,26 @@ public:
     return before + bitCount(bits & (bit - 1));
   }
 
-  // How many of these blocks, ascending and at least one, are best read in one piece, with what lies between
-  // them: the first of them, up to one that is far away.
-  size_t stretchLength(std::span<const uint32_t> blocks) const;
-  // Says that a stretch will be read soon: the disk may have it ready by then.
-  void announce(std::span<const uint32_t> stretch) const;
-  // Reads it: use(i, block), one after the other. Throws Error with the field "block (x, y)": of the first
-  // that does not match its checksum, or that begins what cannot be read.
+  // The number of leading blocks of `blocks` best read in one piece, with the gaps between them. `blocks`
+  // must ascend and hold at least one.
+  size_t readRunLength(std::span<const uint32_t> blocks) const;
+  // Advises the system to read a stretch ahead.
+  void adviseRead(std::span<const uint32_t> stretch) const;
+  // Reads a stretch in one piece and calls use(i, block) for each of its blocks in turn. Throws Error with
+  // the field "block (x, y)": the first block with a wrong checksum, or the first of the stretch if reading
+  // fails.
   void read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const;
   Block read(uint32_t block) const;
 
 private:
-  // Side by side: looked for in no order that a processor could guess.
+  // Together in one cache line: find() reads both, in random order.
   struct Stored {
-    uint64_t bits = 0;   // one a position
-    uint32_t before = 0; // how many are set before these
+    uint64_t bits = 0;   // one for each position
+    uint32_t before = 0; // number of bits set in all earlier entries
   };
 
-  // std::popcount, which is a call where the compiler does not know the processor.  [Warren 2012, §5-1]
+  // std::popcount, which compiles to a call unless the target's instruction set is known.  [Warren 2012,
+  // §5-1]
   static uint32_t bitCount(uint64_t bits) {
     constexpr uint64_t kPairs = ~uint64_t{0} / 3, kFours = ~uint64_t{0} / 5, kBytes = ~uint64_t{0} / 17,
                        kOnes = ~uint64_t{0} / 255;
@@ -115,11 +118,11 @@ private:
   int descriptor_ = -1;
   ViewHeader header_;
   uint64_t checksum_ = 0;
-  // Of each stored block.
-  std::vector<uint32_t> positions_; // y * blocksAcross + x, rising
+  // One entry for each stored block:
+  std::vector<uint32_t> positions_; // y * blocksAcross + x, ascending
   std::vector<uint32_t> checksums_;
-  std::vector<uint64_t> offsets_; // in the file; one more, for the end
-  std::vector<Stored> stored_;    // of 64 positions each
+  std::vector<uint64_t> offsets_; // in the file; with one more for the end
+  std::vector<Stored> stored_;    // one for each 64 positions
 };
 
 } // namespace surflect::codec

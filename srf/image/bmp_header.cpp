@@ -3,6 +3,7 @@
 #include "srf/image/bmp_header.h"
 
 #include "srf/image/icc.h"
+#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 
 #include <array>
@@ -19,12 +20,6 @@ constexpr size_t kHeader = 14, kBits = kHeader + 14, kCompression = kHeader + 16
 constexpr uint32_t kBitfields = 3, kAlphaBitfields = 6;     // values of the compression field
 constexpr uint32_t kCalibrated = 0, kEmbedded = 0x4d424544, // values of the colour space field: 'MBED'
     kLinked = 0x4c494e4b;                                   // 'LINK'
-
-uint32_t littleEndian(std::string_view bytes, size_t at, size_t count = 4) {
-  uint32_t value = 0;
-  for (size_t i = count; i-- > 0;) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
-  return value;
-}
 
 std::string hex(uint32_t value) {
   char text[16];

@@ -1,8 +1,10 @@
 #include "srf/image/exr.h"
 
 #include "srf/image/exr_attributes.h"
+#include "srf/image/picture_limits.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
+#include "surfel/base/message_text.h"
 
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
@@ -18,9 +20,6 @@
 #include <ImfThreading.h>
 
 #include <algorithm>
-#include <array>
-#include <cassert>
-#include <cmath>
 #include <initializer_list>
 #include <set>
 #include <unistd.h>
@@ -28,9 +27,6 @@
 namespace surflect::image {
 
 namespace {
-
-constexpr int maximalSide = 1 << 16;
-constexpr int64_t maximalPixels = int64_t{1} << 28;
 
 // Message of OpenEXR without the file name in quotes at its beginning, which Error already has.
 std::string problemOf(const std::exception& e) {
@@ -56,8 +52,8 @@ auto translatingErrors(const std::filesystem::path& path, const char* action, Wo
 // Bounds the sizes that a header may claim, because OpenEXR allocates by them.
 void boundHeaders() {
   static const bool bounded = [] {
-    Imf::Header::setMaxImageSize(maximalSide, maximalSide);
-    Imf::Header::setMaxTileSize(maximalSide, maximalSide);
+    Imf::Header::setMaxImageSize(kMostSide, kMostSide);
+    Imf::Header::setMaxTileSize(kMostSide, kMostSide);
     return true;
   }();
   (void)bounded;
@@ -105,11 +101,8 @@ ExrFile::ExrFile(std::filesystem::path path) : path_(std::move(path)) {
     const Imath::Box2i display = parts_->file.header(0).displayWindow();
     const int64_t width = int64_t{display.max.x} - display.min.x + 1;
     const int64_t height = int64_t{display.max.y} - display.min.y + 1;
-    if (width < 1 || height < 1 || width > maximalSide || height > maximalSide ||
-        width * height > maximalPixels)
-      throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
-          .at("displayWindow")
-          .in(path_);
+    if (width < 1 || height < 1 || width > kMostSide || height > kMostSide || width * height > kMostPixels)
+      throw Error::mismatch("at most 2^28 pixels", sizeText(width, height)).at("displayWindow").in(path_);
     width_ = static_cast<int>(width);
     height_ = static_cast<int>(height);
 

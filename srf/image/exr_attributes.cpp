@@ -3,6 +3,7 @@
 // empty one. Texts end with a zero byte, numbers are little-endian.
 #include "srf/image/exr_attributes.h"
 
+#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 
 #include <ImfVersion.h>
@@ -45,13 +46,6 @@ const std::map<std::string_view, int64_t> kSizes = {{"box2f", 16},
                                                     {"v3f", 12},
                                                     {"v3i", 12}};
 
-int64_t numberAt(std::string_view bytes, size_t place) {
-  uint32_t number = 0;
-  for (size_t i = 0; i < 4; ++i)
-    number |= static_cast<uint32_t>(static_cast<unsigned char>(bytes[place + i])) << 8 * i;
-  return number;
-}
-
 // End of the channel list that begins with `value`: each entry is a name and 16 bytes, the last name is
 // empty.
 std::optional<int64_t> endOfChannels(std::string_view value) {
@@ -67,7 +61,7 @@ std::optional<int64_t> endOfChannels(std::string_view value) {
 // End of the last text; each text is preceded by its length.
 std::optional<int64_t> endOfTexts(std::string_view value) {
   size_t at = 0;
-  while (at + 4 <= value.size()) at += 4 + static_cast<size_t>(numberAt(value, at));
+  while (at + 4 <= value.size()) at += 4 + size_t{littleEndian(value, at)};
   return static_cast<int64_t>(at);
 }
 
@@ -75,7 +69,8 @@ std::optional<int64_t> endOfTexts(std::string_view value) {
 int64_t sizeOfPreview(std::string_view value) {
   if (value.size() < 8) return 8;
   constexpr int64_t kMostSide = int64_t{1} << 24;
-  return 8 + 4 * std::min(numberAt(value, 0), kMostSide) * std::min(numberAt(value, 4), kMostSide);
+  return 8 + 4 * std::min<int64_t>(littleEndian(value, 0), kMostSide) *
+                 std::min<int64_t>(littleEndian(value, 4), kMostSide);
 }
 
 // Size that the type requires; empty if any size is valid, or none.
@@ -110,7 +105,7 @@ void requireHonestAttributes(const std::filesystem::path& path) {
       const auto type = word();
       std::array<char, 4> size{};
       if (!type || !in.read(size.data(), size.size())) return;
-      const int64_t length = numberAt({size.data(), size.size()}, 0), left = bytes - in.tellg();
+      const int64_t length = littleEndian({size.data(), size.size()}, 0), left = bytes - in.tellg();
       const auto refuse = [&](const std::string& expected) {
         throw Error::mismatch(expected, std::to_string(length) + " bytes of " + *type).at(*name).in(path);
       };

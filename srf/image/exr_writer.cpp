@@ -146,8 +146,9 @@ Bytes samplesOf(const Planes& planes, int first, int end) {
   return samples;
 }
 
-// Bytes at even places, then those at odd ones, each minus the previous one plus 128, because the high bytes
-// of neighbours differ little.  [OpenEXR, ZIP compression] All samples have an even number of bytes.
+// Rearranges bytes for compression: first all bytes at even places, then all at odd ones; each is then
+// replaced by its difference from the previous byte, plus 128. Neighbouring samples have similar high bytes,
+// so most differences are small.  [OpenEXR, ZIP compression] All samples have an even number of bytes.
 Bytes predicted(const Bytes& samples) {
   const size_t half = samples.size / 2;
   Bytes parted(samples.size), differences(samples.size);

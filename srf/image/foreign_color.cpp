@@ -4,6 +4,7 @@
 #include "srf/image/foreign_color.h"
 
 #include "srf/image/icc.h"
+#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 
 #include <bit>
@@ -19,12 +20,7 @@ public:
 
   uint32_t at(size_t place, size_t count) const {
     if (place > bytes_.size() || count > bytes_.size() - place) return 0;
-    uint32_t value = 0;
-    for (size_t i = 0; i < count; ++i) {
-      const size_t next = order_ == std::endian::big ? i : count - 1 - i;
-      value = value << 8 | static_cast<uint8_t>(bytes_[place + next]);
-    }
-    return value;
+    return order_ == std::endian::big ? bigEndian(bytes_, place, count) : littleEndian(bytes_, place, count);
   }
   std::string_view bytes() const { return bytes_; }
 

@@ -5,8 +5,6 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
-#include <algorithm>
-
 namespace surflect::image {
 
 namespace {

@@ -3,6 +3,7 @@
 #include "srf/image/icc.h"
 
 #include "srf/image/color_encoding.h"
+#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 
 #include <lcms2.h>
@@ -45,12 +46,7 @@ std::string nameOf(cmsHPROFILE profile) {
 }
 
 // Size field of the header, big-endian.  [ICC.1:2010, 7.2.2]
-size_t claimedSize(std::string_view bytes) {
-  size_t size = 0;
-  for (size_t i = 0; i < std::min<size_t>(4, bytes.size()); ++i)
-    size = size << 8 | static_cast<uint8_t>(bytes[i]);
-  return size;
-}
+size_t claimedSize(std::string_view bytes) { return bigEndian(bytes, 0, std::min<size_t>(4, bytes.size())); }
 
 // Signature as four letters: "RGB ", "CMYK".
 std::string signatureText(uint32_t signature) {

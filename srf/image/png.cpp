@@ -1,8 +1,10 @@
 #include "srf/image/png.h"
 
+#include "srf/image/picture_limits.h"
 #include "srf/image/png_color.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
+#include "surfel/base/message_text.h"
 
 #include <png.h>
 
@@ -16,8 +18,6 @@
 namespace surflect::image {
 
 namespace {
-
-constexpr int64_t maximalPixels = int64_t{1} << 28;
 
 [[noreturn]] void onError(png_structp png, png_const_charp message) {
   *static_cast<std::string*>(png_get_error_ptr(png)) = message;
@@ -55,7 +55,7 @@ public:
   bool readHeader() {
     if (!info_ || setjmp(png_jmpbuf(png_))) return false;
     png_set_read_fn(png_, this, onRead);
-    png_set_user_limits(png_, 1 << 16, 1 << 16);
+    png_set_user_limits(png_, kMostSide, kMostSide);
     png_read_info(png_, info_);
     png_set_expand(png_);
     if constexpr (std::endian::native == std::endian::little) png_set_swap(png_);
@@ -98,10 +98,8 @@ PngPicture readPng(const std::filesystem::path& path) {
   Reader reader(file);
   if (!reader.readHeader()) throw Error("cannot read (" + reader.problem() + ")").in(path);
   const size_t height = static_cast<size_t>(reader.height());
-  if (int64_t{reader.width()} * reader.height() > maximalPixels)
-    throw Error::mismatch("at most 2^28 pixels",
-                          std::to_string(reader.width()) + " x " + std::to_string(reader.height()))
-        .in(path);
+  if (int64_t{reader.width()} * reader.height() > kMostPixels)
+    throw Error::mismatch("at most 2^28 pixels", sizeText(reader.width(), reader.height())).in(path);
   // Deflate grows data at most 1032-fold, so a file that claims more pixels than that cannot hold them.
   if (reader.rowBytes() * height > 1032 * file.size() * (reader.bitDepth() == 8 ? 8 : 1))
     throw Error("cannot read (the file is truncated)").in(path);
@@ -123,9 +121,8 @@ PngHeader readPngHeader(const std::filesystem::path& path) {
   if (start.size() <= kColorType || png_sig_cmp(head, 0, 8) != 0)
     throw Error("cannot read (not a PNG file)").in(path);
   const uint32_t width = png_get_uint_32(head + 16), height = png_get_uint_32(head + 20);
-  if (width < 1 || height < 1 || int64_t{width} * height > maximalPixels)
-    throw Error::mismatch("at most 2^28 pixels", std::to_string(width) + " x " + std::to_string(height))
-        .in(path);
+  if (width < 1 || height < 1 || int64_t{width} * height > kMostPixels)
+    throw Error::mismatch("at most 2^28 pixels", sizeText(width, height)).in(path);
   if (!hasPngChunk(start, "IDAT")) start = readFile(path);
   return {static_cast<int>(width), static_cast<int>(height),
           (start[kColorType] & PNG_COLOR_MASK_ALPHA) != 0 || hasPngChunk(start, "tRNS"),

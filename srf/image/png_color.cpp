@@ -4,25 +4,19 @@
 #include "srf/image/png_color.h"
 
 #include "srf/image/icc.h"
+#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <string>
 
 namespace surflect::image {
 
 namespace {
-
-uint32_t bigEndian(std::string_view bytes, size_t at) {
-  uint32_t value = 0;
-  for (size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
-  return value;
-}
 
 struct Chunk {
   std::string_view counted;  // name and content, as far as present

@@ -2,6 +2,8 @@
 // pixel.
 #include "srf/image/radiance.h"
 
+#include "srf/image/picture_limits.h"
+#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
@@ -19,8 +21,6 @@ namespace surflect::image {
 
 namespace {
 
-constexpr int64_t maximalPixels = int64_t{1} << 28;
-constexpr int maximalSide = 1 << 16;
 // Limits of memory relative to the file's size; masks of one colour are packed densely.
 constexpr int64_t densest = 1 << 12;       // bytes of floats per byte of file
 constexpr int64_t alwaysGranted = 1 << 29; // bytes, however small the file
@@ -84,7 +84,7 @@ void divideOut(RadianceHeader& header, std::string_view text, size_t count) {
 
 int sideOf(std::string_view text) {
   const double side = numbersIn(text, 1)[0];
-  if (!(side >= 1 && side <= maximalSide && side == std::floor(side)))
+  if (!(side >= 1 && side <= kMostSide && side == std::floor(side)))
     throw Error::mismatch("1 to 65536", numberText(side)).at("size");
   return static_cast<int>(side);
 }
@@ -103,7 +103,7 @@ void readOrientation(RadianceHeader& header, std::string_view line) {
   const int first = sideOf(line.substr(2, second - 3)), last = sideOf(line.substr(second + 1));
   header.width = header.columns ? first : last;
   header.height = header.columns ? last : first;
-  if (int64_t{header.width} * header.height > maximalPixels)
+  if (int64_t{header.width} * header.height > kMostPixels)
     throw Error::mismatch("at most 2^28 pixels", std::string(line));
 }
 
@@ -144,7 +144,7 @@ public:
   bool beginsPlanes(size_t length) const {
     const auto at = [&](size_t i) { return static_cast<uint8_t>(rest_[i]); };
     return rest_.size() >= 4 && length >= 8 && length < 32768 && at(0) == 2 && at(1) == 2 &&
-           (size_t{at(2)} << 8 | at(3)) == length;
+           bigEndian(rest_, 2, 2) == length;
   }
 
 private:

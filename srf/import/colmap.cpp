@@ -359,8 +359,8 @@ std::vector<fs::path> findColmapModels(const fs::path& folder) {
   return folders;
 }
 
-Source readColmap(const fs::path& folder, const fs::path& images, bool allowOutside) {
-  Source source;
+ForeignCapture readColmap(const fs::path& folder, const fs::path& images, bool allowOutside) {
+  ForeignCapture source;
   auto [model, registered, rotations] = largestModel(findColmapModels(folder), folder, source.notes);
   const bool binary = isFile(model / "cameras.bin");
   const fs::path camerasFile = model / (binary ? "cameras.bin" : "cameras.txt"),

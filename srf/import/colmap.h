@@ -4,7 +4,7 @@
 // [https://colmap.github.io/format.html, https://colmap.github.io/cameras.html]
 #pragma once
 
-#include "srf/import/source.h"
+#include "srf/import/foreign_capture.h"
 
 #include <filesystem>
 #include <span>
@@ -19,8 +19,8 @@ std::vector<std::filesystem::path> findColmapModels(const std::filesystem::path&
 // Reads the largest model; every registered picture is a view of its own, under fixed light. `images` is the
 // folder that names are relative to; empty: folder/images. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
 // RADIAL, OPENCV, and FULL_OPENCV with k3 to k6 equal to 0. Throws Error.
-Source readColmap(const std::filesystem::path& folder, const std::filesystem::path& images,
-                  bool allowOutside);
+ForeignCapture readColmap(const std::filesystem::path& folder, const std::filesystem::path& images,
+                          bool allowOutside);
 
 // Lens of a model by COLMAP's name and parameter order; throws Error naming the model.
 capture::Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters);

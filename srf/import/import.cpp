@@ -1,16 +1,15 @@
 #include "srf/import/import.h"
 
 #include "srf/calibration/response.h"
-#include "srf/capture/counted.h"
 #include "srf/capture/mask_file.h"
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"
 #include "srf/image/image_file.h"
-#include "srf/image/png.h"
 #include "srf/import/calibrate.h"
 #include "srf/import/colmap.h"
 #include "srf/import/colors_taken.h"
+#include "srf/import/copies.h"
 #include "srf/import/listing.h"
 #include "srf/import/masks.h"
 #include "srf/import/middlebury.h"
@@ -21,6 +20,7 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
+#include "surfel/base/message_text.h"
 #include "surfel/base/nearest_name.h"
 
 #include <algorithm>
@@ -53,7 +53,7 @@ std::optional<fs::path> findParameters(const fs::path& folder) {
   return found;
 }
 
-Source readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
+ForeignCapture readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
   fs::path folder = isFolder(source) ? source : source.parent_path();
   if (folder.empty()) folder = ".";
   switch (format) {
@@ -81,9 +81,7 @@ Source readSource(const fs::path& source, ImportFormat format, const ImportOptio
 // ---------------------------------------------------------------------------------------------------------
 // Lenses and pictures.
 
-std::string shown(image::PictureSize size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
+std::string shown(image::PictureSize size) { return sizeText(size.width, size.height); }
 
 // Scales the lens to the size of the pictures, which data sets also distribute as reduced copies, if the
 // shape is equal up to rounding to whole pixels. Returns whether it did.
@@ -97,7 +95,7 @@ bool fitLens(capture::Lens& lens, image::PictureSize size) {
 }
 
 // Requires one size for all pictures of a view, and its shape for the masks.
-void fitLenses(Source& source, const Progress& progress) {
+void fitLenses(ForeignCapture& source, const Progress& progress) {
   capture::Capture& capture = source.capture;
   std::vector<std::optional<image::PictureSize>> sizes(capture.views.size());
   std::set<fs::path> seen;
@@ -138,7 +136,7 @@ std::vector<std::vector<size_t>> framesOfViews(const capture::Capture& capture) 
 }
 
 // Moves the origin to the middle of a scene that is too far from 0 for float positions.
-void bringNear(Source& source) {
+void bringNear(ForeignCapture& source) {
   const auto origin = capture::nearerOrigin(source.capture);
   if (!origin) return;
   source.capture = capture::countedFrom(std::move(source.capture), *origin);
@@ -159,7 +157,7 @@ std::optional<image::Mask> objectByMatte(const capture::Capture& capture, size_t
 }
 
 // `masks` by threshold: one per view, or empty.
-void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bool unevenly,
+void estimateStrengths(ForeignCapture& source, const std::vector<image::Mask>& masks, bool unevenly,
                        const Progress& progress) {
   capture::Capture& capture = source.capture;
   const auto isDirectional = [](const capture::Light& light) {
@@ -195,19 +193,20 @@ void estimateStrengths(Source& source, const std::vector<image::Mask>& masks, bo
 }
 
 // Removes the source's masks, which need not be valid if others are made.
-void dropMasks(Source& source) {
+void dropMasks(ForeignCapture& source) {
   std::set<fs::path> masks;
   for (capture::Frame& frame : source.capture.frames) {
     if (!frame.mask.empty()) masks.insert(frame.mask);
     frame.mask.clear();
   }
   if (!masks.empty())
-    source.notes.push_back(capture::counted(masks.size(), "mask") + " of the source " +
+    source.notes.push_back(counted(masks.size(), "mask") + " of the source " +
                            (masks.size() == 1 ? "is" : "are") + " not used: --mask-threshold makes others");
 }
 
 // One mask per view; empty for views with poor silhouettes.
-std::vector<image::Mask> masksByThreshold(Source& source, double threshold, const Progress& progress) {
+std::vector<image::Mask> masksByThreshold(ForeignCapture& source, double threshold,
+                                          const Progress& progress) {
   const auto views = framesOfViews(source.capture);
   std::vector<image::Mask> masks(views.size());
   size_t poor = 0;
@@ -228,111 +227,6 @@ std::vector<image::Mask> masksByThreshold(Source& source, double threshold, cons
   source.capture.calibration["masks"] = "by threshold, " + std::to_string(std::lround(1000 * threshold)) +
                                         " thousandths of the 99.5th percentile of each view";
   return masks;
-}
-
-image::Image imageOf(const image::Mask& mask) {
-  image::Image image(mask.width, mask.height, 1);
-  std::ranges::copy(mask.inside, image.values.begin());
-  return image;
-}
-
-// ---------------------------------------------------------------------------------------------------------
-// The output.
-
-// Copies files into a folder, each once, and keeps their relative paths if possible.
-class Copies {
-public:
-  Copies(fs::path root, fs::path output) : root_(std::move(root)), output_(std::move(output)) {}
-
-  // Unique path below images/ or masks/.
-  fs::path claim(const fs::path& source, const char* place) {
-    fs::path inner = source.lexically_normal().lexically_relative(root_.lexically_normal());
-    if (root_.empty()) inner = source.lexically_normal();
-    if (inner.empty() || inner.is_absolute() || *inner.begin() == "..") inner = source.filename();
-    if (*inner.begin() == place && std::next(inner.begin()) != inner.end())
-      inner = inner.lexically_relative(place);
-    fs::path path = fs::path(place) / inner;
-    for (int copy = 2; !taken_.insert(path).second; ++copy)
-      path = fs::path(place) / inner.parent_path() /
-             (inner.stem().string() + "-" + std::to_string(copy) + inner.extension().string());
-    createFolder((output_ / path).parent_path());
-    return path;
-  }
-
-  fs::path copy(const fs::path& source, const char* place, const Progress& progress) {
-    const auto [known, isNew] = copied_.try_emplace({source, place});
-    if (isNew) {
-      known->second = claim(source, place);
-      copyFile(source, output_ / known->second, progress);
-      count(known->second);
-    }
-    return known->second;
-  }
-
-  // Writes a picture as PNG in place of a source file; returns its path as copy() does.
-  fs::path write(const fs::path& source, const char* place, const image::Image& image) {
-    const fs::path path = claim(fs::path(source).replace_extension(".png"), place);
-    image::writePng(output_ / path, image);
-    count(path);
-    copied_[{output_ / path, place}] = path;
-    return output_ / path;
-  }
-
-  void count(const fs::path& written) { bytes_ += fs::file_size(output_ / written); }
-  size_t files(const char* place) const {
-    return static_cast<size_t>(
-        std::ranges::count_if(taken_, [&](const fs::path& path) { return *path.begin() == place; }));
-  }
-  uint64_t bytes() const { return bytes_; }
-
-private:
-  fs::path root_, output_;
-  std::map<std::pair<fs::path, std::string>, fs::path> copied_;
-  std::set<fs::path> taken_;
-  uint64_t bytes_ = 0;
-};
-
-image::Image inverted(image::Image coverage) {
-  for (float& value : coverage.values) value = 1 - value;
-  return coverage;
-}
-
-// Writes inverted copies of the source's masks, which replace them in the capture.
-void invertMasks(capture::Capture& capture, Copies& copies, const Progress& progress) {
-  std::map<fs::path, fs::path> written;
-  for (capture::Frame& frame : capture.frames) {
-    if (frame.mask.empty()) continue;
-    progress.checkpoint();
-    const auto [known, isNew] = written.try_emplace(frame.mask);
-    if (isNew)
-      known->second = copies.write(frame.mask, "masks", inverted(capture::readMask(frame.mask).coverage));
-    frame.mask = known->second;
-  }
-}
-
-// Copies all files, and changes the capture's paths to those of the output.
-void takeAlong(capture::Capture& capture, const std::vector<image::Mask>& masks, Copies& copies,
-               const fs::path& output, const Progress& progress) {
-  std::vector<fs::path> maskOf(capture.views.size());
-  for (size_t f = 0; f < capture.frames.size(); ++f) {
-    capture::Frame& frame = capture.frames[f];
-    progress("copying", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
-    if (!masks.empty()) {
-      fs::path& mask = maskOf[frame.view];
-      if (mask.empty() && !masks[frame.view].inside.empty()) {
-        mask = copies.claim(fs::path(frame.picture).replace_extension(".png"), "masks");
-        image::writePng(output / mask, imageOf(masks[frame.view]));
-        copies.count(mask);
-      }
-      frame.mask = mask;
-    } else if (!frame.mask.empty()) {
-      frame.mask = copies.copy(frame.mask, "masks", progress);
-    }
-    frame.picture = copies.copy(frame.picture, "images", progress);
-    for (capture::Exposure& exposure : frame.further)
-      exposure.picture = copies.copy(exposure.picture, "images", progress);
-  }
-  if (!capture.geometry.empty()) capture.geometry = copies.copy(capture.geometry, "geometry", progress);
 }
 
 } // namespace
@@ -402,7 +296,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   ImportReport report;
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
-  Source source = readSource(sourcePath, report.format, options);
+  ForeignCapture source = readSource(sourcePath, report.format, options);
   capture::Capture& capture = source.capture;
   if (options.maskThreshold) dropMasks(source);
   if (options.colorSpace) {
@@ -434,7 +328,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
   estimateStrengths(source, masks, options.unevenLights, progress);
 
-  takeAlong(capture, masks, copies, folder.temporaryPath(), progress);
+  copyFiles(capture, masks, copies, progress);
   capture::writeCapture(capture, folder.temporaryPath());
   progress("copying", 1);
   folder.commit();

@@ -1,4 +1,7 @@
-// Converts captures of other formats into a capture folder of its own.
+// Converts captures of other formats into a capture folder.
+//
+// A new format gets a reader that returns a ForeignCapture (foreign_capture.h), a value of ImportFormat and a
+// case in import.cpp (docs/adding.md).
 #pragma once
 
 #include "srf/capture/capture.h"

@@ -216,8 +216,8 @@ std::optional<std::vector<Rgb>> intensitiesBeside(const fs::path& lights, size_t
   }
 }
 
-void addLights(Source& source, const std::vector<LightEntry>& entries, const std::vector<std::string>& names,
-               const std::vector<Rgb>& strengths, bool positions) {
+void addLights(ForeignCapture& source, const std::vector<LightEntry>& entries,
+               const std::vector<std::string>& names, const std::vector<Rgb>& strengths, bool positions) {
   for (size_t l = 0; l < entries.size(); ++l) try {
       const Vec3<double>& v = entries[l].vector;
       // Positions are limited more, because the strength of a lamp is its squared distance.
@@ -278,9 +278,9 @@ std::optional<fs::path> findLights(const fs::path& folder) {
   return std::nullopt;
 }
 
-Source readLitView(const fs::path& folder, const fs::path& lights, const LitViewOptions& options,
-                   bool allowOutside) try {
-  Source source;
+ForeignCapture readLitView(const fs::path& folder, const fs::path& lights, const LitViewOptions& options,
+                           bool allowOutside) try {
+  ForeignCapture source;
   source.files = {folder, allowOutside};
   const std::string content = readFile(lights), points = withDecimalPoints(content);
   if (points != content) source.notes.push_back("the light file has decimal commas");

@@ -1,7 +1,7 @@
 // One view under many lights: sets of reflectance transformation imaging (RTI, PTM) and photometric stereo.
 #pragma once
 
-#include "srf/import/source.h"
+#include "srf/import/foreign_capture.h"
 #include "surfel/math/angle.h"
 
 #include <filesystem>
@@ -29,7 +29,7 @@ std::optional<std::filesystem::path> findLights(const std::filesystem::path& fol
 // is the mask of all. Strengths come from light_intensities.txt beside the light file, r g b per line.
 // Otherwise they are unknown: irradiance 1, or for positions one intensity with mean irradiance 1 at the
 // origin. Throws Error with the line.
-Source readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
-                   const LitViewOptions& options, bool allowOutside);
+ForeignCapture readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
+                           const LitViewOptions& options, bool allowOutside);
 
 } // namespace surflect::importers

@@ -1,8 +1,8 @@
 #include "srf/import/masks.h"
 
-#include "srf/capture/counted.h"
 #include "srf/import/listing.h"
 #include "surfel/base/first_names.h"
+#include "surfel/base/message_text.h"
 
 #include <algorithm>
 #include <map>
@@ -93,7 +93,7 @@ std::vector<fs::path> maskFoldersIn(const fs::path& parent, std::string_view pic
   return folders;
 }
 
-void findMasks(Source& source) {
+void findMasks(ForeignCapture& source) {
   std::vector<capture::Frame>& frames = source.capture.frames;
   const auto shown = [&](const fs::path& file) { return source.files.shown(file); };
   const bool named =
@@ -141,13 +141,13 @@ void findMasks(Source& source) {
   std::vector<std::string>& notes = source.notes;
   if (named && !taken.empty())
     notes.push_back(
-        "masks of " + capture::counted(masked, "photograph") +
+        "masks of " + counted(masked, "photograph") +
         " that the source names no mask for are not used, though their names fit: " + firstNames(taken));
   if (!named && !taken.empty())
-    notes.push_back(capture::counted(taken.size(), "mask") + " found by name for " + std::to_string(masked) +
-                    " of " + capture::counted(frames.size(), "photograph") + ": " + firstNames(taken));
+    notes.push_back(counted(taken.size(), "mask") + " found by name for " + std::to_string(masked) + " of " +
+                    counted(frames.size(), "photograph") + ": " + firstNames(taken));
   if (!named && !ambiguous.empty())
-    notes.push_back("several masks fit " + capture::counted(ambiguous.size(), "photograph") +
+    notes.push_back("several masks fit " + counted(ambiguous.size(), "photograph") +
                     " by name; taken: " + firstNames(ambiguous));
   if (!shared.empty())
     notes.push_back("masks whose names photographs of several views have, which are not used: " +

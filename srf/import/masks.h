@@ -5,7 +5,7 @@
 // subfolders; or one with such a suffix beside 01.jpg.
 #pragma once
 
-#include "srf/import/source.h"
+#include "srf/import/foreign_capture.h"
 
 #include <filesystem>
 #include <string_view>
@@ -22,6 +22,6 @@ std::vector<std::filesystem::path> maskFoldersIn(const std::filesystem::path& pa
 // source.maskFolders and each folder of pictures below the root. If the source names masks itself, masks by
 // name are not used, with a note. A mask whose name fits pictures of several views is not used. Throws Error
 // for masks outside of the root, unless allowed.
-void findMasks(Source& source);
+void findMasks(ForeignCapture& source);
 
 } // namespace surflect::importers

@@ -37,7 +37,7 @@ capture::Lens lensOf(Mat3<double> k, image::PictureSize size) {
           .centerY = checkedCenter(k(1, 2) + 0.5)};
 }
 
-void addPicture(Source& source, const TextLine& line, capture::RoundedRotations& rotations) {
+void addPicture(ForeignCapture& source, const TextLine& line, capture::RoundedRotations& rotations) {
   const std::vector<std::string_view> words = wordsOf(line.text);
   if (words.size() != 22)
     throw Error::mismatch("a picture, K, R and t: 22 words", std::to_string(words.size()));
@@ -69,11 +69,11 @@ fs::path silhouetteList(const fs::path& parameters) {
 
 } // namespace
 
-Source readMiddlebury(const fs::path& parameters, bool allowOutside) try {
+ForeignCapture readMiddlebury(const fs::path& parameters, bool allowOutside) try {
   const std::string content = readFile(parameters);
   const std::vector<TextLine> lines = sayingLinesOf(content);
   if (lines.empty()) throw Error::mismatch("the number of pictures", "an empty file");
-  Source source;
+  ForeignCapture source;
   source.files = {parameters.parent_path(), allowOutside};
   capture::RoundedRotations rotations;
   for (size_t i = 0; i < lines.size(); ++i) try {

@@ -5,7 +5,7 @@
 // 2006, https://vision.middlebury.edu/mview/data/]
 #pragma once
 
-#include "srf/import/source.h"
+#include "srf/import/foreign_capture.h"
 
 #include <filesystem>
 
@@ -13,6 +13,6 @@ namespace surflect::importers {
 
 // K may have any scale, but no skew. Pictures that NAME_good_silhouette_images.txt beside it does not list
 // have poor silhouettes. Throws Error with the line.
-Source readMiddlebury(const std::filesystem::path& parameters, bool allowOutside);
+ForeignCapture readMiddlebury(const std::filesystem::path& parameters, bool allowOutside);
 
 } // namespace surflect::importers

@@ -13,7 +13,7 @@ namespace surflect::importers {
 
 namespace fs = std::filesystem;
 
-void noteTurned(const std::map<fs::path, int>& orientations, Source& source) {
+void noteTurned(const std::map<fs::path, int>& orientations, ForeignCapture& source) {
   size_t turned = 0;
   std::set<int> different;
   for (const auto& [picture, orientation] : orientations)
@@ -28,7 +28,7 @@ void noteTurned(const std::map<fs::path, int>& orientations, Source& source) {
       "of the stored pictures");
 }
 
-void noteUnused(Source& source, bool below) {
+void noteUnused(ForeignCapture& source, bool below) {
   std::set<fs::path> folders, used;
   for (const capture::Frame& frame : source.capture.frames) {
     used.insert(frame.mask.lexically_normal());
@@ -54,7 +54,7 @@ void noteUnused(Source& source, bool below) {
                            std::to_string(unused.size()) + " (" + firstNames(unused) + ")");
 }
 
-void noteMasks(Source& source, bool inverted, const Progress& progress) {
+void noteMasks(ForeignCapture& source, bool inverted, const Progress& progress) {
   const bool anyMask =
       std::ranges::any_of(source.capture.frames, [](const capture::Frame& f) { return !f.mask.empty(); });
   if (inverted && !anyMask) throw Error("the source has no masks").at("--invert-masks").in(source.files.root);

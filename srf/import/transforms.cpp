@@ -129,7 +129,7 @@ void countLamps(const Json& frames, Findings& findings) {
   }
 }
 
-void sayLamps(const Findings& findings, Source& source) {
+void sayLamps(const Findings& findings, ForeignCapture& source) {
   const auto& [notes, all, unknown] = findings;
   if (unknown == 0) return;
   const std::string which = unknown < all ? std::to_string(unknown) + " of " + std::to_string(all) : "all";
@@ -269,12 +269,12 @@ std::optional<fs::path> findTransforms(const fs::path& folder) {
   return firstFile(folder, {"transforms.json", "transforms_train.json"});
 }
 
-Source readTransforms(const fs::path& folderOrFile, bool allowOutside) {
+ForeignCapture readTransforms(const fs::path& folderOrFile, bool allowOutside) {
   const bool ofFolder = isFolder(folderOrFile);
   const fs::path file =
       ofFolder ? findTransforms(folderOrFile).value_or(folderOrFile / "transforms.json") : folderOrFile;
   const fs::path folder = file.parent_path();
-  Source source;
+  ForeignCapture source;
   source.files = {folder, allowOutside};
 
   Findings findings;

@@ -2,7 +2,7 @@
 // per frame (NRHints, GS3). Their keys are renamed to ours and read by readCapture.
 #pragma once
 
-#include "srf/import/source.h"
+#include "srf/import/foreign_capture.h"
 
 #include <filesystem>
 #include <optional>
@@ -16,6 +16,6 @@ std::optional<std::filesystem::path> findTransforms(const std::filesystem::path&
 // transforms_test.json and transforms_val.json (or _valid). Splits are those of the files, of nerfstudio's
 // train_filenames, val_filenames, test_filenames, or of each frame. Validation photographs are dropped, or
 // become the test if there is none. Throws Error.
-Source readTransforms(const std::filesystem::path& folderOrFile, bool allowOutside);
+ForeignCapture readTransforms(const std::filesystem::path& folderOrFile, bool allowOutside);
 
 } // namespace surflect::importers

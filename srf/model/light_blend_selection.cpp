@@ -16,20 +16,23 @@ namespace surflect::model {
 
 namespace {
 
-// Blends are foreshortened where lights are no farther apart than this: a surface that faces one squarely is
-// then seen under the next by half of it or more, which is what foreshortening() can make good.
+// Largest spacing of lights, in radians, at which blends are foreshortened. A surface that faces one light
+// squarely then has at least half the irradiance from the next, which stays within the limit of
+// foreshortening().
 constexpr double kForeshortenedSpacing = std::numbers::pi / 3;
 
-// What may be foreshortened. Normals that photographs tell are as rough as a relief made of them: by those a
-// mean would err by tens of percent, while a plane leaves them a few percent to say.
+// Fits that may be foreshortened. Photometric normals are as rough as a relief integrated from them: they
+// would put a mean off by tens of percent, but a plane, which needs only a small correction, by a few
+// percent.
 std::vector<ulr::LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
   if (normals == NormalsFrom::nothing || spacing > kForeshortenedSpacing) return {};
   if (normals == NormalsFrom::photographs) return {ulr::LightFit::plane};
   return {ulr::LightFit::mean, ulr::LightFit::plane};
 }
 
-// From the simplest on. Those that can be tried with one of `lights` left out: a blend of k looks at the
-// light after its k-th, too. A plane through three turns too steeply where a fourth is as near as they are.
+// Candidate blends, simplest first, that still work with one of `lights` left out: a blend of k also needs
+// the light after its k-th. A plane of three lights is excluded, as it turns too steeply when a fourth light
+// is as near.
 std::vector<ulr::LightBlend> candidatesFor(size_t lights, std::span<const ulr::LightFit> foreshortened) {
   std::vector<ulr::LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8}) {
@@ -50,12 +53,13 @@ float shown(float radiance, float white) {
 
 } // namespace
 
-LightSamples::LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance)
+ReflectanceSamples::ReflectanceSamples(std::vector<Direction3<AcquisitionSpace>> towards,
+                                       std::vector<Rgb> irradiance)
     : towards_(std::move(towards)), irradiance_(std::move(irradiance)), reflectance_(towards_.size()) {
   assert(towards_.size() == irradiance_.size());
 }
 
-void LightSamples::add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal) {
+void ReflectanceSamples::add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal) {
   normals_.push_back(normal);
   assert(reflectance.size() == reflectance_.size());
   for (size_t light = 0; light < reflectance.size(); ++light) {
@@ -65,9 +69,9 @@ void LightSamples::add(std::span<const Rgb> reflectance, const Normal3<Acquisiti
   }
 }
 
-// What photographs under the other lights tell of each texel; zero where they tell nothing.
-std::vector<Normal3<AcquisitionSpace>> LightSamples::normalsWithout(size_t light,
-                                                                    const Progress& progress) const {
+// Photometric normal of each texel, refitted without one light; zero where the other lights determine none.
+std::vector<Normal3<AcquisitionSpace>> ReflectanceSamples::normalsWithout(size_t light,
+                                                                          const Progress& progress) const {
   std::vector<size_t> others;
   std::vector<Vec3<double>> towards;
   for (size_t other = 0; other < towards_.size(); ++other) {
@@ -89,10 +93,11 @@ std::vector<Normal3<AcquisitionSpace>> LightSamples::normalsWithout(size_t light
   return normals;
 }
 
-// The summed squared error of each candidate.
-std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const ulr::LightBlend> candidates,
-                                                std::span<const Normal3<AcquisitionSpace>> normals,
-                                                float white, const Progress& progress) const {
+// Sum of squared errors of each candidate, for the photographs of `light` predicted from the other lights.
+std::vector<double> ReflectanceSamples::leftOutErrors(size_t light,
+                                                      std::span<const ulr::LightBlend> candidates,
+                                                      std::span<const Normal3<AcquisitionSpace>> normals,
+                                                      float white, const Progress& progress) const {
   std::vector<size_t> indices;
   std::vector<Direction3<AcquisitionSpace>> others;
   std::vector<Direction3<AcquisitionSpace, double>> covering;
@@ -102,14 +107,14 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const ul
     others.push_back(towards_[other]);
     covering.push_back(towards_[other].cast<double>());
   }
-  const ulr::LightCoverage coverage(covering);
+  const ulr::LightExtrapolationFade coverage(covering);
   std::vector<ulr::BlendSet> blends;
   for (const ulr::LightBlend& candidate : candidates)
     blends.push_back(
         ulr::blendOfLights(others, towards_[light], candidate, coverage, ulr::LightExtrapolation::clamp));
 
-  // How a texel's blends are foreshortened, candidate by candidate.
-  std::set<uint32_t> blended; // few, however many lights there are
+  // Foreshortening factor of a texel's blend, candidate by candidate.
+  std::set<uint32_t> blended; // only a few, however many lights exist
   for (size_t c = 0; c < candidates.size(); ++c)
     if (candidates[c].foreshortened)
       for (const auto& [other, weight] : blends[c]) blended.insert(other);
@@ -147,13 +152,14 @@ std::vector<double> LightSamples::leftOutErrors(size_t light, std::span<const ul
   return errors;
 }
 
-LightBlendSelection LightSamples::choose(double white, NormalsFrom normals, const Progress& progress) const {
+LightBlendSelection ReflectanceSamples::choose(double white, NormalsFrom normals,
+                                               const Progress& progress) const {
   constexpr double kGoodEnough = 1.12;
-  constexpr double kUnseen = 1 / (12 * 255.0 * 255.0); // the squared error of rounding to 8 bits
+  constexpr double kUnseen = 1 / (12 * 255.0 * 255.0); // squared error of rounding to 8 bits
   const size_t lights = towards_.size();
   std::vector<Direction3<AcquisitionSpace, double>> covering;
   for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
-  const auto fits = foreshortenedFits(normals, ulr::LightCoverage(covering).spacing());
+  const auto fits = foreshortenedFits(normals, ulr::LightExtrapolationFade(covering).spacing());
   const auto candidates = candidatesFor(lights, fits);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);

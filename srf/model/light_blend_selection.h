@@ -1,5 +1,5 @@
-// Which blend of captured lights tells the photographs best: each light is left out in turn, and its
-// photographs are made of the others'. Cross-validation asks nothing about the material.
+// Selects the blend of captured lights by leave-one-out cross-validation: the photographs of each light are
+// predicted from those of the others. No assumption about the material is needed.
 #pragma once
 
 #include "srf/ulr/light_blend.h"
@@ -14,30 +14,31 @@ namespace surflect::model {
 
 struct LightBlendSelection {
   ulr::LightBlend blend;
-  // Of the photographs of lights left out, after the sRGB curve; none where there are too few lights to tell.
+  // PSNR of the predicted photographs after the sRGB curve; empty if there are too few lights.
   std::optional<double> leftOutDb;
 };
 
-// What tells the normals of a geometry.
+// Source of the surface normals.
 enum class NormalsFrom { shape, photographs, nothing };
 
-// What the same texels show under every light.
-class LightSamples {
+// Reflectance of a sample of texels under every light, with their normals.
+class ReflectanceSamples {
 public:
-  // Per light: the unit direction to it, and a typical irradiance, which is above 0 and tells how bright
-  // errors are.
-  LightSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance);
+  // Unit direction to each light, and its irradiance (> 0) at a typical place, which scales the errors.
+  ReflectanceSamples(std::vector<Direction3<AcquisitionSpace>> towards, std::vector<Rgb> irradiance);
 
-  // A texel's radiance under each light over the irradiance there, and the unit normal of what it shows.
+  // Adds a texel: its radiance under each light divided by the light's irradiance there (#lights), and its
+  // unit surface normal.
   void add(std::span<const Rgb> reflectance, const Normal3<AcquisitionSpace>& normal);
 
-  // The simplest blend whose squared error is within 12 %, or 0.5 dB, of the least, or below that of rounding
-  // to 8 bits: few lights before many, their mean before a plane, as they are before foreshortened. Errors
-  // are of values clipped at white, after the sRGB curve. Leaving out doubles the distance to the nearest
-  // light, so that they are larger than those of new lights between captured ones, and in favour of what
-  // smooths; hence the margin. Photographs that tell the normals have told those given with the light that is
-  // left out; the others' alone are asked again, texel by texel (photometric.h). None is foreshortened where
-  // nothing tells normals, nor where lights are far apart. Throws Cancelled.
+  // Chooses the simplest blend whose squared error is within 12 % (0.5 dB) of the least, or below that of
+  // rounding to 8 bits. Fewer lights are simpler than more, a mean than a plane, and a plain blend than a
+  // foreshortened one. Errors are those of values clipped at `white`, after the sRGB curve.
+  //
+  // Leaving a light out doubles the distance to the nearest one, so that these errors exceed those of new
+  // lights between captured ones and favour smoothing; hence the margin. Photometric normals are refitted
+  // without the omitted light (photometric.h). Nothing is foreshortened without normals or if lights are far
+  // apart. Throws Cancelled.
   LightBlendSelection choose(double white, NormalsFrom normals, const Progress& progress = {}) const;
 
 private:
@@ -48,12 +49,12 @@ private:
 
   std::vector<Direction3<AcquisitionSpace>> towards_;
   std::vector<Rgb> irradiance_;
-  // Per light: radiance over irradiance, red of all texels, green of all, blue of all as three rows.
+  // Radiance over irradiance under one light, channel by channel, of all texels.
   struct Channels {
     std::vector<float> r, g, b;
   };
   std::vector<Channels> reflectance_;
-  std::vector<Normal3<AcquisitionSpace>> normals_; // of all texels
+  std::vector<Normal3<AcquisitionSpace>> normals_; // one for each texel
 };
 
 } // namespace surflect::model

@@ -14,30 +14,32 @@ namespace surflect::model {
 namespace {
 
 using Json = nlohmann::json;
-constexpr int kDeepest = 8; // a manifest needs two; the library copies and prints by recursion
+// Levels of nesting. A manifest needs two; the library copies and prints by recursion.
+constexpr int kDeepest = 8;
 
 uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
 
 Json jsonOf(const Manifest& manifest) {
-  return {
-      {"format", kSurfelFormat},
-      {"version", kModelVersion},
-      {"white", manifest.white},
-      {"tolerance", manifest.tolerance},
-      {"light_blend",
-       {{"lights", manifest.lightBlend.lights},
-        {"fit", ulr::nameOf(manifest.lightBlend.fit)},
-        {"foreshortened", manifest.lightBlend.foreshortened}}},
-      {"surfels", manifest.surfels},
-      {"views", manifest.views},
-      {"lights", manifest.lights},
-      {"view_files", "views/NNNN.srfb, by index of the view in transforms.json"},
-      {"checksums",
-       {{"transforms.json", manifest.rig}, {"surfels.ply", manifest.cloud}, {"fades.bin", manifest.fades}}},
-      {"view_checksums", manifest.viewChecksums}};
+  return {{"format", kSurfelFormat},
+          {"version", kModelVersion},
+          {"white", manifest.white},
+          {"tolerance", manifest.tolerance},
+          {"light_blend",
+           {{"lights", manifest.lightBlend.lights},
+            {"fit", ulr::nameOf(manifest.lightBlend.fit)},
+            {"foreshortened", manifest.lightBlend.foreshortened}}},
+          {"surfels", manifest.surfels},
+          {"views", manifest.views},
+          {"lights", manifest.lights},
+          {"view_files", "views/NNNN.srfb, by index of the view in transforms.json"},
+          {"checksums",
+           {{"transforms.json", manifest.rig},
+            {"surfels.ply", manifest.cloud},
+            {"fades.bin", manifest.visibility}}},
+          {"view_checksums", manifest.viewChecksums}};
 }
 
-// Of all fields but the one that holds it.
+// Checksum of all fields other than `checksum`.
 std::string ownChecksum(Json json) {
   json.erase("checksum");
   return hex(hashOf(json.dump()));
@@ -118,7 +120,7 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     const Json& checksums = member(json, "checksums");
     manifest.rig = textOf(checksums, "transforms.json");
     manifest.cloud = textOf(checksums, "surfels.ply");
-    manifest.fades = textOf(checksums, "fades.bin");
+    manifest.visibility = textOf(checksums, "fades.bin");
     const Json& views = member(json, "view_checksums");
     if (!views.is_array()) throw mismatch("a list", views).at("view_checksums");
     for (const Json& view : views) {

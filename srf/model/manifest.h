@@ -1,5 +1,5 @@
-// manifest.json of a model: what its numbers mean, and the checksums of all its other files. Its last field
-// is a checksum of its own, so that no digit of it can change unseen. Specified in docs/format.md.
+// manifest.json of a model: the meaning of its numbers, and checksums of all its other files. The last field
+// is a checksum of the manifest itself. Specified in docs/format.md.
 #pragma once
 
 #include "srf/ulr/light_blend.h"
@@ -12,32 +12,32 @@
 
 namespace surflect::model {
 
-// Of the folder's form and of how its content is made; older models are refused, and packed anew.
+// Version of the folder's layout and of how its content is made; older models must be packed anew.
 inline constexpr int kModelVersion = 5;
 
 inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kSurfelFormat = "surflect model"; // tag of a surface reflectance field
 
-// The tag "format" in the manifest of a model's folder, which tells how to open it. Empty where there is no
-// such text.
+// Reads the tag "format" from the manifest of a model folder, which selects the renderer that opens it. Empty
+// if there is no such tag.
 std::string formatOf(const std::filesystem::path& folder);
 
 // Checksums are XXH3-64 as 16 hexadecimal digits.
 struct Manifest {
   double white = 1;     // radiance of a white pixel; positive
-  double tolerance = 0; // of every block
+  double tolerance = 0; // error tolerance of every block; see blockErrorBound
   ulr::LightBlend lightBlend;
   size_t surfels = 0, views = 0, lights = 0;
-  std::string rig, cloud, fades;          // checksums of transforms.json, surfels.ply and fades.bin
+  std::string rig, cloud, visibility;     // checksums of transforms.json, surfels.ply and fades.bin
   std::vector<std::string> viewChecksums; // ViewFile::checksum of each view
 };
 
 std::string manifestText(const Manifest& manifest);
 
-// Throws Error naming file and field. `path` is for its messages.
+// Parses a manifest. Throws Error naming `path` and the field.
 Manifest parseManifest(std::string_view text, const std::filesystem::path& path);
 
-// Of all that the manifest says, and so, through its checksums, of the whole model.
+// Hash of the manifest, which through its checksums identifies the whole model.
 uint64_t identityOf(const Manifest& manifest);
 
 } // namespace surflect::model

@@ -23,8 +23,8 @@ void matteFromMesh(MattedView& view, const capture::Camera<AcquisitionSpace>& ca
 
 } // namespace
 
-MattedView withMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
-                     const RayCaster<AcquisitionSpace>& impostor) {
+MattedView fillMissingMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
+                            const RayCaster<AcquisitionSpace>& impostor) {
   MattedView view{std::move(pictures.stack), {}, pictures.invalidTexels};
   if (pictures.hasMatte)
     view.object = image::objectMask(view.stack.alpha);

@@ -1,4 +1,4 @@
-// The pictures of a view, and what they are sure to show.
+// Pictures of a view with its object mask.
 #pragma once
 
 #include "srf/image/mask.h"
@@ -15,9 +15,9 @@ struct MattedView {
   size_t invalidTexels = 0; // as in ViewPictures
 };
 
-// Without a matte the impostor's silhouette is the object. Its rim, where an impostor that is a pixel or two
-// off would show background, continues what lies inside.
-MattedView withMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
-                     const RayCaster<AcquisitionSpace>& impostor);
+// Fills a missing matte from the silhouette of the impostor. Inside the silhouette's rim, where an impostor
+// off by a pixel or two would show background, colours are continued from further inside.
+MattedView fillMissingMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
+                            const RayCaster<AcquisitionSpace>& impostor);
 
 } // namespace surflect::model

@@ -104,7 +104,7 @@ bool isFullProduct(const std::vector<std::vector<uint32_t>>& columns, size_t lig
   return std::ranges::all_of(columns, [&](const auto& view) { return view == all; });
 }
 
-// A view file must hold what the rig says of it: look-ups rely on its size and columns.
+// Throws Error unless a view file has the size and light count of the rig, on which look-ups rely.
 void checkView(const codec::ViewFile& file, const Model& model, size_t view) {
   const capture::Lens& lens = model.rig.views[view].camera.lens;
   const codec::ViewHeader& header = file.header();
@@ -138,7 +138,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   progress("opening", 0);
   checkHash(folder / kRigFile, manifest.rig, progress);
   checkHash(folder / kSurfelFile, manifest.cloud, progress);
-  checkHash(folder / kFadeFile, manifest.fades, progress);
+  checkHash(folder / kFadeFile, manifest.visibility, progress);
   Model model;
   model.folder = folder;
   model.identity = identityOf(manifest);
@@ -155,7 +155,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   model.cloud = readCloud(folder / kSurfelFile, progress);
   model.middle = middleOf(model.cloud.p0);
   progress.checkpoint();
-  model.fades = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size(), progress);
+  model.visibility = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size(), progress);
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
   requireCount("surfels", model.cloud.size(), manifest.surfels, manifestPath);
@@ -177,7 +177,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
   capture::writeCapture(content.rig, folder);
   writeCloud(folder / kSurfelFile, content.cloud);
   progress.checkpoint();
-  writeFileAtomically(folder / kFadeFile, packVisibility(content.fades, progress));
+  writeFileAtomically(folder / kFadeFile, packVisibility(content.visibility, progress));
   Manifest manifest{.white = content.white,
                     .tolerance = content.tolerance,
                     .lightBlend = content.lightBlend,
@@ -186,7 +186,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
                     .lights = content.rig.lights.size(),
                     .rig = fileHash(folder / kRigFile, progress),
                     .cloud = fileHash(folder / kSurfelFile, progress),
-                    .fades = fileHash(folder / kFadeFile, progress),
+                    .visibility = fileHash(folder / kFadeFile, progress),
                     .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
     manifest.viewChecksums.push_back(hex(codec::ViewFile(folder / viewFilePath(view)).checksum()));

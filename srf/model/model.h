@@ -1,8 +1,8 @@
-// A packed surface reflectance field on disk.
+// A packed surface reflectance field in a folder: manifest.json (version, white level, light blend,
+// checksums), transforms.json (the rig), surfels.ply, fades.bin and views/*.srfb.
 //
-// On disk a folder: manifest.json (version, white level, light blend, checksums), transforms.json (the rig,
-// in the form of a capture whose pictures are the view files: the frames of a view, in order, are the columns
-// of its file), surfels.ply, fades.bin and views/*.srfb. Specified in docs/format.md.
+// The rig has the form of a capture whose pictures are the view files: the frames of a view, in order, are
+// the columns of its file. Specified in docs/format.md.
 #pragma once
 
 #include "srf/shading/reflectance_field.h"
@@ -14,22 +14,22 @@ namespace surflect::model {
 
 using Model = shading::ReflectanceField;
 
-// Throws Error naming file and field, and Cancelled.
+// Opens a packed model. Throws Error naming file and field, and Cancelled.
 Model openModel(const std::filesystem::path& folder, const Progress& progress = {});
 
-// What openModel reads beside the view files, which must be in place already. Written last, so that a folder
-// without manifest is an unfinished one.
+// Content of a model apart from its view files, which must exist already. The manifest is written last: a
+// folder without one is unfinished.
 struct ModelContent {
   const capture::Capture& rig;
   const SurfelCloud& cloud;
-  const ulr::VisibilityWeights& fades;
+  const ulr::VisibilityWeights& visibility;
   double white, tolerance;
   ulr::LightBlend lightBlend;
 };
 void writeModel(const std::filesystem::path& folder, const ModelContent& content,
                 const Progress& progress = {});
 
-// views/0007.srfb
+// Returns views/0007.srfb for view 7.
 std::filesystem::path viewFilePath(size_t view);
 
 } // namespace surflect::model

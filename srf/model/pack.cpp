@@ -5,7 +5,7 @@
 #include "srf/model/matted_view.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
-#include "srf/model/pack_survey.h"
+#include "srf/model/pack_prepass.h"
 #include "srf/proxy/mesh/enclosed.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -25,7 +25,8 @@ namespace surflect::model {
 
 namespace {
 
-// Training frames by view, in the order of the capture; columns of the view's file.
+// Training frames of each view, in the order of the capture, which is the order of columns in the view's
+// file.
 std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture) {
   std::vector<std::vector<size_t>> frames(capture.views.size());
   for (size_t i = 0; i < capture.frames.size(); ++i) frames[capture.frames[i].view].push_back(i);
@@ -34,7 +35,7 @@ std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture) {
   return frames;
 }
 
-// The capture as a model's rig: each frame's picture is a column of its view's file.
+// The capture as a model's rig: the picture of each frame is a column of its view's file.
 capture::Capture rigOf(const capture::Capture& capture, std::span<const std::vector<size_t>> frames) {
   capture::Capture rig = capture;
   rig.geometry.clear();
@@ -52,14 +53,15 @@ capture::Capture rigOf(const capture::Capture& capture, std::span<const std::vec
   return rig;
 }
 
-// A default that no photograph justifies; asked for by number, there may be more.
+// Largest default number of surfels; an explicit number may be larger.
 constexpr size_t kMostSurfels = 1000000;
 
-// Version of the encoder's choices, which decide the bytes of a view: pack does not resume views of another
-// one.
+// Version of the encoder, whose choices decide the bytes of a view; pack does not resume views of another
+// version.
 constexpr int kEncoderVersion = 2;
 
-// What makes files of an earlier run those that this run would write.
+// Identity of everything that determines the files of a run: an earlier run with the same identity can be
+// resumed.
 std::string packIdentity(const PackSource& source, double tolerance, const TriangleMesh& mesh) {
   const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
   return fmt::format("format {} {} {} {:016x} {:016x} {:.17g}\n", kModelVersion, kEncoderVersion,
@@ -110,28 +112,27 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const Stopwatch fadeWatch;
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
-  const ulr::VisibilityWeights fades = ulr::visibilityWeights(cloud, cameras, impostor, progress);
+  const ulr::VisibilityWeights visibility = ulr::visibilityWeights(cloud, cameras, impostor, progress);
   report.fadeSeconds = fadeWatch.seconds();
 
   const Stopwatch storeWatch;
   const auto identityPath = folder / packIdentityPath();
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
-  std::optional<PackSurvey> surveyed;
+  std::optional<PackPrepass> surveyed;
   if (resumes && std::filesystem::exists(folder / surveyPath()))
-    surveyed = parsePackSurvey(readFile(folder / surveyPath()));
+    surveyed = parsePackPrepass(readFile(folder / surveyPath()));
   if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
-  if (!surveyed)
-    surveyed = surveyCapture(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
-  codec::StoreOptions store;
+  if (!surveyed) surveyed = prepass(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
+  codec::EncodeOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
   report.lightChoice = surveyed->lights;
-  std::filesystem::remove(folder / "manifest.json"); // from now on the folder is unfinished
+  std::filesystem::remove(folder / "manifest.json"); // marks the folder as unfinished
   if (!resumes) {
-    removeViews(folder); // or a run that stops here would leave them to be taken for its own
+    removeViews(folder); // else an interrupted run would leave stale views to be resumed
     writeFileAtomically(identityPath, identity);
   }
-  writeFileAtomically(folder / surveyPath(), packSurveyText(*surveyed));
+  writeFileAtomically(folder / surveyPath(), packPrepassText(*surveyed));
 
   std::vector<size_t> missing;
   report.ofView.resize(frames.size());
@@ -147,16 +148,18 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     const size_t view = missing[i];
     const Progress ofView = stepOf(progress, "reflectance images", i, missing.size());
     ofView("", 0);
-    const MattedView loaded = withMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
+    const MattedView loaded =
+        fillMissingMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
     const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, progress);
     writeView(folder, view, encoded);
     report.ofView[view] = encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
   }
   for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
-  writeModel(folder,
-             {rigOf(capture, frames), cloud, fades, store.white, store.tolerance, surveyed->lights.blend},
-             progress);
+  writeModel(
+      folder,
+      {rigOf(capture, frames), cloud, visibility, store.white, store.tolerance, surveyed->lights.blend},
+      progress);
   report.storeSeconds = storeWatch.seconds();
   progress("reflectance images", 1);
   return report;

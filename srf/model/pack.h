@@ -1,4 +1,4 @@
-// From a capture to a model.
+// Packs a capture as a model: samples surfels, selects the light blend and encodes the views.
 #pragma once
 
 #include "srf/codec/view_encoder.h"
@@ -18,10 +18,10 @@ namespace surflect::model {
 
 struct PackOptions {
   proxy::ImpostorOptions impostor;
-  double tolerance = 0.02; // of every block, see blockErrorBound
+  double tolerance = 0.02; // error tolerance of every block; see blockErrorBound
   std::optional<size_t>
-      surfels;            // about so many; none: two across a pixel of the photographs, a million at most
-  bool overwrite = false; // a finished model of other photographs, geometry or tolerance
+      surfels; // approximate count; by default two across a pixel of the photographs, a million at most
+  bool overwrite = false; // also replaces a finished model of another identity
 };
 
 struct PackReport {
@@ -29,22 +29,22 @@ struct PackReport {
   std::vector<std::string> meshNotes;     // see Impostor::notes
   std::vector<proxy::Impostor::Fit> fits; // as in Impostor
   size_t surfels = 0, lights = 0, resumedViews = 0;
-  std::vector<std::string> views; // identities
+  std::vector<std::string> views; // identities of the views
   double white = 0;
   LightBlendSelection lightChoice;
-  size_t invalidTexels = 0;               // NaN or infinite in the photographs of views that were not resumed
-  std::vector<codec::ViewSummary> ofView; // as `views`, also of resumed ones
-  codec::ViewSummary store;               // their sum
+  size_t invalidTexels = 0; // NaN or infinite texels in the photographs of views that were not resumed
+  std::vector<codec::ViewSummary> ofView; // one for each of `views`, resumed ones included
+  codec::ViewSummary store;               // sum of `ofView`
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;
 };
 
-// Writes the model folder; over a finished model of another identity only if `overwrite`. Views are asked
-// for, encoded and written one after the other, so memory is bounded by one view's photographs; a view file
-// that an interrupted run has finished is kept. `announce` is called once, when the surface is known, before
-// photographs are packed. Throws Error and Cancelled.
+// Writes the model folder; replaces a finished model of another identity only if `overwrite`. Views are
+// requested, encoded and written one by one, so that memory is bounded by the photographs of one view;
+// finished view files of an interrupted run are kept. Calls `announce` once, when the surface is known and
+// before photographs are packed. Throws Error and Cancelled.
 PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
                 const Progress& progress, const std::function<void(const PackEstimate&)>& announce);
-// Of the training frames of a capture on disk.
+// Packs the training frames of a capture on disk.
 PackReport pack(const capture::Capture& capture, const std::filesystem::path& folder,
                 const PackOptions& options, const Progress& progress,
                 const std::function<void(const PackEstimate&)>& announce);

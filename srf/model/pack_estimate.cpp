@@ -15,16 +15,16 @@ namespace surflect::model {
 namespace {
 
 constexpr double kProbeSurfels = 10000, kLeastShare = 0.02, kMostShare = 0.1;
-constexpr size_t kManyTriangles = 4096; // of which a part is like the whole
-constexpr size_t kRuns = 8;             // that the part consists of
-// Measured on two cores, of the vase in examples/ at the default tolerance.
+constexpr size_t kManyTriangles = 4096; // above this, a part is representative of the whole
+constexpr size_t kRuns = 8;             // runs of triangles in the part
+// Measured on two cores with the vase of examples/ at the default tolerance.
 constexpr double kRatio = 5;                 // half floats to stored bytes
 constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
 constexpr double kSecondsPerValue = 1.5e-8;  // encoding, per channel of an object pixel
-constexpr double kBytesPerSurfel = 2100;     // of memory, while it is sampled
-constexpr size_t kSurveyed = 8;              // views, which are read twice
+constexpr double kBytesPerSurfel = 2100;     // memory while a surfel is sampled
+constexpr size_t kSurveyed = 8;              // views that the survey reads, so that they are read twice
 
-// Runs of triangles, evenly spread over the list, that are about `share` of all.
+// A part of a mesh: kRuns runs of triangles, evenly spread over the list, about `share` of them in all.
 TriangleMesh partOf(const TriangleMesh& mesh, double share) {
   const size_t all = mesh.triangles.size(),
                length = static_cast<size_t>(std::ceil(share * static_cast<double>(all) / kRuns));
@@ -50,7 +50,8 @@ struct SurfelEstimate {
   double count = 0, seconds = 0, fadeSeconds = 0;
 };
 
-// Times are those of a part of the surface; a surface of few triangles is sampled as a whole, but coarsely.
+// Estimates surfels from a timed sample of part of the surface; a surface of few triangles is sampled as a
+// whole, but more coarsely.
 SurfelEstimate estimateSurfels(const capture::Capture& capture, const TriangleMesh& surface, double spacing,
                                const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   const double count = surfelsAt(surface, spacing),
@@ -68,7 +69,7 @@ SurfelEstimate estimateSurfels(const capture::Capture& capture, const TriangleMe
   return {count, times * samplingSeconds, times * fading.seconds()};
 }
 
-// The share of pictures that the object fills, of four views, by as many rays as small pictures have pixels.
+// Fraction of the pictures that the object covers, in four views, by casting the rays of small pictures.
 double objectShare(const capture::Capture& capture, const RayCaster<AcquisitionSpace>& impostor,
                    const Progress& progress) {
   constexpr size_t kViews = 4;
@@ -106,17 +107,17 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
   }
   const MemoryUse memory = memoryUse();
   const SurfelEstimate surfels = estimateSurfels(capture, surface, spacing, impostor, quiet);
-  const double fades = surfels.count * static_cast<double>(frames.size());
-  const double slowness = surfels.seconds / (kSecondsPerSurfel * surfels.count); // of the machine, now
+  const double visibility = surfels.count * static_cast<double>(frames.size());
+  const double slowness = surfels.seconds / (kSecondsPerSurfel * surfels.count); // this machine
   const double readings =
       static_cast<double>(capture.frames.size()) *
       (1 + static_cast<double>(std::min(kSurveyed, frames.size())) / static_cast<double>(frames.size()));
   PackEstimate estimate;
   estimate.surfels = static_cast<size_t>(surfels.count);
-  estimate.diskBytes = static_cast<uint64_t>(2 * values / kRatio + 44 * surfels.count + fades / 8);
-  estimate.memoryBytes = static_cast<uint64_t>(
-      std::max(memory.peakBytes,
-               memory.anonymousBytes + std::max(32 * largest, kBytesPerSurfel * surfels.count + 3 * fades)));
+  estimate.diskBytes = static_cast<uint64_t>(2 * values / kRatio + 44 * surfels.count + visibility / 8);
+  estimate.memoryBytes = static_cast<uint64_t>(std::max(
+      memory.peakBytes,
+      memory.anonymousBytes + std::max(32 * largest, kBytesPerSurfel * surfels.count + 3 * visibility)));
   estimate.seconds = secondsSoFar + surfels.seconds + surfels.fadeSeconds +
                      readings * source.secondsPerPicture(quiet) + slowness * kSecondsPerValue * values;
   return estimate;

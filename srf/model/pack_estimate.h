@@ -1,5 +1,5 @@
-// Estimate of what a model will take, before the work: from a part of the surface that is sampled, and some
-// photographs that are read, as long as they take on this machine as it is now.
+// Estimates the disk space, memory and time of packing a model, by timing on part of the surface and a few
+// photographs.
 #pragma once
 
 #include "srf/model/pack_source.h"
@@ -16,12 +16,12 @@ namespace surflect::model {
 struct PackEstimate {
   size_t surfels = 0;
   uint64_t diskBytes = 0, memoryBytes = 0;
-  double seconds = 0; // of all of pack
+  double seconds = 0; // for all of pack
 };
 
-// For surfels `spacing` apart on the surface. `frames` of each view, as indices into
-// source.training().frames; `secondsSoFar` is what pack took until now. Cost: about a twentieth of sampling,
-// and the reading of four photographs. Throws Error and Cancelled.
+// Estimates a model with surfels `spacing` apart (scene units). `frames` are indices into
+// source.training().frames, by view; `secondsSoFar` is the time pack has taken already. Takes about a
+// twentieth of the time of sampling, and reads four photographs. Throws Error and Cancelled.
 PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<size_t>> frames,
                           const TriangleMesh& surface, double spacing,
                           const RayCaster<AcquisitionSpace>& impostor, double secondsSoFar,

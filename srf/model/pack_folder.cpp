@@ -27,8 +27,7 @@ std::string errorText(std::span<const std::byte> file, const codec::ViewSummary&
                      summary.clippedSquaredError);
 }
 
-// A folder in which there is nothing, or what a run leaves that was interrupted early: folders and
-// temporaries.
+// Returns true for an empty folder, or one with only the folders and temporary files of an interrupted run.
 bool isVacant(const fs::path& folder) {
   if (!fs::is_directory(folder)) return false;
   const auto isContent = [](const fs::directory_entry& entry) {
@@ -38,7 +37,7 @@ bool isVacant(const fs::path& folder) {
   return std::none_of(begin(entries), end(entries), isContent);
 }
 
-// Is it the name of a file that tells of one view, or of the survey?
+// Returns true for the name of a view's file or of the survey.
 bool isOfViews(const std::string& name) {
   size_t view = 0;
   const auto [end, status] = std::from_chars(name.data(), name.data() + name.size(), view);
@@ -46,7 +45,7 @@ bool isOfViews(const std::string& name) {
                               (viewFilePath(view).filename() == name || errorPath(view).filename() == name));
 }
 
-// What an earlier run of pack left when it was killed.
+// Removes temporary files of a run that was killed.
 void removeLitter(const fs::path& folder) {
   removeAbandoned(folder, [](const std::string& target) {
     return target == "manifest.json" || target == "transforms.json" || target == "surfels.ply" ||
@@ -62,7 +61,7 @@ fs::path packIdentityPath() { return fs::path("views") / "identity"; }
 fs::path surveyPath() { return fs::path("views") / "survey"; }
 
 bool isFinished(const fs::path& folder) {
-  std::error_code ignored; // what cannot be looked at is not there, as far as one can tell
+  std::error_code ignored; // a folder that cannot be read counts as unfinished
   return fs::exists(folder / "manifest.json", ignored);
 }
 bool isUnfinished(const fs::path& folder) {

@@ -1,4 +1,4 @@
-// The folder of a model while pack writes it: what earlier runs left there, and what of it is kept.
+// The model folder while pack writes it: detects, protects, resumes and removes files of earlier runs.
 #pragma once
 
 #include "srf/codec/view_encoder.h"
@@ -10,30 +10,29 @@
 
 namespace surflect::model {
 
-// views/identity: what the files of an earlier run were made of.
+// views/identity: the packIdentity of the run that wrote the files.
 std::filesystem::path packIdentityPath();
-// views/survey: see packSurveyText().
+// views/survey: a packPrepassText.
 std::filesystem::path surveyPath();
 
-// A manifest is written last and makes a model finished.
+// Returns true if the folder has a manifest, which is written last.
 bool isFinished(const std::filesystem::path& folder);
-// pack has begun to write there and has not come to the manifest.
+// Returns true if pack has begun to write but has not written the manifest.
 bool isUnfinished(const std::filesystem::path& folder);
 
-// Throws Error where there is a finished model of another identity: it is not replaced by mistake.
+// Throws Error if the folder holds a finished model of another identity.
 void protectFinished(const std::filesystem::path& folder, const std::string& identity);
 
-// Only a new folder, or one that pack has begun or made, may be written into: a capture has files of the same
-// names. Throws Error. What a run left that was killed while it wrote is removed.
+// Creates or takes over a folder for pack, and removes temporary files of a killed run. Throws Error unless
+// the folder is new or was begun or made by pack, since a capture has files of the same names.
 void claimPackFolder(const std::filesystem::path& folder);
 
-// Writes the file of a view, and beside it what encoding lost: nothing else knows it once the photographs are
-// gone.
+// Writes a view file, and beside it its summary, which cannot be recomputed without the photographs.
 void writeView(const std::filesystem::path& folder, size_t view, const codec::EncodedView& encoded);
-// What a view file of an earlier run holds and lost, where it is complete.
+// Summary of a view file of an earlier run; empty unless file and summary are complete.
 std::optional<codec::ViewSummary> finishedView(const std::filesystem::path& folder, size_t view);
 
-// All views, and the survey.
+// Removes all views and the survey.
 void removeViews(const std::filesystem::path& folder);
 
 } // namespace surflect::model

@@ -52,7 +52,7 @@ ViewPictures CaptureSource::pictures(std::span<const size_t> frames, bool, const
 }
 
 double CaptureSource::secondsPerPicture(const Progress& progress) const {
-  constexpr size_t kFiles = 4; // of one view, all frames that they hold
+  constexpr size_t kFiles = 4; // from one view, all frames that are in them
   const size_t view = training_.frames[training_.frames.size() / 2].view;
   std::set<std::filesystem::path> files;
   std::vector<size_t> frames;

@@ -1,4 +1,4 @@
-// Where pack has its photographs from: a capture on disk, or whatever makes them as they are asked for.
+// Source of the photographs that pack encodes: a capture on disk, or one rendered on demand.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -13,12 +13,12 @@
 namespace surflect::model {
 
 struct ViewPictures {
-  codec::ReflectanceStack stack; // alpha is 1 where there is no matte
-  bool hasMatte = false;         // some picture has alpha, or a mask
-  size_t invalidTexels = 0;      // were NaN or infinite, are black now
+  codec::ReflectanceStack stack; // alpha is 1 without a matte
+  bool hasMatte = false;         // at least one picture has alpha or a mask
+  size_t invalidTexels = 0;      // NaN or infinite texels, replaced by black
 };
 
-// Those of frames of a capture on disk, all of one view. Throws Error and Cancelled.
+// Reads the pictures of `frames` (indices into capture.frames), all of one view. Throws Error and Cancelled.
 ViewPictures readViewPictures(const capture::Capture& capture, std::span<const size_t> frames,
                               const Progress& progress);
 
@@ -26,17 +26,17 @@ class PackSource {
 public:
   virtual ~PackSource() = default;
 
-  // Cameras, lights and training frames: no view without one, and no two of one view and light.
+  // Cameras, lights and training frames. Every view has a frame, and no two frames share both view and light.
   virtual const capture::Capture& training() const = 0;
   virtual proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const = 0;
-  // One line, another one where pictures may be others.
+  // Single-line identity that changes whenever the pictures may change.
   virtual std::string identity() const = 0;
-  // The pictures of some frames, all of one view, by their indices in training().frames and in that order:
-  // the same whenever they are asked for. A view that is surveyed is asked for once more later, with
-  // `isLastTime`. Throws Error and Cancelled; progress is of this view.
+  // Pictures of frames (indices into training().frames) of one view, in the given order; always the same for
+  // the same frames. Surveyed views are requested twice, the second time with `isLastTime`. `progress` covers
+  // this view. Throws Error and Cancelled.
   virtual ViewPictures pictures(std::span<const size_t> frames, bool isLastTime,
                                 const Progress& progress) = 0;
-  // How long reading takes for each frame, by reading some; 0 where pictures are made, not read.
+  // Measured time of reading one frame; 0 if pictures are not read from disk.
   virtual double secondsPerPicture(const Progress&) const { return 0; }
 };
 
@@ -47,7 +47,7 @@ public:
 
   const capture::Capture& training() const override { return training_; }
   proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override;
-  std::string identity() const override; // pictures are known by size and time of change
+  std::string identity() const override; // includes size and modification time of the pictures
   ViewPictures pictures(std::span<const size_t> frames, bool isLastTime, const Progress& progress) override;
   double secondsPerPicture(const Progress& progress) const override;
 

@@ -12,8 +12,8 @@ namespace surflect::model {
 
 namespace {
 
-constexpr size_t kPortion = 1 << 18; // bytes between two questions whether to go on
-// Bytes of a few views that are turned into rows together: to write one byte a row misses all caches.
+constexpr size_t kPortion = 1 << 18; // bytes between checks for cancellation
+// Bytes, and views, that are transposed into rows together: writing one byte a row would miss every cache.
 constexpr size_t kTurned = 8 << 20, kMostViews = 16;
 
 struct Deflate : z_stream {
@@ -36,9 +36,9 @@ struct Inflate : z_stream {
 
 } // namespace
 
-// Fades are few values in long runs once they stand view by view; deflate makes them small.
-std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const Progress& progress) {
-  const size_t surfels = fades.views ? fades.values.size() / fades.views : 0;
+// Stored view by view, the few distinct values of fades form long runs, which deflate compresses well.
+std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& visibility, const Progress& progress) {
+  const size_t surfels = visibility.views ? visibility.values.size() / visibility.views : 0;
   std::vector<std::byte> packed;
   Deflate stream;
   std::vector<Bytef> in(kPortion), out(kPortion);
@@ -55,9 +55,9 @@ std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const
     } while (stream.avail_out == 0);
   };
   size_t held = 0;
-  for (size_t view = 0; view < fades.views; ++view)
+  for (size_t view = 0; view < visibility.views; ++view)
     for (size_t i = 0; i < surfels; ++i) {
-      in[held++] = fades.values[i * fades.views + view];
+      in[held++] = visibility.values[i * visibility.views + view];
       if (held == in.size()) {
         give(held, Z_NO_FLUSH);
         held = 0;
@@ -74,23 +74,23 @@ ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_
                                std::to_string(views) + " views",
                            "other content");
   };
-  constexpr size_t kDensest = 1032; // bytes that one byte of deflate can stand for
+  constexpr size_t kDensest = 1032; // largest expansion by deflate, bytes out for each byte in
   const size_t most = kDensest * packed.size();
   if (views > 0 && surfels > most / views) throw mismatch();
 
-  ulr::VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
+  ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
   Inflate stream;
   const size_t atOnce =
       std::min(views, std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews));
-  std::vector<Bytef> columns(surfels * atOnce + 1); // one for a byte too many
+  std::vector<Bytef> columns(surfels * atOnce + 1); // with one extra, to detect surplus data
   size_t read = 0;                                  // bytes given to the stream
-  size_t view = 0;                                  // of the first column
-  size_t filled = 0;                                // bytes of the columns
+  size_t view = 0;                                  // view of the first column
+  size_t filled = 0;                                // bytes filled in the columns
   const auto turnColumns = [&] {
     const size_t count = filled / std::max(surfels, size_t{1});
     if (count == 0) return;
     for (size_t i = 0; i < surfels; ++i)
-      for (size_t k = 0; k < count; ++k) fades.values[i * views + view + k] = columns[k * surfels + i];
+      for (size_t k = 0; k < count; ++k) visibility.values[i * views + view + k] = columns[k * surfels + i];
     view += count;
     filled -= count * surfels;
     std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
@@ -106,16 +106,16 @@ ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_
     const size_t room = std::min(kPortion, columns.size() - filled);
     stream.next_out = columns.data() + filled;
     stream.avail_out = static_cast<uInt>(room);
-    status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR where the bytes end too early
+    status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR if the data end too early
     filled += room - stream.avail_out;
-    if ((status != Z_OK && status != Z_STREAM_END) || filled > fades.values.size() - view * surfels)
+    if ((status != Z_OK && status != Z_STREAM_END) || filled > visibility.values.size() - view * surfels)
       throw mismatch();
     if (filled + 1 >= columns.size()) turnColumns();
   }
   turnColumns();
-  if (view * surfels + filled != fades.values.size() || read != packed.size() || stream.avail_in != 0)
+  if (view * surfels + filled != visibility.values.size() || read != packed.size() || stream.avail_in != 0)
     throw mismatch();
-  return fades;
+  return visibility;
 }
 
 } // namespace surflect::model

@@ -1,4 +1,4 @@
-// fades.bin of a model: a zlib stream of the fades, view by view. Specified in docs/format.md.
+// fades.bin of a model: a zlib stream of visibility weights, view by view. Specified in docs/format.md.
 #pragma once
 
 #include "srf/ulr/visibility_weights.h"
@@ -10,10 +10,11 @@
 
 namespace surflect::model {
 
-// Throws Cancelled.
-std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& fades, const Progress& progress = {});
+// Compresses the weights. Throws Cancelled.
+std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& visibility,
+                                      const Progress& progress = {});
 
-// Throws Error unless the bytes hold the fades of exactly so many surfels and views; and Cancelled.
+// Decompresses the weights. Throws Error unless there are exactly surfels x views, and Cancelled.
 ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
                                         const Progress& progress = {});
 

@@ -1,4 +1,4 @@
-// What counts as white in photographs of an object.
+// White level of the photographs of an object.
 #pragma once
 
 #include "srf/codec/view_encoder.h"
@@ -8,12 +8,12 @@
 
 namespace surflect::model {
 
-// The 99.5th percentile of the object's radiance over all channels.
+// Accumulates the 99.5th percentile of the object's radiance over all channels.
 class WhiteLevel {
 public:
   void add(const codec::ReflectanceStack& stack, const image::Mask& object, const Progress& progress = {});
 
-  bool isKnown() const { return values_.count() > 0; } // was there any object?
+  bool isKnown() const { return values_.count() > 0; } // true once an object texel was added
   double value() const;                                // within 1e-20..1e20
 
 private:

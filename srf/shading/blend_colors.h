@@ -1,4 +1,4 @@
-// Colours that tell cameras and lights apart in pictures of their blends.  [Weyrich 2005, Fig. 16]
+// Colours that distinguish cameras and lights in pictures of their blends.  [Weyrich 2005, Fig. 16]
 #pragma once
 
 #include "surfel/math/rgb.h"
@@ -10,8 +10,8 @@
 
 namespace surflect::shading {
 
-// A saturated colour for each index, the same for every count. Hue turns by sqrt(2) from one to the next: a
-// golden-section turn would give neighbours on a Fibonacci spiral, a usual layout of rigs, the same colour.
+// A saturated colour for each index, independent of `count`. Hue advances by sqrt(2) turns: steps of the
+// golden section would give neighbours on a Fibonacci spiral, a common layout of rigs, the same colour.
 inline std::vector<Rgb> blendColors(size_t count) {
   const auto channel = [](double x) { return static_cast<float>(std::clamp(x, 0.0, 1.0)); };
   std::vector<Rgb> colors;

@@ -26,7 +26,7 @@ CameraWeights::CameraWeights(const ReflectanceField& field, const QueryBatch& ba
                              const ShadeOptions& options)
     : field_(field), batch_(batch), count_(options.nearest ? 1 : options.cameras), nearest_(options.nearest),
       viewpoints_(viewpointsOf(field.rig.views)), angles_(sourcesOf(viewpoints_)),
-      nearestViews_(sourcesOf(viewpoints_), field.fades), penalty_(viewpoints_.size()), angle_(penalty_),
+      nearestViews_(sourcesOf(viewpoints_), field.visibility), penalty_(viewpoints_.size()), angle_(penalty_),
       fallbackScale_(penalty_) {}
 
 void CameraWeights::prepare(size_t begin, size_t count) {
@@ -44,7 +44,7 @@ void CameraWeights::prepare(size_t begin, size_t count) {
 CameraWeights::Query CameraWeights::queryAt(size_t query) const {
   const uint32_t surfel = batch_.surfels[query];
   return {field_.cloud.p0[surfel].cast<double>(), rotationOf<double>(field_.cloud.r0[surfel]).col(2),
-          field_.fades.of(surfel), batch_.towardsView[query]};
+          field_.visibility.of(surfel), batch_.towardsView[query]};
 }
 
 CameraWeights::Fallback CameraWeights::fallbackOf(size_t view, const Query& query) const {
@@ -55,42 +55,42 @@ CameraWeights::Fallback CameraWeights::fallbackOf(size_t view, const Query& quer
   return {ulr::anglePenalty(towards.cast<float>(), query.towardsView),
           isInImage
               ? ulr::fallbackScale(query.normal.dot(towards.raw()), ulr::borderFade(camera.lens, *pixel),
-                                   ulr::VisibilityWeights::decode(query.fades[view]))
+                                   ulr::VisibilityWeights::decode(query.visibility[view]))
               : kInfinity};
 }
 
-// p_i of all views that see the surfel, infinite for the others; returns the least.
-float CameraWeights::rateSeeing(const Query& query) {
+// Computes p_i of all views that see the surfel, and infinity for the others; returns the least.
+float CameraWeights::computeSeenPenalties(const Query& query) {
   float least = kInfinity;
   for (size_t view = 0; view < penalty_.size(); ++view) {
     penalty_[view] = kInfinity;
-    if (query.fades[view] == 0) continue;
+    if (query.visibility[view] == 0) continue;
     const float angle =
         ulr::anglePenalty(viewpoints_[view].towards(query.p0).cast<float>(), query.towardsView);
-    penalty_[view] = nearest_ ? angle : angle / ulr::VisibilityWeights::decode(query.fades[view]);
+    penalty_[view] = nearest_ ? angle : angle / ulr::VisibilityWeights::decode(query.visibility[view]);
     least = std::min(least, penalty_[view]);
   }
   return least;
 }
 
-Sight CameraWeights::ratePenalties(size_t number) {
+BestView CameraWeights::computePenalties(size_t number) {
   const Query query = queryAt(number);
-  const float least = rateSeeing(query);
-  Sight sight{least, least < kInfinity};
+  const float least = computeSeenPenalties(query);
+  BestView best{least, least < kInfinity};
   std::ranges::fill(fallbackScale_, kInfinity);
-  if (!needsFallbacks(least)) return sight;
+  if (!needsFallbacks(least)) return best;
   for (size_t view = 0; view < penalty_.size(); ++view) {
     const auto [angle, scale] = fallbackOf(view, query);
     angle_[view] = angle;
     fallbackScale_[view] = scale;
-    sight.penalty = std::min(sight.penalty, penalty(view, 0));
+    best.penalty = std::min(best.penalty, penalty(view, 0));
   }
-  return sight;
+  return best;
 }
 
 CameraWeights::Blend CameraWeights::blend(size_t number) {
   const Query query = queryAt(number);
-  const float seeing = rateSeeing(query);
+  const float seeing = computeSeenPenalties(query);
   ulr::NearestCandidates nearest(count_);
   if (!needsFallbacks(seeing)) {
     for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
@@ -101,9 +101,9 @@ CameraWeights::Blend CameraWeights::blend(size_t number) {
   const auto angles = angles_.penalties(), cosines = angles_.cosines();
   for (uint32_t view = 0; view < penalty_.size(); ++view) {
     float penalty = penalty_[view];
-    const float bound = ulr::leastFallbackPenalty(angles[view], cosines[view], query.fades[view] > 0,
-                                                  ulr::SourceAngles::kError);
-    if (!(bound >= nearest.worst())) { // the exact penalty might be among the nearest
+    const float bound = ulr::leastFallbackPenalty(angles[view], cosines[view], query.visibility[view] > 0,
+                                                  ulr::SourcePenalties::kError);
+    if (!(bound >= nearest.worst())) { // its exact penalty might be among the nearest
       const auto [angle, scale] = fallbackOf(view, query);
       penalty = std::min(penalty, ulr::fallbackPenalty(angle, scale));
     }

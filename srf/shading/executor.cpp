@@ -16,13 +16,13 @@ namespace surflect::shading {
 
 namespace {
 
-constexpr size_t kOpsAtOnce = 32;      // prefetched while those before them are executed
-constexpr size_t kBlocksAtOnce = 4096; // fetched together; more where one part needs more
+constexpr size_t kOpsAtOnce = 32;      // operations prefetched while the previous batch is executed
+constexpr size_t kBlocksAtOnce = 4096; // blocks fetched together; more only if one part needs more
 
-// Recognises keys that were seen recently: a hash table in which later keys overwrite earlier ones.
+// Direct-mapped filter of recently seen keys: later keys overwrite earlier ones in a hash table.
 class RecentKeys {
 public:
-  // True unless the key was inserted recently.
+  // Inserts a key; returns true unless it was seen recently.
   bool insert(uint64_t key) {
     uint64_t& held = held_[key * kGolden >> (64 - kBits)];
     return std::exchange(held, key + 1) != key + 1;
@@ -34,36 +34,37 @@ private:
   std::array<uint64_t, size_t{1} << kBits> held_{};       // keys + 1
 };
 
-// The place of an operation's texels. Blocks are in the order of forEachBlock, as BlockCache::Grid has
-// them.
+// Texel position of an operation, and the places (BlockCache::Grid) of its blocks in the order of
+// forEachBlock.
 struct Location {
-  TexelPlace place;
-  bool areInMemory; // all of its blocks
-  bool isWaiting;   // for one of them
+  TexelPosition place;
+  bool areInMemory; // true if all blocks are in memory
+  bool isWaiting;   // true if a block is on disk
   std::array<uint32_t, 4> blocks;
 };
 
-// Look-ups in blocks that are in memory, grouped by the rows of their operations.
+// Look-ups in resident blocks, grouped by the light rows of their operations.
 struct JobBatch {
   struct Group {
     uint32_t rowBegin, rowEnd;
     uint32_t jobsEnd;
   };
   std::array<Group, kOpsAtOnce> groups;
-  std::array<LookUpJob, 4 * kOpsAtOnce> jobs;
+  std::array<BlockLookup, 4 * kOpsAtOnce> jobs;
   uint32_t groupCount = 0, jobCount = 0;
 
   void clear() { groupCount = jobCount = 0; }
-  // Prefetches the texels, too. Inlined, since compilers drop a call that has no effect but prefetching.
+  // Adds a look-up and prefetches its texels. Inlined, since compilers drop a call whose only effect is
+  // prefetching.
   [[gnu::always_inline]] void add(const codec::BlockTerms& block, const BlockTaps& taps, float* rgb) {
-    const LookUpJob& job = jobs[jobCount++] = jobOf(block, taps, rgb);
-    const size_t last = 6 * static_cast<size_t>(block.stride) - 1; // byte of two texels side by side
+    const BlockLookup& job = jobs[jobCount++] = jobOf(block, taps, rgb);
+    const size_t last = 6 * static_cast<size_t>(block.stride) - 1; // last byte of two neighbouring texels
     for (const int8_t* upper : {job.levels, job.levels + job.down}) {
       __builtin_prefetch(upper);
       __builtin_prefetch(upper + last);
     }
   }
-  // Closes the jobs of one operation.
+  // Assigns the jobs added since the last call to the operation's group.
   void end(const ShadingOp& op) {
     const bool sharesRow = groupCount > 0 && groups[groupCount - 1].rowBegin == op.rowBegin &&
                            groups[groupCount - 1].rowEnd == op.rowEnd;
@@ -72,15 +73,15 @@ struct JobBatch {
   }
 };
 
-// Turns operations into look-ups, or notes the blocks that they wait for.
+// Turns operations into look-up jobs, or notes the blocks that they wait for.
 class JobMaker {
 public:
   JobMaker(const codec::BlockCache& cache, ExecutedPart& part) : cache_(cache), part_(part) {}
 
-  // Finds the blocks of an operation and prefetches their descriptions.
+  // Finds the blocks of an operation and prefetches their entries in the cache.
   [[gnu::always_inline]] void locate(const ShadingOp& op, Location& location) const {
     const codec::BlockCache::Grid& grid = cache_.grid(op.view);
-    location.place = TexelPlace::at(grid.header, op.x, op.y);
+    location.place = TexelPosition::at(grid.header, op.x, op.y);
     location.areInMemory = true;
     location.isWaiting = false;
     uint32_t* next = location.blocks.data();
@@ -89,7 +90,7 @@ public:
       const bool isInMemory = codec::BlockCache::isInMemory(block);
       location.areInMemory &= isInMemory;
       location.isWaiting |= block == codec::BlockCache::kOnDisk;
-      if (isInMemory) cache_.fetchResident(block);
+      if (isInMemory) cache_.prefetchEntry(block);
     });
   }
 
@@ -117,13 +118,14 @@ private:
     if (prefetched_.insert(block)) fetchLights(terms, op);
   }
 
-  // Prefetches the coefficients of the row's lights; neighbouring operations use nearly the same.
+  // Prefetches the coefficients of the row's lights; neighbouring operations use nearly the same lights.
   [[gnu::always_inline]] void fetchLights(const codec::BlockTerms& terms, const ShadingOp& op) const {
     for (const LightWeight& of : part_.part.rows->weightsOf(op.rowBegin, op.rowEnd))
       __builtin_prefetch(terms.light(of.light));
   }
 
-  // Notes all blocks of the operation, so that those in memory stay there.
+  // Notes all blocks of the operation, including resident ones, so that none is evicted before it is
+  // executed.
   void wait(uint32_t number, const Location& location) {
     const uint32_t view = part_.part.ops[number].view;
     part_.waiting.push_back(number);
@@ -133,7 +135,7 @@ private:
     });
   }
 
-  // Some blocks of the operation are background.
+  // Adds the jobs of an operation that partly falls on background.
   void makeJobsBesideBackground(uint32_t number, const Location& location, JobBatch& jobs) {
     const uint32_t* next = location.blocks.data();
     const auto find = [&](codec::BlockPosition) {
@@ -159,8 +161,8 @@ private:
 
   const codec::BlockCache& cache_;
   ExecutedPart& part_;
-  RecentKeys prefetched_; // places of blocks whose coefficients were prefetched
-  RecentKeys noted_;      // blocks in `needed`
+  RecentKeys prefetched_; // places of blocks with prefetched coefficients
+  RecentKeys noted_;      // blocks already in `needed`
 };
 
 void run(const JobBatch& batch, const LightRows& rows) {
@@ -174,7 +176,7 @@ void run(const JobBatch& batch, const LightRows& rows) {
 
 } // namespace
 
-// In batches: while one is executed, memory brings the texels of the next.
+// Executes operations in batches: while one is executed, the texels of the next are prefetched.
 void Executor::executeAll(ExecutedPart& part, size_t count, const auto& numberOf) const {
   JobMaker maker(cache_, part);
   std::array<Location, kOpsAtOnce> locations;

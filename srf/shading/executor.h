@@ -1,9 +1,9 @@
-// Executes operations of the shading queue: at once where their blocks are in memory, the others when many
-// blocks have been fetched together.
+// Executes operations of the shading queue: those with resident blocks at once, the others after many blocks
+// have been fetched together.
 #pragma once
 
 #include "srf/codec/block_cache.h"
-#include "srf/shading/look_up_kernel.h"
+#include "srf/shading/block_lookup.h"
 #include "srf/shading/operations.h"
 #include "surfel/base/progress.h"
 #include "surfel/math/rgb.h"
@@ -15,19 +15,19 @@
 
 namespace surflect::shading {
 
-// A part and the results of its operations.
+// A part of the queue and the results of its operations.
 struct ExecutedPart {
   ShadingPart part;
-  std::vector<std::array<float, 4>> radiance; // per operation: red, green, blue, and a number without meaning
-  std::vector<uint8_t> isLost;                // per operation: its view shows background there
-  std::vector<uint32_t> waiting;              // operations some of whose blocks are not in memory
-  std::vector<codec::BlockKey> needed;        // all blocks of these, some of them several times
+  std::vector<std::array<float, 4>> radiance; // per operation: red, green, blue, unused
+  std::vector<uint8_t> isLost;                // per operation: true if its view shows only background there
+  std::vector<uint32_t> waiting;              // operations with a block that is not in memory
+  std::vector<codec::BlockKey> needed;        // all blocks of waiting operations, with repeats
   std::vector<Rgb> sums;                      // per target; empty until all operations are executed
-  uint64_t lookups = 0;                       // operations x captured lights they blend
-  uint64_t tasks = 0, taskRanks = 0;          // of executed operations, as ShadingStats has them
-  uint64_t lost = 0;                          // operations
+  uint64_t lookups = 0;                       // operations times the captured lights they blend
+  uint64_t tasks = 0, taskRanks = 0;          // over executed operations; see ShadingStats
+  uint64_t lost = 0;                          // number of lost operations
 
-  // Starts on another part, in the same memory.
+  // Starts on another part, reusing the memory.
   void begin(const ShadingPart& next) {
     part = next;
     radiance.assign(part.ops.size(), {});
@@ -41,15 +41,15 @@ struct ExecutedPart {
 
 class Executor {
 public:
-  // All must outlive the executor.
+  // The arguments must outlive the executor.
   Executor(codec::BlockCache& cache, const Progress& progress) : cache_(cache), progress_(progress) {}
 
-  // Executes the operations whose blocks are in memory, in their order: neighbours share rows and blocks.
-  // Notes the others in `waiting`. Safe from many threads at once, each with a part of its own.
+  // Executes the operations whose blocks are in memory, in order, as neighbours share rows and blocks; lists
+  // the others in `waiting`. Safe from many threads at once with different parts.
   void executeResident(ExecutedPart& part) const;
 
-  // Executes all waiting operations. The blocks of several parts are fetched together, in the order of the
-  // disk. Leaves each part's `needed` sorted and without repeats. Throws Error as ViewFile::read.
+  // Executes all waiting operations. Blocks of several parts are fetched together, in disk order. Leaves each
+  // part's `needed` sorted, without repeats. Throws Error as ViewFile::read.
   void executeWaiting(std::span<ExecutedPart> parts) const;
 
 private:

@@ -15,8 +15,8 @@ namespace surflect::shading {
 
 namespace {
 
-// Built in a register. Eigen's constructor writes the numbers to memory one by one, and reading them back
-// together stalls for a dozen cycles.
+// Array of four floats, built in a register: Eigen's constructor stores the numbers one by one, and loading
+// them together then stalls for a dozen cycles.
 Eigen::Array4f fourFloats(float a, float b, float c, float d) {
   typedef float Four __attribute__((vector_size(16)));
   const Four four{a, b, c, d};
@@ -74,7 +74,7 @@ std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const Reflecta
 }
 
 double lightSpacing(const ReflectanceField& field) {
-  return ulr::LightCoverage(lightDirections(field)).spacing();
+  return ulr::LightExtrapolationFade(lightDirections(field)).spacing();
 }
 
 std::optional<ulr::LightTable> lightTable(const ReflectanceField& field, const ShadeOptions& options,
@@ -132,18 +132,19 @@ void LightWeights::Sums::moveTo(LightRows& rows) {
   }
 }
 
-LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage,
+LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                            const QueryBatch& batch, const ShadeOptions& options)
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
-      how_(lightBlend(field, options)),
-      isShort_(batch.environments.empty() && 2 * batch.lights * how_.lights <= field.rig.lights.size()),
+      lightBlend_(lightBlend(field, options)),
+      hasShortRows_(batch.environments.empty() &&
+                    2 * batch.lights * lightBlend_.lights <= field.rig.lights.size()),
       showsColors_(options.showsBlends), lights_(field.rig.lights), ulr_(sourcesOf(field.rig.lights)),
       environmentUlr_(ulr_), ulrOfLight_(batch.lights),
-      canBeGrouped_(isShort_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_),
+      canBeGrouped_(hasShortRows_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_),
       sums_(field.rig.lights.size()), lightColor_(blendColors(field.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(field.rig.lights.size()),
       cosine_(field.rig.lights.size()) {
-  for (size_t l = 0; l < batch.lights; ++l) canBeGrouped_ &= isPlainUlr(batch.uncoveredOf(l));
+  for (size_t l = 0; l < batch.lights; ++l) canBeGrouped_ &= isPlainUlr(batch.extrapolationOf(l));
   for (const QueryEnvironment& environment : batch.environments)
     environments_.emplace_back(environment.table ? environment.lights
                                                  : std::span<const ulr::EnvironmentLight>());
@@ -159,9 +160,9 @@ void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {
   for (size_t l = 0; l < batch_.lights; ++l) {
     for (size_t lane = 0; lane < count; ++lane)
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
-    ulr_.blend({towards.data(), count}, how_.lights, ulrOfLight_[l]);
+    ulr_.blend({towards.data(), count}, lightBlend_.lights, ulrOfLight_[l]);
   }
-  isGrouped_ = canBeGrouped_ && std::ranges::all_of(ulrOfLight_, &ulr::QueryBlends::areComplete);
+  isGrouped_ = canBeGrouped_ && std::ranges::all_of(ulrOfLight_, &ulr::QueryBlends::allWeightsPositive);
   if (isGrouped_) appendGroup(rows);
 }
 
@@ -170,7 +171,7 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
   if (isGrouped_) return {rowEnds_[lane], rowEnds_[lane + 1]};
   const size_t begin = rows.lights.size();
   lights_.moveTo(field_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
-  if (isShort_) {
+  if (hasShortRows_) {
     forEachLight(lane,
                  [&](const Rgb& now, const auto& forEachWeight) { appendLight(now, forEachWeight, rows); });
     return {begin, rows.lights.size()};
@@ -185,15 +186,15 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
   return {begin, rows.lights.size()};
 }
 
-// The rows of a whole group, equal to those of appendLight.
+// Appends the rows of a whole group, as appendLight would.
 void LightWeights::appendGroup(LightRows& rows) {
   size_t next = rows.weights.size();
-  rows.weights.resize(next + count_ * batch_.lights * how_.lights);
+  rows.weights.resize(next + count_ * batch_.lights * lightBlend_.lights);
   size_t entry = begin_ * batch_.lights;
   rowEnds_[0] = rows.lights.size();
   for (size_t lane = 0; lane < count_; ++lane) {
     for (const ulr::QueryBlends& ulr : ulrOfLight_) {
-      assert(ulr.size() == how_.lights);
+      assert(ulr.size() == lightBlend_.lights);
       const Rgb& now = batch_.irradiance[entry++];
       if (now == Rgb{}) continue;
       const auto begin = static_cast<uint32_t>(next);
@@ -208,7 +209,8 @@ void LightWeights::appendGroup(LightRows& rows) {
   rows.weights.resize(next);
 }
 
-// Appends one light of the query: a BlendedLight, or one for each captured light if these differ in colour.
+// Appends one light of the query: a single BlendedLight, or one for each captured light if their colours
+// differ.
 template <class ForEach>
 void LightWeights::appendLight(const Rgb& now, const ForEach& forEachWeight, LightRows& rows) const {
   if (lights_.inverseColor()) {
@@ -225,21 +227,22 @@ void LightWeights::appendLight(const Rgb& now, const ForEach& forEachWeight, Lig
   });
 }
 
-// use(f_q E_q, forEachWeight) for each light q that is not dark; forEachWeight calls use(l, c_q u_ql) for
-// each captured light l that is blended.
+// Calls use(f_q E_q, forEachWeight) for each light q that is not dark; forEachWeight calls use(l, c_q u_ql)
+// for each captured light l that is blended.
 template <class Use> void LightWeights::forEachLight(size_t lane, const Use& use) {
   const size_t query = begin_ + lane;
-  if (how_.foreshortened) setNormal(batch_.surfels[query]);
+  if (lightBlend_.foreshortened) setNormal(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.sources());
   const auto useBlend = [&](const Rgb& now, const auto& forEachWeight) {
     if (now != Rgb{}) use(now, forEachWeight);
-    if (showsColors_) forEachWeight([&](uint32_t light, float weight) { show(light, weight * share); });
+    if (showsColors_)
+      forEachWeight([&](uint32_t light, float weight) { addToBlendColor(light, weight * share); });
   };
   for (size_t l = 0; l < batch_.lights; ++l) {
     const size_t entry = query * batch_.lights + l;
     const Rgb& irradiance = batch_.irradiance[entry];
     const ulr::QueryBlends& ulr = ulrOfLight_[l];
-    if (isPlainUlr(batch_.uncoveredOf(l)) && ulr.isPrecise(lane)) {
+    if (isPlainUlr(batch_.extrapolationOf(l)) && ulr.isPrecise(lane)) {
       useBlend(irradiance, [&](const auto& each) {
         ulr.forEach(lane, [&](uint32_t light, float weight) {
           lights_.evaluate(light);
@@ -249,25 +252,26 @@ template <class Use> void LightWeights::forEachLight(size_t lane, const Use& use
       continue;
     }
     const auto& towards = batch_.towardsLight[entry];
-    const ulr::BlendSet blend = blendOf(ulr, lane, towards, batch_.uncoveredOf(l));
+    const ulr::BlendSet blend = blendOf(ulr, lane, towards, batch_.extrapolationOf(l));
     useBlend(foreshorteningOf(blend, towards) * irradiance, [&](const auto& each) {
       for (const auto& [light, weight] : blend) each(light, weight);
     });
   }
 }
 
-// c_q u_ql of one light; the blended lights are evaluated.
+// c_q u_ql of one light; evaluates the blended lights.
 ulr::BlendSet LightWeights::blendOf(const ulr::QueryBlends& ulr, size_t lane,
                                     const Direction3<AcquisitionSpace>& towards,
                                     ulr::LightExtrapolation extrapolation) {
   const ulr::LightExtrapolation beyond = nearest_ ? ulr::LightExtrapolation::clamp : extrapolation;
-  if (!ulr.isPrecise(lane)) { // single precision has lost a direction
+  if (!ulr.isPrecise(lane)) { // single precision lost a direction
     lights_.evaluateAll();
-    return ulr::blendOfLights(lights_.towards(), towards, how_, coverage_, beyond);
+    return ulr::blendOfLights(lights_.towards(), towards, lightBlend_, coverage_, beyond);
   }
   const ulr::BlendSet mean = ulr.of(lane);
   for (const auto& [light, weight] : mean) lights_.evaluate(light);
-  return ulr::fitted(mean, ulr.penalty(lane), lights_.towards(), towards, how_, coverage_, beyond);
+  return ulr::fittedBlend(mean, ulr.penalty(lane), lights_.towards(), towards, lightBlend_, coverage_,
+                          beyond);
 }
 
 void LightWeights::setNormal(uint32_t surfel) {
@@ -277,15 +281,15 @@ void LightWeights::setNormal(uint32_t surfel) {
     cosine_[light] = ulr::foreshortenedCosine(normal_, lights_.towards(light));
 }
 
-// f_q
+// Foreshortening f_q.
 float LightWeights::foreshorteningOf(const ulr::BlendSet& blend,
                                      const Direction3<AcquisitionSpace>& towards) const {
-  if (!how_.foreshortened) return 1;
+  if (!lightBlend_.foreshortened) return 1;
   return ulr::foreshortening(ulr::foreshortenedCosine(normal_, towards), ulr::blendedCosine(blend, cosine_));
 }
 
-// By the linearity of light, an environment is the sum of its lights: its irradiance is shared out to the
-// captured lights around the surfel, then divided by theirs.
+// Adds an environment, the sum of its lights: its irradiance is distributed to the captured lights around the
+// surfel, then divided by theirs.
 void LightWeights::addEnvironment(size_t query, size_t e) {
   const QueryEnvironment& environment = batch_.environments[e];
   if (environment.lights.empty()) return;
@@ -296,11 +300,11 @@ void LightWeights::addEnvironment(size_t query, size_t e) {
   const Eigen::Array4f scale(1 / (environmentBrightness_[e] * static_cast<float>(batch_.sources())),
                              strength.r, strength.g, strength.b);
   for (uint32_t light = 0; light < share_.size(); ++light)
-    if (share_[light][3] != 0) { // 0 for all lights of a dark environment
+    if (share_[light][3] != 0) { // 0 for all lights if the environment is dark
       const Eigen::Array4f now(share_[light][3], share_[light][0], share_[light][1], share_[light][2]);
       const Eigen::Array4f weight = lights_.ratio(scale * now, light);
       sums_.add(light, weight);
-      show(light, weight[0]);
+      addToBlendColor(light, weight[0]);
     }
 }
 
@@ -309,7 +313,8 @@ void LightWeights::shareEnvironment(size_t e,
   const QueryEnvironment& environment = batch_.environments[e];
   const ulr::Foreshortened surface{normal_, cosine_};
   if (environment.table) {
-    environment.table->spread(environments_[e], rotation, share_, how_.foreshortened ? &surface : nullptr);
+    environment.table->spread(environments_[e], rotation, share_,
+                              lightBlend_.foreshortened ? &surface : nullptr);
     return;
   }
   const Point3<AcquisitionSpace> place = lights_.place().cast<float>();
@@ -319,7 +324,7 @@ void LightWeights::shareEnvironment(size_t e,
     const auto lights =
         environment.lights.subspan(begin, std::min(ulr::kQueryLanes, environment.lights.size() - begin));
     for (size_t i = 0; i < lights.size(); ++i) towards[i] = rotation(lights[i].towards);
-    environmentUlr_.blend({towards.data(), lights.size()}, how_.lights, ulrOfEnvironment_);
+    environmentUlr_.blend({towards.data(), lights.size()}, lightBlend_.lights, ulrOfEnvironment_);
     for (size_t i = 0; i < lights.size(); ++i) {
       const ulr::BlendSet blend = blendOf(ulrOfEnvironment_, i, towards[i], environment.extrapolation);
       const Rgb& irradiance = lights[i].irradiance;

@@ -1,4 +1,4 @@
-// Weights of captured lights: which of them are blended for the lights of a query, and how much of each.
+// Weights of the captured lights that are blended for the lights of a query.
 //
 //   w_l = sum over lights q of the query  f_q c_q u_ql E_q / E_l
 //
@@ -30,24 +30,24 @@ Rgb irradianceRatio(Rgb now, Rgb captured);
 
 inline float brightness(Rgb light) { return light.r + light.g + light.b; }
 
-// Brightness of each environment of the batch, without its strength.
+// Brightness of each environment of the batch, before its strength is applied.
 std::vector<float> environmentBrightness(const QueryBatch& batch);
 
-// The blend that the options ask for, else the model's.
+// The light blend that the options ask for, or else the model's.
 ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options);
 
-// Towards each light of the rig from the middle of the cloud.
+// Unit direction to each light of the rig, from the middle of the cloud.
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const ReflectanceField& field);
 
-// Radians between neighbouring lights of the rig, as LightCoverage has it.
+// Spacing of the rig's lights, in radians; see LightExtrapolationFade.
 double lightSpacing(const ReflectanceField& field);
 
-// The weights of captured lights over all directions, for environments; empty where they depend on the
-// surfel: lights near the object, or a capture that is not a full product.
+// Tabulated weights of captured lights for environments. Empty if the weights depend on the surfel: lights
+// near the object, or a capture that is not a full product.
 std::optional<ulr::LightTable> lightTable(const ReflectanceField& field, const ShadeOptions& options,
                                           ulr::LightExtrapolation extrapolation);
 
-// The common colour of several lights: the strongest channel over each channel. Empty where the channels of
+// Common colour of several lights: the strongest channel divided by each channel. Empty if the channels of
 // two lights differ in proportion by more than rounding.
 struct SharedColor {
   std::optional<Rgb> inverse;
@@ -55,14 +55,15 @@ struct SharedColor {
 };
 SharedColor sharedColor(std::span<const capture::Light> lights);
 
-// Direction and irradiance of the captured lights at one place. Both are computed when a light is evaluated;
-// those of lights that are the same everywhere, once.
+// Directions and irradiances of the captured lights at one place, evaluated on demand; values that are the
+// same at every place are evaluated once.
 class CapturedLights {
 public:
-  explicit CapturedLights(std::span<const capture::Light> lights); // which must outlive this
+  explicit CapturedLights(std::span<const capture::Light> lights); // lights must outlive this
 
   size_t size() const { return lights_.size(); }
-  // All lights have the same direction and irradiance at every place; then all are evaluated from the start.
+  // Returns true if all lights have the same direction and irradiance at every place; all are then evaluated
+  // from the start.
   bool areUniform() const { return areUniform_; }
 
   void moveTo(const Point3<AcquisitionSpace, double>& place) {
@@ -79,15 +80,15 @@ public:
   const Point3<AcquisitionSpace, double>& place() const { return place_; }
   Rgb irradiance(size_t light) const { return capture::irradianceAt(lights_[light], place_); }
 
-  // For evaluated lights only:
+  // The methods below require evaluated lights.
   const Direction3<AcquisitionSpace>& towards(size_t light) const { return towards_[light]; }
   std::span<const Direction3<AcquisitionSpace>> towards() const { return towards_; }
-  // irradianceRatio of the last three numbers but for a rounding, where an irradiance below the normal
-  // numbers counts as 0. The first number is kept.
+  // irradianceRatio of the last three numbers, up to one rounding; an irradiance below the normal numbers
+  // counts as 0. The first number is kept.
   Eigen::Array4f ratio(const Eigen::Array4f& now, size_t light) const { return now * inverse_[light]; }
 
-  // Where all lights have one colour, the ratio is now * inverseColor * inverseStrength but for two roundings
-  // more and the 2^-22 by which proportions may differ.
+  // If all lights have one colour, the ratio is now * inverseColor * inverseStrength, up to two more
+  // roundings and the 2^-22 by which proportions may differ.
   const std::optional<Rgb>& inverseColor() const { return color_.inverse; }
   float inverseStrength(size_t light) const { return inverse_[light][1 + color_.strongest]; }
 
@@ -97,37 +98,38 @@ private:
   std::span<const capture::Light> lights_;
   SharedColor color_;
   std::vector<Direction3<AcquisitionSpace>> towards_;
-  std::vector<Eigen::Array4f> inverse_; // 1, and one over each channel's irradiance, 0 where that is 0
-  std::vector<uint64_t> evaluatedAt_;   // number of the place that the light was evaluated at
-  uint64_t current_ = 1;                // number of the place
+  std::vector<Eigen::Array4f> inverse_; // 1, then 1 / irradiance of each channel, 0 where that is 0
+  std::vector<uint64_t> evaluatedAt_;   // number of the place at which each light was evaluated
+  uint64_t current_ = 1;                // number of the current place
   bool areUniform_ = false;
   Point3<AcquisitionSpace, double> place_;
 };
 
-// Computes the rows of one query after another, in memory of its own: one object a thread. Short rows hold
-// one BlendedLight per light of the query; long rows are summed up per captured light first.
+// Computes the light rows of one query after another. Has working memory of its own: use one object per
+// thread. Short rows hold one BlendedLight for each light of the query; long rows are first summed up per
+// captured light.
 class LightWeights {
 public:
-  // All must outlive the weights. The field is a full product of cameras and lights.
-  LightWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-               const ShadeOptions& options);
+  // The arguments must outlive the weights. The field must be a full product of cameras and lights.
+  LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+               const QueryBatch& batch, const ShadeOptions& options);
 
-  // ULR weights of the queries from `begin` on, 1..kQueryLanes, in vector lanes. Appends their rows where no
-  // query of the group needs more than these weights.
+  // Computes ULR weights of the queries from `begin` on (1..kQueryLanes), in vector lanes. Appends the rows
+  // at once if no query of the group needs anything beyond these weights.
   void prepare(size_t begin, size_t count, LightRows& rows);
 
   // A range of LightRows::lights.
   struct Row {
     size_t begin, end;
   };
-  // The row of the lane-th of the prepared queries; appends it unless prepare has.
+  // Returns the row of the lane-th prepared query; appends it unless prepare has done so.
   Row append(size_t lane, LightRows& rows);
 
-  // The blended lights of the row appended last in their blend colours, if the options show them.
+  // Mean blend colour of the lights in the last appended row, if the options show blends.
   Rgb blendColor() const { return color_; }
 
 private:
-  // w_l of one query, summed up per captured light. The first of four numbers is not used.
+  // w_l of one query, summed per captured light. The first of the four numbers is unused.
   class Sums {
   public:
     explicit Sums(size_t lights) : weights_(lights, Eigen::Array4f::Zero()), isSet_(lights / 64 + 1) {}
@@ -135,11 +137,11 @@ private:
       isSet_[light / 64] |= uint64_t{1} << light % 64;
       weights_[light] += weight;
     }
-    void moveTo(LightRows& rows); // appends those that are not 0, in order, and starts again from 0
+    void moveTo(LightRows& rows); // appends the nonzero sums in order and clears them
 
   private:
     std::vector<Eigen::Array4f> weights_;
-    std::vector<uint64_t> isSet_; // a bit for each light
+    std::vector<uint64_t> isSet_; // one bit for each light
   };
 
   void appendGroup(LightRows& rows);
@@ -148,42 +150,43 @@ private:
   void appendLight(const Rgb& now, const ForEach& forEachWeight, LightRows& rows) const;
   ulr::BlendSet blendOf(const ulr::QueryBlends& ulr, size_t lane, const Direction3<AcquisitionSpace>& towards,
                         ulr::LightExtrapolation extrapolation);
-  bool isPlainUlr(ulr::LightExtrapolation extrapolation) const { // u_ql alone: c_q = f_q = 1, and no plane
-    return how_.fit == ulr::LightFit::mean && !how_.foreshortened &&
+  bool isPlainUlr(ulr::LightExtrapolation extrapolation) const { // true if c_q = f_q = 1 and u_ql is no plane
+    return lightBlend_.fit == ulr::LightFit::mean && !lightBlend_.foreshortened &&
            (extrapolation == ulr::LightExtrapolation::clamp || nearest_);
   }
   void setNormal(uint32_t surfel);
   float foreshorteningOf(const ulr::BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const;
   void addEnvironment(size_t query, size_t e);
   void shareEnvironment(size_t e, const Rotation<AcquisitionSpace, EnvironmentSpace, float>& rotation);
-  void show(uint32_t light, float share) {
+  void addToBlendColor(uint32_t light, float share) {
     if (showsColors_) color_ = color_ + share * lightColor_[light];
   }
 
   const ReflectanceField& field_;
-  const ulr::LightCoverage& coverage_;
+  const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_;
-  const ulr::LightBlend how_;
-  const bool isShort_; // so few weights that hardly any captured light has two
+  const ulr::LightBlend lightBlend_;
+  const bool hasShortRows_; // true if the row has so few weights that captured lights rarely repeat
   const bool showsColors_;
   CapturedLights lights_; // at the current query
   size_t begin_ = 0, count_ = 0;
-  // u_ql: lanes are queries, or lights of an environment at one query.
+  // u_ql; lanes are queries, or lights of an environment at one query.
   ulr::NearestLights ulr_, environmentUlr_;
   std::vector<ulr::QueryBlends> ulrOfLight_; // per light of a query
   ulr::QueryBlends ulrOfEnvironment_;
-  bool canBeGrouped_; // rows can be appended by group, where all weights are above 0
+  bool canBeGrouped_; // rows can be appended by group, if all weights are above 0
   bool isGrouped_ = false;
-  std::array<size_t, ulr::kQueryLanes + 1> rowEnds_{}; // of the group; a row begins where the one before ends
+  // Ends of the group's rows; each row begins where the previous one ends.
+  std::array<size_t, ulr::kQueryLanes + 1> rowEnds_{};
   Sums sums_;
   std::vector<Rgb> lightColor_;
   Rgb color_;
   std::vector<ulr::EnvironmentDirections> environments_;
   std::vector<float> environmentBrightness_;
-  std::vector<Eigen::Array4f> share_; // per captured light: share of an environment, as LightTable has it
+  std::vector<Eigen::Array4f> share_; // per captured light: share of an environment, as in LightTable
   Normal3<AcquisitionSpace> normal_;
-  std::vector<float> cosine_; // per captured light, to normal_
+  std::vector<float> cosine_; // per captured light, with normal_
 };
 
 } // namespace surflect::shading

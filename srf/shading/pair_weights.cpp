@@ -5,7 +5,7 @@
 
 namespace surflect::shading {
 
-PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage,
+PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                          const QueryBatch& batch, const ShadeOptions& options)
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       count_(options.nearest ? 1 : options.pairs), views_(field, batch, options), lights_(field.rig.lights),
@@ -16,10 +16,10 @@ PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightCoverage
   }
 }
 
-Sight PairWeights::prepare(size_t query) {
+BestView PairWeights::prepare(size_t query) {
   lights_.moveTo(field_.cloud.p0[batch_.surfels[query]].cast<double>());
   lights_.evaluateAll();
-  return views_.ratePenalties(query);
+  return views_.computePenalties(query);
 }
 
 PairWeights::Blend PairWeights::blend(const Direction3<AcquisitionSpace>& towardsLight,

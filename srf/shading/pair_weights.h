@@ -14,18 +14,19 @@
 
 namespace surflect::shading {
 
-// Computes weights for one query after another, in memory of its own: one object a thread.
+// Computes the pair weights of one query after another. Has working memory of its own: use one object per
+// thread.
 class PairWeights {
 public:
-  // All must outlive the weights.
-  PairWeights(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-              const ShadeOptions& options);
+  // The arguments must outlive the weights.
+  PairWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+              const QueryBatch& batch, const ShadeOptions& options);
 
-  // Computes p_i for a query; what follows belongs to it.
-  Sight prepare(size_t query);
+  // Selects a query for the methods below, and computes its p_i.
+  BestView prepare(size_t query);
 
   struct Blend {
-    ulr::BlendSet weights; // of pairs, by number
+    ulr::BlendSet weights; // index is the number of a pair
     float covered;         // fade where no light was captured (light_extrapolation.h)
   };
   Blend blend(const Direction3<AcquisitionSpace>& towardsLight, ulr::LightExtrapolation extrapolation);
@@ -34,7 +35,7 @@ public:
   // Irradiance of a captured light at the query's surfel.
   Rgb irradiance(size_t light) const { return lights_.irradiance(light); }
 
-  // Pairs are numbered view by view, in the order of their columns.
+  // A (camera, light) pair. Pairs are numbered view by view, in the order of columns.
   struct Pair {
     uint32_t view, column, light;
   };
@@ -44,14 +45,14 @@ public:
 
 private:
   const ReflectanceField& field_;
-  const ulr::LightCoverage& coverage_;
+  const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_;
-  const size_t count_; // pairs blended
+  const size_t count_; // number of pairs blended
   CameraWeights views_;
   CapturedLights lights_;
-  std::vector<float> lightPenalty_; // p_j, for the direction of the last blend
-  std::vector<size_t> firstPair_;   // per view
+  std::vector<float> lightPenalty_; // p_j, for the last light direction blended
+  std::vector<size_t> firstPair_;   // number of each view's first pair
   size_t pairs_ = 0;
 };
 

@@ -18,15 +18,15 @@ namespace {
 
 constexpr size_t kTargetsPerPlan = 512;
 
-// Adds look-ups to a plan.
+// Appends look-ups to a plan.
 class Emitter {
 public:
   explicit Emitter(std::span<const capture::View> views) {
     for (const capture::View& view : views) projectors_.emplace_back(view.camera);
   }
 
-  // Looks the place up in a view for a target, under the row [begin, end). Nothing where the view's camera
-  // does not project the place.
+  // Adds a look-up of `place` in a view for a target, under the light row [begin, end). Does nothing if the
+  // place does not project into the view.
   void emit(const Point3<AcquisitionSpace, double>& place, size_t target, uint32_t view, float weight,
             size_t begin, size_t end, ShadingPlan& plan) const {
     const auto pixel = projectors_[view](place);
@@ -37,14 +37,14 @@ public:
   }
 
 private:
-  std::vector<capture::Projector<AcquisitionSpace>> projectors_; // per view
+  std::vector<capture::Projector<AcquisitionSpace>> projectors_; // one for each view
 };
 
-// Cameras and lights weighted separately: an operation per query and camera.
+// Plans cameras and lights with separate weights: one operation for each query and camera.
 class ProductPlanner {
 public:
-  ProductPlanner(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-                 const ShadeOptions& options)
+  ProductPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+                 const QueryBatch& batch, const ShadeOptions& options)
       : field_(field), batch_(batch), cameras_(field, batch, options),
         lights_(field, coverage, batch, options), emitter_(field.rig.views),
         viewColor_(blendColors(field.rig.views.size())) {}
@@ -60,18 +60,18 @@ public:
         const LightWeights::Row row = isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
         if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
         const auto place = field_.cloud.p0[batch_.surfels[begin + target]].cast<double>();
-        const Sight sight = cameras_.forEach(lane, [&](uint32_t view, float weight) {
+        const BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           emitter_.emit(place, target, view, weight, row.begin, row.end, plan);
           if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
         });
-        plan.confidence[target] = ulr::confidenceOf(sight.penalty);
-        if (!sight.isSeen) ++plan.unseen;
+        plan.confidence[target] = ulr::confidenceOf(best.penalty);
+        if (!best.isSeen) ++plan.unseen;
       }
     }
   }
 
 private:
-  // The row of a capture under fixed illumination: its only column, as it is.
+  // Row of a capture under fixed illumination: its only column, unchanged.
   static LightWeights::Row fixedLight(LightRows& rows) {
     rows.add(0, {1, 1, 1});
     return {rows.lights.size() - 1, rows.lights.size()};
@@ -85,11 +85,11 @@ private:
   std::vector<Rgb> viewColor_;
 };
 
-// Pairs of cameras and lights: an operation per pair, or per view and environment.
+// Plans (camera, light) pairs: one operation for each pair, or for each view and environment.
 class PairPlanner {
 public:
-  PairPlanner(const ReflectanceField& field, const ulr::LightCoverage& coverage, const QueryBatch& batch,
-              const ShadeOptions& options)
+  PairPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
+              const QueryBatch& batch, const ShadeOptions& options)
       : field_(field), batch_(batch), pairs_(field, coverage, batch, options), emitter_(field.rig.views),
         viewColor_(blendColors(field.rig.views.size())), lightColor_(blendColors(field.rig.lights.size())),
         environmentBrightness_(environmentBrightness(batch)) {}
@@ -97,9 +97,9 @@ public:
   void plan(size_t begin, ShadingPlan& plan) {
     for (size_t i = 0; i < plan.queries; ++i) {
       cameraColor_ = lightBlendColor_ = {};
-      const Sight sight = pairs_.prepare(begin + i);
-      plan.confidence[i] = ulr::confidenceOf(sight.penalty);
-      if (!sight.isSeen) ++plan.unseen;
+      const BestView best = pairs_.prepare(begin + i);
+      plan.confidence[i] = ulr::confidenceOf(best.penalty);
+      if (!best.isSeen) ++plan.unseen;
       const size_t target = i * plan.targetsPerQuery;
       for (size_t l = 0; l < batch_.lights; ++l) planLight(begin + i, l, target + l, plan);
       for (size_t e = 0; e < batch_.environments.size(); ++e)
@@ -114,7 +114,7 @@ private:
   void planLight(size_t query, size_t l, size_t target, ShadingPlan& plan) {
     const size_t entry = query * batch_.lights + l;
     const auto sources = static_cast<float>(batch_.sources());
-    const auto [weights, covered] = pairs_.blend(batch_.towardsLight[entry], batch_.uncoveredOf(l));
+    const auto [weights, covered] = pairs_.blend(batch_.towardsLight[entry], batch_.extrapolationOf(l));
     for (const auto& [number, weight] : weights) {
       const auto [view, column, light] = pairs_.pair(number);
       const size_t row = plan.rows.lights.size();
@@ -126,7 +126,7 @@ private:
     }
   }
 
-  // Sums up the irradiance that each pair takes over of the environment's lights; the pairs of one view are
+  // Sums the irradiance of the environment's lights that each pair represents; the pairs of one view become
   // one operation.
   void planEnvironment(size_t query, size_t e, size_t target, ShadingPlan& plan) {
     const QueryEnvironment& environment = batch_.environments[e];
@@ -166,8 +166,8 @@ private:
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
-  Rgb cameraColor_, lightBlendColor_; // of the current query
-  std::vector<Rgb> pairShare_;        // per pair: irradiance of the current environment
+  Rgb cameraColor_, lightBlendColor_; // blend colours of the current query
+  std::vector<Rgb> pairShare_;        // per pair: share of the current environment's irradiance
 };
 
 using Planner = std::variant<ProductPlanner, PairPlanner>;
@@ -192,7 +192,7 @@ struct ShadingPlanner::Impl {
   const ReflectanceField& field;
   const QueryBatch& batch;
   ShadeOptions options;
-  ulr::LightCoverage coverage{lightDirections(field)};
+  ulr::LightExtrapolationFade coverage{lightDirections(field)};
   size_t targetsPerQuery = field.hasSeparateWeights() ? 1 : std::max(size_t{1}, batch.sources());
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return field.hasSeparateWeights()

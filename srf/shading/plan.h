@@ -1,10 +1,10 @@
-// From queries to operations: the weights of cameras and lights become look-ups for the shading queue.
+// Shading plan: turns queries into look-ups of the shading queue, weighted by cameras and lights.
 //
 //   radiance[query] = sum over views i  w_i  sum over lights l  w_l  X_il(x_i)
 //
 // Symbols: w_i weight of view i (camera_weights.h), w_l weight of captured light l (light_weights.h), X_il
-// the reflectance image of both, x_i the surfel's place in it.  [Weyrich 2005, §5.2 and §5.3] A capture with
-// gaps has one weight for each pair (pair_weights.h).
+// their reflectance image, x_i projection of the surfel in view i.  [Weyrich 2005, §5.2 and §5.3] A capture
+// with gaps has one weight for each pair (pair_weights.h).
 #pragma once
 
 #include "srf/shading/light_weights.h"
@@ -20,16 +20,17 @@ namespace surflect::shading {
 
 struct ShadingPlan {
   size_t queries = 0;
-  // Pairs have a target per query and light or environment, so that an operation which shows background is
-  // made up for by others of the same light.
+  // With pairs, each light or environment of a query has a target of its own, so that an operation which
+  // shows background is compensated by others of the same light.
   size_t targetsPerQuery = 1;
   std::vector<ShadingOp> ops;
   LightRows rows;
-  // Per query: confidence in its best view (ulr.h), whatever that view shows and however far its lights are.
+  // One per query: confidence (ulr.h) of its best view. Lights, and texels missing from that view, do not
+  // affect it.
   std::vector<float> confidence;
-  // Per query, if the options show them: blendColors of cameras and lights, blended by their weights.
+  // One per query, if the options show blends: weighted means of blendColors of cameras and lights.
   std::vector<Rgb> cameraBlend, lightBlend;
-  size_t unseen = 0; // queries that are answered by fallback views alone
+  size_t unseen = 0; // queries with fallback views only
 
   size_t targets() const { return queries * targetsPerQuery; }
   ShadingPart part() const { return {ops, &rows, targets()}; }
@@ -37,17 +38,17 @@ struct ShadingPlan {
 
 class ShadingPlanner {
 public:
-  // Field and batch must outlive the planner. Throws Error when lights are asked of a capture with fixed
-  // illumination, or none of one without; and when foreshortening is asked of a capture that is not a full
+  // Field and batch must outlive the planner. Throws Error if a capture with fixed illumination is queried
+  // with lights, or any other without, and if foreshortening is requested for a capture that is not a full
   // product.
   ShadingPlanner(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options);
   ~ShadingPlanner();
 
-  size_t targetsPerQuery() const; // of every plan
-  size_t queriesPerPlan() const;  // that keep a plan in the processor's cache
+  size_t targetsPerQuery() const; // the same for every plan
+  size_t queriesPerPlan() const;  // as many as keep a plan in the processor's cache
 
-  // Plans the queries [begin, end) of the batch, with targets from 0 on, in the plan's memory. Safe from many
-  // threads at once.
+  // Plans the queries [begin, end) of the batch into `plan`, reusing its memory; targets count from 0. Safe
+  // from many threads at once.
   void plan(size_t begin, size_t end, ShadingPlan& plan);
 
 private:
@@ -55,7 +56,7 @@ private:
   std::unique_ptr<Impl> impl_;
 };
 
-// One plan of the whole batch, by this thread alone.
+// Plans the whole batch in the calling thread.
 ShadingPlan planShading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options);
 
 } // namespace surflect::shading

@@ -13,8 +13,9 @@ namespace surflect::shading {
 
 namespace {
 
-// Numbers, ascending, of the operations whose targets see nothing but background.
-std::vector<uint32_t> blindOps(const ExecutedPart& executed) {
+// Blind operations: those of targets whose operations all see only background. Returns their indices,
+// ascending.
+std::vector<uint32_t> lostTargetOps(const ExecutedPart& executed) {
   if (executed.lost == 0) return {};
   const ShadingPart& part = executed.part;
   std::vector<uint8_t> sees(part.targets);
@@ -25,9 +26,9 @@ std::vector<uint32_t> blindOps(const ExecutedPart& executed) {
   return blind;
 }
 
-// The blind operations, moved to what their views store nearest.
-std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const uint32_t> blind,
-                               std::span<const codec::ViewFile> views) {
+// The blind operations, each moved to the nearest texel that its view stores.
+std::vector<ShadingOp> movedToStoredTexels(std::span<const ShadingOp> ops, std::span<const uint32_t> blind,
+                                           std::span<const codec::ViewFile> views) {
   std::vector<ShadingOp> moved;
   for (const uint32_t number : blind) {
     ShadingOp& op = moved.emplace_back(ops[number]);
@@ -36,14 +37,14 @@ std::vector<ShadingOp> sighted(std::span<const ShadingOp> ops, std::span<const u
   return moved;
 }
 
-// Sums of a target's weights: of all operations, and of those that are not lost.
+// Sums of a target's weights, over all operations and over those not lost.
 struct WeightSums {
   double all = 0, kept = 0;
 
   float scale() const { return all == kept || kept == 0 ? 1.f : static_cast<float>(all / kept); }
 };
 
-// Adds up a part's operations by target.
+// Sums the radiance of a part's operations by target.
 void sumUp(ExecutedPart& executed) {
   const auto& [ops, rows, targets] = executed.part;
   executed.sums.assign(targets, {});
@@ -90,7 +91,8 @@ void ShadingQueue::emit(size_t number, const ShadingPart& part) {
   ExecutedPart& executed = parts_[number];
   executed.begin(part);
   executor_.executeResident(executed);
-  if (executed.waiting.empty() && executed.lost == 0) sumUp(executed); // while it is in the processor's cache
+  // Sums up at once, while the part is in the processor's cache.
+  if (executed.waiting.empty() && executed.lost == 0) sumUp(executed);
 }
 
 std::vector<Rgb> ShadingQueue::finish() {
@@ -101,9 +103,9 @@ std::vector<Rgb> ShadingQueue::finish() {
     stats_.lookups += executed.lookups;
     stats_.lost += executed.lost;
   }
-  continueSurfaces();
+  retryLostTargets();
 
-  std::vector<size_t> first{0}; // target of each part; one more, for the end
+  std::vector<size_t> first{0}; // first target of each part, then the end
   for (const ExecutedPart& executed : parts) first.push_back(first.back() + executed.part.targets);
   std::vector<Rgb> radiance(first.back());
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
@@ -116,7 +118,7 @@ std::vector<Rgb> ShadingQueue::finish() {
   return radiance;
 }
 
-// Counts what was found in memory, then executes the rest.
+// Counts cache hits, then executes the waiting operations.
 void ShadingQueue::executeWaiting(std::span<ExecutedPart> parts) {
   uint64_t hits = 0;
   for (const ExecutedPart& executed : parts) hits += executed.tasks;
@@ -128,15 +130,15 @@ void ShadingQueue::executeWaiting(std::span<ExecutedPart> parts) {
   }
 }
 
-// Executes the operations of targets that see nothing but background once more, at what is stored nearest.
-void ShadingQueue::continueSurfaces() {
+// Repeats the operations of targets that see only background, at the nearest stored texels.
+void ShadingQueue::retryLostTargets() {
   const std::span parts(parts_.data(), count_);
-  std::vector<std::vector<uint32_t>> blind(count_); // numbers of operations
+  std::vector<std::vector<uint32_t>> blind(count_); // operation numbers, by part
   std::vector<std::vector<ShadingOp>> moved(count_);
   tbb::parallel_for(size_t{0}, count_, [&](size_t p) {
     progress_.checkpoint();
-    blind[p] = blindOps(parts[p]);
-    moved[p] = sighted(parts[p].part.ops, blind[p], cache_.views());
+    blind[p] = lostTargetOps(parts[p]);
+    moved[p] = movedToStoredTexels(parts[p].part.ops, blind[p], cache_.views());
   });
   if (std::ranges::all_of(blind, [](const auto& ops) { return ops.empty(); })) return;
   std::vector<ExecutedPart> again(count_);

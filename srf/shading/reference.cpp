@@ -1,15 +1,15 @@
-// Symbols: p0 place of the surfel; X_ij reflectance image of view i and captured light j, x_i where view i
-// sees p0; theta_i angle at p0 between view i and the viewer, theta_qj between light q of the query and
+// Symbols: p0 place of the surfel; X_ij reflectance image of view i and captured light j, x_i projection of
+// p0 in view i; theta_i angle at p0 between view i and the viewer, theta_qj between light q of the query and
 // captured light j; s_i visibility weight of view i; E_q irradiance of light q, E_j of captured light j.
 //
-//   p_i = (1 - cos theta_i) / s_i        penalty of a view, or that of it as a fallback if less
+//   p_i = (1 - cos theta_i) / s_i        penalty of a view, or its penalty as a fallback if less
 //   w_i = ULR(p)_i                       weight of a view                       [Weyrich 2005, §5.2]
 //   u_qj = ULR(1 - cos theta_q)_j        weight of a captured light             [Weyrich 2005, §5.2]
 //   w_j = sum_q f_q u_qj E_q / E_j       f_q: foreshortening
 //   L = sum_i w_i sum_j w_j X_ij(x_i)    radiance
 //
-// A capture with gaps has weights of pairs instead: L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij E_q / E_j
-// X_ij.
+// A capture with gaps has weights of pairs instead:
+//   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij E_q / E_j X_ij(x_i).
 #include "srf/shading/reference.h"
 
 #include "srf/shading/light_weights.h"
@@ -24,7 +24,7 @@ namespace surflect::shading {
 
 namespace {
 
-// X_ij at one texel; empty where it is background.
+// X_ij at one texel; empty if the texel is background.
 std::optional<Eigen::Vector3d> texelRadiance(codec::BlockCache& cache, uint32_t view, uint32_t light, int x,
                                              int y) {
   const std::optional<uint32_t> number =
@@ -40,7 +40,7 @@ std::optional<Eigen::Vector3d> texelRadiance(codec::BlockCache& cache, uint32_t 
   return radiance;
 }
 
-// X_ij between texels, bilinear; empty where all four texels are background.
+// X_ij between texels, bilinear; empty if all four texels are background.
 std::optional<Eigen::Vector3d> lookUp(codec::BlockCache& cache, uint32_t view, uint32_t light, double x,
                                       double y) {
   const codec::ViewHeader& header = cache.views()[view].header();
@@ -63,7 +63,7 @@ std::optional<Eigen::Vector3d> lookUp(codec::BlockCache& cache, uint32_t view, u
   return Eigen::Vector3d(sum / weights);
 }
 
-// The point nearest to (x, y) among those between the texel centres of a stored block.
+// The nearest point to (x, y) within the texel centres of a stored block.
 std::optional<Eigen::Vector2d> nearestTexel(codec::BlockCache& cache, uint32_t view, double x, double y) {
   const codec::ViewFile& file = cache.views()[view];
   const auto clamped = [](double value, int block, int size) {
@@ -87,14 +87,14 @@ struct QueryLight {
   Direction3<AcquisitionSpace> towards;
   Rgb irradiance; // E_q
   ulr::LightExtrapolation extrapolation;
-  size_t target; // among those of its query, where pairs are blended
+  size_t target; // index among the query's targets, if pairs are blended
 };
 
 std::vector<QueryLight> lightsOf(const QueryBatch& batch, size_t query) {
   std::vector<QueryLight> lights;
   for (size_t l = 0; l < batch.lights; ++l) {
     const size_t entry = query * batch.lights + l;
-    lights.push_back({batch.towardsLight[entry], batch.irradiance[entry], batch.uncoveredOf(l), l});
+    lights.push_back({batch.towardsLight[entry], batch.irradiance[entry], batch.extrapolationOf(l), l});
   }
   for (size_t e = 0; e < batch.environments.size(); ++e) {
     const QueryEnvironment& environment = batch.environments[e];
@@ -105,7 +105,7 @@ std::vector<QueryLight> lightsOf(const QueryBatch& batch, size_t query) {
   return lights;
 }
 
-// The operations of one query after another.
+// Plans the operations of one query after another, without any acceleration.
 class PlainPlan {
 public:
   PlainPlan(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options)
@@ -118,7 +118,7 @@ public:
     const uint32_t surfel = batch_.surfels[query];
     p0_ = field_.cloud.p0[surfel].cast<double>();
     normal_ = assume<Normal3<AcquisitionSpace, double>>(rotationOf<double>(field_.cloud.r0[surfel]).col(2));
-    fades_ = field_.fades.of(surfel);
+    visibility_ = field_.visibility.of(surfel);
     towardsView_ = batch_.towardsView[query];
     const size_t target = query * targetsPerQuery();
     if (field_.hasSeparateWeights())
@@ -158,8 +158,8 @@ private:
             {static_cast<uint32_t>(pairs.size()), penalty(i, lightPenalty(field_.rig.lights[j], source))});
         pairs.push_back({i, column, j});
       }
-    const bool fades = source.extrapolation == ulr::LightExtrapolation::fade && !options_.nearest;
-    const float covered = fades ? coverage_.at(least) : 1;
+    const bool visibility = source.extrapolation == ulr::LightExtrapolation::fade && !options_.nearest;
+    const float covered = visibility ? coverage_.at(least) : 1;
     for (const auto& [number, w] : ulr::ulrWeights(nearest)) {
       const auto& [i, column, j] = pairs[number];
       rows.add(column, covered * ratio(source, j));
@@ -167,12 +167,12 @@ private:
     }
   }
 
-  // p_i, together with the penalty of a light if pairs are weighted.
+  // p_i; with pairs, p_i + 1 - cos theta_qj.
   float penalty(size_t i, float ofLight) const {
     const capture::Camera<AcquisitionSpace>& camera = field_.rig.views[i].camera;
     const auto towards = capture::Viewpoint(camera).towards(p0_);
     const float angle = ulr::anglePenalty(towards.cast<float>(), towardsView_),
-                s = ulr::VisibilityWeights::decode(fades_[i]);
+                s = ulr::VisibilityWeights::decode(visibility_[i]);
     float p = std::numeric_limits<float>::infinity();
     if (s > 0) p = (options_.nearest ? angle : angle / s) + ofLight;
     const auto pixel = camera.project(p0_);
@@ -181,7 +181,7 @@ private:
     return std::min(p, ulr::fallbackPenalty(angle + ofLight, scale));
   }
 
-  // f_q u_qj
+  // Weights f_q u_qj.
   ulr::BlendSet lightWeights(const QueryLight& source) const {
     std::vector<Direction3<AcquisitionSpace>> towards;
     std::vector<double> cosines;
@@ -203,7 +203,7 @@ private:
   float lightPenalty(const capture::Light& light, const QueryLight& source) const {
     return ulr::anglePenalty(capture::towardsLight(light, p0_).cast<float>(), source.towards);
   }
-  // E_q / E_j
+  // Irradiance ratio E_q / E_j.
   Rgb ratio(const QueryLight& source, size_t j) const {
     return irradianceRatio(source.irradiance, capture::irradianceAt(field_.rig.lights[j], p0_));
   }
@@ -218,11 +218,11 @@ private:
   const QueryBatch& batch_;
   const ShadeOptions& options_;
   const ulr::LightBlend how_;
-  const ulr::LightCoverage coverage_;
-  // The current query.
+  const ulr::LightExtrapolationFade coverage_;
+  // State of the current query.
   Point3<AcquisitionSpace, double> p0_;
   Normal3<AcquisitionSpace, double> normal_;
-  std::span<const uint8_t> fades_;
+  std::span<const uint8_t> visibility_;
   Direction3<AcquisitionSpace> towardsView_;
 };
 

@@ -1,5 +1,5 @@
-// Shading as the paper states it: plainly, one look-up for one surfel, camera and light after another,
-// unsorted. Slow; the specification that the fast forms are tested against.  [Weyrich 2005, §5.2 and §5.3]
+// Shading as the paper states it, without acceleration: look-ups are executed one by one, unsorted. The
+// specification against which the fast implementation is tested.  [Weyrich 2005, §5.2 and §5.3]
 #pragma once
 
 #include "srf/codec/block_cache.h"
@@ -14,12 +14,12 @@
 
 namespace surflect::shading {
 
-// Radiance per query: r, g, b. Directions and look-ups are in double precision, the weights of ULR in single.
+// Radiance (r, g, b) of each query. Directions and look-ups are in double precision, ULR weights in single.
 // Throws Error as ViewFile::read.
 std::vector<Eigen::Vector3d> shadeReference(const ReflectanceField& field, const QueryBatch& batch,
                                             const ShadeOptions& options, codec::BlockCache& cache);
 
-// Radiance per target of operations that are given: r, g, b, in double precision.
+// Radiance (r, g, b) of each target of given operations, in double precision.
 std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const LightRows& rows,
                                               size_t targets, codec::BlockCache& cache);
 

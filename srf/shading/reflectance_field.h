@@ -19,18 +19,21 @@ struct ReflectanceField {
   uint64_t identity = 0; // hash of all content
   capture::Capture rig;  // training views and lights only
   SurfelCloud cloud;
-  Point3<AcquisitionSpace, double> middle;    // of the cloud's box
-  ulr::VisibilityWeights fades;               // per surfel and view
-  std::vector<codec::ViewFile> files;         // reflectance images, one file per view of the rig
-  std::vector<std::vector<uint32_t>> columns; // per view: the light of each column; empty: fixed illumination
-  double white = 1;                           // radiance of a white pixel
-  double tolerance = 0;                       // of every block
-  ulr::LightBlend lightBlend;                 // chosen when the photographs were packed
+  Point3<AcquisitionSpace, double> middle; // middle of the cloud's bounding box
+  ulr::VisibilityWeights visibility;       // one per surfel and view
+  std::vector<codec::ViewFile> files;      // reflectance images, one file for each view of the rig
+  // For each view, the light of each column; empty for fixed illumination.
+  std::vector<std::vector<uint32_t>> columns;
+  double white = 1;           // radiance of a white pixel
+  double tolerance = 0;       // error tolerance of every block; see blockErrorBound
+  ulr::LightBlend lightBlend; // selected when the photographs were packed
 
-  // Every view holds every light, in the order of the rig: cameras and lights are then weighted separately.
+  // True if every view has every light, in the order of the rig; cameras and lights are then weighted
+  // separately.
   bool isFullProduct = false;
 
-  // Neither the pairs of a capture with gaps nor its lights have to be weighted together.
+  // Returns true if cameras and lights can be weighted separately, as there is fixed illumination or a full
+  // product.
   bool hasSeparateWeights() const { return rig.lights.empty() || isFullProduct; }
 };
 

@@ -11,7 +11,7 @@ namespace surflect::shading {
 
 namespace {
 
-// Radiance per query from radiance per target.
+// Sums the radiance of each query's targets.
 std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perQuery) {
   if (perQuery == 1) return targets;
   std::vector<Rgb> radiance(targets.size() / perQuery);
@@ -24,10 +24,10 @@ template <class T> void append(const std::vector<T>& part, std::vector<T>& all) 
   all.insert(all.end(), part.begin(), part.end());
 }
 
-// Plans and executes ranges of a batch, one after another.
+// Plans and executes ranges of a batch in turn.
 class Shading {
 public:
-  // All must outlive this.
+  // The arguments must outlive this.
   Shading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
           codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, const ShadeLap& lap)
       : planner_(field, batch, options), queue_(cache, stats, progress), progress_(progress), lap_(lap),
@@ -67,7 +67,7 @@ private:
   const Progress& progress_;
   const ShadeLap& lap_;
   size_t queriesAtOnce_;
-  std::vector<ShadingPlan> plans_; // memory of the largest range so far
+  std::vector<ShadingPlan> plans_; // with the memory of the largest range so far
 };
 
 } // namespace
@@ -83,7 +83,7 @@ Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const Shade
   shaded.radiance.reserve(batch.size());
   Shading shading(field, batch, options, cache, stats, progress, lap);
   size_t begin = 0;
-  do { // once also where there are no queries: that takes time, too
+  do { // also runs once without queries, to report its time
     const size_t end = std::min(batch.size(), begin + shading.queriesAtOnce());
     shading.add(begin, end, shaded);
     begin = end;

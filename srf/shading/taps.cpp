@@ -18,11 +18,11 @@ std::optional<StoredPoint> nearestStored(const codec::ViewFile& view, float x, f
   y = std::clamp(y, 0.5f, static_cast<float>(header.height) - 0.5f);
   const int cx = static_cast<int>(x) / codec::blockSize, cy = static_cast<int>(y) / codec::blockSize;
   std::optional<StoredPoint> nearest;
-  float least = std::numeric_limits<float>::infinity(); // squared
+  float least = std::numeric_limits<float>::infinity(); // squared distance
   const auto offer = [&](int bx, int by) {
     if (bx < 0 || by < 0 || bx >= header.blocksAcross() || by >= header.blocksDown() || !view.find({bx, by}))
       return;
-    // Centres of its outermost texels; those beyond the image's border are not asked for.
+    // Texel centres at the ends of the block, within the image.
     const auto inside = [](float value, int block, int size) {
       const int last = std::min((block + 1) * codec::blockSize, size) - 1;
       return std::clamp(value, static_cast<float>(block * codec::blockSize) + 0.5f,
@@ -39,7 +39,7 @@ std::optional<StoredPoint> nearestStored(const codec::ViewFile& view, float x, f
     for (int d = -ring; d <= ring; ++d) {
       offer(cx + d, cy - ring);
       offer(cx + d, cy + ring);
-      if (std::abs(d) == ring) continue; // the corners are done
+      if (std::abs(d) == ring) continue; // corners are already done
       offer(cx - ring, cy + d);
       offer(cx + ring, cy + d);
     }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/codec/view_file.h"
-#include "srf/shading/look_up_kernel.h"
+#include "srf/shading/block_lookup.h"
 
 #include <algorithm>
 #include <array>
@@ -15,13 +15,13 @@
 
 namespace surflect::shading {
 
-// A position among texels: the one up and left of it, and how far it is from this to the next.
-struct TexelPlace {
+// A position between texel centres: the upper left texel, and the fractions of the way to the next ones.
+struct TexelPosition {
   int x, y;          // not negative
-  float right, down; // 0..1; 0 where the next is outside the image
+  float right, down; // 0..1; 0 if the next texel is outside the image
 
-  // (x, y) in pixels, centres at +0.5, finite; clamped to the image.
-  static TexelPlace at(const codec::ViewHeader& view, float x, float y) {
+  // Converts (x, y) in pixels, centres at +0.5, finite; clamps to the image.
+  static TexelPosition at(const codec::ViewHeader& view, float x, float y) {
     assert(std::isfinite(x) && std::isfinite(y));
     const float u = std::min(std::max(x - 0.5f, 0.f), static_cast<float>(view.width - 1));
     const float v = std::min(std::max(y - 0.5f, 0.f), static_cast<float>(view.height - 1));
@@ -29,14 +29,14 @@ struct TexelPlace {
     return {i, j, u - static_cast<float>(i), v - static_cast<float>(j)};
   }
 
-  // Are all four corners in the block that holds the first?
+  // Returns true if all four texels lie in one block.
   bool isInOneBlock() const { return (x + 1) % codec::blockSize != 0 && (y + 1) % codec::blockSize != 0; }
   codec::BlockPosition block() const {
     return {static_cast<int>(unsigned(x) / codec::blockSize),
             static_cast<int>(unsigned(y) / codec::blockSize)};
   }
 
-  // Where they are.
+  // The four taps, if they lie in one block.
   BlockTaps tapsInOneBlock() const {
     const float left = 1 - right, up = 1 - down;
     return {{left * up, right * up, left * down, right * down},
@@ -46,7 +46,7 @@ struct TexelPlace {
             codec::blockSize};
   }
 
-  // The taps in a block that holds some of the corners; the others have weight 0.
+  // The taps that fall into a block which holds at least one of the four texels; the others have weight 0.
   BlockTaps tapsIn(codec::BlockPosition block) const {
     const PairInBlock across(x - block.x * codec::blockSize, right),
         along(y - block.y * codec::blockSize, down);
@@ -58,36 +58,36 @@ struct TexelPlace {
   }
 
 private:
-  // Two neighbours of one row or column; what is outside the block has no weight.
+  // Two neighbouring texels of a row or column, with their weights; a texel outside the block has weight 0.
   struct PairInBlock {
     PairInBlock(int place, float toNext)
         : first(std::max(place, 0)), step(place >= 0 && place + 1 < codec::blockSize ? 1 : 0),
           firstWeight(place >= 0 ? 1 - toNext : 0), secondWeight(place + 1 < codec::blockSize ? toNext : 0) {}
-    int first, step; // to the second
+    int first, step; // step: offset of the second texel, 0 if outside the block
     float firstWeight, secondWeight;
   };
 };
 
-// use(position) of each block that holds a corner of some weight: left before right, the upper row first. A
-// place whose corners are all in one block asks for that, though it may have texels outside the image: blocks
-// are whole.
-template <class Use> inline void forEachBlock(const TexelPlace& place, const Use& use) {
+// Calls use(position) for each block that holds a texel of nonzero weight: left before right, upper before
+// lower. A place inside one block visits it even if some texels lie outside the image, since blocks are
+// whole.
+template <class Use> inline void forEachBlock(const TexelPosition& place, const Use& use) {
   const codec::BlockPosition first = place.block();
   if (place.isInOneBlock()) return use(first);
   const int acrossEnd =
-      place.right > 0 ? (place.x + 1) / codec::blockSize : first.x; // also keeps inside the image
+      place.right > 0 ? (place.x + 1) / codec::blockSize : first.x; // stays within the image
   const int downEnd = place.down > 0 ? (place.y + 1) / codec::blockSize : first.y;
   for (int y = first.y; y <= downEnd; ++y)
     for (int x = first.x; x <= acrossEnd; ++x) use(codec::BlockPosition{x, y});
 }
 
-// The part of a bilinear interpolation that one stored block answers.
+// The taps of a bilinear interpolation that fall into one stored block.
 template <class Block> struct PlacedTaps {
   Block block;
   BlockTaps taps;
 };
 
-// The taps of one position by block, in the order of forEachBlock.
+// The taps of a position, grouped by block in the order of forEachBlock.
 template <class Block> class ViewTaps {
 public:
   size_t size() const { return count_; }
@@ -106,15 +106,16 @@ public:
   }
 
 private:
-  std::array<PlacedTaps<Block>, 4> blocks_; // not set before they are counted: thousands are made at a time
+  // Entries beyond count_ are uninitialised, as thousands of objects are made at a time.
+  std::array<PlacedTaps<Block>, 4> blocks_;
   size_t count_ = 0;
 };
 
-// The block at a position is what `find` says of it; where that is false, it is background. Taps on
-// background are dropped and the others renormalised; empty if none is left. Blocks are asked for in the
-// order of forEachBlock.
+// Finds the taps of a place. find(position) returns the block there, or false for background. Taps on
+// background are dropped and the others renormalised; empty if none is left. Blocks are visited in the order
+// of forEachBlock.
 template <class Block, class Find>
-void findTaps(const TexelPlace& place, const Find& find, ViewTaps<Block>& taps) {
+void findTaps(const TexelPosition& place, const Find& find, ViewTaps<Block>& taps) {
   taps.clear();
   float kept = 0;
   bool isWhole = true;
@@ -129,7 +130,7 @@ void findTaps(const TexelPlace& place, const Find& find, ViewTaps<Block>& taps) 
   if (!isWhole && !taps.empty()) taps.divideWeights(kept);
 }
 
-inline LookUpJob jobOf(const codec::BlockTerms& block, const BlockTaps& taps, float* rgb) {
+inline BlockLookup jobOf(const codec::BlockTerms& block, const BlockTaps& taps, float* rgb) {
   const auto texel = 3 * static_cast<uint32_t>(block.stride);
   return {block.texel(taps.texel),
           block.coefficients,
@@ -140,13 +141,13 @@ inline LookUpJob jobOf(const codec::BlockTerms& block, const BlockTaps& taps, fl
           {taps.weights[0], taps.weights[1], taps.weights[2], taps.weights[3]}};
 }
 
-// A point between texel centres of a stored block.
+// A point within the texel centres of a stored block.
 struct StoredPoint {
   float x = 0, y = 0; // pixels
 };
 
-// The one that is nearest to (x, y); empty for a view that stores nothing. Of equals, the first in rings of
-// blocks about the one that holds (x, y).
+// The stored point nearest to (x, y); empty if the view stores nothing. Of equally near points, the first in
+// rings of blocks around the block of (x, y).
 std::optional<StoredPoint> nearestStored(const codec::ViewFile& view, float x, float y);
 
 } // namespace surflect::shading

@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Between two parallels and two meridians: the exact area, for a texel of row y.
+// Exact solid angle of a lat-long texel in row y: the area between its parallels and meridians.
 double latLongSolidAngle(int y, int width, int height) {
   const double top = std::cos(kPi * y / height), bottom = std::cos(kPi * (y + 1) / height);
   return 2 * kPi / width * (top - bottom);
 }
 
-// d omega = sin(theta) d theta d phi with theta = pi r, over du dv = r dr dphi / 4: 4 pi^2 sin(theta)/theta,
-// up to a factor that all texels share.
+// Solid angle per image area of an angular map, up to a constant factor: sin(theta) / theta. From d omega =
+// sin(theta) d theta d phi with theta = pi r, and du dv = r dr dphi / 4.
 double angularDensity(double u, double v) {
   const double theta = kPi * std::hypot(2 * u - 1, 2 * v - 1);
   return theta > 0 ? std::sin(theta) / theta : 1;
@@ -29,14 +29,14 @@ double angularDensity(double u, double v) {
 
 double brightness(const Rgb& light) { return double{light.r} + light.g + light.b; }
 
-// A run of lights, with the moments that decide where it is cut.
+// A range of lights, with the moments that decide where it is cut.
 struct Cell {
   size_t begin = 0, end = 0;
-  Vec3<double> mean = Vec3<double>::Zero(); // by brightness
+  Vec3<double> mean = Vec3<double>::Zero(); // mean direction, weighted by brightness
   int widest = 0;                           // axis of the greatest variance
-  double spread = 0;                        // brightness times variance, over all axes
+  double spread = 0;                        // sum over axes of brightness times variance
 
-  // The one that spreads most comes first; ties by place.
+  // Orders by spread, ties by position.
   friend bool operator<(const Cell& a, const Cell& b) {
     return a.spread != b.spread ? a.spread < b.spread : a.begin > b.begin;
   }
@@ -61,10 +61,10 @@ Cell cellOf(std::span<const EnvironmentLight> lights, size_t begin, size_t end) 
 }
 
 EnvironmentLight lightOf(std::span<const EnvironmentLight> lights, const Cell& cell) {
-  Vec3<double> sum = Vec3<double>::Zero(); // in double: a million texels would lose their digits
+  Vec3<double> sum = Vec3<double>::Zero(); // in double, so that a million texels keep their digits
   for (const EnvironmentLight& light : lights.subspan(cell.begin, cell.end - cell.begin))
     sum += Vec3<double>(light.irradiance.r, light.irradiance.g, light.irradiance.b);
-  // Opposite lights may cancel; then any of them is as good a direction.
+  // Opposite directions may cancel; then the first one serves.
   const Vec3<double> towards =
       cell.mean.norm() > 1e-6 ? cell.mean.normalized() : lights[cell.begin].towards.raw().cast<double>();
   return {assume<Direction3<EnvironmentSpace>>(towards),
@@ -87,7 +87,7 @@ std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, d
 
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress) {
-  const auto solidAngleSum = [&] { // of an angular map before it is scaled to 4 pi
+  const auto solidAngleSum = [&] { // solid angles of an angular map, before they are scaled to 4 pi
     double sum = 0;
     for (int y = 0; y < radiance.height; ++y) {
       progress.checkpoint();
@@ -136,7 +136,7 @@ EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping ma
 
 namespace {
 
-// Reads a picture in floating point.
+// Converts a floating-point picture to linear Rec. 709.
 image::Image linearRec709(image::Picture picture, const std::filesystem::path& path) {
   if (!picture.color) return std::move(picture.image);
   if (!picture.color->problem.empty()) throw Error(picture.color->problem).at(picture.color->source).in(path);
@@ -179,15 +179,15 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
   return map;
 }
 
-std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, double spread,
-                                       const Progress& progress) {
+std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> lights, double spread,
+                                              const Progress& progress) {
   if (lights.empty()) return lights;
   std::vector<Cell> whole; // cells that need no further cut
   std::priority_queue<Cell> cells;
   cells.push(cellOf(lights, 0, lights.size()));
   double energy = 0, spreads = cells.top().spread;
   for (const EnvironmentLight& light : lights) energy += brightness(light.irradiance);
-  while (!cells.empty() && spreads > spread * energy && cells.size() + whole.size() < kMostGathered) {
+  while (!cells.empty() && spreads > spread * energy && cells.size() + whole.size() < kMaxClusteredLights) {
     progress.checkpoint();
     const Cell cell = cells.top();
     cells.pop();
@@ -196,7 +196,7 @@ std::vector<EnvironmentLight> gathered(std::vector<EnvironmentLight> lights, dou
     const auto cut = std::partition(begin, end, [&](const EnvironmentLight& light) {
       return light.towards.raw()[cell.widest] < cell.mean[cell.widest];
     });
-    if (cut == begin || cut == end) { // all of them in one place
+    if (cut == begin || cut == end) { // all directions coincide
       whole.push_back(cell);
       continue;
     }

@@ -1,13 +1,13 @@
-// Fallback views: views that do not see a surfel, blended where no view sees it well. A surface continues
-// beyond the photographed part, without a jump, and is never black.  Ours.
+// Fallback views: views that do not see a surfel, blended if no view sees it well. They continue a surface
+// beyond its photographed part, without a jump and never in black.  Ours.
 //
 //   p' = min(p / s, (p + d) / (e b g))
 //
 // Symbols: p' penalty of a view that has the surfel's place in its image; p = 1 - cos of its angle to the
-// direction asked for; s its fade at the surfel (visibility_weights.h), b the part of s that falls towards
+// requested direction; s its fade at the surfel (visibility_weights.h), b the factor of s that falls towards
 // the image's border. g is 1 at the horizon, where the surface turns away from the view; it falls as the
-// surfel turns further away, or as it faces the view but is hidden. d and e are constants; e is large enough
-// for a gradual change as s falls to 0.
+// surfel turns further away, and also if it faces the view but is hidden. d and e are constants; e is large
+// enough for a gradual change as s falls to 0.
 #pragma once
 
 #include "srf/ulr/visibility_weights.h"
@@ -18,16 +18,16 @@
 namespace surflect::ulr {
 
 inline constexpr float kFallbackFade = 1 / 3.f;      // e
-inline constexpr float kFallbackOffset = 2 / 3.f;    // d > 0: a fallback never meets a ray exactly
+inline constexpr float kFallbackOffset = 2 / 3.f;    // d > 0: a fallback never takes the whole weight
 inline constexpr double kFallbackTurn = 0.1;         // cosine over which g falls
 inline constexpr double kFallbackHidden = 1 / 200.0; // least g of a view that faces the surfel
 
-// Beside a view of less penalty than this no fallback has weight: with the penalty l >= 0 of a light added,
-// (d + l) / e is above the threshold of a blend, at most 2 (1 + l).
+// Least penalty of a view beside which fallbacks can have weight. With the penalty l >= 0 of a light added, a
+// fallback's penalty is at least (d + l) / e, which is not below the threshold of a blend, at most 2 (1 + l).
 inline constexpr float kFallbackFrom = 1;
 static_assert(kFallbackOffset / kFallbackFade >= 2);
 
-// 1 / (e b g)
+// Factor 1 / (e b g) of a fallback's penalty.
 inline float fallbackScale(double cosine, double border, double fade) {
   const double open = fade > 0 ? std::min(1.0, fade / (grazingFade(cosine) * border)) : 0;
   const double falling = std::exp(-std::abs(cosine) / kFallbackTurn);
@@ -37,9 +37,8 @@ inline float fallbackScale(double cosine, double border, double fade) {
 
 inline float fallbackPenalty(float penalty, float scale) { return (penalty + kFallbackOffset) * scale; }
 
-// A lower bound on the penalty of a fallback, cheap to compute, from angle and cosine that are known but for
-// `rounding`: b is at most 1, exp(-t) <= 1 / (1 + t + t^2 / 2), and g may be 1 where the view sees the
-// surfel.
+// Lower bound on the penalty of a fallback, cheap to compute, from a penalty and a cosine with errors up to
+// `rounding`. Uses b <= 1 and exp(-t) <= 1 / (1 + t + t^2 / 2), and g <= 1 where the view may see the surfel.
 inline float leastFallbackPenalty(float penalty, float cosine, bool isOpen, float rounding) {
   const float t = std::max(0.f, std::abs(cosine) - rounding) / static_cast<float>(kFallbackTurn);
   const float inverse = std::min(1 + t * (1 + t / 2), static_cast<float>(1 / kFallbackHidden));

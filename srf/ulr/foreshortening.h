@@ -1,15 +1,15 @@
-// How light on a surface is foreshortened: its irradiance falls with the cosine of its angle to the normal,
-// and is nothing from behind. Photographs have the cosines of the lights that they were taken under. Blended
-// as they are [Weyrich 2005, §5.2], they show as many shadow lines as there are lights in the blend, and none
-// where that of the light asked for would lie.
+// Foreshortening of blended light: the irradiance of a surface falls with the cosine between light and
+// normal, and is 0 from behind. Photographs contain the cosines of their own lights. A plain blend [Weyrich
+// 2005, §5.2] therefore shows the shadow line of every blended light, and none where the shadow line of the
+// requested light belongs.
 //
-// If cross-validation of the photographs favours it, a blend is therefore multiplied by the cosine asked for
-// over the mean of those blended: the ratio estimator [Cochran 1977, §6.1], the cosine being what is known of
-// the radiance everywhere. A matte surface comes out but for the residual, whatever the weights, while the
-// ratio is at most 2. Nothing is divided by the cosine of a single photograph, so that no noise grows.
+// If cross-validation of the photographs favours it, a blend is multiplied by the cosine of the requested
+// light over the mean cosine of the blended ones: the ratio estimator [Cochran 1977, §6.1], with the cosine
+// as auxiliary variable. A matte surface is then exact up to the residual e, for any weights, while the ratio
+// is at most 2. No single photograph is divided by its cosine, so noise is not amplified.
 //
 // [Cochran 1977] Cochran: Sampling Techniques, 3rd edition.
-// Symbols: n normal, l the direction asked for, l_i of the blended lights, w_i their weights,
+// Symbols: n normal, l requested direction, l_i directions of the blended lights, w_i their weights,
 //          c(l) = max(0, n . l).
 #pragma once
 
@@ -25,14 +25,14 @@ T foreshortenedCosine(const Normal3<AcquisitionSpace, T>& n, const Direction3<Ac
   return std::max(T(0), dot(n, l));
 }
 
-// (c(l) + e) / (sum w_i c(l_i) + e), for weights that sum to 1; at most 2, where surface and normals may
-// disagree. e is what light there is in attached shadow: a thousandth of that which falls straight on.
+// (c(l) + e) / (sum w_i c(l_i) + e), for weights that sum to 1. Capped at 2, as surface and normal may
+// disagree. e is the irradiance in attached shadow, a thousandth of that at normal incidence.
 inline float foreshortening(float asked, float blended) {
   constexpr float kResidual = 1e-3f, kMost = 2;
   return std::min(kMost, (asked + kResidual) / (std::max(0.f, blended) + kResidual));
 }
 
-// sum w_i c(l_i) / sum w_i, where `cosines` has c(l_i) for every light; 0 for no weights.
+// sum w_i c(l_i) / sum w_i, with c(l_i) in `cosines` for every light; 0 if there are no weights.
 template <class Cosines> float blendedCosine(const BlendSet& blend, const Cosines& cosines) {
   float sum = 0, weights = 0;
   for (const auto& [light, weight] : blend) {

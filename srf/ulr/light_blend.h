@@ -1,14 +1,15 @@
-// Which captured lights answer for a direction, and how much each.
+// Blending weights of captured lights for one requested light direction.
 //
-// Unstructured lumigraph weights [Weyrich 2005, §5.2] average: the blended lights stand, in the mean, in
-// another direction than the light that is asked for, and around a captured light the answer does not turn
-// at all. A matte surface shows it, since its radiance is linear in the direction. Where the photographs
-// say that it pays, the same weights therefore fit a plane instead of a mean: moving least squares of degree
-// one [Lancaster 1981], in the plane that touches the sphere of directions at the one asked for, over
-// radiance divided by the cosine between the two lights. The blended lights, each of irradiance 1 times its
-// weight, then have the vector irradiance of the light asked for, sum w_i l_i = l: a matte surface outside of
-// shadows cannot tell them from it. They sum to about 1 / cos of their angle to it, 1.06 at 20 degrees
-// and 1.15 at 30, and what is as bright under all lights comes out brighter by that.
+// Unstructured lumigraph weights [Weyrich 2005, §5.2] take a mean. The mean direction of the blended lights
+// differs from the requested direction l, and the result barely changes near a captured light. Matte surfaces
+// show this error, as their radiance is linear in the direction. Where cross-validation favours it, the
+// weights therefore fit a plane: moving least squares of degree one [Lancaster 1981] in the tangent plane of
+// the sphere of directions at l, over radiance divided by the cosine between captured and requested light.
+//
+// With a plane, the blended lights have the vector irradiance of the requested one, sum w_i l_i = l: a matte
+// surface outside of shadows comes out exact. The weights sum to about 1 / cos of the angle between the two,
+// 1.06 at 20 degrees and 1.15 at 30; surfaces that are equally bright under all lights come out brighter by
+// this factor.
 //
 // The slope is damped by a ridge of a tenth of the lights' spread, so that no weight grows large where lights
 // lie nearly in a line.
@@ -24,10 +25,10 @@
 
 namespace surflect::ulr {
 
-enum class LightFit { mean, plane }; // to the blended lights' photographs; the mean is plain ULR
+enum class LightFit { mean, plane }; // fitted to the photographs of the blended lights; mean is plain ULR
 
 struct LightBlend {
-  size_t lights = 3; // blended, 1..kMaxBlended
+  size_t lights = 3; // number blended, 1..kMaxBlended
   LightFit fit = LightFit::mean;
   bool foreshortened = false; // see foreshortening.h
 
@@ -36,18 +37,19 @@ struct LightBlend {
 
 inline std::string_view nameOf(LightFit fit) { return fit == LightFit::mean ? "mean" : "plane"; }
 
-// Unit directions to the captured lights, at least one, and to the light that is asked for. Weights of a mean
-// sum to 1, and so do those that are to be foreshortened, since the ratio knows of their sum; those of a
-// plane can be negative. All are continuous in all directions, and multiplied by the coverage where it fades.
-// A captured light is answered by itself alone. Beyond the coverage of the lights the plane fades to the
-// mean: it would go astray. Foreshortening is for those to apply who know a normal.
+// Weights of captured lights for a requested direction. Directions are unit; `lights` has at least one.
+//
+// The weights of a mean, and of a blend to be foreshortened, sum to 1; those of a plane can be negative. All
+// are continuous in all directions, and a captured light gets weight 1 at its own direction. Outside the
+// coverage, a plane fades to the mean, as it would extrapolate badly; with LightExtrapolation::fade, all
+// weights are multiplied by the coverage. Foreshortening itself is left to callers, who know the normal.
 BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
                        const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                       const LightCoverage& coverage, LightExtrapolation extrapolation);
+                       const LightExtrapolationFade& coverage, LightExtrapolation extrapolation);
 
-// blendOfLights, given the ULR weights and the penalty of the nearest light.
-BlendSet fitted(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
-                const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
-                const LightCoverage& coverage, LightExtrapolation extrapolation);
+// Computes blendOfLights from given ULR weights and the penalty of the nearest light.
+BlendSet fittedBlend(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,
+                     const Direction3<AcquisitionSpace>& towards, const LightBlend& how,
+                     const LightExtrapolationFade& coverage, LightExtrapolation extrapolation);
 
 } // namespace surflect::ulr

@@ -10,8 +10,8 @@
 
 namespace surflect::ulr {
 
-LightCoverage::LightCoverage(std::span<const Direction3<AcquisitionSpace, double>> lights) {
-  constexpr double same = 1e-12; // penalty of directions that are one
+LightExtrapolationFade::LightExtrapolationFade(std::span<const Direction3<AcquisitionSpace, double>> lights) {
+  constexpr double same = 1e-12; // penalty below which two directions coincide
   double largest = 0;
   for (const auto& light : lights) {
     double nearest = std::numeric_limits<double>::infinity();
@@ -25,7 +25,7 @@ LightCoverage::LightCoverage(std::span<const Direction3<AcquisitionSpace, double
   to_ = 1 - std::cos(std::min(2 * spacing_, std::numbers::pi));
 }
 
-float LightCoverage::at(float penalty) const {
+float LightExtrapolationFade::at(float penalty) const {
   return to_ > from_ ? static_cast<float>(1 - smoothStep(from_, to_, penalty)) : 1.f;
 }
 

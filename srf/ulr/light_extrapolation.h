@@ -1,6 +1,6 @@
-// Light from directions where no light was captured. ULR extrapolates [Weyrich 2005, §5.2]: the nearest
-// captured lights answer, however far they are. A rig that covers a cone or a dome would pile onto its rim
-// all the light of an environment that comes from elsewhere; there such light can be faded out instead.
+// Light from directions without captured lights. ULR extrapolates [Weyrich 2005, §5.2]: the nearest captured
+// lights are used at any distance. On a rig that covers only a cone or a dome, all other light of an
+// environment would pile up on the rim; there it can be faded out instead.
 #pragma once
 
 #include "surfel/math/space.h"
@@ -11,23 +11,22 @@ namespace surflect::ulr {
 
 enum class LightExtrapolation { clamp, fade };
 
-// The spacing of a rig's lights, and the fade of light beyond them.
-class LightCoverage {
+// Spacing of a rig's lights, and the fade of light beyond them.
+class LightExtrapolationFade {
 public:
-  // Unit directions to the captured lights, from the middle of the object. The spacing of a rig is the
-  // largest distance between a light and its nearest neighbour, so that there is no change between its
-  // lights.
-  explicit LightCoverage(std::span<const Direction3<AcquisitionSpace, double>> lights);
+  // `lights` are unit directions from the middle of the object to the captured lights. The spacing is the
+  // largest distance from a light to its nearest neighbour, so that nothing fades between the rig's lights.
+  explicit LightExtrapolationFade(std::span<const Direction3<AcquisitionSpace, double>> lights);
 
-  // Radians; pi where fewer than two directions differ: then nothing fades.
+  // Radians; pi if there are fewer than two distinct directions, in which case nothing fades.
   double spacing() const { return spacing_; }
 
-  // 1 up to one spacing from the nearest captured light, 0 from two on, continuously differentiable between.
-  // `penalty`: 1 - cos of the angle to it.
+  // Fade factor: 1 up to one spacing from the nearest captured light, 0 beyond two, continuously
+  // differentiable. `penalty` is 1 - cos of the angle to that light.
   float at(float penalty) const;
 
 private:
-  double spacing_, from_, to_; // the last two as penalties
+  double spacing_, from_, to_; // from_, to_: penalties
 };
 
 } // namespace surflect::ulr

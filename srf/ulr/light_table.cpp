@@ -9,10 +9,10 @@ namespace surflect::ulr {
 
 namespace {
 
-// A place on the square [-1, 1]^2 onto which the sphere is unfolded: the octahedron |x| + |y| + |z| = 1 seen
-// along z, its lower half folded out over the edges. Edges meet as in the octahedron, so that a function that
-// is interpolated over the cells of a grid is continuous on the sphere.  [Praun, Hoppe 2003, Spherical
-// Parametrization]; the way there is findCells of nearest_kernels.cpp.
+// A point of the square [-1, 1]^2 onto which the sphere is unfolded: the octahedron |x| + |y| + |z| = 1 seen
+// along z, with its lower half folded outwards. Edges meet as on the octahedron, so that interpolation over
+// grid cells is continuous on the sphere.  [Praun, Hoppe 2003, Spherical Parametrization] The inverse is
+// findCells of nearest_kernels.cpp.
 struct OnSquare {
   float a, b;
 };
@@ -23,8 +23,8 @@ Vec3<float> folded(OnSquare p) {
       .normalized();
 }
 
-// 54 cells from light to light, where so many cover the sphere evenly; fewer from 90 lights on, where 512 are
-// the most.
+// Cells along a side: about 54 between neighbouring lights that cover the sphere evenly, fewer for 90 lights
+// or more, as 512 is the maximum.
 size_t cellsFor(size_t lights) {
   return static_cast<size_t>(std::clamp(54 * std::sqrt(static_cast<double>(lights)), 64., 512.));
 }
@@ -34,7 +34,7 @@ size_t cellsFor(size_t lights) {
 LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
                        LightExtrapolation extrapolation)
     : cells_(cellsFor(lights.size())) {
-  const LightCoverage coverage(lights);
+  const LightExtrapolationFade coverage(lights);
   std::vector<Direction3<AcquisitionSpace>> towards;
   for (const auto& light : lights) towards.push_back(light.cast<float>());
 
@@ -49,7 +49,7 @@ LightTable::LightTable(std::span<const Direction3<AcquisitionSpace, double>> lig
     }
   });
 
-  std::vector<uint32_t> here; // lights with weight at a corner of the cell
+  std::vector<uint32_t> here; // lights with weight at a corner of the current cell
   for (int cell = 0; cell < cells * cells; ++cell) {
     const size_t begin = shares_.size();
     first_.push_back(static_cast<uint32_t>(begin));
@@ -91,7 +91,7 @@ void LightTable::spread(const EnvironmentDirections& environment,
         environment.lights_.subspan(begin, std::min(kAtOnce, environment.lights_.size() - begin));
     findCells(environment.towards_.data() + 3 * begin, (lights.size() + kQueryLanes - 1) / kQueryLanes,
               turn.data(), cells_, cells.data(), right.data(), down.data());
-    for (size_t i = 0; i < lights.size(); ++i) // asked for ahead: the first shares of each
+    for (size_t i = 0; i < lights.size(); ++i) // prefetches the first shares of each
       __builtin_prefetch(shares_.data() + first_[static_cast<size_t>(cells[i])]);
     for (size_t i = 0; i < lights.size(); ++i) {
       const auto& [towards, irradiance] = lights[i];

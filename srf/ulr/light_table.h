@@ -1,6 +1,5 @@
-// The captured lights that answer for a direction, tabulated over all directions, for rigs whose lights are
-// directional: there ULR weights do not depend on the surfel, and an environment asks for hundreds of
-// directions per surfel.
+// Blending weights of captured lights, tabulated over all directions, for rigs of directional lights. Their
+// ULR weights do not depend on the surfel, and an environment needs hundreds of directions per surfel.
 #pragma once
 
 #include "srf/ulr/environment_map.h"
@@ -17,47 +16,48 @@
 
 namespace surflect::ulr {
 
-// A surface by which light is foreshortened: its normal, and the cosine of each captured light to it.
+// Surface normal, and the cosine of each captured light to it.
 struct Foreshortened {
   Normal3<AcquisitionSpace> normal;
   std::span<const float> cosines;
 };
 
-// The lights of an environment, their directions also as arrays for vector instructions.
+// Lights of an environment, with directions also as arrays for vector instructions.
 class EnvironmentDirections {
 public:
-  EnvironmentDirections(std::span<const EnvironmentLight> lights); // which must outlive this
+  EnvironmentDirections(std::span<const EnvironmentLight> lights); // lights must outlive this
 
 private:
   friend class LightTable;
   std::span<const EnvironmentLight> lights_;
-  std::vector<float> towards_; // x of 16 lights, their y, their z, and so on
+  std::vector<float> towards_; // in groups of 16 lights: x of all, y of all, z of all
 };
 
 class LightTable {
 public:
-  // blendOfLights of these (unit directions). A grid about 54 times finer than the lights are dense, of at
-  // most 512 x 512 cells of 80 bytes for each four lights that have weight at a corner.
+  // Tabulates blendOfLights for captured lights at unit directions `lights`. The octahedral grid has about 54
+  // cells between neighbouring lights and at most 512 x 512 cells; a cell takes 80 bytes for every four
+  // lights with weight at a corner.
   LightTable(std::span<const Direction3<AcquisitionSpace, double>> lights, const LightBlend& how,
              LightExtrapolation extrapolation);
 
-  // row[l] += the irradiance (r, g, b) that captured light l takes over from an environment; a row has one
-  // entry per captured light. The weights behind it are continuous in the turn and those of
-  // blendOfLights; where they are foreshortened, times the ratio of foreshortening.h. The fourth number is
-  // r + g + b as it is before that.
+  // Adds to row[l] the irradiance (r, g, b) of an environment that captured light l represents; #row =
+  // #captured lights. The weights are those of blendOfLights, interpolated and continuous in the rotation,
+  // times the ratio of foreshortening.h if foreshortened. The fourth number of an entry is r + g + b before
+  // foreshortening.
   void spread(const EnvironmentDirections& environment,
               const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
               std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;
 
 private:
-  // Weights of four captured lights at the corners (0,0), (1,0), (0,1), (1,1) of a cell; 0 where it has fewer
-  // lights.
+  // Weights of four captured lights at the corners (0,0), (1,0), (0,1), (1,1) of a cell; unused lights have
+  // weight 0.
   struct Shares {
     alignas(16) std::array<std::array<float, 4>, 4> atCorner{};
     std::array<uint32_t, 4> light{};
   };
   size_t cells_ = 0;            // along a side of the octahedral square
-  std::vector<uint32_t> first_; // per cell, row by row: its first entry of shares_; then the end
+  std::vector<uint32_t> first_; // first entry in shares_ of each cell, row by row; then the end
   std::vector<Shares> shares_;
 };
 

@@ -1,10 +1,11 @@
-// Bounds on rounding are derived in nearest_sources.cpp.
+// Nearest candidates by penalty, and their ULR weights, for lanes of queries. nearest_sources.cpp derives the
+// bounds on rounding.
 #include "srf/ulr/nearest_kernels.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "srf/ulr/nearest_kernels.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -18,7 +19,7 @@ using Tag = hn::CappedTag<float, kQueryLanes>;
 using Lanes = hn::Vec<Tag>;
 using Mask = hn::Mask<Tag>;
 constexpr Tag kTag;
-constexpr size_t kWidth = hn::MaxLanes(Tag()); // lanes of a vector; queries take one vector or several
+constexpr size_t kWidth = hn::MaxLanes(Tag()); // lanes of a vector; 16 queries take one vector or more
 
 HWY_INLINE Lanes load(const float* from) { return hn::LoadU(kTag, from); }
 HWY_INLINE void store(float* to, Lanes x) { hn::StoreU(x, kTag, to); }
@@ -45,7 +46,7 @@ HWY_INLINE Lanes penaltyOf(const Vector& a, const Vector& b) {
   const Vector d = a - b;
   return number(0.5f) * dot(d, d);
 }
-// Squared lengths whose direction single precision keeps.
+// Squared lengths for which single precision keeps the direction.
 HWY_INLINE Mask isSafe(Lanes squared) { return hn::And(number(1e-30f) < squared, squared < number(1e30f)); }
 
 uint32_t writeDirections(const SplitSource* sources, const uint32_t* which, size_t count, const float* places,
@@ -91,7 +92,7 @@ void writeLargestPenalties(const float* candidates, const uint32_t* which, size_
   }
 }
 
-// The n smallest penalties, in registers where there are enough.
+// The n smallest penalties inserted so far with their indices, kept in registers as far as these suffice.
 template <int n> struct Sorted {
   Lanes penalty, index;
   Sorted<n - 1> rest;
@@ -123,7 +124,7 @@ template <> struct Sorted<0> {
 };
 template <> HWY_INLINE Lanes Sorted<1>::largest() const { return penalty; }
 
-// The least cosine of a candidate within the limit: 1 - a . b of unit vectors, but for rounding.
+// Least cosine of unit vectors whose penalty is within the limit: 1 - limit, less rounding.
 HWY_INLINE Lanes leastCosine(Lanes limit) { return number(1 - 4e-6f) - limit; }
 
 template <int slots>
@@ -136,12 +137,12 @@ HWY_INLINE void nearestOf(const float* candidates, const uint32_t* which, const 
   Sorted<slots> sorted;
   sorted.clear();
   for (size_t c = 0; c < count; ++c, candidates += 48) {
-    // Most are too far aside; as no fade is above 1, their angle alone tells.
+    // Most are too far away; as no fade exceeds 1, the angle alone shows it.
     const Vector candidate = loadVector(candidates);
     if (hn::AllFalse(kTag, least <= dot(candidate, asked))) continue;
     Lanes penalty = penaltyOf(candidate, asked);
     if (inverseFades) penalty = penalty * load(inverseFades + 16 * c);
-    // False for infinite penalties and for those that are not numbers.
+    // False for infinite and NaN penalties.
     if (hn::AllFalse(kTag, hn::And(penalty <= limit, penalty < sorted.largest()))) continue;
     sorted.insert(penalty, number(static_cast<float>(which ? which[c] : static_cast<uint32_t>(c))));
     least = leastCosine(hn::Min(limit, sorted.largest()));
@@ -170,7 +171,7 @@ size_t findInCone(const float* x, const float* y, const float* z, const float* i
     const Vector d{hn::MulAdd(near, p.x, load(x + i)), hn::MulAdd(near, p.y, load(y + i)),
                    hn::MulAdd(near, p.z, load(z + i))};
     const Lanes squared = dot(d, d), along = dot(d, towards);
-    // along / |d| < least, squared with their signs; false where one is not a number.
+    // along / |d| < least, compared by signed squares; false for NaN.
     const Mask isBeyond = hn::And(least < squared, along * hn::Abs(along) < leastSquared * squared);
     for (uint32_t bits = bitsOf(isBeyond) ^ kAllBits; bits != 0; bits &= bits - 1)
       found[count++] = static_cast<uint32_t>(i) + static_cast<uint32_t>(__builtin_ctz(bits));
@@ -195,7 +196,7 @@ void writeAngles(const float* x, const float* y, const float* z, const float* re
   }
 }
 
-// The terms of ulrWeights in its order; the threshold is inverted once.
+// Same operations in the same order as ulrWeights, except that the threshold is inverted once.
 HWY_INLINE uint32_t weightsOf(const float* penalties, size_t count, float* weights) {
   const Lanes zero = number(0), one = number(1), floor = number(1e-12f), first = load(penalties);
   const Lanes threshold = hn::Min(load(penalties + 16 * count), hn::Max(one, first + first)),
@@ -203,14 +204,14 @@ HWY_INLINE uint32_t weightsOf(const float* penalties, size_t count, float* weigh
   Lanes sum = zero, smallest = infinity();
   for (size_t i = 0; i < count; ++i) {
     const Lanes p = hn::Max(load(penalties + 16 * i), floor);
-    // 0 where p is infinite or the threshold, however they are rounded.
+    // exactly 0 for an infinite p and for the threshold itself
     const Lanes relevance = hn::IfThenElseZero(p < threshold, hn::Max(one - p * inverse, zero) / p);
     store(weights + 16 * i, relevance);
     sum = sum + relevance;
     smallest = hn::Min(relevance, smallest);
   }
   const Mask isWeighed = zero < sum;
-  if (!hn::AllTrue(kTag, isWeighed)) { // where all penalties equal the threshold, or there are none
+  if (!hn::AllTrue(kTag, isWeighed)) { // all penalties equal the threshold, or there are none
     Lanes equals = zero;
     smallest = infinity();
     for (size_t i = 0; i < count; ++i) {
@@ -223,7 +224,7 @@ HWY_INLINE uint32_t weightsOf(const float* penalties, size_t count, float* weigh
     }
     sum = hn::IfThenElse(isWeighed, sum, hn::Max(equals, one));
   }
-  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum); // 1 of one alone
+  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum); // 1 if alone
   return bitsOf(zero < smallest);
 }
 
@@ -238,7 +239,7 @@ HWY_INLINE Lanes withSignOf(Lanes sign, Lanes x) {
   return hn::IfThenElse(sign < number(0), number(0) - x, x);
 }
 
-// d / (|x| + |y| + |z|); below z = 0 a becomes (1 - |b|) sign a, and b likewise.  [Praun, Hoppe 2003]
+// d / (|x| + |y| + |z|); for z < 0, a becomes (1 - |b|) sign a, and b likewise.  [Praun, Hoppe 2003]
 void findCells(const float* directions, size_t groups, const float* rotation, size_t cells, float* cell,
                float* right, float* down) {
   const auto side = static_cast<float>(cells);

@@ -1,26 +1,29 @@
-// Bounds on the error of a penalty, and the proof that no source is missed. u = 2^-24.
-//   A source's place is kept as two floats, off by u^2 of itself; a surfel's place is a float. Their
-//   difference (first - place) + rest is therefore right but for 3 u in each coordinate, also where it
-//   cancels. Length, inverse and product make 9 u of the unit direction; that of the penalty's definition,
-//   found in double precision, is rounded by u. Penalties of directions 10 u apart differ by 10 u sqrt(2 p),
-//   and by their own 5 u p.
+// Error bounds of penalties, and the proof that no source is missed. u = 2^-24.
 //
-//   The directions to a view from all places within r of a middle at distance d differ from the middle's by
-//   at most 2 r / (2 d - r): |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams 1964]. Those asked
-//   for lie within s of their own middle q. By the triangle inequality the chord |u - q| from the middle's
-//   direction u is at most that of a member, sqrt(2 p), and both of these more, and as no fade is above 1 its
-//   penalty p over fade is at least p. So a view within the limit has u . q = (1 + |q|^2 - |u - q|^2) / 2 of
-//   at least the same with the longest chord: it lies in a cone. kChordSlack and kProductSlack give way to
-//   what is rounded on the way, the kernel's 1e-6 among it, and to the 10 u.
-//   The limit is a little more than the largest that a query of the group before needed. Where a member needs
-//   more, all views in a cone as wide as that are rated: what it was given is an upper bound, and where it
-//   was given too few and more see it, kGuess is tried, and then all views. So it ends: an upper bound is
-//   enough, kGuess comes once, and no view is outside of a cone without limit. What is rated beyond what is
-//   needed changes nothing.
-//   Before a penalty p = |a - b|^2 / 2 is computed, the cosine a . b = (|a|^2 + |b|^2) / 2 - p tells whether
-//   it can be within the limit. Half of each square is 1/2 but for 9 u of the one, computed here, and as much
-//   of the other, which is told; the product is off by 3 u and the penalty by 10 u: 31 u are 2e-6, and the
-//   kernel allows for twice as much.
+// (1) A source's place is kept as two floats, with a relative error of u^2; a surfel's place is a float. The
+// difference (first - place) + rest therefore errs by 3 u in each coordinate, even under cancellation.
+// Length, inverse and product add up to 9 u for the unit direction; the direction of the exact definition,
+// computed in double precision, is rounded by u. Penalties of directions 10 u apart differ by 10 u sqrt(2 p),
+// plus 5 u p of their own.
+//
+// (2) The directions to a view from all places within r of a middle at distance d differ from the middle's
+// direction by at most 2 r / (2 d - r), since |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams
+// 1964]. The requested directions lie within s of their own middle q. By the triangle inequality, the chord
+// |u - q| from the middle's direction u is at most sqrt(2 p) of any query plus both of these distances; p is
+// at most the query's penalty, as no fade exceeds 1. For a view within the limit, u . q = (1 + |q|^2 -
+// |u - q|^2) / 2 is at least its value for the longest chord, so that the view lies in a cone. kChordSlack
+// and kProductSlack absorb rounding, including the kernel's 1e-6 and the 10 u.
+//
+// (3) The first limit is slightly above the largest penalty that a query of the previous batch needed. If a
+// query needs more, all views in a cone of that larger limit are rated, since the penalty found is an upper
+// bound. If a query found too few views and more see its surfel, kGuess is tried, then all views. This
+// terminates: an upper bound suffices, kGuess comes once, and a cone without limit holds every view. Rating
+// extra views does not change the result.
+//
+// (4) Before a penalty p = |a - b|^2 / 2 is computed, the cosine a . b = (|a|^2 + |b|^2) / 2 - p shows
+// whether p can be within the limit. Half of each square is 1/2 within 9 u, for the direction computed here
+// and for the given one; the product errs by 3 u and the penalty by 10 u. The sum of 31 u is 2e-6, and the
+// kernel allows twice as much.
 //
 // [Dunkl, Williams 1964] Dunkl, Williams: A Simple Norm Inequality, Amer. Math. Monthly 71.
 #include "srf/ulr/nearest_sources.h"
@@ -37,8 +40,8 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kChordSlack = 1e-5f, kProductSlack = 2e-6f;
 constexpr float kGuess = 1 / 8.f;              // penalty
-constexpr float kMargin = 1.25f;               // of the limit over what was needed before
-static_assert(kMaxNearest == kMaxBlended + 1); // the nearest, and the one after
+constexpr float kMargin = 1.25f;               // limit for a batch, relative to what the previous one needed
+static_assert(kMaxNearest == kMaxBlended + 1); // the blended ones and the next one
 using LaneVectors = std::array<float, 3 * kQueryLanes>;
 constexpr std::array<float, kQueryLanes> unlimited = [] {
   std::array<float, kQueryLanes> limits{};
@@ -58,7 +61,7 @@ std::vector<SplitSource> splitAll(std::span<const Source> sources) {
   return all;
 }
 
-// Unused lanes repeat the last vector.
+// Copies vectors to lanes; unused lanes repeat the last vector.
 template <class Vector> LaneVectors lanesOf(std::span<const Vector> vectors) {
   assert(!vectors.empty() && vectors.size() <= kQueryLanes);
   LaneVectors lanes;
@@ -71,7 +74,7 @@ template <class Vector> LaneVectors lanesOf(std::span<const Vector> vectors) {
   return lanes;
 }
 
-// The middle of the vectors' box, and the distance of the farthest vector from it.
+// Centre of the vectors' bounding box, and the distance of the farthest vector from it.
 struct Around {
   std::array<float, 3> middle;
   float reach;
@@ -169,17 +172,18 @@ SourceArrays::SourceArrays(std::span<const Source> sources)
   }
 }
 
-void SourceAngles::compute(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
-                           const Normal3<AcquisitionSpace>& normal) {
+void SourcePenalties::compute(const Point3<AcquisitionSpace>& place,
+                              const Direction3<AcquisitionSpace>& towards,
+                              const Normal3<AcquisitionSpace>& normal) {
   const std::array query{place.x(),   place.y(),  place.z(),  towards.x(), towards.y(),
                          towards.z(), normal.x(), normal.y(), normal.z()};
   writeAngles(sources_.x.data(), sources_.y.data(), sources_.z.data(), sources_.rest.data(),
               sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
 }
 
-NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& fades)
-    : fades_(fades), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
-  assert(views.size() == fades.views && views.size() < size_t{1} << 24);
+NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& visibility)
+    : visibility_(visibility), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
+  assert(views.size() == visibility.views && views.size() < size_t{1} << 24);
   for (const Source& view : views)
     if (!view.isDistant)
       farthest_ = std::max(farthest_, static_cast<float>(view.place.cwiseAbs().maxCoeff()));
@@ -194,16 +198,16 @@ NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeight
 void NearestViews::rate(std::span<const uint32_t> views, std::span<const uint32_t> surfels,
                         const float* places, const float* towards, size_t slots) {
   for (size_t lane = 0; lane < kQueryLanes; ++lane) {
-    const uint8_t* fades = fades_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
+    const uint8_t* visibility = visibility_.of(surfels[std::min(lane, surfels.size() - 1)]).data();
     for (size_t i = 0; i < views.size(); ++i)
-      inverseFades_[i * kQueryLanes + lane] = inverseFade_[fades[views[i]]];
+      inverseFades_[i * kQueryLanes + lane] = inverseFade_[visibility[views[i]]];
   }
   blends_.lost_ = writeDirections(sources_.data(), views.data(), views.size(), places, towards_.data());
   findNearest(towards_.data(), views.data(), inverseFades_.data(), views.size(), towards, unlimited.data(),
               slots, blends_.nearest_);
 }
 
-// Keeps, of the views rated last, those whose fades are most likely in different cache lines.
+// Selects, from the views rated last, those whose fades most likely lie in different cache lines.
 void NearestViews::keepApart() {
   constexpr uint32_t kFar = 32; // bytes: half a line, wherever lines begin
   apart_.clear();
@@ -211,22 +215,23 @@ void NearestViews::keepApart() {
     if (apart_.empty() || view >= apart_.back() + kFar) apart_.push_back(view);
 }
 
-// The lane has found all views that see the surfel, which are at most `most`.
+// Returns true if the lane has found all views that see the surfel, at most `most`.
 bool NearestViews::seeNoMore(size_t lane, size_t most, uint32_t surfel) const {
   size_t found = 0;
   while (found < most && blends_.nearest_.penalty[found][lane] < kInfinity) ++found;
-  const auto fades = fades_.of(surfel);
-  return static_cast<size_t>(std::ranges::count_if(fades, [](uint8_t fade) { return fade > 0; })) <= found;
+  const auto visibility = visibility_.of(surfel);
+  return static_cast<size_t>(std::ranges::count_if(visibility, [](uint8_t fade) { return fade > 0; })) <=
+         found;
 }
 
-// A lower bound on the distance of the nearest view to a place. All views are measured again where places
-// have moved far.
+// Lower bound on the distance of the nearest view to a place. All views are measured again only after the
+// place has moved far.
 float NearestViews::leastDistance(const std::array<float, 3>& place) {
   const auto squaredTo = [&](float x, float y, float z) {
     const float dx = x - place[0], dy = y - place[1], dz = z - place[2];
     return dx * dx + dy * dy + dz * dz;
   };
-  constexpr float kFar = 1 / 8.f; // of the distance
+  constexpr float kFar = 1 / 8.f; // fraction of the distance
   const float moved = std::sqrt(squaredTo(measured_[0], measured_[1], measured_[2]));
   if (moved < kFar * nearest_ && nearest_ < kInfinity) return (1 - kChordSlack) * (nearest_ - moved);
   float squared = kInfinity;
@@ -237,8 +242,7 @@ float NearestViews::leastDistance(const std::array<float, 3>& place) {
   return (1 - kChordSlack) * nearest_;
 }
 
-// The largest penalty that a lane still needs, judged by the views within the limit; 0 where no lane needs
-// more.
+// Largest penalty that a lane still needs, given the views within the limit; 0 if no lane needs more.
 float NearestViews::missing(float limit, size_t count, std::span<const uint32_t> surfels) const {
   float most = 0;
   for (size_t lane = 0; lane < surfels.size(); ++lane) {
@@ -257,13 +261,13 @@ const QueryBlends& NearestViews::blend(std::span<const uint32_t> surfels,
   const LaneVectors place = lanesOf(places), asked = lanesOf(towards);
   const Around placed = around(place), turned = around(asked);
   const float distance = leastDistance(placed.middle);
-  // the second term: places of views are rounded
+  // second term: rounding of the views' places
   const float radius = placed.reach + 4 * std::numeric_limits<float>::epsilon() * farthest_;
   for (float limit = limit_;;) {
     const SourceCone cone = coneAround(placed.middle, radius, distance, turned.middle, turned.reach, limit);
     rated_ = findInCone(lanes_.x.data(), lanes_.y.data(), lanes_.z.data(), lanes_.isNear.data(),
                         lanes_.groups, cone, found_.data());
-    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // what fills the last lanes
+    while (rated_ > 0 && found_[rated_ - 1] >= sources_.size()) --rated_; // drops padding
     rate({found_.data(), rated_}, surfels, place.data(), asked.data(), count + 1);
     const float most = missing(limit, count, surfels);
     if (most == 0) break;

@@ -1,9 +1,9 @@
-// The nearest cameras or lights of a direction and their ULR weights, for batches of sixteen queries in
-// vector lanes of single precision. The result of a query does not depend on the others in its batch.
+// Nearest cameras or lights of a direction and their ULR weights, for batches of sixteen queries in vector
+// lanes of single precision. The result of a query does not depend on the others in its batch.
 //
 //   p_i = (1 - cos theta_i) / s_i,  w_i = ulrWeights of the k + 1 least p_i   (ulr.h)
 //
-// Symbols: theta_i angle between the direction asked for and that to source i, s_i visibility weight of a
+// Symbols: theta_i angle between the requested direction and that to source i, s_i visibility weight of a
 // camera (visibility_weights.h), 1 for a light.  [Weyrich 2005, §5.2; Buehler 2001, §4]
 #pragma once
 
@@ -20,45 +20,45 @@
 
 namespace surflect::ulr {
 
-// A camera or light: a place, or a unit direction that is the same everywhere.
+// A camera or light: a place, or the direction of a distant source.
 struct Source {
-  Vec3<double> place; // or direction
+  Vec3<double> place; // or unit direction
   bool isDistant = false;
 };
 
 // The blends of up to kQueryLanes queries, one per lane.
 class QueryBlends {
 public:
-  // Equals ulrWeights of the penalties but for their rounding: directions are off by 10 roundings, the
-  // penalty by 5 more.
+  // The blend of a lane, equal to ulrWeights up to rounding: directions err by 10 roundings, penalties by 5
+  // more.
   BlendSet of(size_t lane) const;
 
-  // use(index, weight) for each source of some weight.
+  // Calls use(index, weight) for each source of nonzero weight.
   template <class Use> void forEach(size_t lane, const Use& use) const {
     for (size_t i = 0; i < blended_; ++i)
       if (weight(lane, i) > 0) use(index(lane, i), weight(lane, i));
   }
 
-  // Number, indices and weights of the blended sources, those of weight 0 included.
+  // Number, indices and weights of the blended sources, including those of weight 0.
   size_t size() const { return blended_; }
   uint32_t index(size_t lane, size_t i) const { return static_cast<uint32_t>(nearest_.index[i][lane]); }
   float weight(size_t lane, size_t i) const { return weights_[i * kQueryLanes + lane]; }
 
-  // Every lane is precise and has no weight of 0.
-  bool areComplete() const { return lost_ == 0 && whole_ == 0xffff; }
+  // Returns true if every lane is precise and has no weight of 0.
+  bool allWeightsPositive() const { return lost_ == 0 && whole_ == 0xffff; }
 
-  // The least penalty; infinite where there is no source.
+  // Least penalty; infinite if there is no source.
   float penalty(size_t lane) const { return nearest_.penalty[0][lane]; }
 
-  // False where single precision has lost a direction, as a source is nearer than 1e-15 or farther than 1e15.
-  // The blend is then undefined.
+  // False if single precision lost a direction, as a source is nearer than 1e-15 or farther than 1e15; the
+  // blend is then undefined.
   bool isPrecise(size_t lane) const { return (lost_ >> lane & 1) == 0; }
 
 private:
   friend class NearestLights;
   friend class NearestViews;
   size_t blended_ = 0, sources_ = 0;
-  uint32_t lost_ = 0, whole_ = 0; // a bit for each lane
+  uint32_t lost_ = 0, whole_ = 0; // one bit for each lane
   NearestOfQueries nearest_{};
   std::array<float, kMaxBlended * kQueryLanes> weights_{};
 };
@@ -68,21 +68,21 @@ class NearestLights {
 public:
   explicit NearestLights(std::span<const Source> lights); // fewer than 2^24
 
-  // Sets the places of the next queries, 1..kQueryLanes.
+  // Sets the places of the next queries (1..kQueryLanes).
   void setPlaces(std::span<const Point3<AcquisitionSpace>> places);
 
-  // Blends the `count` lights, 1..kMaxBlended, that are nearest to the unit directions asked for, one per
-  // place. Faster where the blends hold those of directions nearby.
+  // Blends the `count` lights (1..kMaxBlended) nearest to the requested unit directions, one for each place.
+  // Faster if `blends` holds the result of similar directions.
   void blend(std::span<const Direction3<AcquisitionSpace>> towards, size_t count, QueryBlends& blends);
 
 private:
   std::vector<SplitSource> sources_;
-  std::vector<float> towards_; // x, y, z in lanes, of each source
+  std::vector<float> towards_; // x, y, z in lanes, for each source
   bool allDistant_ = true;
   uint32_t lost_ = 0;
 };
 
-// Sources as one array per coordinate, padded to whole lanes with distant sources of no direction.
+// Sources as one array per coordinate, padded to whole lanes with distant sources without direction.
 struct SourceArrays {
   explicit SourceArrays(std::span<const Source> sources);
 
@@ -91,17 +91,17 @@ struct SourceArrays {
 };
 
 // Angles of all sources at one place, for a single query.
-class SourceAngles {
+class SourcePenalties {
 public:
-  explicit SourceAngles(std::span<const Source> sources)
+  explicit SourcePenalties(std::span<const Source> sources)
       : sources_(sources), penalties_(sources_.x.size()), cosines_(sources_.x.size()) {}
 
-  static constexpr float kError = 2e-6f; // of penalties and cosines
+  static constexpr float kError = 2e-6f; // largest error of penalties and cosines
 
   void compute(const Point3<AcquisitionSpace>& place, const Direction3<AcquisitionSpace>& towards,
                const Normal3<AcquisitionSpace>& normal);
 
-  // Per source: 1 - cos of its angle to `towards`, and its cosine to the normal; both 0 where the source is
+  // For each source, 1 - cos of its angle to `towards`, and its cosine to the normal; both 0 if the source is
   // nearer than 1e-15 or farther than 1e15.
   std::span<const float> penalties() const { return {penalties_.data(), sources_.count}; }
   std::span<const float> cosines() const { return {cosines_.data(), sources_.count}; }
@@ -111,31 +111,30 @@ private:
   std::vector<float> penalties_, cosines_;
 };
 
-// The cone that holds every source whose penalty is within the limit for any query of a batch: places are
-// within `radius` of a middle, directions within `spread` of theirs, and no source is nearer to the middle
-// than `distance`.
+// The cone that holds every source whose penalty is within `limit` for any query of a batch. Places lie
+// within `radius` of `place`, directions within `spread` of `towards`; no source is nearer to `place` than
+// `distance`.
 SourceCone coneAround(const std::array<float, 3>& place, float radius, float distance,
                       const std::array<float, 3>& towards, float spread, float limit);
 
-// The nearest views. Of hundreds only a few can be among the nearest of neighbouring queries; penalties are
+// Nearest views. Of hundreds, only a few can be among the nearest of neighbouring queries; penalties are
 // computed for these alone.
 class NearestViews {
 public:
   // `fades` has one column per view and must outlive this.
-  NearestViews(std::span<const Source> views, const VisibilityWeights& fades); // fewer than 2^24
+  NearestViews(std::span<const Source> views, const VisibilityWeights& visibility); // fewer than 2^24
 
-  // Blends the `count` views, 1..kMaxBlended, that are nearest to the unit directions asked for,
-  // at 1..kQueryLanes surfels and their places. Views whose fade is 0 are left out. Valid until the next
-  // call.
+  // Blends the `count` views (1..kMaxBlended) nearest to the requested unit directions, at 1..kQueryLanes
+  // surfels and their places. Views whose fade is 0 are left out. The result is valid until the next call.
   const QueryBlends& blend(std::span<const uint32_t> surfels,
                            std::span<const Point3<AcquisitionSpace>> places,
                            std::span<const Direction3<AcquisitionSpace>> towards, size_t count);
 
   // Prefetches the fades of these surfels that the next blend most likely reads. Inlined, since compilers
-  // drop a call that has no effect but prefetching.
+  // drop a call whose only effect is prefetching.
   [[gnu::always_inline]] void prefetchFades(std::span<const uint32_t> surfels) const {
     for (const uint32_t surfel : surfels)
-      for (const uint32_t view : apart_) __builtin_prefetch(&fades_.of(surfel)[view]);
+      for (const uint32_t view : apart_) __builtin_prefetch(&visibility_.of(surfel)[view]);
   }
 
 private:
@@ -146,16 +145,16 @@ private:
   float missing(float limit, size_t count, std::span<const uint32_t> surfels) const;
   bool seeNoMore(size_t lane, size_t most, uint32_t surfel) const;
 
-  const VisibilityWeights& fades_;
+  const VisibilityWeights& visibility_;
   std::vector<SplitSource> sources_;
   SourceArrays lanes_;
   float farthest_ = 0;                 // largest coordinate of a view
-  std::array<float, 256> inverseFade_; // of each encoded fade
+  std::array<float, 256> inverseFade_; // by encoded fade
   std::vector<float> towards_, inverseFades_;
   std::vector<uint32_t> found_;
   size_t rated_ = 0;                // views in found_ whose penalties were computed
-  std::vector<uint32_t> apart_;     // those of them whose fades are prefetched
-  float limit_;                     // penalty within which the next queries likely find their views
+  std::vector<uint32_t> apart_;     // views in found_ whose fades are prefetched
+  float limit_;                     // penalty within which the next queries are likely to find their views
   std::array<float, 3> measured_{}; // place that nearest_ was measured from
   float nearest_ = 0;               // distance of the nearest view
   QueryBlends blends_;

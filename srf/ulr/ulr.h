@@ -16,15 +16,14 @@
 
 namespace surflect::ulr {
 
-// The angular penalty 1 - cos(angle) of two unit directions, as |a - b|^2 / 2, which keeps its digits where
-// the angle is small.
+// Angular penalty 1 - cos(angle) of two unit directions, as |a - b|^2 / 2, which is precise for small angles.
 template <class Space, class T> T anglePenalty(const Direction3<Space, T>& a, const Direction3<Space, T>& b) {
   return (a.raw() - b.raw()).squaredNorm() / 2;
 }
 
 struct Candidate {
   uint32_t index = 0;
-  float penalty = 0; // not negative; infinite and NaN ones are never chosen
+  float penalty = 0; // >= 0; candidates with infinite or NaN penalties are never chosen
 };
 
 struct Blended {
@@ -34,7 +33,7 @@ struct Blended {
 
 inline constexpr size_t kMaxBlended = 16;
 
-// The few candidates that are blended.
+// The blended candidates and their weights.
 class BlendSet {
 public:
   void push(Blended blended) {
@@ -55,7 +54,7 @@ private:
   size_t count_ = 0;
 };
 
-// The k + 1 candidates of smallest penalty seen so far, in order; ties by the order of their arrival.
+// The k + 1 candidates of smallest penalty seen so far, in order; ties keep the order of arrival.
 class NearestCandidates {
 public:
   explicit NearestCandidates(size_t k) : capacity_(k + 1) { assert(k >= 1 && k <= kMaxBlended); }
@@ -68,7 +67,7 @@ public:
   }
   std::span<const Candidate> sorted() const { return {nearest_.data(), count_}; }
   size_t capacity() const { return capacity_; }
-  // Penalties that are not below it are not kept.
+  // Penalties that are not below worst() are not kept.
   float worst() const {
     return count_ < capacity_ ? std::numeric_limits<float>::infinity() : nearest_[count_ - 1].penalty;
   }
@@ -78,17 +77,17 @@ private:
   size_t capacity_, count_ = 0;
 };
 
-// p_t: the penalty of the (k+1)-th candidate, but at most 1, so that a candidate beyond 90 degrees counts
-// only where none is within 60. There 2 p_1 takes over: a threshold that stayed at 1 would leave no room in
-// which one candidate could hand over to another as both pass 90 degrees.
+// p_t: the penalty of the (k+1)-th candidate, but at most max(1, 2 p_1), so that a candidate beyond 90
+// degrees counts only if none is within 60. Beyond, 2 p_1 replaces 1, so that one candidate can still fade
+// over to another as both pass 90 degrees.
 inline float thresholdPenalty(std::span<const Candidate> nearest, size_t k) {
   const float limit = std::max(1.f, 2 * nearest[0].penalty);
   return nearest.size() > k ? std::min(nearest[k].penalty, limit) : limit;
 }
 
 // r_i = (1 - p_i / p_t) / p_i, w_i = r_i / sum r  [Buehler 2001, §4; Weyrich 2005, §5.2]. The floor of p
-// makes the weight of a candidate that is met exactly 1 (epipole consistency). Equal penalties get equal
-// shares. Weights are positive and sum to one.
+// makes the weight of an exactly met candidate 1 (epipole consistency). Equal penalties get equal shares.
+// Weights are positive and sum to one.
 inline BlendSet ulrWeights(const NearestCandidates& candidates) {
   constexpr float kFloor = 1e-12f;
   BlendSet blend;
@@ -104,7 +103,7 @@ inline BlendSet ulrWeights(const NearestCandidates& candidates) {
     if (relevance > 0) blend.push({index, relevance});
     sum += relevance;
   }
-  if (blend.empty()) // all penalties equal the threshold
+  if (blend.empty()) // if all penalties equal the threshold
     for (const auto& candidate : nearest.first(count))
       if (candidate.penalty <= nearest[0].penalty) {
         blend.push({candidate.index, 1});
@@ -114,10 +113,9 @@ inline BlendSet ulrWeights(const NearestCandidates& candidates) {
   return blend;
 }
 
-// How far an answer is to be trusted, beside others that show the same place, whose best source has this
-// penalty: 1 for a penalty of 0, a sixteenth for 1, a millionth at least. ULR shares out a whole weight
-// however ill its sources see a surfel; of two surfels in one pixel the one that was seen better must tell
-// its colour. Ours: flatter and steeper functions of the penalty gain less on a doll with braids.
+// Confidence of a blend whose best source has this penalty, relative to other surfels at the same pixel: 1
+// for a penalty of 0, 1/16 for a penalty of 1, at least 1e-6. ULR weights sum to one however badly the
+// sources see a surfel; of two surfels in a pixel, the one seen better should determine the colour. Ours.
 inline float confidenceOf(float penalty) {
   const float share = 1 / (1 + std::min(penalty, 30.f));
   return share * share * share * share;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kSurfelsPerTask = 256;
 
-// Calls work(begin, end) for fixed runs of surfels in parallel.
+// Calls work(begin, end) for fixed ranges of surfels in parallel.
 template <class Work>
 void forRuns(size_t surfels, std::string_view stage, const Progress& progress, const Work& work) {
   const size_t runs = (surfels + kSurfelsPerTask - 1) / kSurfelsPerTask;
@@ -80,7 +80,7 @@ std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
     for (size_t i = begin; i < end; ++i) {
       const auto p = cloud.p0[i].cast<double>();
       const auto n = normalOf(cloud, i).cast<double>();
-      // A surfel stands for its disc, and may lie a little inside of a crease.
+      // Lifted off the surface, since a surfel stands for its disc and may lie slightly inside a crease.
       const double lift = std::max(offset, 0.25 * static_cast<double>(cloud.radius[i]));
       const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(lift * n.raw());
       for (size_t view = 0; view < views.size(); ++view) {
@@ -99,7 +99,7 @@ struct SmoothedVisibility::Votes {
   float radius;
   NeighborIndex index;
   std::vector<Vec3<float>> normals;
-  std::vector<uint8_t> free, facing; // rows of one byte per view
+  std::vector<uint8_t> free, facing; // one row of a byte per view for each surfel
 
   Votes(const SurfelCloud& cloud, std::span<const capture::Camera<AcquisitionSpace>> cameras,
         std::vector<uint8_t> sight, float reach, const Progress& progress)
@@ -150,8 +150,8 @@ double visibilityWeight(const capture::Camera<AcquisitionSpace>& camera,
   const auto point = p.cast<double>();
   const auto pixel = camera.project(point);
   if (!pixel) return 0;
-  // At an edge of occlusion one half of the neighbourhood is open, at a convex corner of the hidden part up
-  // to three quarters: there the view must be gone.
+  // The weight must be 0 at an occlusion edge, where half of the neighbourhood is visible, and at a convex
+  // corner of the hidden part, where up to three quarters are.
   return smoothStep(0.75, 1, visibility) * grazingFade(dot(n.cast<double>(), viewpoint.towards(point))) *
          borderFade(camera.lens, *pixel);
 }

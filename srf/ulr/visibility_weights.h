@@ -1,7 +1,7 @@
-// Visibility of surfels in views: a weight that is 1 where a view sees the surfel well and falls smoothly to
-// 0 where the surfel becomes hidden, turns away or leaves the image. A view's penalty is divided by it, so
-// that the view leaves the blend without a jump, along camera paths and along the surface. The weight belongs
-// to the captured place p0: it is computed once, and nothing switches while an animation runs.
+// Visibility weights of surfels in views: 1 where a view sees the surfel well, falling smoothly to 0 where
+// the surfel becomes hidden, turns away or leaves the image. A view's penalty is divided by its weight, so
+// that the view leaves the blend without a jump along camera paths and along the surface. A weight belongs to
+// the captured place p0: it is computed once and does not change in an animation.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -16,45 +16,45 @@
 
 namespace surflect::ulr {
 
-// 0 for x <= from, 1 for x >= to, continuously differentiable between.
+// Smooth step: 0 for x <= from, 1 for x >= to, continuously differentiable.
 double smoothStep(double from, double to, double x);
 
-// Fade at grazing angles, from the cosine between normal and direction to the camera: 0 from 90 degrees on, 1
-// from a cosine of 0.3 on, smooth between.
+// Fade at grazing angles. The cosine is that between the normal and the direction to the camera; the fade is
+// 0 for cosine <= 0, 1 for cosine >= 0.3, and smooth between.
 double grazingFade(double cosine);
 
-// Smooth fall over the last pixels before the border of the image; 0 outside.
+// Fade over the last pixels before the border of the image; 0 outside.
 double borderFade(const capture::Lens& lens, capture::Pixel pixel);
 
-// A row per surfel of one byte per view, the logarithm of the fade: near a camera of small penalty p a fade
-// still moves the weights when it is as small as p, and equal ratios of fades move them by equal amounts.
+// Encoded fades, one row per surfel with one byte per view. Fades are stored as logarithms: equal ratios of
+// fades change the blend equally, and at a view of small penalty p even fades as small as p matter.
 struct VisibilityWeights {
   size_t views = 0;
-  std::vector<uint8_t> values; // 0 where the view does not see the surfel
+  std::vector<uint8_t> values; // 0 if the view does not see the surfel
 
   std::span<const uint8_t> of(size_t surfel) const { return {values.data() + surfel * views, views}; }
 
-  // 255 for 1, then down to 1 for 2^-20 in steps of 5.6 %; 0 for less.
+  // 255 for 1, falling to 1 for 2^-20 in steps of 5.6 %; 0 below.
   static uint8_t encode(double fade);
   static float decode(uint8_t value);
 };
 
-// 1 where the line of sight from a surfel to a view is free, else 0; 0 for surfels that face away from the
-// view. Rows as in VisibilityWeights.
+// 1 if the line of sight from a surfel to a view is free, else 0; 0 for surfels that face away from the view.
+// Rows as in VisibilityWeights.
 std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
                                  std::span<const capture::Camera<AcquisitionSpace>> views,
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
 
-// The share of free lines of sight among the surfels around a point, weighted by a smooth kernel of the given
-// radius (scene units), as seen by each view; a continuous function of the point. Only surfels of the same
-// sheet that face the view have a vote. 0 where none has.
+// Smoothed visibility of the views at a surface point: the fraction of free lines of sight among nearby
+// surfels, weighted by a smooth kernel of the given radius (scene units). Continuous in the point. Only
+// surfels that face the view and whose normals agree with the point's are counted; 0 if there are none.
 class SmoothedVisibility {
 public:
   SmoothedVisibility(const SurfelCloud& cloud, std::span<const capture::Camera<AcquisitionSpace>> views,
                      std::vector<uint8_t> lineOfSight, float radius, const Progress& progress = {});
   ~SmoothedVisibility();
 
-  // One value per view.
+  // Visibility in each view (#views).
   void at(const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
           std::span<float> visibility) const;
 
@@ -63,17 +63,17 @@ private:
   std::unique_ptr<const Votes> votes_;
 };
 
-// The fade of a view at any point of the surface with unit normal n; `openness` from SmoothedVisibility at
-// this point.
+// Visibility weight of a view at a surface point with unit normal n; `visibility` is from SmoothedVisibility
+// at this point.
 double visibilityWeight(const capture::Camera<AcquisitionSpace>& camera,
                         const capture::Viewpoint<AcquisitionSpace>& viewpoint,
                         const Point3<AcquisitionSpace>& p, const Normal3<AcquisitionSpace>& n,
                         double visibility);
 
-// How far the kernel of the openness reaches: four splat radii, of which the median of the cloud is taken.
+// Kernel radius of SmoothedVisibility: four times the median splat radius of the cloud.
 float visibilityRadius(const SurfelCloud& cloud);
 
-// The fades at all surfels.
+// Visibility weights of all surfels.
 VisibilityWeights visibilityWeights(const SurfelCloud& cloud,
                                     std::span<const capture::Camera<AcquisitionSpace>> views,
                                     const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);

@@ -1,11 +1,11 @@
 // Notation: pixel p with normal n(p) shows a surface point that light l, in unit direction d_l(p), may
 // illuminate; cosine c = max(0, n . d).
-#include "srf/capture/photograph.h"
+#include "srf/capture/rig.h"
 #include "srf/image/color.h"
+#include "srf/validation/light_samples.h"
 #include "srf/validation/names.h"
 #include "srf/validation/outline_contrast.h"
 #include "srf/validation/validation.h"
-#include "surfel/base/evenly_spaced.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <optional>
 
 namespace surflect::validation {
@@ -23,122 +22,11 @@ namespace {
 using Severity = Finding::Severity;
 using World = AcquisitionSpace;
 
-constexpr size_t kPixels = 1500;           // per view
-constexpr size_t kBytes = size_t{1} << 30; // of photographs in memory
-constexpr size_t kLightsForAlbedo = 8;     // minimum number to determine a pixel's albedo
-constexpr double kRimCosine = 0.25;        // n . towards camera; below, texels are mixed with others
-constexpr double kLitShare = 0.1;          // minimum share of lit pixels for a usable light
+constexpr size_t kLightsForAlbedo = 8;                  // minimum number to determine a pixel's albedo
+constexpr double kLitShare = 0.1;                       // minimum share of lit pixels for a usable light
 constexpr double kMuchBetter = 0.25, kConvincing = 0.5; // correlations
 constexpr double kNoShading = 0.1;
 constexpr double kFewSamples = 100;
-
-// One photograph at the selected pixels of its view.
-struct Shot {
-  size_t light;
-  std::vector<float> luminance; // per pixel of the view
-};
-
-struct Samples {
-  std::vector<Point3<World, double>> points;
-  std::vector<Vec3<double>> normals; // towards the camera's side
-  std::vector<size_t> pixels;        // index in the picture
-  std::vector<Shot> shots;
-  size_t seen = 0, turned = 0; // pixels of the mesh, inside masks or not; those showing backs
-};
-
-// Up to kPixels pixels that show the mesh, evenly chosen.
-Samples samplePixels(const capture::Camera<World>& camera, const TriangleMesh& mesh,
-                     const RayCaster<World>& caster) {
-  Samples all;
-  const auto worldFromCamera = camera.cameraFromWorld.inverse();
-  const double area = 1.0 * camera.lens.width * camera.lens.height;
-  const int step = std::max(1, static_cast<int>(std::sqrt(area / (4.0 * kPixels))));
-  for (int y = step / 2; y < camera.lens.height; y += step)
-    for (int x = step / 2; x < camera.lens.width; x += step) {
-      const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
-      if (!ray) continue;
-      const auto origin = worldFromCamera(ray->origin);
-      const auto direction = worldFromCamera(ray->direction);
-      const auto hit = caster.firstHit(origin, direction);
-      if (!hit) continue;
-      Vec3<double> n = areaVector(mesh, hit->triangle).normalized();
-      const double cosine = -n.dot(direction.raw());
-      if (!(std::abs(cosine) > kRimCosine)) continue;
-      if (cosine < 0) n = -n;
-      ++all.seen;
-      all.turned += cosine < 0;
-      all.points.push_back(origin + hit->distance * direction);
-      all.normals.push_back(n);
-      all.pixels.push_back(static_cast<size_t>(y) * static_cast<size_t>(camera.lens.width) +
-                           static_cast<size_t>(x));
-    }
-  return all;
-}
-
-// Selected views with frames: some views with their lights, and one more frame for every other light.
-std::map<size_t, std::vector<size_t>> chooseFrames(const capture::Capture& capture,
-                                                   const CheckEffort& effort) {
-  std::map<size_t, std::vector<size_t>> ofChosen, frames;
-  for (const size_t view : evenlySpaced(capture.views.size(), effort.litViews)) ofChosen[view];
-  for (size_t i = 0; i < capture.frames.size(); ++i)
-    if (const auto chosen = ofChosen.find(capture.frames[i].view); chosen != ofChosen.end())
-      chosen->second.push_back(i);
-  std::vector<bool> hasLight(capture.lights.size(), false);
-  const auto take = [&](size_t i) {
-    frames[capture.frames[i].view].push_back(i);
-    hasLight[*capture.frames[i].light] = true;
-  };
-  for (const auto& [view, ofView] : ofChosen)
-    for (const size_t i : evenlySpaced(ofView.size(), effort.lightsOfView)) take(ofView[i]);
-  if (!effort.everyLight) return frames;
-  for (size_t i = 0; i < capture.frames.size(); ++i)
-    if (!ofChosen.contains(capture.frames[i].view) && !hasLight[*capture.frames[i].light]) take(i);
-  return frames;
-}
-
-std::vector<Samples> readSamples(const capture::Capture& capture, const TriangleMesh& mesh,
-                                 const RayCaster<World>& caster, const CheckEffort& effort,
-                                 const Progress& progress) {
-  const auto frames = chooseFrames(capture, effort);
-  std::vector<Samples> views;
-  for (const auto& [view, ofView] : frames) {
-    const capture::Camera<World>& camera = capture.views[view].camera;
-    Samples& samples = views.emplace_back(samplePixels(camera, mesh, caster));
-    const size_t bytes = size_t{48} * static_cast<size_t>(camera.lens.width) *
-                         static_cast<size_t>(camera.lens.height),
-                 batch = std::max<size_t>(1, kBytes / bytes);
-    std::vector<bool> inObject(samples.pixels.size(), true);
-    for (size_t first = 0; first < ofView.size(); first += batch) {
-      progress("lights", (static_cast<double>(views.size() - 1) +
-                          static_cast<double>(first) / static_cast<double>(ofView.size())) /
-                             static_cast<double>(frames.size()));
-      const auto some = std::span(ofView).subspan(first, std::min(batch, ofView.size() - first));
-      const auto photographs = capture::readPhotographs(capture, some);
-      for (size_t k = 0; k < some.size(); ++k) {
-        Shot& shot = samples.shots.emplace_back(Shot{*capture.frames[some[k]].light, {}});
-        for (size_t i = 0; i < samples.pixels.size(); ++i) {
-          const float* radiance = &photographs[k].radiance.values[3 * samples.pixels[i]];
-          shot.luminance.push_back(image::luma({radiance[0], radiance[1], radiance[2]}));
-          if (!(photographs[k].alpha.values[samples.pixels[i]] > 0.5f)) inObject[i] = false;
-        }
-      }
-    }
-    size_t kept = 0; // pixels inside the masks
-    for (size_t i = 0; i < inObject.size(); ++i) {
-      if (!inObject[i]) continue;
-      samples.points[kept] = samples.points[i];
-      samples.normals[kept] = samples.normals[i];
-      samples.pixels[kept] = samples.pixels[i];
-      for (Shot& shot : samples.shots) shot.luminance[kept] = shot.luminance[i];
-      ++kept;
-    }
-    samples.points.resize(kept);
-    samples.normals.resize(kept);
-    samples.pixels.resize(kept);
-    for (Shot& shot : samples.shots) shot.luminance.resize(kept);
-  }
-  return views;
-}
 
 // Matrix that negates and exchanges axes.
 struct AxisMap {
@@ -234,7 +122,7 @@ Correlation correlate(const std::vector<double>& a, const std::vector<double>& b
 using Table = std::vector<std::vector<double>>;
 
 // Shading of a Lambert surface of albedo 1.
-std::vector<double> shaded(const Samples& view, const capture::Light& light) {
+std::vector<double> shaded(const LightSamples& view, const capture::Light& light) {
   std::vector<double> values;
   for (size_t i = 0; i < view.points.size(); ++i)
     values.push_back(incident(light, view.points[i], view.normals[i]));
@@ -243,9 +131,9 @@ std::vector<double> shaded(const Samples& view, const capture::Light& light) {
 
 // Photographs of a view divided by each pixel's albedo: the sum of its other photographs (a photograph must
 // not confirm its own light) over the sum expected at albedo 1. Undivided with too few lights.
-Table withoutAlbedo(const Samples& view, const Table& expected) {
+Table withoutAlbedo(const LightSamples& view, const Table& expected) {
   Table shown;
-  for (const Shot& shot : view.shots) shown.emplace_back(shot.luminance.begin(), shot.luminance.end());
+  for (const LitShot& shot : view.shots) shown.emplace_back(shot.luminance.begin(), shot.luminance.end());
   for (size_t i = 0; i < view.points.size() && shown.size() >= kLightsForAlbedo; ++i) {
     double sumShown = 0, sumExpected = 0;
     for (size_t s = 0; s < shown.size(); ++s) {
@@ -273,10 +161,11 @@ struct Fit {
   std::vector<Correlation> ofLight; // over all views
   std::vector<Table> shown;         // per view
 
-  Fit(const std::vector<Samples>& views, const std::vector<capture::Light>& lights) : ofLight(lights.size()) {
-    for (const Samples& view : views) {
+  Fit(const std::vector<LightSamples>& views, const std::vector<capture::Light>& lights)
+      : ofLight(lights.size()) {
+    for (const LightSamples& view : views) {
       Table expected;
-      for (const Shot& shot : view.shots) expected.push_back(shaded(view, lights[shot.light]));
+      for (const LitShot& shot : view.shots) expected.push_back(shaded(view, lights[shot.light]));
       const Table& ofView = shown.emplace_back(withoutAlbedo(view, expected));
       for (size_t s = 0; s < expected.size(); ++s)
         ofLight[view.shots[s].light].add(litCorrelation(ofView[s], expected[s]));
@@ -286,7 +175,7 @@ struct Fit {
 
 // Correlation of the photographs of light l with another light in its place, over views with known albedo;
 // unknown albedo may look like shading.
-Correlation fitOf(const std::vector<Samples>& views, const Fit& stated, size_t l,
+Correlation fitOf(const std::vector<LightSamples>& views, const Fit& stated, size_t l,
                   const capture::Light& other) {
   Correlation fit;
   for (size_t v = 0; v < views.size(); ++v)
@@ -307,11 +196,11 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
                                  std::optional<double> outlineContrast, const Progress& progress) {
   if (capture.lights.empty()) return {};
-  const std::vector<Samples> views = readSamples(capture, mesh, caster, effort, progress);
+  const std::vector<LightSamples> views = readLightSamples(capture, mesh, caster, effort, progress);
   std::vector<Finding> findings;
 
   size_t turned = 0, pixels = 0;
-  for (const Samples& view : views) {
+  for (const LightSamples& view : views) {
     turned += view.turned;
     pixels += view.seen;
   }

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numeric>

@@ -1,5 +1,5 @@
-// Renders a model by its first captured camera under a light beside that camera; prints the size of the picture and
-// the pixel in its middle: R G B A.
+// Renders a model by its first captured camera under a light beside that camera; prints the size of the
+// picture and the pixel in its middle: R G B A.
 #include <render/renderer.h>
 
 #include <cstdio>

@@ -7,7 +7,7 @@
 // missing or wrong. The mesh must be fine enough to be bent by moving its vertices.
 
 #include "render/evaluation/measure.h"
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "srf/capture/silhouette.h"
 #include "srf/image/exr.h"
 #include "surfel/base/error.h"

@@ -28,5 +28,5 @@ void surflect::fuzz(std::string_view input) {
     mapping = input[0] & 4 ? ulr::EnvironmentMapping::angular : ulr::EnvironmentMapping::latLong;
   const ulr::EnvironmentMap map = ulr::readEnvironment(path, mapping);
   for (const ulr::EnvironmentLight& light : map.texels) requireLight(light);
-  for (const ulr::EnvironmentLight& light : ulr::gathered(map.texels, 0.01)) requireLight(light);
+  for (const ulr::EnvironmentLight& light : ulr::clusteredLights(map.texels, 0.01)) requireLight(light);
 }

@@ -1,7 +1,7 @@
 #include "surfel/base/error.h"
 #include "tests/fuzz/folder.h"
 #include "tests/fuzz/fuzz.h"
-#include "warp/rig.h"
+#include "warp/skeletal_rig.h"
 
 // A .glb, or a .gltf whose buffers are in it or are the folder's pictures, taken for numbers.
 void surflect::fuzz(std::string_view input) {

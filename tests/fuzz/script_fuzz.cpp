@@ -1,4 +1,4 @@
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "tests/fuzz/fuzz.h"
 
 void surflect::fuzz(std::string_view input) {

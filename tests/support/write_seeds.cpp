@@ -87,11 +87,11 @@ void writeViews(const fs::path& folder) {
 void writeFades(const fs::path& folder) {
   for (const uint32_t surfels : {0u, 1u, 50u}) {
     const uint32_t views = 3;
-    ulr::VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
-    for (uint8_t& fade : fades.values) fade = static_cast<uint8_t>(randomBits());
+    ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
+    for (uint8_t& fade : visibility.values) fade = static_cast<uint8_t>(randomBits());
     std::string seed =
         textOf(std::as_bytes(std::span(&surfels, 1))) + textOf(std::as_bytes(std::span(&views, 1)));
-    writeFileAtomically(folder / std::to_string(surfels), seed + textOf(model::packVisibility(fades)));
+    writeFileAtomically(folder / std::to_string(surfels), seed + textOf(model::packVisibility(visibility)));
   }
 }
 
@@ -104,7 +104,7 @@ void writeManifests(const fs::path& folder) {
                                                            .lights = 2,
                                                            .rig = "0123456789abcdef",
                                                            .cloud = "0123456789abcdef",
-                                                           .fades = "0123456789abcdef",
+                                                           .visibility = "0123456789abcdef",
                                                            .viewChecksums = {"0123456789abcdef"}}));
 }
 

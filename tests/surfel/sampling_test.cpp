@@ -149,7 +149,7 @@ TEST(Sampling, BothSidesOfAThinWallAreCovered) {
       if (rotationOf<float>(cloud.r0[i])(2, 2) * rotationOf<float>(cloud.r0[j])(2, 2) > 0)
         sum += cloud.coverage[j] * std::exp(-0.5 * distance * distance / (sigma * sigma));
     }
-    EXPECT_GT(sum, 0.7); // or there would be holes, see kFull
+    EXPECT_GT(sum, 0.7); // or there would be holes, see kOpaqueArea
     EXPECT_LT(sum, 1.15);
     mean += sum;
     ++inside;

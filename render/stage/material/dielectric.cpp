@@ -89,7 +89,8 @@ double pdfTurned(const DielectricBsdf& bsdf, const ShadingDirection& wi) {
          lost * x * grazing;
 }
 
-// Albedo of a facet for light from wo, without the parts that the surface blocks.
+// Albedo of a facet for light from wo: the reflected and refracted parts, each times the fraction that other
+// facets do not block.
 double facetAlbedo(const ShadingDirection& wo, const ShadingDirection& h, const Roughness& alpha,
                    double eta) {
   const double mu = dot(wo, h);

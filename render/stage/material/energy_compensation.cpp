@@ -43,7 +43,7 @@ double placeOfRoughness(double alpha) {
   return std::sqrt(std::clamp((alpha - kSmooth) / (1 - kSmooth), 0.0, 1.0));
 }
 
-// Number of tabulated mean losses over the larger roughness.
+// Number of nodes of the table of mean losses along the larger of the two roughnesses.
 constexpr int kMeanRoughnesses = 64;
 double meanRoughnessAt(double x) { return std::pow(kSmooth, 1 - x); }
 double placeOfMeanRoughness(double alpha) {

@@ -1,5 +1,8 @@
 #include "srf/image/foreign/foreign.h"
 
+#include "srf/image/picture_limits.h"
+#include "surfel/base/message_text.h"
+
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -7,14 +10,11 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <string_view>
 
 namespace surflect::image {
 
 namespace {
 
-constexpr int64_t maximalPixels = int64_t{1} << 28;
-constexpr int maximalSide = 1 << 16; // the library allocates 256 rows, however few there are
 // Limits of memory relative to the file's size. Photographs are never packed denser; a mask of one colour may
 // be, and is granted the memory of a large one.
 constexpr int64_t densest = 1 << 12;       // bytes of floats per byte of file
@@ -80,9 +80,10 @@ bool read(const char* path, ForeignExtent extent, ForeignPicture& picture, std::
     return false;
   }
   const OIIO::ImageSpec& spec = input->spec();
+  // The library allocates 256 rows, however few there are, so the width alone has a limit too.
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 ||
-      std::max(spec.width, spec.height) > maximalSide || int64_t{spec.width} * spec.height > maximalPixels) {
-    problem = "found " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+      std::max(spec.width, spec.height) > kMostSide || int64_t{spec.width} * spec.height > kMostPixels) {
+    problem = "found " + sizeText(spec.width, spec.height) +
               ", expected a flat picture of at most 2^28 pixels, 65536 each way";
     return false;
   }

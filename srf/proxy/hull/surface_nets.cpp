@@ -2,12 +2,12 @@
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <array>
 #include <cassert>
 #include <limits>
 #include <optional>
 #include <set>
+#include <utility>
 
 namespace surflect::hull {
 

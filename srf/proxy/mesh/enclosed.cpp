@@ -41,21 +41,22 @@ bool isEnclosed(const RayCaster<AcquisitionSpace>& rays, const Point& p) {
   return std::ranges::all_of(probes, isBlocked) && std::ranges::all_of(probes, isInside);
 }
 
-// Meets a ray nothing on the way?
+// Returns true if the segment between two points meets no surface.
 bool isFree(const RayCaster<AcquisitionSpace>& rays, const Point& from, const Point& to) {
   const double distance = length(to - from);
   return distance > 0 && !rays.occluded(from, normalized(to - from), 0, distance);
 }
 
-// All points of a triangle, `pitch` apart at most; its corners are known to be, and `corner` lies in front of
-// one. A point to which the way from there is free lies in the same region of space.
+// Returns true if the points in front of a triangle, sampled at most `pitch` apart, are all enclosed. The
+// points in front of its corners are known to be enclosed; `corner` is one of them. A point that a free
+// segment connects with `corner` lies in the same region of space, so that it needs no test of its own.
 bool isEnclosedAll(const RayCaster<AcquisitionSpace>& rays, const TriangleMesh& mesh, size_t triangle,
                    const Point& corner, double pitch, const Progress& progress) {
   const auto place = [&](size_t i) -> Vec3<double> {
     return mesh.positions[mesh.triangles[triangle][i]].cast<double>().raw();
   };
   const Vec3<double> p = place(0), q = place(1) - p, r = place(2) - p, normal = areaVector(mesh, triangle);
-  if (!(normal.squaredNorm() > 0)) return true; // there is nothing of it
+  if (!(normal.squaredNorm() > 0)) return true; // no area
   const auto steps = static_cast<int>(std::ceil(std::max({q.norm(), r.norm(), (q - r).norm()}) / pitch));
   for (int i = 0; i <= steps; ++i) {
     progress.checkpoint();

@@ -1,5 +1,5 @@
-// Triangles that lie far off and that nobody would miss: specks and spikes that reconstruction leaves behind.
-// They would set the scale of all that is measured by the mesh's box.
+// Stray triangles far from the object: specks and spikes that reconstruction leaves behind. They would
+// enlarge the mesh's box, to which other lengths are scaled.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -12,7 +12,7 @@ namespace surflect::proxy {
 struct Spikes {
   std::vector<uint32_t> triangles; // in rising order
   Vec3<double> farthest = Vec3<double>::Zero();
-  bool areSeen = false; // they take more than a tenth of what cameras see of the mesh: nobody's mistake
+  bool areSeen = false; // true if they cover over a tenth of the mesh in the pictures: part of the object
 };
 
 // Triangles with a corner farther from the box of most vertices (98 % along each axis) than ten times its
@@ -20,8 +20,9 @@ struct Spikes {
 Spikes spikesIn(const TriangleMesh& mesh, std::span<const capture::Camera<AcquisitionSpace>> cameras,
                 const Progress& progress);
 
-// Parts farther from the box of the largest parts, which have 99 % of the area, than its diagonal, and in the
-// pictures of fewer than half of the cameras. Indices of parts, in rising order.
+// Returns the indices of specks, in rising order. The body is the largest parts that together have 99 % of
+// the area. A speck is any other part that is farther from the body's box than the box's diagonal, and whose
+// middle is in the picture of fewer than half of the cameras.
 std::vector<size_t> specksAmong(const std::vector<MeshParts::Part>& parts,
                                 std::span<const capture::Camera<AcquisitionSpace>> cameras);
 

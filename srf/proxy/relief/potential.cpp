@@ -1,7 +1,5 @@
 #include "srf/proxy/relief/potential.h"
 
-#include <algorithm>
-#include <cassert>
 #include <cmath>
 
 namespace surflect::relief {

@@ -37,7 +37,7 @@ TEST(Directions, UnderARigidWarpAllAreItsInverse) {
   }
 }
 
-// A map that keeps angles: turn, mirror and scale.
+// The warp is conformal: a rotation, a mirroring and a uniform scale.
 TEST(Directions, UnderAConformalWarpAllAreItsInverseButForLength) {
   std::mt19937 random(2);
   for (int i = 0; i < 1000; ++i) {

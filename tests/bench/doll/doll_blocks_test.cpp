@@ -30,7 +30,7 @@ TEST(DollBlocks, HoldTheTexelsThatArePresent) {
   }
 }
 
-// Surfaces of wood, cloth and gold need a few terms, neither one nor dozens.
+// Blocks of wood, cloth and gold need a few terms, neither one nor dozens.
 TEST(DollBlocks, RanksArePlausible) {
   const DollBlocks blocks(lightsAround(60), 1);
   double ranks = 0, bytes = 0;
@@ -45,10 +45,10 @@ TEST(DollBlocks, RanksArePlausible) {
   }
   EXPECT_GT(ranks, 4);
   EXPECT_LT(ranks, 12);
-  EXPECT_LT(bytes / (60 * codec::blockTexels), 0.6); // a pixel and light
+  EXPECT_LT(bytes / (60 * codec::blockTexels), 0.6); // per pixel and light
 }
 
-// bench_parts checks the same before it times packing.
+// bench_parts makes the same check before it times packing.
 TEST(DollBlocks, ErrLittleMoreThanTheBestOfTheirRank) {
   const auto lights = lightsAround(60);
   double ours = 0, best = 0;

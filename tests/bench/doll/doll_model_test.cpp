@@ -13,7 +13,7 @@
 namespace surflect::bench {
 namespace {
 
-// A small doll in a folder that goes with it.
+// A small doll model in a temporary folder.
 class DollModel : public testing::Test {
 protected:
   DollModel()
@@ -76,7 +76,7 @@ TEST_F(DollModel, TheSurfaceIsThatOfTheModel) {
   const model::Model model = written(kSmall);
   const DollSurface surface = dollSurface(kSmall.surfels, kSmall.seed, dollCameras(kSmall));
   EXPECT_EQ(surface.cloud.p0, model.cloud.p0);
-  EXPECT_EQ(surface.fades.values, model.fades.values);
+  EXPECT_EQ(surface.visibility.values, model.visibility.values);
 }
 
 TEST_F(DollModel, EveryOtherViewKeepsWhatBelongsToIt) {
@@ -86,7 +86,7 @@ TEST_F(DollModel, EveryOtherViewKeepsWhatBelongsToIt) {
   ASSERT_EQ(part.files.size(), 5u);
   ASSERT_EQ(part.columns.size(), 5u);
   ASSERT_EQ(part.rig.frames.size(), 20u);
-  ASSERT_EQ(part.fades.values.size(), 5 * model.cloud.size());
+  ASSERT_EQ(part.visibility.values.size(), 5 * model.cloud.size());
   EXPECT_TRUE(part.isFullProduct);
   EXPECT_EQ(part.cloud.p0, model.cloud.p0);
   for (size_t i = 0; i < 5; ++i) {
@@ -94,10 +94,10 @@ TEST_F(DollModel, EveryOtherViewKeepsWhatBelongsToIt) {
     EXPECT_EQ(part.files[i].checksum(), model.files[2 * i].checksum());
     EXPECT_EQ(part.columns[i], model.columns[2 * i]);
     for (size_t surfel = 0; surfel < model.cloud.size(); ++surfel)
-      ASSERT_EQ(part.fades.of(surfel)[i], model.fades.of(surfel)[2 * i]);
+      ASSERT_EQ(part.visibility.of(surfel)[i], model.visibility.of(surfel)[2 * i]);
   }
   for (const capture::Frame& frame : part.rig.frames)
-    EXPECT_EQ(frame.picture, model::viewFilePath(2 * frame.view)); // as the doll's rig names them
+    EXPECT_EQ(frame.picture, model::viewFilePath(2 * frame.view)); // named as in the doll's rig
 }
 
 } // namespace

@@ -50,8 +50,8 @@ TEST(DollShape, HitsLieOnAPartAndInsideOfNone) {
   EXPECT_GT(hits, 500);
 }
 
-// Triangles that face outwards: the outline of the mesh is that of the ellipsoids but for its sagging between
-// corners.
+// Triangles face outwards, and the outline of the mesh is that of the ellipsoids, except that faces between
+// vertices lie inside.
 TEST(DollShape, MeshIsTheSolid) {
   const auto camera = dollCameras({.views = 12, .width = 100, .height = 130})[5];
   const auto outline = dollOutline(camera);

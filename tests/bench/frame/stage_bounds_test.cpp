@@ -38,7 +38,7 @@ TEST(StageBounds, EveryStageHasWork) {
   }
 }
 
-// Work is a sum over surfels, pairs and pixels: all of them twice is twice the work.
+// Work is a sum over surfels, pairs and pixels: doubling all of these counts doubles the work.
 TEST(StageBounds, WorkIsLinear) {
   const FrameCounts once = paperDoll();
   FrameCounts twice = once;
@@ -51,7 +51,7 @@ TEST(StageBounds, WorkIsLinear) {
   }
 }
 
-// Each stage by the counts that it depends on, and by no others.
+// Only ULR depends on the numbers of views and lights of the rig.
 TEST(StageBounds, OnlyUlrDependsOnTheSizeOfTheRig) {
   FrameCounts more = paperDoll();
   more.views *= 4;

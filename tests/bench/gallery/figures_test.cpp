@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// RGB whose values survive 8 bits.
+// RGB picture whose values survive 8-bit rounding.
 image::Image randomPicture(int width, int height, std::mt19937& random) {
   image::Image image(width, height, 3);
   for (float& value : image.values) value = static_cast<float>(random() % 256) / 255;
@@ -52,7 +52,7 @@ TEST(Panels, PicturesStandUnchangedBesideAndBelowEachOther) {
     cells.push_back({{"file", file}});
   }
   const image::Image sheet = composed(folder, {{"columns", 2}, {"cells", cells}});
-  ASSERT_EQ(sheet.width, 6 + 6 + 3); // the wider of a column, and the gap
+  ASSERT_EQ(sheet.width, 6 + 6 + 3); // width of a column's widest cell, and the gap
   ASSERT_EQ(sheet.height, 7 + 6 + 2);
   image::Image wanted(sheet.width, sheet.height, 3);
   std::ranges::fill(wanted.values, 1.f);
@@ -82,7 +82,7 @@ TEST(Panels, ZoomRepeatsThePixelsOfTheCrop) {
   EXPECT_THROW(cropped({5, 1, 5, 4}), Error);
 }
 
-// A film of one radiance, opaque, at depth 1 in its left half, and of nothing in its right.
+// A film of uniform radiance: opaque at depth 1 in its left half, empty in its right half.
 std::filesystem::path filmOf(const image::TemporaryFolder& folder, const std::string& name, float radiance) {
   render::FrameLayers film{image::Image(20, 10, 4), {{"depth", image::Image(20, 10, 1)}}};
   for (size_t i = 0; i < 200; ++i) {
@@ -109,7 +109,7 @@ TEST(Panels, ALampShowsBeforeTheObjectAndIsHiddenBehindIt) {
   const image::TemporaryFolder folder;
   const auto film = filmOf(folder, "film.exr", 1);
   const auto with = [&](double depth) {
-    const Json dot{10, 5, 4, 0, 0, 1, depth}; // blue, in the middle
+    const Json dot{10, 5, 4, 0, 0, 1, depth}; // blue, in the centre
     return composed(folder, {{"columns", 1}, {"cells", {{{"file", film}, {"dots", {dot}}}}}});
   };
   const image::Image before = with(0.5), behind = with(2);
@@ -117,10 +117,10 @@ TEST(Panels, ALampShowsBeforeTheObjectAndIsHiddenBehindIt) {
   for (const int x : {7, 12}) EXPECT_LT(before.at(x, 5)[0], 0.5f);
   EXPECT_EQ(colorAt(behind, 7, 5), white);
   EXPECT_EQ(colorAt(behind, 12, 5), colorAt(before, 12, 5));
-  for (const int x : {5, 14}) EXPECT_EQ(colorAt(before, x, 5), white); // beyond its radius
+  for (const int x : {5, 14}) EXPECT_EQ(colorAt(before, x, 5), white); // outside the dot's radius
 }
 
-// A sphere from one camera, and what its reflectance image shows of an environment.
+// A sphere seen by one camera, and its reflectance image under an environment.
 class ReflectanceImage : public testing::Test {
 protected:
   static constexpr size_t kLights = 200;
@@ -152,8 +152,7 @@ TEST_F(ReflectanceImage, EachTexelShinesFromTheLightNearestToIt) {
     const auto texel = environment.at(static_cast<int>(random() % 32), static_cast<int>(random() % 16));
     for (float& value : texel) value = static_cast<float>(1 + random() % 1000);
   }
-  // Latitudes and longitudes as docs of the environment have them; z of the world is up, y lies in the
-  // middle.
+  // Lat-long directions as docs define them, with z of the world up and y in the middle.
   image::Image wanted(studio_.size, studio_.size, 4);
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 32; ++x) {
@@ -177,9 +176,9 @@ TEST_F(ReflectanceImage, EachTexelShinesFromTheLightNearestToIt) {
   for (size_t i = 0; i < view_.alpha.values.size(); ++i) wanted.values[4 * i + 3] = view_.alpha.values[i];
   const image::Image got = sum(environment);
   const float brightest = std::ranges::max(wanted.values);
-  ASSERT_GT(brightest, 2); // a colour, not alpha
+  ASSERT_GT(brightest, 2); // a colour rather than alpha
   for (size_t i = 0; i < wanted.values.size(); ++i)
-    ASSERT_NEAR(got.values[i], wanted.values[i], 2e-3 * brightest) << i; // halves, kept twice
+    ASSERT_NEAR(got.values[i], wanted.values[i], 2e-3 * brightest) << i; // rounded to half floats twice
 }
 
 TEST_F(ReflectanceImage, InLightFromEverywhereTheSphereHasTheColourOfItsAlbedo) {
@@ -194,7 +193,7 @@ TEST_F(ReflectanceImage, InLightFromEverywhereTheSphereHasTheColourOfItsAlbedo) 
     for (const auto& [value, wanted] : {std::pair(got.values[4 * i], albedo.r),
                                         {got.values[4 * i + 1], albedo.g},
                                         {got.values[4 * i + 2], albedo.b}})
-      EXPECT_NEAR(value / wanted, 1, 0.02); // what 200 lights leave
+      EXPECT_NEAR(value / wanted, 1, 0.02); // error with 200 lights
   }
   EXPECT_GT(inside, 100u);
 }
@@ -208,7 +207,7 @@ TEST_F(ReflectanceImage, ACameraThatIsNotThereIsNamed) {
 TEST(Splats, EllipsesCloseTheStretchedGridAndReducedOnesDoNot) {
   const image::TemporaryFolder folder;
   drawSplats(folder.path());
-  const auto share = [&](const char* name) { // of pixels that are covered
+  const auto share = [&](const char* name) { // fraction of covered pixels
     const image::Image alpha = image::ExrFile(folder / name).read({"A"});
     return static_cast<double>(std::ranges::count(alpha.values, 1.f)) /
            static_cast<double>(alpha.values.size());
@@ -243,7 +242,7 @@ TEST(BesideTruth, APhotographStandsBesideWhatARenderingIsOffIt) {
       for (size_t i = 0; i < lit.values.size(); ++i) {
         const bool isAlpha = i % 4 == 3;
         const float wanted = isAlpha ? sphere.alpha.values[i / 4] : lit.values[i];
-        ASSERT_NEAR(truth.values[i], wanted, 6e-4); // halves
+        ASSERT_NEAR(truth.values[i], wanted, 6e-4); // half-float rounding
         ASSERT_NEAR(difference.values[i],
                     isAlpha ? std::max(wanted, rendered.values[i]) : std::abs(wanted - rendered.values[i]),
                     6e-4);

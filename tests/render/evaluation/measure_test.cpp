@@ -139,7 +139,7 @@ TEST(Measure, ExposedClipsWhatIsInfiniteToWhite) {
   constexpr float infinite = std::numeric_limits<float>::infinity();
   image::Image image(5, 1, 1);
   image.values = {0.25f, 3, infinite, -infinite, std::numeric_limits<float>::quiet_NaN()};
-  EXPECT_EQ(exposed(image, 2).values, (std::vector<float>{0.5f, 1, 1, 0, 0}));
+  EXPECT_EQ(applyExposure(image, 2).values, (std::vector<float>{0.5f, 1, 1, 0, 0}));
 }
 
 TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {

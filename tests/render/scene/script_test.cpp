@@ -1,6 +1,6 @@
 #include "render/scene/script.h"
 
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"

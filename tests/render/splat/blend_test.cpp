@@ -21,10 +21,10 @@ TEST(Blend, ALinearRampOnAWarpedSheetIsReproduced) {
     return V3(x, 1.8 * p[1], 0.3 * x * x + p[2]);
   };
   Scene scene;
-  // Linear on the screen: the colour is a function of x / depth.
+  // Colour is linear on the screen: a function of x / depth.
   const V3 eye(0, 0, 4);
   scene.add(rest, warp, [&](const V3& p) { return V3(0.5 + 2 * p[0] / (4 - p[2]), 0, 0); });
-  for (const double focal : {60., 200., 600., 2400., 9000.}) { // surfels from 0.2 to 60 pixels apart
+  for (const double focal : {60., 200., 600., 2400., 9000.}) { // surfels 0.2 to 60 pixels apart
     const int size = 192;
     const auto camera = lookAt(eye, {0, 0, 0}, size, size, focal);
     const SplatRaster coverage = rasterize(camera, scene.splats());
@@ -34,7 +34,7 @@ TEST(Blend, ALinearRampOnAWarpedSheetIsReproduced) {
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < size; ++x) {
         const double px = (x + 0.5 - size / 2.0) / focal, py = (y + 0.5 - size / 2.0) / focal;
-        if (std::hypot(px, py) > 0.08) continue; // the sheet's edges are elsewhere
+        if (std::hypot(px, py) > 0.08) continue; // leaves out the sheet's edges
         const double area = coverage.layerArea[coverage.pixel(x, y)];
         EXPECT_EQ(coverage.alpha[coverage.pixel(x, y)], 1);
         worst = std::max(worst, std::abs(image.at(x, y)[0] - (0.5 + 2 * px)));
@@ -49,7 +49,8 @@ TEST(Blend, ALinearRampOnAWarpedSheetIsReproduced) {
 }
 
 TEST(Blend, ACheckerboardToTheHorizonIsAntialiased) {
-  // A log-polar grid around the viewer's foot: surfels get larger with distance, as pixels do.
+  // A log-polar grid around the viewer's foot: surfels grow with distance, so that their size on the screen
+  // is constant.
   Rng rng(2);
   const double near = std::log(0.7), far = std::log(300.0), halfAngle = 1.0;
   const auto fromLogPolar = [&](const V3& p) {
@@ -108,8 +109,8 @@ TEST(Blend, ConfidenceThatIsTheSameForAllChangesNothing) {
   for (size_t i = 0; i < plain.values.size(); ++i) EXPECT_NEAR(weighted.values[i], plain.values[i], 1e-6);
 }
 
-// Two sheets in one place, and a third behind them: of those in one layer the trusted one tells the colour;
-// what lies behind stays hidden however much it is trusted.
+// Two coincident sheets, and a third behind them: within a layer, the sheet of higher confidence determines
+// the colour; the sheet behind stays hidden at any confidence.
 TEST(Blend, ConfidenceActsWithinALayer) {
   Rng rng(23);
   Scene scene;

@@ -17,12 +17,13 @@ namespace {
 
 using namespace testing;
 
-// The doll has limbs before its body and creases; the sphere grazes a plane; the sheet is a stack of two.
+// Compares a raster with the reference. Scenes: the doll has limbs before its body, and creases; the sphere
+// grazes a plane; the sheet is a stack of two.
 void expectTheSame(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
                    const std::vector<float>& colors, double leastDb = 110) {
   const ReferenceRaster expected = referenceRaster(camera, splats);
   std::mt19937 random(1);
-  std::vector<float> confidence; // from 1e-4 to 1
+  std::vector<float> confidence; // 1e-4 to 1
   for (size_t i = 0; i < splats.size(); ++i)
     confidence.push_back(std::pow(10.f, -4 * static_cast<float>(random() % 1000) / 1000));
   const image::Image expectedImage = blend(expected, colors, 3, confidence);
@@ -35,7 +36,7 @@ void expectTheSame(const capture::Camera<ObjectSpace>& camera, const Splats& spl
     EXPECT_TRUE(near(got.counts.drawn, expected.drawn));
     EXPECT_TRUE(near(got.counts.backFacing, expected.backFacing));
     EXPECT_TRUE(near(got.visible.size(), visibleSplats(expected).size()));
-    // A fragment at the end of a layer may fall on either side of it, by rounding.
+    // Rounding may place a fragment at the end of a layer on its other side.
     size_t flipped = 0;
     double squared = 0;
     for (size_t i = 0; i < got.alpha.size(); ++i) {
@@ -74,7 +75,8 @@ TEST(SplatReference, TheFastSplatterDrawsTheSame) {
                 scene.colors); // large splats
 }
 
-// Copies lie at the same depth; 300 of them are more fragments of a pixel than are compared each with each.
+// Coincident copies share their depth; 300 of them exceed the number of fragments in a pixel that are
+// compared pairwise.
 TEST(SplatReference, TheFastSplatterDrawsTheSameOfCopies) {
   for (const int copies : {2, 300}) {
     Rng rng(19);
@@ -88,7 +90,7 @@ TEST(SplatReference, TheFastSplatterDrawsTheSameOfCopies) {
       scene.add(
           plane, [](const V3& p) { return V3(p + V3(0, 0, -1.5)); }, color);
     }
-    // Sums of thousands of floats are off by 1e-5: 104.6 dB, and no pixel stands out.
+    // Sums of thousands of floats err by 1e-5 (104.6 dB), and no pixel is an outlier.
     expectTheSame(lookAt({1, 1.5, 5}, {0, 0, 0}, 48, 36, 40), scene.splats(), scene.colors,
                   copies == 2 ? 110 : 100);
   }

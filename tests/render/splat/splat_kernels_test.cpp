@@ -12,14 +12,15 @@
 namespace surflect::splat {
 namespace {
 
-// A splat that is inside of its cut-off by t in every pixel: 1 - q.
+// A splat with 1 - q = t in every pixel.
 TileSplat evenSplat(float t) {
   TileSplat splat{};
   splat.a0 = std::sqrt(1 - t);
   return splat;
 }
 
-// Of two splats in all pixels, one at its centre and one inside by t, the blend tells their weights.
+// The blend of two splats that cover all pixels, one at its centre and one with 1 - q = t, gives the ratio of
+// their weights.
 TEST(SplatKernels, ColorWeightsAreGaussianUpToTheCutOff) {
   for (const Simd simd : EachSimd())
     for (int i = 0; i <= 2'000; ++i) {

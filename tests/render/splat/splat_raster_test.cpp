@@ -68,16 +68,17 @@ TEST(SplatRaster, MovingCloudAndCameraTogetherChangesNothing) {
       moved.cloud.v[i] = motion(scene.cloud.v[i]);
     }
     const image::Image after = rendered(moved, {camera.lens, camera.cameraFromWorld * motion.inverse()});
-    // Each coordinate of a moved point is rounded by half an epsilon of its size at most. On the screen that
-    // is `rounding` times the pixels of a unit where the sphere is nearest; a colour changes by less than 1
-    // over a pixel, and of that motion only a part is along its gradient.
+    // Each coordinate of a moved point is rounded by at most half an epsilon of its size. On the screen that
+    // is `rounding` times the pixels per unit where the sphere is nearest. A colour changes by less than 1
+    // over a pixel, and only the part of the motion along its gradient counts.
     float size = 0;
     for (const auto& p : moved.cloud.p) size = std::max(size, p.raw().cwiseAbs().maxCoeff());
     const double rounding = std::numeric_limits<float>::epsilon() / 2 * size;
     const double pixelsOfUnit = camera.lens.focalX / (camera.center().raw().norm() - 1);
     for (size_t i = 0; i < before.values.size(); ++i) {
       const double difference = std::abs(before.values[i] - after.values[i]);
-      EXPECT_LT(difference, rounding * pixelsOfUnit); // 1e-5; 3e-6 to 7e-6 by compiler
+      // 1e-5; measured 3e-6 to 7e-6, depending on the compiler.
+      EXPECT_LT(difference, rounding * pixelsOfUnit);
     }
   }
 }
@@ -98,8 +99,8 @@ TEST(SplatRaster, ASphereCoversItsDisc) {
   }
 }
 
-// Meshes with borders and with edges, seen face on: full from one spacing of the surfels within, empty from
-// one without.
+// Meshes with borders and with edges, seen face-on: opaque from one surfel spacing inside the outline, empty
+// from one spacing outside.
 TEST(SplatRaster, OutlinesOfSampledFacesStayWhereTheyAre) {
   TriangleMesh square, box;
   const auto addFace = [](TriangleMesh& mesh, const V3& center, const V3& a, const V3& b) {
@@ -122,7 +123,7 @@ TEST(SplatRaster, OutlinesOfSampledFacesStayWhereTheyAre) {
     const SurfelCloud cloud = sampleSurfels(*mesh, spacing);
     Scene scene;
     scene.add(cloud, unmoved, constant(red));
-    for (const double focal : {60., 240., 700.}) { // surfels from 3 to 35 pixels apart
+    for (const double focal : {60., 240., 700.}) { // surfels 3 to 35 pixels apart
       const int size = static_cast<int>(1.4 * focal);
       auto camera = lookAt({0, 0, 5}, {0, 0, 0}, size, size, focal);
       camera.lens.model = capture::Lens::Model::orthographic;
@@ -225,7 +226,7 @@ TEST(SplatRaster, RowsSumToAlphaAndDepthIsThereWhereTheyAreNotEmpty) {
   Rng rng(11);
   const Scene scene = sphereBeforePlane(rng);
   const SplatRaster coverage = rasterize(lookAt({2, 1, 5}, {0, 0, 0}, 150, 110, 130), scene.splats());
-  EXPECT_LT(coverage.visible.size(), coverage.counts.drawn); // some of the plane is hidden
+  EXPECT_LT(coverage.visible.size(), coverage.counts.drawn); // part of the plane is hidden
   const image::Image ones = blend(coverage, std::vector<float>(coverage.visible.size(), 1), 1);
   const image::Image depth = depthImage(coverage);
   for (size_t i = 0; i < coverage.alpha.size(); ++i) {

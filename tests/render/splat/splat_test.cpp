@@ -20,7 +20,7 @@ struct Disc {
   V3 normal() const { return u.raw().cross(v.raw()); }
 };
 
-// A sheared, stretched disc of about unit size in front of the camera, not quite edge on.
+// A sheared, stretched disc of about unit size in front of the camera, not fully edge-on.
 Disc randomDisc(Rng& rng, double depth) {
   Disc disc;
   do {
@@ -35,7 +35,7 @@ capture::Lens pinhole(int width = 640, int height = 480, double focal = 700) {
   return lookAt({0, 0, 1}, {0, 0, 0}, width, height, focal).lens;
 }
 
-// Largest |d^T V^-1 d - 1| over the images of points of the circle, d their offsets from the ellipse's
+// Largest |d^T V^-1 d - 1| over the images of points of the circle, where d is the offset from the ellipse's
 // centre.
 double contourError(const capture::Lens& lens, const Disc& disc, double s) {
   const ScreenGaussian gaussian = project(lens, disc.p, disc.u, disc.v, s);
@@ -88,7 +88,7 @@ TEST(Splat, OrthographicIsTheLimitOfAFarPinhole) {
   }
 }
 
-// One splat as a cloud, at rest where it is drawn.
+// A cloud of one splat; its rest position is its drawn position.
 struct OneSplat {
   Point3<ObjectSpace> p{0, 0, 0};
   Direction3<ObjectSpace> u{1, 0, 0}, v{0, 1, 0};

@@ -83,8 +83,7 @@ TEST(TracerGlass, WaterOnGlassPassesWhatFresnelAndBeerSay) {
         const double z = isAbove ? mu : -mu;
         const StageDirection from(sine, 0, z), through(-sine, 0, -z), back(-sine, 0, z);
         EXPECT_NEAR(seen(scene, from, through, 40000), all.T, 0.01) << degrees << ' ' << isAbove;
-        EXPECT_NEAR(seen(scene, from, back, 40000), isAbove ? all.Rabove : all.Rbelow, 0.01)
-            << degrees;
+        EXPECT_NEAR(seen(scene, from, back, 40000), isAbove ? all.Rabove : all.Rbelow, 0.01) << degrees;
       }
     }
 }

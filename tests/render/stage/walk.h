@@ -2,7 +2,7 @@
 // hit it, so lights need an extent.
 #pragma once
 
-#include "render/stage/scene.h"
+#include "render/stage/stage_scene.h"
 #include "tests/render/stage/stages.h"
 
 #include <functional>

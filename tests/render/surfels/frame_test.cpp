@@ -32,7 +32,7 @@ scene::ShotPointLight pointLight(const Vec3<double>& position, Rgb intensity) {
   return {assume<Point3<ObjectSpace, double>>(position), intensity};
 }
 
-// A / pi  I / d^2  max(0, n . l) on the unit sphere.
+// Lambert sphere under a point light: A / pi  I / d^2  max(0, n . l).
 image::Image sphereUnder(const scene::ShotPointLight& light, Rgb albedo, const studio::SphereView& view) {
   const Vec3<float> position = light.position.raw().cast<float>();
   return overBlack(view, [&](const Vec3<float>& n) {
@@ -47,7 +47,7 @@ TEST(Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
   const PackedStudio packed(studio, 3000);
   FrameWorkspace workspace(packed.model, size_t{1} << 28);
 
-  // Side, front and back light from 1.2 to 2.7 above the surface, seen from places where no camera was.
+  // Side, front and back light, 1.2 to 2.7 above the surface, seen from novel viewpoints.
   std::vector<image::Image> truths, films;
   std::vector<image::Mask> interiors;
   std::vector<float> values;
@@ -69,12 +69,13 @@ TEST(Frame, LambertSphereUnderAMovingPointLightEqualsItsClosedForm) {
   evaluation::PooledMean interior;
   evaluation::Difference whole;
   for (int i = 0; i < 4; ++i) {
-    interior += evaluation::squaredError(evaluation::exposed(truths[i], 1 / *white),
-                                         evaluation::exposed(films[i], 1 / *white), interiors[i]);
+    interior += evaluation::squaredError(evaluation::applyExposure(truths[i], 1 / *white),
+                                         evaluation::applyExposure(films[i], 1 / *white), interiors[i]);
     whole += evaluation::compare(truths[i], films[i], 1 / *white);
   }
-  // With 40, 100, 200, 400, 800 lights: 33.8, 41.0, 43.7, 46.4, 50.5 dB. On the whole mask 38.7: on a sphere
-  // 30 pixels wide every seventh pixel lies on the outline, where splats and truth filter differently.
+  // PSNR with 40, 100, 200, 400, 800 lights: 33.8, 41.0, 43.7, 46.4, 50.5 dB. On the whole mask 38.7: every
+  // seventh pixel of a sphere 30 pixels wide lies on the outline, where splats and truth are filtered
+  // differently.
   EXPECT_GT(evaluation::psnr(interior.mean()), 43);
   EXPECT_GT(whole.psnrLinear(), 38);
 }
@@ -83,7 +84,7 @@ TEST(Frame, LambertSphereUnderAConstantEnvironmentOfOneIsItsAlbedo) {
   const Studio studio{.lights = 80, .size = pictureSize};
   const PackedStudio packed(studio, 1500);
   constexpr int directions = 300;
-  std::vector<scene::ShotLight> environment; // of radiance 1: irradiance d omega from each direction
+  std::vector<scene::ShotLight> environment; // radiance 1: irradiance d omega from each direction
   const auto solidAngle = static_cast<float>(4 * std::numbers::pi / directions);
   for (const Vec3<double>& towards : studio::spiral(directions))
     environment.push_back(scene::ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
@@ -122,8 +123,8 @@ TEST_F(FrameOfSphere, AMirroredWorldGivesTheMirroredImage) {
   }
   const auto warp = warp::scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
   const image::Image mirrored = filmOf(model(), *warp, studio::mirrored(camera), mirroredLights).color;
-  // A footprint is evaluated about its tile's middle, up to 20 of its deviations away, and what is left of it
-  // and right of it is rounded each in its own way: by 20 * 2^-24 of a deviation, twice.
+  // Footprints are evaluated relative to the middle of their tile, up to 20 standard deviations away, and
+  // mirrored positions round differently: by 20 * 2^-24 of a deviation, twice.
   EXPECT_LT(largestDifference(studio::flipped(mirrored), still), 2.4e-6);
 }
 
@@ -167,7 +168,7 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
       });
 }
 
-// A larger picture, another warp, a frame that nothing is seen in, and one that was interrupted.
+// Earlier frames: a larger picture, another warp, a frame with nothing visible, and an interrupted one.
 TEST_F(FrameOfSphere, TheWorkspaceOfOtherFramesChangesNothing) {
   constexpr size_t cacheBytes = size_t{1} << 28;
   FrameWorkspace used(model(), cacheBytes);

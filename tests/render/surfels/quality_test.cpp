@@ -1,5 +1,4 @@
-// What the eye would object to first: pictures that pop along a camera path, seams on smooth surfaces, holes
-// in stretched ones.
+// Visible artefacts: popping along a camera path, seams on smooth surfaces, holes in stretched ones.
 
 #include "srf/capture/silhouette.h"
 #include "surfel/geometry/ray_caster.h"
@@ -21,13 +20,13 @@ using studio::filmOf;
 
 constexpr double kPi = std::numbers::pi;
 
-// On a great circle from above, by the side of the rig's cameras, to below: `s` from 0 to 1.
+// Viewpoint on a great circle from above the object, past the rig's cameras, to below it: `s` from 0 to 1.
 V3 alongPath(double s) {
   const double elevation = (70 - 155 * s) * kPi / 180;
   return {std::cos(elevation) * 0.8, std::sin(elevation), std::cos(elevation) * 0.6};
 }
 
-// All cameras that train stand above the sphere's middle; no camera sees what lies far below.
+// All training cameras are above the sphere's centre; no camera sees the lowest part.
 studio::Studio halfSurrounded() {
   return {.cameras = 24, .lights = 12, .split = [](size_t view, size_t) {
             return view < 12 ? capture::Split::train : capture::Split::test;
@@ -38,7 +37,7 @@ double distance(Rgb a, Rgb b) {
   return std::max({std::abs(a.r - b.r), std::abs(a.g - b.g), std::abs(a.b - b.b)});
 }
 
-// Per surfel, the blend of cameras seen from its own place on the path.
+// Colour of each surfel's camera blend, seen from its own place on the path.
 std::vector<Rgb> cameraBlend(const model::Model& model, std::span<const double> places) {
   shading::QueryBatch batch;
   batch.lights = model.rig.lights.empty() ? 0 : 1;
@@ -55,9 +54,9 @@ std::vector<Rgb> cameraBlend(const model::Model& model, std::span<const double> 
   return shading::planShading(model, batch, {.showsBlends = true}).cameraBlend;
 }
 
-// For each surfel the largest change of its blend over a step of the path, and what is left of it after
-// halving that step several times, always towards the larger change: of a jump, everything; of a function
-// with a derivative, one part in 2^halvings.
+// For each surfel, the largest change of its blend over a step of the path, and the change that remains after
+// the step has been halved several times, always towards the larger change. A jump keeps its size; a
+// differentiable function keeps one part in 2^halvings.
 struct Change {
   double overStep = 0, afterHalving = 0;
 };
@@ -104,9 +103,9 @@ TEST(Quality, NoSurfelPopsOnTheWayOutOfTheCapturedViews) {
 
 TEST(Quality, PicturesBeyondTheCapturedViewsStayWithinWhatWasPhotographed) {
   studio::Studio studio = halfSurrounded();
-  studio.lights = 0; // of a radiance that is nowhere black
+  studio.lights = 0; // fixed illumination whose radiance is nowhere black
   const studio::PackedStudio packed(studio, 2000);
-  // Radiance of what the upper cameras see, and a margin for the store.
+  // Range of the radiance that the upper cameras see, with a margin for compression.
   const Rgb darkest = 0.95f * studio::fixedRadiance({0, -1, 0}),
             brightest = 1.03f * studio::fixedRadiance({0, 1, 0});
   size_t unseen = 0;
@@ -128,7 +127,7 @@ TEST(Quality, PicturesBeyondTheCapturedViewsStayWithinWhatWasPhotographed) {
   EXPECT_GT(unseen, 100u);
 }
 
-// Largest difference between neighbours well inside of the sphere.
+// Largest difference between neighbouring pixels well inside the sphere.
 double largestJump(const image::Image& image, const image::Mask& interior) {
   double largest = 0;
   const auto at = [&](int x, int y) {
@@ -152,7 +151,7 @@ TEST(Quality, BlendingFieldsHaveNoSeams) {
   options.aovs = {"camera_blend", "light_blend"};
   const std::vector<scene::ShotLight> lights{scene::ShotPointLight{{1.5, 1.0, 1.2}, {5, 5, 5}}};
   studio::writeSphereMesh(folder / "smooth.ply", 768); // normals jump from face to face
-  // The largest jumps, by field and place on the path, with surfels and pixels this much finer.
+  // Largest jumps by field and place on the path, for surfels and pixels finer by a factor.
   std::map<std::pair<std::string, int>, std::map<int, double>> jumps;
   for (const int fineness : {1, 4}) {
     const auto path = folder / std::to_string(fineness);
@@ -169,8 +168,8 @@ TEST(Quality, BlendingFieldsHaveNoSeams) {
         jumps[{name, place}][fineness] = largestJump(field, interior);
     }
   }
-  // A seam keeps its height; where one camera hands over to the next within few degrees, a coarse cloud does
-  // not tell it from one.
+  // A seam keeps its height when surfels and pixels get finer. A hand-over between cameras within a few
+  // degrees does not, though a coarse cloud shows both alike.
   for (const auto& [where, ofFineness] : jumps)
     EXPECT_LT(ofFineness.at(4), 0.7 * ofFineness.at(1)) << where.first << " at place " << where.second;
 }
@@ -241,17 +240,16 @@ TEST(Quality, StretchOfAPulledSphereIsThatOfItsTangentPlanes) {
         const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
         const double along = film.aovs.at("depth").at(x, y)[0] / -ray->direction.z();
         V3 n = worldFromCamera(ray->origin + along * ray->direction).raw();
-        n[1] /= factor; // the place and the normal at rest
+        n[1] /= factor; // position and normal at rest
         n.normalize();
-        // Of the tangents, y x n keeps its length; the other one, at right angles, is the longest or
-        // shortest.
+        // The tangent along y x n keeps its length; the perpendicular one is the longest or shortest.
         const double other = std::sqrt(factor * factor * (1 - n[1] * n[1]) + n[1] * n[1]);
         const double expected = std::max(other, 1 / other);
         const double error = std::abs(film.aovs.at("stretch").at(x, y)[0] / expected - 1);
         sum += error, worst = std::max(worst, error);
         ++pixels;
       }
-    // Normals are those of flat faces, up to 1.9 degrees off.
+    // Normals of flat faces are up to 1.9 degrees off.
     EXPECT_LT(sum / static_cast<double>(pixels), 0.01) << factor;
     EXPECT_LT(worst, 0.06) << factor;
     EXPECT_GT(pixels, 200u) << factor;

@@ -22,12 +22,12 @@ using testing::uniform;
 struct Scene {
   SurfelCloud rest;
   DeformedCloud deformed;
-  std::vector<uint32_t> surfels; // some, in no order
+  std::vector<uint32_t> surfels; // a subset in random order
   capture::Camera<ObjectSpace> camera;
   std::vector<scene::ShotLight> lights;
 };
 
-// Tangents of any length from 1e-3 to 1e3 at any angle, mirrored or not.
+// Tangents of random length, 1e-3 to 1e3, and angle, mirrored or not.
 Scene randomScene(size_t count, Rng& random) {
   Scene scene;
   for (size_t i = 0; i < count; ++i) {
@@ -62,7 +62,7 @@ template <class T> bool sameBits(const std::vector<T>& a, const std::vector<T>& 
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
 }
 
-// Against L and the lights written down for one surfel.
+// Compared with L and the lights computed for one surfel at a time.
 TEST(QueryKernel, AnswerAsOneSurfelAfterTheOther) {
   Rng random(1);
   for ([[maybe_unused]] const Simd simd : EachSimd())

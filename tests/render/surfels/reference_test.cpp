@@ -26,8 +26,7 @@ protected:
                                   testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
-// Also where views are so few that fallback views are asked, and where the warp turns what no view sees to
-// the viewer.
+// Includes so few views that fallback views are used, and warps that turn unseen parts towards the viewer.
 TEST_F(Reference, RenderFrameShowsTheReferenceFrame) {
   for (const size_t views : {2, 5, 12}) {
     const model::Model model = doll(views);

@@ -19,13 +19,13 @@ protected:
     }
   }
   uint32_t blockCount() const { return static_cast<uint32_t>(views_[0].blockCount()); }
-  // Every block of both views, in order.
+  // Requests every block of both views in order.
   void sweep(BlockCache& cache) const {
     for (uint32_t view = 0; view < 2; ++view)
       for (uint32_t block = 0; block < blockCount(); ++block) cache.get(view, block);
   }
 
-  // The cache holds the block as its file does.
+  // Expects the cached block to equal the one in its file.
   static void expectResident(BlockCache& cache, const std::vector<ViewFile>& views, BlockKey key) {
     const auto resident = cache.resident(key.view, key.block);
     ASSERT_TRUE(resident);
@@ -36,7 +36,7 @@ protected:
         std::equal(bytes.begin(), bytes.end(), reinterpret_cast<const std::byte*>(resident->coefficients)));
   }
 
-  // Turns the last bit of a block over.
+  // Flips the last bit of a block's record.
   void corrupt(uint32_t view, uint32_t block) const {
     auto end = static_cast<std::streamoff>(std::filesystem::file_size(views_[view].path()));
     for (uint32_t b = blockCount() - 1; b > block; --b)
@@ -85,7 +85,7 @@ TEST_F(BlockCacheTest, WhatWasAskedForLatelyStays) {
   cache.get(0, 1);
   cache.get(0, 2);
   cache.get(0, 1);
-  cache.get(0, 3); // in place of 2
+  cache.get(0, 3); // replaces block 2
   EXPECT_EQ(cache.counts().hits, 1u);
   cache.get(0, 1);
   cache.get(0, 3);
@@ -115,7 +115,7 @@ TEST_F(BlockCacheTest, WhatWasFoundStaysLongerThanWhatWasNot) {
   const auto memory = [&](uint32_t block) { return views_[0].read(block).memory(); };
   BlockCache cache(views_, memory(1) + memory(2) + memory(3));
   for (const uint32_t block : {1, 2, 3}) cache.get(0, block);
-  ASSERT_TRUE(cache.resident(0, 1)); // the oldest
+  ASSERT_TRUE(cache.resident(0, 1)); // least recently used
   cache.get(0, 4);
   EXPECT_FALSE(cache.resident(0, 2));
   EXPECT_TRUE(cache.resident(0, 1));
@@ -123,7 +123,7 @@ TEST_F(BlockCacheTest, WhatWasFoundStaysLongerThanWhatWasNot) {
   BlockCache wanted(views_, memory(2) + std::max(memory(1), memory(3)));
   for (const uint32_t block : {1, 2}) wanted.get(0, block);
   for (const uint32_t block : {1, 2}) ASSERT_TRUE(wanted.resident(0, block));
-  wanted.get(0, 3); // one of them goes all the same
+  wanted.get(0, 3); // must evict one of them
   EXPECT_FALSE(wanted.resident(0, 1));
   EXPECT_TRUE(wanted.resident(0, 3));
 }
@@ -133,7 +133,7 @@ TEST_F(BlockCacheTest, WhatIsFetchedIsThereUntilRoomIsMade) {
   BlockCache cache(views_, views_[0].read(1).memory());
   cache.get(0, 2);
   cache.fetch(some, {});
-  EXPECT_EQ(cache.counts().reads, 4u); // one was there
+  EXPECT_EQ(cache.counts().reads, 4u); // one was in memory
   for (const BlockKey& key : some) expectResident(cache, views_, key);
   cache.trim();
   EXPECT_LE(std::ranges::count_if(some, [&](BlockKey key) { return !!cache.resident(key.view, key.block); }),
@@ -146,7 +146,7 @@ TEST_F(BlockCacheTest, WhatCannotBeReadIsNotFetched) {
   const std::vector<BlockKey> some{{0, 1}, {1, 4}};
   EXPECT_THROW(cache.fetch(some, {}), Error);
   EXPECT_FALSE(cache.resident(1, 4));
-  EXPECT_LE(cache.counts().reads, 1u); // the other block, if a thread was as far
+  EXPECT_LE(cache.counts().reads, 1u); // a second read only if another thread had reached it
   EXPECT_EQ(cache.resident(0, 1).has_value(), cache.counts().reads == 1);
   cache.fetch(std::vector<BlockKey>{{0, 1}, {0, 2}}, {});
   EXPECT_EQ(cache.counts().reads, 2u);
@@ -169,7 +169,7 @@ TEST_F(BlockCacheTest, WhatIsReadBeforeADamagedNeighbourIsKept) {
   EXPECT_EQ(cache.counts().reads, 1u);
 }
 
-// More than are read in one piece, some of which are there.
+// More blocks than one stretch, some of them already in memory.
 TEST_F(BlockCacheTest, ManyBlocksOfSeveralViewsAreFetched) {
   std::vector<ViewFile> views;
   for (const char* name : {"c.view", "d.view"}) {

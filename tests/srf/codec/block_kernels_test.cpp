@@ -104,7 +104,7 @@ TEST(BlockKernels, ScalarProductsAreThoseOfEachRow) {
   expectScalarProducts<double>();
 }
 
-// `error`: as the sums of that many terms may be off, of themselves.
+// `error`: relative error of sums of that many terms.
 template <class Real> void expectRounding(size_t columns, Real largestLast, double error) {
   std::mt19937 generator(2);
   const auto values = noise<Real>(50, columns, generator);

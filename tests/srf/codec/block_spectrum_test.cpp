@@ -22,7 +22,7 @@ template <class Real> MatrixXd matrixOf(const PaddedRows<Real>& rows) {
                                [&](auto i, auto j) { return double{rows.row(i)[j]}; });
 }
 
-// Symmetric, with these eigenvalues, of trace 1.
+// Random symmetric matrix with the given eigenvalues, scaled to trace 1.
 MatrixXd gramOf(VectorXd values, std::mt19937& generator) {
   const auto size = static_cast<int>(values.size());
   const MatrixXd q = synthetic::random(size, size, generator).cast<double>().householderQr().householderQ();
@@ -36,7 +36,7 @@ template <class Real> void expectOrthonormal(const MatrixXd& v) {
 }
 
 template <class Real> void expectStrongest(const MatrixXd& gram, double tolerated) {
-  const MatrixXd v = matrixOf(strongestVectors(rowsOf<Real>(gram), static_cast<Real>(tolerated)).vectors);
+  const MatrixXd v = matrixOf(dominantEigenvectors(rowsOf<Real>(gram), static_cast<Real>(tolerated)).vectors);
   expectOrthonormal<Real>(v);
   const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(gram).eigenvalues().reverse();
   Eigen::Index needed = 0;
@@ -64,10 +64,10 @@ TEST(StrongestVectors, AreFoundWithoutTheRestWhereItIsWeak) {
   std::mt19937 generator(2);
   VectorXd values(60);
   for (int k = 0; k < 60; ++k) values[k] = std::exp(-1.5 * k) + 1e-6;
-  EXPECT_LT(strongestVectors(rowsOf<float>(gramOf(values, generator)), 1e-3f).vectors.columns(), 12u);
+  EXPECT_LT(dominantEigenvectors(rowsOf<float>(gramOf(values, generator)), 1e-3f).vectors.columns(), 12u);
 }
 
-// One vector leads to no other of the same eigenvalue.
+// Lanczos vectors of one start miss further eigenvectors of a repeated eigenvalue.
 TEST(StrongestVectors, AreAllFoundWhereEigenvaluesRepeat) {
   std::mt19937 generator(3);
   const VectorXd alike = VectorXd::Ones(20);
@@ -76,10 +76,10 @@ TEST(StrongestVectors, AreAllFoundWhereEigenvaluesRepeat) {
   for (const VectorXd& values : {alike, pairs}) {
     const MatrixXd gram = gramOf(values, generator);
     for (const double tolerated : {0.3, 1e-2, 0.}) {
-      expectOrthonormal<double>(matrixOf(strongestVectors(rowsOf<double>(gram), tolerated).vectors));
+      expectOrthonormal<double>(matrixOf(dominantEigenvectors(rowsOf<double>(gram), tolerated).vectors));
       if (tolerated > 0) expectStrongest<double>(gram, tolerated);
     }
-    EXPECT_EQ(strongestVectors(rowsOf<double>(gram), 0.).vectors.columns(), 20u);
+    EXPECT_EQ(dominantEigenvectors(rowsOf<double>(gram), 0.).vectors.columns(), 20u);
   }
 }
 
@@ -87,7 +87,7 @@ TEST(StrongestVectors, AreNoMoreThanTheRank) {
   std::mt19937 generator(4);
   VectorXd values = VectorXd::Zero(30);
   values.head(3) << 3, 2, 1;
-  EXPECT_EQ(strongestVectors(rowsOf<double>(gramOf(values, generator)), 0.).vectors.columns(), 3u);
+  EXPECT_EQ(dominantEigenvectors(rowsOf<double>(gramOf(values, generator)), 0.).vectors.columns(), 3u);
 }
 
 } // namespace

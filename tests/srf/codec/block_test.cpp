@@ -17,7 +17,7 @@ using synthetic::random;
 
 constexpr uint64_t full = ~uint64_t{0};
 
-// The rows of the present texels, from what a reader sees.
+// Rows of the present texels, as decoded.
 MatrixXd decoded(const EncodedBlock& encoded, uint64_t present, Eigen::Index lights) {
   const Block block = decodeBlock(encoded.record, lights);
   MatrixXd radiance(3 * std::popcount(present), lights);
@@ -71,14 +71,14 @@ std::vector<Case> cases() {
   return all;
 }
 
-// V X W
+// The weighted matrix V X W.
 MatrixXd weighed(const MatrixXd& x, const BlockWeights& weights) {
   return weights.channels.replicate(x.rows() / 3, 1).asDiagonal() * x * weights.lights.asDiagonal();
 }
 
-// Rows and columns as encodeBlock has them.
-BlockSquares blockSquares(const Eigen::MatrixXd& x) {
-  BlockSquares squares{Eigen::Matrix3Xd(3, x.cols()), x.rows() / 3};
+// Squares of a matrix with rows and columns as in encodeBlock.
+ChannelEnergies blockSquares(const Eigen::MatrixXd& x) {
+  ChannelEnergies squares{Eigen::Matrix3Xd(3, x.cols()), x.rows() / 3};
   for (Eigen::Index l = 0; l < x.cols(); ++l)
     squares.sums.col(l) = x.col(l).reshaped(3, squares.texels).rowwise().squaredNorm();
   return squares;
@@ -89,7 +89,7 @@ TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
     for (const double tolerance : {0.3, 0.1, 0.03, 0.01, 1e-3, 0.})
       for (const double white : {1e-6, 1.0, 1e4}) {
         const MatrixXd x = radiance.cast<double>();
-        const BlockSquares squares = blockSquares(x);
+        const ChannelEnergies squares = blockSquares(x);
         const BlockWeights weights = blockWeights(squares, white);
         const EncodedBlock encoded = encodeBlock(present, radiance, tolerance, white);
         const MatrixXd error = decoded(encoded, present, x.cols()) - x;
@@ -100,7 +100,8 @@ TEST(Block, EveryBlockKeepsItsBoundAfterQuantisation) {
       }
 }
 
-// In the dark alike everywhere, then with the root of the light, beyond white with the light.
+// The tolerated error is constant in the dark, then grows with the square root of radiance, and beyond white
+// with radiance.
 TEST(Block, ErrorsMayGrowWithTheLightAsThoseOfACameraDo) {
   const auto allowed = [](double rms) { return 1 / errorWeight(rms, 2); };
   EXPECT_NEAR(allowed(0), std::sqrt(0.01), 1e-15);
@@ -110,8 +111,8 @@ TEST(Block, ErrorsMayGrowWithTheLightAsThoseOfACameraDo) {
   EXPECT_DOUBLE_EQ(errorWeight(0.3, 1), errorWeight(300, 1000));
 }
 
-// Under one light a highlight a hundred times as bright as the block is under the others: the errors of all
-// together must not be as large as that one's may be.
+// Under one light, a highlight is a hundred times as bright as the block under the others. The total error
+// must stay below the error that the highlight alone would tolerate.
 TEST(Block, ADimLightKeepsItsDetailBesideAHighlight) {
   std::mt19937 generator(3);
   for (int trial = 0; trial < 20; ++trial) {
@@ -125,37 +126,37 @@ TEST(Block, ADimLightKeepsItsDetailBesideAHighlight) {
         dim += error.col(l).squaredNorm();
         norm += x.col(l).cast<double>().squaredNorm();
       }
-    // All of the bound spent on the dim lights, of about one weight.
+    // The whole bound spent on the dim lights, which have about equal weights.
     const BlockWeights weights = blockWeights(blockSquares(x.cast<double>()), 1);
     EXPECT_LE(std::sqrt(dim),
               0.02 * weighed(x.cast<double>(), weights).norm() / weights.lights[(trial + 1) % 12] * 1.1);
-    EXPECT_LT(std::sqrt(dim / norm), 0.05); // unweighted, 0.02 would allow 0.6
+    EXPECT_LT(std::sqrt(dim / norm), 0.05); // without weights, 0.02 would allow 0.6
   }
 }
 
-// Blue paint has a little red, which a red lamp shows alone.
+// Blue paint has a little red, which only a red lamp reveals.
 TEST(Block, ADimChannelKeepsItsDetailBesideABrightOne) {
   std::mt19937 generator(4);
   for (int trial = 0; trial < 20; ++trial) {
     MatrixXf x = 0.5f * random(192, 12, generator).cwiseAbs();
     for (int row = 0; row < 192; row += 3) x.row(row) *= 0.04f;
     const MatrixXd error = decoded(encodeBlock(full, x, 0.1, 1), full, 12) - x.cast<double>();
-    const auto norms = [](const MatrixXd& m) { // of red, of blue
+    const auto norms = [](const MatrixXd& m) { // red, blue
       const auto channel = [&](int c) { return m(Eigen::seq(c, Eigen::last, 3), Eigen::all).norm(); };
       return std::array{channel(0), channel(2)};
     };
     const auto [red, blue] = norms(error);
     EXPECT_LT(red, 0.5 * blue);
-    EXPECT_LT(red / norms(x.cast<double>())[0], 0.6); // unweighted, 0.1 would allow 3.6
+    EXPECT_LT(red / norms(x.cast<double>())[0], 0.6); // without weights, 0.1 would allow 3.6
   }
 }
 
-// Over texels and lights.
+// Mean of each channel over texels and lights.
 Eigen::Vector3d channelMeans(const MatrixXd& x) {
   return x.rowwise().mean().reshaped(3, x.rows() / 3).rowwise().mean();
 }
 
-// A block of three channels up to four orders of magnitude apart.
+// A block whose three channels differ by up to four orders of magnitude.
 MatrixXf unlikeChannels(int texels, int lights, int rank, std::mt19937& generator) {
   MatrixXf x = MatrixXf::Zero(3 * texels, lights);
   for (int k = 0; k < rank; ++k)
@@ -183,7 +184,7 @@ TEST(Block, EachChannelKeepsItsMeanWhateverTheTolerance) {
   }
 }
 
-// Rounded to the nearest of 127 levels, blue would be 3.175 of them and come back as 3 under every light.
+// With the nearest of 127 levels, blue at 3.175 levels would come back as 3 under every light.
 TEST(Block, APlainSurfaceKeepsItsHueUnderEachLight) {
   std::mt19937 generator(10);
   const Eigen::Vector3f albedo(0.8f, 0.1f, 0.02f);
@@ -204,7 +205,7 @@ TEST(Block, APlainSurfaceKeepsItsHueUnderEachLight) {
   }
 }
 
-// Beside red of a million white, blue of a ten-thousandth is beyond 16 bits.
+// Beside red at a million times white, blue at a ten-thousandth of white is below the resolution of 16 bits.
 TEST(Block, AMeanOutOfReachIsNoError) {
   std::mt19937 generator(11);
   MatrixXf x = random(192, 12, generator).cwiseAbs();
@@ -250,7 +251,7 @@ TEST(Block, ZeroBlockHasRankZero) {
   EXPECT_EQ(decodeBlock(encoded.record, 28).rank, 0);
 }
 
-// The mean of a block may err in the dark as that of one of a thousandth of white.
+// In the dark, the mean of a block may err as much as at a thousandth of white.
 TEST(Block, ABlockDarkerThanItsErrorMayBeHasRankZero) {
   const auto rank = [](double value) {
     return encodeBlock(full, MatrixXf::Constant(192, 28, static_cast<float>(value)), 0.03, 1).rank;
@@ -269,8 +270,7 @@ TEST(Block, LowRankBlockIsStoredWithItsRank) {
   }
 }
 
-// Four bits a value and a light, and the float that scales these: what products of such levels need, and no
-// byte more.
+// Four bits per value and per light, and one float of scale: exactly the size that such levels need.
 TEST(Block, RecordIsAsSmallAsItsTermsAllow) {
   std::mt19937 generator(4);
   const auto levels = [&](int rows, int columns) -> MatrixXf {
@@ -305,17 +305,17 @@ TEST(Block, EveryKindOfVectorInstructionsGivesTheSameRecord) {
       }
 }
 
-// A few large values of an image are worth less than finer steps for all others.
+// For a few outliers of an image, clipping costs less than coarser steps for all other values.
 TEST(Block, FourBitsAreNotSpreadOverOutliers) {
   std::mt19937 generator(8);
   MatrixXf image = random(192, 1, generator).cwiseAbs().cwiseMin(1.f).array() + 0.5f;
-  image(20) = 3; // were it on the last level, all others would err by more than a tenth
+  image(20) = 3; // if it set the last level, all others would err by more than a tenth
   const MatrixXf x = image * random(1, 28, generator).array().sign().matrix();
   EXPECT_EQ(encodeBlock(full, x, 0.1, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
   EXPECT_EQ(encodeBlock(full, x, 0.09, 1).record.size(), 4u + 4 + 28 / 2 + 192 / 2);
 }
 
-// The clipped error is the one that a viewer sees: what lies above white or below black is not counted.
+// The clipped error ignores differences above white and below black, which a viewer cannot see.
 TEST(Block, ClippedErrorIsThatOfClippedValues) {
   std::mt19937 generator(6);
   const MatrixXf x = random(192, 28, generator);
@@ -341,7 +341,7 @@ TEST(Block, AbsentTexelsRepeatTheNearestPresentOne) {
         const int dx = other % blockSize - t % blockSize, dy = other / blockSize - t / blockSize;
         return dx * dx + dy * dy;
       };
-      int nearest = -1; // of equals the first
+      int nearest = -1; // the first of equally near ones
       for (int other = 0; other < blockTexels; ++other)
         if ((present >> other & 1) && (nearest < 0 || squaredTo(other) < squaredTo(nearest))) nearest = other;
       EXPECT_TRUE(std::equal(block.texel(t), block.texel(t) + 3 * block.stride, block.texel(nearest))) << t;
@@ -359,7 +359,7 @@ TEST(Block, EveryTruncationAndEveryExtensionOfARecordIsRejected) {
   }
 }
 
-// A record has a checksum in its file; one made to deceive still must not crash the reader.
+// Even a record forged with a valid checksum must not crash the reader.
 TEST(Block, DamagedRecordDecodesToModestNumbersOrIsRejected) {
   int rejected = 0;
   for (const auto& [name, present, x] : cases()) {
@@ -384,10 +384,10 @@ std::vector<uint8_t> joined(std::vector<uint8_t> front, const std::vector<uint8_
   return front;
 }
 
-// Of 16 bits a record may hold more levels than a writer uses.
+// A 16-bit record can hold levels beyond those that the writer uses.
 TEST(Block, LevelsBeyondTheLastAreTheLast) {
   std::vector<std::byte> record;
-  append(record, uint8_t{3}); // coefficients in floats, some texels
+  append(record, uint8_t{3}); // float coefficients, partly present
   for (const uint8_t terms : std::array<uint8_t, 3>{1, 0, 0}) append(record, terms);
   append(record, uint64_t{1});
   append(record, 1.f);
@@ -400,18 +400,18 @@ TEST(Block, LevelsBeyondTheLastAreTheLast) {
   EXPECT_NEAR(127 * (block.light(0)[0] + block.light(0)[1]), 1, 1e-6);
 }
 
-// Of 8 and 4 bits there is one more level below zero than above. Of three values the second byte of 4 bits is
-// half used.
+// Levels of 8 and 4 bits have one more value below zero than above. With three values, the second byte of
+// 4-bit levels is half used.
 TEST(Block, LevelsOfFewBitsAreNoLowerThanTheyAreHigh) {
   for (const auto& [bits, bytes] : {std::pair{8, std::vector<int>{-128, 127, -127}}, {4, {0x78, 0x08}}}) {
     const int last = bits == 8 ? 127 : 7;
     std::vector<std::byte> record;
-    append(record, uint8_t{2}); // some texels
+    append(record, uint8_t{2}); // partly present
     for (const uint8_t terms : std::array<uint8_t, 3>{0, uint8_t(bits == 8), uint8_t(bits == 4)})
       append(record, terms);
     append(record, uint64_t{1});
     append(record, 1.f);
-    for (int values = 0; values < 2; ++values) // of three lights, then of three channels
+    for (int values = 0; values < 2; ++values) // for three lights, then for three channels
       for (const int byte : bytes) append(record, static_cast<uint8_t>(byte));
     const Block block = decodeBlock(record, 3);
     for (const auto& [i, sign] : {std::pair{0, -1}, {1, 1}, {2, -1}}) {
@@ -429,7 +429,7 @@ TEST(Block, WhatPadsTermsIsZeroAndTheirMemoryBeginsALine) {
     const auto record = encodeBlock(present, x, 0.05, 1).record;
     const Block block = decodeBlock(record, lights);
     EXPECT_EQ(reinterpret_cast<uintptr_t>(block.values.data()) % 64, 0u) << name;
-    const int terms = block.rank + std::to_integer<int>(record[1]); // those at 16 bits are two
+    const int terms = block.rank + std::to_integer<int>(record[1]); // 16-bit terms count twice
     for (int k = terms; k < block.stride; ++k) {
       for (size_t l = 0; l < lights; ++l) ASSERT_EQ(block.light(l)[k], 0) << name;
       for (int t = 0; t < blockTexels; ++t)
@@ -450,8 +450,8 @@ TEST(Block, MeaninglessRecordsNameTheirField) {
   EXPECT_EQ(fieldOf({4, 0, 0, 0}), "flags");
   EXPECT_EQ(fieldOf({2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "present");
   EXPECT_EQ(fieldOf({0, 1, 1, 1}), "rank");
-  const std::vector<uint8_t> half = {0, 0x7c}, single = {0, 0, 0x80, 0x7f}; // infinite
-  const std::vector<uint8_t> restOfHalves(2 + 6), restOfLevels(1 + 2);      // of two lights and three rows
+  const std::vector<uint8_t> half = {0, 0x7c}, single = {0, 0, 0x80, 0x7f}; // infinity
+  const std::vector<uint8_t> restOfHalves(2 + 6), restOfLevels(1 + 2);      // for two lights and three rows
   EXPECT_EQ(fieldOf(joined({2, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, joined(half, restOfHalves))),
             "coefficients");
   EXPECT_EQ(fieldOf(joined({2, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0}, joined(single, restOfLevels))),

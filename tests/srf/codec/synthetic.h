@@ -1,4 +1,4 @@
-// Inputs for the tests of the block store: seeded, small, and of every kind that hurts.
+// Synthetic inputs for codec tests: small, seeded, and chosen to be difficult.
 #pragma once
 
 #include "srf/codec/view_encoder.h"
@@ -19,8 +19,8 @@ inline Eigen::MatrixXf random(int rows, int columns, std::mt19937& generator) {
   return Eigen::MatrixXf::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-// A textured sphere with a highlight, under lights spread over the hemisphere of the viewer. Linear radiance,
-// diffuse white at 1, highlights up to 1 + `gloss`.
+// A textured sphere with a highlight, under lights spread over the viewer's hemisphere. Linear radiance:
+// diffuse white is 1, highlights reach 1 + `gloss`.
 inline codec::ReflectanceStack glossySphere(int size, int lights, float gloss = 2, float exponent = 60) {
   codec::ReflectanceStack stack{size, size, std::vector<image::Image>(lights, image::Image(size, size, 3)),
                                 image::Image(size, size, 1)};

@@ -7,7 +7,7 @@
 namespace surflect::codec {
 namespace {
 
-// In rows longer than they need be, of which the rest is left alone.
+// Rows are longer than necessary; their padding must stay untouched.
 template <class Real> void expectTransposed(size_t rows, size_t columns) {
   const size_t fromRow = columns + 3, toRow = rows + 2;
   std::vector<Real> from(rows * fromRow), to(columns * toRow, Real{-1});

@@ -52,7 +52,7 @@ TEST(TridiagonalSpectrum, IsThatOfTheWholeMatrix) {
   for (const int size : {1, 2, 3, 12, 19, 60}) expectBoth(noise(size), noise(size - 1));
 }
 
-// As those of a Lanczos process: what a smooth block leaves falls off within a few rows.
+// Decaying matrices as from a Lanczos process: entries of a smooth block fall off within a few rows.
 TEST(TridiagonalSpectrum, IsFoundWhereTheMatrixFallsOff) {
   for (const double falls : {0.3, 1., 3.}) {
     const VectorXd a =

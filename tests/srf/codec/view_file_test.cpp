@@ -12,7 +12,7 @@ namespace {
 
 using synthetic::glossySphere;
 
-// A sphere with a hole, on a size that is no multiple of the block's.
+// A sphere with a hole; the image size is not a multiple of the block size.
 ReflectanceStack smallStack() {
   ReflectanceStack stack = glossySphere(37, 5);
   for (int y = 16; y < 24; ++y)
@@ -80,7 +80,7 @@ TEST(ViewFile, FindsExactlyTheBlocksThatShowTheObject) {
   const ReflectanceStack stack = smallStack();
   writeFileAtomically(folder / "a.view", encodeView(stack, {}).file);
   const ViewFile view(folder / "a.view");
-  uint32_t next = 0; // row by row
+  uint32_t next = 0; // in row order
   for (int by = 0; by < 5; ++by) {
     for (int bx = 0; bx < 5; ++bx) {
       bool shows = false;
@@ -116,12 +116,12 @@ TEST(ViewFile, BytesDoNotDependOnTheNumberOfThreads) {
 
 TEST(ViewFile, OverheadIsAtMostSixteenBytesAFullBlock) {
   ReflectanceStack stack{80, 80, {image::Image(80, 80, 3)}, image::Image(80, 80, 1)};
-  std::ranges::fill(stack.alpha.values, 1.f); // black: no terms, nothing but overhead
+  std::ranges::fill(stack.alpha.values, 1.f); // black: no terms, overhead only
   const size_t fixed = 48;
   EXPECT_EQ(encodeView(stack, {}).file.size(), fixed + 100 * 16);
 }
 
-// A row of blocks whose records have so many bytes.
+// A row of blocks with records of the given size.
 ViewFile rowOfBlocks(const std::filesystem::path& path, int count, size_t bytes) {
   std::vector<PlacedRecord> blocks;
   for (int x = 0; x < count; ++x) blocks.push_back({{x, 0}, std::vector<std::byte>(bytes)});
@@ -132,15 +132,15 @@ ViewFile rowOfBlocks(const std::filesystem::path& path, int count, size_t bytes)
 TEST(ViewFile, AStretchEndsAtAGapOrWhenItIsLong) {
   const image::TemporaryFolder folder;
   const ViewFile view = rowOfBlocks(folder / "long.srfb", 16, 20000);
-  const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.stretchLength(wanted); };
+  const auto lengthOf = [&](std::vector<uint32_t> wanted) { return view.readRunLength(wanted); };
   EXPECT_EQ(lengthOf({3}), 1u);
   EXPECT_EQ(lengthOf({3, 4, 5, 7, 8}), 3u);
-  EXPECT_EQ(lengthOf({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}), 7u); // 2^17 bytes end in the seventh
+  EXPECT_EQ(lengthOf({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}), 7u); // 2^17 bytes end within the seventh
 
   const ViewFile small = rowOfBlocks(folder / "small.srfb", 100, 4);
   std::vector<uint32_t> all(100);
   std::iota(all.begin(), all.end(), 0u);
-  EXPECT_EQ(small.stretchLength(all), 64u);
+  EXPECT_EQ(small.readRunLength(all), 64u);
 }
 
 TEST(ViewFile, WhatCannotBeReadNamesItsBlock) {
@@ -168,7 +168,7 @@ TEST(ViewFile, AStretchHoldsWhatItsBlocksHold) {
   writeFileAtomically(folder / "some.srfb", encodeView(smallStack(), {}).file);
   const ViewFile view(folder / "some.srfb");
   const std::vector<uint32_t> some{0, 1, 3, 7, 8};
-  ASSERT_EQ(view.stretchLength(some), some.size());
+  ASSERT_EQ(view.readRunLength(some), some.size());
   size_t next = 0;
   view.read(some, [&](size_t i, const Block& block) {
     ASSERT_EQ(i, next++);
@@ -228,7 +228,7 @@ TEST(ViewFile, DamageNamesItsField) {
   EXPECT_EQ(last.substr(0, 7) + " " + last.substr(last.size() - 8), "block ( checksum");
 }
 
-// Sizes that a small file cannot hold are refused before anything is allocated for them.
+// Counts that a small file cannot hold are rejected before memory is allocated for them.
 TEST(ViewFile, HugeCountsInASmallFileAreRefused) {
   const image::TemporaryFolder folder;
   auto file = encodeView(smallStack(), {}).file;
@@ -247,7 +247,7 @@ TEST(ViewFile, MissingFileAndFolderAreErrors) {
 }
 
 TEST(ViewEncoder, BadInputNamesImageAndPixel) {
-  const auto fieldOf = [](const ReflectanceStack& stack, const StoreOptions& options = {}) {
+  const auto fieldOf = [](const ReflectanceStack& stack, const EncodeOptions& options = {}) {
     try {
       encodeView(stack, options);
     } catch (const Error& error) {
@@ -305,8 +305,8 @@ ReflectanceStack plainSphere(int size, int lights, const std::array<float, 3>& a
   return stack;
 }
 
-// Light of all lamps at once, as in a white furnace. Levels rounded to the nearest would show 1.2 % too much
-// green and 4.5 % too little blue.
+// All lights at once, as in a white furnace. Rounding to the nearest level would show 1.2 % too much green
+// and 4.5 % too little blue.
 TEST(ViewEncoder, APlainSphereKeepsItsHueInTheFurnace) {
   const image::TemporaryFolder folder;
   const ReflectanceStack stack = plainSphere(96, 24, {0.8f, 0.1f, 0.02f});
@@ -338,7 +338,7 @@ TEST(ViewEncoder, CancelledEncodingThrows) {
   EXPECT_THROW(encodeView(glossySphere(20, 3), {}, progress), Cancelled);
 }
 
-// Smooth shading with a highlight is what the store is made for.
+// The codec is designed for smooth shading with a highlight.
 TEST(ViewEncoder, CompressesASmoothStack) {
   const ReflectanceStack stack = glossySphere(160, 28);
   const ViewSummary summary = encodeView(stack, {}).summary;

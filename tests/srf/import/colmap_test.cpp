@@ -34,7 +34,7 @@ protected:
     image::writeBytes(folder / "sparse/0/cameras.bin", camerasBinary());
     image::writeBytes(folder / "sparse/0/images.bin", imagesBinary());
   }
-  Source read() const { return readColmap(folder.path(), {}, false); }
+  ForeignCapture read() const { return readColmap(folder.path(), {}, false); }
   void expectAllImages(const capture::Capture& capture) {
     ASSERT_EQ(capture.views.size(), images.size());
     for (const ColmapImage& image : images)
@@ -72,7 +72,7 @@ TEST_F(Colmap, ACameraAtTheOriginLooksAlongZWithYDown) {
   image.camera.rotation = Eigen::Quaterniond::Identity();
   image.camera.translation = {0, 0, 0};
   writeText();
-  const Source source = read();
+  const ForeignCapture source = read();
   const auto& camera = source.capture.views[0].camera;
   const auto& lens = camera.lens;
   const auto ahead = camera.project({0, 0, 1}), right = camera.project({1, 0, 1}),
@@ -88,7 +88,7 @@ TEST_F(Colmap, ACameraAtTheOriginLooksAlongZWithYDown) {
 TEST_F(Colmap, RoundedQuaternionsAreSaid) {
   add("a.png", "PINHOLE").camera.rotation = Eigen::Quaterniond(0.5002, 0.5002, 0.5002, 0.5002);
   writeText();
-  const Source source = read();
+  const ForeignCapture source = read();
   EXPECT_EQ(std::ranges::count(source.notes,
                                "1 rotation is rounded, off by up to 0.0004; the nearest rotation is taken"),
             1);
@@ -109,7 +109,7 @@ TEST_F(Colmap, PicturesThatDifferOnlyInTheirExtensionKeepIt) {
   images.back().name = "a.PNG";
   writePicture(folder / "images/a.PNG");
   writeText();
-  const Source source = read();
+  const ForeignCapture source = read();
   EXPECT_EQ(source.capture.views[0].identity, "a.PNG");
   EXPECT_EQ(source.capture.views[1].identity, "a.png");
 }
@@ -329,7 +329,7 @@ TEST_F(Colmap, DamageGivesAnErrorOrASource) {
     writeBinary();
     image::writeBytes(folder / "sparse/0" / (cameras ? "cameras.bin" : "images.bin"), bytes);
     try {
-      for (const Source source = read(); const capture::View& view : source.capture.views)
+      for (const ForeignCapture source = read(); const capture::View& view : source.capture.views)
         EXPECT_TRUE(view.camera.cameraFromWorld.rotation().allFinite());
     } catch (const Error&) {
       ++refused;

@@ -24,7 +24,8 @@ protected:
     return Vec3<double>(rig.uniform(-1, 1), rig.uniform(-1, 1), rig.uniform(0.2, 1)).normalized();
   }
   static std::string row(const Vec3<double>& v) { return surflect::row(v[0], v[1], v[2]); }
-  Source read(const std::string& file, const std::string& text, const LitViewOptions& options = {}) const {
+  ForeignCapture read(const std::string& file, const std::string& text,
+                      const LitViewOptions& options = {}) const {
     image::writeBytes(folder / file, text);
     return readLitView(folder.path(), folder / file, options, false);
   }
@@ -82,7 +83,7 @@ TEST_F(LitView, DecimalCommasAreAConventionOfTheWholeFile) {
   for (const char* text : {"3\nlit.1.png 0 0,6 0,8\nlit.2.png 0,6 0 0,8\nlit.3.png 0 0 1\n",
                            "lit.1;0;0,6;8,0e-1\nlit.2;0,6;0;0,8\nlit.3;0;0;1\n",
                            "3\n0\t0,6\t0,8\n0,60\t0\t0,8\n0\t0,0\t1,0\n"}) {
-    const Source source = read("lights.txt", text);
+    const ForeignCapture source = read("lights.txt", text);
     expectLights(source.capture, lights);
     EXPECT_EQ(source.notes[0], "the light file has decimal commas");
   }
@@ -102,7 +103,7 @@ TEST_F(LitView, DecimalCommasAreAConventionOfTheWholeFile) {
 
 TEST_F(LitView, NamesMayDifferInLetterCaseAndExtensionWhereOnePictureFits) {
   writePictures(2);
-  const Source source = read("a.lp", "2\nLIT.1.PNG 0 0 1\nC:\\raw\\Lit.2.CR2 0 0.6 0.8\n");
+  const ForeignCapture source = read("a.lp", "2\nLIT.1.PNG 0 0 1\nC:\\raw\\Lit.2.CR2 0 0.6 0.8\n");
   expectLights(source.capture, {{0, 0, 1}, {0, 0.6, 0.8}});
   ASSERT_EQ(source.notes.size(), 2u);
   EXPECT_NE(source.notes[0].find("1 of 2 names in the list differ from the pictures' in letter case"),
@@ -135,7 +136,7 @@ TEST_F(LitView, AListOfFileNamesSaysWhichPicturesCount) {
 
 TEST_F(LitView, TheOrthographicCameraLooksDownWithYUpAndUnitHeight) {
   writePictures(1);
-  const Source source = read("a.lp", "1\nlit.1.png 0 0 1\n");
+  const ForeignCapture source = read("a.lp", "1\nlit.1.png 0 0 1\n");
   const auto& camera = source.capture.views[0].camera;
   const std::pair<Vec3<double>, Vec2<double>> places[] = {
       {{0, 0, 0}, {8, 6}}, {{0, 0.5, 0}, {8, 0}}, {{0, -0.5, 0.3}, {8, 12}}, {{2 / 3., 0, -0.7}, {16, 6}}};
@@ -152,8 +153,9 @@ TEST_F(LitView, TheOrthographicCameraLooksDownWithYUpAndUnitHeight) {
 TEST_F(LitView, APinholeShowsTheHeightAtTheOrigin) {
   writePictures(1);
   for (const double degrees : {10., 45., 90.}) {
-    const Source source = read("a.lp", "1\nlit.1.png 0 0 1\n",
-                               {.positions = false, .fieldOfView = Angle::fromDegrees(degrees), .height = 3});
+    const ForeignCapture source =
+        read("a.lp", "1\nlit.1.png 0 0 1\n",
+             {.positions = false, .fieldOfView = Angle::fromDegrees(degrees), .height = 3});
     const auto& camera = source.capture.views[0].camera;
     const auto top = camera.project({0, 1.5, 0}), bottom = camera.project({0, -1.5, 0});
     ASSERT_TRUE(top && bottom);
@@ -165,8 +167,8 @@ TEST_F(LitView, APinholeShowsTheHeightAtTheOrigin) {
 
 TEST_F(LitView, PositionsGiveUnitIrradianceOnAverage) {
   writePictures(3);
-  const Source source = read("a.lp", "3\nlit.1.png 0 0 2\nlit.2.png 3 0 4\nlit.3.png 0 1 1\n",
-                             {.positions = true, .fieldOfView = {}, .height = 1});
+  const ForeignCapture source = read("a.lp", "3\nlit.1.png 0 0 2\nlit.2.png 3 0 4\nlit.3.png 0 1 1\n",
+                                     {.positions = true, .fieldOfView = {}, .height = 1});
   double mean = 0;
   for (const capture::Light& light : source.capture.lights)
     mean += capture::irradianceAt(light, {0, 0, 0}).g / 3.;
@@ -190,7 +192,7 @@ TEST_F(LitView, LampsStandNoFartherThanTheirStrengthsCanBeWritten) {
 TEST_F(LitView, StrengthsBesideTheLightFileAreTaken) {
   writePictures(2);
   image::writeBytes(folder / "light_intensities.txt", "1 2 3\n0.5 0.25 4\n");
-  const Source source = read("lights.txt", "0 0 1\n0 0.6 0.8\n");
+  const ForeignCapture source = read("lights.txt", "0 0 1\n0 0.6 0.8\n");
   EXPECT_FALSE(source.strengthsUnknown);
   EXPECT_EQ(std::get<capture::DirectionalLight>(source.capture.lights[1].kind).irradiance,
             (Rgb{0.5f, 0.25f, 4}));
@@ -207,7 +209,7 @@ TEST_F(LitView, StrengthsBesideTheLightFileAreTaken) {
 TEST_F(LitView, OneMaskIsTheMaskOfAllAndTwoAreRefused) {
   writePictures(2);
   writePicture(folder / "lit.mask.png");
-  const Source source = read("lights.txt", "0 0 1\n0 0.6 0.8\n");
+  const ForeignCapture source = read("lights.txt", "0 0 1\n0 0.6 0.8\n");
   for (const capture::Frame& frame : source.capture.frames) EXPECT_EQ(frame.mask.filename(), "lit.mask.png");
   writePicture(folder / "mask.png");
   EXPECT_NE(image::errorOf([&] { read("lights.txt", "0 0 1\n0 0.6 0.8\n"); }).find("two masks"),
@@ -216,7 +218,7 @@ TEST_F(LitView, OneMaskIsTheMaskOfAllAndTwoAreRefused) {
 
 TEST_F(LitView, DirectionsOfAnyLengthAreBroughtToOne) {
   writePictures(2);
-  const Source source = read("lights.txt", "0 0 7\n0 3 4\n");
+  const ForeignCapture source = read("lights.txt", "0 0 7\n0 3 4\n");
   EXPECT_EQ(std::get<capture::DirectionalLight>(source.capture.lights[1].kind).towards, Towards(0, 0.6, 0.8));
   ASSERT_EQ(source.notes.size(), 1u);
   EXPECT_NE(source.notes[0].find("--positions"), std::string::npos);
@@ -254,7 +256,7 @@ TEST_F(LitView, TruncatedLightFilesAreRefusedOrCutTheLastNumber) {
   writePictures(3);
   const std::string text = "3\nlit.1.png 0.125 0.25 0.5\nlit.2.png 0.25 0.125 0.5\nlit.3.png 0.5 0.5 0.625";
   for (size_t length = 0; length < text.size(); ++length) try {
-      const Source source = read("a.lp", text.substr(0, length));
+      const ForeignCapture source = read("a.lp", text.substr(0, length));
       EXPECT_GT(length, text.rfind(' ')) << length;
     } catch (const Error&) {
     }

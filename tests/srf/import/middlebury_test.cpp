@@ -25,7 +25,7 @@ protected:
     for (int i = 0; i < 4; ++i) text += line(i, i + 1.);
     return text;
   }
-  Source read(const std::string& text) const {
+  ForeignCapture read(const std::string& text) const {
     image::writeBytes(folder / "ring_par.txt", text);
     return readMiddlebury(folder / "ring_par.txt", false);
   }
@@ -41,7 +41,7 @@ protected:
 };
 
 TEST_F(Middlebury, PixelsAreThoseOfTheProjectionAndAHalf) {
-  const Source source = read(whole());
+  const ForeignCapture source = read(whole());
   ASSERT_EQ(source.capture.views.size(), 4u);
   for (size_t i = 0; i < 4; ++i) rig.expectSamePixels(source.capture.views[i].camera, cameras[i], 0.5);
   EXPECT_TRUE(source.capture.lights.empty());
@@ -94,7 +94,7 @@ TEST_F(Middlebury, ARoundedRotationIsSaidAndAScaledOneRefused) {
   const auto with = [&](const std::string& rotation) {
     return std::string(text).replace(text.find(identity), identity.size(), rotation);
   };
-  const Source source = read(with(row(1.0005, 0., 0., 0., 1., 0., 0., 0., 1.)));
+  const ForeignCapture source = read(with(row(1.0005, 0., 0., 0., 1., 0., 0., 0., 1.)));
   EXPECT_EQ(source.notes.at(1), "1 rotation is rounded, off by up to 0.001; the nearest rotation is taken");
   rig.expectSamePixels(source.capture.views[0].camera, cameras[0], 0.5);
   EXPECT_NE(error(with(row(2., 0., 0., 0., 2., 0., 0., 0., 2.))).find("not orthonormal by 3"),

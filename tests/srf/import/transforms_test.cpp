@@ -30,7 +30,7 @@ protected:
   void write(const std::string& name, const Json& json) const {
     image::writeBytes(folder / name, json.dump(1));
   }
-  Source read() const { return readTransforms(folder.path(), false); }
+  ForeignCapture read() const { return readTransforms(folder.path(), false); }
   capture::Capture imported(const ImportOptions& options = {}) const {
     std::filesystem::remove_all(folder / "out");
     importCapture(folder.path(), folder / "out", options);
@@ -67,7 +67,7 @@ TEST_F(Transforms, NerfSyntheticKeepsItsPixelsAndSplits) {
 
 TEST_F(Transforms, WithoutTestPhotographsValidationIsTheTest) {
   writeSplits({{"train", 2}, {"valid", 1}});
-  const Source source = read();
+  const ForeignCapture source = read();
   ASSERT_EQ(source.capture.frames.size(), 3u);
   EXPECT_EQ(source.capture.frames[2].split, capture::Split::test);
   ASSERT_EQ(source.notes.size(), 1u);
@@ -77,7 +77,7 @@ TEST_F(Transforms, WithoutTestPhotographsValidationIsTheTest) {
 TEST_F(Transforms, FilesOfSplitsBesideTheWholeAreSaidToBeLeft) {
   writeSplits({{"train", 2}, {"test", 1}});
   std::filesystem::copy_file(folder / "transforms_train.json", folder / "transforms.json");
-  const Source source = read();
+  const ForeignCapture source = read();
   EXPECT_EQ(source.capture.frames.size(), 2u);
   EXPECT_EQ(source.notes,
             std::vector<std::string>{
@@ -96,7 +96,7 @@ TEST_F(Transforms, ListsOfNerfstudioAreSplits) {
   json["val_filenames"] = {"images/f1.png"};
   json["test_filenames"] = {"images/f2.png"};
   write("transforms.json", json);
-  const Source source = read();
+  const ForeignCapture source = read();
   ASSERT_EQ(source.capture.frames.size(), 3u);
   EXPECT_EQ(source.capture.frames[0].split, capture::Split::train);
   EXPECT_EQ(source.capture.frames[1].split, capture::Split::test);

@@ -15,7 +15,7 @@ namespace {
 
 using Direction = Direction3<AcquisitionSpace>;
 
-// Over a cap of the sphere; the upper half lies above z = 0.5.
+// Lights spread over a spherical cap; the upper half lies above z = 0.5.
 std::vector<Direction> lightsOfACap(int count) {
   std::vector<Direction> lights;
   for (int i = 0; i < count; ++i) {
@@ -30,7 +30,8 @@ using Shading = std::function<float(const Vec3<float>& normal, const Vec3<float>
 
 Normal3<AcquisitionSpace> asNormal(const Vec3<float>& n) { return assume<Normal3<AcquisitionSpace>>(n); }
 
-// Texels whose normals look up, under lights of unlike strengths; `known` tells the normals that are told.
+// Selection for texels with upward normals, under lights of different strengths. `known` maps true normals to
+// those given to the selection.
 LightBlendSelection choiceFor(
     const Shading& shading, int lights, float scale = 1,
     const std::function<Vec3<float>(const Vec3<float>&)>& known = [](const Vec3<float>& n) { return n; },
@@ -38,7 +39,7 @@ LightBlendSelection choiceFor(
   const auto towards = lightsOfACap(lights);
   std::vector<Rgb> irradiance;
   for (int i = 0; i < lights; ++i) irradiance.push_back(static_cast<float>(1 + i % 3) * Rgb{1, 1.5f, 0.5f});
-  LightSamples samples(towards, irradiance);
+  ReflectanceSamples samples(towards, irradiance);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(-0.3f, 0.3f);
   for (int texel = 0; texel < 500; ++texel) {
@@ -54,7 +55,7 @@ LightBlendSelection choiceFor(
 
 float matte(const Vec3<float>& normal, const Vec3<float>& light) { return std::max(0.f, normal.dot(light)); }
 
-// A lobe much narrower than the lights are apart, about the normal.
+// A lobe around the normal, much narrower than the spacing of lights.
 float glossy(const Vec3<float>& normal, const Vec3<float>& light) {
   return 5 * std::exp(300 * (normal.dot(light) - 1));
 }
@@ -62,7 +63,7 @@ float glossy(const Vec3<float>& normal, const Vec3<float>& light) {
 TEST(LightBlendSelection, AMatteSurfaceIsForeshortened) {
   const auto [blend, leftOutDb] = choiceFor(matte, 20);
   EXPECT_EQ(blend, (ulr::LightBlend{3, ulr::LightFit::mean, true}));
-  EXPECT_GT(*leftOutDb, 60); // exact but for the residual
+  EXPECT_GT(*leftOutDb, 60); // exact except for the residual
 }
 
 TEST(LightBlendSelection, AMatteSurfaceOfWrongNormalsIsBlendedByAPlane) {
@@ -70,8 +71,8 @@ TEST(LightBlendSelection, AMatteSurfaceOfWrongNormalsIsBlendedByAPlane) {
   const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside);
   EXPECT_FALSE(blend.foreshortened);
   EXPECT_EQ(blend.fit, ulr::LightFit::plane);
-  // Radiance is linear in the direction. Of a distance s / 2 to the mean, at a spacing s = 0.45 radians of
-  // lights left out, the ridge leaves 0.1 / (1/2 + 0.1).
+  // Radiance is linear in the direction. Without the omitted light the spacing is s = 0.45 radians. A mean is
+  // off by s / 2, of which the ridge leaves 0.1 / (1/2 + 0.1).
   EXPECT_GT(*leftOutDb, -20 * std::log10(0.45 / 2 / 6));
 }
 
@@ -85,7 +86,7 @@ TEST(LightBlendSelection, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
   EXPECT_GT(*leftOutDb, 100);
 }
 
-// Photographs tell the normals of a matte surface, whatever normals are given with them.
+// Photometric normals of a matte surface replace whatever normals are given.
 TEST(LightBlendSelection, NormalsThatPhotographsTellForeshortenAPlane) {
   const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
   const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside, NormalsFrom::photographs);
@@ -93,12 +94,12 @@ TEST(LightBlendSelection, NormalsThatPhotographsTellForeshortenAPlane) {
   EXPECT_GT(*leftOutDb, 60);
 }
 
-// Noise that is different under each light: normals fitted to the light that is left out, too, would follow
-// its noise and promise more than new lights keep.
+// Noise differs between lights: normals that were also fitted to the omitted light would follow its noise,
+// and promise more than new lights deliver.
 TEST(LightBlendSelection, NormalsAreNotToldByTheLightLeftOut) {
   constexpr int lights = 7;
   const auto towards = lightsOfACap(lights);
-  LightSamples samples(towards, std::vector<Rgb>(lights, Rgb{1, 1, 1}));
+  ReflectanceSamples samples(towards, std::vector<Rgb>(lights, Rgb{1, 1, 1}));
   std::vector<Vec3<double>> directions;
   for (const auto& light : towards) directions.push_back(light.raw().cast<double>());
   std::mt19937 random(4);
@@ -129,7 +130,7 @@ TEST(LightBlendSelection, WhereNothingTellsNormalsNothingIsForeshortened) {
   EXPECT_FALSE(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.foreshortened);
 }
 
-// Under six lights all around, a surface can face one squarely and be turned from all others.
+// Among six lights all around, a surface can face one squarely while turned away from all others.
 TEST(LightBlendSelection, LightsFarApartAreNotForeshortened) {
   std::vector<Direction> axes;
   for (int i = 0; i < 6; ++i) {
@@ -137,7 +138,7 @@ TEST(LightBlendSelection, LightsFarApartAreNotForeshortened) {
     axis[i / 2] = i % 2 == 0 ? 1.f : -1.f;
     axes.push_back(assume<Direction>(axis));
   }
-  LightSamples samples(axes, std::vector<Rgb>(6, Rgb{1, 1, 1}));
+  ReflectanceSamples samples(axes, std::vector<Rgb>(6, Rgb{1, 1, 1}));
   std::mt19937 random(2);
   std::normal_distribution<float> normal;
   for (int texel = 0; texel < 500; ++texel) {
@@ -164,19 +165,19 @@ TEST(LightBlendSelection, TheUnitOfRadianceDoesNotMatter) {
 }
 
 TEST(LightBlendSelection, StopsWhenAsked) {
-  LightSamples samples(lightsOfACap(5), std::vector<Rgb>(5, Rgb{1, 1, 1}));
+  ReflectanceSamples samples(lightsOfACap(5), std::vector<Rgb>(5, Rgb{1, 1, 1}));
   samples.add(std::vector<Rgb>(5), asNormal({0, 0, 1}));
   Progress progress;
   progress.cancelled = [] { return true; };
   EXPECT_THROW(samples.choose(1, NormalsFrom::shape, progress), Cancelled);
 }
 
-// The error by hand: five lights, weights from the same blend, one texel.
+// The error computed by hand: five lights, weights of the same blend, one texel.
 TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
   const auto towards = lightsOfACap(5);
   const std::vector<Rgb> irradiance(5, Rgb{1, 1, 1});
   const float radiance[] = {0.2f, 0.9f, 0.4f, 0.1f, 0.6f};
-  LightSamples samples(towards, irradiance);
+  ReflectanceSamples samples(towards, irradiance);
   std::vector<Rgb> texel;
   for (const float value : radiance) texel.push_back({value, value, value});
   samples.add(texel, asNormal({0.6f, 0, 0.8f}));
@@ -194,7 +195,7 @@ TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
       }
     double got = 0;
     const ulr::BlendSet weights = ulr::blendOfLights(
-        others, towards[out], blend, ulr::LightCoverage(covering), ulr::LightExtrapolation::clamp);
+        others, towards[out], blend, ulr::LightExtrapolationFade(covering), ulr::LightExtrapolation::clamp);
     for (const auto& [light, weight] : weights) got += weight * values[light];
     if (blend.foreshortened) {
       const auto normal = asNormal({0.6f, 0, 0.8f});

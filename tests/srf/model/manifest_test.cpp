@@ -16,7 +16,7 @@ Manifest example() {
           .lights = 3,
           .rig = sum,
           .cloud = sum,
-          .fades = sum,
+          .visibility = sum,
           .viewChecksums = {sum, "0123456789abcdef"}};
 }
 

@@ -1,4 +1,4 @@
-// Every truncation and every single flipped bit of a packed model is refused or harmless.
+// Every truncation and every flipped bit of a packed model is either rejected or harmless.
 
 #include "srf/shading/shade.h"
 #include "surfel/base/file.h"
@@ -15,7 +15,7 @@ namespace {
 using studio::PackedStudio;
 using studio::Studio;
 
-// Smallest possible model, because every bit of it is flipped.
+// The smallest possible model, since every bit of it is flipped.
 Studio tinyStudio() {
   Studio tiny;
   tiny.cameras = 2;
@@ -24,9 +24,10 @@ Studio tinyStudio() {
   return tiny;
 }
 
-// Content that a reader of the model sees: every block, and every surfel from its front under two lights.
+// Content of a model as a reader sees it: every block, and the radiance of every surfel from its front under
+// two lights.
 struct Seen {
-  std::vector<codec::CacheLines> blocks;
+  std::vector<codec::CacheAlignedBytes> blocks;
   std::vector<Rgb> radiance;
   std::vector<float> radii;
 
@@ -73,7 +74,7 @@ Outcome outcomeOf(const std::filesystem::path& folder, const Seen& whole) {
   }
 }
 
-// One case after the other in a folder of its own for each thread, by damage(file's bytes, case).
+// Runs damage(bytes of the file, case) for all cases, with a folder for each thread.
 struct Tally {
   std::atomic<size_t> refused = 0, harmless = 0;
   std::mutex mutex;
@@ -116,7 +117,7 @@ TEST(ModelDamage, EveryTruncationIsRefusedOrHarmless) {
     cases += bytes;
   }
   EXPECT_EQ(tally.wrong, std::vector<std::string>{});
-  EXPECT_EQ(tally.harmless, 1u); // without its last line feed the manifest is as good
+  EXPECT_EQ(tally.harmless, 1u); // the manifest is complete without its final line feed
   EXPECT_EQ(tally.refused, cases - 1);
 }
 
@@ -135,14 +136,15 @@ TEST(ModelDamage, EveryFlippedBitIsRefusedOrHarmless) {
         tally);
     EXPECT_EQ(tally.wrong, std::vector<std::string>{});
     EXPECT_EQ(tally.refused + tally.harmless, bits);
-    // Only the manifest has bytes that say nothing: white space that can be other white space.
+    // Only the manifest contains insignificant bytes: white space that may be other white space.
     if (name != "manifest.json") {
       EXPECT_EQ(tally.harmless, 0u) << name;
     }
   }
 }
 
-// Its text has no checksum: a flipped digit is another capture. But whatever is read is read or refused.
+// A capture has no checksum: a flipped digit gives another capture. Every damaged file must still be read or
+// rejected.
 TEST(CaptureDamage, EveryFlippedBitIsACaptureOrAnError) {
   const image::TemporaryFolder folder;
   const capture::Capture capture = photograph(tinyStudio(), folder / "capture");
@@ -159,7 +161,7 @@ TEST(CaptureDamage, EveryFlippedBitIsACaptureOrAnError) {
       ASSERT_EQ(std::string(error.what()).find('\n'), std::string::npos);
     }
   }
-  EXPECT_GT(refused, 4 * content.size()); // most bits break the text
+  EXPECT_GT(refused, 4 * content.size()); // most bits break the syntax
 }
 
 } // namespace

@@ -34,12 +34,12 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   const PackedStudio packed(smallStudio, fewSurfels);
   std::mt19937 random(1);
   const SurfelCloud cloud = randomCloud(333, random);
-  ulr::VisibilityWeights fades{4, std::vector<uint8_t>(4 * cloud.size())};
-  for (auto& fade : fades.values) fade = static_cast<uint8_t>(random());
+  ulr::VisibilityWeights visibility{4, std::vector<uint8_t>(4 * cloud.size())};
+  for (auto& fade : visibility.values) fade = static_cast<uint8_t>(random());
   const auto copy = packed.folder / "copy";
   std::filesystem::create_directories(copy);
   std::filesystem::copy(packed.model.folder / "views", copy / "views");
-  writeModel(copy, {packed.model.rig, cloud, fades, 0.7, 0.02, {5, ulr::LightFit::plane}});
+  writeModel(copy, {packed.model.rig, cloud, visibility, 0.7, 0.02, {5, ulr::LightFit::plane}});
 
   const Model model = openModel(copy);
   EXPECT_EQ(model.cloud.p0, cloud.p0);
@@ -50,8 +50,8 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
     EXPECT_EQ(model.cloud.r0[i].y, cloud.r0[i].y);
     EXPECT_EQ(model.cloud.r0[i].lower, cloud.r0[i].lower);
   }
-  EXPECT_EQ(model.fades.views, fades.views);
-  EXPECT_EQ(model.fades.values, fades.values);
+  EXPECT_EQ(model.visibility.views, visibility.views);
+  EXPECT_EQ(model.visibility.values, visibility.values);
   EXPECT_EQ(model.white, 0.7);
   EXPECT_EQ(model.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane}));
   EXPECT_EQ(model.tolerance, 0.02);
@@ -97,7 +97,7 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
       const std::string line = image::errorOf([&] { readEverything(folder); });
       EXPECT_NE(line.find(name), std::string::npos) << line;
     };
-    const size_t end = whole.size() - 1; // of the manifest, whose last byte is a line feed and can go
+    const size_t end = whole.size() - 1; // the manifest is complete without its final line feed
     for (const size_t length : {size_t{0}, size_t{1}, size_t{40}, end / 2, random() % end, end - 1})
       isRefused(whole.substr(0, length));
     for (int flip = 0; flip < 40; ++flip) {

@@ -26,7 +26,7 @@ TEST_F(PackFolder, WhatAnInterruptedRunMayHaveLeftIsTakenOver) {
   claimPackFolder(folder / "new");
   fs::create_directory(folder / "empty");
   claimPackFolder(folder / "empty");
-  claimPackFolder(folder / "new"); // there are folders in it now
+  claimPackFolder(folder / "new"); // subfolders exist now
   writeFileAtomically(folder / "new" / packIdentityPath(), "as it was made");
   image::writeBytes(folder / "new" / "surfels.ply", "");
   claimPackFolder(folder / "new");

@@ -47,7 +47,7 @@ TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {
   EXPECT_EQ(model.cloud.p0, cloud.p0);
   EXPECT_EQ(model.cloud.radius, cloud.radius);
   EXPECT_EQ(model.cloud.coverage, cloud.coverage);
-  EXPECT_EQ(model.fades.values,
+  EXPECT_EQ(model.visibility.values,
             ulr::visibilityWeights(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
   EXPECT_EQ(report.surfels, cloud.size());
   EXPECT_EQ(report.views.size(), 5u);
@@ -103,7 +103,7 @@ TEST_F(Pack, AnotherToleranceMeshOrPhotographIsEncodedAnew) {
   studio::writeSphereMesh(folder / "capture/mesh.ply", 80);
   EXPECT_EQ(packed(capture, "model", finer).resumedViews, 0u);
 
-  // Darker in one picture that does not set the white level.
+  // Darkens one picture, which does not affect the white level.
   const auto path = folder / "capture/C4.exr";
   const image::ExrFile file(path);
   std::vector<image::ExrLayer> layers;
@@ -129,12 +129,12 @@ TEST_F(Pack, AFinishedModelIsReplacedOnlyWhereThatIsAskedFor) {
                            "surflect: --overwrite replaces it");
   EXPECT_EQ(content(), first);
 
-  std::filesystem::remove(folder / "model/manifest.json"); // nothing is lost with what nobody could open
+  std::filesystem::remove(folder / "model/manifest.json"); // an unreadable model need not be protected
   EXPECT_EQ(packed(capture, "model", packOptions(150, 0.01)).resumedViews, 0u);
 }
 
 TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
-  // Each photograph again as two PNGs of a camera whose response is the square root.
+  // Replaces each photograph by a bracket of two PNGs, by a camera with a square-root response.
   capture::Capture bracketed = photographed();
   const PackReport exact = packed(bracketed, "exact");
   for (size_t i = 0; i < bracketed.frames.size(); ++i) {
@@ -174,7 +174,7 @@ TEST_F(Pack, ABracketOfEightBitsIsOnePhotograph) {
                                    std::filesystem::file_time_type::clock::now());
   PackOptions anew = packOptions(150);
   anew.overwrite = true;
-  EXPECT_EQ(packed(capture, "model", anew).resumedViews, 0u); // also the second picture of a bracket counts
+  EXPECT_EQ(packed(capture, "model", anew).resumedViews, 0u); // the second picture of a bracket counts too
 }
 
 TEST_F(Pack, TestFramesPlayNoPart) {
@@ -215,7 +215,7 @@ TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInsi
   const PackReport report = packed(capture, "model", packOptions(1500, 0));
   const Model model = openModel(folder / "model");
   const RayCaster<AcquisitionSpace> mesh(readMesh(folder / "capture/mesh.ply"));
-  std::vector<float> values; // of the inside
+  std::vector<float> values; // pixels inside the sphere
   for (size_t v = 0; v < model.files.size(); ++v) {
     const image::Mask outline = image::objectMask(capture::silhouette(capture.views[v].camera, mesh));
     const image::Mask inside = image::eroded(outline, 2);
@@ -245,7 +245,8 @@ TEST_F(Pack, WithoutMatteTheSilhouetteOfTheMeshIsStoredAndItsRimContinuesTheInsi
   EXPECT_NEAR(report.white / percentile995(values), 1, 0x1p-12);
 }
 
-// Told by the photographs, where every view has every light. (The plaster cat of tests/cli has a plane.)
+// The blend is selected from the photographs, as every view has every light. (The plaster cat of tests/cli
+// selects a plane.)
 TEST(PackedLights, TheChosenBlendIsTheModels) {
   for (const bool isFullProduct : {true, false}) {
     const studio::PackedStudio packed(isFullProduct ? Studio() : studio::gappyStudio(), 200);

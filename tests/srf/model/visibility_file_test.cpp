@@ -8,18 +8,18 @@ namespace {
 
 ulr::VisibilityWeights randomFades(size_t surfels, size_t views, unsigned seed) {
   std::mt19937 random(seed);
-  ulr::VisibilityWeights fades{views, std::vector<uint8_t>(surfels * views)};
-  for (uint8_t& fade : fades.values) fade = static_cast<uint8_t>(random());
-  return fades;
+  ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
+  for (uint8_t& fade : visibility.values) fade = static_cast<uint8_t>(random());
+  return visibility;
 }
 
 TEST(FadeFile, WhatIsPackedIsUnpackedEqual) {
   for (const auto& [surfels, views] :
        {std::pair<size_t, size_t>{0, 0}, {0, 5}, {1, 1}, {1000, 7}, {3, 400}, {20001, 16}, {20001, 33}}) {
-    const ulr::VisibilityWeights fades = randomFades(surfels, views, 1);
-    const ulr::VisibilityWeights unpacked = unpackVisibility(packVisibility(fades), surfels, views);
+    const ulr::VisibilityWeights visibility = randomFades(surfels, views, 1);
+    const ulr::VisibilityWeights unpacked = unpackVisibility(packVisibility(visibility), surfels, views);
     EXPECT_EQ(unpacked.views, views);
-    EXPECT_EQ(unpacked.values, fades.values);
+    EXPECT_EQ(unpacked.values, visibility.values);
   }
 }
 
@@ -45,13 +45,13 @@ TEST(FadeFile, CountsThatTheBytesCannotHoldTakeNoMemory) {
 }
 
 TEST(FadeFile, BothWaysAskWhetherToGoOn) {
-  const ulr::VisibilityWeights fades = randomFades(300000, 5, 4);
+  const ulr::VisibilityWeights visibility = randomFades(300000, 5, 4);
   constexpr int endless = std::numeric_limits<int>::max();
   Patience packing(endless), unpacking(endless);
-  const auto packed = packVisibility(fades, packing.progress());
-  EXPECT_EQ(unpackVisibility(packed, 300000, 5, unpacking.progress()).values, fades.values);
+  const auto packed = packVisibility(visibility, packing.progress());
+  EXPECT_EQ(unpackVisibility(packed, 300000, 5, unpacking.progress()).values, visibility.values);
   for (const int questions : {0, packing.asks - 1})
-    EXPECT_THROW(packVisibility(fades, Patience(questions).progress()), Cancelled);
+    EXPECT_THROW(packVisibility(visibility, Patience(questions).progress()), Cancelled);
   for (const int questions : {0, unpacking.asks - 1})
     EXPECT_THROW(unpackVisibility(packed, 300000, 5, Patience(questions).progress()), Cancelled);
   EXPECT_GE(packing.asks, 6);

@@ -21,7 +21,7 @@ TEST(WhiteLevel, OneValueInTwoHundredIsBrighter) {
     for (float& value : light.values) value = static_cast<float>(++next);
   WhiteLevel white;
   white.add(stack, object);
-  EXPECT_NEAR(white.value(), 0.995 * 6000, 3); // to 2^-12 of it
+  EXPECT_NEAR(white.value(), 0.995 * 6000, 3); // relative precision 2^-12
 }
 
 TEST(WhiteLevel, OnlyTheObjectCounts) {

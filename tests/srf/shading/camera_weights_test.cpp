@@ -10,13 +10,13 @@ using namespace studio;
 
 class CameraWeightsOfStudio : public ProductQueries {
 protected:
-  // Each surfel is seen by a share of the views of its own, most of them fading.
+  // Makes each surfel visible in a random subset of the views, partly faded in most.
   void fade() {
     std::uniform_real_distribution<double> share(0, 1);
     for (size_t i = 0; i < model.cloud.size(); ++i) {
       const double own = i % 4 == 0 ? 0 : share(random);
-      for (size_t view = 0; view < model.fades.views; ++view)
-        model.fades.values[i * model.fades.views + view] =
+      for (size_t view = 0; view < model.visibility.views; ++view)
+        model.visibility.values[i * model.visibility.views + view] =
             share(random) < own ? static_cast<uint8_t>(1 + random() % 255) : uint8_t{0};
     }
   }
@@ -29,19 +29,20 @@ TEST_F(CameraWeightsOfStudio, FallbacksPassedOverWouldNotBeBlended) {
     CameraWeights views(model, batch, {.cameras = 4});
     size_t fallbacks = 0;
     for (size_t i = 0; i < batch.size(); ++i) {
-      const auto [blend, sight] = views.blend(i);
-      const Sight rated = views.ratePenalties(i);
-      EXPECT_EQ(sight.isSeen, rated.isSeen);
-      EXPECT_EQ(sight.penalty, rated.penalty);
+      const auto [blend, best] = views.blend(i);
+      const BestView rated = views.computePenalties(i);
+      EXPECT_EQ(best.isSeen, rated.isSeen);
+      EXPECT_EQ(best.penalty, rated.penalty);
       ulr::NearestCandidates nearest(4);
-      for (uint32_t view = 0; view < model.fades.views; ++view) nearest.offer({view, views.penalty(view, 0)});
-      EXPECT_EQ(sight.penalty, nearest.sorted()[0].penalty);
+      for (uint32_t view = 0; view < model.visibility.views; ++view)
+        nearest.offer({view, views.penalty(view, 0)});
+      EXPECT_EQ(best.penalty, nearest.sorted()[0].penalty);
       const ulr::BlendSet wanted = ulr::ulrWeights(nearest);
       ASSERT_EQ(blend.size(), wanted.size());
       for (size_t j = 0; j < blend.size(); ++j) {
         EXPECT_EQ(blend[j].index, wanted[j].index);
         EXPECT_EQ(blend[j].weight, wanted[j].weight);
-        if (model.fades.of(batch.surfels[i])[blend[j].index] == 0) ++fallbacks;
+        if (model.visibility.of(batch.surfels[i])[blend[j].index] == 0) ++fallbacks;
       }
     }
     EXPECT_GT(fallbacks, 500u);
@@ -59,11 +60,11 @@ TEST_F(CameraWeightsOfStudio, WeightsOfManyQueriesAreThoseOfEachAlone) {
         many.prepare(begin, ulr::kQueryLanes);
         for (size_t lane = 0; lane < ulr::kQueryLanes; ++lane) {
           const auto wanted = alone.blend(begin + lane);
-          std::vector<double> difference(model.fades.views);
-          const Sight sight =
+          std::vector<double> difference(model.visibility.views);
+          const BestView best =
               many.forEach(lane, [&](uint32_t view, float weight) { difference[view] += weight; });
-          EXPECT_EQ(sight.isSeen, wanted.sight.isSeen);
-          EXPECT_NEAR(ulr::confidenceOf(sight.penalty), ulr::confidenceOf(wanted.sight.penalty), 1e-5);
+          EXPECT_EQ(best.isSeen, wanted.best.isSeen);
+          EXPECT_NEAR(ulr::confidenceOf(best.penalty), ulr::confidenceOf(wanted.best.penalty), 1e-5);
           for (const auto& [view, weight] : wanted.weights) difference[view] -= weight;
           for (const double d : difference) EXPECT_NEAR(d, 0, 1e-5);
         }

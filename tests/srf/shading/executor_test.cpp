@@ -6,7 +6,7 @@
 namespace surflect::shading {
 namespace {
 
-// Many look-ups, few blocks.
+// Many look-ups in few blocks.
 class ExecutorTest : public testing::Test {
 protected:
   ExecutorTest() {
@@ -20,7 +20,7 @@ protected:
       ops_.push_back({target, 0, anywhere(generator), anywhere(generator), 1, 0, 2});
   }
 
-  // Executes what is in the cache; sorts the blocks that the others need.
+  // Executes operations with resident blocks; sorts the blocks that the others need.
   ExecutedPart executed(codec::BlockCache& cache) const {
     ExecutedPart part;
     part.begin({ops_, &rows_, ops_.size()});
@@ -29,10 +29,10 @@ protected:
     std::ranges::sort(part.needed);
     return part;
   }
-  // The blocks of the view that an operation looks into.
+  // Blocks of the view that an operation reads.
   std::vector<codec::BlockKey> blocksOf(const ShadingOp& op) const {
     std::vector<codec::BlockKey> blocks;
-    forEachBlock(TexelPlace::at(views_[0].header(), op.x, op.y), [&](codec::BlockPosition position) {
+    forEachBlock(TexelPosition::at(views_[0].header(), op.x, op.y), [&](codec::BlockPosition position) {
       if (const auto block = views_[0].find(position)) blocks.push_back({0, *block});
     });
     return blocks;
@@ -49,10 +49,10 @@ TEST_F(ExecutorTest, NotesEachBlockThatIsWaitedForOnceWhereTheyAreFew) {
   const ExecutedPart part = executed(cache);
   EXPECT_EQ(part.waiting.size() + part.lost, ops_.size());
   EXPECT_EQ(std::ranges::adjacent_find(part.needed), part.needed.end());
-  EXPECT_EQ(part.needed.size(), views_[0].blockCount()); // all were asked for
+  EXPECT_EQ(part.needed.size(), views_[0].blockCount()); // all were requested
 }
 
-// What is in memory might leave it before the rest has come.
+// Resident blocks might be evicted before the missing ones arrive.
 TEST_F(ExecutorTest, WhatWaitsForOneBlockNotesAllThatItLooksInto) {
   codec::BlockCache cache(views_, size_t{1} << 30);
   for (uint32_t block = 0; block < views_[0].blockCount(); block += 2) cache.get(0, block);

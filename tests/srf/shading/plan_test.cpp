@@ -16,7 +16,7 @@ using namespace studio;
 class ShadingPlanned : public ProductQueries {};
 class ShadingPlannedPairs : public PairQueries {};
 
-// The studio's lamps differ in colour; these do not, but keep their strengths in blue.
+// The studio's lights with a common colour; each keeps its strength in blue.
 std::vector<capture::Light> inOneColor(std::vector<capture::Light> lights) {
   for (capture::Light& light : lights) {
     Rgb& irradiance = std::get<capture::DirectionalLight>(light.kind).irradiance;
@@ -38,7 +38,7 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
     for (const ShadingOp& op : plan.ops) {
       EXPECT_GT(op.weight, 0);
       sums[op.target] += op.weight;
-      double got = 0, wanted = 0; // irradiance: what the row gives back of the captured one
+      double got = 0, wanted = 0; // irradiance that the row reproduces from captured lights
       for (const auto& [column, weight] : rowOf(plan, op))
         got += weight.g * capturedIrradiance(model, op, column, batch.surfels[op.target]).g;
       for (size_t l = 0; l < batch.lights; ++l) wanted += batch.irradiance[op.target * batch.lights + l].g;
@@ -48,7 +48,8 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
   }
 }
 
-// Sixteen queries' rows are made together where lamps have one colour, unless colours are to be shown.
+// Rows of sixteen queries are made together if all lights have one colour, unless blend colours are
+// requested.
 TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
   model.rig.lights = inOneColor(model.rig.lights);
   ShadeOptions options{.lights = 2, .lightFit = ulr::LightFit::mean, .foreshortened = false};
@@ -68,14 +69,14 @@ TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
     auto row = rowOf(together, together.ops[i]);
     ASSERT_EQ(row.size(), 4u);
     EXPECT_EQ(row, rowOf(shown, shown.ops[i]));
-    EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // a colour for each light
+    EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // one colour for each light
     const bool isDimmed = together.ops[i].target % ulr::kQueryLanes == 5;
     if (isDimmed) row.resize(2);
     EXPECT_EQ(row, rowOf(apart, apart.ops[i]));
   }
 }
 
-// Channel by channel, whether captured lights are blended before they are coloured or each in its own colour.
+// Per channel, whether captured lights are blended before colouring or each has its own colour.
 TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
   const ShadeOptions options{.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false};
   const std::vector<capture::Light> various = model.rig.lights;
@@ -96,19 +97,19 @@ TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
   }
 }
 
-// The least penalty of angle over fade; stand-ins in view_penalties_test.cpp.
+// The least penalty of angle over fade. Fallback views are tested in camera_weights_test.cpp.
 void expectConfidenceIsThatOfTheBestView(const model::Model& model, const QueryBatch& batch) {
   const ShadingPlan plan = planShading(model, batch, {});
   ASSERT_EQ(plan.confidence.size(), batch.size());
   for (size_t query = 0; query < batch.size(); ++query) {
-    const auto fades = model.fades.of(batch.surfels[query]);
+    const auto visibility = model.visibility.of(batch.surfels[query]);
     const auto place = model.cloud.p0[batch.surfels[query]].cast<double>();
     float best = std::numeric_limits<float>::infinity();
-    for (size_t view = 0; view < fades.size(); ++view) {
+    for (size_t view = 0; view < visibility.size(); ++view) {
       const auto towards = capture::Viewpoint(model.rig.views[view].camera).towards(place).cast<float>();
-      if (fades[view] > 0)
+      if (visibility[view] > 0)
         best = std::min(best, ulr::anglePenalty(towards, batch.towardsView[query]) /
-                                  ulr::VisibilityWeights::decode(fades[view]));
+                                  ulr::VisibilityWeights::decode(visibility[view]));
     }
     ASSERT_LE(best, ulr::kFallbackFrom);
     EXPECT_NEAR(plan.confidence[query], ulr::confidenceOf(best), 2e-5);
@@ -139,7 +140,7 @@ TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
                  normal, capture::towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
     }
     const double wanted = batch.irradiance[op.target].g * cosine;
-    if (cosine > 0.5f) { // nearer to grazing the ratio may be bounded
+    if (cosine > 0.5f) { // at grazing angles the ratio may be capped
       EXPECT_NEAR(got / wanted, 1, 2e-3);
       ++lit;
     }
@@ -153,12 +154,12 @@ TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
 TEST_F(ShadingPlanned, OnlyCamerasThatSeeTheSurfelAreAsked) {
   const QueryBatch batch = randomBatch(model, 2000, 1, random);
   for (const ShadingOp& op : planShading(model, batch, {}).ops)
-    EXPECT_GT(model.fades.of(batch.surfels[op.target])[op.view], 0);
+    EXPECT_GT(model.visibility.of(batch.surfels[op.target])[op.view], 0);
 }
 
 TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
   const QueryBatch batch = randomBatch(model, 300, 1, random);
-  std::ranges::fill(model.fades.values, uint8_t{0});
+  std::ranges::fill(model.visibility.values, uint8_t{0});
   const ShadingPlan plan = planShading(model, batch, {});
   EXPECT_EQ(plan.unseen, batch.size());
   std::vector<double> sums(batch.size());
@@ -172,17 +173,19 @@ TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
 
 TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
   const QueryBatch batch = randomBatch(model, 2000, 1, random);
-  for (size_t i = 0; i < model.cloud.size(); ++i) { // one sees each surfel; others may be nearer by far
-    const auto row = std::span(model.fades.values).subspan(i * model.fades.views, model.fades.views);
+  // One view sees each surfel, though others may be much nearer.
+  for (size_t i = 0; i < model.cloud.size(); ++i) {
+    const auto row =
+        std::span(model.visibility.values).subspan(i * model.visibility.views, model.visibility.views);
     std::ranges::fill(row, uint8_t{0});
-    row[i % model.fades.views] = 255;
+    row[i % model.visibility.views] = 255;
   }
   const ShadingPlan plan = planShading(model, batch, {});
   EXPECT_EQ(plan.unseen, 0u);
   size_t within90Degrees = 0;
   for (const ShadingOp& op : plan.ops) {
     const uint32_t surfel = batch.surfels[op.target];
-    const size_t seeing = surfel % model.fades.views;
+    const size_t seeing = surfel % model.visibility.views;
     const auto towards = towardsViewer(model.rig.views[seeing], model.cloud.p0[surfel].cast<double>());
     if (ulr::anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
     ++within90Degrees;
@@ -198,13 +201,13 @@ TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
   for (const ShadingOp& op : plan.ops) {
     EXPECT_EQ(op.weight, 1);
     const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
-    const auto fades = model.fades.of(batch.surfels[op.target]);
+    const auto visibility = model.visibility.of(batch.surfels[op.target]);
     const auto viewPenalty = [&](size_t view) {
       return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
                                batch.towardsView[op.target].cast<double>());
     };
-    for (size_t view = 0; view < fades.size(); ++view)
-      EXPECT_TRUE(fades[view] == 0 || viewPenalty(op.view) <= viewPenalty(view) + 1e-6);
+    for (size_t view = 0; view < visibility.size(); ++view)
+      EXPECT_TRUE(visibility[view] == 0 || viewPenalty(op.view) <= viewPenalty(view) + 1e-6);
     ASSERT_EQ(rowOf(plan, op).size(), 1u);
     const auto lightPenalty = [&](const capture::Light& light) {
       return ulr::anglePenalty(capture::towardsLight(light, p0),
@@ -231,7 +234,7 @@ TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
     ASSERT_EQ(rowOf(plan, op).size(), 1u);
     const auto [column, weight] = rowOf(plan, op)[0];
     ASSERT_LT(column, model.columns[op.view].size());
-    EXPECT_GT(model.fades.of(batch.surfels[op.target / 2])[op.view], 0);
+    EXPECT_GT(model.visibility.of(batch.surfels[op.target / 2])[op.view], 0);
     sums[op.target] += op.weight;
     irradiance[op.target] +=
         op.weight * weight.r * capturedIrradiance(model, op, column, batch.surfels[op.target / 2]).r;
@@ -258,7 +261,7 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
   ASSERT_EQ(plan.ops.size(), batch.size());
   for (const ShadingOp& op : plan.ops) {
     const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
-    const auto fades = model.fades.of(batch.surfels[op.target]);
+    const auto visibility = model.visibility.of(batch.surfels[op.target]);
     const auto penalty = [&](size_t view, size_t column) {
       const capture::Light& light = model.rig.lights[model.columns[view][column]];
       return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
@@ -267,8 +270,8 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
                                batch.towardsLight[op.target].cast<double>());
     };
     const double chosen = penalty(op.view, rowOf(plan, op)[0].light);
-    for (size_t view = 0; view < fades.size(); ++view)
-      for (size_t column = 0; fades[view] > 0 && column < model.columns[view].size(); ++column)
+    for (size_t view = 0; view < visibility.size(); ++view)
+      for (size_t column = 0; visibility[view] > 0 && column < model.columns[view].size(); ++column)
         EXPECT_LE(chosen, penalty(view, column) + 1e-6);
   }
 }

@@ -1,4 +1,4 @@
-// Queries to packed studios, for tests of what is asked of a model.
+// Queries to packed studios, for tests of shading.
 #pragma once
 
 #include "srf/model/model.h"
@@ -21,7 +21,7 @@ inline Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
   return assume<Direction3<AcquisitionSpace>>(randomUnit(random));
 }
 
-// Random surfels, viewers, lights and strengths. Viewers stand outside the surface.
+// Random surfels, viewers, lights and strengths. Viewers are outside the surface.
 inline shading::QueryBatch randomBatch(const model::Model& model, size_t queries, size_t lights,
                                        std::mt19937& random) {
   std::uniform_real_distribution<float> strength(0.1f, 2);
@@ -42,7 +42,7 @@ inline shading::QueryBatch randomBatch(const model::Model& model, size_t queries
   return batch;
 }
 
-// A captured light that is blended, and what its radiance is multiplied by.
+// A blended captured light and the factor of its radiance.
 struct RowEntry {
   uint32_t light;
   Rgb weight;
@@ -65,7 +65,7 @@ inline Rgb capturedIrradiance(const model::Model& model, const shading::ShadingO
                                model.cloud.p0[surfel].cast<double>());
 }
 
-// A ray from each surfel to each camera that sees it whole, under a light of that camera.
+// Rays from each surfel to each camera that sees it unfaded, under a light of that camera.
 struct CapturedRays {
   shading::QueryBatch batch;
   std::vector<std::pair<uint32_t, uint32_t>> photographs; // view and column, per query
@@ -77,7 +77,7 @@ inline CapturedRays capturedRays(const model::Model& model, std::mt19937& random
   batch.lights = 1;
   for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
     for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
-      if (model.fades.of(surfel)[view] < 255) continue;
+      if (model.visibility.of(surfel)[view] < 255) continue;
       const auto p0 = model.cloud.p0[surfel].cast<double>();
       const auto column = static_cast<uint32_t>(random() % model.columns[view].size());
       const capture::Light& light = model.rig.lights[model.columns[view][column]];
@@ -96,7 +96,8 @@ inline Studio unevenGappyStudio() {
   return studio;
 }
 
-// A studio is packed once for all tests of a suite; the model is each test's own.
+// Queries to a studio with all pairs of camera and light. Packed once per suite; each test opens the model
+// anew.
 class ProductQueries : public testing::Test {
 protected:
   static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(Studio{}, 2000); }
@@ -107,7 +108,7 @@ protected:
   std::mt19937 random{1};
 };
 
-// Of a capture that is not a full product of cameras and lights, under uneven lights.
+// Queries to a capture with gaps, under lights of different strengths.
 class PairQueries : public testing::Test {
 protected:
   static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(unevenGappyStudio(), 1000); }

@@ -19,7 +19,7 @@ using codec::synthetic::glossySphere;
 constexpr int size = 72, lights = 12, views = 3;
 constexpr size_t everything = 1 << 30;
 
-// Captured lights, each in a colour of its own.
+// A row of captured lights, each with its own colour.
 LightRows rowsOf(const std::vector<std::pair<uint32_t, Rgb>>& lit) {
   LightRows rows;
   for (const auto& [light, color] : lit) rows.add(light, color);
@@ -43,7 +43,7 @@ protected:
     }
   }
 
-  // Three views and 1 to 5 lights a target; some positions outside the object, some outside the image.
+  // Three views and 1 to 5 lights for each target, some positions outside the object or the image.
   Queue randomQueue(size_t targets, unsigned seed) const {
     std::mt19937 generator(seed);
     std::uniform_real_distribution<float> position(-2, size + 2), weight(0, 1);
@@ -76,12 +76,12 @@ protected:
     codec::BlockCache cache(views_, everything);
     return executeReference(queue.ops, queue.rows, queue.targets, cache);
   }
-  // One operation for one target.
+  // Executes one operation for one target.
   Rgb shaded(float x, float y, const std::vector<std::pair<uint32_t, Rgb>>& lit, uint32_t view = 0) const {
     return executed({{{0, view, x, y, 1, 0, static_cast<uint32_t>(lit.size())}}, rowsOf(lit), 1})[0];
   }
 
-  // What the error of one operation is measured by: |weight| |w| |a| |e|, summed over all terms.
+  // Scale of an operation's error: |weight| |w| |a| |e|, summed over all terms.
   Eigen::Vector3d magnitude(const Queue& queue, const ShadingOp& op) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double weights = 0;
@@ -132,7 +132,7 @@ TEST_F(ShadingQueueTest, EqualsTheReferenceInAnyOrderOfOperations) {
     if (kept[t] > 0)
       bound[t] *= all[t] / kept[t];
     else
-      bound[t] = 10 * expected[t]; // sees background only, and is looked up elsewhere
+      bound[t] = 10 * expected[t]; // sees only background, and is repeated elsewhere
   }
   EXPECT_GT(std::ranges::count(kept, 0), 3);
 
@@ -157,7 +157,7 @@ TEST_F(ShadingQueueTest, SameBitsForAnyNumberOfThreads) {
   }
 }
 
-// From the disk, then from memory.
+// Runs from disk, then from memory.
 TEST_F(ShadingQueueTest, PartsHaveTheSameBitsForAnyNumberOfThreads) {
   std::vector<Queue> queues;
   for (unsigned i = 0; i < 20; ++i) queues.push_back(randomQueue(150, i));
@@ -208,7 +208,7 @@ TEST_F(ShadingQueueTest, PartsHaveTargetsAndRowsOfTheirOwn) {
 
 TEST_F(ShadingQueueTest, SameBitsForAnyCache) {
   const Queue queue = randomQueue(2000, 4);
-  size_t image = 0; // of one view, decoded
+  size_t image = 0; // decoded size of one view
   for (uint32_t b = 0; b < views_[0].blockCount(); ++b) image += views_[0].read(b).memory();
   const auto expected = executed(queue, everything);
   EXPECT_EQ(executed(queue, 0), expected);
@@ -216,7 +216,7 @@ TEST_F(ShadingQueueTest, SameBitsForAnyCache) {
   EXPECT_EQ(executed(queue, 3 * image), expected);
 }
 
-// Also where a block is black, and has no terms.
+// Includes a black block, which has no terms.
 TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
   codec::ReflectanceStack stack = glossySphere(size, lights, 1);
   for (image::Image& light : stack.lights)
@@ -227,7 +227,7 @@ TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
   Queue queue = randomQueue(1000, 6);
   for (ShadingOp& op : queue.ops)
     if (op.target % 2 == 0) op.view = (op.view + 1) % (views + 1);
-  size_t image = 0; // of one view, decoded
+  size_t image = 0; // decoded size of one view
   for (uint32_t b = 0; b < views_[0].blockCount(); ++b) image += views_[0].read(b).memory();
   const auto expected = executed(queue);
   for (const size_t budget : {size_t{0}, views_[0].read(20).memory(), image, 3 * image, everything}) {
@@ -261,7 +261,7 @@ TEST_F(ShadingQueueTest, AnOperationWaitsForAllItsBlocks) {
 
 TEST_F(ShadingQueueTest, ReadsEachBlockOnceACallHoweverSmallTheCache) {
   Queue queue = randomQueue(3000, 5);
-  for (uint32_t target = 0; target < queue.targets; ++target) // none sees background only
+  for (uint32_t target = 0; target < queue.targets; ++target) // no target sees only background
     queue.ops.push_back({target, 0, 36.2f, 30.7f, 1, 0, 1});
   for (const size_t budget : {size_t{0}, everything}) {
     codec::BlockCache cache(views_, budget);
@@ -269,7 +269,7 @@ TEST_F(ShadingQueueTest, ReadsEachBlockOnceACallHoweverSmallTheCache) {
     execute(queue.ops, queue.rows, queue.targets, cache, stats);
     uint64_t blocks = 0, bytes = 0;
     for (const codec::ViewFile& view : views_) {
-      blocks += view.blockCount(); // so many operations touch them all
+      blocks += view.blockCount(); // this many operations touch all blocks
       for (uint32_t b = 0; b < view.blockCount(); ++b) bytes += view.storedBytes(b);
     }
     EXPECT_EQ(stats.blocksRead, blocks);
@@ -337,7 +337,7 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
                                  rank(2, 4, 5) + rank(2, 5, 5));
 
   stats = {};
-  execute(ops, rows, 1, cache, stats); // all are there
+  execute(ops, rows, 1, cache, stats); // all blocks are in memory
   EXPECT_EQ(stats.operations, cold.operations);
   EXPECT_EQ(stats.lookups, cold.lookups);
   EXPECT_EQ(stats.tasks, cold.tasks);
@@ -347,7 +347,7 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
   EXPECT_EQ(stats.blocksRead, 0u);
 }
 
-// It is asked twice: where it is, and where something is stored.
+// A blind operation is executed twice, at its own position and at the nearest stored one.
 TEST_F(ShadingQueueTest, CountsTheOperationsOfABlindTargetOnce) {
   const LightRows rows = rowsOf({3, {0, Rgb{1, 1, 1}}});
   const std::vector<ShadingOp> ops = {{0, 0, 36.5f, 36.5f, 1, 0, 3}, {1, 0, 1.0f, 1.0f, 1, 0, 2}};
@@ -407,7 +407,7 @@ TEST_F(ShadingQueueTest, LightsAddUpAndWeightsMultiply) {
   EXPECT_NEAR(both.b, a.b + 0.5f * b.b, 2e-7f);
 }
 
-// Taps on background are dropped, so a constant object is constant up to its silhouette, and beyond.
+// Taps on background are dropped, so that a constant object is constant up to its silhouette and beyond.
 TEST_F(ShadingQueueTest, BackgroundNeverMixesIn) {
   codec::ReflectanceStack stack = glossySphere(size, 1);
   std::ranges::fill(stack.lights[0].values, 0.f);
@@ -433,7 +433,7 @@ TEST_F(ShadingQueueTest, LostOperationHandsItsWeightToTheOthers) {
 
 TEST_F(ShadingQueueTest, TargetThatSeesBackgroundOnlyGetsWhatIsStoredNearest) {
   const std::vector<std::pair<uint32_t, Rgb>> lit = {{7, {1, 1, 1}}};
-  int left = 0; // of the stored blocks in the middle row
+  int left = 0; // left edge of the stored blocks in the middle row
   while (!views_[0].find({left, 4})) ++left;
   const float edge = static_cast<float>(left * codec::blockSize) + 0.5f;
   EXPECT_EQ(shaded(-1, 36.5f, lit), shaded(edge, 36.5f, lit));

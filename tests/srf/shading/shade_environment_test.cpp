@@ -14,9 +14,9 @@ using studio::PackedStudio;
 using studio::Studio;
 using ToAcquisition = Rotation<AcquisitionSpace, EnvironmentSpace, float>;
 
-constexpr size_t everything = size_t{1} << 30; // bytes of cache
+constexpr size_t everything = size_t{1} << 30; // cache budget in bytes
 
-// Any orthogonal matrix, mirroring ones too.
+// A random orthogonal matrix, possibly mirroring.
 ToAcquisition randomTurn(std::mt19937& random) {
   const Vec3<float> a = randomUnit<float>(random), b = randomUnit<float>(random).cross(a).normalized();
   Mat3<float> matrix;
@@ -34,7 +34,7 @@ std::vector<ulr::EnvironmentLight> randomEnvironment(size_t count, std::mt19937&
   return lights;
 }
 
-// Random surfels and viewers, who stand outside the surface; no lights yet.
+// Random surfels and viewers outside the surface, without lights.
 QueryBatch darkBatch(const model::Model& model, size_t queries, std::mt19937& random) {
   QueryBatch batch;
   for (size_t q = 0; q < queries; ++q) {
@@ -47,14 +47,14 @@ QueryBatch darkBatch(const model::Model& model, size_t queries, std::mt19937& ra
   return batch;
 }
 
-// A turn of its own for every query.
+// Adds an environment with a random rotation for each query.
 void addEnvironment(QueryBatch& batch, const QueryEnvironment& environment, std::mt19937& random) {
   ASSERT_TRUE(batch.environments.empty());
   batch.environments.push_back(environment);
   for (size_t q = 0; q < batch.size(); ++q) batch.acquisitionFromEnvironment.push_back(randomTurn(random));
 }
 
-// The same light as directional lights, one by one.
+// Replaces environments by their directional lights.
 QueryBatch unrolled(const QueryBatch& batch) {
   QueryBatch result = batch;
   result.environments.clear();
@@ -77,7 +77,7 @@ std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch,
   return shade(model, batch, options, cache, stats).radiance;
 }
 
-// Of the captured irradiance that a plan asks for, per query.
+// Captured irradiance that a plan requests, per query.
 std::vector<Rgb> irradianceOf(const model::Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
   std::vector<Rgb> sums(plan.queries);
   for (const ShadingOp& op : plan.ops)
@@ -104,7 +104,7 @@ double largest(std::span<const Rgb> values) {
   return largestDifference(values, std::vector<Rgb>(values.size()));
 }
 
-// Every law for captures that are a full product of cameras and lights, under uneven ones, and for others.
+// Each property is tested for full products under lights of different strengths, and for captures with gaps.
 class ShadeEnvironment : public testing::TestWithParam<bool> {
 protected:
   static void SetUpTestSuite() {
@@ -133,7 +133,7 @@ TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
 
 TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
   const auto lights = randomEnvironment(1, random);
-  std::vector<Rgb> answers[2]; // plain, foreshortened; pairs of cameras and lights are blended as they are
+  std::vector<Rgb> answers[2]; // plain and foreshortened; pairs do not depend on it
   const QueryBatch dark = darkBatch(model, 2000, random);
   for (const bool foreshortened : {false, true}) {
     if (foreshortened && !GetParam()) continue;
@@ -150,7 +150,7 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
       EXPECT_LT(largestDifference(got, wanted) / largest(wanted), tabulated ? 0.02 : 4e-7);
       double sum = 0;
       for (size_t q = 0; q < got.size(); ++q) sum += std::abs(got[q].g - wanted[q].g);
-      // A table rounds the creases of the blend, as below.
+      // A table smooths the creases of the blend, as below.
       EXPECT_LT(sum / static_cast<double>(got.size()) / largest(wanted), tabulated ? 2e-4 : 1e-7);
       answers[foreshortened] = got;
     }
@@ -222,7 +222,8 @@ TEST_P(ShadeEnvironment, TurningTheMapAndItsFrameAgainstEachOtherChangesNothing)
   for (auto& acquisitionFromEnvironment : other.acquisitionFromEnvironment)
     acquisitionFromEnvironment = ToAcquisition(acquisitionFromEnvironment.matrix() * turn.transpose());
   const auto expected = shaded(model, batch);
-  EXPECT_LT(largestDifference(shaded(model, other), expected) / largest(expected), 2e-4); // ULR is steep
+  // Loose, since ULR weights are steep.
+  EXPECT_LT(largestDifference(shaded(model, other), expected) / largest(expected), 2e-4);
 }
 
 TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
@@ -235,7 +236,7 @@ TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
 }
 
 TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
-  const auto lights = randomEnvironment(1, random); // several differ in strength, hence in share
+  const auto lights = randomEnvironment(1, random); // lights differ in strength, and hence in share
   QueryBatch batch = darkBatch(model, 200, random);
   addEnvironment(batch, {lights, {3, 3, 3}, ulr::LightExtrapolation::clamp, nullptr}, random);
   const ShadingPlan one = planShading(model, batch, {.showsBlends = true}),
@@ -244,13 +245,14 @@ TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
   EXPECT_LT(largestDifference(one.cameraBlend, other.cameraBlend), 1e-6);
 }
 
-// They say who was blended, which foreshortening leaves alone.
+// Blend colours show which lights are blended, which foreshortening does not change.
 TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
-  if (!GetParam()) return; // pairs are not
+  if (!GetParam()) return; // pairs are never foreshortened
   const auto lights = randomEnvironment(20, random);
   ShadeOptions off{.lightFit = ulr::LightFit::mean, .foreshortened = false, .showsBlends = true}, on = off;
   on.foreshortened = true;
-  const auto table = lightTable(model, off, ulr::LightExtrapolation::fade); // a mean's is the same for both
+  // One table for both: a mean has the same weights with and without foreshortening.
+  const auto table = lightTable(model, off, ulr::LightExtrapolation::fade);
   for (const ulr::LightTable* used : {static_cast<const ulr::LightTable*>(nullptr), &*table}) {
     QueryBatch batch = darkBatch(model, 200, random);
     addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, used}, random);
@@ -271,7 +273,7 @@ TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {
     tbb::task_arena(threads).execute([&] { EXPECT_EQ(shaded(model, batch), expected); });
 }
 
-// Lights from the upper half only; environments and lamps of every kind.
+// Captured lights only above; environments and lights of every kind.
 TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
   Studio studio = GetParam() ? Studio{.unevenness = 0.5} : gappyStudio();
   const auto split = studio.split;
@@ -310,7 +312,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
   EXPECT_GT(inside, 100u);
   EXPECT_GT(outside, 10u);
 
-  // An environment of the same lamp fades as the lamp does.
+  // An environment of the same light fades as the light does.
   for (const bool tabulated : {false, true}) {
     const auto table = lightTable(dome.model, plain, ulr::LightExtrapolation::fade);
     if (tabulated && !table) continue;
@@ -326,8 +328,8 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
       maps.acquisitionFromEnvironment.emplace_back(
           Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
     const auto got = irradianceOf(dome.model, maps, planShading(dome.model, maps, plain));
-    // A table rounds the creases where the nearest light changes: the coverage's steepest slope, 1.6 /
-    // spacing a radian, makes 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on
+    // A table smooths the creases where the nearest light changes. The steepest slope of the coverage, 1.6 /
+    // spacing per radian, gives 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on
     // the sphere (measured: 0.027).
     double mean = 0;
     for (size_t q = 0; q < batch.size(); ++q) {

@@ -15,7 +15,7 @@ namespace {
 
 using namespace studio;
 
-constexpr size_t everything = size_t{1} << 30; // bytes of cache
+constexpr size_t everything = size_t{1} << 30; // cache budget in bytes
 
 QueryBatch permuted(const QueryBatch& batch, std::span<const size_t> order) {
   QueryBatch result;
@@ -40,7 +40,7 @@ std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch, size
 class Shade : public ProductQueries {};
 class ShadePairs : public PairQueries {};
 
-// Foreshortened, lights keep what falls on the surface, not what would fall on one that faces them.
+// Foreshortened, a light keeps its irradiance on the surface rather than on a surface facing it.
 TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
   const auto [batch, photographs] = capturedRays(model, random);
   ASSERT_GT(batch.size(), 5000u);
@@ -56,7 +56,7 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
   }
   EXPECT_EQ(std::ranges::count(found, true), std::ssize(found));
 
-  // And its radiance is that of the sphere, but for the bilinear look-up and the tolerance of the store.
+  // The radiance is that of the sphere, up to bilinear interpolation and the codec's tolerance.
   const auto radiance = shaded(model, batch);
   double squares = 0;
   for (size_t q = 0; q < batch.size(); ++q) {
@@ -81,7 +81,7 @@ TEST_F(Shade, TheQueueEqualsTheDoublePrecisionReference) {
   EXPECT_LT(worst / model.white, 2.7e-7);
 }
 
-// The largest difference of the shaded radiance from the reference, over white.
+// Largest difference between shaded radiance and reference, relative to white.
 double errorOfShading(const model::Model& model, const QueryBatch& batch, const ShadeOptions& options) {
   codec::BlockCache cache(model.files, everything);
   ShadingStats stats;
@@ -102,7 +102,7 @@ void addEnvironment(QueryBatch& batch, std::span<const ulr::EnvironmentLight> li
             .toRotationMatrix());
 }
 
-// ULR weights are steep beside a captured camera or light: roundings of directions show.
+// ULR weights are steep next to a captured camera or light, where rounded directions show.
 TEST_F(Shade, EqualsTheReference) {
   QueryBatch batch = randomBatch(model, 300, 2, random);
   batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
@@ -113,7 +113,8 @@ TEST_F(Shade, EqualsTheReference) {
   const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {.foreshortened = true}), 7e-7);
-  for (uint8_t& fade : model.fades.values) fade = random() % 8 == 0 ? 255 : 0; // many need fallback views
+  // Many surfels need fallback views.
+  for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
   EXPECT_LT(errorOfShading(model, batch, {}), 7e-6);
 }
 
@@ -122,7 +123,7 @@ TEST_F(ShadePairs, EqualsTheReference) {
   batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
   EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 2e-7);
-  for (uint8_t& fade : model.fades.values) fade = random() % 8 == 0 ? 255 : 0;
+  for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
   const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
@@ -150,7 +151,7 @@ TEST_F(Shade, ShufflingTheQueriesShufflesTheAnswers) {
   for (size_t q = 0; q < order.size(); ++q) EXPECT_EQ(shuffled[q], direct[order[q]]);
 }
 
-// In parts of any size the answer is that of the whole, also where these are made one after the other.
+// Parts of any size give the result of the whole, also if the parts are generated one by one.
 void expectPartsAreTheWhole(const model::Model& model, const QueryBatch& batch) {
   const auto inPartsOf = [&](size_t targets) {
     codec::BlockCache cache(model.files, everything);
@@ -201,7 +202,7 @@ TEST_F(Shade, LapsAreSharedByPlanningAndLookUps) {
     return shares;
   };
   const std::vector<double> shares = sharesOf(1000);
-  ASSERT_EQ(shares.size(), 4u); // twice: what is in memory, then the rest
+  ASSERT_EQ(shares.size(), 4u); // two stages, each twice: resident blocks, then the rest
   for (const size_t lap : {0, 2}) EXPECT_TRUE(shares[lap] > 0 && shares[lap] < 1) << shares[lap];
   for (const size_t lap : {1, 3}) EXPECT_EQ(shares[lap], 0);
   EXPECT_EQ(sharesOf(0), (std::vector<double>{1, 0}));
@@ -232,11 +233,12 @@ TEST_F(Shade, ADarkLightIsBlackAndBlendsAsAnyOther) {
   EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
 }
 
-// Even where operations are lost: what makes up for them is of the same light.
+// Holds even if operations are lost, since they are compensated by operations of the same light.
 TEST_F(ShadePairs, LightsAddUp) {
   const QueryBatch both = randomBatch(model, 400, 2, random);
   ShadingPlan plan = planShading(model, both, {});
-  for (size_t i = 0; i < plan.ops.size(); i += 7) plan.ops[i].x = plan.ops[i].y = 0.5f; // the empty corner
+  // Moves every seventh operation to a corner without object.
+  for (size_t i = 0; i < plan.ops.size(); i += 7) plan.ops[i].x = plan.ops[i].y = 0.5f;
   ShadingStats stats;
   codec::BlockCache cache(model.files, size_t{1} << 20);
   const auto together = shade(plan, cache, stats);

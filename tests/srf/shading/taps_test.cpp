@@ -8,7 +8,7 @@
 namespace surflect::shading {
 namespace {
 
-constexpr int width = 45, height = 30; // pixels: the last blocks hang over
+constexpr int width = 45, height = 30; // pixels; the last blocks extend beyond the image
 
 codec::ViewHeader header() {
   codec::ViewHeader view;
@@ -17,12 +17,12 @@ codec::ViewHeader header() {
   return view;
 }
 
-// Where the taps together are: the sum of weights, and of weights times texels' centres.
+// Moments of the taps: the sum of weights, and of weights times texel centres.
 struct Moments {
   double weight = 0, x = 0, y = 0;
 };
 
-// A block that is stored is asked for by its position.
+// A stored block is represented by its position.
 using Found = std::optional<codec::BlockPosition>;
 Moments momentsOf(const ViewTaps<Found>& taps) {
   Moments sum;
@@ -45,7 +45,8 @@ TEST(ViewTaps, OfAnImageWithoutBackgroundAreWhereTheyWereAskedFor) {
   const auto expectHere = [&](float x, float y) {
     ViewTaps<Found> taps;
     findTaps(
-        TexelPlace::at(header(), x, y), [](codec::BlockPosition position) { return Found(position); }, taps);
+        TexelPosition::at(header(), x, y), [](codec::BlockPosition position) { return Found(position); },
+        taps);
     const Moments found = momentsOf(taps);
     EXPECT_NEAR(found.weight, 1, 1.5e-7);
     EXPECT_NEAR(found.x, x, 3e-6) << x << ", " << y;
@@ -53,7 +54,7 @@ TEST(ViewTaps, OfAnImageWithoutBackgroundAreWhereTheyWereAskedFor) {
     counts.insert(taps.size());
   };
   for (int i = 0; i < 10'000; ++i) expectHere(anywhereX(generator), anywhereY(generator));
-  for (int x = 0; x < width; ++x) // on the centres of texels
+  for (int x = 0; x < width; ++x) // at texel centres
     for (int y = 0; y < height; ++y) expectHere(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
   EXPECT_EQ(counts, (std::set<size_t>{1, 2, 4}));
 }
@@ -71,10 +72,10 @@ TEST(ViewTaps, AskOnlyForBlocksOfTheImage) {
   };
   ViewTaps<Found> taps;
   for (int i = 0; i < 10'000; ++i)
-    findTaps(TexelPlace::at(view, around(generator), around(generator)), find, taps);
+    findTaps(TexelPosition::at(view, around(generator), around(generator)), find, taps);
 }
 
-// Every second block is background, like a chessboard's black.
+// Every second block is background, as on a chessboard.
 TEST(ViewTaps, OfTheObjectAloneSumToOne) {
   const auto find = [](codec::BlockPosition position) {
     return (position.x + position.y) % 2 == 0 ? Found(position) : Found();
@@ -83,7 +84,7 @@ TEST(ViewTaps, OfTheObjectAloneSumToOne) {
   std::uniform_real_distribution<float> anywhereX(0.5f, width - 0.5f), anywhereY(0.5f, height - 0.5f);
   int empty = 0;
   for (int i = 0; i < 10'000; ++i) {
-    const TexelPlace place = TexelPlace::at(header(), anywhereX(generator), anywhereY(generator));
+    const TexelPosition place = TexelPosition::at(header(), anywhereX(generator), anywhereY(generator));
     ViewTaps<Found> taps;
     findTaps(place, find, taps);
     if (taps.empty()) {

@@ -21,7 +21,7 @@ void expectNear(const Direction& a, const Direction& b, double tolerance = 2e-15
   EXPECT_LT(length(a + -b), tolerance);
 }
 
-// A picture of a function of direction; the corners of an angular map are red.
+// Image of a function of direction; the corners of an angular map are red.
 image::Image pictureOf(EnvironmentMapping mapping, int height,
                        const std::function<double(Vec3<double>)>& radiance) {
   const int width = mapping == EnvironmentMapping::latLong ? 2 * height : height;
@@ -38,7 +38,7 @@ image::Image pictureOf(EnvironmentMapping mapping, int height,
   return image;
 }
 
-// The integral of f(direction) dE over the lights.
+// Integral of f(direction) dE over the lights.
 double integral(std::span<const EnvironmentLight> lights, const std::function<double(Vec3<double>)>& f) {
   double sum = 0;
   for (const auto& light : lights) sum += f(light.towards.raw().cast<double>()) * light.irradiance.g;
@@ -47,7 +47,7 @@ double integral(std::span<const EnvironmentLight> lights, const std::function<do
 
 double constantOne(const Vec3<double>&) { return 1; }
 
-// Smooth, with a lobe 100 times as bright as the rest.
+// A smooth function with a lobe 100 times as bright as the rest.
 double lively(const Vec3<double>& d) {
   const Vec3<double> sun = Vec3<double>(0.3, 0.8, -0.5).normalized();
   return 1 + 0.5 * d[0] + 100 * std::exp(60 * (d.dot(sun) - 1));
@@ -82,7 +82,7 @@ TEST(Environment, BothMappingsGiveUnitDirectionsThatTurnAsOneFrame) {
     EXPECT_NEAR(length(latLongDirection(u, v)), 1, 1e-15);
     if (const auto d = angularDirection(u, v)) {
       EXPECT_NEAR(length(*d), 1, 1e-15);
-      // In the front half both show the same right and up.
+      // In the front half, both mappings agree on right and up.
       EXPECT_EQ(u > 0.5, d->x() > 0);
       EXPECT_EQ(v<0.5, d->y()> 0);
     }
@@ -97,14 +97,14 @@ TEST(Environment, SolidAnglesSumToTheWholeSphere) {
     }
 }
 
-// The integral of (d . a)^2 is 4 pi / 3 and of d . a is 0, for every a.
+// For every a, the integral of (d . a)^2 is 4 pi / 3 and that of d . a is 0.
 TEST(Environment, SolidAnglesIntegratePolynomials) {
   std::mt19937 random(2);
   for (const auto mapping : bothMappings)
     for (int i = 0; i < 5; ++i) {
       const Vec3<double> a = randomUnit(random);
       double error = 0;
-      for (const int height : {32, 128}) { // second order
+      for (const int height : {32, 128}) { // second-order convergence
         const auto map = environmentOf(pictureOf(mapping, height, constantOne), mapping);
         const double squared =
             integral(map.texels, [&](const Vec3<double>& d) { return std::pow(d.dot(a), 2); });
@@ -148,7 +148,7 @@ TEST(Environment, BadSamplesAreReplacedAndTheirTexelsCounted) {
     Rgb expected = whole.texels[i < 29 ? i : i + 1].irradiance;
     if (i == 10) expected = {0, 2 * expected.g, 0};
     if (i == 29) {
-      EXPECT_FLOAT_EQ(map.texels[i].irradiance.r, 65504 * expected.r); // the largest half
+      EXPECT_FLOAT_EQ(map.texels[i].irradiance.r, 65504 * expected.r); // largest half float
       expected = {map.texels[i].irradiance.r, expected.g, 0};
     }
     EXPECT_EQ(map.texels[i].irradiance, expected) << i;
@@ -168,7 +168,7 @@ TEST(Gathered, KeepsTheLightOfEveryChannel) {
   const auto texels = environmentOf(image, EnvironmentMapping::latLong).texels;
   const Rgb total = totalIrradiance(texels);
   for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
-    const auto lights = gathered(texels, spread);
+    const auto lights = clusteredLights(texels, spread);
     EXPECT_NEAR(totalIrradiance(lights).r / total.r, 1, 3e-7);
     EXPECT_NEAR(totalIrradiance(lights).g / total.g, 1, 3e-7);
     EXPECT_NEAR(totalIrradiance(lights).b / total.b, 1, 3e-7);
@@ -181,7 +181,7 @@ TEST(Gathered, AConstantMapBecomesAboutTwoPiOverThreeSpreadsLights) {
       environmentOf(pictureOf(EnvironmentMapping::latLong, 64, constantOne), EnvironmentMapping::latLong)
           .texels;
   for (const double spread : {0.05, 0.01, 0.002}) {
-    const auto count = static_cast<double>(gathered(texels, spread).size());
+    const auto count = static_cast<double>(clusteredLights(texels, spread).size());
     EXPECT_NEAR(count * spread / (2 * kPi / 3), 1, 0.16) << spread;
   }
 }
@@ -192,7 +192,7 @@ TEST(Gathered, ASmallBrightSourceIsALightOfItsOwn) {
     image::Image image = image::randomImage(128, 64, 3, 0.5f, 1, trial);
     const int x = static_cast<int>(random() % 128), y = static_cast<int>(20 + random() % 24);
     std::ranges::fill(image.at(x, y), 1e5f);
-    const auto lights = gathered(environmentOf(image, EnvironmentMapping::latLong).texels, 1e-3);
+    const auto lights = clusteredLights(environmentOf(image, EnvironmentMapping::latLong).texels, 1e-3);
     const auto brightest =
         *std::ranges::max_element(lights, {}, [](const auto& light) { return light.irradiance.g; });
     const auto sun = latLongDirection((x + 0.5) / 128, (y + 0.5) / 64).cast<float>();
@@ -200,8 +200,8 @@ TEST(Gathered, ASmallBrightSourceIsALightOfItsOwn) {
   }
 }
 
-// A smooth function's integral errs by at most half of the spread times its second derivative (k^2 for
-// a ripple of k radians to a radian), and by far less, as errors cancel.
+// The integral of a smooth function errs by at most half of the spread times its second derivative (k^2 for a
+// ripple of k radians per radian), and in practice by far less, as errors cancel.
 TEST(Gathered, IntegralsConvergeWithTheSpread) {
   std::mt19937 random(6);
   const auto texels =
@@ -212,23 +212,23 @@ TEST(Gathered, IntegralsConvergeWithTheSpread) {
     const auto ripple = [&](const Vec3<double>& d) { return std::cos(5 * d.dot(a)); };
     const double exact = integral(texels, ripple);
     for (const double spread : {0.04, 0.01, 0.0025})
-      EXPECT_LT(std::abs(integral(gathered(texels, spread), ripple) - exact) / total, 25 * spread / 2)
+      EXPECT_LT(std::abs(integral(clusteredLights(texels, spread), ripple) - exact) / total, 25 * spread / 2)
           << spread;
   }
 }
 
 TEST(Gathered, ManyTexelsInOnePlaceAreOneLightAndNoneAreNone) {
   const EnvironmentLight one{{0, 1, 0}, {1, 2, 3}};
-  EXPECT_EQ(gathered({one, one, one}, 1e-6), (std::vector{EnvironmentLight{{0, 1, 0}, {3, 6, 9}}}));
-  EXPECT_TRUE(gathered({}, 1).empty());
+  EXPECT_EQ(clusteredLights({one, one, one}, 1e-6), (std::vector{EnvironmentLight{{0, 1, 0}, {3, 6, 9}}}));
+  EXPECT_TRUE(clusteredLights({}, 1).empty());
 }
 
 TEST(Gathered, NeverExceedsItsLimit) {
   const auto texels =
       environmentOf(pictureOf(EnvironmentMapping::latLong, 64, constantOne), EnvironmentMapping::latLong)
           .texels;
-  ASSERT_GT(texels.size(), kMostGathered);
-  EXPECT_EQ(gathered(texels, 1e-9).size(), kMostGathered);
+  ASSERT_GT(texels.size(), kMaxClusteredLights);
+  EXPECT_EQ(clusteredLights(texels, 1e-9).size(), kMaxClusteredLights);
 }
 
 class ReadEnvironment : public testing::Test {
@@ -260,7 +260,7 @@ TEST_F(ReadEnvironment, StopsWithinARowOrACut) {
   asked = 0;
   EXPECT_THROW(environmentOf(image, EnvironmentMapping::angular, later), Cancelled);
   asked = 0;
-  EXPECT_THROW(gathered(texels, 1e-3, later), Cancelled);
+  EXPECT_THROW(clusteredLights(texels, 1e-3, later), Cancelled);
 }
 
 TEST_F(ReadEnvironment, RadianceFilesAreRead) {

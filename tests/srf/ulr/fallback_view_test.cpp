@@ -23,7 +23,7 @@ TEST(StandIn, PrefersTheHorizonToWhatIsTurnedAwayOrHidden) {
   EXPECT_FLOAT_EQ(horizon, 1 / kFallbackFade);
   EXPECT_GT(fallbackScale(-0.2, 1, 0), 5 * horizon);
   EXPECT_GT(fallbackScale(0.6, 1, 0), 100 * horizon);
-  EXPECT_FLOAT_EQ(fallbackScale(0.2, 1, grazingFade(0.2)), horizon); // nothing is before it
+  EXPECT_FLOAT_EQ(fallbackScale(0.2, 1, grazingFade(0.2)), horizon); // not occluded
   EXPECT_GT(fallbackScale(0, 0.01, 0), 99 * horizon);
 }
 

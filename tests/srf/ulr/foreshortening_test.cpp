@@ -17,7 +17,7 @@ Normal3<AcquisitionSpace> normalOf(const Direction3<AcquisitionSpace>& d) {
 
 struct Face {
   Normal3<AcquisitionSpace> normal;
-  std::vector<float> cosines; // of all lights
+  std::vector<float> cosines; // one per light
 
   Face(std::span<const Direction3<AcquisitionSpace>> lights, const Normal3<AcquisitionSpace>& n) : normal(n) {
     for (const auto& light : lights) cosines.push_back(foreshortenedCosine(n, light));
@@ -39,13 +39,13 @@ TEST(Foreshortening, AMatteSurfaceComesOutExactly) {
       const BlendSet blend = blendOfLights(lights, towards, {4, fit}, coverage, LightExtrapolation::clamp);
       const float wanted = foreshortenedCosine(face.normal, towards);
       const float mean = blendedCosine(blend, face.cosines), factor = face.factor(towards, blend);
-      if (factor == 2) { // where light grazes, and all blended ones even more so
+      if (factor == 2) { // the requested light grazes, and the blended lights graze even more
         EXPECT_LT(mean, wanted / 2 + 1e-3f);
         ++bounded;
         continue;
       }
-      if (mean >= 0) {                                 // that of a plane can be negative
-        EXPECT_NEAR(factor * mean, wanted, 1.001e-3f); // the residual
+      if (mean >= 0) {                                 // the mean of a plane can be negative
+        EXPECT_NEAR(factor * mean, wanted, 1.001e-3f); // residual
       }
     }
   }

@@ -32,7 +32,7 @@ double largestDifference(std::span<const float> a, std::span<const float> b) {
   return largest;
 }
 
-// 1, where light beyond the coverage fades: the coverage.
+// The sum is 1; with LightExtrapolation::fade it is the coverage.
 TEST(LightBlend, WeightsOfAMeanAndThoseToBeForeshortenedSumToTheCoverage) {
   std::mt19937 random(1);
   for (const int count : {1, 2, 3, 7, 60})
@@ -63,8 +63,8 @@ TEST(LightBlend, ACapturedLightIsAnsweredByItselfAlone) {
     }
 }
 
-// What is said of sum w'_i l_i: it is l but for what the ridge leaves of m, r tr(C) (C + r tr(C) I)^-1 m,
-// which is across l where no blended light is beyond 60 degrees; among six lights some are.
+// sum w'_i l_i = l except for the part of m that the ridge leaves, r tr(C) (C + r tr(C) I)^-1 m. That part is
+// perpendicular to l if no blended light is beyond 60 degrees; among six lights some are.
 TEST(LightBlend, ThePlanesLightsHaveTheVectorIrradianceAskedForButForTheRidge) {
   std::mt19937 random(2);
   size_t distant = 0;
@@ -103,7 +103,7 @@ TEST(LightBlend, FadingMultipliesByTheCoverage) {
   std::mt19937 random(7);
   const auto lights = spiral(20, 0.6);
   const auto coverage = coverageOf(lights);
-  size_t within = 0; // the fade
+  size_t within = 0; // directions where the coverage fades
   for (int i = 0; i < 1000; ++i) {
     const auto towards = randomDirection(random);
     float nearest = 2;
@@ -129,8 +129,8 @@ TEST(LightBlend, BeyondTheCoverageThePlaneIsTheMean) {
   }
 }
 
-// Sixteen times smaller steps, and about as much smaller changes, everywhere: through captured lights, and
-// where one light takes the place of another.
+// Steps sixteen times smaller give changes about sixteen times smaller, everywhere: through captured lights,
+// and where one light replaces another.
 TEST(LightBlend, IsContinuousAlongEveryPath) {
   std::mt19937 random(4);
   const auto lights = spiral(30);

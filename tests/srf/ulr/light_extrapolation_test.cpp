@@ -15,7 +15,7 @@ namespace {
 
 using Direction = Direction3<AcquisitionSpace, double>;
 
-// Evenly over the cap of this angular radius around z.
+// Directions spread evenly over a cap around z with this angular radius.
 std::vector<Direction> cap(int count, double radius) {
   std::vector<Direction> lights;
   for (int i = 0; i < count; ++i) {
@@ -35,13 +35,13 @@ Direction atAngle(double polar, double turn) {
   return {std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), std::cos(polar)};
 }
 
-TEST(LightCoverage, NothingChangesBetweenTheLights) {
+TEST(LightExtrapolationFade, NothingChangesBetweenTheLights) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> turn(0, 2 * std::numbers::pi), z(0, 1);
   for (const double radius : {0.3, 1.2, std::numbers::pi})
     for (const int count : {12, 40, 200}) {
       const auto lights = cap(count, radius);
-      const LightCoverage coverage(lights);
+      const LightExtrapolationFade coverage(lights);
       for (int i = 0; i < 1000; ++i) {
         const double within =
             radius < 3 ? 0.9 * radius : radius; // the outermost lights stop short of the rim
@@ -52,18 +52,18 @@ TEST(LightCoverage, NothingChangesBetweenTheLights) {
     }
 }
 
-TEST(LightCoverage, FarFromEveryLightNothingIsLeft) {
+TEST(LightExtrapolationFade, FarFromEveryLightNothingIsLeft) {
   for (const int count : {12, 40}) {
     const auto lights = cap(count, 0.4);
-    const LightCoverage coverage(lights);
+    const LightExtrapolationFade coverage(lights);
     EXPECT_LT(coverage.spacing(), 0.5);
     for (double polar = 0.4 + 2 * coverage.spacing(); polar < std::numbers::pi; polar += 0.05)
       EXPECT_EQ(coverage.at(nearestPenalty(lights, atAngle(polar, 5 * polar))), 0);
   }
 }
 
-TEST(LightCoverage, FallsSmoothlyAndNeverRises) {
-  const LightCoverage coverage(cap(30, 0.5));
+TEST(LightExtrapolationFade, FallsSmoothlyAndNeverRises) {
+  const LightExtrapolationFade coverage(cap(30, 0.5));
   float last = 1;
   for (int i = 0; i <= 10000; ++i) {
     const float now = coverage.at(static_cast<float>(2e-4 * i));
@@ -74,17 +74,17 @@ TEST(LightCoverage, FallsSmoothlyAndNeverRises) {
   EXPECT_EQ(last, 0);
 }
 
-TEST(LightCoverage, OneDirectionIsNoRigAndFadesNothing) {
+TEST(LightExtrapolationFade, OneDirectionIsNoRigAndFadesNothing) {
   const Direction up(0, 0, 1);
   for (const auto& lights : {std::vector<Direction>{}, {up}, {up, up}}) {
-    const LightCoverage coverage(lights);
+    const LightExtrapolationFade coverage(lights);
     for (const float penalty : {0.f, 1.f, 2.f}) EXPECT_EQ(coverage.at(penalty), 1);
   }
 }
 
-TEST(LightCoverage, TwoOppositeLightsFadeNowhere) {
-  const LightCoverage coverage(std::vector<Direction>{{0, 0, 1}, {0, 0, -1}});
-  EXPECT_EQ(coverage.at(1), 1); // the farthest a direction can be
+TEST(LightExtrapolationFade, TwoOppositeLightsFadeNowhere) {
+  const LightExtrapolationFade coverage(std::vector<Direction>{{0, 0, 1}, {0, 0, -1}});
+  EXPECT_EQ(coverage.at(1), 1); // largest possible angle
 }
 
 } // namespace

@@ -24,7 +24,7 @@ LightTable tableOf(std::span<const Direction> lights, const LightBlend& how,
   return LightTable(inDouble(lights), how, extrapolation);
 }
 
-// What the table gives to each light, of 1 from this direction.
+// Tabulated weight of each light for a source of irradiance 1 in direction d.
 std::vector<float> tabulated(const LightTable& table, size_t lights, const Direction& d) {
   std::vector<Eigen::Array4f> row(lights, Eigen::Array4f::Zero());
   const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 2, 3}};
@@ -62,8 +62,9 @@ double totalError(std::span<const float> got, std::span<const float> wanted) {
   return error;
 }
 
-// In the mean over directions, and for a source as wide as a quarter of the lights' spacing. At single
-// directions it can be far off: ULR turns steeply where its last lights are about as far as the threshold.
+// Tables are compared by their mean error over directions, and for a source as wide as a quarter of the
+// lights' spacing. At single directions the error can be large: ULR weights are steep where the last blended
+// lights are about as far as the threshold.
 class LightTableOf : public testing::TestWithParam<LightBlend> {};
 
 TEST_P(LightTableOf, EqualsTheBlend) {
@@ -73,7 +74,7 @@ TEST_P(LightTableOf, EqualsTheBlend) {
   for (const int count : {12, 30, 100})
     for (const double lowest : {-1.0, 0.2}) {
       const auto lights = spiral(count, lowest);
-      const LightCoverage coverage = surflect::ulr::lights::coverageOf(lights);
+      const LightExtrapolationFade coverage = surflect::ulr::lights::coverageOf(lights);
       for (const auto extrapolation : {LightExtrapolation::clamp, LightExtrapolation::fade}) {
         const LightTable table = tableOf(lights, how, extrapolation);
         double mean = 0, worst = 0;
@@ -108,12 +109,12 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
   std::normal_distribution<float> normal;
   const auto lights = spiral(30);
   const LightTable table = tableOf(lights, meanOfThree, LightExtrapolation::clamp);
-  // No weight falls by more than a half over the width of a cell, 2 / 262 on the square (measured: 40 a
-  // radian); a jump would be steeper by a hundred times.
+  // No weight falls by more than a half over the width of a cell, 2 / 262 on the square (measured: 40 per
+  // radian); a jump would be a hundred times steeper.
   constexpr float steepest = 0.5f / (2 / 262.f);
   for (int i = 0; i < 5000; ++i) {
     auto d = randomDirection(random).raw();
-    if (i % 2) d[i % 3] = 0; // the seams of the unfolded octahedron, too
+    if (i % 2) d[i % 3] = 0; // includes the seams of the unfolded octahedron
     d.normalize();
     const float x = normal(random), y = normal(random), z = normal(random);
     const Vec3<float> moved = (d + 1e-5f * Vec3<float>(x, y, z)).normalized();
@@ -126,7 +127,7 @@ TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
   }
 }
 
-// [Praun, Hoppe 2003], written down plainly: onto the square [-1, 1]^2.
+// Octahedral unfolding to the square [-1, 1]^2, in double precision  [Praun, Hoppe 2003].
 std::array<double, 2> unfolded(const Vec3<double>& d) {
   const double sum = std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]), a = d[0] / sum, b = d[1] / sum;
   if (d[2] >= 0) return {a, b};
@@ -138,7 +139,7 @@ TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
   constexpr size_t groups = 40, cells = 371;
   std::vector<float> directions, cell(groups * kQueryLanes), right(cell.size()), down(cell.size());
   std::vector<Vec3<double>> all;
-  for (const double x : {-1., -0., 0., 1.}) // corners, edges and the middle, of either zero
+  for (const double x : {-1., -0., 0., 1.}) // corners, edges and centre, with zeros of both signs
     for (const double y : {-1., -0., 0., 1.})
       for (const double z : {-1., -0., 0., 1.})
         if (x != 0 || y != 0 || z != 0) all.push_back(Vec3<double>(x, y, z).normalized());
@@ -160,7 +161,7 @@ TEST(LightTable, DirectionsAreUnfoldedOntoTheSquare) {
         const double a = place(std::fmod(cell[i], cells) + right[i]),
                      b = place(std::floor(cell[i] / cells) + down[i]);
         const auto [wantedA, wantedB] = unfolded(turn * all[i]);
-        // Where the octahedron is cut open a direction has two places.
+        // On the cut edges of the octahedron, a direction has two places.
         const bool isCut = std::max(std::abs(wantedA), std::abs(wantedB)) > 1 - 1e-6;
         EXPECT_NEAR(isCut ? std::abs(a) : a, isCut ? std::abs(wantedA) : wantedA, 1e-6) << nameOf(simd) << i;
         EXPECT_NEAR(isCut ? std::abs(b) : b, isCut ? std::abs(wantedB) : wantedB, 1e-6) << nameOf(simd) << i;
@@ -188,7 +189,7 @@ TEST(LightTable, ForeshortensWhatItHasTabulated) {
     table.spread({{&light, 1}}, ToAcquisition(), row, &surface);
     for (size_t l = 0; l < lights.size(); ++l) {
       EXPECT_NEAR(row[l][0], factor * plain[l], 1e-6f);
-      EXPECT_NEAR(row[l][3], 3 * plain[l], 1e-6f); // of three channels, and plain
+      EXPECT_NEAR(row[l][3], 3 * plain[l], 1e-6f); // sum of three channels, before foreshortening
     }
   }
 }
@@ -209,7 +210,7 @@ TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
   }
 }
 
-// Two rounds of four groups of lanes and some lights more.
+// Two batches of four groups of lanes, and a few more lights.
 TEST(LightTable, ManyLightsGiveWhatEachOfThemGives) {
   std::mt19937 random(6);
   std::uniform_real_distribution<float> strength(0.1f, 1);

@@ -1,4 +1,4 @@
-// Rigs of lights for tests, and what is asked of their weights.
+// Rigs of lights for tests, and their weights.
 #pragma once
 
 #include "srf/ulr/light_blend.h"
@@ -22,7 +22,7 @@ inline Direction randomDirection(std::mt19937& random) {
   return directionOf({x, y, z});
 }
 
-// Evenly over the sphere above z = lowest.
+// Directions spread evenly over the sphere above z = lowest.
 inline std::vector<Direction> spiral(int count, double lowest = -1) {
   std::vector<Direction> lights;
   for (int i = 0; i < count; ++i) {
@@ -38,13 +38,13 @@ inline std::vector<Direction3<AcquisitionSpace, double>> inDouble(std::span<cons
   return exact;
 }
 
-inline ulr::LightCoverage coverageOf(std::span<const Direction> lights) {
-  return ulr::LightCoverage(inDouble(lights));
+inline ulr::LightExtrapolationFade coverageOf(std::span<const Direction> lights) {
+  return ulr::LightExtrapolationFade(inDouble(lights));
 }
 
-// Per light.
+// Weight of each light for a direction.
 inline std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
-                                    const ulr::LightBlend& how, const ulr::LightCoverage& coverage,
+                                    const ulr::LightBlend& how, const ulr::LightExtrapolationFade& coverage,
                                     ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp) {
   std::vector<float> weights(lights.size());
   for (const auto& [light, weight] : ulr::blendOfLights(lights, towards, how, coverage, extrapolation))

@@ -23,7 +23,7 @@ struct Query {
   uint32_t surfel = 0;
 };
 
-// In double precision, as the planner's reference has it.
+// Direction to a source in double precision, as the planner's reference computes it.
 Direction towards(const Source& source, const Place& place) {
   const Vec3<double> to = source.isDistant
                               ? source.place
@@ -31,18 +31,19 @@ Direction towards(const Source& source, const Place& place) {
   return assume<Direction>(to.cast<float>());
 }
 
-double penaltyOf(const Source& source, const Query& query, const VisibilityWeights* fades, size_t index) {
+double penaltyOf(const Source& source, const Query& query, const VisibilityWeights* visibility,
+                 size_t index) {
   const double penalty = anglePenalty(towards(source, query.place), query.towards);
-  if (!fades) return penalty;
-  const uint8_t fade = fades->of(query.surfel)[index];
+  if (!visibility) return penalty;
+  const uint8_t fade = visibility->of(query.surfel)[index];
   return fade == 0 ? std::numeric_limits<double>::infinity() : penalty / VisibilityWeights::decode(fade);
 }
 
-NearestCandidates rated(std::span<const Source> sources, const Query& query, const VisibilityWeights* fades,
-                        size_t k) {
+NearestCandidates rated(std::span<const Source> sources, const Query& query,
+                        const VisibilityWeights* visibility, size_t k) {
   NearestCandidates nearest(k);
   for (uint32_t i = 0; i < sources.size(); ++i)
-    nearest.offer({i, static_cast<float>(penaltyOf(sources[i], query, fades, i))});
+    nearest.offer({i, static_cast<float>(penaltyOf(sources[i], query, visibility, i))});
   return nearest;
 }
 
@@ -77,14 +78,14 @@ protected:
     }
     return sources;
   }
-  // Rows for as many surfels as there are queries in a group.
+  // Rows of fades for as many surfels as a group has queries.
   VisibilityWeights randomFades(size_t views, double share) {
-    VisibilityWeights fades{views, std::vector<uint8_t>(views * kQueryLanes)};
-    for (auto& fade : fades.values)
+    VisibilityWeights visibility{views, std::vector<uint8_t>(views * kQueryLanes)};
+    for (auto& fade : visibility.values)
       if (std::uniform_real_distribution()(random) < share) fade = static_cast<uint8_t>(1 + random() % 255);
-    return fades;
+    return visibility;
   }
-  // Beside each other, as along a curve, or anywhere.
+  // Queries close together, along a curve, or anywhere, depending on `spread`.
   std::vector<Query> randomGroup(size_t count, double spread) {
     const Place middle = randomPlace(0.4);
     const Direction direction = randomDirection();
@@ -97,7 +98,7 @@ protected:
     return group;
   }
 
-  // `blends` are of the group before, if any.
+  // `blends` holds the result of the previous group, if any.
   QueryBlends blendLights(NearestLights& lanes, std::span<const Query> group, size_t k,
                           QueryBlends blends = {}) {
     std::vector<Place> places;
@@ -125,15 +126,15 @@ private:
   std::normal_distribution<double> normal_;
 };
 
-// Who is chosen is among the k nearest in double precision but for ties within rounding, and nobody else is.
+// The chosen sources must be the k nearest in double precision, except for ties within rounding.
 void expectNearest(const BlendSet& got, std::span<const Source> sources, const Query& query,
-                   const VisibilityWeights* fades, size_t k) {
+                   const VisibilityWeights* visibility, size_t k) {
   constexpr double u = 0x1p-24;
-  const auto nearest = rated(sources, query, fades, k);
+  const auto nearest = rated(sources, query, visibility, k);
   const auto wanted = weightsOf(ulrWeights(nearest));
-  const auto rounding = [&](uint32_t i) { // of a penalty, on both ways
-    const double fade = fades ? VisibilityWeights::decode(fades->of(query.surfel)[i]) : 1;
-    const double angle = fade * penaltyOf(sources[i], query, fades, i);
+  const auto rounding = [&](uint32_t i) { // rounding of a penalty, in both precisions
+    const double fade = visibility ? VisibilityWeights::decode(visibility->of(query.surfel)[i]) : 1;
+    const double angle = fade * penaltyOf(sources[i], query, visibility, i);
     return (10 * u * std::sqrt(2 * angle) + 100 * u * u + 10 * u * angle) / fade;
   };
   if (nearest.sorted().empty()) {
@@ -143,7 +144,7 @@ void expectNearest(const BlendSet& got, std::span<const Source> sources, const Q
   const Candidate last = nearest.sorted()[std::min(k, nearest.sorted().size()) - 1];
   for (const auto& [i, weight] : got) {
     EXPECT_GT(weight, 0);
-    EXPECT_LE(penaltyOf(sources[i], query, fades, i), last.penalty + rounding(i) + rounding(last.index));
+    EXPECT_LE(penaltyOf(sources[i], query, visibility, i), last.penalty + rounding(i) + rounding(last.index));
   }
   const auto weights = weightsOf(got);
   EXPECT_EQ(weights.size(), got.size());
@@ -179,16 +180,17 @@ TEST_P(NearestSources, ViewsAreBlendedAsInDoublePrecision) {
     for (const double distant : {0.0, 0.5})
       for (const double share : {1.0, 0.4, 0.03, 0.0}) {
         const auto views = randomSources(count, distant);
-        const VisibilityWeights fades = randomFades(count, share);
-        NearestViews lanes(views, fades);
+        const VisibilityWeights visibility = randomFades(count, share);
+        NearestViews lanes(views, visibility);
         for (const size_t k : {1, 4, 16})
-          for (const double spread : {0.01, 0.02, 0.1, 1.0}) { // each begins with views of the one before
+          // Each begins with the views of the previous one.
+          for (const double spread : {0.01, 0.02, 0.1, 1.0}) {
             const auto group = randomGroup(1 + random() % kQueryLanes, spread);
             const QueryBlends blends = blendViews(lanes, group, k);
             for (size_t i = 0; i < group.size(); ++i) {
               ASSERT_TRUE(blends.isPrecise(i));
-              expectNearest(blends.of(i), views, group[i], &fades, k);
-              const auto nearest = rated(views, group[i], &fades, k);
+              expectNearest(blends.of(i), views, group[i], &visibility, k);
+              const auto nearest = rated(views, group[i], &visibility, k);
               if (nearest.sorted().empty())
                 EXPECT_EQ(blends.penalty(i), kInfinity);
               else
@@ -198,31 +200,31 @@ TEST_P(NearestSources, ViewsAreBlendedAsInDoublePrecision) {
       }
 }
 
-// Also where no group before has said how far to look.
+// Includes a first group, which has no limit from a previous one.
 TEST_P(NearestSources, ViewsThatFadeLittleAreFoundBehindThoseThatFadeMuch) {
   for (int run = 0; run < 20; ++run)
     for (const size_t k : {3, 4, 7}) {
       const Query query{{0, 0, 0}, randomDirection()};
       std::vector<Source> views;
-      VisibilityWeights fades{0, {}};
+      VisibilityWeights visibility{0, {}};
       for (size_t i = 0; i < 15; ++i) {
         const bool isFar = i % 3 == 0;
         const Vec3<double> at = query.towards.raw().cast<double>() + (isFar ? 0.7 : 0.05) * randomVector();
         views.push_back({4 * at.normalized(), false});
-        fades.values.push_back(i == 1 ? 0 : isFar ? 255 : 10);
+        visibility.values.push_back(i == 1 ? 0 : isFar ? 255 : 10);
       }
-      fades.views = views.size();
-      NearestViews lanes(views, fades);
+      visibility.views = views.size();
+      NearestViews lanes(views, visibility);
       const QueryBlends blends = blendViews(lanes, {&query, 1}, k);
       ASSERT_GT(blends.penalty(0), 0);
-      expectNearest(blends.of(0), views, query, &fades, k);
+      expectNearest(blends.of(0), views, query, &visibility, k);
     }
 }
 
 TEST_P(NearestSources, WhatAQueryGetsDoesNotDependOnTheOthers) {
   const auto views = randomSources(300, 0.2), lights = randomSources(70, 0.5);
-  const VisibilityWeights fades = randomFades(views.size(), 0.5);
-  NearestViews viewLanes(views, fades);
+  const VisibilityWeights visibility = randomFades(views.size(), 0.5);
+  NearestViews viewLanes(views, visibility);
   NearestLights lightLanes(lights);
   QueryBlends ofLights;
   for (const double spread : {0.02, 1.0})
@@ -232,7 +234,7 @@ TEST_P(NearestSources, WhatAQueryGetsDoesNotDependOnTheOthers) {
       ofLights = blendLights(lightLanes, group, 4, ofLights);
       const size_t begin = random() % kQueryLanes, count = 1 + random() % (kQueryLanes - begin);
       const std::span part = std::span(group).subspan(begin, count);
-      NearestViews fresh(views, fades);
+      NearestViews fresh(views, visibility);
       const QueryBlends views2 = blendViews(fresh, part, 4), lights2 = blendLights(lightLanes, part, 4);
       for (size_t i = 0; i < count; ++i) {
         EXPECT_TRUE(areSame(views2.of(i), ofViews.of(begin + i)));
@@ -241,13 +243,13 @@ TEST_P(NearestSources, WhatAQueryGetsDoesNotDependOnTheOthers) {
     }
 }
 
-// But for those of the scalar lanes, which round twice where the others do once.
+// Except scalar code without fused multiply-add, which rounds twice.
 TEST_P(NearestSources, TheVectorInstructionsGiveTheSameBits) {
   if (GetParam() != Simd::avx512) return; // it is compared with AVX2
   const auto sources = randomSources(200, 0.3);
-  const VisibilityWeights fades = randomFades(sources.size(), 0.6);
+  const VisibilityWeights visibility = randomFades(sources.size(), 0.6);
   NearestLights lights(sources), others(sources);
-  NearestViews views(sources, fades), otherViews(sources, fades);
+  NearestViews views(sources, visibility), otherViews(sources, visibility);
   for (const size_t k : {3, 8, 16})
     for (int run = 0; run < 20; ++run) {
       const auto group = randomGroup(kQueryLanes, 0.1);
@@ -280,10 +282,10 @@ TEST_P(NearestSources, SourcesThatCoincideAreTakenInTheirOrder) {
     const std::vector<Source> pair = randomSources(2, distant);
     std::vector<Source> sources;
     for (int i = 0; i < 20; ++i) sources.insert(sources.end(), pair.begin(), pair.end());
-    VisibilityWeights fades = randomFades(sources.size(), 1);
-    std::ranges::fill(fades.values, uint8_t{200});
+    VisibilityWeights visibility = randomFades(sources.size(), 1);
+    std::ranges::fill(visibility.values, uint8_t{200});
     NearestLights lights(sources);
-    NearestViews views(sources, fades);
+    NearestViews views(sources, visibility);
     const auto group = randomGroup(kQueryLanes, 0.3);
     for (const QueryBlends& blends : {blendLights(lights, group, 4), blendViews(views, group, 4)})
       for (size_t i = 0; i < group.size(); ++i) {
@@ -298,14 +300,14 @@ TEST_P(NearestSources, SourcesThatCoincideAreTakenInTheirOrder) {
   }
 }
 
-// Those that were met before are not all that are met.
+// Sources may coincide with a query's place without having done so in the previous group.
 TEST_P(NearestSources, SourcesThatAreMetAreTakenInTheirOrderWhateverCameBefore) {
   const Query query{{0, 0, 0}, randomDirection()};
   const std::vector<Source> sources(6, {query.towards.raw().cast<double>(), true});
-  VisibilityWeights fades = randomFades(sources.size(), 1);
-  std::ranges::fill(fades.values, uint8_t{200});
-  fades.values[0] = 0; // of the first surfel
-  NearestViews lanes(sources, fades);
+  VisibilityWeights visibility = randomFades(sources.size(), 1);
+  std::ranges::fill(visibility.values, uint8_t{200});
+  visibility.values[0] = 0; // for the first surfel
+  NearestViews lanes(sources, visibility);
   const std::array<uint32_t, 2> surfels{0, 1};
   for (const uint32_t surfel : surfels) {
     const BlendSet blend = lanes.blend({&surfel, 1}, {&query.place, 1}, {&query.towards, 1}, 3).of(0);
@@ -331,9 +333,9 @@ TEST_P(NearestSources, PlacesFarFromTheOriginLoseNothing) {
 TEST_P(NearestSources, LostDirectionsAreToldAndDisturbNobody) {
   auto sources = randomSources(40, 0.2);
   sources[7] = {{0.25, 0.5, -0.125}, false};
-  const VisibilityWeights fades = randomFades(sources.size(), 0.8);
+  const VisibilityWeights visibility = randomFades(sources.size(), 0.8);
   NearestLights lights(sources);
-  NearestViews views(sources, fades);
+  NearestViews views(sources, visibility);
   const auto alone = randomGroup(kQueryLanes, 0.1);
   const QueryBlends lightsAlone = blendLights(lights, alone, 4), viewsAlone = blendViews(views, alone, 4);
   auto group = alone;
@@ -343,7 +345,7 @@ TEST_P(NearestSources, LostDirectionsAreToldAndDisturbNobody) {
   group[9].place = {kInfinity, 0, 0};
   group[10].towards = {kNaN, 0, 1};
   group[11].towards = {0, kInfinity, 0};
-  NearestViews others(sources, fades);
+  NearestViews others(sources, visibility);
   const QueryBlends ofLights = blendLights(lights, group, 4), ofViews = blendViews(others, group, 4);
   for (size_t i = 0; i < group.size(); ++i) {
     const bool isLost = i == 3 || i == 4 || i == 5 || i == 9;
@@ -369,7 +371,7 @@ TEST_P(NearestSources, WithoutSourcesThereIsNothing) {
   EXPECT_TRUE(blendViews(views, group, 3).of(2).empty());
 }
 
-// Many views, queries that lie beside each other: few can be within the limit, and all that are are found.
+// With many views and neighbouring queries, few views can be within the limit; all that are must be found.
 TEST_P(NearestSources, FewAreWithinALimitAndNoneIsMissed) {
   const size_t count = 4000;
   const auto sources = randomSources(count, 0.1);
@@ -389,7 +391,7 @@ TEST_P(NearestSources, FewAreWithinALimitAndNoneIsMissed) {
       float distance = std::numeric_limits<float>::infinity();
       for (const auto& [place, isDistant] : sources)
         if (!isDistant) distance = std::min(distance, (place.cast<float>() - middle).norm());
-      // As NearestViews has it: places of sources are rounded.
+      // As in NearestViews: places of sources are rounded.
       const float radius = (1 + 1e-5f) * reach + 4 * 4 * std::numeric_limits<float>::epsilon();
       const SourceCone cone =
           coneAround({middle[0], middle[1], middle[2]}, radius, 0.99999f * distance,
@@ -417,20 +419,20 @@ TEST_P(NearestSources, FewAreWithinALimitAndNoneIsMissed) {
 TEST_P(NearestSources, ALookAtAllSourcesIsThatOfDoublePrecision) {
   auto sources = randomSources(75, 0.3);
   sources[7] = {{0.25, 0.5, -0.125}, false};
-  SourceAngles look(sources);
+  SourcePenalties look(sources);
   for (int run = 0; run < 50; ++run) {
     const Query query{run == 0 ? Place{0.25f, 0.5f, -0.125f} : randomPlace(0.5), randomDirection()};
     const auto normal = assume<Normal3<AcquisitionSpace>>(randomDirection().raw());
     look.compute(query.place, query.towards, normal);
     ASSERT_EQ(look.penalties().size(), sources.size());
     for (size_t i = 0; i < sources.size(); ++i) {
-      if (run == 0 && i == 7) { // it stands there
+      if (run == 0 && i == 7) { // coincides with the query's place
         EXPECT_EQ(look.penalties()[i], 0);
         EXPECT_EQ(look.cosines()[i], 0);
         continue;
       }
-      EXPECT_NEAR(look.penalties()[i], penaltyOf(sources[i], query, nullptr, i), SourceAngles::kError);
-      EXPECT_NEAR(look.cosines()[i], dot(normal, towards(sources[i], query.place)), SourceAngles::kError);
+      EXPECT_NEAR(look.penalties()[i], penaltyOf(sources[i], query, nullptr, i), SourcePenalties::kError);
+      EXPECT_NEAR(look.cosines()[i], dot(normal, towards(sources[i], query.place)), SourcePenalties::kError);
     }
   }
 }

@@ -96,7 +96,7 @@ TEST(Ulr, ACandidateBeyondNinetyDegreesCountsOnlyWhenNoneIsWithinSixty) {
   ASSERT_EQ(near.size(), 1u);
   EXPECT_EQ(near[0].index, 1u);
   const auto far = blendOf(std::vector<float>{0.9f, 1.81f, 1.5f}, 4);
-  ASSERT_EQ(far.size(), 2u); // those below 2 * 0.9
+  ASSERT_EQ(far.size(), 2u); // candidates below 2 * 0.9
   EXPECT_EQ(far[0].index, 0u);
   EXPECT_EQ(far[1].index, 2u);
 }
@@ -117,7 +117,7 @@ TEST(Ulr, HiddenCandidatesAreNeverChosen) {
   EXPECT_TRUE(blendOf(std::vector<float>{hidden, hidden}, 4).empty());
 }
 
-// The largest change of any weight between neighbouring steps of a path over penalties.
+// Largest change of any weight between neighbouring steps of a path over penalties.
 template <class PenaltiesAt> double largestJump(const PenaltiesAt& penaltiesAt, size_t steps, size_t k) {
   double largest = 0;
   std::map<uint32_t, float> before;
@@ -136,7 +136,7 @@ template <class PenaltiesAt> double largestJump(const PenaltiesAt& penaltiesAt, 
   return largest;
 }
 
-// Steps so small that the law's limit shows; single precision still carries the change.
+// Small enough to come near the theoretical limit, yet resolved in single precision.
 constexpr size_t kSteps = 32000;
 
 TEST(Ulr, HalvingTheStepHalvesTheLargestChangeAlongAGreatCircle) {
@@ -163,7 +163,7 @@ TEST(Ulr, ACameraThatFadesOutLeavesWithoutAJump) {
     for (int trial = 0; trial < 10; ++trial) {
       std::vector<float> rest;
       for (size_t i = 0; i < cameras; ++i) rest.push_back(uniform(random));
-      const auto path = [&](double s) { // every camera fades, one after the other, but the last
+      const auto path = [&](double s) { // all cameras fade in turn, except the last
         std::vector<float> penalties = rest;
         for (size_t i = 0; i + 1 < cameras; ++i) {
           const double x =

@@ -19,7 +19,7 @@ void addSquare(TriangleMesh& mesh, float halfWidth, float z) {
   mesh.triangles.push_back({first, first + 2, first + 3});
 }
 
-// Cameras on a circle above the plane z = 0, all looking down the z axis' way at the origin.
+// A camera at `position` that looks at the origin.
 capture::Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position) {
   const Vec3<double> z = position.normalized(), x = Vec3<double>(0.3, 1, 0).cross(z).normalized();
   Mat3<double> axes; // columns: camera axes in the world
@@ -29,7 +29,7 @@ capture::Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position) {
   return {lens, Rigid<CameraSpace, AcquisitionSpace>(axes.transpose(), -(axes.transpose() * position))};
 }
 
-// A floor with a square held over it: lines of sight end along smooth edges on the floor.
+// A floor with a square above it: visible regions end along smooth edges on the floor.
 class FloorUnderSquare : public testing::Test {
 protected:
   static constexpr float kSpacing = 0.05f;
@@ -45,7 +45,7 @@ protected:
     }
   }
 
-  // Camera weights at a place on the floor, seen along `view`.
+  // Camera weights at a point of the floor, seen along `view`.
   std::map<uint32_t, float> weightsAt(const SmoothedVisibility& visibility, const Point3<AcquisitionSpace>& p,
                                       const Direction3<AcquisitionSpace>& view) const {
     const Normal3<AcquisitionSpace> up(0, 0, 1);
@@ -86,9 +86,9 @@ TEST_F(FloorUnderSquare, LineOfSightEndsWhereGeometrySaysSo) {
   for (size_t i = 0; i < cloud.size(); ++i)
     for (size_t view = 0; view < views.size(); ++view) {
       const Vec3<double> p = cloud.p0[i].cast<double>().raw(), c = views[view].center().raw();
-      const Vec3<double> crossing = p + (c - p) * 0.6 / c[2]; // with the plane of the square
+      const Vec3<double> crossing = p + (c - p) * 0.6 / c[2]; // intersection with the plane of the square
       if (std::abs(std::max(std::abs(crossing[0]), std::abs(crossing[1])) - 0.3) < 0.01)
-        continue; // rays start a little above
+        continue; // rays start slightly above the floor
       const bool hidden = std::abs(crossing[0]) < 0.3 && std::abs(crossing[1]) < 0.3;
       EXPECT_EQ(free[i * views.size() + view], hidden ? 0 : 1);
     }
@@ -158,7 +158,7 @@ TEST(StoredFades, ComeBackWithinThreePercentDownToAMillionth) {
     EXPECT_NEAR(VisibilityWeights::decode(VisibilityWeights::encode(fade)), fade, 0.028 * fade);
 }
 
-// What a byte costs: the jump of a weight between neighbouring values, for a camera seen at one degree.
+// Quantisation to bytes: the jump of a weight between neighbouring values, for a camera at one degree.
 TEST(StoredFades, NeighbouringValuesMoveAWeightByLittle) {
   const float near = static_cast<float>(1 - std::cos(0.0175)), others[] = {0.1f, 0.12f, 0.15f, 0.2f};
   float before = 0, largest = 0;
@@ -172,7 +172,7 @@ TEST(StoredFades, NeighbouringValuesMoveAWeightByLittle) {
     largest = std::max(largest, std::abs(weight - before));
     before = weight;
   }
-  EXPECT_LT(largest, 0.07f); // 0.9 if a byte were the fade itself; between surfels a fade falls by many steps
+  EXPECT_LT(largest, 0.07f); // 0.9 if fades were stored linearly; between surfels a fade falls by many steps
 }
 
 } // namespace

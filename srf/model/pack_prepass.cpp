@@ -1,4 +1,4 @@
-#include "srf/model/pack_survey.h"
+#include "srf/model/pack_prepass.h"
 
 #include "srf/capture/mask_survey.h"
 #include "srf/model/matted_view.h"
@@ -20,11 +20,12 @@ namespace surflect::model {
 
 namespace {
 
-// Of a run that is gone on with: what made the choice. Blends of older ones were others.
+// Version of the survey; a resumed run ignores surveys of other versions.
 constexpr const char* kSurvey = "survey-3";
 
-// As they shine on the middle of the impostor.
-LightSamples lightSamples(const capture::Capture& capture, const Point3<AcquisitionSpace, double>& middle) {
+// Samples without texels: directions and irradiances of the lights at the middle of the impostor.
+ReflectanceSamples lightSamples(const capture::Capture& capture,
+                                const Point3<AcquisitionSpace, double>& middle) {
   std::vector<Direction3<AcquisitionSpace>> towards;
   std::vector<Rgb> irradiance;
   for (const capture::Light& light : capture.lights) {
@@ -34,10 +35,10 @@ LightSamples lightSamples(const capture::Capture& capture, const Point3<Acquisit
   return {towards, irradiance};
 }
 
-// At most so many texels of the object, evenly over the picture; those that the impostor shows, too.
+// Adds at most `most` texels of the object, evenly spread over the picture, where the impostor has a surface.
 void addSamples(const MattedView& view, const capture::Camera<AcquisitionSpace>& camera,
                 std::span<const capture::Light> lights, const SmoothNormals& normals,
-                const RayCaster<AcquisitionSpace>& impostor, size_t most, LightSamples& samples) {
+                const RayCaster<AcquisitionSpace>& impostor, size_t most, ReflectanceSamples& samples) {
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const auto width = static_cast<size_t>(camera.lens.width);
   const auto object = static_cast<size_t>(std::ranges::count(view.object.inside, true));
@@ -66,16 +67,16 @@ void addSamples(const MattedView& view, const capture::Camera<AcquisitionSpace>&
 
 } // namespace
 
-PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>> frames,
-                         const TriangleMesh& mesh, NormalsFrom normals,
-                         const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
+PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
+                    NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor,
+                    const Progress& progress) {
   constexpr size_t kViews = 8, kTexels = 4000;
   const capture::Capture& capture = source.training();
-  // No view has two frames of one light.
+  // Full product: every view has a frame of each light, since none has two of one light.
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
   WhiteLevel white;
-  LightSamples samples = lightSamples(capture, middleOf(mesh.positions));
+  ReflectanceSamples samples = lightSamples(capture, middleOf(mesh.positions));
   std::optional<SmoothNormals> surface;
   if (isFullProduct) surface.emplace(mesh, progress);
   const std::vector<size_t> surveyed = evenlySpaced(frames.size(), kViews);
@@ -85,7 +86,8 @@ PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>
     const auto& camera = capture.views[number].camera;
     const Progress ofView = stepOf(progress, "survey", i, count);
     ofView("", 0);
-    const MattedView view = withMatte(source.pictures(frames[number], false, ofView), camera, impostor);
+    const MattedView view =
+        fillMissingMatte(source.pictures(frames[number], false, ofView), camera, impostor);
     white.add(view.stack, view.object, progress);
     if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
   }
@@ -99,17 +101,17 @@ PackSurvey surveyCapture(PackSource& source, std::span<const std::vector<size_t>
   return {white.value(), samples.choose(white.value(), normals, progress)};
 }
 
-std::string packSurveyText(const PackSurvey& survey) {
+std::string packPrepassText(const PackPrepass& survey) {
   const auto& [blend, leftOutDb] = survey.lights;
   return fmt::format("{} {:.17g} {} {} {} {}\n", kSurvey, survey.white, blend.lights, nameOf(blend.fit),
                      blend.foreshortened ? "foreshortened" : "plain",
                      leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown");
 }
 
-std::optional<PackSurvey> parsePackSurvey(const std::string& text) {
+std::optional<PackPrepass> parsePackPrepass(const std::string& text) {
   std::istringstream words(text);
   words.imbue(std::locale::classic());
-  PackSurvey survey;
+  PackPrepass survey;
   ulr::LightBlend& blend = survey.lights.blend;
   std::string fit, shortening, leftOutDb;
   std::string kind;
@@ -121,7 +123,8 @@ std::optional<PackSurvey> parsePackSurvey(const std::string& text) {
     std::from_chars(leftOutDb.data(), leftOutDb.data() + leftOutDb.size(), db);
     survey.lights.leftOutDb = db;
   }
-  if (packSurveyText(survey) != text || !(survey.white >= 1e-20 && survey.white <= 1e20)) return std::nullopt;
+  if (packPrepassText(survey) != text || !(survey.white >= 1e-20 && survey.white <= 1e20))
+    return std::nullopt;
   return survey;
 }
 

@@ -1,11 +1,11 @@
-// A chunk is some terms of a job, as many as a vector has numbers. Sums run over the weights of a light, over
-// lights, over taps, over the terms of a chunk, and over chunks.
-#include "srf/shading/look_up_kernel.h"
+// Look-ups by chunks: a chunk is as many terms of a job as a vector has lanes. Sums run over the weights of a
+// light, then over lights, taps, terms of a chunk, and chunks.
+#include "srf/shading/block_lookup.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "srf/shading/look_up_kernel.cpp"
+#define HWY_TARGET_INCLUDE "srf/shading/block_lookup.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -15,13 +15,13 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// No wider: blocks have few terms, and lanes beyond them would be empty.
+// No wider, since blocks have few terms and further lanes would stay empty.
 using Tag = hn::CappedTag<float, 8>;
 using Vector = hn::Vec<Tag>;
 constexpr Tag kTag;
 constexpr size_t kWidth = hn::MaxLanes(Tag());
 
-// Chunks answered together: each has four sums, which have to stay in registers.
+// Chunks processed together: each has four sums, which must stay in registers.
 constexpr size_t kChunksAtOnce = HWY_TARGET <= HWY_AVX3 ? 6 : 3;
 
 HWY_INLINE Vector load(const float* from) { return hn::LoadU(kTag, from); }
@@ -33,24 +33,24 @@ HWY_INLINE Vector levels(const int8_t* from) {
 }
 
 struct Chunk {
-  const LookUpJob* job;
+  const BlockLookup* job;
   size_t first; // term
 };
 
-// The weights of captured lights.
+// A row of LightRows.
 struct Row {
   const BlendedLight* lights;
   size_t count;
   const LightWeight* weights;
 };
 
-// A chunk's sums over lights, one number per term.
+// Sums of a chunk over lights, one number for each term, by channel.
 struct Channels {
   Vector red, green, blue;
 };
 
-// c_k = sum_i color_i sum_l w_il a_lk of `count` chunks. Where all of them have the same stride, a light is
-// in the same place in each.
+// c_k = sum_i color_i sum_l w_il a_lk of `count` chunks. If `sameStride`, a light has the same offset in all
+// of them.
 template <size_t count, bool sameStride>
 HWY_INLINE void addLights(const Row& row, const Chunk* chunks, Channels* sums) {
   const float* coefficients[count];
@@ -81,7 +81,7 @@ HWY_INLINE void addLights(const Row& row, const Chunk* chunks, Channels* sums) {
   }
 }
 
-// Adds the sums of a chunk's products, neighbours first.
+// Adds the sums of three vectors to rgb, adding neighbours first.
 HWY_INLINE void addTo(float* rgb, Vector red, Vector green, Vector blue) {
 #if HWY_TARGET == HWY_SCALAR
   rgb[0] += hn::GetLane(red);
@@ -103,9 +103,9 @@ HWY_INLINE void addTo(float* rgb, Vector red, Vector green, Vector blue) {
 #endif
 }
 
-// Adds sum_k c_k (sum over taps of tap * e_k) to the job's numbers.
+// Adds sum_k c_k (sum over taps of tap * e_k) to the job's radiance.
 HWY_INLINE void addTaps(const Chunk& chunk, const Channels& folded) {
-  const LookUpJob& job = *chunk.job;
+  const BlockLookup& job = *chunk.job;
   const int8_t* texels = job.levels + chunk.first;
   const size_t stride = job.stride;
   Channels e{hn::Zero(kTag), hn::Zero(kTag), hn::Zero(kTag)};
@@ -131,18 +131,18 @@ template <size_t count> HWY_INLINE void answerAll(const Row& row, const Chunk* c
   for (size_t i = 0; i < count; ++i) addTaps(chunks[i], sums[i]);
 }
 
-// Answers `count` chunks, 1..most.
+// Processes `count` chunks, 1..most.
 template <size_t most> HWY_INLINE void answer(const Row& row, const Chunk* chunks, size_t count) {
   if (count == most) return answerAll<most>(row, chunks);
   if constexpr (most > 1) answer<most - 1>(row, chunks, count);
 }
 
-void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights, const LookUpJob* jobs,
-            size_t count) {
+void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights,
+            const BlockLookup* jobs, size_t count) {
   const Row row{lights, lightCount, weights};
   Chunk chunks[kChunksAtOnce];
   size_t held = 0;
-  for (const LookUpJob* job = jobs; job != jobs + count; ++job)
+  for (const BlockLookup* job = jobs; job != jobs + count; ++job)
     for (size_t first = 0; first < job->stride; first += kWidth) {
       chunks[held++] = {job, first};
       if (held < kChunksAtOnce) continue;
@@ -161,7 +161,7 @@ HWY_AFTER_NAMESPACE();
 namespace surflect::shading {
 
 HWY_EXPORT(lookUp);
-void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const LookUpJob* jobs,
+void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const BlockLookup* jobs,
             size_t count) {
   HWY_DYNAMIC_DISPATCH(lookUp)(row, lights, weights, jobs, count);
 }

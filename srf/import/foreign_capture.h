@@ -29,7 +29,7 @@ struct SourceFiles {
   std::string shown(const std::filesystem::path& file) const;
 };
 
-struct Source {
+struct ForeignCapture {
   SourceFiles files;
   std::vector<std::filesystem::path> maskFolders; // folders of masks named like the pictures below the root
   capture::Capture capture;                       // paths can be opened as they are; capture.file is empty

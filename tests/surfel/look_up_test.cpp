@@ -1,4 +1,4 @@
-#include "surfel/lookup.h"
+#include "surfel/look_up.h"
 
 #include "tests/support/random.h"
 

@@ -1,7 +1,7 @@
 // The script at one time: camera, lights and warp as plain values, without any knowledge of a renderer.
 #pragma once
 
-#include "render/scene/environment.h"
+#include "render/scene/environment_files.h"
 #include "render/scene/script.h"
 #include "srf/capture/camera.h"
 #include "srf/capture/rig.h"
@@ -62,7 +62,7 @@ std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time
 capture::Camera<ObjectSpace> inObjectSpace(const capture::Camera<AcquisitionSpace>& camera);
 ShotLight inObjectSpace(const capture::Light& light);
 
-// All warps as one; the identity when there is none. Throws Error as freeze() does.
+// All warps of the script, chained; the identity if there is none. Throws Error as warp::evaluateAt does.
 warp::WarpPointer warpAt(const Script& script, const warp::ShotTime& time);
 
 } // namespace surflect::scene

@@ -1,4 +1,4 @@
-#include "surfel/frame.h"
+#include "surfel/tangent_frame.h"
 
 #include "tests/support/random.h"
 

@@ -1,8 +1,6 @@
-#include "warp/rig.h"
+#include "warp/skeletal_rig.h"
 
 #include "surfel/base/error.h"
-
-#include <algorithm>
 
 namespace surflect::warp {
 

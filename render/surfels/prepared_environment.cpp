@@ -1,4 +1,4 @@
-#include "render/surfels/environments.h"
+#include "render/surfels/prepared_environment.h"
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@ PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double er
                                        const shading::ReflectanceField& field,
                                        const shading::ShadeOptions& options, const Progress& progress) {
   const double spacing = std::min(1.0, shading::lightSpacing(field));
-  return {ulr::gathered(map.texels, 0.9 * error * spacing * spacing, progress), extrapolation,
+  return {ulr::clusteredLights(map.texels, 0.9 * error * spacing * spacing, progress), extrapolation,
           shading::lightTable(field, options, extrapolation)};
 }
 

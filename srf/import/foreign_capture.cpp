@@ -1,4 +1,4 @@
-#include "srf/import/source.h"
+#include "srf/import/foreign_capture.h"
 
 #include "srf/capture/limits.h"
 #include "srf/import/listing.h"

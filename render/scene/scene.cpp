@@ -1,4 +1,4 @@
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 
 #include "surfel/base/error.h"
 

@@ -1,6 +1,6 @@
-#include "render/surfels/environments.h"
+#include "render/surfels/prepared_environment.h"
 
-#include "render/scene/environment.h"
+#include "render/scene/environment_files.h"
 #include "render/surfels/frame.h"
 #include "render/surfels/queries.h"
 #include "srf/image/exr.h"
@@ -81,17 +81,17 @@ protected:
   const SharedMap map = liveliest(32);
 };
 
-// Through a script and a picture on disk, against where the texel's light must come from, by hand: with z up
-// the middle of the map (-z of the picture) turns by the shortest arc from y to z onto +y.
+// Renders a script with a picture on disk. The direction of the texel's light is computed by hand: with z up,
+// the middle of the map (-z of the picture) is rotated by the shortest arc from y to z onto +y.
 TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
   struct Case {
-    int x, y;                 // of 64 x 32, whose texels' directions are off the axes by half a texel
+    int x, y;                 // pixel of 64 x 32; directions are off the axes by half a texel
     const char* placement;    // in the script
-    Vec3<double> environment; // the middle of the texel
+    Vec3<double> environment; // direction of the texel's middle
     Mat3<double> objectFromEnvironment;
   };
   const double longitude = 2 * std::numbers::pi * 0.5 / 64, polar = std::numbers::pi * 0.5 / 32;
-  // Just right of -z and just below the horizon; just right of +x and below; near the zenith.
+  // Slightly right of -z and below the horizon; slightly right of +x and below; near the zenith.
   const Vec3<double> front(std::cos(polar) * std::sin(longitude), -std::sin(polar),
                            -std::cos(polar) * std::cos(longitude)),
       right(std::cos(polar) * std::cos(longitude), -std::sin(polar), std::cos(polar) * std::sin(longitude)),
@@ -99,7 +99,7 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
   const Mat3<double> same = Mat3<double>::Identity();
   Mat3<double> zUp, aboutY, aboutZAfterZUp;
   zUp << 1, 0, 0, 0, 0, -1, 0, 1, 0;    // y -> z, -z -> y
-  aboutY << 0, 0, 1, 0, 1, 0, -1, 0, 0; // by 90 degrees, counter-clockwise from above: -z -> -x
+  aboutY << 0, 0, 1, 0, 1, 0, -1, 0, 0; // 90 degrees, counter-clockwise from above: -z -> -x
   const Mat3<double> zUpTurned = zUp * aboutY;
   const Case cases[] = {{32, 16, "", front, same},
                         {48, 16, "", right, same},
@@ -129,7 +129,7 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
     const Vec3<double> towards = one.objectFromEnvironment * one.environment;
     const std::vector<ShotLight> lamp{ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
                                                            solidAngle * Rgb{300, 400, 200}}};
-    // From in front of the light, where a light from elsewhere would be seen at once.
+    // Seen from the side of the light, where a light from another direction would be visible at once.
     const auto facing = cameraFrom<ObjectSpace>(towards + Vec3<double>(0.2, 0.3, 0.1), pictureSize);
     const image::Image expected = filmOf(model(), *noWarp(), facing, lamp).color;
     const image::Image got = filmOf(model(), *noWarp(), facing, lights).color;
@@ -139,13 +139,13 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
   }
 }
 
-// The paper's way for a still object [Weyrich 2005, Fig. 2]: the map filtered once by the weights of the
-// captured lights, and the photographs added up with it. Here texel by texel.
+// Relighting of a still object as in the paper [Weyrich 2005, Fig. 2]: the map is filtered once by the
+// weights of the captured lights, and the photographs are summed with these weights. Computed texel by texel.
 TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   FrameOptions plain;
-  plain.shade.foreshortened = false; // else weights depend on the normal, too
+  plain.shade.foreshortened = false; // otherwise weights depend on the normal
   plain.shade.lights = 4;
-  plain.shade.lightFit = ulr::LightFit::plane; // which turns less steeply than the mean
+  plain.shade.lightFit = ulr::LightFit::plane; // less steep than the mean
   const auto& rig = model().rig.lights;
   std::vector<Vec3<double>> filtered(rig.size(), Vec3<double>::Zero());
   std::vector<Direction3<AcquisitionSpace>> towardsCaptured;
@@ -154,7 +154,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
     covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
     towardsCaptured.push_back(covering.back().cast<float>());
   }
-  const ulr::LightCoverage coverage(covering);
+  const ulr::LightExtrapolationFade coverage(covering);
   for (const auto& texel : map->texels) {
     const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
     for (const auto& [light, weight] :
@@ -192,7 +192,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
     EXPECT_LT((turn.matrix() - Mat3<float>::Identity()).norm(), 1e-6);
 }
 
-// Under a warp, in the limit of as many lights as the map has texels and without a table.
+// Compares with a light for each texel of the map, without a table, under a warp.
 TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
   const PreparedEnvironment exact{map->texels, ulr::LightExtrapolation::fade, std::nullopt};
@@ -217,9 +217,9 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   }
 }
 
-// What `error` promises: how far the weights of the captured lights are, as a share of the whole, from those
-// that the map gives them texel by texel. Rigs of several sizes, a map of lively and one of constant
-// radiance, turned at random.
+// Error of the weights of captured lights, relative to their sum, against weights computed texel by texel: it
+// must stay below `error`. For rigs of several sizes, a map with strong variation and a constant map,
+// randomly rotated.
 TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
   constexpr ulr::LightBlend mean{3, ulr::LightFit::mean}, plane{4, ulr::LightFit::plane};
   constexpr int height = 128;
@@ -235,7 +235,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
       covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
       captured.push_back(covering.back().cast<float>());
     }
-    const ulr::LightCoverage coverage(covering);
+    const ulr::LightExtrapolationFade coverage(covering);
     const auto weightsOf = [&](std::span<const ulr::EnvironmentLight> environment, const Mat3<float>& turn) {
       std::vector<double> weights(model.rig.lights.size());
       double whole = 0;
@@ -262,7 +262,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
           const auto got = weightsOf(prepared.lights, turns[trial]);
           double sum = 0;
           for (size_t l = 0; l < got.size(); ++l) sum += std::abs(got[l] - exact[trial][l]);
-          EXPECT_LT(sum, error) << lights << " lights"; // 0.27 to 0.9 of it
+          EXPECT_LT(sum, error) << lights << " lights"; // 0.27 to 0.9 of the error
         }
       }
     }

@@ -1,4 +1,4 @@
-#include "render/scene/environment.h"
+#include "render/scene/environment_files.h"
 
 #include "surfel/base/hash.h"
 #include "surfel/base/stopwatch.h"

@@ -2,7 +2,7 @@
 // reflectance was captured.  [Weyrich 2005, §4]
 #pragma once
 
-#include "surfel/frame.h"
+#include "surfel/tangent_frame.h"
 
 namespace surflect {
 

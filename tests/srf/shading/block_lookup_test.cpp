@@ -1,4 +1,4 @@
-#include "srf/shading/look_up_kernel.h"
+#include "srf/shading/block_lookup.h"
 
 #include "srf/codec/block.h"
 #include "tests/support/each_simd.h"
@@ -14,10 +14,10 @@
 namespace surflect::shading {
 namespace {
 
-// Jobs of one row, whose blocks have any number of terms.
+// Jobs of one row, whose blocks have various numbers of terms.
 struct Jobs {
   static constexpr uint32_t kLights = 30;
-  static constexpr float kBefore = 0.5; // what is added to
+  static constexpr float kBefore = 0.5; // initial value of the sums
 
   explicit Jobs(size_t count, std::mt19937& random) {
     std::uniform_real_distribution<float> number(-1, 1);
@@ -34,7 +34,7 @@ struct Jobs {
       auto& e = levels.emplace_back(3 * codec::blockTexels * stride);
       for (float& value : a) value = number(random) / 127;
       for (int8_t& level : e) level = static_cast<int8_t>(random() % 256);
-      LookUpJob& job = jobs.emplace_back();
+      BlockLookup& job = jobs.emplace_back();
       for (float& weight : job.weights) weight = random() % 3 == 0 ? 0 : number(random);
       const auto step = static_cast<uint32_t>(3 * stride);
       job.right = random() % 2 == 0 ? 0 : step;
@@ -45,10 +45,10 @@ struct Jobs {
     }
   }
 
-  // Of some of the jobs, red, green and blue each.
+  // Red, green and blue of each of `count` jobs from `first` on.
   std::vector<float> answered(size_t first, size_t count) const {
     std::vector<float> all(4 * count, kBefore), rgb;
-    std::vector<LookUpJob> some(jobs.begin() + first, jobs.begin() + first + count);
+    std::vector<BlockLookup> some(jobs.begin() + first, jobs.begin() + first + count);
     for (size_t j = 0; j < count; ++j) some[j].rgb = all.data() + 4 * j;
     lookUp(row.data(), row.size(), weights.data(), some.data(), count);
     for (size_t i = 0; i < all.size(); ++i)
@@ -60,7 +60,7 @@ struct Jobs {
   std::vector<LightWeight> weights;
   std::vector<std::vector<float>> coefficients;
   std::vector<std::vector<int8_t>> levels;
-  std::vector<LookUpJob> jobs;
+  std::vector<BlockLookup> jobs;
 };
 
 TEST(LookUpKernel, IsTheSumOverLightsTapsAndTerms) {

@@ -1,4 +1,4 @@
-#include "warp/rig.h"
+#include "warp/skeletal_rig.h"
 
 #include "surfel/base/error.h"
 #include "tests/srf/image/files.h"

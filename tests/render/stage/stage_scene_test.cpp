@@ -1,4 +1,4 @@
-#include "render/stage/scene.h"
+#include "render/stage/stage_scene.h"
 #include "tests/render/stage/stages.h"
 
 #include <gtest/gtest.h>

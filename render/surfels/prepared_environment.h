@@ -2,7 +2,7 @@
 // lights' weights.
 #pragma once
 
-#include "render/scene/shot.h"
+#include "render/scene/scene.h"
 #include "srf/shading/light_weights.h"
 #include "surfel/base/progress.h"
 
@@ -22,7 +22,7 @@ struct PreparedEnvironment {
 // As many lights stand for the map as keep the weights of captured lights within `error` of the whole: their
 // spread is error s^2, s the spacing of the captured lights in radians but at most 1. Measured over rigs of
 // 28, 60 and 200 lights, a constant and a lively map and errors of 0.01 to 0.1, the absolute errors of
-// weights sum to 0.4 to 1 of `error`. kMostGathered bounds how small it can be.
+// weights sum to 0.4 to 1 of `error`. kMaxClusteredLights bounds how small it can be.
 PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double error,
                                        ulr::LightExtrapolation extrapolation,
                                        const shading::ReflectanceField& field,

@@ -1,4 +1,4 @@
-#include "srf/model/pack_survey.h"
+#include "srf/model/pack_prepass.h"
 
 #include "srf/ulr/ulr.h"
 
@@ -10,9 +10,9 @@
 namespace surflect::model {
 namespace {
 
-PackSurvey randomSurvey(std::mt19937& random) {
+PackPrepass randomSurvey(std::mt19937& random) {
   std::uniform_real_distribution<double> exponent(-20, 20), db(5, 60);
-  PackSurvey survey;
+  PackPrepass survey;
   survey.white = std::pow(10, exponent(random));
   survey.lights.blend = {1 + random() % ulr::kMaxBlended,
                          random() % 2 ? ulr::LightFit::plane : ulr::LightFit::mean, random() % 2 == 0};
@@ -20,11 +20,11 @@ PackSurvey randomSurvey(std::mt19937& random) {
   return survey;
 }
 
-TEST(PackSurvey, ComesBackFromItsTextToTheBit) {
+TEST(PackPrepass, ComesBackFromItsTextToTheBit) {
   std::mt19937 random(1);
   for (int i = 0; i < 1000; ++i) {
-    const PackSurvey survey = randomSurvey(random);
-    const auto read = parsePackSurvey(packSurveyText(survey));
+    const PackPrepass survey = randomSurvey(random);
+    const auto read = parsePackPrepass(packPrepassText(survey));
     ASSERT_TRUE(read);
     EXPECT_EQ(read->white, survey.white);
     EXPECT_EQ(read->lights.blend, survey.lights.blend);
@@ -32,20 +32,20 @@ TEST(PackSurvey, ComesBackFromItsTextToTheBit) {
   }
 }
 
-TEST(PackSurvey, NoPartOfATextIsASurvey) {
+TEST(PackPrepass, NoPartOfATextIsASurvey) {
   std::mt19937 random(2);
   for (int i = 0; i < 100; ++i) {
-    const std::string text = packSurveyText(randomSurvey(random));
+    const std::string text = packPrepassText(randomSurvey(random));
     for (size_t length = 0; length < text.size(); ++length)
-      EXPECT_FALSE(parsePackSurvey(text.substr(0, length))) << text.substr(0, length);
+      EXPECT_FALSE(parsePackPrepass(text.substr(0, length))) << text.substr(0, length);
   }
 }
 
-TEST(PackSurvey, AWhiteThatCannotBeIsNone) {
+TEST(PackPrepass, AWhiteThatCannotBeIsNone) {
   for (const double white : {0., -1., 1e-21, 1e21, std::nan(""), HUGE_VAL}) {
-    PackSurvey survey;
+    PackPrepass survey;
     survey.white = white;
-    EXPECT_FALSE(parsePackSurvey(packSurveyText(survey))) << white;
+    EXPECT_FALSE(parsePackPrepass(packPrepassText(survey))) << white;
   }
 }
 

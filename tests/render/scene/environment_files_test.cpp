@@ -1,4 +1,4 @@
-#include "render/scene/environment.h"
+#include "render/scene/environment_files.h"
 
 #include "srf/image/exr.h"
 #include "tests/srf/image/files.h"

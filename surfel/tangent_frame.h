@@ -7,8 +7,8 @@
 
 #include "surfel/math/space.h"
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace surflect {

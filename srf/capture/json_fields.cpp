@@ -1,0 +1,123 @@
+#include "srf/capture/json_fields.h"
+
+#include "srf/capture/limits.h"
+#include "srf/capture/shallow_json.h"
+#include "srf/image/picture_limits.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect::capture {
+
+Json parseJson(std::string_view content) {
+  const std::string_view shallow = shallowPart(content, kDeepestJson);
+  try {
+    return Json::parse(shallow);
+  } catch (const Json::parse_error& e) {
+    if (shallow.size() < content.size() && e.byte > shallow.size())
+      throw Error("malformed JSON: nested too deeply");
+    const size_t end = std::min(e.byte, content.size());
+    const auto line =
+        1 + std::count(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+    throw Error("malformed JSON in line " + std::to_string(line) + " (byte " + std::to_string(e.byte) + ")");
+  } catch (const Json::exception&) {
+    throw Error("malformed JSON: a number is too large");
+  }
+}
+
+std::string shown(const Json& value) {
+  if (value.is_null()) return "nothing";
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return "a list of " + std::to_string(value.size());
+  const std::string text = value.dump();
+  return text.size() <= 60 ? text : text.substr(0, 57) + "...";
+}
+
+std::string element(const std::string& list, size_t index) {
+  return std::string(list).append("[").append(std::to_string(index)).append("]");
+}
+
+const Json& valueAt(const Json& object, const char* key) {
+  static const Json nothing;
+  const auto found = object.find(key);
+  return found == object.end() ? nothing : *found;
+}
+
+bool isNull(const Json& value) { return value.is_null(); }
+
+const Json& objectOf(const Json& value) {
+  if (!value.is_object()) throw Error::mismatch("an object", shown(value));
+  return value;
+}
+
+const Json& listOf(const Json& value) {
+  if (!value.is_array()) throw Error::mismatch("a list", shown(value));
+  return value;
+}
+
+std::string textOf(const Json& value) {
+  if (!value.is_string()) throw Error::mismatch("a string", shown(value));
+  return value.get<std::string>();
+}
+
+double numberOf(const Json& value) {
+  if (!value.is_number()) throw Error::mismatch("a number", shown(value));
+  return value.get<double>();
+}
+
+double positiveOf(const Json& value) {
+  const double x = value.is_number() ? value.get<double>() : 0;
+  if (!(x >= 1e-12 && x <= 1e12)) throw Error::mismatch("a number above 0 (1e-12 to 1e12)", shown(value));
+  return x;
+}
+
+double coordinateOf(const Json& value) {
+  const double x = numberOf(value);
+  if (!(std::abs(x) <= kFarthest)) throw Error::mismatch("a number from -1e12 to 1e12", shown(value));
+  return x;
+}
+
+int pixelCountOf(const Json& value) {
+  const double x = value.is_number() ? value.get<double>() : 0; // some exporters write 800.0
+  if (!(x >= 1 && x <= image::kMostSide && x == std::floor(x)))
+    throw Error::mismatch("a whole number from 1 to " + std::to_string(image::kMostSide), shown(value));
+  return static_cast<int>(x);
+}
+
+Vec3<double> tripleOf(const Json& value) {
+  const bool three = value.is_array() && value.size() == 3 &&
+                     std::all_of(value.begin(), value.end(), [](const Json& v) { return v.is_number(); });
+  if (!three)
+    throw Error::mismatch("three numbers", value.is_array() ? value.dump().substr(0, 60) : shown(value));
+  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
+}
+
+Vec3<double> boundedTripleOf(const Json& value) {
+  const Vec3<double> v = tripleOf(value);
+  if (!(v.cwiseAbs().maxCoeff() <= kFarthest))
+    throw Error::mismatch("three numbers from -1e12 to 1e12", value.dump().substr(0, 60));
+  return v;
+}
+
+Point3<AcquisitionSpace, double> pointOf(const Json& value) {
+  return assume<Point3<AcquisitionSpace, double>>(boundedTripleOf(value));
+}
+
+Rgb strengthsOf(const Json& value) {
+  const Vec3<float> rgb = tripleOf(value).cast<float>(); // the writer's bounds are floats
+  if (!(rgb.minCoeff() >= kLeastStrength && rgb.maxCoeff() <= kMostStrength))
+    throw Error::mismatch("three numbers above 0 (1e-12 to 1e12)", value.dump().substr(0, 60));
+  return {rgb[0], rgb[1], rgb[2]};
+}
+
+Rgb strengthsOrGrayOf(const Json& value) {
+  return value.is_number() ? static_cast<float>(positiveOf(value)) * Rgb{1, 1, 1} : strengthsOf(value);
+}
+
+bool isText(const Json& value, std::string_view text) {
+  return value.is_string() && value.get_ref<const std::string&>() == text;
+}
+
+} // namespace surflect::capture

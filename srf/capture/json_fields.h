@@ -1,0 +1,88 @@
+// Values in the JSON of a capture, checked, with errors that name the field.
+#pragma once
+
+#include "surfel/base/error.h"
+#include "surfel/math/rgb.h"
+#include "surfel/math/space.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <cstddef>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace surflect::capture {
+
+using Json = nlohmann::json;
+
+// Throws Error with the line if the text is malformed or nested too deeply.
+Json parseJson(std::string_view content);
+
+// Value for messages: "nothing", "an object", "a list of 3", or the value itself, cut after 60 characters.
+std::string shown(const Json& value);
+
+// "lights[12]"
+std::string element(const std::string& list, size_t index);
+
+// Adds the field to an Error that leaves the work.
+template <class Work> auto within(const std::string& field, Work work) {
+  try {
+    return work();
+  } catch (Error& e) {
+    throw std::move(e).at(field);
+  }
+}
+
+// Value of a key; null if the object lacks it.
+const Json& valueAt(const Json& object, const char* key);
+bool isNull(const Json& value);
+
+// Parsed value of a key. A missing one is parsed as null, so that the error states what the parser expects.
+template <class Parse> auto required(const Json& object, const char* key, Parse parse) {
+  return within(key, [&] { return parse(valueAt(object, key)); });
+}
+
+template <class Parse>
+auto optional(const Json& object, const char* key, Parse parse) -> std::optional<decltype(parse(object))> {
+  const Json& value = valueAt(object, key);
+  if (isNull(value)) return std::nullopt;
+  return within(key, [&] { return parse(value); });
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Parsers. Each throws Error for a value of another type or beyond its bounds.
+
+const Json& objectOf(const Json& value);
+const Json& listOf(const Json& value);
+std::string textOf(const Json& value);
+double numberOf(const Json& value);
+// Positive strength, length or time; its bounds keep quotients finite.
+double positiveOf(const Json& value);
+// Coordinate of a position or principal point.
+double coordinateOf(const Json& value);
+// Width or height of a picture.
+int pixelCountOf(const Json& value);
+Vec3<double> tripleOf(const Json& value);
+Vec3<double> boundedTripleOf(const Json& value);
+Point3<AcquisitionSpace, double> pointOf(const Json& value);
+// Strength of a light in each channel.
+Rgb strengthsOf(const Json& value);
+// Strength of a light in each channel, or one number for all three.
+Rgb strengthsOrGrayOf(const Json& value);
+
+bool isText(const Json& value, std::string_view text);
+
+template <class Choice>
+Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Choice>> choices) {
+  std::string expected;
+  for (const auto& [name, choice] : choices) {
+    if (isText(value, name)) return choice;
+    expected += (expected.empty() ? "" : " or ") + std::string(name);
+  }
+  throw Error::mismatch(expected, shown(value));
+}
+
+} // namespace surflect::capture
