@@ -13,6 +13,7 @@
 #include "render/stage/material/shading.h"
 #include "render/stage/tracer.h"
 #include "render/surfels/frame.h"
+#include "render/surfels/queries.h"
 #include "srf/image/color.h"
 #include "srf/image/png.h"
 #include "warp/deform.h"

@@ -9,6 +9,7 @@
 #include "bench/accuracy/claims.h"
 #include "render/stage/material/ward.h"
 #include "render/surfels/frame.h"
+#include "render/surfels/queries.h"
 #include "warp/deform.h"
 
 #include <random>

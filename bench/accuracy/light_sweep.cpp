@@ -10,6 +10,7 @@
 #include "render/surfels/frame.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/over_black.h"
+#include "srf/model/model.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>

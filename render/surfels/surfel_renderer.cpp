@@ -59,24 +59,25 @@ FrameOptions frameOptions(const render::RendererOptions& options) {
 
 SurfelRenderer::SurfelRenderer(const std::filesystem::path& folder, const render::RendererOptions& options,
                                const Progress& progress)
-    : SurfelRenderer(model::openModel(folder, progress), options) {}
+    : SurfelRenderer(std::make_shared<const model::Model>(model::openModel(folder, progress)), options) {}
 
-SurfelRenderer::SurfelRenderer(model::Model model, const render::RendererOptions& options)
+SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model,
+                               const render::RendererOptions& options)
     : model_(std::move(model)),
-      options_(frameOptions(options)), description_{model_.folder,
-                                                    identityOf(model_, options_),
-                                                    {{"surfels", model_.cloud.size()}},
-                                                    model_.rig,
-                                                    model_.middle,
-                                                    model_.cloud.p0},
-      workspace_(model_, options.cacheBytes) {}
+      options_(frameOptions(options)), description_{model_->folder,
+                                                    identityOf(*model_, options_),
+                                                    {{"surfels", model_->cloud.size()}},
+                                                    model_->rig,
+                                                    model_->middle,
+                                                    model_->cloud.p0},
+      workspace_(*model_, options.cacheBytes) {}
 
 render::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std::vector<std::string>& aovs,
                                            const Progress& progress, render::FrameLayers memory) {
   options_.aovs = aovs;
   workspace_.layers = std::move(memory);
-  render::FrameLayers layers = renderFrame(model_, scene, options_, workspace_, progress);
-  layers.report = reportOf(workspace_.stats, model_.cloud.size());
+  render::FrameLayers layers = renderFrame(*model_, scene, options_, workspace_, progress);
+  layers.report = reportOf(workspace_.stats, model_->cloud.size());
   return layers;
 }
 
@@ -84,7 +85,7 @@ render::EnvironmentReport SurfelRenderer::prepare(const scene::ShotEnvironment& 
                                                   const Progress& progress) {
   const Stopwatch watch;
   const PreparedEnvironment& prepared =
-      workspace_.environments.prepared(environment, model_, options_.shade, progress);
+      workspace_.environments.prepared(environment, *model_, options_.shade, progress);
   return {prepared.lights.size(), prepared.table.has_value(), watch.seconds()};
 }
 

@@ -12,7 +12,7 @@ public:
   // Throws Error as openModel does, and Cancelled.
   SurfelRenderer(const std::filesystem::path& folder, const render::RendererOptions& options,
                  const Progress& progress = {});
-  SurfelRenderer(model::Model model, const render::RendererOptions& options);
+  SurfelRenderer(std::shared_ptr<const model::Model> model, const render::RendererOptions& options);
 
   const render::Description& describe() const override { return description_; }
   render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs,
@@ -21,7 +21,7 @@ public:
                                     const Progress& progress) override;
 
 private:
-  const model::Model model_;
+  const std::shared_ptr<const model::Model> model_;
   FrameOptions options_;
   render::Description description_;
   FrameWorkspace workspace_;

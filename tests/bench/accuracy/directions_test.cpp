@@ -1,5 +1,8 @@
 #include "bench/accuracy/directions.h"
 
+#include "render/evaluation/measure.h"
+#include "render/surfels/frame.h"
+#include "srf/image/mask.h"
 #include "tests/support/random.h"
 #include "tests/support/synthetic_capture.h"
 

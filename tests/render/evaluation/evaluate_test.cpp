@@ -3,7 +3,7 @@
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 
-#include "render/surfels/frame.h"
+#include "render/surfels/surfel_renderer.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -24,13 +24,10 @@ Studio testStudio() { return {.cameras = 9, .lights = 12, .size = pictureSize}; 
 
 Evaluation evaluated(const model::Model& model, const capture::Capture& capture, EvaluateOptions options = {},
                      bool withNearest = false) {
-  const auto renderer = render::openRenderer(model.folder);
-  std::unique_ptr<render::Renderer> nearest;
-  if (withNearest) {
-    nearest = render::openRenderer(model.folder, {.nearest = true});
-    options.others["nearest"] = nearest.get();
-  }
-  return evaluate(*renderer, capture, *warp::chainWarp({}), options);
+  const std::shared_ptr<const model::Model> notOwned(std::shared_ptr<const model::Model>(), &model);
+  surfels::SurfelRenderer renderer(notOwned, {}), nearest(notOwned, {.nearest = true});
+  if (withNearest) options.others["nearest"] = &nearest;
+  return evaluate(renderer, capture, *warp::chainWarp({}), options);
 }
 
 EvaluateOptions ofTraining() {
@@ -59,11 +56,8 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
     const auto& pose = capture.views[v].camera.cameraFromWorld;
     const capture::Camera<ObjectSpace> camera{capture.views[v].camera.lens,
                                               {pose.rotation(), pose.translation()}};
-    const auto& light = std::get<capture::DirectionalLight>(capture.lights[v].kind);
-    const std::vector<scene::ShotLight> lights{scene::ShotDirectionalLight{
-        assume<Direction3<ObjectSpace, double>>(light.towards.raw()), light.irradiance}};
-    const image::Image film =
-        surfels::renderFrame(packed.model, {*turn, camera, lights}, {}, workspace).color;
+    const scene::Scene scene{*turn, camera, {scene::inObjectSpace(capture.lights[v])}};
+    const image::Image film = surfels::renderFrame(packed.model, scene, {}, workspace).color;
     image::Image straight(pictureSize, pictureSize, 3), alpha(pictureSize, pictureSize, 1);
     for (size_t i = 0; i < alpha.values.size(); ++i) {
       alpha.values[i] = film.values[4 * i + 3];
