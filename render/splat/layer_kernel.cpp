@@ -13,7 +13,7 @@ namespace {
 
 HWY_INLINE uint32_t roundedUp(uint32_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
-// Number of planes tried in search of a block's first layers.
+// Number of planes tried in the search for a block's first layers.
 constexpr int kRounds = 4;
 // Up to this many pixels are sorted one by one, which is faster.
 constexpr int kFewPixels = 4;
@@ -86,8 +86,8 @@ struct FirstLayer {
     return first;
   }
 
-  // Computes the end for a reach between `back` and `atMost`, and drops pixels from `trying` where both
-  // agree.
+  // Computes the end for the reach `back`. Drops pixels from `trying` if all fragments before the end, with a
+  // reach of at most `atMost`, give the same end.
   HWY_INLINE void resolveEnd() {
     const Pixels first = breakBehind(back), none = broadcast(kNotANumber);
     Pixels before = broadcast(0), reach = back, nearest = broadcast(kInfinity),

@@ -33,7 +33,8 @@ PixelFragments pixelFragments(size_t count, TileScratch& scratch) {
           scratch.rank.of(room)};
 }
 
-// Pixels with more fragments than this are sorted by comparison instead of by rank, whose cost is quadratic.
+// Pixels with more fragments than this are sorted by comparison, since the cost of sorting by rank is
+// quadratic.
 constexpr size_t kManyFragments = 2048;
 
 // Sorts the fragments of a pixel by depth, nearest first; fragments of equal depth keep the order of the

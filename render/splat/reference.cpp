@@ -37,8 +37,8 @@ double saturated(double area) {
   return std::clamp((area - (1 - full)) / (2 * full - 1), 0.0, 1.0);
 }
 
-// End of the layer that begins with fragments[begin], nearest first  (2). A layer whose area exceeds
-// kLayerAnchorArea extends no further back.
+// End of the layer that begins with fragments[begin], nearest first  (2). Once a layer's area exceeds
+// kLayerAnchorArea, the layer extends no further back.
 size_t endOfLayer(std::span<const Fragment> fragments, size_t begin) {
   double back = -std::numeric_limits<double>::infinity(), area = 0;
   size_t end = begin;

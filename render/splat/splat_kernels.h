@@ -78,11 +78,11 @@ struct PixelFragments {
 };
 
 // Layers of a block's pixels. The first layer is everything nearer than the limit; pixels not in `unresolved`
-// have no other.
+// show no other layer.
 struct BlockLayers {
   float alpha[kLanes];
   float area[kLanes];  // area of the first layer
-  float limit[kLanes]; // an order; nothing is nearer if alpha is 0
+  float limit[kLanes]; // an order; no fragment is nearer if alpha is 0
   uint32_t unresolved; // one bit per pixel
   bool mayHide;        // true if there may be splats that no pixel shows
   uint32_t count;      // splats of the block

@@ -28,7 +28,7 @@ template <class Visit> void forBlocks(const RasterTile& tile, Visit visit) {
   for (uint64_t left = tile.blocks; left != 0; left &= left - 1) visit(std::countr_zero(left));
 }
 
-// Collects the marked splats in coverage.visible, and makes the tiles refer to their indices there.
+// Collects the marked splats in raster.visible, and makes the tiles refer to splats by their indices there.
 void collectVisible(SplatRaster& raster) {
   const std::vector<uint8_t>& seen = raster.seen;
   constexpr size_t chunk = 16384;
@@ -71,7 +71,7 @@ bool gatherValues(const RasterTile& tile, std::span<const float> values, size_t 
   to.resize(std::max(to.size(), stride * count));
   const float* from = values.data() + first;
   const uint32_t* column = tile.column.data();
-  float none = 0; // NaN if a value is not finite, since 0 times it is NaN
+  float none = 0; // sum of 0 times each value: NaN if a value is not finite
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(from + column[std::min(i + kAhead, count - 1)] * channels);
     const float* value = from + column[i] * channels;
@@ -89,7 +89,7 @@ struct Plane {
   size_t stride;
 };
 
-// Gives an image the size of the raster; its values remain to be overwritten.
+// Gives an image the size of the raster; the caller must overwrite all values.
 void fit(image::Image& picture, const SplatRaster& raster, int channels) {
   picture.width = raster.width, picture.height = raster.height, picture.channels = channels;
   picture.values.resize(raster.alpha.size() * static_cast<size_t>(channels));

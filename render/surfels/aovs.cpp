@@ -20,10 +20,10 @@ namespace {
 struct BlendedAov {
   int channels;
   bool isConfident; // whether weights are multiplied by the surfels' confidence
-  std::function<void(size_t i, float* to)> valuesOf; // writes the values of coverage.visible[i]
+  std::function<void(size_t i, float* to)> valuesOf; // writes the values of raster.visible[i]
 };
 
-// Blends AOVs at once, with one confidence for all of them: empty, or per entry of coverage.visible.
+// Blends AOVs at once, with one confidence for all of them: empty, or one value per entry of raster.visible.
 void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
                  const splat::SplatRaster& raster, std::span<const float> confidence,
                  render::FrameLayers& layers) {

@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/surfels/query_kernel.cpp"
 #include <hwy/foreach_target.h>
-// After it, for each instruction set.
+// Must come after foreach_target, which compiles this file once for each instruction set.
 #include "surfel/math/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();

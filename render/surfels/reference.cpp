@@ -118,7 +118,7 @@ public:
     Rgb weight;
   };
 
-  // (3), (5). `least` becomes the smallest penalty.
+  // (3), (5). Sets `least` to the smallest penalty.
   std::vector<WeightedView> weightViews(const Query& query, float& least) const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const auto visibility = model_.visibility.of(query.surfel);

@@ -4,11 +4,11 @@
 // [Weyrich 2005]  Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 // [Buehler 2001]  Buehler et al.: Unstructured Lumigraph Rendering, SIGGRAPH.
 //
-// Symbols: p0, R0 = (u0, v0, n0) place and tangent frame of a surfel at rest; Psi the warp; p, u, v their
-// images;
-//          L the look-up matrix; v, l directions at p to the viewer and to a light, E the light's irradiance;
-//          c a captured view, k a captured light, E_k its irradiance at p0; I_ck their photograph;
-//          w_c, w_k unstructured lumigraph weights; s visibility weight of a view.
+// Symbols: p0, R0 = (u0, v0, n0) place and tangent frame of a surfel at rest; Psi the warp; p, u, v warped
+//          place and tangents; L the look-up matrix; v, l directions at p to the viewer and to a light, E the
+//          light's irradiance; c a captured view, k a captured light, E_k its irradiance at p0; I_ck the
+//          photograph of view c under light k; w_c, w_k unstructured lumigraph weights; s visibility weight
+//          of a view.
 //
 //   p = Psi(p0),   u = (Psi(p0 + e u0) - Psi(p0 - e u0)) / 2e,   v likewise      [Weyrich 2005, Eq. 6]   (1)
 //   L = R0 (u-bar, v-bar, n-bar)^T                                               [Weyrich 2005, Eq. 10]  (2)

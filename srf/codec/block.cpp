@@ -96,8 +96,8 @@ struct TermRows {
   }
 };
 
-// nearestInRow[present][x]: the present texel of a row nearest to x, the left one of two that are equally
-// near; blockSize in an empty row.
+// nearestInRow[present][x]: the present texel of a row that is nearest to x, and the left one if two are
+// equally near; blockSize if the row has none.
 using NearestInRow = std::array<std::array<uint8_t, blockSize>, 1 << blockSize>;
 constexpr NearestInRow nearestInRow = [] {
   NearestInRow nearest{};
@@ -113,7 +113,7 @@ constexpr NearestInRow nearestInRow = [] {
   return nearest;
 }();
 
-// The present texel nearest to an absent one; the first in row order if several are equally near.
+// The present texel that is nearest to an absent texel; the first in row order if several are equally near.
 int nearestPresent(uint64_t present, int texel) {
   const int x = texel % blockSize, y = texel / blockSize;
   int nearest = 0, least = 2 * blockTexels;

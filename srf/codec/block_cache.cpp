@@ -120,7 +120,7 @@ void BlockCache::remove(uint32_t place) {
   free_.push_back(place);
 }
 
-// Evicts until the budget is kept; the block at `newest` goes last.
+// Evicts blocks until the budget is kept; the block at `newest` is evicted last.
 void BlockCache::evict(uint32_t newest) {
   while (memory_ > budget_) {
     const auto place = static_cast<uint32_t>(hand_);

@@ -29,11 +29,11 @@ namespace {
 
 using Eigen::MatrixXf;
 
-// Squared bound, as part of the block's energy, above which single precision is enough: scalar products of
-// columns then err by about 1e-7 of the energy, while a term that matters has a hundredth of the squared
-// bound.
+// Squared bound, as a fraction of the block's energy, above which single precision is enough: scalar products
+// of columns then err by about 1e-7 of the energy, while any term that matters has at least a hundredth of
+// the squared bound.
 constexpr double kSinglePrecision = 2e-5;
-// Part of the squared bound that the terms left out of the first factorisation may hold.
+// Fraction of the squared bound that terms left out of the first factorisation may have.
 constexpr double kLookedAt = 0.5;
 // Fitting levels lowers the squared error of rounding by up to about a tenth.
 constexpr double kLowered = 1.1;
@@ -47,7 +47,7 @@ struct MeasuredBlock {
   ChannelSums channels;
 };
 
-// Raises one term from a precision (at first: absent) to a higher one.
+// Raises one term from a precision (or from being absent) to a higher precision.
 struct Upgrade {
   size_t term = 0;
   int bits = 0;
@@ -55,7 +55,7 @@ struct Upgrade {
   double savedPerByte = 0;
 };
 
-// All upgrades worth taking, best first. Every prefix is the cheapest choice of rank and precisions for the
+// All upgrades worth making, best first. Every prefix is the cheapest choice of rank and precisions for the
 // error that it leaves: a Lagrangian optimum, as the upgrades of a term follow the convex hull of error over
 // bytes.
 template <class Real>
@@ -150,8 +150,8 @@ struct Encoding {
   StoredErrors errors;
 };
 
-// Returns true if a further term, weaker than all factored ones, might at 4 bits save as much per byte as the
-// last of the upgrades; then the block needs more factors.
+// Returns true if one more term of 4 bits, weaker than all factored ones, might lower the error by as much
+// per byte as the last of the upgrades. The block then needs more factors.
 template <class Real>
 bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgrades, CoefficientType type) {
   const size_t most = std::min(factors.images.rows(), factors.lights.rows());
@@ -161,8 +161,8 @@ bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgra
   return factors.energies.back() > upgrades.back().savedPerByte * static_cast<double>(bytes);
 }
 
-// The cheapest encoding of these terms that keeps the bound. Empty if there is none with coefficients of this
-// type, or if `wary` and more terms might make it cheaper.
+// The cheapest encoding of these terms that keeps the bound. Empty if none does with coefficients of this
+// type, or if `wary` is set and more terms might make the encoding cheaper.
 template <class Real>
 std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock<Real>& weighted,
                                  const BlockFactors<Real>& factors, CoefficientType type, bool wary) {
@@ -174,7 +174,7 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   const auto mayKeepBound = [&](const auto& solution) { // false for NaN
     return solution.squaredError <= kLowered * bound;
   };
-  // Encodes the first upgrades with the coefficients of `solution`; empty if the bounds break after levels
+  // Encodes the first upgrades with the coefficients of `solution`. Empty if a bound is exceeded after levels
   // are fitted.
   const auto attempt = [&](size_t upgrades, auto solution) -> std::optional<Encoding> {
     fit.addLevels(chosen(first(upgrades)), solution.stored);
@@ -187,8 +187,8 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
   size_t count = 0;
   for (double left = factors.energy; left > bound && count < all.size(); ++count) left -= all[count].saved;
 
-  // Starts from the predicted choice: more upgrades until the error may be small enough, then fewer while it
-  // still may.
+  // Starts from the predicted number of upgrades; takes more until the error may be small enough, then fewer
+  // while it may still be.
   auto solution = solved(count);
   for (size_t step = 1; !mayKeepBound(solution); step *= 2) {
     if (count == all.size()) return std::nullopt;
@@ -201,7 +201,7 @@ std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock
     solution = std::move(cheaper);
   }
   if (wary && wantsMore(factors, first(count), type)) return std::nullopt;
-  // More upgrades again if the actual error is too large.
+  // Takes more upgrades again if the actual error is too large.
   std::optional<Encoding> encoding = attempt(count, std::move(solution));
   while (!encoding && count < all.size()) {
     ++count;
@@ -233,7 +233,7 @@ template <class Real>
 std::optional<Encoding> encodedAs(const MeasuredBlock& block, CoefficientType type, double lookedAt) {
   const WeightedBlock<Real> weighted = weightedOf<Real>(block);
   // Factors leave out at most half of the block's energy: even where the error bound would allow more, the
-  // means of the channels must come back.
+  // means of the channels must be preserved.
   const BlockFactors<Real> factors =
       factorised(weighted, static_cast<Real>(lookedAt * std::min(1., weighted.squaredBound)));
   return cheapest(block, weighted, factors, type, lookedAt > 0);
@@ -248,7 +248,7 @@ bool fitsSingle(const MeasuredBlock& block) {
          block.weights.lights.minCoeff() * scale * kMost > 1;
 }
 
-// Encodes within both bounds; empty if they are out of reach.
+// Encodes within both bounds; empty if that is impossible.
 std::optional<Encoding> encodedWithinBounds(const MeasuredBlock& block) {
   const auto& [sums, bounds] = block.channels;
   const bool black =
@@ -264,9 +264,9 @@ std::optional<Encoding> encodedWithinBounds(const MeasuredBlock& block) {
   return std::nullopt;
 }
 
-// Encodes a block, relaxing the bounds of channel means that 16 bits cannot reach, as in a channel almost
-// black beside a bright one. Such a mean may err by an eighth of the brightest channel's bound (2.5e-4 of
-// that channel's mean), or failing that without bound.
+// Encodes a block, relaxing the bounds of channel means that 16 bits cannot reach, as of an almost black
+// channel beside a bright one. Such a mean may err by an eighth of the brightest channel's bound (2.5e-4 of
+// that channel's mean), or by any amount if even that cannot be reached.
 Encoding encoded(MeasuredBlock block) {
   const double brightest = std::ranges::max(block.channels.bounds);
   for (const double part : {0., 0.125, std::numeric_limits<double>::infinity()}) {

@@ -14,10 +14,10 @@ namespace surflect::codec {
 
 namespace {
 
-// Clipping of a quantiser: its last level stands for `clip` times the largest value. At 4 bits, clipping the
-// largest values is worth the finer levels; at 8, a factor slightly above 1 may bring a plain channel nearer
-// to a level. Coefficients are never clipped, as their largest are highlights: they use the first entry of
-// each precision.
+// Clipping of a quantiser: its last level stands for `clip` times the largest value. At 4 bits, levels become
+// finer if the largest values are clipped, which is worth the loss; at 8 bits, a factor slightly above 1 may
+// bring a uniform channel nearer to a level. Coefficients are never clipped, as the largest belong to
+// highlights: they use the first entry of each precision.
 struct Clipping {
   size_t precision; // index into precisions
   double clip;
@@ -38,7 +38,8 @@ template <class Real> Real largestOf(const Real* values, size_t count) {
   return *std::ranges::max_element(peaks);
 }
 
-// Rounds values to levels, where the last level stands for clip times the largest value. Returns that value.
+// Rounds values to levels, of which the last stands for clip times the largest value. Returns what the last
+// level stands for.
 template <class Real> Real toLevels(const Real* values, size_t count, int bits, Real clip, Real* levels) {
   const Real peak = clip * largestOf(values, count);
   const auto last = static_cast<Real>(levelsOf(bits));

@@ -1,9 +1,9 @@
 // Fits the levels of eigenimages by coordinate descent on |V (X - X') W|^2, then moves single levels until
 // the sum of each channel keeps its bound.
 //
-// Symbols: Q the levels of images, rows (texel, channel), columns terms; P what one level shows, rows terms,
-//          columns lights, so that X' = Q P; W the weights of lights; C = P W^2 P'; R = (X - X') W^2 P'.
-//          The error is least if level q_ik moves by r_ik / c_kk.
+// Symbols: Q the levels of images, rows (texel, channel), columns terms; P the radiance of one level, rows
+//          terms, columns lights, so that X' = Q P; W the weights of lights; C = P W^2 P';
+//          R = (X - X') W^2 P'. The error is least if level q_ik moves by r_ik / c_kk.
 #include "srf/codec/block_levels.h"
 
 #include "srf/codec/block_bound.h"
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kSteps = 8; // rounds of moves of one term
 
-// Threshold of an 8 x 8 ordered dither, in [0, 1) [Bayer 1973]: texels of consecutive thresholds lie far
+// Threshold of an 8 x 8 ordered dither, in [0, 1) [Bayer 1973]: texels with consecutive thresholds are far
 // apart.
 double ditherThreshold(size_t texel) {
   double threshold = 0;
@@ -66,7 +66,7 @@ public:
         inverse_[k] = 1 / square;
   }
 
-  // Moves each level in turn to its least error given all other levels.
+  // Moves each level in turn to the value of least error, given all other levels.
   void lowerError() {
     for (size_t i = 0; i < rows_; ++i) {
       const Real *const q = q_.row(i), *const r = r_.row(i);
@@ -81,7 +81,8 @@ public:
   }
 
   // Moves levels of one channel until its sum is within the bound: first levels of the term whose sum over
-  // lights is largest, as it best resembles the missing radiance under each light, then of fainter terms.
+  // lights is largest, which best resembles the missing radiance under each light, then levels of fainter
+  // terms.
   bool keepSum(size_t channel, double sum, double bound) {
     std::vector<Real> totals(q_.stride()); // integers that a float holds exactly
     for (size_t i = channel; i < rows_; i += 3)

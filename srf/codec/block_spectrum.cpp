@@ -37,10 +37,10 @@ template <class Real> void takeAny(PaddedRows<Real>& v, uint32_t& state) {
   });
 }
 
-// Number of Ritz vectors that leave at most `tolerated` of the trace, and a few to spare. 0 if that takes
-// more than three quarters of those available, or if the vectors are not yet exact enough. The energy that a
-// Ritz vector v = Q s misses is at most |G v - theta v|^2 / (theta - theta of the first left out), where
-// |G v - theta v| = beta |last of s|.
+// Number of Ritz vectors that leave at most `tolerated` of the trace, plus a few spare ones. 0 if that takes
+// more than three quarters of the available vectors, or if the vectors are not yet exact enough. The energy
+// that a Ritz vector v = Q s misses is at most |G v - theta v|^2 / (theta - theta of the first vector left
+// out), where |G v - theta v| = beta |last of s|.
 template <class Real>
 size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, double tolerated) {
   const size_t size = ritz.values.size();

@@ -193,8 +193,9 @@ BlockPosition ViewFile::position(uint32_t block) const {
 
 size_t ViewFile::readRunLength(std::span<const uint32_t> blocks) const {
   assert(!blocks.empty() && blocks.back() < blockCount());
-  // Bytes of the largest gap that is read rather than skipped, and of the largest read-ahead that the system
-  // accepts; and the most blocks in a stretch, so that other threads get work too.
+  // The largest gap, in bytes, that is read rather than skipped; the largest read-ahead, in bytes, that the
+  // system accepts; and the largest number of blocks in a stretch, limited so that other threads get work
+  // too.
   constexpr uint64_t kGap = 1 << 14, kMost = 1 << 17;
   constexpr size_t kMostBlocks = 64;
   const uint64_t begin = offsets_[blocks[0]];
@@ -208,7 +209,7 @@ size_t ViewFile::readRunLength(std::span<const uint32_t> blocks) const {
 
 void ViewFile::adviseRead(std::span<const uint32_t> stretch) const {
   const uint64_t begin = offsets_[stretch.front()], end = offsets_[stretch.back() + 1];
-  // Only a hint: ignoring it costs time alone.
+  // Only a hint: if it fails, reading is merely slower.
   ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),
                   POSIX_FADV_WILLNEED);
 }

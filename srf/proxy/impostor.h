@@ -13,8 +13,8 @@
 namespace surflect::proxy {
 
 struct ImpostorOptions {
-  std::filesystem::path mesh; // instead of the capture's geometry, in original coordinates; empty: that
-  bool relief = false;        // from the shading of the only view, instead of either
+  std::filesystem::path mesh; // replaces the capture's geometry; in original coordinates; or empty
+  bool relief = false;        // true: a relief from the shading of the only view, instead of a mesh or plane
 };
 
 struct Impostor {
@@ -25,25 +25,25 @@ struct Impostor {
     relief, // a height field over the plane
   };
 
-  // How well the silhouette of a hull is that of a view's matte.
+  // Agreement of a hull's silhouette with a view's matte.
   struct Fit {
     std::string view;
     double intersectionOverUnion = 0;
-    bool leftOut = false; // its matte had no say: it is empty, or cuts away what others show
+    bool leftOut = false; // matte ignored: empty, or it cuts away what other views show
   };
 
   TriangleMesh mesh;
   Origin origin = Origin::given;
-  std::vector<Fit> fits = {};          // of a hull, per view with a matte
-  std::vector<std::string> notes = {}; // of a file: what was mended, see mesh_mending.h
+  std::vector<Fit> fits = {};          // for a hull, per view with a matte
+  std::vector<std::string> notes = {}; // for a file: what was mended, see mesh_mending.h
 };
 
-// As reports say it: mesh, hull, plane or relief.
+// Name in reports: mesh, hull, plane or relief.
 std::string_view nameOf(Impostor::Origin origin);
 
-// The geometry that pack samples and inspect draws. Only training frames may take part: hand over a capture
-// of these. With nothing else, one view gives a plane, see one_view.h, and several with mattes a visual hull,
-// see visual_hull.h. A mesh from a file is mended, see mesh_mending.h. Throws Error and Cancelled.
+// Returns the geometry that pack samples and inspect draws. `training` must contain training frames only.
+// Without a mesh file, a single view gives a plane or relief (one_view.h), and several views with mattes give
+// a visual hull (visual_hull.h). A mesh from a file is mended (mesh_mending.h). Throws Error and Cancelled.
 Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,
                     const Progress& progress);
 

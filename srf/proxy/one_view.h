@@ -7,9 +7,9 @@
 
 namespace surflect::proxy {
 
-// The part of the plane through the world's origin, facing the camera, that mattes show; without mattes, that
-// the picture shows. As a relief, bent to the normals that the lights tell: see photometric.h. Throws Error,
-// also where lights do not tell normals, and Cancelled.
+// Returns the part of the frontal plane (frontal_plane.h) that mattes show or, without mattes, that the
+// picture shows. If `asRelief`, the surface follows the normals found by photometric stereo (photometric.h).
+// Throws Error, also if the lights do not determine normals, and Cancelled.
 TriangleMesh meshOfOneView(const capture::Capture& training, bool asRelief, const Progress& progress);
 
 } // namespace surflect::proxy

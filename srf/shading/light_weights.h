@@ -5,8 +5,8 @@
 // Symbols: E_q irradiance of light q on the deformed surface facing it, E_l irradiance of captured light l at
 // p0, u_ql ULR weight of l for q [Weyrich 2005, §5.2] or that of a plane fitted to the lights
 // (light_blend.h), c_q fade where no light was captured (light_extrapolation.h), f_q foreshortening
-// (foreshortening.h). The ratio E_q / E_l is taken channel by channel and is 0 where E_l is 0. It has no
-// cosine of light l, which the photograph already contains.
+// (foreshortening.h). The ratio E_q / E_l is taken channel by channel and is 0 where E_l is 0. The ratio
+// includes no cosine for light l, since the photograph already contains it.
 #pragma once
 
 #include "srf/shading/operations.h"

@@ -34,7 +34,8 @@ struct QueryBatch {
   std::vector<Rgb> irradiance;
   std::vector<ulr::LightExtrapolation> extrapolation; // one per light of a query; empty: clamp for all
   std::vector<QueryEnvironment> environments;
-  // One per environment and query, in succession: the environment's own rotation, then L.
+  // One per query and environment, those of a query in succession: the environment's own rotation, followed
+  // by L.
   std::vector<Rotation<AcquisitionSpace, EnvironmentSpace, float>> acquisitionFromEnvironment;
 
   size_t size() const { return surfels.size(); }

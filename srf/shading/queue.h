@@ -10,8 +10,8 @@
 // Background: taps in blocks that are not stored are dropped, and the others renormalised. An operation
 // without taps is lost; the target's other operations are scaled by (sum of all weights) / (sum of weights
 // not lost). If all operations of a target are lost, each is repeated at the nearest texel that its view
-// stores: a surface whose silhouette and mesh disagree is continued instead of black. A target is 0 only if
-// its views store nothing.
+// stores: where silhouette and mesh disagree, the surface is thus continued instead of turning black. A
+// target is 0 only if its views store nothing.
 #pragma once
 
 #include "srf/codec/block_cache.h"

@@ -32,8 +32,8 @@ struct ReflectanceField {
   // separately.
   bool isFullProduct = false;
 
-  // Returns true if cameras and lights can be weighted separately, as there is fixed illumination or a full
-  // product.
+  // Returns true if cameras and lights can be weighted separately, because illumination is fixed or the
+  // capture is a full product.
   bool hasSeparateWeights() const { return rig.lights.empty() || isFullProduct; }
 };
 

@@ -29,7 +29,7 @@ double angularDensity(double u, double v) {
 
 double brightness(const Rgb& light) { return double{light.r} + light.g + light.b; }
 
-// A range of lights, with the moments that decide where it is cut.
+// A range of lights, with the moments that determine where it is cut.
 struct Cell {
   size_t begin = 0, end = 0;
   Vec3<double> mean = Vec3<double>::Zero(); // mean direction, weighted by brightness
@@ -64,7 +64,7 @@ EnvironmentLight lightOf(std::span<const EnvironmentLight> lights, const Cell& c
   Vec3<double> sum = Vec3<double>::Zero(); // in double, so that a million texels keep their digits
   for (const EnvironmentLight& light : lights.subspan(cell.begin, cell.end - cell.begin))
     sum += Vec3<double>(light.irradiance.r, light.irradiance.g, light.irradiance.b);
-  // Opposite directions may cancel; then the first one serves.
+  // Opposite directions may cancel; then the first one is used.
   const Vec3<double> towards =
       cell.mean.norm() > 1e-6 ? cell.mean.normalized() : lights[cell.begin].towards.raw().cast<double>();
   return {assume<Direction3<EnvironmentSpace>>(towards),

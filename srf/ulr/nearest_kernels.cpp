@@ -92,7 +92,7 @@ void writeLargestPenalties(const float* candidates, const uint32_t* which, size_
   }
 }
 
-// The n smallest penalties inserted so far with their indices, kept in registers as far as these suffice.
+// The n smallest penalties inserted so far with their indices, kept in registers as far as possible.
 template <int n> struct Sorted {
   Lanes penalty, index;
   Sorted<n - 1> rest;

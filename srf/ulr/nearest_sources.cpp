@@ -4,7 +4,7 @@
 // difference (first - place) + rest therefore errs by 3 u in each coordinate, even under cancellation.
 // Length, inverse and product add up to 9 u for the unit direction; the direction of the exact definition,
 // computed in double precision, is rounded by u. Penalties of directions 10 u apart differ by 10 u sqrt(2 p),
-// plus 5 u p of their own.
+// plus their own rounding of 5 u p.
 //
 // (2) The directions to a view from all places within r of a middle at distance d differ from the middle's
 // direction by at most 2 r / (2 d - r), since |a/|a| - b/|b|| <= 2 |a - b| / (|a| + |b|)  [Dunkl, Williams
@@ -16,9 +16,9 @@
 //
 // (3) The first limit is slightly above the largest penalty that a query of the previous batch needed. If a
 // query needs more, all views in a cone of that larger limit are rated, since the penalty found is an upper
-// bound. If a query found too few views and more see its surfel, kGuess is tried, then all views. This
-// terminates: an upper bound suffices, kGuess comes once, and a cone without limit holds every view. Rating
-// extra views does not change the result.
+// bound. If a query found too few views although more see its surfel, the limit kGuess is tried, then all
+// views. This terminates: an upper bound suffices, kGuess comes once, and a cone without limit holds every
+// view. Rating extra views does not change the result.
 //
 // (4) Before a penalty p = |a - b|^2 / 2 is computed, the cosine a . b = (|a|^2 + |b|^2) / 2 - p shows
 // whether p can be within the limit. Half of each square is 1/2 within 9 u, for the direction computed here
@@ -41,7 +41,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kChordSlack = 1e-5f, kProductSlack = 2e-6f;
 constexpr float kGuess = 1 / 8.f;              // penalty
 constexpr float kMargin = 1.25f;               // limit for a batch, relative to what the previous one needed
-static_assert(kMaxNearest == kMaxBlended + 1); // the blended ones and the next one
+static_assert(kMaxNearest == kMaxBlended + 1); // the blended sources, and one for the threshold
 using LaneVectors = std::array<float, 3 * kQueryLanes>;
 constexpr std::array<float, kQueryLanes> unlimited = [] {
   std::array<float, kQueryLanes> limits{};
@@ -207,7 +207,8 @@ void NearestViews::rate(std::span<const uint32_t> views, std::span<const uint32_
               slots, blends_.nearest_);
 }
 
-// Selects, from the views rated last, those whose fades most likely lie in different cache lines.
+// Selects, from the views whose penalties were computed last, some whose fades most likely lie in different
+// cache lines.
 void NearestViews::keepApart() {
   constexpr uint32_t kFar = 32; // bytes: half a line, wherever lines begin
   apart_.clear();
@@ -215,7 +216,7 @@ void NearestViews::keepApart() {
     if (apart_.empty() || view >= apart_.back() + kFar) apart_.push_back(view);
 }
 
-// Returns true if the lane has found all views that see the surfel, at most `most`.
+// Returns true if at most `most` views see the surfel and the lane has found all of them.
 bool NearestViews::seeNoMore(size_t lane, size_t most, uint32_t surfel) const {
   size_t found = 0;
   while (found < most && blends_.nearest_.penalty[found][lane] < kInfinity) ++found;

@@ -121,7 +121,7 @@ SourceCone coneAround(const std::array<float, 3>& place, float radius, float dis
 // are computed for these few only.
 class NearestViews {
 public:
-  // `fades` has one column per view and must outlive this.
+  // `visibility` has one column per view and must outlive this.
   NearestViews(std::span<const Source> views, const VisibilityWeights& visibility); // fewer than 2^24
 
   // Blends the `count` views (1..kMaxBlended) nearest to the requested unit directions, at 1..kQueryLanes

@@ -80,7 +80,8 @@ std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
     for (size_t i = begin; i < end; ++i) {
       const auto p = cloud.p0[i].cast<double>();
       const auto n = normalOf(cloud, i).cast<double>();
-      // Lifted off the surface, since a surfel stands for its disc and may lie slightly inside a crease.
+      // Lifted off the surface, since a surfel stands for a whole disc and its centre may lie inside a
+      // crease.
       const double lift = std::max(offset, 0.25 * static_cast<double>(cloud.radius[i]));
       const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(lift * n.raw());
       for (size_t view = 0; view < views.size(); ++view) {

@@ -34,8 +34,7 @@ struct VisibilityWeights {
 
   std::span<const uint8_t> of(size_t surfel) const { return {values.data() + surfel * views, views}; }
 
-  // Code 255 stands for 1, and each lower code for 5.6 % less, down to code 1 for 2^-20; code 0 stands for
-  // anything below.
+  // Code 255 stands for 1 and code 1 for 2^-20, in steps of 5.6 %; code 0 stands for anything smaller.
   static uint8_t encode(double fade);
   static float decode(uint8_t value);
 };

@@ -1,4 +1,4 @@
-// Which sides of a mesh cameras see.
+// Sides of a mesh, front or back, that cameras see.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -9,15 +9,17 @@
 namespace surflect::proxy {
 
 // Area of a part's triangles that cameras see from the front, and from the back, counted once for each
-// camera: as they are wound, and as they would be if all were wound as most of the part, by area, is.
+// camera. `front` and `back` are for triangles as they are wound; `frontAlike` and `backAlike` for triangles
+// all wound like the majority of the part, by area.
 struct SeenSides {
   double front = 0, back = 0;
   double frontAlike = 0, backAlike = 0;
 };
 
-// For each part, by rays from the middles of up to 16384 triangles, four of a part at least, to up to 32
-// cameras, evenly chosen, or to all cameras where `asksAll` (#parts). Triangles seen at an angle of less than
-// 6 degrees, or beside the picture, tell nothing.
+// Returns the seen sides of each part, estimated by rays from the middles of at most 16384 triangles, but at
+// least four per part. Rays go to at most 32 evenly chosen cameras, or to all cameras for parts with
+// `asksAll` (#parts). Triangles outside of the picture, or seen at an angle of less than 6 degrees, are
+// ignored.
 std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& parts,
                                  const std::vector<bool>& asksAll,
                                  std::span<const capture::Camera<AcquisitionSpace>> cameras,
