@@ -8,7 +8,6 @@
 // Under J, fibres along x keep their direction, and fibres along y rotate by atan(s).
 #include "bench/accuracy/claims.h"
 #include "bench/accuracy/plate.h"
-#include "bench/doll/spiral.h"
 #include "bench/gallery/figures.h"
 #include "render/stage/material/shading.h"
 #include "render/stage/tracer.h"
@@ -16,6 +15,7 @@
 #include "render/surfels/queries.h"
 #include "srf/image/color.h"
 #include "srf/image/png.h"
+#include "surfel/math/sphere_sampling.h"
 #include "warp/deform.h"
 
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ warp::WarpPointer shearWarp(double shear) {
 // Lights over the cap of 58 degrees around z, which holds all directions to the lamp.
 std::vector<capture::Light> lightsAbove(size_t count) {
   std::vector<capture::Light> lights;
-  for (const Vec3<double>& towards : spiral(count, std::cos(58 * std::numbers::pi / 180), 1)) {
+  for (const Vec3<double>& towards : fibonacciSphere(count, std::cos(58 * std::numbers::pi / 180), 1)) {
     const std::string name = fmt::format("L{}", lights.size());
     lights.push_back(
         {name, name,

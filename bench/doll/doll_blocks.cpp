@@ -1,8 +1,8 @@
 #include "bench/doll/doll_blocks.h"
 
-#include "bench/doll/spiral.h"
 #include "srf/codec/block.h"
 #include "srf/codec/block_encoder.h"
+#include "surfel/math/sphere_sampling.h"
 
 #include <tbb/parallel_for.h>
 
@@ -58,7 +58,7 @@ Eigen::MatrixXf dollPatch(const Vec3<double>& normal, std::span<const capture::L
 }
 
 DollBlocks::DollBlocks(std::span<const capture::Light> lights, uint64_t seed)
-    : normals_(spiral(kNormals)), patches_(kNormals * kVariants) {
+    : normals_(fibonacciSphere(kNormals)), patches_(kNormals * kVariants) {
   tbb::parallel_for(size_t{0}, patches_.size(), [&](size_t i) {
     auto& [radiance, record] = patches_[i];
     radiance = dollPatch(normals_[i / kVariants], lights, seed * patches_.size() + i);

@@ -2,13 +2,13 @@
 
 #include "bench/doll/doll_blocks.h"
 #include "bench/doll/doll_shape.h"
-#include "bench/doll/spiral.h"
 #include "srf/model/manifest.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
+#include "surfel/math/sphere_sampling.h"
 #include "surfel/sampling.h"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ const Vec3<double> kMiddle(0, 0, 0.5);
 
 std::vector<capture::Light> dollLights(size_t count) {
   std::vector<capture::Light> lights;
-  for (const Vec3<double>& towards : spiral(count)) {
+  for (const Vec3<double>& towards : fibonacciSphere(count)) {
     const std::string name = fmt::format("L{}", lights.size());
     lights.push_back(
         {name, name,
@@ -114,7 +114,7 @@ std::vector<capture::Camera<AcquisitionSpace>> dollCameras(const DollSize& size)
   // A ball of radius 0.55 around the middle touches the shorter side of the picture.
   const double focal = 0.5 * std::min(1.32 * size.width, 1.0 * size.height) * kDistance / 0.55;
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
-  for (const Vec3<double>& backwards : spiral(size.views, std::sin(-0.26), std::sin(1.31))) {
+  for (const Vec3<double>& backwards : fibonacciSphere(size.views, std::sin(-0.26), std::sin(1.31))) {
     capture::Camera<AcquisitionSpace> camera;
     camera.lens.width = size.width;
     camera.lens.height = size.height;

@@ -1,7 +1,7 @@
 #include "bench/doll/doll_shot.h"
 
-#include "bench/doll/spiral.h"
 #include "surfel/math/bounds.h"
+#include "surfel/math/sphere_sampling.h"
 
 #include <algorithm>
 
@@ -33,7 +33,7 @@ Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights) {
   shot.warp = warp::twistWarp({0, 0, 1}, Angle::fromDegrees(40 / side), middle);
   shot.camera = frontCamera(cloud, width, height);
   const auto strength = static_cast<float>(1.5 * reach * reach / static_cast<double>(lights));
-  for (const Vec3<double>& towards : spiral(lights, -0.2, 1)) {
+  for (const Vec3<double>& towards : fibonacciSphere(lights, -0.2, 1)) {
     scene::ShotPointLight light;
     light.position = assume<Point3<ObjectSpace, double>>(middle + reach * towards);
     const Vec3<double> color = (Vec3<double>::Ones() + 0.5 * towards) * strength;

@@ -3,12 +3,12 @@
 #include "bench/doll/doll_blocks.h"
 #include "bench/doll/doll_model.h"
 #include "bench/doll/doll_shot.h"
-#include "bench/doll/spiral.h"
 #include "render/evaluation/measure.h"
 #include "render/splat/reference.h"
 #include "srf/codec/block.h"
 #include "srf/codec/block_encoder.h"
 #include "surfel/base/error.h"
+#include "surfel/math/sphere_sampling.h"
 #include "warp/deform.h"
 
 #include <Eigen/SVD>
@@ -41,12 +41,12 @@ void add(const std::string& name, size_t items, const std::function<void()>& wor
 
 std::vector<Eigen::MatrixXf> dollPatches() {
   std::vector<capture::Light> lights;
-  for (const Vec3<double>& towards : spiral(kLights))
+  for (const Vec3<double>& towards : fibonacciSphere(kLights))
     lights.push_back(
         {"", "",
          capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
   std::vector<Eigen::MatrixXf> patches;
-  for (const Vec3<double>& normal : spiral(kBlocks))
+  for (const Vec3<double>& normal : fibonacciSphere(kBlocks))
     patches.push_back(dollPatch(normal, lights, patches.size()));
   return patches;
 }

@@ -1,5 +1,7 @@
 #include "render/stage/rig.h"
 
+#include "surfel/math/sphere_sampling.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -27,11 +29,9 @@ std::vector<RigDirection> turntable(int steps, std::span<const Angle> elevations
 }
 
 std::vector<RigDirection> spiral(int count, double lowest, double highest, Angle start) {
-  const double goldenAngle = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<RigDirection> directions;
-  for (int i = 0; i < count; ++i)
-    directions.push_back(
-        at(lowest + (highest - lowest) * (i + 0.5) / count, start.radians() + goldenAngle * i));
+  for (const Vec3<double>& d : fibonacciSphere(static_cast<size_t>(count), lowest, highest, start))
+    directions.push_back(normalized(RigDirection(d.x(), d.y(), d.z())));
   return directions;
 }
 

@@ -2,9 +2,9 @@
 
 #include "srf/codec/block_record.h"
 #include "srf/codec/bytes.h"
-#include "srf/codec/transpose.h"
 #include "surfel/base/error.h"
 #include "surfel/base/uninitialized_vector.h"
+#include "surfel/math/transpose.h"
 
 #include <Imath/half.h>
 

@@ -9,8 +9,8 @@
 #include "srf/codec/block_fit.h"
 #include "srf/codec/block_kernels.h"
 #include "srf/codec/block_levels.h"
-#include "srf/codec/transpose.h"
 #include "surfel/base/error.h"
+#include "surfel/math/transpose.h"
 
 #include <algorithm>
 #include <array>
@@ -59,7 +59,7 @@ struct Upgrade {
 // error that it leaves: a Lagrangian optimum, as the upgrades of a term follow the convex hull of error over
 // bytes.
 template <class Real>
-std::vector<Upgrade> upgradesOf(const BlockFactors<Real>& factors, const BlockFit<Real>& fit,
+std::vector<Upgrade> upgradesOf(const TruncatedSvd<Real>& factors, const BlockFit<Real>& fit,
                                 CoefficientType type) {
   struct Choice {
     int bits;
@@ -72,7 +72,7 @@ std::vector<Upgrade> upgradesOf(const BlockFactors<Real>& factors, const BlockFi
     std::array<Choice, 4> choices = {{{0, 0, energy}}};
     for (size_t i = 1; const int bits : {4, 8, 16}) {
       const size_t bytes =
-          levelBytes(factors.images.rows(), bits) + coefficientBytes(factors.lights.rows(), bits, type);
+          levelBytes(factors.left.rows(), bits) + coefficientBytes(factors.right.rows(), bits, type);
       const double left = energy * (fit.imageError(k, bits) + fit.lightError(k, bits));
       choices[i++] = {bits, static_cast<double>(bytes), left};
     }
@@ -153,11 +153,10 @@ struct Encoding {
 // Returns true if one more term of 4 bits, weaker than all factored ones, might lower the error by as much
 // per byte as the last of the upgrades. The block then needs more factors.
 template <class Real>
-bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgrades, CoefficientType type) {
-  const size_t most = std::min(factors.images.rows(), factors.lights.rows());
+bool wantsMore(const TruncatedSvd<Real>& factors, std::span<const Upgrade> upgrades, CoefficientType type) {
+  const size_t most = std::min(factors.left.rows(), factors.right.rows());
   if (upgrades.empty() || factors.energies.size() == most) return false;
-  const size_t bytes =
-      levelBytes(factors.images.rows(), 4) + coefficientBytes(factors.lights.rows(), 4, type);
+  const size_t bytes = levelBytes(factors.left.rows(), 4) + coefficientBytes(factors.right.rows(), 4, type);
   return factors.energies.back() > upgrades.back().savedPerByte * static_cast<double>(bytes);
 }
 
@@ -165,7 +164,7 @@ bool wantsMore(const BlockFactors<Real>& factors, std::span<const Upgrade> upgra
 // type, or if `wary` is set and more terms might make the encoding cheaper.
 template <class Real>
 std::optional<Encoding> cheapest(const MeasuredBlock& block, const WeightedBlock<Real>& weighted,
-                                 const BlockFactors<Real>& factors, CoefficientType type, bool wary) {
+                                 const TruncatedSvd<Real>& factors, CoefficientType type, bool wary) {
   BlockFit<Real> fit(weighted, factors);
   const std::vector<Upgrade> all = upgradesOf(factors, fit, type);
   const auto first = [&](size_t count) { return std::span(all).first(count); };
@@ -234,8 +233,8 @@ std::optional<Encoding> encodedAs(const MeasuredBlock& block, CoefficientType ty
   const WeightedBlock<Real> weighted = weightedOf<Real>(block);
   // Factors leave out at most half of the block's energy: even where the error bound would allow more, the
   // means of the channels must be preserved.
-  const BlockFactors<Real> factors =
-      factorised(weighted, static_cast<Real>(lookedAt * std::min(1., weighted.squaredBound)));
+  const TruncatedSvd<Real> factors =
+      truncatedSvd(weighted.values, static_cast<Real>(lookedAt * std::min(1., weighted.squaredBound)));
   return cheapest(block, weighted, factors, type, lookedAt > 0);
 }
 

@@ -79,12 +79,12 @@ template <class Real> PaddedRows<Real> product(const PaddedRows<Real>& a, const 
 } // namespace
 
 template <class Real>
-BlockFit<Real>::BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors)
+BlockFit<Real>::BlockFit(const WeightedBlock<Real>& block, const TruncatedSvd<Real>& factors)
     : block_(block), factors_(factors),
       stored_(precisions.size() * factors.energies.size(), block.values.rows()),
       products_(stored_.rows(), block.values.columns()), gram_(stored_.rows(), stored_.rows()) {
-  images_ = rounded(factors.images, block.rows, roundings);
-  lights_ = rounded(factors.lights, block.lights, precisions.size());
+  images_ = rounded(factors.left, block.rows, roundings);
+  lights_ = rounded(factors.right, block.lights, precisions.size());
   std::ranges::fill(lights_[at(16)].squaredErrors, Real{0});
 }
 
@@ -123,7 +123,7 @@ typename BlockFit<Real>::AtPrecisions BlockFit<Real>::rounded(const PaddedRows<R
 template <class Real> PaddedRows<Real> BlockFit<Real>::levelsOfImage(const ChosenTerm& term) const {
   const size_t rows = block_.values.rows();
   PaddedRows<Real> levels(1, rows);
-  for (size_t i = 0; i < rows; ++i) levels.row(0)[i] = factors_.images.row(i)[term.term] / block_.rows[i];
+  for (size_t i = 0; i < rows; ++i) levels.row(0)[i] = factors_.left.row(i)[term.term] / block_.rows[i];
   toLevels(levels.row(0), rows, term.bits, images_[at(term.bits)].clips[term.term], levels.row(0));
   return levels;
 }

@@ -5,8 +5,9 @@
 // choice of K terms costs K^2 multiplications for each light and none for each texel.
 #pragma once
 
-#include "srf/codec/block_factors.h"
 #include "srf/codec/block_record.h"
+#include "srf/codec/weighted_block.h"
+#include "surfel/math/truncated_svd.h"
 
 #include <Eigen/Core>
 
@@ -22,7 +23,7 @@ struct ChosenTerm {
 template <class Real> class BlockFit {
 public:
   // Keeps references to both, which must outlive it.
-  BlockFit(const WeightedBlock<Real>& block, const BlockFactors<Real>& factors);
+  BlockFit(const WeightedBlock<Real>& block, const TruncatedSvd<Real>& factors);
 
   // Squared error from rounding the image, or the coefficients, of a term, as a fraction of the term's
   // energy.
@@ -51,7 +52,7 @@ private:
   size_t placeOf(const ChosenTerm& term) const; // places_.size() if absent
 
   const WeightedBlock<Real>& block_;
-  const BlockFactors<Real>& factors_;
+  const TruncatedSvd<Real>& factors_;
   AtPrecisions images_, lights_;
   // Stored images, by place: term and bits, levels, weighted S, B = S' (V X W), and G = S' S.
   std::vector<ChosenTerm> places_;

@@ -5,9 +5,10 @@
 // where it costs least, levels are rounded the other way until the mean of the channel is right.
 #pragma once
 
-#include "srf/codec/block_factors.h"
 #include "srf/codec/block_record.h"
-#include "srf/codec/padded_rows.h"
+#include "srf/codec/weighted_block.h"
+#include "surfel/math/padded_rows.h"
+#include "surfel/math/truncated_svd.h"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 // Layout of a block's record, shared by its writer and reader; docs/format.md specifies it to the byte.
 #pragma once
 
-#include "srf/codec/padded_rows.h"
+#include "surfel/math/padded_rows.h"
 
 #include <array>
 #include <cstddef>

@@ -1,8 +1,8 @@
 #include "bench/doll/doll_blocks.h"
 
-#include "bench/doll/spiral.h"
 #include "srf/codec/block.h"
 #include "srf/codec/block_encoder.h"
+#include "surfel/math/sphere_sampling.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 std::vector<capture::Light> lightsAround(size_t count) {
   std::vector<capture::Light> lights;
-  for (const auto& towards : spiral(count))
+  for (const auto& towards : fibonacciSphere(count))
     lights.push_back(
         {"", "",
          capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
@@ -24,7 +24,7 @@ TEST(DollBlocks, HoldTheTexelsThatArePresent) {
   const auto lights = lightsAround(7);
   const DollBlocks blocks(lights, 1);
   std::mt19937_64 random(1);
-  for (const auto& normal : spiral(20)) {
+  for (const auto& normal : fibonacciSphere(20)) {
     const uint64_t present = random() | uint64_t{1};
     EXPECT_EQ(codec::decodeBlock(blocks.record(normal, 0, present), lights.size()).present, present);
   }
@@ -34,7 +34,7 @@ TEST(DollBlocks, HoldTheTexelsThatArePresent) {
 TEST(DollBlocks, RanksArePlausible) {
   const DollBlocks blocks(lightsAround(60), 1);
   double ranks = 0, bytes = 0;
-  const auto normals = spiral(500);
+  const auto normals = fibonacciSphere(500);
   for (const auto& normal : normals) {
     const auto record = blocks.record(normal, normals.size(), ~uint64_t{0});
     const codec::Block block = codec::decodeBlock(record, 60);
@@ -52,7 +52,7 @@ TEST(DollBlocks, RanksArePlausible) {
 TEST(DollBlocks, ErrLittleMoreThanTheBestOfTheirRank) {
   const auto lights = lightsAround(60);
   double ours = 0, best = 0;
-  const auto normals = spiral(12);
+  const auto normals = fibonacciSphere(12);
   for (size_t i = 0; i < normals.size(); ++i) {
     const Eigen::MatrixXf x = dollPatch(normals[i], lights, i);
     const codec::EncodedBlock encoded =
@@ -69,7 +69,7 @@ TEST(DollBlocks, ErrLittleMoreThanTheBestOfTheirRank) {
 TEST(DollBlocks, ShowTheSideThatIsLit) {
   const auto lights = lightsAround(30);
   const DollBlocks blocks(lights, 1);
-  for (const auto& normal : spiral(50)) {
+  for (const auto& normal : fibonacciSphere(50)) {
     const codec::Block block = codec::decodeBlock(blocks.record(normal, 0, ~uint64_t{0}), lights.size());
     const auto green = [&](size_t light) {
       double sum = 0;

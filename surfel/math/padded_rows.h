@@ -1,11 +1,11 @@
-// Row-major matrix with rows padded to eight numbers, as block_kernels.h requires.
+// Row-major matrix with rows padded to eight numbers, as matrix_products.h requires.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <memory>
 
-namespace surflect::codec {
+namespace surflect {
 
 template <class Real> class PaddedRows {
 public:
@@ -28,4 +28,4 @@ private:
   std::unique_ptr<Real[]> values_;
 };
 
-} // namespace surflect::codec
+} // namespace surflect

@@ -1,5 +1,5 @@
 // Symbols: T the matrix, a its diagonal, b its subdiagonal; Z its eigenvectors, one per row.
-#include "srf/codec/tridiagonal.h"
+#include "surfel/math/tridiagonal.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-namespace surflect::codec {
+namespace surflect {
 
 namespace {
 
@@ -93,4 +93,4 @@ TridiagonalSpectrum<Real> tridiagonalSpectrum(std::span<const Real> diagonal, st
 template TridiagonalSpectrum<float> tridiagonalSpectrum(std::span<const float>, std::span<const float>);
 template TridiagonalSpectrum<double> tridiagonalSpectrum(std::span<const double>, std::span<const double>);
 
-} // namespace surflect::codec
+} // namespace surflect

@@ -2,11 +2,11 @@
 //
 // Symbols: G the Gram matrix, n x n; Q the Lanczos vectors, orthonormal; T = Q' G Q, tridiagonal with
 //          diagonal alpha and subdiagonal beta; theta and s an eigenvalue and eigenvector of T.
-#include "srf/codec/block_spectrum.h"
+#include "surfel/math/dominant_eigenvectors.h"
 
-#include "srf/codec/block_kernels.h"
-#include "srf/codec/transpose.h"
-#include "srf/codec/tridiagonal.h"
+#include "surfel/math/matrix_products.h"
+#include "surfel/math/transpose.h"
+#include "surfel/math/tridiagonal.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-namespace surflect::codec {
+namespace surflect {
 
 namespace {
 
@@ -129,4 +129,4 @@ template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<R
 template Eigenvectors<float> dominantEigenvectors(const PaddedRows<float>&, float);
 template Eigenvectors<double> dominantEigenvectors(const PaddedRows<double>&, double);
 
-} // namespace surflect::codec
+} // namespace surflect

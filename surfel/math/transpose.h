@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace surflect::codec {
+namespace surflect {
 
 // The tile that is transposed in registers.
 template <class Real> struct TransposeTile {
@@ -78,4 +78,4 @@ void transpose(const Real* from, size_t fromRow, size_t rows, size_t columns, Re
       to[j * toRow + i] = from[i * fromRow + j];
 }
 
-} // namespace surflect::codec
+} // namespace surflect

@@ -1,9 +1,9 @@
 // Dominant eigenvectors of a Gram matrix.
 #pragma once
 
-#include "srf/codec/padded_rows.h"
+#include "surfel/math/padded_rows.h"
 
-namespace surflect::codec {
+namespace surflect {
 
 template <class Real> struct Eigenvectors {
   PaddedRows<Real> vectors; // [rows of the Gram matrix][terms], orthonormal columns by descending eigenvalue
@@ -19,4 +19,4 @@ template <class Real> struct Eigenvectors {
 // which takes far fewer steps than the matrix has rows.
 template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<Real>& gram, Real tolerated);
 
-} // namespace surflect::codec
+} // namespace surflect

@@ -1,31 +1,21 @@
-#include "srf/codec/block_spectrum.h"
+#include "surfel/math/dominant_eigenvectors.h"
 
-#include "tests/srf/codec/synthetic.h"
+#include "tests/surfel/math/matrices.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <gtest/gtest.h>
 
-namespace surflect::codec {
+namespace surflect {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-template <class Real> PaddedRows<Real> rowsOf(const MatrixXd& m) {
-  PaddedRows<Real> rows(m.rows(), m.cols());
-  for (size_t i = 0; i < rows.rows(); ++i)
-    for (size_t j = 0; j < rows.columns(); ++j) rows.row(i)[j] = static_cast<Real>(m(i, j));
-  return rows;
-}
-
-template <class Real> MatrixXd matrixOf(const PaddedRows<Real>& rows) {
-  return MatrixXd::NullaryExpr(rows.rows(), rows.columns(),
-                               [&](auto i, auto j) { return double{rows.row(i)[j]}; });
-}
-
 // Random symmetric matrix with the given eigenvalues, scaled to trace 1.
 MatrixXd gramOf(VectorXd values, std::mt19937& generator) {
   const auto size = static_cast<int>(values.size());
-  const MatrixXd q = synthetic::random(size, size, generator).cast<double>().householderQr().householderQ();
+  const MatrixXd q = randomMatrix(size, size, generator).householderQr().householderQ();
   values /= values.sum();
   return q * values.asDiagonal() * q.transpose();
 }
@@ -91,4 +81,4 @@ TEST(StrongestVectors, AreNoMoreThanTheRank) {
 }
 
 } // namespace
-} // namespace surflect::codec
+} // namespace surflect

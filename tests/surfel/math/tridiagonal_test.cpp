@@ -1,4 +1,4 @@
-#include "srf/codec/tridiagonal.h"
+#include "surfel/math/tridiagonal.h"
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace surflect::codec {
+namespace surflect {
 namespace {
 
 using Eigen::MatrixXd;
@@ -71,4 +71,4 @@ TEST(TridiagonalSpectrum, IsFoundWhereTheMatrixIsSeveralOrHasEqualValues) {
 }
 
 } // namespace
-} // namespace surflect::codec
+} // namespace surflect

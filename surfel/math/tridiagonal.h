@@ -1,12 +1,12 @@
 // Eigenvalues and eigenvectors of a symmetric tridiagonal matrix.
 #pragma once
 
-#include "srf/codec/padded_rows.h"
+#include "surfel/math/padded_rows.h"
 
 #include <span>
 #include <vector>
 
-namespace surflect::codec {
+namespace surflect {
 
 template <class Real> struct TridiagonalSpectrum {
   std::vector<Real> values; // descending
@@ -18,4 +18,4 @@ template <class Real> struct TridiagonalSpectrum {
 template <class Real>
 TridiagonalSpectrum<Real> tridiagonalSpectrum(std::span<const Real> diagonal, std::span<const Real> beside);
 
-} // namespace surflect::codec
+} // namespace surflect

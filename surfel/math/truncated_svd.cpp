@@ -1,14 +1,14 @@
-#include "srf/codec/block_factors.h"
+#include "surfel/math/truncated_svd.h"
 
-#include "srf/codec/block_kernels.h"
-#include "srf/codec/block_spectrum.h"
-#include "srf/codec/transpose.h"
+#include "surfel/math/dominant_eigenvectors.h"
+#include "surfel/math/matrix_products.h"
+#include "surfel/math/transpose.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace surflect::codec {
+namespace surflect {
 
 namespace {
 
@@ -52,21 +52,20 @@ PaddedRows<Real> directions(const PaddedRows<Real>& m, const PaddedRows<Real>& v
 
 } // namespace
 
-template <class Real> BlockFactors<Real> factorised(const WeightedBlock<Real>& block, Real left) {
-  const PaddedRows<Real>& x = block.values;
-  const bool overLights = x.columns() <= x.rows();
-  const PaddedRows<Real> turned = overLights ? PaddedRows<Real>(0, 0) : transposed(x);
-  const PaddedRows<Real>& narrow = overLights ? x : turned; // lights or rows, whichever are fewer, as columns
+template <class Real> TruncatedSvd<Real> truncatedSvd(const PaddedRows<Real>& x, Real tolerated) {
+  const bool isNarrow = x.columns() <= x.rows();
+  const PaddedRows<Real> turned = isNarrow ? PaddedRows<Real>(0, 0) : transposed(x);
+  const PaddedRows<Real>& narrow = isNarrow ? x : turned;
   const PaddedRows<Real> gram = gramOf(narrow);
-  Eigenvectors<Real> spectrum = dominantEigenvectors(gram, left);
+  Eigenvectors<Real> spectrum = dominantEigenvectors(gram, tolerated);
 
   std::vector<double> energies;
   PaddedRows<Real> along = directions(narrow, spectrum.vectors, energies);
-  if (overLights) return {std::move(along), std::move(spectrum.vectors), std::move(energies), spectrum.trace};
+  if (isNarrow) return {std::move(along), std::move(spectrum.vectors), std::move(energies), spectrum.trace};
   return {std::move(spectrum.vectors), std::move(along), std::move(energies), spectrum.trace};
 }
 
-template BlockFactors<float> factorised(const WeightedBlock<float>&, float);
-template BlockFactors<double> factorised(const WeightedBlock<double>&, double);
+template TruncatedSvd<float> truncatedSvd(const PaddedRows<float>&, float);
+template TruncatedSvd<double> truncatedSvd(const PaddedRows<double>&, double);
 
-} // namespace surflect::codec
+} // namespace surflect

@@ -1,10 +1,10 @@
-#include "srf/codec/transpose.h"
+#include "surfel/math/transpose.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-namespace surflect::codec {
+namespace surflect {
 namespace {
 
 // Rows are longer than necessary; their padding must stay untouched.
@@ -29,4 +29,4 @@ TEST(Transpose, PutsEveryNumberInItsPlace) {
 }
 
 } // namespace
-} // namespace surflect::codec
+} // namespace surflect
