@@ -24,7 +24,7 @@ namespace surflect::render {
 struct RendererOptions {
   size_t cameras = 3; // blended per place, 1..kMaxBlended
   size_t pairs = 4;   // camera-light pairs blended instead, where not all were captured
-  // Replace the model's own light blend; see LightBlend.
+  // Override the light blend that the model states (LightBlend).
   std::optional<size_t> lights = {};
   std::optional<ulr::LightFit> lightFit = {};
   std::optional<bool> foreshortened = {};

@@ -24,7 +24,7 @@ HWY_INLINE void storeVector(double* x, double* y, double* z, int at, const Vecto
   hn::Store(v.z, kDoubles, z + at);
 }
 
-// A group of points on its way.
+// A group of points being warped, one per lane: positions, tangents, determinant of the Jacobian.
 struct Carried {
   Vector x, u, v;
   Doubles determinant;
@@ -42,7 +42,7 @@ template <class Step> HWY_INLINE void carryEach(WarpBatch& b, const Step& step) 
   }
 }
 
-// Triples of which the first `count` are there, the others 0.
+// Loads the first `count` triples; the other lanes are 0.
 HWY_INLINE Vector takeTriples(const float* from, int count) {
   float padded[3 * kDoubleLanes];
   if (count < kDoubleLanes) {

@@ -9,16 +9,16 @@
 
 namespace surflect::warp {
 
-constexpr int kWarpGroup = 8; // the most points in lanes
+constexpr int kWarpGroup = 8; // maximum number of points in lanes
 
-// All in double precision. carry... take each point x to Psi(x), its tangents d to J d, and its determinant
-// to det J times it. Their parameters are those in warp.cpp; vectors are 3 doubles.
+// All computation is in double precision. The functions carry... map each point x to Psi(x) and its tangents
+// d to J d, and multiply its determinant by det J. Parameters are those in warp.cpp; vectors are 3 doubles.
 
-// Fills the batch with `count` points, from places p0 and tangent frames r0 (tangent_frame.h), 3 floats each.
-// The determinant is 1.
+// Fills the batch with `count` points, from positions p0 and tangent frames r0 (tangent_frame.h), 3 floats
+// each. Determinants are 1.
 void beginBatch(const float* p0, const float* r0, int count, WarpBatch&);
 
-// `linear` by columns; its determinant is given.
+// `linear` is stored by columns; `determinant` is its determinant.
 void carryAffine(const double* linear, const double* offset, double determinant, WarpBatch&);
 void carryTwist(const double* axis, double k, const double* center, WarpBatch&);
 // k is not 0.
@@ -27,18 +27,18 @@ void carryTaper(const double* axis, double g, const double* center, WarpBatch&);
 void carrySine(const double* axis, const double* direction, const double* center, double amplitude, double q,
                double phase, WarpBatch&);
 
-// The displacement within a lattice's box as a polynomial in (s, t, u), the place relative to the middle of
+// Displacement within a lattice's box, as a polynomial in the position (s, t, u) relative to the middle of
 // the box.
 struct LatticeStep {
   const double *middle, *half; // of the box, 3 each: its centre, and from there to its sides
   const int* divisions;        // the polynomial's degrees, 3
-  const double* coefficients;  // 3 each; the highest powers first, of s running fastest, then t
+  const double* coefficients;  // 3 each; highest powers first; that of s varies fastest, then t
 };
 void carryLattice(const LatticeStep&, WarpBatch&);
 
-// Writes p, u, v rounded, 3 floats a point, and the sign of the determinant; up to the next whole group, with
-// any numbers beyond count. `doubtful` gets a bit for each point that may not be finite or may have no
-// polarFrame: 32 points a number, from the lowest bit on.
+// Writes p, u, v rounded to 3 floats per point, and the sign of the determinant. Whole groups are written;
+// entries beyond `count` are undefined. `doubtful` gets a bit for each point that may not be finite or may
+// have no polarFrame: 32 points per number, from the lowest bit on.
 void finishBatch(const WarpBatch&, float* p, float* u, float* v, int8_t* handedness, uint32_t* doubtful);
 
 } // namespace surflect::warp

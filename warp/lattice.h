@@ -26,9 +26,9 @@ struct Lattice {
 // Bernstein polynomials [Sederberg and Parry 1986, Eq. 2]. Affine displacements of the points give that
 // affine map. Outside of the box each B continues along its tangent, so the warp and its Jacobian are
 // continuous everywhere and affine maps stay affine. Where the two outermost layers of points rest, all space
-// beyond rests. Cost: about pointCount operations per point. Batches (Warp::carry) cost much less, if there
-// are no more than 24 divisions along the three axes together and powers of the box's sides fit into doubles;
-// least with 3 along each axis.
+// beyond rests. Cost: about pointCount operations per point. Batches (Warp::carry) cost much less if the
+// divisions along the three axes sum to at most 24 and powers of the box's sides fit into doubles. They cost
+// least with 3 divisions along each axis.
 WarpPointer latticeWarp(Lattice lattice);
 
 } // namespace surflect::warp

@@ -13,8 +13,8 @@ namespace surflect::warp {
 // The file's coordinates are those of the scene.
 class Rig {
 public:
-  // Selects the animation by name; "" selects the only one. Throws Error as readGltf does, and for an unknown
-  // animation.
+  // Selects the animation by name; "" selects the only one of the file. Throws Error as readGltf does, and
+  // for an unknown animation.
   Rig(const std::filesystem::path& path, const std::string& animation);
 
   // Warp at this many seconds into the animation; before and after it, the pose is constant.

@@ -31,7 +31,7 @@ Rgb colorAt(const Point3<AcquisitionSpace>& p) {
   return even ? Rgb{0.85f, 0.75f, 0.5f} : Rgb{0.1f, 0.25f, 0.45f};
 }
 
-// Splats of their rest shape, in the planes of the deformed surface.
+// Splats that keep their circular rest shape but lie in the tangent planes of the deformed surface.
 DeformedCloud circular(DeformedCloud cloud) {
   for (size_t i = 0; i < cloud.size(); ++i) {
     const auto frame = polarFrame<float>(cloud.u[i].raw(), cloud.v[i].raw());

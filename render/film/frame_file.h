@@ -11,8 +11,8 @@
 namespace surflect::film {
 
 // Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
-// stretch.V. Colours are half floats, depth is single. What noise and the blending of lights
-// leave below black is black. The attributes say what made the frame.
+// stretch.V. Colours are half floats, depth is single. Negative colours, which compression noise and the
+// blending of lights can cause, become 0. The attributes are written to the header.
 std::string frameBytes(const render::FrameLayers& film, const std::map<std::string, std::string>& attributes,
                        const Progress& progress = {});
 void writeFrame(const std::filesystem::path& path, const render::FrameLayers& film,

@@ -11,26 +11,27 @@ namespace surflect::film {
 
 class ShotRenderer {
 public:
-  // Reads and prepares the script's environments. The script is one that requireShot accepts; script,
-  // renderer and progress must outlive this. Throws Error as readEnvironments does, and Cancelled.
+  // Reads and prepares the script's environments. requireShot must accept the script. Script, renderer and
+  // progress must outlive the ShotRenderer. Throws Error as readEnvironments does, and Cancelled.
   ShotRenderer(const scene::Script& script, render::Renderer& renderer, const Progress& progress);
 
-  // The script's camera, or the captured one that it names, on pictures `scale` times the script's size.
-  // Throws Error as cameraAt does, where the model has no camera of the name, and where its pictures have
-  // another shape.
+  // Returns the script's camera, or the captured one that it names, for pictures `scale` times the script's
+  // size. Throws Error as cameraAt does, if the model has no camera of that name, and if the captured
+  // camera's pictures have another shape.
   capture::Camera<ObjectSpace> camera(int frame, double scale) const;
 
-  // With the AOVs that the script asks for. Throws Error where a track has no value that serves.
+  // Renders a frame with the AOVs that the script asks for. Throws Error if a track has no valid value.
   render::FrameLayers render(int frame, double scale);
 
-  // A film that is no longer needed gives its memory to the next.
+  // Reuses the memory of a frame that is no longer needed.
   void reuse(render::FrameLayers film) { memory_ = std::move(film); }
 
-  // One exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames
-  // spread over it is white. 1 where nothing shines. Renders them at a quarter of the size on the first call.
+  // Exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames,
+  // spread over the shot, becomes white. 1 if all five are black. The first call renders them, at a quarter
+  // of the size.
   double previewExposure();
 
-  // In the order of the script, and what preparing each of them gave.
+  // Environments in the order of the script, and the report on preparing each of them.
   const std::vector<scene::Environment>& environments() const { return environments_; }
   const std::vector<render::EnvironmentReport>& environmentReports() const { return environmentReports_; }
 

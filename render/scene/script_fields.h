@@ -1,4 +1,4 @@
-// What a script's tables hold: values with the way to them, tables whose keys are all known, tracks.
+// Values of a script: entries that know their field, tables that refuse unknown keys, tracks.
 #pragma once
 
 #include "surfel/base/error.h"
@@ -75,7 +75,7 @@ warp::Track3 trackOr(const Section& section, std::string_view key, const warp::T
 // A place that is 0 where it is left out, which it may be only where the origin is 0, too.
 warp::Track3 placeOrOrigin(const Section& section, std::string_view key);
 
-// Runs `make`, which may refuse what stands at the entry.
+// Returns make(); an Error that it throws gets the entry's field.
 template <class Make> auto at(const Entry& entry, Make make) {
   try {
     return make();
@@ -84,7 +84,7 @@ template <class Make> auto at(const Entry& entry, Make make) {
   }
 }
 
-// Runs `make`, which reads a file that the entry names: what is wrong with it is said after the entry.
+// Returns make(), which reads a file named by the entry; the message of an Error follows the entry's field.
 template <class Make> auto atFile(const Entry& entry, Make make) {
   try {
     return make();

@@ -12,12 +12,12 @@
 
 namespace surflect::splat {
 
-// One of several layers that a pixel shows; the weights of its splats are stored.
+// Depth layer of a pixel that has several. For such pixels the splats' weights are stored, as contributions.
 struct PixelLayer {
   uint32_t pixel;        // index in the tile, row by row
-  uint32_t begin, count; // range of the contributions
+  uint32_t begin, count; // range in RasterTile::contributions
   float alpha;
-  float order;   // mean of the layer
+  float order;   // weighted mean of the splats'
   bool isMedian; // true if half of the pixel's alpha is reached in this layer
 };
 struct Contribution {

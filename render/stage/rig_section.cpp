@@ -66,7 +66,7 @@ void checkCount(const scene::Entry& entry, size_t count, int most) {
     throw scene::mismatch(entry, fmt::format("1 to {} of them", most));
 }
 
-// Even positions over the sphere, test ones between the others.
+// Directions spread evenly over the part of the sphere between two heights.
 std::vector<Place> even(int count, double lowest, double highest, Angle start) {
   std::vector<Place> places;
   for (const auto& direction : spiral(count, lowest, highest, start)) places.push_back({direction});

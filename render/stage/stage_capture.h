@@ -25,9 +25,9 @@ void requireCapturable(const Stage& stage, const StageDeformation* deformation, 
                        const std::filesystem::path& folder);
 
 // Writes one multi-layer EXR per view, or brackets of PNGs, the geometry at rest and, last, transforms.json.
-// A deformation goes with StageFrames::deformed: for `evaluate` with the same warp. The same call resumes an
-// interrupted capture. Throws Error, also as requireCapturable does, and Cancelled. Memory: one picture per
-// light, and the resulting file.
+// A deformation requires StageFrames::deformed, and makes truth for `evaluate` with the same warp. The same
+// call resumes an interrupted capture. Throws Error, also as requireCapturable does, and Cancelled. Memory:
+// one picture per light, and the resulting file.
 StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const std::filesystem::path& folder, const Progress& progress);
 

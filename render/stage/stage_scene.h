@@ -37,11 +37,12 @@ struct ShadowRay {
 };
 inline constexpr size_t kMostRays = 16;
 
-// Coherence of a set of rays, as a hint for speed: similar directions and origins, or at most one of them.
+// Coherence of a set of rays, a hint for speed. narrow: both origins and directions are similar; wide: at
+// most one of the two is.
 enum class Beam { narrow, wide };
 
-// Material with its diffuse or metal colour multiplied, and its roughness scaled by 0..1; of a coated
-// material the base's. Parameters that a material does not have are ignored.
+// Material with its diffuse or metal colour multiplied, and its roughness scaled by 0..1; for a coated
+// material, those of its base. Factors of parameters that a material does not have are ignored.
 material::Material varied(const material::Material& material, const Rgb& colorFactor, double roughnessFactor);
 
 class StageScene {

@@ -6,8 +6,8 @@
 // Each light is sampled directly at every vertex of a path. Lights with an extent are also hit by scattered
 // directions, and the power heuristic combines both. Directional and point lights have no extent, so mirrors
 // and clear glass neither show them nor transmit their light: give directional lights an angular radius in
-// scenes with such materials. Glass casts shadows for direct sampling; light passes it by paths that end in a
-// light. The lights themselves are not visible except by way of a surface.
+// scenes with such materials. Glass casts shadows for direct sampling; light passes through it only along
+// paths that hit a light. The camera does not see lights directly, only by way of a surface.
 //
 // Opaque materials are two-sided. Absorption along a path follows the last interface that it crossed.
 #pragma once
@@ -43,7 +43,8 @@ struct TracedView {
   image::Image alpha;                 // 1 channel: share of samples, even over the pixel, that hit a surface
 };
 
-// `view` keys the noise. The same bits for any number of threads.
+// Pictures of one camera under all lights. `view` keys the noise. Gives the same bits for any number of
+// threads.
 TracedView traceView(const StageScene& scene, const capture::Camera<AcquisitionSpace>& camera, uint64_t view,
                      std::span<const capture::Light> lights, const TraceOptions& options,
                      const Progress& progress);

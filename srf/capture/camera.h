@@ -68,7 +68,7 @@ template <class World> struct Camera {
   }
 };
 
-// Camera::project for many points: pose and lens of an undistorted pinhole are one matrix.
+// Camera::project for many points: pose and lens of an undistorted pinhole are combined in one matrix.
 template <class World> class Projector {
 public:
   explicit Projector(const Camera<World>& camera) : camera_(camera) {
@@ -110,8 +110,8 @@ public:
   double distance(const Point3<World, double>& p) const {
     return isDistant_ ? std::numeric_limits<double>::infinity() : length(center_ - p);
   }
-  // Returns the position, or for a distant viewpoint the direction towards it.
   bool isDistant() const { return isDistant_; }
+  // Position, or for a distant viewpoint the unit direction towards it.
   Vec3<double> place() const { return isDistant_ ? backwards_.raw() : center_.raw(); }
 
 private:

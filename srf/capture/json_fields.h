@@ -27,7 +27,7 @@ std::string shown(const Json& value);
 // "lights[12]"
 std::string element(const std::string& list, size_t index);
 
-// Adds the field to an Error that leaves the work.
+// Returns work(); its Errors get the field.
 template <class Work> auto within(const std::string& field, Work work) {
   try {
     return work();

@@ -19,10 +19,10 @@ struct MaskContent {
 // there are no labels.
 MaskContent contentOf(const image::Picture& mask, bool lossy = false);
 
-// Reads a mask file in its own size (readMask), or its coverage in the size of the pictures (readCoverage),
-// to which masks of the same shape are resized by their mean over each pixel. Throw Error, also for another
-// shape.
+// Reads a mask file in its own size. Throws Error.
 MaskContent readMask(const std::filesystem::path& mask);
+// Coverage of a mask file in the size of the pictures; a mask of another size is resized, by its mean over
+// each pixel. Throws Error, also if the mask has another shape than the pictures.
 image::Image readCoverage(const std::filesystem::path& mask, image::PictureSize size);
 
 // Returns whether size `a` is size `b` enlarged or reduced: the same shape up to rounding to whole pixels,

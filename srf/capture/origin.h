@@ -26,7 +26,7 @@ std::optional<Point3<AcquisitionSpace, double>> middleOfScene(const Capture& cap
 // rounded to whole units, or finer if all cameras are within one unit.
 std::optional<Vec3<double>> nearerOrigin(const Capture& capture);
 
-// Returns the capture with coordinates relative to another origin, to about 1e-15 of the larger.
+// Returns the capture with coordinates relative to another origin, accurate to about 1e-15 of the larger one.
 Capture countedFrom(Capture capture, const Vec3<double>& origin);
 
 } // namespace surflect::capture

@@ -15,7 +15,7 @@ namespace surflect::capture {
 struct Photograph {
   image::Image radiance; // 3 channels in the photograph's scale: linear, divided by alpha and exposure,
                          // brackets merged. Negative noise is kept. Black where alpha is 0.
-  image::Image alpha; // 1 channel, 0..1: the picture's alpha (of a bracket's first) times the mask; 1 without
+  image::Image alpha; // 1 channel, 0..1: alpha (of a bracket's first picture) times mask; 1 if neither exists
   bool hasMatte = false;    // the picture has alpha, or a mask
   size_t invalidTexels = 0; // number of NaN or infinite texels, now black
 };

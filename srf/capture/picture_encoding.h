@@ -12,7 +12,7 @@ namespace surflect::capture {
 // Default encoding of pictures: 8 bits are sRGB, all others linear. Bits as in Picture.
 image::Transfer usualTransfer(int bits);
 
-// Throws Error naming the picture if its file's statement counts and cannot be understood.
+// Throws Error naming the picture if the statement of its file applies but cannot be understood.
 image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
                                 const std::optional<image::ColorStatement>& ofFile,
                                 const std::filesystem::path& picture);

@@ -22,7 +22,7 @@ public:
   void add(Capture& capture, Frame frame, const std::optional<std::string>& cameraName,
            const Camera<AcquisitionSpace>& camera);
 
-  // Notes for the user: photographs with view and light of another, and frames that are listed twice.
+  // Notes for the user: photographs that repeat view and light of another, and frames listed twice.
   std::vector<std::string> notes() const;
 
 private:

@@ -12,7 +12,7 @@
 namespace surflect::capture {
 
 // Writes folder/transforms.json atomically; capture.file is ignored. readCapture() returns an equal capture,
-// except for rounding of poses in the last digits and the order of views, which follows the frames. Paths of
+// except that the last digits of poses may be rounded and views are ordered by their first frame. Paths of
 // pictures must be inside the folder. Throws Error.
 void writeCapture(const Capture& capture, const std::filesystem::path& folder);
 // Text of the file that writeCapture() writes.

@@ -2,6 +2,7 @@
 #include "srf/codec/block_fit.h"
 
 #include "srf/codec/block_kernels.h"
+#include "surfel/math/matrix_products.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>

@@ -8,6 +8,7 @@
 
 #include "srf/codec/block_bound.h"
 #include "srf/codec/block_kernels.h"
+#include "surfel/math/matrix_products.h"
 
 #include <algorithm>
 #include <cmath>

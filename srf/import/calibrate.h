@@ -24,9 +24,9 @@ image::Mask objectOfView(const capture::Capture& capture, std::span<const size_t
                          const Progress& progress = {});
 
 // Relative irradiances, mean 1, of the directional lights of frames of one view, from photographs reduced to
-// at most 2^18 pixels. `unevenly`: with gradients, from training frames alone; lights of test frames are
-// even, so that nothing but their strength is used. The origin is at the middle of the picture. Throws Error
-// for a damaged photograph.
+// at most 2^18 pixels. `unevenly`: with gradients, for training frames alone. Lights of test frames get no
+// gradient, so that nothing but their strength comes from test photographs. The origin is at the middle of
+// the picture. Throws Error for a damaged photograph.
 struct StrengthEstimate {
   std::vector<capture::DirectionalLight> lights; // one per frame; empty if strengths cannot be determined
   std::string problem;                           // reason for missing lights or missing gradients

@@ -22,7 +22,7 @@ std::vector<std::filesystem::path> findColmapModels(const std::filesystem::path&
 ForeignCapture readColmap(const std::filesystem::path& folder, const std::filesystem::path& images,
                           bool allowOutside);
 
-// Lens of a model by COLMAP's name and parameter order; throws Error naming the model.
+// Lens of a COLMAP camera model, with parameters in COLMAP's order. Throws Error naming an unsupported model.
 capture::Lens colmapLens(std::string_view model, int width, int height, std::span<const double> parameters);
 
 } // namespace surflect::importers

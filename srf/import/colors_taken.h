@@ -9,8 +9,8 @@
 namespace surflect::importers {
 
 // "colour: 16 pictures as sRGB (PNG sRGB chunk), 2 as gamma 2.2 (PNG gAMA chunk)". Reads headers only. Throws
-// Error naming the picture for a statement that cannot be understood, and for an EXR without the layer
-// wanted.
+// Error naming the picture for a statement that cannot be understood, and for an EXR without the
+// requested layer.
 std::string colorsTaken(const capture::Capture& capture, const Progress& progress);
 
 } // namespace surflect::importers

@@ -26,9 +26,9 @@ std::optional<std::filesystem::path> findLights(const std::filesystem::path& fol
 // Lights without names belong to the pictures in filenames.txt, one per line, as in DiLiGenT [Shi et al.
 // 2016]; without that list to all pictures of the folder in natural order (2 before 10). Names may differ
 // from a picture's in letter case or extension if only one picture fits. A picture whose name ends in "mask"
-// is the mask of all. Strengths come from light_intensities.txt beside the light file, r g b per line.
-// Otherwise they are unknown: irradiance 1, or for positions one intensity with mean irradiance 1 at the
-// origin. Throws Error with the line.
+// is the mask of all photographs. Strengths come from light_intensities.txt beside the light file, r g b per
+// line. Otherwise they are unknown: irradiance 1, or for positions one intensity with mean irradiance 1 at
+// the origin. Throws Error with the line.
 ForeignCapture readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
                            const LitViewOptions& options, bool allowOutside);
 

@@ -49,7 +49,7 @@ public:
   void executeResident(ExecutedPart& part) const;
 
   // Executes all waiting operations. Blocks of several parts are fetched together, in disk order. Leaves each
-  // part's `needed` sorted, without repeats. Throws Error as ViewFile::read.
+  // part's `needed` sorted, without repeats. Throws Error as ViewFile::read does.
   void executeWaiting(std::span<ExecutedPart> parts) const;
 
 private:

@@ -30,14 +30,14 @@ Taps cubic(double x, int nodes) {
 
 double nodeAt(int i, int nodes) { return static_cast<double>(i) / (nodes - 1); }
 
-// Cosine of a node, denser at both ends.
+// Cosine at a table coordinate x in 0..1, and its inverse. Nodes are denser at both ends.
 double cosineAt(double x) { return x * x / (x * x + (1 - x) * (1 - x)); }
 double placeOfCosine(double mu) {
   const double s = std::sqrt(mu), c = std::sqrt(std::max(0.0, 1 - mu));
   return s / (s + c);
 }
 
-// Roughness of a node, denser at small roughnesses.
+// Roughness at a table coordinate x in 0..1, and its inverse. Nodes are denser at small roughnesses.
 double roughnessAt(double x) { return kSmooth + (1 - kSmooth) * x * x; }
 double placeOfRoughness(double alpha) {
   return std::sqrt(std::clamp((alpha - kSmooth) / (1 - kSmooth), 0.0, 1.0));

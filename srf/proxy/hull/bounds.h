@@ -27,8 +27,9 @@ struct Cube {
   }
 };
 
-// Cubes in which a point may have a quorum and no vote against it, or with `dissent` no more than allowed.
-// They divide the box, `across` along its longest side. Found by an octree, and in its order.
+// Cubes in which some point may have a quorum and no vote against it, or with `dissent` at most
+// allowedDissent() votes against it. Their edge is the box's longest side over `across`. They are in the
+// order of an octree.
 std::vector<Cube> possibleCubes(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
                                 const Eigen::AlignedBox3d& box, int across, bool dissent,
                                 const Progress& progress);

@@ -13,8 +13,8 @@ namespace surflect::hull {
 class Outline {
 public:
   // alpha: one channel, bilinear between pixel centres. The contour is straight within each square of four
-  // centres, so sub-pixel where alpha has values between 0 and 1. The image border is not part of the
-  // outline.
+  // centres; it has sub-pixel accuracy where alpha has values between 0 and 1. The image border is not part
+  // of the outline.
   explicit Outline(const image::Image& alpha);
 
   int width() const { return distances_->width; }
@@ -31,7 +31,6 @@ public:
 
   // Distance to the outline in pixels, positive inside; without an outline, width + height. Bilinear between
   // pixel centres, constant up to the border. Outside of the image, reduced by the distance to the image.
-
   double signedDistance(capture::Pixel pixel) const;
 
 private:

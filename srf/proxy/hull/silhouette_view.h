@@ -1,8 +1,8 @@
 // Vote of one view's silhouette on a point, or on all points of a ball.
 //
-// A view whose silhouette is inside its image sees the whole object. It votes on every point, and against
-// points beside the image or behind the camera. A view that crops the object votes only on points inside its
-// image.
+// A view whose silhouette does not touch the image border sees the whole object. It votes on every point: a
+// vote against points beside the image or behind the camera. A view that crops the object votes only on
+// points inside its image.
 #pragma once
 
 #include "srf/capture/camera.h"
@@ -24,8 +24,8 @@ struct SilhouetteView {
 double pixelFootprint(const capture::Camera<AcquisitionSpace>& camera,
                       const Point3<AcquisitionSpace, double>& p);
 
-// Distance of p to the cone of the silhouette, in scene units by the footprint, positive inside. Empty
-// without a vote, minus infinity behind the camera.
+// Signed distance from p to the cone of the silhouette, positive inside, converted from pixels to scene units
+// by the footprint. Empty if the view does not vote on p; minus infinity behind the camera.
 std::optional<double> coneDistance(const SilhouetteView& silhouetteView,
                                    const Point3<AcquisitionSpace, double>& p);
 
@@ -34,18 +34,18 @@ struct Ball {
   double radius = 0; // scene units
 };
 
-// Bound on how far a ball reaches from the projection of its centre, in pixels. For a pinhole and the points
-// c + d with
-// d| <= r: |x(c + d) - x(c)| = |d_xy - x(c) d_z| / (z + d_z) <= r sqrt(1 + |x|^2) / (z - r). Distortion is
-// linearised. Infinite if the ball touches the plane of the camera.
+// Upper bound on the radius of a ball's image about the projection of its centre, in pixels. For a pinhole
+// camera, centre c at depth z and |d| <= r,
+//   |x(c + d) - x(c)| = |d_xy - x(c) d_z| / (z + d_z) <= r sqrt(1 + |x|^2) / (z - r).
+// Distortion is linearised. Infinite if the ball touches the plane of the camera.
 double projectedRadius(const capture::Camera<AcquisitionSpace>& camera, const Ball& ball);
 
 // Conservative vote on the points of a ball. Outline distances count as exact to one pixel.
 struct BallVote {
-  bool votes = false;    // on all points of the ball
+  bool votes = false;    // votes on every point of the ball
   bool mayAgree = false; // some points may be in the silhouette
-  bool inside = false;   // against no point of the ball
-  bool outside = false;  // against all points of the ball
+  bool inside = false;   // votes against no point of the ball
+  bool outside = false;  // votes against every point of the ball
 };
 BallVote voteOn(const SilhouetteView& silhouetteView, const Ball& ball);
 
@@ -58,7 +58,7 @@ Point3<AcquisitionSpace, double> pointInView(std::span<const SilhouetteView> sil
 size_t quorumOf(std::span<const SilhouetteView> silhouetteViews);
 
 // Field of the hull: the smallest coneDistance of all views that vote, positive inside, clamped to +-limit.
-// -limit without a quorum.
+// -limit if fewer views than the quorum vote.
 double hullDistance(std::span<const SilhouetteView> silhouetteViews, size_t quorum,
                     const Point3<AcquisitionSpace, double>& p, double limit);
 

@@ -48,7 +48,7 @@ TriangleMesh subMesh(const TriangleMesh& mesh, const std::vector<uint8_t>& isCho
   return withoutUnused(std::move(sub));
 }
 
-// The share of `some` in what cameras see of it and of `others`.
+// Fraction of the pixels covered by either mesh in which `some` is in front.
 double seenShare(const TriangleMesh& some, const TriangleMesh& others,
                  std::span<const capture::Camera<World>> cameras, const Progress& progress) {
   const RayCaster<World> ofSome(some, progress), ofOthers(others, progress); // each at its own precision

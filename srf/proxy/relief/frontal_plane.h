@@ -16,7 +16,7 @@ double frontalDepth(const capture::Camera<AcquisitionSpace>& camera);
 // -1), an orthographic one (x, y, -depth). Empty where the distortion has no inverse.
 std::optional<Vec2<double>> imagePoint(const capture::Lens& lens, capture::Pixel pixel);
 
-// Point of that ray at a depth.
+// Point at a depth on the ray through an image point.
 Point3<CameraSpace, double> atDepth(const capture::Lens& lens, const Vec2<double>& imagePoint, double depth);
 
 } // namespace surflect::relief
