@@ -22,8 +22,9 @@ if(SURFLECT_FUZZ)
   target_compile_options(surflect_settings INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# Headers that almost every source includes, compiled once. The fuzz preset builds the libraries without them.
-file(WRITE "${PROJECT_BINARY_DIR}/generated/common_headers.cpp" "")
+# Headers that almost every source includes, compiled once. tests/structure/self_contained.py sees to it that headers
+# include them all the same.
+file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/generated/common_headers.cpp" CONTENT "")
 add_library(surflect_common_headers OBJECT "${PROJECT_BINARY_DIR}/generated/common_headers.cpp")
 target_link_libraries(surflect_common_headers PRIVATE surflect_settings Eigen3::Eigen)
 target_precompile_headers(surflect_common_headers PRIVATE
@@ -31,9 +32,9 @@ target_precompile_headers(surflect_common_headers PRIVATE
   <span> <string> <string_view> <variant> <vector>)
 
 # surflect_library(NAME [INTERNAL] [SOURCES a.cpp ...] [DEPENDS PUBLIC x PRIVATE y ...])
-# The library of the current folder's sources, or of those named; unless INTERNAL it is installed with its headers as Surflect::NAME. Every header must compile
-# alone: x.h does where x.cpp does without precompiled headers, since x.cpp includes it first (a test checks that);
-# headers without a source of their name are compiled for it.
+# The library of the current folder's sources, or of those named. Unless INTERNAL, it is installed with its headers as
+# Surflect::NAME. Every header must compile alone: x.h is proven by x.cpp, which includes it first (tests check that, and
+# that it includes what has been precompiled); a header without a source of its name is compiled by itself.
 function(surflect_library name)
   cmake_parse_arguments(LIB "INTERNAL" "" "SOURCES;DEPENDS" ${ARGN})
   file(GLOB sources RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")

@@ -2,7 +2,7 @@
 
 #include "tests/surfel/math/matrices.h"
 
-#include <Eigen/SVD>
+#include <Eigen/QR>
 #include <gtest/gtest.h>
 
 namespace surflect {
@@ -12,11 +12,14 @@ using Eigen::MatrixXd;
 
 // Random matrix whose singular values fall by a third from each to the next.
 MatrixXd falling(int rows, int columns, std::mt19937& generator) {
-  const Eigen::BDCSVD<MatrixXd> svd(randomMatrix(rows, columns, generator),
-                                    Eigen::ComputeThinU | Eigen::ComputeThinV);
-  Eigen::VectorXd values(std::min(rows, columns));
-  for (int k = 0; k < values.size(); ++k) values[k] = std::pow(2. / 3, k);
-  return svd.matrixU() * values.asDiagonal() * svd.matrixV().transpose();
+  const auto orthogonal = [&](int size) -> MatrixXd {
+    return randomMatrix(size, size, generator).householderQr().householderQ();
+  };
+  const int terms = std::min(rows, columns);
+  Eigen::VectorXd values(terms);
+  for (int k = 0; k < terms; ++k) values[k] = std::pow(2. / 3, k);
+  return orthogonal(rows).leftCols(terms) * values.asDiagonal() *
+         orthogonal(columns).leftCols(terms).transpose();
 }
 
 MatrixXd productOf(const TruncatedSvd<double>& svd) {
