@@ -9,7 +9,7 @@
 
 namespace surflect::render {
 
-// What any renderer can say about a frame.
+// Statistics of a frame, by whichever renderer.
 struct FrameReport {
   std::map<std::string, double> seconds;          // per stage; names are the renderer's own
   std::map<std::string, double> processorSeconds; // per stage, of all threads of the process

@@ -209,10 +209,10 @@ HWY_INLINE Place placeOf(Doubles s, Doubles half) {
   return {inside, s - inside};
 }
 
-// What the control points do to one place, and its derivatives over s, t, u. What is beyond the box goes on
-// along the tangent there; `anyBeyond` says whether there is such a place. It does not change the others: a
-// product by 0 is added to sums that are never -0. kDegree, unless it is 0, is the degree over every axis:
-// loops then know how far they go.
+// Displacement of one place by the control points, and its derivatives over s, t, u. A place beyond the box
+// is displaced along the tangent at the nearest place of the box; `anyBeyond` says whether any lane is there.
+// The other lanes keep their bits, since a product by 0 is added to sums that are never -0. kDegree, unless
+// it is 0, is the degree over every axis, which gives loops a constant length.
 struct LatticeMove {
   Vector move, overS, overT, overU;
 };

@@ -22,8 +22,8 @@ warp::ShotTime shotTime(const Script& script, double frame);
 // folder / output.path with its #### replaced by the frame number, padded with zeros.
 std::filesystem::path framePath(const Output& output, const std::filesystem::path& folder, int frame);
 
-// Of a LookAtCamera or OrbitCamera, with output's size: the script has both. Throws Error where a track is
-// not finite, the viewing direction is zero or along `up`, or fov_deg is outside 0.001..179.999.
+// Camera of a script that has an output and a LookAtCamera or OrbitCamera. Throws Error if a track is not
+// finite, if the viewing direction is zero or along `up`, or if fov_deg is outside 0.001..179.999.
 capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime& time);
 
 struct ShotDirectionalLight {

@@ -22,7 +22,7 @@ std::string fieldOf(const Entry& table, std::string_view key) {
   return table.field.empty() ? std::string(key) : table.field + '.' + std::string(key);
 }
 
-// What a user typed, fit for one line of a message.
+// Text of a script, fit for one line of a message: cut short, and without control characters.
 std::string shown(std::string_view typed, size_t limit = 60) {
   std::string line(typed.substr(0, limit));
   for (char& c : line)

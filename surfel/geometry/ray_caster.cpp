@@ -42,7 +42,7 @@ template <class Space> struct RayCaster<Space>::Scene {
 
 namespace {
 
-// What Embree could not do.
+// Throws Error if Embree's last call failed, and Cancelled if the progress stopped it.
 void requireSuccess(RTCDevice device, const Progress& progress) {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_CANCELLED) progress.checkpoint();

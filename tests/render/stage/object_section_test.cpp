@@ -114,7 +114,7 @@ TEST(ObjectSection, ObjectsRefuseToBeNothing) {
   const auto ball = [](const std::string& center, const std::string& radius) {
     return "type = \"sphere\"\ncenter = " + center + "\nradius = " + radius + "\nsegments = 8\n";
   };
-  // The same object as the skin of fur.
+  // An object that carries fur.
   const auto skin = [](const std::string& table) {
     return "type = \"fur\"\nhairs = 10\nlength = 0.1\nradius = 0.01\non = { " + table + " }";
   };

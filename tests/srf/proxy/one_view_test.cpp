@@ -49,7 +49,7 @@ TEST_F(OneView, WithoutMatteThePictureIsTheObject) {
   EXPECT_EQ(std::ranges::count(seen.values, 1.f), 48 * 48);
 }
 
-// What one camera sees fixes shape up to a factor.
+// One camera fixes a shape up to a factor.
 TEST_F(OneView, ReliefOfASphereIsTheSphereUpToScale) {
   const capture::Capture capture = photographed();
   const Point3<AcquisitionSpace, double> center = capture.views[0].camera.center();
