@@ -5,6 +5,7 @@
 #pragma once
 
 #include "render/frame_layers.h"
+#include "render/knobs/knob.h"
 #include "render/scene/scene.h"
 #include "srf/capture/capture.h"
 #include "srf/ulr/light_blend.h"
@@ -53,6 +54,14 @@ public:
   virtual ~Renderer() = default;
 
   virtual const Description& describe() const = 0;
+
+  // The knobs that the renderer has, whatever they are set to.
+  virtual std::vector<knobs::Knob> knobs() const { return {}; }
+  // The setting for looking: the fastest whose pictures are hard to tell from the full ones.
+  virtual knobs::Setting preview() const { return {}; }
+  // Sets all knobs for the frames that follow, and with them the identity. Throws Error for a knob that the
+  // renderer lacks and for a value that it cannot take.
+  virtual void turn(const knobs::Setting& setting) { knobs::requireKnobs(knobs(), setting); }
 
   // Renders one frame: colour, and those of the named AOVs that the renderer has. Equal scenes have equal
   // bits, whatever was rendered before and for any number of threads. Layers that are no longer needed may be

@@ -1,5 +1,6 @@
 #include "render/surfels/surfel_renderer.h"
 
+#include "render/surfels/surfel_knobs.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/math/simd.h"
@@ -63,14 +64,21 @@ SurfelRenderer::SurfelRenderer(const std::filesystem::path& folder, const render
 
 SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model,
                                const render::RendererOptions& options)
-    : model_(std::move(model)),
-      options_(frameOptions(options)), description_{model_->folder,
-                                                    identityOf(*model_, options_),
-                                                    {{"surfels", model_->cloud.size()}},
-                                                    model_->rig,
-                                                    model_->middle,
-                                                    model_->cloud.p0},
+    : model_(std::move(model)), full_(frameOptions(options)), knobs_(knobsOf(*model_, full_)),
+      options_(full_), description_{model_->folder,
+                                    identityOf(*model_, options_),
+                                    {{"surfels", model_->cloud.size()}},
+                                    model_->rig,
+                                    model_->middle,
+                                    model_->cloud.p0},
       workspace_(*model_, options.cacheBytes) {}
+
+knobs::Setting SurfelRenderer::preview() const { return {}; }
+
+void SurfelRenderer::turn(const knobs::Setting& setting) {
+  options_ = turned(full_, knobs_, setting);
+  description_.identity = identityOf(*model_, options_);
+}
 
 render::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std::vector<std::string>& aovs,
                                            const Progress& progress, render::FrameLayers memory) {

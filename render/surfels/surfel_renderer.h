@@ -15,6 +15,9 @@ public:
   SurfelRenderer(std::shared_ptr<const model::Model> model, const render::RendererOptions& options);
 
   const render::Description& describe() const override { return description_; }
+  std::vector<knobs::Knob> knobs() const override { return knobs_; }
+  knobs::Setting preview() const override;
+  void turn(const knobs::Setting& setting) override;
   render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs,
                              const Progress& progress, render::FrameLayers memory) override;
   render::EnvironmentReport prepare(const scene::ShotEnvironment& environment,
@@ -22,7 +25,9 @@ public:
 
 private:
   const std::shared_ptr<const model::Model> model_;
-  FrameOptions options_;
+  const FrameOptions full_;
+  const std::vector<knobs::Knob> knobs_;
+  FrameOptions options_; // full_, with the knobs as they are set
   render::Description description_;
   FrameWorkspace workspace_;
 };

@@ -38,11 +38,12 @@ BELOW = {
     "warp": SURFEL + ["surfel"],
     "render/scene": SCENE,
     "render/splat": SURFEL + ["surfel", "srf/image", "srf/capture"],
-    "render": SCENE,  # the interface of renderers
-    "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render", "render/splat"],
-    "render/renderer.cpp": SCENE + ["srf/model", "render", "render/surfels"],  # opens the renderer that a model asks for
-    "render/film": SURFEL + SCENE + ["render"],
-    "render/evaluation": PROXY + SCENE + ["render"],
+    "render/knobs": ["surfel/base"],
+    "render": SCENE + ["render/knobs"],  # the interface of renderers
+    "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat"],
+    "render/renderer.cpp": SCENE + ["srf/model", "render/knobs", "render", "render/surfels"],  # opens the renderer that a model asks for
+    "render/film": SURFEL + SCENE + ["render/knobs", "render"],
+    "render/evaluation": PROXY + SCENE + ["render/knobs", "render"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],
     "apps": LIBRARY,

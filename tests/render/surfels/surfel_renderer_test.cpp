@@ -54,6 +54,35 @@ TEST_F(Opened, DescribesItsModel) {
   EXPECT_NE(description.identity, render::openRenderer(model().folder, {.cameras = 1})->describe().identity);
 }
 
+TEST_F(Opened, TurnedKnobsGiveTheFramesOfTheirOptions) {
+  const auto turned = render::openRenderer(model().folder);
+  const auto fewer = render::openRenderer(model().folder, {.cameras = 1, .lights = 2});
+  const std::string full = turned->describe().identity;
+  turned->turn({{"cameras", 1}, {"lights", 2}});
+  const auto warp = noWarp();
+  EXPECT_EQ(turned->render({*warp, camera, lights}).color.values,
+            fewer->render({*warp, camera, lights}).color.values);
+  EXPECT_EQ(turned->describe().identity, fewer->describe().identity);
+  turned->turn({});
+  EXPECT_EQ(turned->describe().identity, full);
+}
+
+TEST_F(Opened, EveryKnobTakesAllItsValuesAndNoOthers) {
+  const auto renderer = render::openRenderer(model().folder);
+  const std::vector<knobs::Knob> knobs = renderer->knobs();
+  EXPECT_FALSE(knobs.empty());
+  for (const knobs::Knob& knob : knobs)
+    for (const double value : knob.values) renderer->turn({{knob.name, value}});
+  EXPECT_EQ(image::errorOf([&] {
+              renderer->turn({{"cameras", 4}});
+            }),
+            "knob.cameras: found 4, expected a whole number of 1 to 3");
+  EXPECT_NE(image::errorOf([&] {
+              renderer->turn({{"camera", 1}});
+            }).find("knob: found 'camera', expected one of cameras"),
+            std::string::npos);
+}
+
 TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
   image::TemporaryFolder folder;
   image::writeBytes(folder / "manifest.json", R"({"format": "spherical"})");
