@@ -59,13 +59,55 @@ image::Image developRadiance(const splat::SplatRaster& raster, const shading::Sh
   return develop(raster, shaded, {});
 }
 
+namespace {
+
+// Queries for the patches of which a surfel is visible.
+struct PatchQueries {
+  std::vector<uint32_t> surfels;    // one per query: the patch's middle, or a visible surfel if that is dead
+  std::vector<uint32_t> firstPlace; // of each query in the list of visible surfels, then its length
+};
+
+// visible: ascending.
+PatchQueries queriesOf(const Patches& patches, std::span<const uint32_t> visible,
+                       const DeformedCloud& deformed) {
+  PatchQueries queries;
+  uint32_t end = 0; // of the last patch
+  for (uint32_t place = 0; place < visible.size(); ++place) {
+    if (visible[place] < end) continue;
+    const auto next = std::ranges::upper_bound(patches.first, visible[place]);
+    end = *next;
+    const uint32_t middle = patches.middle[static_cast<size_t>(next - patches.first.begin()) - 1];
+    queries.surfels.push_back(deformed.handedness[middle] == Handedness::dead ? visible[place] : middle);
+    queries.firstPlace.push_back(place);
+  }
+  queries.firstPlace.push_back(static_cast<uint32_t>(visible.size()));
+  return queries;
+}
+
+// Adds the places of the queries [begin, end) to a batch.
+void addPlaces(const PatchQueries& queries, std::span<const uint32_t> visible, size_t begin, size_t end,
+               shading::QueryBatch& batch) {
+  const uint32_t first = queries.firstPlace[begin], last = queries.firstPlace[end];
+  batch.places.assign(visible.begin() + first, visible.begin() + last);
+  batch.firstPlace.clear();
+  for (size_t query = begin; query <= end; ++query)
+    batch.firstPlace.push_back(queries.firstPlace[query] - first);
+}
+
+} // namespace
+
 FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& scene,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
-  auto& [cache, environments, deformed, raster, memory, stats] = workspace;
+  auto& [cache, environments, deformed, raster, patches, surfelsPerPatch, memory, stats] = workspace;
   std::vector<const PreparedEnvironment*> prepared;
   for (const scene::ShotLight& light : scene.lights)
     if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
       prepared.push_back(&environments.prepared(*environment, field, options.shade, progress));
+
+  if (options.surfelsPerPatch > 1 && options.surfelsPerPatch != surfelsPerPatch) {
+    patches = patchesOf(field.cloud, options.surfelsPerPatch);
+    surfelsPerPatch = options.surfelsPerPatch;
+  }
 
   stats = {};
   StageClock clock(stats);
@@ -78,16 +120,24 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.visible = raster.visible.size();
   clock.finish("splat");
 
+  const PatchQueries queries =
+      options.surfelsPerPatch > 1 ? queriesOf(patches, raster.visible, deformed) : PatchQueries{};
+  const bool sharesWeights = options.surfelsPerPatch > 1;
+  const std::span<const uint32_t> visible = raster.visible,
+                                  asking =
+                                      sharesWeights ? std::span<const uint32_t>(queries.surfels) : visible;
   const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
-    const std::span surfels = std::span<const uint32_t>(raster.visible).subspan(begin, end - begin);
-    writeQueries(field.cloud, deformed, surfels, scene.camera, scene.lights, prepared, progress, batch);
+    writeQueries(field.cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights,
+                 prepared, progress, batch);
+    if (sharesWeights) addPlaces(queries, visible, begin, end, batch);
     clock.finish("queries");
   };
   shading::ShadeOptions shading = options.shade;
+  shading.placesPerQuery = options.surfelsPerPatch;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
   const shading::Shaded shaded =
-      shading::shade(field, raster.visible.size(), fill, shading, cache, stats.shading, progress,
+      shading::shade(field, asking.size(), fill, shading, cache, stats.shading, progress,
                      [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
 

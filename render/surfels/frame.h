@@ -9,6 +9,7 @@
 #include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
 #include "surfel/cloud.h"
+#include "surfel/patches.h"
 
 #include <map>
 #include <string>
@@ -40,6 +41,8 @@ struct FrameStats {
 struct FrameOptions {
   shading::ShadeOptions shade;
   splat::SplatOptions splats;
+  // Most surfels that share the weights of cameras and lights; see Patches.
+  size_t surfelsPerPatch = 1;
   std::vector<std::string> aovs;
 };
 
@@ -54,8 +57,10 @@ struct FrameWorkspace {
   EnvironmentCache environments;
   DeformedCloud deformed;
   splat::SplatRaster raster;
-  FrameLayers layers; // memory for the next frame: a caller that is done with a frame may put it here
-  FrameStats stats;   // of the last frame
+  Patches patches;            // of at most surfelsPerPatch surfels
+  size_t surfelsPerPatch = 1; // no patches are needed for 1
+  FrameLayers layers;         // memory for the next frame: a caller that is done with a frame may put it here
+  FrameStats stats;           // of the last frame
 };
 
 // Throws Error as shade does, and Cancelled.

@@ -96,6 +96,8 @@ void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::s
   }
   batch.lights = sources.size() - 1;
   batch.surfels.assign(surfels.begin(), surfels.end());
+  batch.places.clear();
+  batch.firstPlace.clear();
   batch.towardsView.resize(surfels.size());
   batch.towardsLight.resize(surfels.size() * batch.lights);
   batch.irradiance.resize(surfels.size() * batch.lights);

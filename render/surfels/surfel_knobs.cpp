@@ -8,6 +8,8 @@ namespace surflect::surfels {
 
 namespace {
 
+constexpr double kLargestPatch = 4096;
+
 // n, n - 1, .. 1
 std::vector<double> downToOne(size_t n) {
   std::vector<double> values;
@@ -36,6 +38,7 @@ std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const F
     knobs.push_back({"pairs", "camera-light pairs blended per surfel and light of the script",
                      downToOne(full.shade.pairs)});
   }
+  knobs.push_back({"patch", "surfels that share the weights of cameras and lights", {1, 4, 8, 16, 32, 64}});
   return knobs;
 }
 
@@ -51,6 +54,7 @@ FrameOptions turned(const FrameOptions& full, const std::vector<knobs::Knob>& kn
       if (knob.name == "cameras") options.shade.cameras = countOf(value, knob.values.front());
       if (knob.name == "lights") options.shade.lights = countOf(value, knob.values.front());
       if (knob.name == "pairs") options.shade.pairs = countOf(value, knob.values.front());
+      if (knob.name == "patch") options.surfelsPerPatch = countOf(value, kLargestPatch);
     } catch (Error& error) {
       throw std::move(error).at(knob.name).at("knob");
     }

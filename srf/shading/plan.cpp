@@ -49,23 +49,30 @@ public:
         lights_(field, coverage, batch, options), emitter_(field.rig.views),
         viewColor_(blendColors(field.rig.views.size())) {}
 
-  void plan(size_t begin, ShadingPlan& plan) {
+  void plan(size_t begin, size_t end, ShadingPlan& plan) {
     const bool isLit = !field_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
-    for (size_t first = 0; first < plan.queries; first += ulr::kQueryLanes) {
-      const size_t count = std::min(ulr::kQueryLanes, plan.queries - first);
-      if (isLit) lights_.prepare(begin + first, count, plan.rows);
-      cameras_.prepare(begin + first, count);
+    const size_t firstPlace = batch_.placeBegin(begin);
+    for (size_t first = begin; first < end; first += ulr::kQueryLanes) {
+      const size_t count = std::min(ulr::kQueryLanes, end - first);
+      if (isLit) lights_.prepare(first, count, plan.rows);
+      cameras_.prepare(first, count);
       for (size_t lane = 0; lane < count; ++lane) {
-        const size_t target = first + lane;
+        const size_t placeBegin = batch_.placeBegin(first + lane),
+                     placeEnd = batch_.placeBegin(first + lane + 1);
         const LightWeights::Row row = isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
-        if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
-        const auto place = field_.cloud.p0[batch_.surfels[begin + target]].cast<double>();
         const BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
-          emitter_.emit(place, target, view, weight, row.begin, row.end, plan);
-          if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
+          for (size_t place = placeBegin; place < placeEnd; ++place) {
+            const size_t target = place - firstPlace;
+            emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(), target, view, weight,
+                          row.begin, row.end, plan);
+            if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
+          }
         });
-        plan.confidence[target] = ulr::confidenceOf(best.penalty);
-        if (!best.isSeen) ++plan.unseen;
+        for (size_t target = placeBegin - firstPlace; target < placeEnd - firstPlace; ++target) {
+          if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
+          plan.confidence[target] = ulr::confidenceOf(best.penalty);
+          if (!best.isSeen) ++plan.unseen;
+        }
       }
     }
   }
@@ -94,24 +101,35 @@ public:
         viewColor_(blendColors(field.rig.views.size())), lightColor_(blendColors(field.rig.lights.size())),
         environmentBrightness_(environmentBrightness(batch)) {}
 
-  void plan(size_t begin, ShadingPlan& plan) {
-    for (size_t i = 0; i < plan.queries; ++i) {
+  void plan(size_t begin, size_t end, ShadingPlan& plan) {
+    firstPlace_ = batch_.placeBegin(begin);
+    for (size_t query = begin; query < end; ++query) {
       cameraColor_ = lightBlendColor_ = {};
-      const BestView best = pairs_.prepare(begin + i);
-      plan.confidence[i] = ulr::confidenceOf(best.penalty);
-      if (!best.isSeen) ++plan.unseen;
-      const size_t target = i * plan.targetsPerQuery;
-      for (size_t l = 0; l < batch_.lights; ++l) planLight(begin + i, l, target + l, plan);
-      for (size_t e = 0; e < batch_.environments.size(); ++e)
-        planEnvironment(begin + i, e, target + batch_.lights + e, plan);
-      if (plan.cameraBlend.empty()) continue;
-      plan.cameraBlend[i] = cameraColor_;
-      plan.lightBlend[i] = lightBlendColor_;
+      const BestView best = pairs_.prepare(query);
+      for (size_t l = 0; l < batch_.lights; ++l) planLight(query, l, plan);
+      for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
+      for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
+           ++i) {
+        plan.confidence[i] = ulr::confidenceOf(best.penalty);
+        if (!best.isSeen) ++plan.unseen;
+        if (plan.cameraBlend.empty()) continue;
+        plan.cameraBlend[i] = cameraColor_;
+        plan.lightBlend[i] = lightBlendColor_;
+      }
     }
   }
 
 private:
-  void planLight(size_t query, size_t l, size_t target, ShadingPlan& plan) {
+  // Looks up all places of a query for one of its lights or environments.
+  void emitAll(size_t query, size_t source, uint32_t view, float weight, size_t rowBegin, size_t rowEnd,
+               ShadingPlan& plan) {
+    for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place)
+      emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(),
+                    (place - firstPlace_) * plan.targetsPerPlace + source, view, weight, rowBegin, rowEnd,
+                    plan);
+  }
+
+  void planLight(size_t query, size_t l, ShadingPlan& plan) {
     const size_t entry = query * batch_.lights + l;
     const auto sources = static_cast<float>(batch_.sources());
     const auto [weights, covered] = pairs_.blend(batch_.towardsLight[entry], batch_.extrapolationOf(l));
@@ -119,7 +137,7 @@ private:
       const auto [view, column, light] = pairs_.pair(number);
       const size_t row = plan.rows.lights.size();
       plan.rows.add(column, covered * irradianceRatio(batch_.irradiance[entry], pairs_.irradiance(light)));
-      emitter_.emit(pairs_.place(), target, view, weight, row, row + 1, plan);
+      emitAll(query, l, view, weight, row, row + 1, plan);
       const float share = weight / sources;
       cameraColor_ = cameraColor_ + share * viewColor_[view];
       lightBlendColor_ = lightBlendColor_ + covered * share * lightColor_[light];
@@ -128,7 +146,7 @@ private:
 
   // Sums the irradiance of the environment's lights that each pair represents; the pairs of one view become
   // one operation.
-  void planEnvironment(size_t query, size_t e, size_t target, ShadingPlan& plan) {
+  void planEnvironment(size_t query, size_t e, ShadingPlan& plan) {
     const QueryEnvironment& environment = batch_.environments[e];
     const auto& rotation = batch_.rotationOf(query, e);
     pairShare_.assign(pairs_.size(), Rgb{});
@@ -155,7 +173,7 @@ private:
                           irradianceRatio(environment.strength * share, pairs_.irradiance(lights[column])));
         lightBlendColor_ = lightBlendColor_ + colorShare(brightness(share)) * lightColor_[lights[column]];
       }
-      emitter_.emit(pairs_.place(), target, view, weight, rowBegin, plan.rows.lights.size(), plan);
+      emitAll(query, batch_.lights + e, view, weight, rowBegin, plan.rows.lights.size(), plan);
       cameraColor_ = cameraColor_ + colorShare(brightnessOfView) * viewColor_[view];
     }
   }
@@ -167,6 +185,7 @@ private:
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
   Rgb cameraColor_, lightBlendColor_; // blend colours of the current query
+  size_t firstPlace_ = 0;             // of the plan
   std::vector<Rgb> pairShare_;        // per pair: share of the current environment's irradiance
 };
 
@@ -193,7 +212,7 @@ struct ShadingPlanner::Impl {
   const QueryBatch& batch;
   ShadeOptions options;
   ulr::LightExtrapolationFade coverage{lightDirections(field)};
-  size_t targetsPerQuery = field.hasSeparateWeights() ? 1 : std::max(size_t{1}, batch.sources());
+  size_t targetsPerPlace = field.hasSeparateWeights() ? 1 : std::max(size_t{1}, batch.sources());
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return field.hasSeparateWeights()
                ? Planner(std::in_place_type<ProductPlanner>, field, coverage, batch, options)
@@ -214,23 +233,24 @@ ShadingPlanner::ShadingPlanner(const ReflectanceField& field, const QueryBatch& 
 
 ShadingPlanner::~ShadingPlanner() = default;
 
-size_t ShadingPlanner::targetsPerQuery() const { return impl_->targetsPerQuery; }
+size_t ShadingPlanner::targetsPerPlace() const { return impl_->targetsPerPlace; }
 
 size_t ShadingPlanner::queriesPerPlan() const {
-  return std::max(size_t{1}, kTargetsPerPlan / targetsPerQuery() / ulr::kQueryLanes) * ulr::kQueryLanes;
+  const size_t perQuery = targetsPerPlace() * impl_->options.placesPerQuery;
+  return std::max(size_t{1}, kTargetsPerPlan / perQuery / ulr::kQueryLanes) * ulr::kQueryLanes;
 }
 
 void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
-  plan.queries = end - begin;
-  plan.targetsPerQuery = targetsPerQuery();
+  plan.places = impl_->batch.placeBegin(end) - impl_->batch.placeBegin(begin);
+  plan.targetsPerPlace = targetsPerPlace();
   plan.ops.clear();
   plan.rows.clear();
   plan.unseen = 0;
-  plan.confidence.resize(plan.queries);
-  const size_t blends = impl_->options.showsBlends ? plan.queries : 0;
+  plan.confidence.resize(plan.places);
+  const size_t blends = impl_->options.showsBlends ? plan.places : 0;
   plan.cameraBlend.assign(blends, {});
   plan.lightBlend.assign(blends, {});
-  std::visit([&](auto& planner) { planner.plan(begin, plan); }, impl_->planners.local());
+  std::visit([&](auto& planner) { planner.plan(begin, end, plan); }, impl_->planners.local());
   if (std::max({plan.rows.weights.size(), plan.rows.lights.size(), plan.targets()}) >
       std::numeric_limits<uint32_t>::max())
     throw Error("too many surfels and lights to be planned at once");

@@ -19,20 +19,20 @@
 namespace surflect::shading {
 
 struct ShadingPlan {
-  size_t queries = 0;
-  // With pairs, each light or environment of a query has a target of its own, so that an operation which
+  size_t places = 0; // those of all planned queries
+  // With pairs, each light or environment of a place has a target of its own, so that an operation which
   // shows background is compensated by others of the same light.
-  size_t targetsPerQuery = 1;
+  size_t targetsPerPlace = 1;
   std::vector<ShadingOp> ops;
   LightRows rows;
-  // One per query: confidence (ulr.h) of its best view. Lights, and texels missing from that view, do not
+  // One per place: confidence (ulr.h) of its best view. Lights, and texels missing from that view, do not
   // affect it.
   std::vector<float> confidence;
-  // One per query, if the options show blends: weighted means of blendColors of cameras and lights.
+  // One per place, if the options show blends: weighted means of blendColors of cameras and lights.
   std::vector<Rgb> cameraBlend, lightBlend;
-  size_t unseen = 0; // queries with fallback views only
+  size_t unseen = 0; // places with fallback views only
 
-  size_t targets() const { return queries * targetsPerQuery; }
+  size_t targets() const { return places * targetsPerPlace; }
   ShadingPart part() const { return {ops, &rows, targets()}; }
 };
 
@@ -44,7 +44,7 @@ public:
   ShadingPlanner(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options);
   ~ShadingPlanner();
 
-  size_t targetsPerQuery() const; // the same for every plan
+  size_t targetsPerPlace() const; // the same for every plan
   size_t queriesPerPlan() const;  // the most that keep a plan in the processor's cache
 
   // Plans the queries [begin, end) of the batch into `plan`, reusing its memory; targets count from 0. Safe

@@ -26,8 +26,11 @@ struct QueryEnvironment {
 };
 
 struct QueryBatch {
-  size_t lights = 0;                                     // per query
-  std::vector<uint32_t> surfels;                         // one per query
+  size_t lights = 0;             // per query
+  std::vector<uint32_t> surfels; // one per query
+  // Surfels that are shaded with the weights of a query, each at its own place in the photographs: those of
+  // query q are places[firstPlace[q] .. firstPlace[q + 1]). Both empty: each query shades its own surfel.
+  std::vector<uint32_t> places, firstPlace;
   std::vector<Direction3<AcquisitionSpace>> towardsView; // one per query; unit
   // `lights` per query, in succession: unit direction to the light, and irradiance of a surface facing it.
   std::vector<Direction3<AcquisitionSpace>> towardsLight;
@@ -40,6 +43,9 @@ struct QueryBatch {
 
   size_t size() const { return surfels.size(); }
   size_t sources() const { return lights + environments.size(); } // per query
+
+  size_t placeBegin(size_t query) const { return firstPlace.empty() ? query : firstPlace[query]; }
+  uint32_t placeAt(size_t i) const { return firstPlace.empty() ? surfels[i] : places[i]; }
 
   ulr::LightExtrapolation extrapolationOf(size_t light) const {
     return extrapolation.empty() ? ulr::LightExtrapolation::clamp : extrapolation[light];
@@ -63,6 +69,7 @@ struct ShadeOptions {
   // fading.
   bool nearest = false;
   bool showsBlends = false;              // fills the blend colours of Shaded
+  size_t placesPerQuery = 1;             // the most in a batch
   size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; does not affect the radiance
 };
 

@@ -11,12 +11,12 @@ namespace surflect::shading {
 
 namespace {
 
-// Sums the radiance of each query's targets.
-std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perQuery) {
-  if (perQuery == 1) return targets;
-  std::vector<Rgb> radiance(targets.size() / perQuery);
+// Sums the radiance of each place's targets.
+std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perPlace) {
+  if (perPlace == 1) return targets;
+  std::vector<Rgb> radiance(targets.size() / perPlace);
   for (size_t target = 0; target < targets.size(); ++target)
-    radiance[target / perQuery] = radiance[target / perQuery] + targets[target];
+    radiance[target / perPlace] = radiance[target / perPlace] + targets[target];
   return radiance;
 }
 
@@ -31,7 +31,8 @@ public:
   Shading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
           codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, const ShadeLap& lap)
       : planner_(field, batch, options), queue_(cache, stats, progress), progress_(progress), lap_(lap),
-        queriesAtOnce_(std::max(size_t{1}, options.targetsAtOnce / planner_.targetsPerQuery())) {}
+        queriesAtOnce_(std::max(size_t{1}, options.targetsAtOnce / planner_.targetsPerPlace() /
+                                               options.placesPerQuery)) {}
 
   size_t queriesAtOnce() const { return queriesAtOnce_; }
 
@@ -51,7 +52,7 @@ public:
       all += watch.seconds();
     });
     if (lap_) lap_(all > 0 ? planning / all : 1);
-    append(summed(queue_.finish(), planner_.targetsPerQuery()), shaded.radiance);
+    append(summed(queue_.finish(), planner_.targetsPerPlace()), shaded.radiance);
     for (const ShadingPlan& plan : plans) {
       append(plan.confidence, shaded.confidence);
       append(plan.cameraBlend, shaded.cameraBlend);
@@ -74,7 +75,7 @@ private:
 
 std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, ShadingStats& stats,
                        const Progress& progress) {
-  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress), plan.targetsPerQuery);
+  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress), plan.targetsPerPlace);
 }
 
 Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,

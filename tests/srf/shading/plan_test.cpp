@@ -228,7 +228,7 @@ TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
   ASSERT_FALSE(model.isFullProduct);
   const QueryBatch batch = randomBatch(model, 1000, 2, random);
   const ShadingPlan plan = planShading(model, batch, {});
-  ASSERT_EQ(plan.targetsPerQuery, 2u);
+  ASSERT_EQ(plan.targetsPerPlace, 2u);
   std::vector<double> sums(2 * batch.size()), irradiance(2 * batch.size());
   for (const ShadingOp& op : plan.ops) {
     ASSERT_EQ(rowOf(plan, op).size(), 1u);

@@ -79,11 +79,11 @@ std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch,
 
 // Captured irradiance that a plan requests, per query.
 std::vector<Rgb> irradianceOf(const model::Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
-  std::vector<Rgb> sums(plan.queries);
+  std::vector<Rgb> sums(plan.places);
   for (const ShadingOp& op : plan.ops)
     for (const auto& [column, weight] : studio::rowOf(plan, op)) {
       const auto& light = model.rig.lights[model.columns[op.view][column]];
-      const size_t query = op.target / plan.targetsPerQuery;
+      const size_t query = op.target / plan.targetsPerPlace;
       const Rgb captured = capture::irradianceAt(light, model.cloud.p0[batch.surfels[query]].cast<double>());
       Rgb& sum = sums[query];
       sum = sum + op.weight * (weight * captured);

@@ -1,0 +1,25 @@
+// Patches: small pieces of a cloud whose surfels see nearly the same.
+#pragma once
+
+#include "surfel/cloud.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect {
+
+// Runs of neighbouring surfels of one sheet.
+struct Patches {
+  std::vector<uint32_t> first;  // first surfel of each patch, then the number of surfels
+  std::vector<uint32_t> middle; // of each patch: the surfel nearest to the mean of its positions
+
+  size_t size() const { return middle.size(); }
+};
+
+// Cuts a cloud that is sorted along a space-filling curve into runs of at most `most` > 0 surfels. A run also
+// ends before a surfel that is farther from its first than a disc of so many surfels is wide, or whose normal
+// differs by more than 45 degrees, so that a patch lies on one sheet. Cost: O(surfels).
+Patches patchesOf(const SurfelCloud& cloud, size_t most);
+
+} // namespace surflect
