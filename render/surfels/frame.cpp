@@ -61,7 +61,7 @@ image::Image developRadiance(const splat::SplatRaster& raster, const shading::Sh
 
 namespace {
 
-// Queries for the patches of which a surfel is visible.
+// Queries for the patches of which a surfel is visible. Surfels are those of the drawn cloud.
 struct PatchQueries {
   std::vector<uint32_t> surfels;    // one per query: the patch's middle, or a visible surfel if that is dead
   std::vector<uint32_t> firstPlace; // of each query in the list of visible surfels, then its length
@@ -94,42 +94,66 @@ void addPlaces(const PatchQueries& queries, std::span<const uint32_t> visible, s
     batch.firstPlace.push_back(queries.firstPlace[query] - first);
 }
 
+// The pieces of patches that a cut has left; their middle is the middle surfel of the run.
+Patches patchesIn(const Cut& cut, const Patches& whole) {
+  Patches patches;
+  uint32_t end = 0; // of the last patch, in the whole cloud
+  for (uint32_t i = 0; i < cut.surfels.size(); ++i) {
+    if (cut.surfels[i] < end) continue;
+    end = *std::ranges::upper_bound(whole.first, cut.surfels[i]);
+    patches.first.push_back(i);
+  }
+  patches.first.push_back(static_cast<uint32_t>(cut.surfels.size()));
+  for (size_t patch = 0; patch + 1 < patches.first.size(); ++patch)
+    patches.middle.push_back((patches.first[patch] + patches.first[patch + 1]) / 2);
+  return patches;
+}
+
 } // namespace
 
 FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& scene,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
-  auto& [cache, environments, deformed, raster, patches, surfelsPerPatch, memory, stats] = workspace;
+  auto& [cache, environments, deformed, raster, levels, cut, patches, surfelsPerPatch, memory, stats] =
+      workspace;
   std::vector<const PreparedEnvironment*> prepared;
   for (const scene::ShotLight& light : scene.lights)
     if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
       prepared.push_back(&environments.prepared(*environment, field, options.shade, progress));
-
-  if (options.surfelsPerPatch > 1 && options.surfelsPerPatch != surfelsPerPatch) {
+  const bool isCut = options.surfelSize > 0, sharesWeights = options.surfelsPerPatch > 1;
+  if (isCut && !levels) levels = cutLevels(field.cloud, progress);
+  if (sharesWeights && options.surfelsPerPatch != surfelsPerPatch) {
     patches = patchesOf(field.cloud, options.surfelsPerPatch);
     surfelsPerPatch = options.surfelsPerPatch;
   }
 
   stats = {};
   StageClock clock(stats);
-  deformed = warp::deform(field.cloud, scene.warp, progress, std::move(deformed));
+  if (isCut)
+    cut =
+        cutFor(field.cloud, *levels, scene.warp, scene.camera, options.surfelSize, progress, std::move(cut));
+  const SurfelCloud& cloud = isCut ? cut.cloud : field.cloud;
+  stats.surfels = cloud.size();
+  deformed = warp::deform(cloud, scene.warp, progress, std::move(deformed));
   clock.finish("warp");
 
-  raster = splat::rasterize(scene.camera, splat::splatsOf(field.cloud, deformed), options.splats, progress,
+  raster = splat::rasterize(scene.camera, splat::splatsOf(cloud, deformed), options.splats, progress,
                             std::move(raster));
   stats.splats = raster.counts;
   stats.visible = raster.visible.size();
   clock.finish("splat");
 
-  const PatchQueries queries =
-      options.surfelsPerPatch > 1 ? queriesOf(patches, raster.visible, deformed) : PatchQueries{};
-  const bool sharesWeights = options.surfelsPerPatch > 1;
-  const std::span<const uint32_t> visible = raster.visible,
-                                  asking =
-                                      sharesWeights ? std::span<const uint32_t>(queries.surfels) : visible;
+  const std::span<const uint32_t> visible = raster.visible;
+  const PatchQueries queries = sharesWeights
+                                   ? queriesOf(isCut ? patchesIn(cut, patches) : patches, visible, deformed)
+                                   : PatchQueries{};
+  const std::span<const uint32_t> asking = sharesWeights ? std::span(queries.surfels) : visible;
   const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
-    writeQueries(field.cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights,
-                 prepared, progress, batch);
+    writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights, prepared,
+                 progress, batch);
     if (sharesWeights) addPlaces(queries, visible, begin, end, batch);
+    if (isCut)
+      for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
+        for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
     clock.finish("queries");
   };
   shading::ShadeOptions shading = options.shade;

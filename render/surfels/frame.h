@@ -6,12 +6,14 @@
 #include "render/frame_layers.h"
 #include "render/scene/scene.h"
 #include "render/splat/splat_raster.h"
+#include "render/surfels/cut.h"
 #include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
 #include "surfel/cloud.h"
 #include "surfel/patches.h"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,7 @@ using render::FrameLayers;
 
 struct FrameStats {
   splat::SplatCounts splats;
+  size_t surfels = 0; // warped and projected
   size_t visible = 0, unseen = 0;
   shading::ShadingStats shading;
   // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" if
@@ -41,6 +44,8 @@ struct FrameStats {
 struct FrameOptions {
   shading::ShadeOptions shade;
   splat::SplatOptions splats;
+  // Pixels between neighbouring surfels; see Cut. 0: all surfels are drawn.
+  double surfelSize = 0;
   // Most surfels that share the weights of cameras and lights; see Patches.
   size_t surfelsPerPatch = 1;
   std::vector<std::string> aovs;
@@ -57,6 +62,8 @@ struct FrameWorkspace {
   EnvironmentCache environments;
   DeformedCloud deformed;
   splat::SplatRaster raster;
+  std::optional<CutLevels> levels; // built by the first frame that needs them
+  Cut cut;
   Patches patches;            // of at most surfelsPerPatch surfels
   size_t surfelsPerPatch = 1; // no patches are needed for 1
   FrameLayers layers;         // memory for the next frame: a caller that is done with a frame may put it here

@@ -8,13 +8,20 @@ namespace surflect::surfels {
 
 namespace {
 
-constexpr double kLargestPatch = 4096;
+constexpr double kLargestPatch = 4096, kLargestSize = 64;
 
 // n, n - 1, .. 1
 std::vector<double> downToOne(size_t n) {
   std::vector<double> values;
   for (size_t value = n; value >= 1; --value) values.push_back(static_cast<double>(value));
   return values;
+}
+
+// Throws Error unless the value is a number of pixels.
+double sizeOf(double value) {
+  if (!(value >= 0 && value <= kLargestSize))
+    throw Error::mismatch(fmt::format("a number of 0 to {} pixels", kLargestSize), numberText(value));
+  return value;
 }
 
 // Throws Error unless the value is a whole number of 1 to `most`.
@@ -38,6 +45,9 @@ std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const F
     knobs.push_back({"pairs", "camera-light pairs blended per surfel and light of the script",
                      downToOne(full.shade.pairs)});
   }
+  knobs.push_back({"surfel_size",
+                   "pixels between neighbouring surfels at least; 0: all surfels",
+                   {0, 0.5, 0.7, 1, 1.4, 2, 2.8}});
   knobs.push_back({"patch", "surfels that share the weights of cameras and lights", {1, 4, 8, 16, 32, 64}});
   return knobs;
 }
@@ -54,6 +64,7 @@ FrameOptions turned(const FrameOptions& full, const std::vector<knobs::Knob>& kn
       if (knob.name == "cameras") options.shade.cameras = countOf(value, knob.values.front());
       if (knob.name == "lights") options.shade.lights = countOf(value, knob.values.front());
       if (knob.name == "pairs") options.shade.pairs = countOf(value, knob.values.front());
+      if (knob.name == "surfel_size") options.surfelSize = sizeOf(value);
       if (knob.name == "patch") options.surfelsPerPatch = countOf(value, kLargestPatch);
     } catch (Error& error) {
       throw std::move(error).at(knob.name).at("knob");

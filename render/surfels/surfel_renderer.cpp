@@ -14,13 +14,14 @@ namespace {
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
   return fmt::format(
-      "model {} cameras {} lights {} {}{} pairs {} patch {} least-sigma {} simd {}{}", hex(model.identity),
-      options.shade.cameras, blend.lights, nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "",
-      options.shade.pairs, options.surfelsPerPatch, options.splats.lowPass,
-      bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
+      "model {} cameras {} lights {} {}{} pairs {} surfel-size {} patch {} least-sigma {} simd {}{}",
+      hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
+      blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.surfelSize,
+      options.surfelsPerPatch, options.splats.lowPass, bestSimd() == Simd::scalar ? "scalar" : "vector",
+      options.shade.nearest ? " nearest" : "");
 }
 
-render::FrameReport reportOf(const FrameStats& stats, size_t surfels) {
+render::FrameReport reportOf(const FrameStats& stats) {
   const shading::ShadingStats& shading = stats.shading;
   const auto count = [](size_t number) { return static_cast<double>(number); };
   return {stats.seconds,
@@ -33,6 +34,7 @@ render::FrameReport reportOf(const FrameStats& stats, size_t surfels) {
            {"blocks_read", count(shading.blocksRead)},
            {"bytes_read", count(shading.bytesRead)},
            {"cache_hits", count(shading.cacheHits)},
+           {"surfels.warped", count(stats.surfels)},
            {"surfels.drawn", count(stats.splats.drawn)},
            {"surfels.visible", count(stats.visible)},
            {"surfels.unseen", count(stats.unseen)},
@@ -41,7 +43,7 @@ render::FrameReport reportOf(const FrameStats& stats, size_t surfels) {
            {"surfels.back_facing", count(stats.splats.backFacing)},
            {"surfels.too_near", count(stats.splats.tooNear)},
            {"surfels.outside", count(stats.splats.outside)}},
-          emptyFrame(stats, surfels)};
+          emptyFrame(stats, stats.surfels)};
 }
 
 } // namespace
@@ -85,7 +87,7 @@ render::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std:
   options_.aovs = aovs;
   workspace_.layers = std::move(memory);
   render::FrameLayers layers = renderFrame(*model_, scene, options_, workspace_, progress);
-  layers.report = reportOf(workspace_.stats, model_->cloud.size());
+  layers.report = reportOf(workspace_.stats);
   return layers;
 }
 

@@ -68,8 +68,8 @@ struct ShadeOptions {
   // Baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair), without
   // fading.
   bool nearest = false;
-  bool showsBlends = false;              // fills the blend colours of Shaded
-  size_t placesPerQuery = 1;             // the most in a batch
+  bool showsBlends = false;  // fills the blend colours of Shaded
+  size_t placesPerQuery = 1; // about as many as in the batch; limits memory, does not affect the radiance
   size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; does not affect the radiance
 };
 

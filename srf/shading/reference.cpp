@@ -112,7 +112,7 @@ public:
       : field_(field), batch_(batch), options_(options), how_(lightBlend(field, options)),
         coverage_(lightDirections(field)) {}
 
-  size_t targetsPerQuery() const { return field_.hasSeparateWeights() ? 1 : batch_.sources(); }
+  size_t targetsPerPlace() const { return field_.hasSeparateWeights() ? 1 : batch_.sources(); }
 
   void add(size_t query) {
     const uint32_t surfel = batch_.surfels[query];
@@ -120,18 +120,19 @@ public:
     normal_ = assume<Normal3<AcquisitionSpace, double>>(rotationOf<double>(field_.cloud.r0[surfel]).col(2));
     visibility_ = field_.visibility.of(surfel);
     towardsView_ = batch_.towardsView[query];
-    const size_t target = query * targetsPerQuery();
+    placeBegin_ = batch_.placeBegin(query);
+    placeEnd_ = batch_.placeBegin(query + 1);
     if (field_.hasSeparateWeights())
-      addProduct(target, lightsOf(batch_, query));
+      addProduct(lightsOf(batch_, query));
     else
-      for (const QueryLight& light : lightsOf(batch_, query)) addPairs(target + light.target, light);
+      for (const QueryLight& light : lightsOf(batch_, query)) addPairs(light);
   }
 
   std::vector<ShadingOp> ops;
   LightRows rows;
 
 private:
-  void addProduct(size_t target, const std::vector<QueryLight>& lights) {
+  void addProduct(const std::vector<QueryLight>& lights) {
     const size_t begin = rows.lights.size();
     if (field_.rig.lights.empty()) rows.add(0, {1, 1, 1}); // fixed illumination
     for (const QueryLight& light : lights)
@@ -139,10 +140,10 @@ private:
     const size_t end = rows.lights.size();
     ulr::NearestCandidates views(options_.nearest ? 1 : options_.cameras);
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
-    for (const auto& [i, w] : ulr::ulrWeights(views)) emit(target, i, w, begin, end);
+    for (const auto& [i, w] : ulr::ulrWeights(views)) emit(0, i, w, begin, end);
   }
 
-  void addPairs(size_t target, const QueryLight& source) {
+  void addPairs(const QueryLight& source) {
     struct Pair {
       uint32_t view, column, light;
     };
@@ -163,7 +164,7 @@ private:
     for (const auto& [number, w] : ulr::ulrWeights(nearest)) {
       const auto& [i, column, j] = pairs[number];
       rows.add(column, covered * ratio(source, j));
-      emit(target, i, w, rows.lights.size() - 1, rows.lights.size());
+      emit(source.target, i, w, rows.lights.size() - 1, rows.lights.size());
     }
   }
 
@@ -207,11 +208,14 @@ private:
   Rgb ratio(const QueryLight& source, size_t j) const {
     return irradianceRatio(source.irradiance, capture::irradianceAt(field_.rig.lights[j], p0_));
   }
+  // Looks up all places of the query, for a target of each.
   void emit(size_t target, uint32_t view, float weight, size_t begin, size_t end) {
-    if (const auto pixel = field_.rig.views[view].camera.project(p0_))
-      ops.push_back({static_cast<uint32_t>(target), view, static_cast<float>(pixel->x),
-                     static_cast<float>(pixel->y), weight, static_cast<uint32_t>(begin),
-                     static_cast<uint32_t>(end)});
+    for (size_t place = placeBegin_; place < placeEnd_; ++place)
+      if (const auto pixel =
+              field_.rig.views[view].camera.project(field_.cloud.p0[batch_.placeAt(place)].cast<double>()))
+        ops.push_back({static_cast<uint32_t>(place * targetsPerPlace() + target), view,
+                       static_cast<float>(pixel->x), static_cast<float>(pixel->y), weight,
+                       static_cast<uint32_t>(begin), static_cast<uint32_t>(end)});
   }
 
   const ReflectanceField& field_;
@@ -224,6 +228,7 @@ private:
   Normal3<AcquisitionSpace, double> normal_;
   std::span<const uint8_t> visibility_;
   Direction3<AcquisitionSpace> towardsView_;
+  size_t placeBegin_ = 0, placeEnd_ = 0;
 };
 
 } // namespace
@@ -232,9 +237,9 @@ std::vector<Eigen::Vector3d> shadeReference(const ReflectanceField& field, const
                                             const ShadeOptions& options, codec::BlockCache& cache) {
   PlainPlan plan(field, batch, options);
   for (size_t query = 0; query < batch.size(); ++query) plan.add(query);
-  const size_t targets = plan.targetsPerQuery();
-  const auto ofTargets = executeReference(plan.ops, plan.rows, batch.size() * targets, cache);
-  std::vector<Eigen::Vector3d> radiance(batch.size(), Eigen::Vector3d::Zero());
+  const size_t targets = plan.targetsPerPlace(), places = batch.placeBegin(batch.size());
+  const auto ofTargets = executeReference(plan.ops, plan.rows, places * targets, cache);
+  std::vector<Eigen::Vector3d> radiance(places, Eigen::Vector3d::Zero());
   for (size_t target = 0; target < ofTargets.size(); ++target)
     radiance[target / targets] += ofTargets[target];
   return radiance;

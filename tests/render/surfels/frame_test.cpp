@@ -153,19 +153,38 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
   const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(40), {0, 0, 0});
   FrameOptions options;
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
-  const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
-  for (const int threads : {1, 2})
-    for (const auto& [cacheBytes, targets] : {std::pair<size_t, size_t>{0, 700},
-                                              {size_t{1} << 28, 33},
-                                              {size_t{1} << 28, shading::kTargetsAtOnce}})
-      tbb::task_arena(threads).execute([&, cacheBytes = cacheBytes, targets = targets] {
-        FrameWorkspace workspace(model(), cacheBytes);
-        options.shade.targetsAtOnce = targets;
-        const FrameLayers film = renderFrame(model(), {*warp, camera, lights}, options, workspace);
-        EXPECT_EQ(film.color.values, expected.color.values);
-        for (const auto& [name, image] : expected.aovs)
-          EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
-      });
+  for (const size_t surfelsPerPatch : {1, 8}) {
+    options.surfelsPerPatch = surfelsPerPatch;
+    options.shade.targetsAtOnce = shading::kTargetsAtOnce;
+    const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
+    for (const int threads : {1, 2})
+      for (const auto& [cacheBytes, targets] : {std::pair<size_t, size_t>{0, 700},
+                                                {size_t{1} << 28, 33},
+                                                {size_t{1} << 28, shading::kTargetsAtOnce}})
+        tbb::task_arena(threads).execute([&, cacheBytes = cacheBytes, targets = targets] {
+          FrameWorkspace workspace(model(), cacheBytes);
+          options.shade.targetsAtOnce = targets;
+          const FrameLayers film = renderFrame(model(), {*warp, camera, lights}, options, workspace);
+          EXPECT_EQ(film.color.values, expected.color.values);
+          for (const auto& [name, image] : expected.aovs)
+            EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
+        });
+  }
+}
+
+// Weights of neighbours differ by the size of a patch over the distance of the captured views.
+TEST_F(FrameOfSphere, PatchesShowTheFullFrameUpToTheirSize) {
+  const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(40), {0, 0, 0});
+  const image::Image full = filmOf(model(), *warp, camera, lights).color;
+  FrameOptions options;
+  FrameWorkspace workspace(model(), size_t{1} << 28);
+  const auto pictureWith = [&](size_t most) {
+    options.surfelsPerPatch = most;
+    return renderFrame(model(), {*warp, camera, lights}, options, workspace).color;
+  };
+  for (const auto& [most, leastDb] : {std::pair<size_t, double>{2, 52}, {8, 46}, {32, 39}})
+    EXPECT_GT(evaluation::compare(full, pictureWith(most), 1 / 3.0).psnrLinear(), leastDb) << most;
+  EXPECT_EQ(pictureWith(1).values, full.values);
 }
 
 // Earlier frames: a larger picture, another warp, a frame with nothing visible, and an interrupted one.

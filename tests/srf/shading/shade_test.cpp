@@ -88,7 +88,8 @@ double errorOfShading(const model::Model& model, const QueryBatch& batch, const 
   const auto fast = shade(model, batch, options, cache, stats).radiance;
   const auto exact = shadeReference(model, batch, options, cache);
   double worst = 0;
-  for (size_t q = 0; q < batch.size(); ++q)
+  EXPECT_EQ(fast.size(), exact.size());
+  for (size_t q = 0; q < exact.size(); ++q)
     worst = std::max({worst, std::abs(fast[q].r - exact[q][0]), std::abs(fast[q].g - exact[q][1]),
                       std::abs(fast[q].b - exact[q][2])});
   return worst / model.white;
@@ -128,6 +129,38 @@ TEST_F(ShadePairs, EqualsTheReference) {
   const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {}), 3e-7);
+}
+
+// Gives each query up to `most` random places, the first none and the second the most.
+void addPlaces(QueryBatch& batch, const model::Model& model, uint32_t most, std::mt19937& random) {
+  batch.firstPlace = {0};
+  for (size_t q = 0; q < batch.size(); ++q) {
+    for (size_t i = q < 2 ? most * q : random() % (most + 1); i > 0; --i)
+      batch.places.push_back(static_cast<uint32_t>(random() % model.cloud.size()));
+    batch.firstPlace.push_back(static_cast<uint32_t>(batch.places.size()));
+  }
+}
+
+TEST_F(Shade, PlacesHaveTheWeightsOfTheirQuery) {
+  QueryBatch batch = randomBatch(model, 150, 2, random);
+  addPlaces(batch, model, 20, random);
+  EXPECT_LT(errorOfShading(model, batch, {.placesPerQuery = 20}), 1e-6);
+}
+
+TEST_F(ShadePairs, PlacesHaveTheWeightsOfTheirQuery) {
+  QueryBatch batch = randomBatch(model, 50, 2, random);
+  addPlaces(batch, model, 5, random);
+  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  addEnvironment(batch, lights, random);
+  EXPECT_LT(errorOfShading(model, batch, {.placesPerQuery = 5}), 1e-6);
+}
+
+TEST_F(Shade, APlaceOfItsOwnChangesNoBit) {
+  QueryBatch batch = randomBatch(model, 300, 2, random);
+  const std::vector<Rgb> expected = shaded(model, batch);
+  batch.places = batch.surfels;
+  for (uint32_t q = 0; q <= batch.size(); ++q) batch.firstPlace.push_back(q);
+  EXPECT_EQ(shaded(model, batch), expected);
 }
 
 TEST_F(Shade, SameBitsForAnyThreadsAndAnyCache) {

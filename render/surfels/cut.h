@@ -1,0 +1,51 @@
+// Cut: the surfels that a frame draws, at the level of detail of their size on the screen.
+#pragma once
+
+#include "render/scene/scene.h"
+#include "surfel/level_of_detail.h"
+#include "surfel/patches.h"
+#include "warp/warp.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace surflect::surfels {
+
+// Levels of detail of a cloud, and the patches that have one level each in a frame.
+struct CutLevels {
+  LevelsOfDetail levels;
+  Patches patches;
+  SurfelCloud middles; // of the patches
+};
+CutLevels cutLevels(const SurfelCloud& cloud, const Progress& progress = {});
+
+// Level of detail at which neighbouring surfels are `wanted` pixels apart, of surfels that are `size` pixels
+// apart at level 0: 2 log2(wanted / size), as a level has half the surfels of the one before; at least 0.
+double levelFor(double size, double wanted);
+
+// Distance in pixels of surfels that are 1 apart at rest, around a warped surfel: root of the product of the
+// largest and the smallest stretch from rest to screen. The smallest counts as no less than kLeastTilt of the
+// largest, as outlines need surfels, too. 0 where the surfel is dead or not in front of the viewer: it then
+// is drawn at level 0.
+inline constexpr double kLeastTilt = 0.25;
+double pixelsPerLength(const capture::Camera<ObjectSpace>& camera, const DeformedCloud& deformed,
+                       size_t surfel);
+
+// The surfels that are drawn.
+struct Cut {
+  SurfelCloud cloud;
+  std::vector<uint32_t> surfels; // their indices in the whole cloud, ascending
+
+  // Working memory of cutFor.
+  DeformedCloud middles;
+  std::vector<double> levels; // per patch
+  std::vector<size_t> first;  // per patch: its first surfel in `surfels`; then the end
+};
+
+// Surfels of a frame at `surfelSize` > 0 pixels from each other. Each patch has one level, that of its
+// middle. Levels change continuously with warp and camera, hence also the splats. `kept` donates its memory.
+Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& warp,
+           const capture::Camera<ObjectSpace>& camera, double surfelSize, const Progress& progress = {},
+           Cut kept = {});
+
+} // namespace surflect::surfels

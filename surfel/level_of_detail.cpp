@@ -1,0 +1,155 @@
+#include "surfel/level_of_detail.h"
+
+#include "surfel/geometry/neighbors.h"
+#include "surfel/sampling.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <queue>
+
+namespace surflect {
+
+namespace {
+
+constexpr size_t kFewest = 64; // surfels of a level
+constexpr size_t kNeighbors = 12;
+constexpr float kSameSheet = 0; // least cosine between the normals of surfels that crowd each other
+
+struct Link {
+  uint32_t j;
+  float weight;
+};
+
+// Crowding of a surfel by a neighbour at a distance, both in units of their spacing. Half of the surfels of a
+// hexagonal grid can keep sqrt 2 spacings between them, at which crowding ends. [Yuksel 2015, §3.2]
+float crowding(float distance) {
+  const float x = std::max(0.f, 1 - distance / std::numbers::sqrt2_v<float>);
+  const float x2 = x * x, x4 = x2 * x2;
+  return x4 * x4;
+}
+
+} // namespace
+
+SurfelCloud subsetOf(const SurfelCloud& cloud, std::span<const uint32_t> indices) {
+  SurfelCloud subset;
+  const auto take = [&](const auto& from, auto& to) {
+    to.reserve(indices.size());
+    for (const uint32_t i : indices) to.push_back(from[i]);
+  };
+  take(cloud.p0, subset.p0);
+  take(cloud.r0, subset.r0);
+  take(cloud.radius, subset.radius);
+  take(cloud.coverage, subset.coverage);
+  return subset;
+}
+
+std::vector<uint32_t> everySecond(const SurfelCloud& cloud, const Progress& progress) {
+  const size_t n = cloud.size();
+  const NeighborIndex index(cloud.p0, progress);
+  std::vector<Vec3<float>> normals(n);
+  for (size_t i = 0; i < n; ++i) normals[i] = rotationOf<float>(cloud.r0[i]).col(2);
+  std::vector<std::array<Link, kNeighbors>> links(n);
+  std::vector<uint32_t> counts(n);
+  std::vector<float> farthest(n);
+  tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+    progress.checkNowAndThen(i);
+    for (const auto& [j, distance] : index.nearest(cloud.p0[i], kNeighbors + 1)) {
+      farthest[i] = distance;
+      if (j == i || normals[i].dot(normals[j]) <= kSameSheet || counts[i] == kNeighbors) continue;
+      const float spacing = (cloud.radius[i] + cloud.radius[j]) / 2;
+      links[i][counts[i]++] = {j, distance}; // converted to weights below
+      if (!(spacing > 0)) links[i][counts[i] - 1].weight = 0;
+    }
+  });
+  struct Crowded {
+    float crowding;
+    uint32_t surfel;
+    bool operator<(const Crowded& other) const {
+      return crowding != other.crowding ? crowding < other.crowding : surfel > other.surfel;
+    }
+  };
+  std::vector<float> crowded(n);
+  tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+    uint32_t kept = 0;
+    for (const auto& [j, distance] : std::span(links[i]).first(counts[i])) {
+      if (distance > farthest[j]) continue; // not mutual
+      const float spacing = (cloud.radius[i] + cloud.radius[j]) / 2;
+      const float weight = spacing > 0 ? crowding(distance / spacing) : 1.f;
+      if (!(weight > 0)) continue;
+      links[i][kept++] = {j, weight};
+      crowded[i] += weight;
+    }
+    counts[i] = kept;
+  });
+  std::vector<Crowded> heap(n);
+  for (uint32_t i = 0; i < n; ++i) heap[i] = {crowded[i], i};
+  std::make_heap(heap.begin(), heap.end());
+  std::vector<uint8_t> removed(n);
+  for (size_t left = n; left > (n + 1) / 2 && !heap.empty();) {
+    std::pop_heap(heap.begin(), heap.end());
+    const auto [value, i] = heap.back();
+    heap.pop_back();
+    if (removed[i] || value != crowded[i]) continue; // has been entered again since
+    if (!(value > 0)) break;
+    progress.checkNowAndThen(left);
+    removed[i] = 1;
+    --left;
+    for (const auto& [j, weight] : std::span(links[i]).first(counts[i])) {
+      if (removed[j]) continue;
+      float sum = 0;
+      for (const auto& [k, of] : std::span(links[j]).first(counts[j])) sum += removed[k] ? 0 : of;
+      crowded[j] = sum;
+      heap.push_back({sum, j});
+      std::push_heap(heap.begin(), heap.end());
+    }
+  }
+  std::vector<uint32_t> kept;
+  for (uint32_t i = 0; i < n; ++i)
+    if (!removed[i]) kept.push_back(i);
+  return kept;
+}
+
+LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most, const Progress& progress) {
+  std::vector<std::vector<DetailSplat>> splats(cloud.size()); // per surfel, by level
+  std::vector<uint32_t> members(cloud.size());                // surfels of the level, ascending
+  std::iota(members.begin(), members.end(), 0u);
+  SurfelCloud level = cloud;
+  LevelsOfDetail result;
+  for (;;) {
+    for (size_t i = 0; i < members.size(); ++i)
+      splats[members[i]].push_back({level.radius[i], level.coverage[i]});
+    ++result.levels;
+    if (result.levels >= most || members.size() <= 2 * kFewest) break;
+    const std::vector<uint32_t> half = everySecond(level, progress);
+    if (half.size() == members.size()) break; // no surfel has neighbours
+    level = subsetOf(level, half);
+    estimateSplats(level, progress);
+    for (size_t i = 0; i < half.size(); ++i) members[i] = members[half[i]];
+    members.resize(half.size());
+  }
+  result.first.push_back(0);
+  for (const std::vector<DetailSplat>& ofSurfel : splats) {
+    result.splats.insert(result.splats.end(), ofSurfel.begin(), ofSurfel.end());
+    result.first.push_back(static_cast<uint32_t>(result.splats.size()));
+  }
+  return result;
+}
+
+std::optional<DetailSplat> splatAt(std::span<const DetailSplat> levels, size_t l, float t) {
+  if (l >= levels.size()) return std::nullopt;
+  if (t == 0) return levels[l];
+  const auto [r, c] = levels[l];
+  if (l + 1 >= levels.size()) return DetailSplat{r, (1 - t) * c};
+  const auto [R, C] = levels[l + 1];
+  const float mass = (1 - t) * c * r * r + t * C * R * R;
+  const float squared = ((1 - t) * c * r * r * r * r + t * C * R * R * R * R) / mass;
+  return DetailSplat{std::sqrt(squared), mass / squared};
+}
+
+} // namespace surflect

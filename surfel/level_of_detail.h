@@ -1,0 +1,55 @@
+// Level of detail: nested subsets of a cloud, each with splats that close the surface by themselves.
+//
+// Level 0 is the cloud. Each further level has about half the surfels of the one before, evenly spaced.
+// Levels are continuous: at l + t, 0 <= t < 1, the picture is that of level l in parts 1 - t and of level l +
+// 1 in parts t, with one splat for each surfel.
+//
+// [Yuksel 2015] Yuksel: Sample Elimination for Generating Poisson Disk Sample Sets, CGF 34(2).
+#pragma once
+
+#include "surfel/base/progress.h"
+#include "surfel/cloud.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace surflect {
+
+struct DetailSplat {
+  float radius, coverage; // as in SurfelCloud
+  friend bool operator==(const DetailSplat&, const DetailSplat&) = default;
+};
+
+struct LevelsOfDetail {
+  size_t levels = 0;
+  // Splats of surfel i at its levels 0, 1, .. are splats[first[i] .. first[i + 1]).
+  std::vector<uint32_t> first; // one per surfel, then the end
+  std::vector<DetailSplat> splats;
+
+  std::span<const DetailSplat> of(size_t surfel) const {
+    return std::span(splats).subspan(first[surfel], first[surfel + 1] - first[surfel]);
+  }
+};
+
+// Every second surfel: removes the most crowded surfel of a sheet until half are left, so that the remaining
+// ones are evenly spaced [Yuksel 2015, §3]. Needs positions, frames and radii. Returns indices, ascending.
+std::vector<uint32_t> everySecond(const SurfelCloud& cloud, const Progress& progress = {});
+
+// The entries of a cloud at `indices`.
+SurfelCloud subsetOf(const SurfelCloud& cloud, std::span<const uint32_t> indices);
+
+// Builds at most `most` levels, as long as a level has more than 64 surfels. Splats are those of
+// estimateSplats, except at level 0, which has the cloud's own. Throws Cancelled.
+LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most = 10, const Progress& progress = {});
+
+// The splat of a surfel at level l + t, from its splats at its own levels; empty if it is in no level that
+// takes part. It has the mass, coverage times squared radius, and the variance of the mixture of both
+// levels' Gaussians:
+//   c r^2 = (1 - t) c_l r_l^2 + t c_m r_m^2,   c r^4 = (1 - t) c_l r_l^4 + t c_m r_m^4,   m = l + 1;
+// without terms of m if the surfel is not in level m: it then fades out in place.
+std::optional<DetailSplat> splatAt(std::span<const DetailSplat> levels, size_t l, float t);
+
+} // namespace surflect
