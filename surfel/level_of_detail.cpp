@@ -21,17 +21,52 @@ constexpr size_t kFewest = 64; // surfels of a level
 constexpr size_t kNeighbors = 12;
 constexpr float kSameSheet = 0; // least cosine between the normals of surfels that crowd each other
 
-struct Link {
-  uint32_t j;
-  float weight;
-};
-
-// Crowding of a surfel by a neighbour at a distance, both in units of their spacing. Half of the surfels of a
+// Crowding of a surfel by a neighbour at a distance, in units of their spacing. Half of the surfels of a
 // hexagonal grid can keep sqrt 2 spacings between them, at which crowding ends. [Yuksel 2015, §3.2]
 float crowding(float distance) {
   const float x = std::max(0.f, 1 - distance / std::numbers::sqrt2_v<float>);
   const float x2 = x * x, x4 = x2 * x2;
   return x4 * x4;
+}
+
+// The neighbours that crowd a surfel.
+struct Crowd {
+  struct Link {
+    uint32_t j;
+    float weight;
+  };
+  std::array<Link, kNeighbors> links;
+  size_t count = 0;
+
+  std::span<const Link> all() const { return std::span(links).first(count); }
+  bool has(uint32_t surfel) const {
+    return std::ranges::any_of(all(), [&](const Link& link) { return link.j == surfel; });
+  }
+  float sum(std::span<const uint8_t> removed) const {
+    float sum = 0;
+    for (const auto& [j, weight] : all()) sum += removed[j] ? 0 : weight;
+    return sum;
+  }
+};
+
+std::vector<Crowd> crowdsOf(const SurfelCloud& cloud, const Progress& progress) {
+  const size_t n = cloud.size();
+  const NeighborIndex index(cloud.p0, progress);
+  std::vector<Vec3<float>> normals(n);
+  for (size_t i = 0; i < n; ++i) normals[i] = rotationOf<float>(cloud.r0[i]).col(2);
+  std::vector<Crowd> crowds(n);
+  tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+    progress.checkNowAndThen(i);
+    Crowd& crowd = crowds[i];
+    for (const auto& [j, distance] : index.nearest(cloud.p0[i], kNeighbors + 1)) {
+      const float spacing = (cloud.radius[i] + cloud.radius[j]) / 2;
+      if (j == i || crowd.count == kNeighbors || !(normals[i].dot(normals[j]) > kSameSheet) || !(spacing > 0))
+        continue;
+      if (const float weight = crowding(distance / spacing); weight > 0)
+        crowd.links[crowd.count++] = {j, weight};
+    }
+  });
+  return crowds;
 }
 
 } // namespace
@@ -51,61 +86,31 @@ SurfelCloud subsetOf(const SurfelCloud& cloud, std::span<const uint32_t> indices
 
 std::vector<uint32_t> everySecond(const SurfelCloud& cloud, const Progress& progress) {
   const size_t n = cloud.size();
-  const NeighborIndex index(cloud.p0, progress);
-  std::vector<Vec3<float>> normals(n);
-  for (size_t i = 0; i < n; ++i) normals[i] = rotationOf<float>(cloud.r0[i]).col(2);
-  std::vector<std::array<Link, kNeighbors>> links(n);
-  std::vector<uint32_t> counts(n);
-  std::vector<float> farthest(n);
-  tbb::parallel_for(size_t{0}, n, [&](size_t i) {
-    progress.checkNowAndThen(i);
-    for (const auto& [j, distance] : index.nearest(cloud.p0[i], kNeighbors + 1)) {
-      farthest[i] = distance;
-      if (j == i || normals[i].dot(normals[j]) <= kSameSheet || counts[i] == kNeighbors) continue;
-      const float spacing = (cloud.radius[i] + cloud.radius[j]) / 2;
-      links[i][counts[i]++] = {j, distance}; // converted to weights below
-      if (!(spacing > 0)) links[i][counts[i] - 1].weight = 0;
-    }
-  });
-  struct Crowded {
+  const std::vector<Crowd> crowds = crowdsOf(cloud, progress);
+  struct Entry {
     float crowding;
     uint32_t surfel;
-    bool operator<(const Crowded& other) const {
+    bool operator<(const Entry& other) const {
       return crowding != other.crowding ? crowding < other.crowding : surfel > other.surfel;
     }
   };
-  std::vector<float> crowded(n);
-  tbb::parallel_for(size_t{0}, n, [&](size_t i) {
-    uint32_t kept = 0;
-    for (const auto& [j, distance] : std::span(links[i]).first(counts[i])) {
-      if (distance > farthest[j]) continue; // not mutual
-      const float spacing = (cloud.radius[i] + cloud.radius[j]) / 2;
-      const float weight = spacing > 0 ? crowding(distance / spacing) : 1.f;
-      if (!(weight > 0)) continue;
-      links[i][kept++] = {j, weight};
-      crowded[i] += weight;
-    }
-    counts[i] = kept;
-  });
-  std::vector<Crowded> heap(n);
-  for (uint32_t i = 0; i < n; ++i) heap[i] = {crowded[i], i};
-  std::make_heap(heap.begin(), heap.end());
   std::vector<uint8_t> removed(n);
+  std::vector<Entry> heap(n); // entries that no longer hold are passed over
+  std::vector<float> current(n);
+  for (uint32_t i = 0; i < n; ++i) heap[i] = {current[i] = crowds[i].sum(removed), i};
+  std::make_heap(heap.begin(), heap.end());
   for (size_t left = n; left > (n + 1) / 2 && !heap.empty();) {
     std::pop_heap(heap.begin(), heap.end());
     const auto [value, i] = heap.back();
     heap.pop_back();
-    if (removed[i] || value != crowded[i]) continue; // has been entered again since
-    if (!(value > 0)) break;
+    if (removed[i] || value != current[i]) continue;
+    if (!(value > 0)) break; // no surfel has neighbours any more
     progress.checkNowAndThen(left);
     removed[i] = 1;
     --left;
-    for (const auto& [j, weight] : std::span(links[i]).first(counts[i])) {
-      if (removed[j]) continue;
-      float sum = 0;
-      for (const auto& [k, of] : std::span(links[j]).first(counts[j])) sum += removed[k] ? 0 : of;
-      crowded[j] = sum;
-      heap.push_back({sum, j});
+    for (const auto& [j, weight] : crowds[i].all()) {
+      if (removed[j] || !crowds[j].has(i)) continue;
+      heap.push_back({current[j] = crowds[j].sum(removed), j});
       std::push_heap(heap.begin(), heap.end());
     }
   }
@@ -127,7 +132,7 @@ LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most, const Progr
     ++result.levels;
     if (result.levels >= most || members.size() <= 2 * kFewest) break;
     const std::vector<uint32_t> half = everySecond(level, progress);
-    if (half.size() == members.size()) break; // no surfel has neighbours
+    if (half.size() == members.size()) break;
     level = subsetOf(level, half);
     estimateSplats(level, progress);
     for (size_t i = 0; i < half.size(); ++i) members[i] = members[half[i]];

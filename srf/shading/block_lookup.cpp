@@ -119,26 +119,14 @@ HWY_INLINE void addTaps(const Chunk& chunk, const Channels& folded) {
   addTo(job.rgb, folded.red * e.red, folded.green * e.green, folded.blue * e.blue);
 }
 
-// Computes c_k of `count` chunks.
-template <size_t count> HWY_INLINE void foldAll(const Row& row, const Chunk* chunks, Channels* sums) {
+template <size_t count> HWY_INLINE void answerAll(const Row& row, const Chunk* chunks) {
+  Channels sums[count];
   bool isSame = true;
   for (size_t i = 1; i < count; ++i) isSame &= chunks[i].job->stride == chunks[0].job->stride;
   if (isSame)
     addLights<count, true>(row, chunks, sums);
   else
     addLights<count, false>(row, chunks, sums);
-}
-
-// As foldAll for `count` chunks, 1..most.
-template <size_t most>
-HWY_INLINE void fold(const Row& row, const Chunk* chunks, size_t count, Channels* sums) {
-  if (count == most) return foldAll<most>(row, chunks, sums);
-  if constexpr (most > 1) fold<most - 1>(row, chunks, count, sums);
-}
-
-template <size_t count> HWY_INLINE void answerAll(const Row& row, const Chunk* chunks) {
-  Channels sums[count];
-  foldAll<count>(row, chunks, sums);
 #pragma GCC unroll 8
   for (size_t i = 0; i < count; ++i) addTaps(chunks[i], sums[i]);
 }
@@ -149,7 +137,9 @@ template <size_t most> HWY_INLINE void answer(const Row& row, const Chunk* chunk
   if constexpr (most > 1) answer<most - 1>(row, chunks, count);
 }
 
-void answerEach(const Row& row, const BlockLookup* jobs, size_t count) {
+void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights,
+            const BlockLookup* jobs, size_t count) {
+  const Row row{lights, lightCount, weights};
   Chunk chunks[kChunksAtOnce];
   size_t held = 0;
   for (const BlockLookup* job = jobs; job != jobs + count; ++job)
@@ -160,47 +150,6 @@ void answerEach(const Row& row, const BlockLookup* jobs, size_t count) {
       held = 0;
     }
   if (held > 0) answer<kChunksAtOnce - 1>(row, chunks, held);
-}
-
-// As answerEach, but computes c_k once for all jobs in one block.
-void answerByBlock(const Row& row, const BlockLookup* jobs, size_t count) {
-  constexpr size_t kMostJobs = 128, kMostChunks = 64;
-  Chunk chunks[kMostChunks]; // of distinct blocks
-  Channels folded[kMostChunks];
-  uint8_t firstChunk[kMostJobs];
-  for (const BlockLookup *begin = jobs, *end = jobs; begin != jobs + count; begin = end) {
-    size_t held = 0;
-    for (; end != jobs + count && end < begin + kMostJobs; ++end) {
-      const size_t own = end->stride / kWidth;
-      size_t at = 0;
-      while (at < held && chunks[at].job->coefficients != end->coefficients)
-        at += chunks[at].job->stride / kWidth;
-      if (at == held) {
-        if (held + own > kMostChunks) break;
-        for (size_t i = 0; i < own; ++i) chunks[held++] = {end, i * kWidth};
-      }
-      firstChunk[end - begin] = static_cast<uint8_t>(at);
-    }
-    if (end == begin) { // a block with too many terms
-      answerEach(row, end++, 1);
-      continue;
-    }
-    for (size_t i = 0; i < held; i += kChunksAtOnce)
-      fold<kChunksAtOnce>(row, chunks + i, held - i < kChunksAtOnce ? held - i : kChunksAtOnce, folded + i);
-    for (const BlockLookup* job = begin; job != end; ++job)
-      for (size_t i = 0; i < job->stride / kWidth; ++i)
-        addTaps({job, i * kWidth}, folded[firstChunk[job - begin] + i]);
-  }
-}
-
-void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights,
-            const BlockLookup* jobs, size_t count) {
-  constexpr size_t kLeastShared = 8; // jobs; fewer are those of one surfel, in different blocks
-  const Row row{lights, lightCount, weights};
-  if (count < kLeastShared)
-    answerEach(row, jobs, count);
-  else
-    answerByBlock(row, jobs, count);
 }
 
 } // namespace

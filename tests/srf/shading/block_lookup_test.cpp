@@ -14,7 +14,7 @@
 namespace surflect::shading {
 namespace {
 
-// Jobs of one row. Some share a block; blocks have various numbers of terms, few of them very many.
+// Jobs of one row, whose blocks have various numbers of terms.
 struct Jobs {
   static constexpr uint32_t kLights = 30;
   static constexpr float kBefore = 0.5; // initial value of the sums
@@ -29,13 +29,7 @@ struct Jobs {
           {{number(random), number(random), number(random)}, begin, static_cast<uint32_t>(weights.size())});
     }
     for (size_t j = 0; j < count; ++j) {
-      if (j > 0 && random() % 2 == 0) { // another place in an earlier block
-        BlockLookup job = jobs[random() % j];
-        for (float& weight : job.weights) weight = number(random);
-        jobs.push_back(job);
-        continue;
-      }
-      const size_t stride = random() % 30 == 0 ? 600 : 8 * (random() % 6);
+      const size_t stride = 8 * (random() % 6);
       auto& a = coefficients.emplace_back(kLights * stride);
       auto& e = levels.emplace_back(3 * codec::blockTexels * stride);
       for (float& value : a) value = number(random) / 127;
