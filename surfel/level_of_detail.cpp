@@ -129,8 +129,8 @@ LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most, const Progr
   for (;;) {
     for (size_t i = 0; i < members.size(); ++i)
       splats[members[i]].push_back({level.radius[i], level.coverage[i]});
-    ++result.levels;
-    if (result.levels >= most || members.size() <= 2 * kFewest) break;
+    ++result.count;
+    if (result.count >= most || members.size() <= 2 * kFewest) break;
     const std::vector<uint32_t> half = everySecond(level, progress);
     if (half.size() == members.size()) break;
     level = subsetOf(level, half);

@@ -24,7 +24,7 @@ struct DetailSplat {
 };
 
 struct LevelsOfDetail {
-  size_t levels = 0;
+  size_t count = 0; // of levels
   // Splats of surfel i at its levels 0, 1, .. are splats[first[i] .. first[i + 1]).
   std::vector<uint32_t> first; // one per surfel, then the end
   std::vector<DetailSplat> splats;

@@ -57,11 +57,11 @@ Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& 
   Cut cut = std::move(kept);
   cut.middles = warp::deform(levels.middles, warp, progress, std::move(cut.middles));
   const Patches& patches = levels.patches;
-  const double coarsest = static_cast<double>(levels.levels.levels) - 1;
+  const double coarsest = static_cast<double>(levels.detail.count) - 1;
   // Surfels of a patch at its level; use(surfel) for each.
   const auto forSurfels = [&](size_t patch, size_t level, const auto& use) {
     for (uint32_t surfel = patches.first[patch]; surfel < patches.first[patch + 1]; ++surfel)
-      if (levels.levels.of(surfel).size() > level) use(surfel);
+      if (levels.detail.of(surfel).size() > level) use(surfel);
   };
   cut.levels.resize(patches.size());
   cut.first.assign(patches.size() + 1, 0);
@@ -87,7 +87,7 @@ Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& 
       const auto part = static_cast<float>(cut.levels[patch] - static_cast<double>(level));
       size_t i = cut.first[patch];
       forSurfels(patch, level, [&](uint32_t surfel) {
-        const auto [radius, coverage] = *splatAt(levels.levels.of(surfel), level, part);
+        const auto [radius, coverage] = *splatAt(levels.detail.of(surfel), level, part);
         cut.surfels[i] = surfel;
         cut.cloud.p0[i] = cloud.p0[surfel];
         cut.cloud.r0[i] = cloud.r0[surfel];

@@ -13,7 +13,7 @@ namespace surflect::surfels {
 
 // Levels of detail of a cloud, and the patches that have one level each in a frame.
 struct CutLevels {
-  LevelsOfDetail levels;
+  LevelsOfDetail detail;
   Patches patches;
   SurfelCloud middles; // of the patches
 };

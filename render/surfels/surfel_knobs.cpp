@@ -48,7 +48,7 @@ std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const F
   knobs.push_back({"surfel_size",
                    "pixels between neighbouring surfels at least; 0: all surfels",
                    {0, 0.5, 0.7, 1, 1.4, 2, 2.8}});
-  knobs.push_back({"patch", "surfels that share the weights of cameras and lights", {1, 4, 8, 16, 32, 64}});
+  knobs.push_back({"patch", "surfels that share the weights of cameras and lights", {1, 2, 4, 8, 16}});
   return knobs;
 }
 

@@ -57,8 +57,8 @@ const Ball& theBall() {
 
 TEST(LevelOfDetail, EachLevelIsAnEvenHalfOfTheOneBefore) {
   size_t before = theBall().cloud.size();
-  ASSERT_GE(theBall().levels.levels, 4u);
-  for (size_t l = 1; l < theBall().levels.levels; ++l) {
+  ASSERT_GE(theBall().levels.count, 4u);
+  for (size_t l = 1; l < theBall().levels.count; ++l) {
     const SurfelCloud level = theBall().at(l, 0);
     EXPECT_EQ(level.size(), (before + 1) / 2);
     before = level.size();
@@ -127,8 +127,8 @@ TEST(LevelOfDetail, BothSidesOfAThinWallKeepHalf) {
 }
 
 TEST(LevelOfDetail, OfFewSurfelsIsOneLevel) {
-  EXPECT_EQ(levelsOfDetail({}).levels, 1u);
-  EXPECT_EQ(levelsOfDetail(subsetOf(theBall().cloud, std::vector<uint32_t>{4, 5, 6})).levels, 1u);
+  EXPECT_EQ(levelsOfDetail({}).count, 1u);
+  EXPECT_EQ(levelsOfDetail(subsetOf(theBall().cloud, std::vector<uint32_t>{4, 5, 6})).count, 1u);
 }
 
 } // namespace

@@ -69,9 +69,9 @@ TEST_F(CutOfSphere, IsThatOfOneSurfelAfterTheOther) {
       const uint32_t middle = levels.patches.middle[patch];
       const double level =
           std::min(levelFor(cloud.radius[middle] * pixelsPerLength(camera, deformed, middle), surfelSize),
-                   static_cast<double>(levels.levels.levels - 1));
+                   static_cast<double>(levels.detail.count - 1));
       for (uint32_t i = levels.patches.first[patch]; i < levels.patches.first[patch + 1]; ++i) {
-        const auto splat = splatAt(levels.levels.of(i), static_cast<size_t>(level),
+        const auto splat = splatAt(levels.detail.of(i), static_cast<size_t>(level),
                                    static_cast<float>(level - std::floor(level)));
         if (!splat) continue;
         ASSERT_LT(next, cut.surfels.size());
@@ -101,7 +101,6 @@ TEST_F(CutOfSphere, ThePictureIsAContinuousFunctionOfTheSize) {
     last = std::move(film);
   }
   EXPECT_LT(workspace.stats.surfels, drawn / 2);
-  std::printf("largest step %.4f\n", largest);
   EXPECT_LT(largest, 0.04);
 }
 
