@@ -85,7 +85,12 @@ Program::Program(ShaderFolder folder, std::initializer_list<std::string_view> fi
     GLint size = 0;
     GLenum type = 0;
     glGetActiveUniform(name(), static_cast<GLuint>(i), longest, nullptr, &size, &type, uniform.data());
-    locations_[uniform.c_str()] = glGetUniformLocation(name(), uniform.c_str());
+    // An array is named by its first element.
+    const std::string first = uniform.c_str(), array = first.substr(0, first.find('['));
+    for (GLint k = 0; k < size; ++k) {
+      const std::string element = size > 1 ? array + "[" + std::to_string(k) + "]" : first;
+      locations_[element] = glGetUniformLocation(name(), element.c_str());
+    }
   }
   requireNoErrors();
 }

@@ -22,8 +22,8 @@ public:
 
   unsigned name() const { return handle_.name(); }
 
-  // Sets a uniform; it keeps its value until it is set again. Throws Error if the program has no such uniform
-  // or does not use it.
+  // Sets a uniform, or an element of an array ("weights[2]"), which keeps its value until it is set again.
+  // Throws Error if the program does not use a uniform of that name.
   void set(std::string_view uniform, int value);
   void set(std::string_view uniform, float value);
   void set(std::string_view uniform, const Eigen::Vector2f& value);

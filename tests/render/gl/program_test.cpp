@@ -60,6 +60,16 @@ TEST_F(ProgramTest, AnUnknownUniformIsAnError) {
             "mesh.vert, color.frag: found 'colour', expected a uniform that the program uses");
 }
 
+TEST_F(ProgramTest, ElementsOfAnArrayAreSetByName) {
+  const Texture color({Format::rgba32f, 1, 1});
+  const Framebuffer target("target", {{&color}});
+  Program program(kShaders, {"everywhere.vert", "array.frag"});
+  for (int i = 0; i < 3; ++i) program.set("terms[" + std::to_string(i) + "]", 2.f + static_cast<float>(i));
+  draw({target, program}, VertexArray({}), {0, 3});
+  EXPECT_EQ(color.read().values, std::vector<float>(4, 2 + 3 * 4));
+  EXPECT_THROW(program.set("terms[3]", 1.f), Error);
+}
+
 TEST_F(ProgramTest, AUniformOfAnotherTypeIsAnError) {
   Program program(kShaders, {"mesh.vert", "color.frag"});
   program.set("color", 1.f);
