@@ -90,10 +90,16 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand("chart", "chart the speed of settings against their accuracy");
   command->footer(
       "Example: surflect chart vase.srf examples/vase --knob cameras=3,2,1 --knob lights=3,1 -o report/");
-  command->add_option("paths", arguments->paths, "one or more packed models, then their capture")
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "paths",
+          [arguments](const std::vector<std::string>& paths) {
+            if (paths.size() < 2) throw CLI::ValidationError("give one or more models, then their capture");
+            arguments->paths = paths;
+          },
+          "one or more packed models, then the capture that they were packed of")
       ->option_text("MODEL... CAPTURE")
-      ->required()
-      ->expected(2, 64);
+      ->required();
   command->add_option("-o,--output", arguments->output, "folder for the report")
       ->required()
       ->check(notEmpty());
