@@ -44,6 +44,7 @@ BELOW = {
     "render/renderer.cpp": SCENE + ["srf/model", "render/knobs", "render", "render/surfels"],  # opens the renderer that a model asks for
     "render/film": SURFEL + SCENE + ["render/knobs", "render"],
     "render/evaluation": PROXY + SCENE + ["render/knobs", "render"],
+    "render/chart": ["surfel/base", "render/knobs"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],
     "apps": LIBRARY,
