@@ -35,7 +35,7 @@ struct Point {
   double bytesRead = 0;                   // per frame, from the model's files, with an empty cache
   size_t modelBytes = 0, memoryBytes = 0; // of the model's files; of the process, at most
 
-  bool isOnFront = false; // no other point is both faster and more accurate
+  bool isOnFront = false; // no other point is both faster and closer to the photographs at rest
   bool isChosen = false;  // shown with pictures
 };
 

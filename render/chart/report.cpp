@@ -1,465 +1,29 @@
 #include "render/chart/report.h"
 
+#include "render/chart/plots.h"
 #include "render/chart/report_style.h"
 #include "render/chart/svg.h"
+#include "render/chart/view.h"
 #include "surfel/base/base64.h"
 #include "surfel/base/message_text.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
 namespace surflect::chart {
 
 namespace {
 
-constexpr size_t kHues = 7; // of the style sheet
-
-// A chart with what several parts of the page ask for.
-struct View {
-  const Chart& chart;
-  std::vector<std::filesystem::path> models = {};
-  std::vector<size_t> modelOf = {};             // by point: index in `models`
-  std::vector<knobs::Setting> settings = {};    // by point: knobs that are not at full
-  std::vector<std::optional<size_t>> full = {}; // by model: the point at full
-  std::vector<size_t> byTime = {};              // points, the fastest first
-  std::vector<size_t> chosen = {};              // points, the slowest first
-  std::vector<std::string> letters = {};        // by point; empty unless it is chosen
-
-  const Point& at(size_t point) const { return chart.points[point]; }
-  const Point* fullOf(size_t point) const {
-    const auto& found = full[modelOf[point]];
-    return found ? &chart.points[*found] : nullptr;
-  }
-  bool isFull(size_t point) const { return settings[point].empty(); }
-  bool hasBent() const {
-    return std::ranges::any_of(chart.points, [](const Point& point) { return point.bent.has_value(); });
-  }
-};
-
-// 0 -> "A", 25 -> "Z", 26 -> "AA"
-std::string letterOf(size_t index) {
-  std::string letters;
-  for (size_t left = index + 1; left > 0; left = (left - 1) / 26)
-    letters.insert(letters.begin(), static_cast<char>('A' + (left - 1) % 26));
-  return letters;
-}
-
-View viewOf(const Chart& chart) {
-  View view{.chart = chart};
-  for (const Point& point : chart.points) {
-    const auto found = std::ranges::find(view.models, point.model);
-    view.modelOf.push_back(static_cast<size_t>(found - view.models.begin()));
-    if (found == view.models.end()) view.models.push_back(point.model);
-    knobs::Setting setting = point.setting;
-    for (const knobs::Knob& knob : chart.knobs) {
-      const auto value = setting.find(knob.name);
-      if (value != setting.end() && !knob.values.empty() && value->second == knob.values.front())
-        setting.erase(value);
-    }
-    view.settings.push_back(std::move(setting));
-  }
-  view.full.resize(view.models.size());
-  view.byTime.resize(chart.points.size());
-  std::iota(view.byTime.begin(), view.byTime.end(), size_t{0});
-  std::ranges::stable_sort(view.byTime, {}, [&](size_t i) {
-    return std::isnan(view.at(i).milliseconds) ? HUGE_VAL : view.at(i).milliseconds;
-  });
-  view.letters.resize(chart.points.size());
-  for (size_t i = view.byTime.size(); i-- > 0;) {
-    const size_t point = view.byTime[i];
-    if (view.isFull(point)) view.full[view.modelOf[point]] = point;
-    if (!view.at(point).isChosen) continue;
-    view.letters[point] = letterOf(view.chosen.size());
-    view.chosen.push_back(point);
-  }
-  return view;
-}
-
-// Name of a model for readers: its folder, or the whole path where folders of the same name occur.
-std::string modelName(const View& view, size_t model) {
-  const auto folderOf = [](const std::filesystem::path& path) {
-    return path.has_filename() ? path.filename() : path.parent_path().filename();
-  };
-  const auto same = std::ranges::count(view.models, folderOf(view.models[model]), folderOf);
-  return same > 1 ? view.models[model].string() : folderOf(view.models[model]).string();
-}
-
-// Numbers and their units
-
-std::string millisecondsText(double milliseconds) { return rounded(milliseconds, 3) + " ms"; }
-std::string percentText(double share) { return rounded(100 * share, 2) + " %"; }
-std::string fixedText(double number, int decimals) {
-  if (!std::isfinite(number)) return rounded(number, 1);
-  const std::string text = fmt::format("{:.{}f}", number, decimals);
-  return text.starts_with('-') ? "−" + text.substr(1) : text;
-}
-std::string decibelText(double decibel) { return fixedText(decibel, 1) + " dB"; }
-
-// "3.1 times faster than at full"
-std::string fasterText(double ratio) {
-  if (ratio < 1) return rounded(1 / ratio, 2) + " times slower than at full";
-  return rounded(ratio, 2) + " times faster than at full";
-}
-
-// "0.3 dB below full"
-std::string againstFullText(double decibel, double full) {
-  const double lost = full - decibel;
-  if (!std::isfinite(lost)) return "full has " + decibelText(full);
-  if (std::abs(lost) < 0.05) return "the same as full";
-  return decibelText(std::abs(lost)) + (lost > 0 ? " below full" : " above full");
-}
-
-std::string settingText(const View& view, size_t point) { return knobs::textOf(view.settings[point]); }
-
-// "preview", "full"; empty for a setting without a name
-std::string nameOf(const View& view, size_t point) {
-  if (!view.at(point).name.empty()) return view.at(point).name;
-  return view.isFull(point) ? "full" : "";
-}
-
-std::string agreementText(const Agreement& agreement, std::string_view pose) {
-  return fmt::format("{}: PSNR {}, SSIM {}, FLIP {}", pose, decibelText(agreement.psnrSrgbDb),
-                     fixedText(agreement.ssim, 3), fixedText(agreement.flip, 3));
-}
-
-// Setting, figures and command in lines, unescaped.
-std::string tooltip(const View& view, size_t i) {
-  const Point& point = view.at(i);
-  std::string words = settingText(view, i);
-  if (!point.name.empty()) words = point.name + ": " + words;
-  if (!view.letters[i].empty()) words = view.letters[i] + "  " + words;
-  if (view.models.size() > 1) words += "\nModel " + modelName(view, view.modelOf[i]);
-  words += "\n" + millisecondsText(point.milliseconds) + " per frame";
-  if (const Point* full = view.fullOf(i); full && !view.isFull(i))
-    words += fmt::format(", {}\nError to full {}", fasterText(full->milliseconds / point.milliseconds),
-                         percentText(point.rmsToFull));
-  words += "\n" + agreementText(point.rest, "At rest");
-  if (point.bent) words += "\n" + agreementText(*point.bent, "Deformed");
-  return words + "\n" + point.command;
-}
-
-std::string badge(const View& view, size_t point) {
-  return fmt::format(R"(<span class="badge">{}</span>)", view.letters[point]);
-}
-
-// Badge, name and setting of a chosen point.
-std::string heading(const View& view, size_t point) {
-  const std::string name = nameOf(view, point), setting = settingText(view, point);
-  std::string html = badge(view, point);
-  if (!name.empty()) html += " <b>" + escaped(name) + "</b>";
-  if (name != setting) html += " <code>" + escaped(setting) + "</code>";
-  if (view.models.size() > 1)
-    html += " <span class=\"note\">" + escaped(modelName(view, view.modelOf[point])) + "</span>";
-  return html;
-}
-
-// Plots
-
-constexpr double kWidth = 500, kHeight = 400, kLeft = 50, kRight = 490, kTop = 30, kBottom = 352;
-
-std::string svgOpening(double width, double height, std::string_view description) {
-  return fmt::format(R"(<svg viewBox="0 0 {} {}" role="img" aria-label="{}">)", width, height,
-                     escaped(description));
-}
-
-std::string segment(Place a, Place b, std::string_view classes) {
-  const Place both[] = {a, b};
-  return line(both, classes);
-}
-
-// Vertical lines at round values, and these values below.
-std::string horizontalAxis(const Axis& x, double top, double bottom, std::string_view title) {
-  std::string svg;
-  for (const double tick : ticks(x, 8)) {
-    const double at = x.position(tick);
-    svg += segment({at, top}, {at, bottom}, "grid");
-    svg += text({at, bottom + 17}, "middle", shortest(tick, 6), "tick");
-  }
-  svg += segment({x.first, bottom}, {x.last, bottom}, "edge");
-  svg += text({x.last, bottom + 37}, "end", title, "title");
-  return svg;
-}
-
-// Horizontal lines at round values, and these values on the left; the title stands above.
-std::string verticalAxis(const Axis& y, double left, double right, std::string_view title, size_t most) {
-  std::string svg;
-  for (const double tick : ticks(y, most)) {
-    const double at = y.position(tick);
-    svg += segment({left, at}, {right, at}, "grid");
-    svg += text({left - 7, at + 4}, "end", shortest(tick, 6), "tick");
-  }
-  svg += text({0, y.last - 14}, "start", title, "title");
-  return svg;
-}
-
-struct Spot {
-  size_t point = 0;
-  Place place;
-  bool isBent = false;
-};
-
-// Mark with a tooltip, which leads to the row of the table.
-std::string spotMark(const View& view, const Spot& spot, double radius) {
-  const Point& point = view.at(spot.point);
-  const size_t model = view.modelOf[spot.point];
-  std::string classes =
-      fmt::format("mark f{0} {1}", model % kHues, spot.isBent ? fmt::format("bent s{}", model % kHues) : "");
-  if (point.isOnFront) classes += " best";
-  if (point.isChosen) classes += " chosen";
-  return fmt::format(R"(<a href="#p{0}" data-point="{0}"{1}><title>{2}</title>{3}</a>)", spot.point,
-                     point.isChosen ? "" : R"( tabindex="-1")", escaped(tooltip(view, spot.point)),
-                     mark(model, spot.place, radius, classes));
-}
-
-// "B preview"
-std::string labelOf(const View& view, size_t point) {
-  const std::string name = nameOf(view, point);
-  return view.letters[point] + (name.empty() || name.size() > 14 ? "" : " " + name);
-}
-
-// Places along a line, near enough to keep labels off it.
-void addPlaces(std::vector<Place>& places, Place from, Place to) {
-  const double steps = std::ceil(std::hypot(to.x - from.x, to.y - from.y) / 6);
-  for (double k = 0; k <= steps; ++k)
-    places.push_back({std::lerp(from.x, to.x, k / steps), std::lerp(from.y, to.y, k / steps)});
-}
-
-// Marks, the chosen ones on top, and the labels of the chosen ones, which keep off `occupied`, too.
-std::string spotMarks(const View& view, std::vector<Spot> spots, std::vector<Place> occupied) {
-  const auto rank = [&](const Spot& spot) {
-    return 2 * view.at(spot.point).isChosen + view.at(spot.point).isOnFront;
-  };
-  std::ranges::stable_sort(spots, {}, rank);
-  const double radius = spots.size() > 150 ? 4 : 5;
-  std::string svg;
-  std::vector<Place> labelled;
-  std::vector<std::array<double, 2>> sizes;
-  std::vector<size_t> points;
-  for (const Spot& spot : spots) {
-    const bool isChosen = view.at(spot.point).isChosen;
-    svg += spotMark(view, spot, isChosen ? 6.5 : radius);
-    occupied.push_back(spot.place);
-    if (!isChosen) continue;
-    labelled.push_back(spot.place);
-    points.push_back(spot.point);
-    sizes.push_back({7.2 * static_cast<double>(labelOf(view, spot.point).size()) + 4, 15});
-  }
-  const std::vector<Box> boxes =
-      placeLabels(labelled, sizes, occupied, {kLeft + 2, kTop - 10, kRight - kLeft - 4, kBottom - kTop + 8});
-  for (size_t i = 0; i < boxes.size(); ++i) {
-    const auto& [x, y, width, height] = boxes[i];
-    const Place from = labelled[i],
-                to = {std::clamp(from.x, x + 2, x + width - 2), std::clamp(from.y, y + 2, y + height - 2)};
-    const double distance = std::hypot(to.x - from.x, to.y - from.y);
-    if (distance > 14) {
-      const double start = 8 / distance;
-      svg += segment({from.x + start * (to.x - from.x), from.y + start * (to.y - from.y)}, to, "leader");
-    }
-    svg += text({x + width / 2, y + height - 3.5}, "middle", labelOf(view, points[i]), "label");
-  }
-  return svg;
-}
-
-Axis timeAxis(const View& view) {
-  std::vector<double> times;
-  for (const Point& point : view.chart.points) times.push_back(point.milliseconds);
-  return axisAround(times, true, kLeft, kRight);
-}
-
-bool hasTime(const Point& point) { return std::isfinite(point.milliseconds) && point.milliseconds > 0; }
-
-std::string legendItem(std::string_view sample, std::string_view words) {
-  return fmt::format(R"(<li><svg viewBox="0 0 18 18" aria-hidden="true">{}</svg>{}</li>)", sample,
-                     escaped(words));
-}
-
-std::string modelLegend(const View& view) {
-  std::string html;
-  for (size_t model = 0; view.models.size() > 1 && model < view.models.size(); ++model)
-    html += legendItem(mark(model, {9, 9}, 5, fmt::format("mark best f{}", model % kHues)),
-                       modelName(view, model));
-  return html;
-}
-
-std::string errorPlot(const View& view) {
-  // Errors that no one can see are drawn below the axis, together with 0, at a line of their own.
-  constexpr double visible = 1e-5, lowest = kBottom - 40, invisible = kBottom - 12;
-  const Axis x = timeAxis(view);
-  std::vector<double> errors;
-  for (const Point& point : view.chart.points)
-    if (point.rmsToFull >= visible) errors.push_back(100 * point.rmsToFull);
-  const Axis y = axisAround(errors, true, lowest, kTop);
-  std::vector<Spot> spots;
-  std::vector<std::vector<Place>> fronts(view.models.size());
-  for (const size_t i : view.byTime) {
-    const Point& point = view.at(i);
-    if (!hasTime(point) || !std::isfinite(point.rmsToFull) || point.rmsToFull < 0) continue;
-    const Place place{x.position(point.milliseconds),
-                      point.rmsToFull >= visible ? y.position(100 * point.rmsToFull) : invisible};
-    spots.push_back({i, place});
-    if (point.isOnFront) fronts[view.modelOf[i]].push_back(place);
-  }
-  std::string html =
-      "<figure><figcaption><h3>Time and error to full</h3><p class=\"note\">Lower left is better: "
-      "faster, and closer to the pictures at full.";
-  if (view.models.size() > 1) html += " Each model is compared with its own full.";
-  html += "</p></figcaption>";
-  html += svgOpening(kWidth, kHeight, "Time per frame against error to full");
-  html += horizontalAxis(x, kTop, kBottom, "time per frame, ms");
-  html += verticalAxis(y, kLeft, kRight, "error to full (relative RMS), %", 7);
-  html += segment({kLeft, invisible}, {kRight, invisible}, "grid");
-  html += text({kLeft - 7, invisible + 4}, "end", "< 0.001", "tick");
-  std::vector<Place> occupied;
-  for (size_t model = 0; model < fronts.size(); ++model) {
-    html += line(fronts[model], fmt::format("front s{}", model % kHues));
-    for (size_t i = 1; i < fronts[model].size(); ++i)
-      addPlaces(occupied, fronts[model][i - 1], fronts[model][i]);
-  }
-  html += spotMarks(view, std::move(spots), std::move(occupied)) + "</svg><ul class=\"legend\">";
-  html += legendItem(R"(<path class="front s0" d="M0 9h18"/>)",
-                     "front: no other setting is both faster and more accurate");
-  return html + modelLegend(view) + "</ul></figure>";
-}
-
-std::string agreementPlot(const View& view) {
-  const Axis x = timeAxis(view);
-  const auto each = [&](auto visit) { // visits finite figures, deformed ones first
-    for (const bool isBent : {true, false})
-      for (size_t i = 0; i < view.chart.points.size(); ++i) {
-        const Point& point = view.at(i);
-        if (isBent && !point.bent) continue;
-        const double decibel = isBent ? point.bent->psnrSrgbDb : point.rest.psnrSrgbDb;
-        if (hasTime(point) && std::isfinite(decibel)) visit(i, isBent, decibel);
-      }
-  };
-  std::vector<double> figures;
-  each([&](size_t, bool, double decibel) { figures.push_back(decibel); });
-  if (!figures.empty()) { // at least 2 dB, so that differences which nobody sees look small
-    const auto [low, high] = std::ranges::minmax(figures);
-    figures.insert(figures.end(), {(low + high) / 2 - 1, (low + high) / 2 + 1});
-  }
-  const Axis y = axisAround(figures, false, kBottom, kTop);
-  std::string lines;
-  std::vector<Spot> spots;
-  std::vector<Place> occupied;
-  each([&](size_t i, bool isBent, double decibel) {
-    spots.push_back({i, {x.position(view.at(i).milliseconds), y.position(decibel)}, isBent});
-    if (view.full[view.modelOf[i]] != i) return;
-    const double at = y.position(decibel);
-    lines += segment({kLeft, at}, {kRight, at}, fmt::format("full s{}", view.modelOf[i] % kHues));
-    addPlaces(occupied, {kLeft, at}, {kRight, at});
-  });
-  std::string html =
-      "<figure><figcaption><h3>Time and agreement with photographs</h3><p class=\"note\">Upper left "
-      "is better. A setting at the dashed line loses nothing against full.</p></figcaption>";
-  html += svgOpening(kWidth, kHeight, "Time per frame against PSNR to held-out photographs");
-  html += horizontalAxis(x, kTop, kBottom, "time per frame, ms");
-  html += verticalAxis(y, kLeft, kRight, "PSNR to held-out photographs (sRGB), dB", 7);
-  html += lines + spotMarks(view, std::move(spots), std::move(occupied)) + "</svg><ul class=\"legend\">";
-  html += legendItem(R"(<path class="full s0" d="M0 9h18"/>)", "full");
-  if (view.hasBent()) {
-    html += legendItem(mark(0, {9, 9}, 5, "mark best f0"), "object at rest");
-    html += legendItem(mark(0, {9, 9}, 5, "mark best bent f0 s0"), "object deformed");
-  }
-  return html + modelLegend(view) + "</ul></figure>";
-}
-
-// Points that differ from full in one knob alone.
-struct Alone {
-  std::vector<std::string> values;                    // of the knob, from full to the fastest
-  std::vector<std::vector<std::optional<size_t>>> of; // points by model and value
-};
-
-Alone aloneOf(const View& view, const knobs::Knob& knob) {
-  Alone alone;
-  alone.of.resize(view.models.size());
-  for (size_t v = 0; v < knob.values.size(); ++v) {
-    const knobs::Setting wanted = v == 0 ? knobs::Setting{} : knobs::Setting{{knob.name, knob.values[v]}};
-    std::vector<std::optional<size_t>> found(view.models.size());
-    for (size_t i = 0; i < view.settings.size(); ++i)
-      if (view.settings[i] == wanted && hasTime(view.at(i)) && view.fullOf(i)) found[view.modelOf[i]] = i;
-    if (std::ranges::none_of(found, [](const auto& point) { return point.has_value(); })) continue;
-    alone.values.push_back(shortest(knob.values[v], 4));
-    for (size_t model = 0; model < found.size(); ++model) alone.of[model].push_back(found[model]);
-  }
-  return alone;
-}
-
-double timeShare(const View& view, size_t point) {
-  return view.at(point).milliseconds / view.fullOf(point)->milliseconds;
-}
-
-// Error and time of one knob alone, in two panels. All knobs share the scales.
-std::string knobPlot(const View& view, const knobs::Knob& knob, const Alone& alone, double mostError,
-                     double mostTime) {
-  constexpr double left = 34, right = 218, width = 220;
-  const Axis errors{false, 0, 1.2 * mostError, 104, 24}, times{false, 0, 1.2 * mostTime, 226, 146};
-  const double step = (right - left) / static_cast<double>(alone.values.size());
-  std::string html = fmt::format("<figure><figcaption><h3>{}</h3><p class=\"note\">{}</p></figcaption>",
-                                 escaped(knob.name), escaped(knob.meaning));
-  html += svgOpening(width, 250, knob.name + ": error and time");
-  html += verticalAxis(errors, left, right, "error to full, %", 4) +
-          verticalAxis(times, left, right, "time, full = 1", 4) +
-          segment({left, errors.first}, {right, errors.first}, "edge") +
-          segment({left, times.first}, {right, times.first}, "edge");
-  std::string marks;
-  for (size_t model = 0; model < alone.of.size(); ++model) {
-    for (const bool isTime : {false, true}) {
-      std::vector<Place> places;
-      for (size_t v = 0; v < alone.values.size(); ++v) {
-        const auto& point = alone.of[model][v];
-        if (!point) continue;
-        const double figure = isTime ? timeShare(view, *point) : 100 * view.at(*point).rmsToFull;
-        if (!std::isfinite(figure)) continue;
-        places.push_back(
-            {left + (static_cast<double>(v) + 0.5) * step, (isTime ? times : errors).position(figure)});
-        marks += fmt::format(R"(<a href="#p{0}" data-point="{0}" tabindex="-1"><title>{1}</title>{2}</a>)",
-                             *point, escaped(tooltip(view, *point)),
-                             mark(model, places.back(), 4, fmt::format("mark best f{}", model % kHues)));
-        if (view.models.size() == 1 && v > 0 && v + 1 == alone.values.size())
-          marks += text({places.back().x, places.back().y - 9}, "middle", rounded(figure, 2), "value");
-      }
-      html += line(places, fmt::format("front s{}", model % kHues));
-    }
-  }
-  html += marks;
-  // Values are left out where they would overlap.
-  size_t longest = 0;
-  for (const std::string& value : alone.values) longest = std::max(longest, value.size());
-  const auto every = static_cast<size_t>(std::ceil((7.0 * static_cast<double>(longest) + 4) / step));
-  for (size_t v = 0; v < alone.values.size(); v += every)
-    html += text({left + (static_cast<double>(v) + 0.5) * step, times.first + 17}, "middle", alone.values[v],
-                 "tick");
-  return html + "</svg></figure>";
-}
-
 std::string knobSection(const View& view) {
-  std::vector<std::pair<const knobs::Knob*, Alone>> plots;
-  double mostError = 0, mostTime = 1;
-  for (const knobs::Knob& knob : view.chart.knobs) {
-    Alone alone = aloneOf(view, knob);
-    if (alone.values.size() < 2) continue;
-    for (const auto& points : alone.of)
-      for (const auto& point : points) {
-        if (!point) continue;
-        if (std::isfinite(view.at(*point).rmsToFull))
-          mostError = std::max(mostError, 100 * view.at(*point).rmsToFull);
-        if (std::isfinite(timeShare(view, *point))) mostTime = std::max(mostTime, timeShare(view, *point));
-      }
-    plots.emplace_back(&knob, std::move(alone));
-  }
+  const std::string plots = knobPlots(view);
   if (plots.empty()) return "";
-  std::string html =
-      "<section><h2>Each knob alone</h2><p>One knob goes from full, on the left, to its fastest "
-      "value; all others stay at full. The scales are the same in all plots.</p><div class=\"knobs\">";
-  for (const auto& [knob, alone] : plots)
-    html += knobPlot(view, *knob, alone, mostError > 0 ? mostError : 1, mostTime);
-  return html + "</div></section>";
+  return "<section><h2>Each knob alone</h2><p>One knob goes from full, on the left, to its fastest value; "
+         "all "
+         "others stay at full. The scales are the same in all plots.</p><div class=\"knobs\">" +
+         plots + "</div></section>";
 }
 
 std::string stageSection(const View& view) {
@@ -612,10 +176,10 @@ std::vector<Column> columnsOf(const View& view) {
 std::string tableSection(const View& view) {
   const std::vector<Column> columns = columnsOf(view);
   const bool hasModels = view.models.size() > 1;
-  std::string html =
-      "<section><h2>All settings</h2><p>Settings on the front are bold. Each command reproduces its "
-      "row alone. Headings sort the table.</p><div class=\"scroll\"><table><thead><tr>"
-      "<th class=\"left\" scope=\"col\"><button>Setting</button></th>";
+  std::string html = "<section><h2>All settings</h2><p>Settings on the front of the photographs are bold. "
+                     "Each command reproduces its "
+                     "row alone. Headings sort the table.</p><div class=\"scroll\"><table><thead><tr>"
+                     "<th class=\"left\" scope=\"col\"><button>Setting</button></th>";
   if (hasModels) html += "<th class=\"left\" scope=\"col\"><button>Model</button></th>";
   for (const Column& column : columns)
     html += fmt::format("<th scope=\"col\"{}><button>{}</button><small>{}</small></th>",
@@ -654,9 +218,9 @@ std::string boughtSentence(const View& view, size_t i) {
   const Point& point = view.at(i);
   const Point* full = view.fullOf(i);
   const std::string name = nameOf(view, i);
-  std::string html =
-      fmt::format("At <b>{}</b>, a frame takes {}", escaped(name.empty() ? settingText(view, i) : name),
-                  millisecondsText(point.milliseconds));
+  std::string html = "At <b>" + escaped(name.empty() ? settingText(view, i) : name) + "</b>";
+  if (view.models.size() > 1) html += " of " + escaped(modelName(view, view.modelOf[i]));
+  html += ", a frame takes " + millisecondsText(point.milliseconds);
   if (!full || view.isFull(i))
     return html + fmt::format(" and reaches {} PSNR against held-out photographs.",
                               decibelText(point.rest.psnrSrgbDb));
@@ -732,7 +296,8 @@ constexpr std::string_view kTerms = R"(<section><h2>Terms</h2><dl class="terms">
 <dt>Time</dt><dd>Median time of a frame.</dd>
 <dt>Error to full</dt><dd>Relative RMS: the root of the mean squared difference between the pictures of a setting and
 those at full, divided by the root mean square of those at full.</dd>
-<dt>Front</dt><dd>The Pareto front: settings to which no other is both faster and more accurate.</dd>
+<dt>Front</dt><dd>The Pareto front: settings to which no other is both faster and more accurate. Each plot draws the
+front of its own measure; the table marks that of the photographs at rest.</dd>
 <dt>PSNR</dt><dd>Peak signal-to-noise ratio in decibels, from the mean squared difference to held-out photographs, which
 the model has not seen; more is better, and 1 dB is hard to see.</dd>
 <dt>SSIM</dt><dd>Structural similarity: agreement of local means, contrasts and patterns with the photograph; 1 is

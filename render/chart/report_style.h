@@ -65,6 +65,7 @@ svg text { font: 12px Inter, system-ui, -apple-system, "Segoe UI", Roboto, "Helv
 .edge { stroke: var(--rule); stroke-width: 1; }
 .full { stroke-width: 1.2; stroke-dasharray: 5 4; fill: none; }
 .front { fill: none; stroke-width: 2; stroke-linejoin: round; opacity: 0.75; }
+.across { stroke: var(--ink); }
 .leader { stroke: var(--soft); stroke-width: 1; }
 svg text.label { fill: var(--ink); font-weight: 650; paint-order: stroke; stroke: var(--page); stroke-width: 4px;
   stroke-linejoin: round; }

@@ -98,20 +98,35 @@ TEST(Report, EveryPointIsOnceInTheTableWithItsCommand) {
   EXPECT_EQ(countOf(table, "<tr "), chart.points.size());
 }
 
-TEST(Report, TheFrontIsJoinedInOrderOfTime) {
-  const std::string page = htmlOf(chartOf());
+// Places of the front's line behind a heading of the page.
+std::vector<Place> frontBehind(const std::string& page, const std::string& heading) {
+  const std::string rest = page.substr(page.find(heading));
   std::smatch found;
-  ASSERT_TRUE(std::regex_search(page, found, std::regex("polyline class=\"front s0\" points=\"([^\"]*)\"")));
-  std::istringstream places(found[1].str());
-  std::vector<double> x, y;
-  for (std::string place; places >> place;) {
-    x.push_back(std::stod(place));
-    y.push_back(std::stod(place.substr(place.find(',') + 1)));
-  }
-  ASSERT_EQ(x.size(), 4u);
-  EXPECT_TRUE(std::ranges::is_sorted(x, std::less_equal()));
-  EXPECT_TRUE(std::ranges::is_sorted(y, std::less_equal()))
-      << "slower settings have less error, which is lower";
+  if (!std::regex_search(rest, found, std::regex("polyline class=\"front s0\" points=\"([^\"]*)\"")))
+    return {};
+  std::istringstream words(found[1].str());
+  std::vector<Place> places;
+  for (std::string word; words >> word;)
+    places.push_back({std::stod(word), std::stod(word.substr(word.find(',') + 1))});
+  return places;
+}
+
+TEST(Report, FrontsAreJoinedInOrderOfTime) {
+  Chart chart = chartOf();
+  // A faster setting is closer to full, but none is closer to the photographs.
+  chart.points.push_back(pointOf({{"cameras", 2}, {"lights", 1}}, 70, 0.015));
+  chart.points.back().rest.psnrSrgbDb = 37.9;
+  chart.points.back().isOnFront = true;
+  const std::string page = htmlOf(chart);
+  const std::vector<Place> error = frontBehind(page, "Time and error"),
+                           agreement = frontBehind(page, "Time and agree");
+  EXPECT_EQ(error.size(), 4u);
+  EXPECT_TRUE(std::ranges::is_sorted(error, std::less_equal(), &Place::x));
+  EXPECT_TRUE(std::ranges::is_sorted(error, std::less_equal(), &Place::y)) << "less error is lower";
+  EXPECT_EQ(agreement.size(), 5u);
+  EXPECT_TRUE(std::ranges::is_sorted(agreement, std::less_equal(), &Place::x));
+  EXPECT_TRUE(std::ranges::is_sorted(agreement, std::greater_equal(), &Place::y))
+      << "more decibels are higher";
 }
 
 TEST(Report, AKnobAloneIsShownWithAllOthersAtFull) {
