@@ -77,7 +77,7 @@ std::string labelOf(const View& view, size_t point) {
 
 // Places along a line, near enough to keep labels off it.
 void addPlaces(std::vector<Place>& places, Place from, Place to) {
-  const double steps = std::ceil(std::hypot(to.x - from.x, to.y - from.y) / 6);
+  const double steps = std::max(1.0, std::ceil(std::hypot(to.x - from.x, to.y - from.y) / 6));
   for (double k = 0; k <= steps; ++k)
     places.push_back({std::lerp(from.x, to.x, k / steps), std::lerp(from.y, to.y, k / steps)});
 }

@@ -62,6 +62,7 @@ View viewOf(const Chart& chart) {
   }
   return view;
 }
+
 std::string modelName(const View& view, size_t model) {
   const auto folderOf = [](const std::filesystem::path& path) {
     return path.has_filename() ? path.filename() : path.parent_path().filename();
@@ -103,14 +104,14 @@ std::string tooltip(const View& view, size_t i) {
   std::string words = settingText(view, i);
   if (!point.name.empty()) words = point.name + ": " + words;
   if (!view.letters[i].empty()) words = view.letters[i] + "  " + words;
-  if (view.models.size() > 1) words += "\nModel " + modelName(view, view.modelOf[i]);
-  words += "\n" + millisecondsText(point.milliseconds) + " per frame";
+  if (view.models.size() > 1) words += fmt::format("\nModel {}", modelName(view, view.modelOf[i]));
+  words += fmt::format("\n{} per frame", millisecondsText(point.milliseconds));
   if (const Point* full = view.fullOf(i); full && !view.isFull(i))
     words += fmt::format(", {}\nError to full {}", fasterText(full->milliseconds / point.milliseconds),
                          percentText(point.rmsToFull));
-  words += "\n" + agreementText(point.rest, "At rest");
-  if (point.bent) words += "\n" + agreementText(*point.bent, "Deformed");
-  return words + "\n" + point.command;
+  words += fmt::format("\n{}", agreementText(point.rest, "At rest"));
+  if (point.bent) words += fmt::format("\n{}", agreementText(*point.bent, "Deformed"));
+  return fmt::format("{}\n{}", words, point.command);
 }
 
 std::string badge(const View& view, size_t point) {

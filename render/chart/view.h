@@ -11,7 +11,7 @@
 
 namespace surflect::chart {
 
-constexpr size_t kHues = 7; // of the style sheet
+inline constexpr size_t kHues = 7; // of the style sheet
 
 // A chart with what several parts of the page ask for.
 struct View {

@@ -10,7 +10,10 @@ namespace surflect::chart {
 namespace {
 
 Point pointOf(const knobs::Setting& setting, double milliseconds, double rmsToFull) {
-  Point point{.model = "vase.srf", .setting = setting, .command = "surflect chart " + knobs::textOf(setting)};
+  Point point;
+  point.model = "vase.srf";
+  point.setting = setting;
+  point.command = "surflect chart " + knobs::textOf(setting);
   point.milliseconds = milliseconds;
   point.rmsToFull = rmsToFull;
   point.rest = {39, 38 - 20 * rmsToFull, 0.98, 0.02};
@@ -19,7 +22,10 @@ Point pointOf(const knobs::Setting& setting, double milliseconds, double rmsToFu
 
 // Full, three settings on the front and one behind it.
 Chart chartOf() {
-  Chart chart{.title = "vase.srf on examples/vase", .machine = "a machine", .command = "surflect chart"};
+  Chart chart;
+  chart.title = "vase.srf on examples/vase";
+  chart.machine = "a machine";
+  chart.command = "surflect chart";
   chart.restFrames = 1;
   chart.knobs = {{"cameras", "cameras blended per surfel", {3, 2, 1}}, {"lights", "lights blended", {4, 1}}};
   chart.points = {pointOf({}, 90, 0), pointOf({{"cameras", 1}}, 40, 0.02),
