@@ -104,7 +104,7 @@ a:hover .mark, a:focus .mark, .on .mark { opacity: 1; stroke: var(--ink); stroke
 .pictures img { display: block; width: 100%; height: auto; margin-bottom: 6px; border-radius: 4px;
   background: #000; }
 .scale { height: 12px; border-radius: 3px; margin-top: 4px; background: linear-gradient(90deg, #000004,
-  #1c1044, #4f127b, #812581, #b5367a, #e55964, #fb8761, #fec287, #fcfdbf); }
+  #1d1147, #51127c, #822681, #b63679, #e65164, #fb8861, #fec287, #fcfdbf); }
 .ends { display: flex; justify-content: space-between; font-size: 13px; color: var(--soft); }
 .scroll { overflow-x: auto; margin: 0 -12px; }
 table { border-collapse: collapse; font-size: 14px; line-height: 1.4; min-width: 100%; }
