@@ -4,21 +4,23 @@
 #include "render/chart/chart.h"
 
 #include <filesystem>
-#include <map>
 #include <span>
 
 namespace surflect::chart {
 
-// Sets Point::isOnFront: time against PSNR in linear light at rest. Of points that are equal in both, all
-// are.
+// Point::name of a renderer's preview setting.
+inline constexpr const char* kPreviewName = "preview";
+
+// Sets Point::isOnFront: time against sRGB PSNR at rest. Points that are equal in both are on it together.
 void markFront(std::span<Point> points);
 
-// Sets Point::isChosen for the full and the preview setting of each model, the knee of the front, and the
-// fastest point within 1 % of full. `previews` are by model.
-void markChosen(std::span<Point> points, const std::map<std::filesystem::path, knobs::Setting>& previews);
+// Sets Point::isChosen for each model: its full and preview settings, its knee, and its fastest point within
+// 1 % of full.
+void markChosen(std::span<Point> points);
 
-// Index of the point of the front that is farthest from the line between its ends, over the logarithm of time
-// and decibels scaled to equal ranges; the only point if there is one.
-size_t kneeOf(std::span<const Point> points);
+// Index of the knee of a model's points: of those to which no other is both faster and closer to full, the
+// one farthest below the line between the fastest and the closest, over the logarithm of time and the error,
+// both scaled to equal ranges. The model has at least one point.
+size_t kneeOf(std::span<const Point> points, const std::filesystem::path& model);
 
 } // namespace surflect::chart

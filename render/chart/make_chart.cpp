@@ -44,16 +44,15 @@ std::vector<Knob> knobsOf(const render::Renderer& renderer) {
   return knobs;
 }
 
-// The knobs to sweep with the values to try.
-std::vector<Knob> swept(const std::vector<Knob>& all, const ChartOptions& options) {
+// The knobs to sweep with the values to try; the most accurate value comes first or, unless `withFull`, only
+// where it was asked for.
+std::vector<Knob> swept(const std::vector<Knob>& all, const ChartOptions& options, bool withFull) {
   if (options.sweep.empty() && !options.onlyGiven) return all;
   std::vector<Knob> chosen;
   for (const knobs::KnobValues& asked : options.sweep) {
     knobs::requireKnobs(all, {{asked.name, 0}});
     Knob knob = *std::ranges::find(all, asked.name, &Knob::name);
-    const double full = knob.values.front();
-    knob.values.clear();
-    if (!options.onlyGiven) knob.values.push_back(full);
+    knob.values.resize(withFull ? 1 : 0);
     for (const double value : asked.values)
       if (std::ranges::find(knob.values, value) == knob.values.end()) knob.values.push_back(value);
     chosen.push_back(std::move(knob));
@@ -93,13 +92,14 @@ public:
     const auto renderer = open(progress);
     rig_ = renderer->describe().rig;
     all_ = knobsOf(*renderer);
-    knobs_ = swept(all_, options);
+    knobs_ = swept(all_, options, true);
     preview_ = withoutFull(all_, renderer->preview());
     if (descends()) {
       settings_ = oneByOne(knobs_);
       add(preview_);
     } else {
-      for (Setting& setting : combinations(knobs_)) add(withoutFull(all_, std::move(setting)));
+      for (Setting& setting : combinations(swept(all_, options, !options.onlyGiven)))
+        add(withoutFull(all_, std::move(setting)));
     }
     for (const Setting& setting : settings_) turn(*renderer, setting);
     rest_.emplace(capture, rig_, warp::chainWarp({}), options.frames, progress);
@@ -115,7 +115,6 @@ public:
 
   const fs::path& model() const { return model_; }
   const std::vector<Knob>& knobs() const { return knobs_; }
-  const Setting& preview() const { return preview_; }
   const std::vector<Setting>& settings() const { return settings_; }
   const Samples& rest() const { return *rest_; }
   const std::optional<Samples>& bent() const { return bent_; }
@@ -163,6 +162,7 @@ public:
     Point point;
     point.model = model_;
     point.setting = setting;
+    if (!setting.empty() && setting == preview_) point.name = kPreviewName;
     point.command = options_.commandOf(model_, setting);
     point.rest = accuracy.rest;
     point.bent = accuracy.bent;
@@ -255,7 +255,7 @@ private:
 
   // Cost over the timed frames: each frame's least time of a few, for the comparison of steps.
   Cost quickCost(render::Renderer& renderer, const Setting& setting, const Progress& progress) {
-    constexpr int kRepeats = 2;
+    constexpr int kRepeats = 3;
     const std::vector<image::Image>& full = fullPictures(progress);
     turn(renderer, setting);
     Cost cost;
@@ -412,16 +412,14 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
   }
   measureTimes(subjects, options.rounds, progress);
 
-  std::map<fs::path, Setting> previews;
   for (const auto& subject : subjects) {
     addKnobs(chart.knobs, subject->knobs());
-    previews[subject->model()] = subject->preview();
     for (const Setting& setting : subject->settings()) chart.points.push_back(subject->pointOf(setting));
     chart.title += (chart.title.empty() ? "" : ", ") + nameOf(subject->model());
   }
   chart.title += " on " + nameOf(capture.folder());
   markFront(chart.points);
-  markChosen(chart.points, previews);
+  markChosen(chart.points);
   addPanels(chart, subjects, progress);
   progress("time", 1);
   return chart;

@@ -2,11 +2,12 @@
 
 #include "surfel/base/file.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <array>
-#include <functional>
 #include <limits>
+#include <ranges>
 
 namespace surflect::chart {
 
@@ -48,18 +49,14 @@ Cost costOf(const Json& json) {
   return {json.at("milliseconds").get<double>(), json.at("error").get<double>()};
 }
 
-// Nothing if the text is not what `read` expects.
-template <class Read> auto parsed(const std::string& text, Read read) {
+// Nothing if there is no text, or if it is not what `read` expects.
+template <class Read> auto parsed(const std::string* text, Read read) {
   std::optional<decltype(read(Json()))> result;
   try {
-    result = read(Json::parse(text));
+    if (text) result = read(Json::parse(*text));
   } catch (const Json::exception&) {
   }
   return result;
-}
-
-template <class Read> auto parsed(const std::optional<std::string>& text, Read read) {
-  return text ? parsed(*text, read) : std::nullopt;
 }
 
 } // namespace
@@ -74,15 +71,14 @@ Measurements::Measurements(std::filesystem::path file) : file_(std::move(file)) 
     begin = end + 1;
     if (!line.is_object() || !line.contains("of") || !line["of"].is_string()) continue;
     for (const char* kind : kKinds)
-      if (line.contains(kind)) json_[kind][line["of"].get<std::string>()] = line[kind].dump();
+      if (line.contains(kind)) lines_.push_back({kind, line["of"].get<std::string>(), line[kind].dump()});
   }
 }
 
-std::optional<std::string> Measurements::find(const char* kind, const std::string& key) const {
-  const auto ofKind = json_.find(kind);
-  if (ofKind == json_.end()) return std::nullopt;
-  const auto found = ofKind->second.find(key);
-  return found == ofKind->second.end() ? std::nullopt : std::optional(found->second);
+const std::string* Measurements::find(std::string_view kind, const std::string& key) const {
+  for (const Line& line : lines_ | std::views::reverse) // a measurement replaces an earlier one
+    if (line.kind == kind && line.key == key) return &line.json;
+  return nullptr;
 }
 
 std::optional<Accuracy> Measurements::accuracy(const std::string& key) const {
@@ -96,11 +92,10 @@ std::optional<Cost> Measurements::cost(const std::string& key) const {
 }
 
 void Measurements::keep(const char* kind, const std::string& key, std::string json) {
-  json_[kind][key] = std::move(json);
+  lines_.push_back({kind, key, std::move(json)});
   std::string text;
-  for (const auto& [name, entries] : json_)
-    for (const auto& [of, entry] : entries)
-      text += "{\"of\":" + Json(of).dump() + ",\"" + name + "\":" + entry + "}\n";
+  for (const Line& line : lines_)
+    text += fmt::format("{{\"of\":{},\"{}\":{}}}\n", Json(line.key).dump(), line.kind, line.json);
   writeFileAtomically(file_, text);
 }
 

@@ -8,6 +8,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace surflect::chart {
 
@@ -41,11 +43,14 @@ public:
   void keep(const std::string& key, const Cost& cost);
 
 private:
-  std::optional<std::string> find(const char* kind, const std::string& key) const;
+  const std::string* find(std::string_view kind, const std::string& key) const;
   void keep(const char* kind, const std::string& key, std::string json);
 
   std::filesystem::path file_;
-  std::map<std::string, std::map<std::string, std::string>> json_; // by kind and key
+  struct Line {
+    std::string kind, key, json;
+  };
+  std::vector<Line> lines_; // in the order of measurement
 };
 
 } // namespace surflect::chart

@@ -37,7 +37,7 @@ std::vector<knobs::Setting> oneByOne(std::span<const knobs::Knob> knobs) {
 
 std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t most,
                                     const std::function<Cost(const knobs::Setting&)>& cost) {
-  constexpr double kLeastGain = 0.01;          // of the time; less is noise
+  constexpr double kLeastGain = 0.02;          // of the time; less is noise
   constexpr double kLeastError = 1e-6;         // so that steps without any error are ranked by time
   std::vector<size_t> places(knobs.size(), 0); // in Knob::values
   const auto settingAt = [&](const std::vector<size_t>& at) {
