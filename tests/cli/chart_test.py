@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import signal
 import subprocess
 import time
@@ -20,9 +19,9 @@ class Chart(TestInFolder):
         cls.write_small_shot(cameras=5, lights=4)
         succeed("pack", cls.capture, "-o", cls.model, "--surfels", "3000")
 
-    def arguments(self, output, *more):
+    def arguments(self, output, *more, rounds=1):
         return ["chart", self.model, self.capture, "-o", self.folder / output, "--frames", "3", "--timed-frames",
-                "1", "--rounds", "1", *more]
+                "1", "--rounds", rounds, *more]
 
     def test_the_report_is_complete_and_the_same_again(self):
         arguments = self.arguments("report", "--knob", "cameras=2,1", "--knob", "scale=0.5")
@@ -45,12 +44,12 @@ class Chart(TestInFolder):
             self.assertEqual([again["points"][0][key] for key in ACCURACY], [point[key] for key in ACCURACY])
 
     def test_an_interrupted_chart_goes_on(self):
-        arguments = [str(a) for a in self.arguments("stopped", "--rounds", "100000", "--knob", "cameras=1")]
-        process = subprocess.Popen([SURFLECT, *arguments], stderr=subprocess.PIPE, text=True)
+        arguments = self.arguments("stopped", "--knob", "cameras=1", rounds=1000000)
+        process = subprocess.Popen([SURFLECT, *map(str, arguments)], stderr=subprocess.PIPE, text=True)
         kept = self.folder / "stopped" / "measurements.jsonl"
         while process.poll() is None and not (kept.exists() and kept.read_text().count("\n") == 2):
             time.sleep(0.01)
-        os.kill(process.pid, signal.SIGINT)
+        process.send_signal(signal.SIGINT)
         _, said = process.communicate()
         self.assertEqual(process.returncode, 1)
         self.assertEqual(said.splitlines()[-1], "surflect: interrupted; the same command goes on from here")
