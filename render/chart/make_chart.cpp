@@ -121,11 +121,12 @@ public:
   // Returns whether the chart itself looks for settings.
   bool descends() const { return options_.sweep.empty() && !options_.onlyGiven; }
 
-  // Measures the pictures of all settings that are not known. `done` is called after each.
-  void measureAccuracy(const std::function<void()>& done, const Progress& progress) {
-    for (const Setting& setting : settings_) {
-      const std::string& key = keys_.at(setting);
-      if (!measurements_.accuracy(key)) measurements_.keep(key, accuracyOf(setting, progress));
+  // Measures the pictures of settings that are not known, beginning with the given one. `done` is called
+  // after each.
+  void measureAccuracy(size_t first, const std::function<void()>& done, const Progress& progress) {
+    for (size_t i = first; i < settings_.size(); ++i) {
+      const std::string& key = keys_.at(settings_[i]);
+      if (!measurements_.accuracy(key)) measurements_.keep(key, accuracyOf(settings_[i], progress));
       done();
     }
   }
@@ -308,12 +309,13 @@ Timing timingOf(const Times& times) {
 
 // Times all settings whose time is not known, in turn and round by round; the first round fills the caches.
 void measureTimes(std::vector<std::unique_ptr<Subject>>& subjects, size_t rounds, const Progress& progress) {
+  const Progress quiet{{}, progress.cancelled};
   std::vector<Times> all;
   std::map<const Subject*, std::unique_ptr<render::Renderer>> renderers;
   for (const auto& subject : subjects)
     for (const Setting& setting : subject->settings()) {
       if (subject->isTimed(setting)) continue;
-      if (!renderers[subject.get()]) renderers[subject.get()] = subject->open(progress);
+      if (!renderers[subject.get()]) renderers[subject.get()] = subject->open(quiet);
       const size_t frames = subject->timedFrames();
       all.push_back({subject.get(), setting, std::vector<std::vector<double>>(frames), {}});
       all.back().stages.resize(frames);
@@ -330,7 +332,7 @@ void measureTimes(std::vector<std::unique_ptr<Subject>>& subjects, size_t rounds
       for (size_t frame = 0; frame < times.milliseconds.size(); ++frame) {
         const scene::Scene scene = scaled(times.subject->timed(frame).scene, scale);
         const Stopwatch watch;
-        layers = renderer.render(scene, {}, progress, std::move(layers));
+        layers = renderer.render(scene, {}, quiet, std::move(layers));
         const double seconds = watch.seconds();
         if (round == 0) continue;
         times.milliseconds[frame].push_back(1e3 * seconds);
@@ -400,15 +402,17 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
       first.rest().heldOut(),
       first.bent() ? fmt::format(", {} of {} deformed", chart.bentFrames, first.bent()->heldOut()) : ""));
 
+  const Progress quiet{{}, progress.cancelled}; // renderers would report their own stages
   size_t measured = 0;
   for (const auto& subject : subjects) {
     const auto done = [&] {
       progress("accuracy", static_cast<double>(++measured) / static_cast<double>(points + steps));
     };
-    subject->measureAccuracy(done, progress);
+    subject->measureAccuracy(0, done, quiet);
     if (!subject->descends()) continue;
-    subject->descend(progress);
-    subject->measureAccuracy([] {}, progress);
+    const size_t known = subject->settings().size();
+    subject->descend(quiet);
+    subject->measureAccuracy(known, done, quiet);
   }
   measureTimes(subjects, options.rounds, progress);
 
@@ -420,7 +424,7 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
   chart.title += " on " + nameOf(capture.folder());
   markFront(chart.points);
   markChosen(chart.points);
-  addPanels(chart, subjects, progress);
+  addPanels(chart, subjects, quiet);
   progress("time", 1);
   return chart;
 }

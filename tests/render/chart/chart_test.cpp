@@ -230,6 +230,21 @@ TEST_F(ChartOfASphere, HoldsTheSweepWithFullFirst) {
   EXPECT_NE(csv.find("\"chart \"\"full\"\"\""), std::string::npos);
 }
 
+// Photographs that are said to be deformed by no more than nothing.
+TEST_F(ChartOfASphere, DeformedFramesAreScoredLikeThoseAtRest) {
+  ChartOptions asked = options();
+  asked.onlyGiven = true;
+  const auto folder = emptyFolder("bent");
+  const auto script = folder / "warp.toml";
+  std::ofstream(script) << "[[warp]]\ntype = \"twist\"\naxis = [0, 0, 1]\nangle_deg = 0\n";
+  const Chart chart = makeChart({packed->model.folder}, packed->capture,
+                                BentTruth{packed->capture, script, 1}, folder, asked, {});
+  EXPECT_EQ(chart.bentFrames, 3u);
+  ASSERT_TRUE(chart.points[0].bent);
+  EXPECT_NEAR(chart.points[0].bent->psnrLinearDb, chart.points[0].rest.psnrLinearDb, 0.1);
+  EXPECT_EQ(chart.panels.size(), 2u);
+}
+
 TEST_F(ChartOfASphere, SecondRunMeasuresNothingAgain) {
   ChartOptions asked = options();
   asked.sweep = {{"cameras", {1}}};
