@@ -307,7 +307,9 @@ Timing timingOf(const Times& times) {
   return timing;
 }
 
-// Times all settings whose time is not known, in turn and round by round; the first round fills the caches.
+// Times all settings whose time is not known, in turn and round by round, there and back: whatever slows the
+// machine for a while meets all of them alike. The first round fills the caches and does not count, nor does
+// the first frame of each turn, which follows one of another setting, with buffers of other sizes.
 void measureTimes(std::vector<std::unique_ptr<Subject>>& subjects, size_t rounds, const Progress& progress) {
   const Progress quiet{{}, progress.cancelled};
   std::vector<Times> all;
@@ -325,15 +327,18 @@ void measureTimes(std::vector<std::unique_ptr<Subject>>& subjects, size_t rounds
     for (size_t k = 0; k < all.size(); ++k) {
       progress("time",
                static_cast<double>(round * all.size() + k) / static_cast<double>((rounds + 1) * all.size()));
-      Times& times = all[k];
+      Times& times = all[round % 2 ? all.size() - 1 - k : k];
       render::Renderer& renderer = *renderers.at(times.subject);
       turn(renderer, times.setting);
-      const double scale = scaleOf(times.setting);
-      for (size_t frame = 0; frame < times.milliseconds.size(); ++frame) {
-        const scene::Scene scene = scaled(times.subject->timed(frame).scene, scale);
+      const auto secondsOf = [&](size_t frame) {
+        const scene::Scene scene = scaled(times.subject->timed(frame).scene, scaleOf(times.setting));
         const Stopwatch watch;
         layers = renderer.render(scene, {}, quiet, std::move(layers));
-        const double seconds = watch.seconds();
+        return watch.seconds();
+      };
+      secondsOf(0);
+      for (size_t frame = 0; frame < times.milliseconds.size(); ++frame) {
+        const double seconds = secondsOf(frame);
         if (round == 0) continue;
         times.milliseconds[frame].push_back(1e3 * seconds);
         for (const auto& [stage, stageSeconds] : layers.report.seconds)

@@ -140,7 +140,8 @@ struct ColorSpaces {
 
 // Distance of two colours, for differences large and small.  [Abasi 2020]
 double hyab(const Color& a, const Color& b) {
-  return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
+  const double x = a[1] - b[1], y = a[2] - b[2];
+  return std::abs(a[0] - b[0]) + std::sqrt(x * x + y * y);
 }
 
 // dE_c: the distance raised to q_c; up to the share p_c of the largest one it maps to 0..p_t, and beyond that
@@ -197,7 +198,9 @@ Perceived perceived(const image::Image& image, double p, const ColorSpaces& spac
     const Plane horizontal = alongColumns(alongRows(luminance, kernel), smooth);
     const Plane vertical = alongColumns(rows, kernel);
     std::vector<double> lengths(pixels);
-    for (size_t i = 0; i < pixels; ++i) lengths[i] = std::hypot(horizontal.values[i], vertical.values[i]);
+    for (size_t i = 0; i < pixels; ++i)
+      lengths[i] =
+          std::sqrt(horizontal.values[i] * horizontal.values[i] + vertical.values[i] * vertical.values[i]);
     return lengths;
   };
   result.edges = strength(first);
