@@ -50,7 +50,7 @@ std::string csvOf(const Chart& chart) {
   std::set<std::string> stages;
   for (const Point& point : chart.points)
     for (const auto& [stage, milliseconds] : point.stages) stages.insert(stage);
-  std::vector<std::string> names = {"model", "setting"};
+  std::vector<std::string> names = {"model", "setting", "name"};
   for (const knobs::Knob& knob : chart.knobs) names.push_back("knob_" + knob.name);
   for (const char* frames : {"rest", "bent"})
     for (const char* measure : {"psnr_linear_db", "psnr_srgb_db", "ssim_srgb", "flip"})
@@ -67,7 +67,7 @@ std::string csvOf(const Chart& chart) {
   };
   addRow(names);
   for (const Point& point : chart.points) {
-    std::vector<std::string> row = {point.model.string(), knobs::textOf(point.setting)};
+    std::vector<std::string> row = {point.model.string(), knobs::textOf(point.setting), point.name};
     for (const knobs::Knob& knob : chart.knobs) row.push_back(numberOf(valueOf(knob, point.setting)));
     for (const auto& agreement : {std::optional(point.rest), point.bent})
       std::ranges::copy(fieldsOf(agreement), std::back_inserter(row));
@@ -101,6 +101,7 @@ std::string jsonOf(const Chart& chart) {
   for (const Point& point : chart.points) {
     Json entry = {{"model", point.model.string()},
                   {"setting", point.setting},
+                  {"name", point.name},
                   {"command", point.command},
                   {"rest", jsonOf(point.rest)}};
     if (point.bent) entry["bent"] = jsonOf(*point.bent);

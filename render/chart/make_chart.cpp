@@ -107,6 +107,7 @@ public:
       const scene::Script script = scene::readScript(bent->script, rig_.origin);
       bent_.emplace(bent->capture, rig_, scene::warpAt(script, scene::shotTime(script, bent->frame)),
                     options.frames, progress);
+      deformation_ = fmt::format("{} at {}", hex(script.hash), bent->frame);
     }
     for (const Setting& setting : settings_) keys_[setting] = keyOf(*renderer, setting);
   }
@@ -202,9 +203,10 @@ private:
   // Names everything that the accuracy of a setting depends on.
   std::string keyOf(render::Renderer& renderer, const Setting& setting) const {
     turn(renderer, setting);
-    const std::string text = fmt::format(
-        "surflect {} {} scale {} cache {} rest {} bent {}", kVersion, renderer.describe().identity,
-        scaleOf(setting), options_.renderer.cacheBytes, rest_->hash(), bent_ ? bent_->hash() : 0);
+    const std::string text =
+        fmt::format("surflect {} {} scale {} cache {} rest {} bent {} by {}", kVersion,
+                    renderer.describe().identity, scaleOf(setting), options_.renderer.cacheBytes,
+                    rest_->hash(), bent_ ? bent_->hash() : 0, deformation_);
     return hex(contentHash(std::as_bytes(std::span(text)))) + " " + knobs::textOf(setting);
   }
 
@@ -286,6 +288,7 @@ private:
   std::vector<Setting> settings_;
   std::map<Setting, std::string> keys_;
   std::optional<Samples> rest_, bent_;
+  std::string deformation_; // names the warp of the bent samples
   std::vector<image::Image> full_;
 };
 
