@@ -47,11 +47,12 @@ struct Panel {
 };
 
 struct Chart {
-  std::string title;   // "vase.srf on examples/vase"
-  std::string machine; // processor, threads and instruction set
-  std::string command; // that made the chart
-  size_t restFrames = 0, bentFrames = 0;
-  std::vector<knobs::Knob> knobs; // with the values that were swept; the first is full
+  std::string title;                       // "vase.srf on examples/vase"
+  std::string machine;                     // processor, threads and instruction set
+  std::string command;                     // that made the chart
+  size_t restFrames = 0, bentFrames = 0;   // that were rendered
+  size_t restHeldOut = 0, bentHeldOut = 0; // that the captures hold out
+  std::vector<knobs::Knob> knobs;          // with the values that were swept; the first is full
   std::vector<Point> points;
   std::vector<Panel> panels;
 };

@@ -94,6 +94,8 @@ std::string jsonOf(const Chart& chart) {
                {"command", chart.command},
                {"rest_frames", chart.restFrames},
                {"bent_frames", chart.bentFrames},
+               {"rest_frames_held_out", chart.restHeldOut},
+               {"bent_frames_held_out", chart.bentHeldOut},
                {"knobs", Json::array()},
                {"points", Json::array()}};
   for (const knobs::Knob& knob : chart.knobs)

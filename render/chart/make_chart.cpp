@@ -403,12 +403,16 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
   chart.machine = options.machine;
   chart.command = options.command;
   chart.restFrames = first.rest().all().size();
-  chart.bentFrames = first.bent() ? first.bent()->all().size() : 0;
+  chart.restHeldOut = first.rest().heldOut();
+  if (first.bent()) {
+    chart.bentFrames = first.bent()->all().size();
+    chart.bentHeldOut = first.bent()->heldOut();
+  }
   options.announce(fmt::format(
       "{} of {}{}, {} of {} held-out frames{}", counted(points, "setting"), counted(models.size(), "model"),
       steps > 0 ? fmt::format(" and at most {} of a greedy descent", steps) : "", chart.restFrames,
-      first.rest().heldOut(),
-      first.bent() ? fmt::format(", {} of {} deformed", chart.bentFrames, first.bent()->heldOut()) : ""));
+      chart.restHeldOut,
+      chart.bentFrames > 0 ? fmt::format(", {} of {} deformed", chart.bentFrames, chart.bentHeldOut) : ""));
 
   const Progress quiet{{}, progress.cancelled}; // renderers would report their own stages
   size_t measured = 0;

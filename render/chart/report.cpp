@@ -273,8 +273,10 @@ std::string headSection(const View& view) {
     return fmt::format("<dt>{}</dt><dd>{}</dd>", name, value);
   };
   const auto onFront = static_cast<size_t>(std::ranges::count_if(chart.points, &Point::isOnFront));
-  std::string frames = counted(chart.restFrames, "held-out photograph") + " of the object at rest";
-  if (chart.bentFrames > 0) frames += ", " + std::to_string(chart.bentFrames) + " of it deformed";
+  std::string frames = fmt::format("{} of {} of the object at rest", chart.restFrames,
+                                   counted(chart.restHeldOut, "held-out photograph"));
+  if (chart.bentFrames > 0)
+    frames += fmt::format(", {} of {} of it deformed", chart.bentFrames, chart.bentHeldOut);
   html += "<dl>" + entry("Machine", escaped(chart.machine)) + entry("Frames", frames);
   html += entry("Settings",
                 fmt::format("{}{}, of which {} on the front", chart.points.size(),

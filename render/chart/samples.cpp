@@ -4,6 +4,7 @@
 #include "render/evaluation/flip.h"
 #include "srf/image/png.h"
 #include "srf/image/resize.h"
+#include "surfel/base/error.h"
 #include "surfel/base/hash.h"
 
 #include <algorithm>
@@ -79,6 +80,10 @@ Samples::Samples(const capture::Capture& capture, const capture::Capture& rig, w
     }
   }
   hash_ = hashOf(hashes);
+  if (std::ranges::all_of(samples_, [](const Sample& sample) {
+        return std::ranges::count(image::objectMask(sample.truth).inside, 1) == 0;
+      }))
+    throw Error("no pixel of an object in the photographs: nothing to measure").at("frames").in(capture.file);
 }
 
 size_t Samples::brightest() const {

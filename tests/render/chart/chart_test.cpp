@@ -208,6 +208,7 @@ TEST_F(ChartOfASphere, HoldsTheSweepWithFullFirst) {
   const Chart chart = chartIn("sweep", asked);
   ASSERT_EQ(chart.points.size(), 4u);
   EXPECT_EQ(chart.restFrames, 3u);
+  EXPECT_EQ(chart.restHeldOut, 12u);
   EXPECT_EQ(chart.points[0].setting, knobs::Setting());
   EXPECT_EQ(chart.points[0].rmsToFull, 0);
   for (const Point& point : chart.points) {
