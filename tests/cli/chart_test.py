@@ -39,7 +39,7 @@ class Chart(TestInFolder):
         chart = succeed(*self.arguments("sweep", "--knob", "lights=1"))
         for point in chart["points"]:
             command = point["command"].replace("-o point/", f"-o {self.folder / 'point'}").split()
-            again = json.loads(subprocess.run([SURFLECT, *command[1:], "--json"], capture_output=True, check=True).stdout)
+            again = succeed(*command[1:])
             self.assertEqual([p["setting"] for p in again["points"]], [point["setting"]])
             self.assertEqual([again["points"][0][key] for key in ACCURACY], [point[key] for key in ACCURACY])
 
