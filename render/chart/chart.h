@@ -23,6 +23,7 @@ struct Agreement {
 struct Point {
   std::filesystem::path model;
   knobs::Setting setting;
+  std::string name;    // of a setting that has one: "preview"
   std::string command; // that renders and scores this point alone
 
   Agreement rest;                // held-out frames of the object at rest
@@ -34,7 +35,7 @@ struct Point {
   double bytesRead = 0;                   // per frame, from the model's files, with an empty cache
   size_t modelBytes = 0, memoryBytes = 0; // of the model's files; of the process, at most
 
-  bool isOnFront = false; // no other point is both faster and more accurate
+  bool isOnFront = false; // no other point is both faster and closer to the photographs at rest
   bool isChosen = false;  // shown with pictures
 };
 
@@ -46,11 +47,12 @@ struct Panel {
 };
 
 struct Chart {
-  std::string title;   // "vase.srf on examples/vase"
-  std::string machine; // processor, threads and instruction set
-  std::string command; // that made the chart
-  size_t restFrames = 0, bentFrames = 0;
-  std::vector<knobs::Knob> knobs; // with the values that were swept
+  std::string title;                       // "vase.srf on examples/vase"
+  std::string machine;                     // processor, threads and instruction set
+  std::string command;                     // that made the chart
+  size_t restFrames = 0, bentFrames = 0;   // that were rendered
+  size_t restHeldOut = 0, bentHeldOut = 0; // that the captures hold out
+  std::vector<knobs::Knob> knobs;          // with the values that were swept; the first is full
   std::vector<Point> points;
   std::vector<Panel> panels;
 };
