@@ -122,12 +122,65 @@ TEST_F(ShadePairs, EqualsTheReference) {
   QueryBatch batch = randomBatch(model, 200, 2, random);
   batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
+  EXPECT_LT(errorOfShading(model, batch, {.weightError = 0.1f}), 2e-6);
   EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 2e-7);
   for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
   const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {}), 3e-7);
+}
+
+TEST_F(Shade, TruncatedWeightsEqualTheReference) {
+  QueryBatch batch = randomBatch(model, 300, 2, random); // long rows
+  QueryBatch one = randomBatch(model, 300, 1, random);
+  for (const float error : {0.05f, 0.3f}) {
+    for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane}) {
+      const ShadeOptions options{.lights = 2, .lightFit = fit, .weightError = error};
+      EXPECT_LT(errorOfShading(model, batch, options), 3e-6);
+      EXPECT_LT(errorOfShading(model, one, options), 3e-6);
+    }
+  }
+  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  addEnvironment(batch, lights, random);
+  EXPECT_LT(errorOfShading(model, batch, {.foreshortened = true, .weightError = 0.1f}), 3e-6);
+  const auto operations = [&](float error) {
+    return planShading(model, one, {.weightError = error}).ops.size();
+  };
+  EXPECT_LT(operations(0.1f), 0.95 * static_cast<double>(operations(0)));
+}
+
+// Queries in pairs: the second of each is the first, under lights that differ by a given amount.
+TEST_F(Shade, QueriesThatAreLitAlikeShareRowsAndOthersDoNot) {
+  constexpr float kError = 0.05f;
+  const QueryBatch batch = randomBatch(model, 600, 2, random);
+  for (const float change : {0.f, 0.02f, 0.2f}) {
+    QueryBatch pairs;
+    pairs.lights = batch.lights;
+    for (size_t query = 0; query < batch.size(); ++query)
+      for (const float by : {0.f, change}) {
+        pairs.surfels.push_back(batch.surfels[query]);
+        pairs.towardsView.push_back(batch.towardsView[query]);
+        for (size_t entry = 2 * query; entry < 2 * query + 2; ++entry) {
+          pairs.towardsLight.push_back(batch.towardsLight[entry]);
+          pairs.irradiance.push_back((1 + by) * batch.irradiance[entry]);
+        }
+      }
+    const ShadingPlan whole = planShading(model, pairs, {}),
+                      shared = planShading(model, pairs, {.sharedLightError = kError});
+    ASSERT_EQ(shared.ops.size(), whole.ops.size());
+    if (change < kError)
+      EXPECT_LE(shared.rows.weights.size(), whole.rows.weights.size() / 2);
+    else
+      EXPECT_EQ(shared.rows.weights.size(), whole.rows.weights.size());
+    codec::BlockCache cache(model.files, everything);
+    ShadingStats stats;
+    const auto wanted = shade(whole, cache, stats), got = shade(shared, cache, stats);
+    for (size_t query = 0; query < got.size(); ++query) {
+      const float most = change < kError ? change : 0;
+      EXPECT_NEAR(got[query].g, wanted[query].g, most * std::abs(wanted[query].g) + 1e-6f);
+    }
+  }
 }
 
 TEST_F(Shade, SameBitsForAnyThreadsAndAnyCache) {
