@@ -48,10 +48,6 @@ std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const F
                    "weight that may be left out of a blend of cameras or lights",
                    {0, 0.02, 0.05, 0.1, 0.2, 0.4}});
   if (field.rig.lights.empty()) return knobs;
-  if (field.hasSeparateWeights())
-    knobs.push_back({"shared_light_error",
-                     "difference of light at which neighbouring surfels share light weights",
-                     {0, 0.01, 0.02, 0.05, 0.1}});
   knobs.push_back({"environment_error",
                    "error of light weights by which few lights may stand for an environment",
                    {0, 0.02, 0.05, 0.1, 0.2}});
@@ -71,7 +67,6 @@ FrameOptions turned(const FrameOptions& full, const std::vector<knobs::Knob>& kn
       if (knob.name == "lights") options.shade.lights = countOf(value, knob.values.front());
       if (knob.name == "pairs") options.shade.pairs = countOf(value, knob.values.front());
       if (knob.name == "weight_error") options.shade.weightError = shareOf(value, ulr::kMostTruncated);
-      if (knob.name == "shared_light_error") options.shade.sharedLightError = shareOf(value, 1);
       if (knob.name == "environment_error") options.environmentError = shareOf(value, 1);
     } catch (Error& error) {
       throw std::move(error).at(knob.name).at("knob");

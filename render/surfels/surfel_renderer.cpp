@@ -13,12 +13,12 @@ namespace {
 
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
-  return fmt::format("model {} cameras {} lights {} {}{} pairs {} weight-error {} light-error {} "
+  return fmt::format("model {} cameras {} lights {} {}{} pairs {} weight-error {} "
                      "environment-error {} least-sigma {} simd {}{}",
                      hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
                      blend.foreshortened ? " foreshortened" : "", options.shade.pairs,
-                     options.shade.weightError, options.shade.sharedLightError, options.environmentError,
-                     options.splats.lowPass, bestSimd() == Simd::scalar ? "scalar" : "vector",
+                     options.shade.weightError, options.environmentError, options.splats.lowPass,
+                     bestSimd() == Simd::scalar ? "scalar" : "vector",
                      options.shade.nearest ? " nearest" : "");
 }
 

@@ -119,16 +119,6 @@ void CapturedLights::compute(uint32_t light) {
   evaluatedAt_[light] = current_;
 }
 
-float CapturedLights::scaleAt(const Point3<AcquisitionSpace>& place) const {
-  float scale = std::numeric_limits<float>::infinity();
-  for (const capture::Light& light : lights_)
-    if (const auto* point = std::get_if<capture::PointLight>(&light.kind))
-      scale = std::min(scale, (point->position.raw().cast<float>() - place.raw()).norm());
-    else if (const auto& directional = std::get<capture::DirectionalLight>(light.kind); !directional.isEven())
-      scale = std::min(scale, 1 / static_cast<float>(directional.irradianceGradient.norm()));
-  return scale;
-}
-
 void LightWeights::Sums::moveTo(LightRows& rows) {
   for (uint32_t word = 0; word < isSet_.size(); ++word) {
     for (uint64_t bits = isSet_[word]; bits != 0; bits &= bits - 1) {
@@ -145,7 +135,7 @@ void LightWeights::Sums::moveTo(LightRows& rows) {
 LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                            const QueryBatch& batch, const ShadeOptions& options)
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
-      sharedLightError_(options.sharedLightError), lightBlend_(lightBlend(field, options)),
+      lightBlend_(lightBlend(field, options)),
       hasShortRows_(batch.environments.empty() &&
                     2 * batch.lights * lightBlend_.lights <= field.rig.lights.size()),
       showsColors_(options.showsBlends), lights_(field.rig.lights),
@@ -161,44 +151,17 @@ LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightExtrap
                                                  : std::span<const ulr::EnvironmentLight>());
 }
 
-bool LightWeights::areLitAlike(size_t query, size_t other) const {
-  const float most = sharedLightError_, mostSquared = most * most;
-  bool areAlike = true;
-  for (size_t l = 0; l < batch_.lights; ++l) {
-    const size_t a = query * batch_.lights + l, b = other * batch_.lights + l;
-    const Rgb &e = batch_.irradiance[a], &f = batch_.irradiance[b];
-    areAlike &= (batch_.towardsLight[a].raw() - batch_.towardsLight[b].raw()).squaredNorm() <= mostSquared &&
-                std::abs(e.r - f.r) <= most * f.r && std::abs(e.g - f.g) <= most * f.g &&
-                std::abs(e.b - f.b) <= most * f.b;
-  }
-  if (!areAlike) return false;
-  for (size_t e = 0; e < batch_.environments.size(); ++e)
-    if (!((batch_.rotationOf(query, e).matrix() - batch_.rotationOf(other, e).matrix()).squaredNorm() <=
-          2 * mostSquared)) // both sides for a rotation by a small angle
-      return false;
-  const uint32_t surfel = batch_.surfels[query], otherSurfel = batch_.surfels[other];
-  const auto normalOf = [&](uint32_t of) -> Vec3<float> {
-    return rotationOf<float>(field_.cloud.r0[of]).col(2);
-  };
-  if (lightBlend_.foreshortened && !((normalOf(surfel) - normalOf(otherSurfel)).squaredNorm() <= mostSquared))
-    return false;
-  if (lights_.areUniform()) return true;
-  const auto &place = field_.cloud.p0[surfel], &otherPlace = field_.cloud.p0[otherSurfel];
-  return (place.raw() - otherPlace.raw()).norm() <= most * lights_.scaleAt(otherPlace);
-}
-
-void LightWeights::prepare(std::span<const size_t> queries, LightRows& rows) {
-  assert(!queries.empty() && queries.size() <= ulr::kQueryLanes);
-  queries_ = queries;
+void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {
+  begin_ = begin;
+  count_ = count;
   std::array<Point3<AcquisitionSpace>, ulr::kQueryLanes> places;
-  for (size_t lane = 0; lane < queries.size(); ++lane)
-    places[lane] = field_.cloud.p0[batch_.surfels[queries[lane]]];
-  ulr_.setPlaces({places.data(), queries.size()});
+  for (size_t lane = 0; lane < count; ++lane) places[lane] = field_.cloud.p0[batch_.surfels[begin + lane]];
+  ulr_.setPlaces({places.data(), count});
   std::array<Direction3<AcquisitionSpace>, ulr::kQueryLanes> towards;
   for (size_t l = 0; l < batch_.lights; ++l) {
-    for (size_t lane = 0; lane < queries.size(); ++lane)
-      towards[lane] = batch_.towardsLight[queries[lane] * batch_.lights + l];
-    ulr_.blend({towards.data(), queries.size()}, lightBlend_.lights, ulrOfLight_[l]);
+    for (size_t lane = 0; lane < count; ++lane)
+      towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
+    ulr_.blend({towards.data(), count}, lightBlend_.lights, ulrOfLight_[l]);
   }
   isGrouped_ = canBeGrouped_ && std::ranges::all_of(ulrOfLight_, &ulr::QueryBlends::areAllPrecise);
   if (isGrouped_) appendGroup(rows);
@@ -208,7 +171,7 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
   color_ = {};
   if (isGrouped_) return {rowEnds_[lane], rowEnds_[lane + 1]};
   const size_t begin = rows.lights.size();
-  lights_.moveTo(field_.cloud.p0[batch_.surfels[queries_[lane]]].cast<double>());
+  lights_.moveTo(field_.cloud.p0[batch_.surfels[begin_ + lane]].cast<double>());
   if (hasShortRows_) {
     forEachLight(lane,
                  [&](const Rgb& now, const auto& forEachWeight) { appendLight(now, forEachWeight, rows); });
@@ -219,7 +182,7 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
     forEachWeight(
         [&](uint32_t light, float weight) { sums_.add(light, weight * lights_.ratio(irradiance, light)); });
   });
-  for (size_t e = 0; e < batch_.environments.size(); ++e) addEnvironment(queries_[lane], e);
+  for (size_t e = 0; e < batch_.environments.size(); ++e) addEnvironment(begin_ + lane, e);
   sums_.moveTo(rows);
   return {begin, rows.lights.size()};
 }
@@ -227,10 +190,10 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
 // Appends the rows of a whole group, as appendLight would.
 void LightWeights::appendGroup(LightRows& rows) {
   size_t next = rows.weights.size();
-  rows.weights.resize(next + queries_.size() * batch_.lights * lightBlend_.lights);
+  rows.weights.resize(next + count_ * batch_.lights * lightBlend_.lights);
   rowEnds_[0] = rows.lights.size();
-  for (size_t lane = 0; lane < queries_.size(); ++lane) {
-    size_t entry = queries_[lane] * batch_.lights;
+  for (size_t lane = 0; lane < count_; ++lane) {
+    size_t entry = (begin_ + lane) * batch_.lights;
     for (const ulr::QueryBlends& ulr : ulrOfLight_) {
       assert(ulr.size() == lightBlend_.lights);
       const Rgb& now = batch_.irradiance[entry++];
@@ -270,7 +233,7 @@ void LightWeights::appendLight(const Rgb& now, const ForEach& forEachWeight, Lig
 // Calls use(f_q E_q, forEachWeight) for each light q that is not dark; forEachWeight calls use(l, c_q u_ql)
 // for each captured light l that is blended.
 template <class Use> void LightWeights::forEachLight(size_t lane, const Use& use) {
-  const size_t query = queries_[lane];
+  const size_t query = begin_ + lane;
   if (lightBlend_.foreshortened) setNormal(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.sources());
   const auto useBlend = [&](const Rgb& now, const auto& forEachWeight) {

@@ -78,8 +78,6 @@ public:
   }
 
   const Point3<AcquisitionSpace, double>& place() const { return place_; }
-  // Distance over which lights change: that of the nearest light; infinite if all are uniform.
-  float scaleAt(const Point3<AcquisitionSpace>& place) const;
   Rgb irradiance(size_t light) const { return capture::irradianceAt(lights_[light], place_); }
 
   // The methods below require evaluated lights.
@@ -116,12 +114,9 @@ public:
   LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                const QueryBatch& batch, const ShadeOptions& options);
 
-  // Returns true if the lights of two queries differ by at most options.sharedLightError, which is above 0.
-  bool areLitAlike(size_t query, size_t other) const;
-
-  // Computes ULR weights of 1..kQueryLanes queries, in vector lanes. Appends the rows at once if no query of
-  // the group needs anything beyond these weights. The queries must last until the last append.
-  void prepare(std::span<const size_t> queries, LightRows& rows);
+  // Computes ULR weights of the queries from `begin` on (1..kQueryLanes), in vector lanes. Appends the rows
+  // at once if no query of the group needs anything beyond these weights.
+  void prepare(size_t begin, size_t count, LightRows& rows);
 
   // A range of LightRows::lights.
   struct Row {
@@ -171,12 +166,11 @@ private:
   const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_;
-  const float sharedLightError_;
   const ulr::LightBlend lightBlend_;
   const bool hasShortRows_; // true if the row has so few weights that captured lights rarely repeat
   const bool showsColors_;
   CapturedLights lights_; // at the current query
-  std::span<const size_t> queries_;
+  size_t begin_ = 0, count_ = 0;
   // u_ql; lanes are queries, or lights of an environment at one query.
   ulr::NearestLights ulr_, environmentUlr_;
   std::vector<ulr::QueryBlends> ulrOfLight_; // per light of a query

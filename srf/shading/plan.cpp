@@ -46,19 +46,19 @@ public:
   ProductPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                  const QueryBatch& batch, const ShadeOptions& options)
       : field_(field), batch_(batch), cameras_(field, batch, options),
-        lights_(field, coverage, batch, options), sharesRows_(options.sharedLightError > 0),
-        emitter_(field.rig.views), viewColor_(blendColors(field.rig.views.size())) {}
+        lights_(field, coverage, batch, options), emitter_(field.rig.views),
+        viewColor_(blendColors(field.rig.views.size())) {}
 
   void plan(size_t begin, ShadingPlan& plan) {
-    const bool showsBlends = !plan.cameraBlend.empty();
-    findRows(begin, plan);
+    const bool isLit = !field_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
     for (size_t first = 0; first < plan.queries; first += ulr::kQueryLanes) {
       const size_t count = std::min(ulr::kQueryLanes, plan.queries - first);
+      if (isLit) lights_.prepare(begin + first, count, plan.rows);
       cameras_.prepare(begin + first, count);
       for (size_t lane = 0; lane < count; ++lane) {
         const size_t target = first + lane;
-        const auto& [row, color] = rows_[rowOf_[target]];
-        if (showsBlends) plan.lightBlend[target] = color;
+        const LightWeights::Row row = isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
+        if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
         const auto place = field_.cloud.p0[batch_.surfels[begin + target]].cast<double>();
         const BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           emitter_.emit(place, target, view, weight, row.begin, row.end, plan);
@@ -71,45 +71,18 @@ public:
   }
 
 private:
-  // Appends the light rows of all queries; queries in succession share a row if they are lit alike.
-  void findRows(size_t begin, ShadingPlan& plan) {
-    rows_.clear();
-    rowOf_.assign(plan.queries, 0);
-    if (field_.rig.lights.empty()) { // fixed illumination: the only column, unchanged
-      plan.rows.add(0, {1, 1, 1});
-      rows_.push_back({{0, 1}, {}});
-      return;
-    }
-    leaders_.clear();
-    for (size_t i = 0; i < plan.queries; ++i) {
-      if (i == 0 || !sharesRows_ || !lights_.areLitAlike(begin + i, leaders_.back()))
-        leaders_.push_back(begin + i);
-      rowOf_[i] = static_cast<uint32_t>(leaders_.size() - 1);
-    }
-    for (size_t first = 0; first < leaders_.size(); first += ulr::kQueryLanes) {
-      const size_t count = std::min(ulr::kQueryLanes, leaders_.size() - first);
-      lights_.prepare({leaders_.data() + first, count}, plan.rows);
-      for (size_t lane = 0; lane < count; ++lane) {
-        const LightWeights::Row row = lights_.append(lane, plan.rows);
-        rows_.push_back({row, lights_.blendColor()});
-      }
-    }
+  // Row of a capture under fixed illumination: its only column, unchanged.
+  static LightWeights::Row fixedLight(LightRows& rows) {
+    rows.add(0, {1, 1, 1});
+    return {rows.lights.size() - 1, rows.lights.size()};
   }
 
   const ReflectanceField& field_;
   const QueryBatch& batch_;
   CameraWeights cameras_;
   LightWeights lights_;
-  const bool sharesRows_;
   Emitter emitter_;
   std::vector<Rgb> viewColor_;
-  struct Row {
-    LightWeights::Row row;
-    Rgb color; // blend colour
-  };
-  std::vector<Row> rows_;       // of the plan
-  std::vector<uint32_t> rowOf_; // of each query
-  std::vector<size_t> leaders_; // query that each row was computed for
 };
 
 // Plans (camera, light) pairs: one operation for each pair, or for each view and environment.

@@ -62,15 +62,11 @@ struct ShadeOptions {
   // Largest sum of weights that is left out of a blend of cameras, of lights or of pairs
   // (ulr/weight_truncation.h).
   float weightError = 0;
-  // Successive queries share a light row if their lights differ by at most this: directions (and normals, if
-  // foreshortened) on the unit sphere, irradiances in proportion. Above 0, radiance also depends on
-  // targetsAtOnce, since queries of different plans share no rows.
-  float sharedLightError = 0;
   // Baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair), without
   // fading.
   bool nearest = false;
   bool showsBlends = false;              // fills the blend colours of Shaded
-  size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; see sharedLightError
+  size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; does not affect the radiance
 };
 
 } // namespace surflect::shading

@@ -150,39 +150,6 @@ TEST_F(Shade, TruncatedWeightsEqualTheReference) {
   EXPECT_LT(operations(0.1f), 0.95 * static_cast<double>(operations(0)));
 }
 
-// Queries in pairs: the second of each is the first, under lights that differ by a given amount.
-TEST_F(Shade, QueriesThatAreLitAlikeShareRowsAndOthersDoNot) {
-  constexpr float kError = 0.05f;
-  const QueryBatch batch = randomBatch(model, 600, 2, random);
-  for (const float change : {0.f, 0.02f, 0.2f}) {
-    QueryBatch pairs;
-    pairs.lights = batch.lights;
-    for (size_t query = 0; query < batch.size(); ++query)
-      for (const float by : {0.f, change}) {
-        pairs.surfels.push_back(batch.surfels[query]);
-        pairs.towardsView.push_back(batch.towardsView[query]);
-        for (size_t entry = 2 * query; entry < 2 * query + 2; ++entry) {
-          pairs.towardsLight.push_back(batch.towardsLight[entry]);
-          pairs.irradiance.push_back((1 + by) * batch.irradiance[entry]);
-        }
-      }
-    const ShadingPlan whole = planShading(model, pairs, {}),
-                      shared = planShading(model, pairs, {.sharedLightError = kError});
-    ASSERT_EQ(shared.ops.size(), whole.ops.size());
-    if (change < kError)
-      EXPECT_LE(shared.rows.weights.size(), whole.rows.weights.size() / 2);
-    else
-      EXPECT_EQ(shared.rows.weights.size(), whole.rows.weights.size());
-    codec::BlockCache cache(model.files, everything);
-    ShadingStats stats;
-    const auto wanted = shade(whole, cache, stats), got = shade(shared, cache, stats);
-    for (size_t query = 0; query < got.size(); ++query) {
-      const float most = change < kError ? change : 0;
-      EXPECT_NEAR(got[query].g, wanted[query].g, most * std::abs(wanted[query].g) + 1e-6f);
-    }
-  }
-}
-
 TEST_F(Shade, SameBitsForAnyThreadsAndAnyCache) {
   const QueryBatch batch = randomBatch(model, 2000, 2, random);
   const auto expected = shaded(model, batch);
