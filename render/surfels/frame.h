@@ -40,6 +40,7 @@ struct FrameStats {
 struct FrameOptions {
   shading::ShadeOptions shade;
   splat::SplatOptions splats;
+  double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;
 };
 

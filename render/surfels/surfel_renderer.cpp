@@ -13,9 +13,11 @@ namespace {
 
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
-  return fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}{}",
+  return fmt::format("model {} cameras {} lights {} {}{} pairs {} weight-error {} "
+                     "environment-error {} least-sigma {} simd {}{}",
                      hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
-                     blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
+                     blend.foreshortened ? " foreshortened" : "", options.shade.pairs,
+                     options.shade.weightError, options.environmentError, options.splats.lowPass,
                      bestSimd() == Simd::scalar ? "scalar" : "vector",
                      options.shade.nearest ? " nearest" : "");
 }
@@ -92,8 +94,8 @@ render::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std:
 render::EnvironmentReport SurfelRenderer::prepare(const scene::ShotEnvironment& environment,
                                                   const Progress& progress) {
   const Stopwatch watch;
-  const PreparedEnvironment& prepared =
-      workspace_.environments.prepared(environment, *model_, options_.shade, progress);
+  const PreparedEnvironment& prepared = workspace_.environments.prepared(
+      coarsened(environment, options_.environmentError), *model_, options_.shade, progress);
   return {prepared.lights.size(), prepared.table.has_value(), watch.seconds()};
 }
 
