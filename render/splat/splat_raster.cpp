@@ -164,20 +164,32 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& raster
 
 } // namespace
 
+namespace {
+
+// Gives the raster the size of its lens. Tiles and pixels of a raster that had this size before are kept, for
+// rasterizeTile clears what it does not fill.
+void fitPixels(SplatRaster& raster) {
+  const auto [width, height] = std::pair(raster.lens.width, raster.lens.height);
+  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+  if (raster.width == width && raster.height == height && raster.alpha.size() == pixels) return;
+  raster.width = width;
+  raster.height = height;
+  raster.tiles.resize(static_cast<size_t>(tilesAlong(width)) * static_cast<size_t>(tilesAlong(height)));
+  for (RasterTile& tile : raster.tiles) tile.blocks = 0;
+  raster.alpha.assign(pixels, 0);
+  raster.layerArea.assign(pixels, 0);
+}
+
+} // namespace
+
 SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
                       const SplatOptions& options, const Progress& progress, SplatRaster kept) {
   assert(camera.lens.width > 0 && camera.lens.height > 0);
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
 
   SplatRaster raster = std::move(kept);
-  raster.width = camera.lens.width;
-  raster.height = camera.lens.height;
   raster.lens = camera.lens;
-  const size_t pixels = static_cast<size_t>(raster.width) * static_cast<size_t>(raster.height);
-  raster.tiles.resize(static_cast<size_t>(tilesAlong(raster.width)) *
-                      static_cast<size_t>(tilesAlong(raster.height)));
-  raster.alpha.resize(pixels);
-  raster.layerArea.resize(pixels);
+  fitPixels(raster);
   raster.seen.assign(splats.size(), 0);
 
   fillTiles(camera, splats, options, progress, raster.bins);
