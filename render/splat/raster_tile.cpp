@@ -139,7 +139,7 @@ void clearBlock(const TileFrame& frame, int block, const PixelSums& pixels) {
 } // namespace
 
 void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
-                   TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+                   bool searchLayers, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
                    std::span<uint8_t> seenOfCloud) {
   tile.layers.clear();
   tile.contributions.clear();
@@ -161,7 +161,7 @@ void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries,
       continue;
     }
     BlockLayers layers;
-    resolveBlock(tile.drawn, block, frame.width, frame.height, fragments, layers);
+    resolveBlock(tile.drawn, block, frame.width, frame.height, searchLayers, fragments, layers);
     for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
       const uint32_t n = gatherPixel(layers.count, lane, fragments, ofPixel);

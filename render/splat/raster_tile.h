@@ -78,8 +78,10 @@ struct TileScratch {
 
 // Rasterizes the splats `entries` of `screen` into a tile. Writes the tile and its pixels of `pixels`, and
 // marks the visible splats of the cloud in `seen`, which other threads may mark at the same time. Pixels of
-// blocks that are not in tile.blocks must be 0 before the call, and are 0 after it.
+// blocks that are not in tile.blocks must be 0 before the call, and are 0 after it. searchLayers:
+// SplatOptions.
 void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
-                   TileScratch& scratch, RasterTile& tile, const PixelSums& pixels, std::span<uint8_t> seen);
+                   bool searchLayers, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+                   std::span<uint8_t> seen);
 
 } // namespace surflect::splat

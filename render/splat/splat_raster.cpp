@@ -162,10 +162,6 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& raster
   });
 }
 
-} // namespace
-
-namespace {
-
 // Gives the raster the size of its lens. Tiles and pixels of a raster that had this size before are kept, for
 // rasterizeTile clears what it does not fill.
 void fitPixels(SplatRaster& raster) {
@@ -198,8 +194,8 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
   tbb::enumerable_thread_specific<TileScratch> scratches;
   tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t tile) {
     progress.checkpoint();
-    rasterizeTile(raster.bins.screen.data(), raster.bins.of(tile), frameOf(raster, tile), scratches.local(),
-                  raster.tiles[tile], sums, raster.seen);
+    rasterizeTile(raster.bins.screen.data(), raster.bins.of(tile), frameOf(raster, tile),
+                  options.searchLayers, scratches.local(), raster.tiles[tile], sums, raster.seen);
   });
   collectVisible(raster);
   return raster;

@@ -22,12 +22,19 @@ size_t countOf(double value, double most) {
   return static_cast<size_t>(value);
 }
 
+// Throws Error unless the value is 0 or 1.
+bool isOn(double value) {
+  if (value != 0 && value != 1) throw Error::mismatch("0 or 1", numberText(value));
+  return value != 0;
+}
+
 } // namespace
 
 std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const FrameOptions& full) {
   std::vector<knobs::Knob> knobs;
-  if (full.shade.nearest) return knobs;
-  if (field.hasSeparateWeights()) {
+  if (full.shade.nearest) {
+    // blends nothing
+  } else if (field.hasSeparateWeights()) {
     knobs.push_back({"cameras", "cameras blended per surfel", downToOne(full.shade.cameras)});
     if (!field.rig.lights.empty())
       knobs.push_back({"lights", "captured lights blended per light of the script",
@@ -36,6 +43,10 @@ std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const F
     knobs.push_back({"pairs", "camera-light pairs blended per surfel and light of the script",
                      downToOne(full.shade.pairs)});
   }
+  knobs.push_back(
+      {"layer_search",
+       "1: searches for all splats of a pixel's nearest surface; 0: only until they fill the pixel",
+       {1, 0}});
   return knobs;
 }
 
@@ -50,6 +61,7 @@ FrameOptions turned(const FrameOptions& full, const std::vector<knobs::Knob>& kn
     try {
       if (knob.name == "cameras") options.shade.cameras = countOf(value, knob.values.front());
       if (knob.name == "lights") options.shade.lights = countOf(value, knob.values.front());
+      if (knob.name == "layer_search") options.splats.searchLayers = isOn(value);
       if (knob.name == "pairs") options.shade.pairs = countOf(value, knob.values.front());
     } catch (Error& error) {
       throw std::move(error).at(knob.name).at("knob");

@@ -13,11 +13,11 @@ namespace {
 
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
-  return fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}{}",
-                     hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
-                     blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
-                     bestSimd() == Simd::scalar ? "scalar" : "vector",
-                     options.shade.nearest ? " nearest" : "");
+  return fmt::format(
+      "model {} cameras {} lights {} {}{} pairs {} least-sigma {}{} simd {}{}", hex(model.identity),
+      options.shade.cameras, blend.lights, nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "",
+      options.shade.pairs, options.splats.lowPass, options.splats.searchLayers ? "" : " unsearched layers",
+      bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
 }
 
 render::FrameReport reportOf(const FrameStats& stats, size_t surfels) {
