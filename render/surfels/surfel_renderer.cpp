@@ -1,6 +1,5 @@
 #include "render/surfels/surfel_renderer.h"
 
-#include "render/surfels/surfel_knobs.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/math/simd.h"
@@ -13,13 +12,16 @@ namespace {
 
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
-  return fmt::format("model {} cameras {} lights {} {}{} pairs {} weight-error {} "
-                     "environment-error {} least-sigma {} simd {}{}",
-                     hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
-                     blend.foreshortened ? " foreshortened" : "", options.shade.pairs,
-                     options.shade.weightError, options.environmentError, options.splats.lowPass,
-                     bestSimd() == Simd::scalar ? "scalar" : "vector",
-                     options.shade.nearest ? " nearest" : "");
+  std::string identity =
+      fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}{}", hex(model.identity),
+                  options.shade.cameras, blend.lights, nameOf(blend.fit),
+                  blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
+                  bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
+  if (options.shade.weightError > 0) identity += fmt::format(" weight-error {}", options.shade.weightError);
+  if (options.environmentError > 0)
+    identity += fmt::format(" environment-error {}", options.environmentError);
+  if (!options.splats.searchLayers) identity += " unsearched layers";
+  return identity;
 }
 
 render::FrameReport reportOf(const FrameStats& stats, size_t surfels) {
@@ -77,7 +79,14 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model,
 
 knobs::Setting SurfelRenderer::preview() const { return {}; }
 
+std::vector<knobs::Knob> SurfelRenderer::knobs() const {
+  std::vector<knobs::Knob> knobs;
+  for (const SurfelKnob& each : knobs_) knobs.push_back(each.knob);
+  return knobs;
+}
+
 void SurfelRenderer::turn(const knobs::Setting& setting) {
+  knobs::requireKnobs(knobs(), setting);
   options_ = turned(full_, knobs_, setting);
   description_.identity = identityOf(*model_, options_);
 }
