@@ -37,6 +37,7 @@ void addImportCommand(CLI::App& app, CommandWork& work);
 void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);
 void addEvaluateCommand(CLI::App& app, CommandWork& work);
+void addChartCommand(CLI::App& app, CommandWork& work);
 void addInspectCommand(CLI::App& app, CommandWork& work);
 
 } // namespace surflect

@@ -20,6 +20,7 @@ struct Arguments {
   std::vector<std::string> baselines;
   double frame = 1;
   render::RendererOptions options;
+  knobs::Setting setting;
 };
 
 // Keys of the report by the names of baselines.
@@ -69,6 +70,7 @@ void sayTable(const Json& report) {
 
 Json runEvaluate(const Arguments& arguments, const Progress& progress) {
   const auto renderer = render::openRenderer(arguments.model, arguments.options, progress);
+  renderer->turn(arguments.setting);
   const capture::Capture capture = arguments.capture.read();
   warp::WarpPointer warp = warp::chainWarp({});
   if (!arguments.script.empty()) {
@@ -139,6 +141,7 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->capture_default_str()
       ->check(frameNumber());
   addModelOptions(*command, arguments->options);
+  addKnobOption(*command, arguments->setting);
   setWork(*command, work, "nothing was kept",
           [arguments](const Progress& progress) { return runEvaluate(*arguments, progress); });
 }

@@ -1,12 +1,16 @@
-// Options that `render` and `evaluate` share.
+// Options that the commands which render a model share.
 #pragma once
 
 #include "apps/command.h"
 #include "apps/option_values.h"
+#include "render/knobs/knob.h"
 #include "render/renderer.h"
 #include "srf/ulr/ulr.h"
+#include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 #include "surfel/math/simd.h"
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -57,6 +61,40 @@ inline void addModelOptions(CLI::App& command, render::RendererOptions& options)
           "vector instructions; default: auto, the best that the processor has")
       ->option_text("auto, scalar, avx2 or avx512")
       ->check(CLI::IsMember(simd));
+}
+
+// Adds --knob, which may be given several times; `take` receives each and may throw Error. A malformed value
+// is a usage error; a knob that the renderer lacks is found when the model is open.
+inline CLI::Option* addKnobValuesOption(CLI::App& command,
+                                        const std::function<void(const knobs::KnobValues&)>& take,
+                                        const std::string& meaning) {
+  return command
+      .add_option_function<std::vector<std::string>>(
+          "--knob",
+          [take](const std::vector<std::string>& texts) {
+            try {
+              for (const std::string& text : texts) take(knobs::parseKnobValues(text));
+            } catch (const Error& error) {
+              throw CLI::ValidationError(error.what());
+            }
+          },
+          meaning)
+      ->allow_extra_args(false);
+}
+
+// Adds --knob NAME=VALUE; the last value of a knob counts.
+inline CLI::Option* addKnobOption(CLI::App& command, knobs::Setting& setting) {
+  return addKnobValuesOption(
+             command,
+             [&setting](const knobs::KnobValues& knob) {
+               if (knob.values.size() != 1)
+                 throw Error::mismatch("one value", counted(knob.values.size(), "value"))
+                     .at(knob.name)
+                     .at("--knob");
+               setting[knob.name] = knob.values[0];
+             },
+             "accuracy against speed, such as cameras=2; default: the most accurate")
+      ->option_text("NAME=VALUE ...");
 }
 
 } // namespace surflect

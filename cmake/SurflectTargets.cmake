@@ -73,3 +73,32 @@ function(surflect_kernels target)
     set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized")
   endif()
 endfunction()
+
+# surflect_shaders(TARGET FILE...)
+# Shaders of one folder, compiled into the target: its sources include "FOLDER/shaders.h", which defines kShaders, an
+# array of gl::ShaderFile, in the namespace of the folder's name.
+function(surflect_shaders target)
+  target_sources(${target} PRIVATE ${ARGN})
+  foreach(file ${ARGN})
+    cmake_path(ABSOLUTE_PATH file)
+    file(READ "${file}" text)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
+    file(RELATIVE_PATH path "${PROJECT_SOURCE_DIR}" "${file}")
+    string(APPEND entries "    {\"${path}\", R\"glsl(${text})glsl\"},\n")
+  endforeach()
+  cmake_path(GET path PARENT_PATH folder)
+  cmake_path(GET folder FILENAME namespace)
+  file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/generated/${folder}/shaders.h" CONTENT
+"// Shaders of ${folder}.
+#pragma once
+
+#include \"render/gl/shader_file.h\"
+
+namespace surflect::${namespace} {
+
+inline constexpr gl::ShaderFile kShaders[] = {
+${entries}};
+
+} // namespace surflect::${namespace}
+" @ONLY)
+endfunction()

@@ -41,9 +41,7 @@ struct FrameScore {
 };
 
 struct Evaluation {
-  // Maps the 99.5th percentile of the true object pixels of all test frames to 1, for any split; of the
-  // split's frames if there are no test frames.
-  double exposure = 1;
+  double exposure = 1; // as TrueFrames::exposure
   std::vector<FrameScore> frames;
 };
 

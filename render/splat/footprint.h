@@ -27,6 +27,9 @@ constexpr float kOpaqueArea = 0.7f;
 // away from their planes, must not connect it to a second sheet close behind.
 constexpr float kLayerAnchorArea = 0.5f;
 
+// Number of times that the nearest layer is extended if SplatOptions::searchLayers is false.
+constexpr int kLayerGrowths = 2;
+
 // Peak of the kernel (1 - q/Q)^2 over which a splat's covered area is spread, Q being the square of the
 // cut-off. 6/Q gives it the mass of exp(-q/2): their integrals over the plane are pi Q / 3 and 2 pi.
 constexpr float kAreaPeak = static_cast<float>(6 / (kCutoffSigmas * kCutoffSigmas));

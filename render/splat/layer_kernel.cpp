@@ -86,6 +86,26 @@ struct FirstLayer {
     return first;
   }
 
+  // Finds the end as SplatOptions::searchLayers says if it is false; pixels that remain in `trying` have
+  // none.
+  HWY_INLINE void grow() {
+    PixelMask growing = trying;
+    for (int growth = 0; growth < kLayerGrowths && any(growing); ++growth) {
+      const Pixels first = breakBehind(back);
+      Pixels before = broadcast(0), reach = back;
+      each([&](Pixels order, Pixels areaOf, Pixels tolerance) HWY_ATTR {
+        const PixelMask nearer = order < first;
+        before = select(nearer, before + areaOf, before);
+        reach = select(nearer, max(order + tolerance, reach), reach);
+      });
+      end = select(growing, first, end);
+      area = select(growing, before, area);
+      trying = andNot(andNot(trying, broadcast(kOpaqueArea) <= area), broadcast(kInfinity) <= end);
+      growing = growing & trying & (back < reach);
+      back = reach;
+    }
+  }
+
   // Computes the end for the reach `back`. Drops pixels from `trying` if all fragments before the end, with a
   // reach of at most `atMost`, give the same end.
   HWY_INLINE void resolveEnd() {
@@ -139,8 +159,8 @@ struct FirstLayer {
 // Finds the first layer of each pixel of a block without sorting; layersOf in pixel_layers.h defines layers.
 // If the depth intervals of all fragments have a common point, there is one layer; if the first layer fills
 // the pixel, nothing behind it matters. The caller sorts the fragments of the remaining pixels.
-void resolveBlock(const TileSplats& tile, int block, int width, int height, const BlockFragments& fragments,
-                  BlockLayers& out) {
+void resolveBlock(const TileSplats& tile, int block, int width, int height, bool searchLayers,
+                  const BlockFragments& fragments, BlockLayers& out) {
   const Centers at = centersOf(block);
   const Pixels infinite = broadcast(kInfinity), zero = broadcast(0);
   const FragmentSums sums = gatherFragments(tile, block, at, fragments);
@@ -155,10 +175,14 @@ void resolveBlock(const TileSplats& tile, int block, int width, int height, cons
   Pixels area = sums.area, limit = infinite;
   if (any(open)) {
     FirstLayer layer{fragments, sums.count, open, sums.nearestEnd};
-    layer.resolveEnd();
-    if (ones(layer.trying) > kFewPixels) {
-      layer.tryPlanes();
+    if (searchLayers) {
       layer.resolveEnd();
+      if (ones(layer.trying) > kFewPixels) {
+        layer.tryPlanes();
+        layer.resolveEnd();
+      }
+    } else {
+      layer.grow();
     }
     const PixelMask known = andNot(open, layer.trying);
     const PixelMask unended = known & (infinite <= layer.end); // the pixel has a single layer
@@ -227,9 +251,9 @@ HWY_AFTER_NAMESPACE();
 namespace surflect::splat {
 
 HWY_EXPORT(resolveBlock);
-void resolveBlock(const TileSplats& tile, int block, int width, int height, const BlockFragments& fragments,
-                  BlockLayers& out) {
-  HWY_DYNAMIC_DISPATCH(resolveBlock)(tile, block, width, height, fragments, out);
+void resolveBlock(const TileSplats& tile, int block, int width, int height, bool searchLayers,
+                  const BlockFragments& fragments, BlockLayers& out) {
+  HWY_DYNAMIC_DISPATCH(resolveBlock)(tile, block, width, height, searchLayers, fragments, out);
 }
 
 HWY_EXPORT(gatherPixel);

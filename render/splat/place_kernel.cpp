@@ -66,8 +66,8 @@ HWY_INLINE void turnSets(uint64_t* sets, uint32_t groups) {
   }
 }
 
-uint32_t placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
-                     TileSplat* splats, uint64_t* sets, uint32_t* column) {
+PlacedSplats placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
+                         TileSplat* splats, uint64_t* sets, uint32_t* column) {
   constexpr uint32_t kAhead = 24;
   for (uint32_t i = 0; i < count; ++i) {
     __builtin_prefetch(&screen[entries[i + kAhead < count ? i + kAhead : count - 1]]);
@@ -79,14 +79,15 @@ uint32_t placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_
   const uint32_t groups = groupsOf(count);
   for (uint32_t i = count; i < groups * kGroup; ++i) sets[i] = 0;
   turnSets(sets, groups);
-  uint32_t most = 0;
+  PlacedSplats placed{0, 0};
   for (int block = 0; block < kBlocks; ++block) {
     uint32_t ofBlock = 0;
     for (uint32_t g = 0; g < groups; ++g)
       ofBlock += static_cast<uint32_t>(__builtin_popcountll(sets[g * kBlocks + block]));
-    most = most < ofBlock ? ofBlock : most;
+    placed.most = placed.most < ofBlock ? ofBlock : placed.most;
+    placed.blocks |= uint64_t{ofBlock != 0} << block;
   }
-  return most;
+  return placed;
 }
 
 } // namespace
@@ -98,8 +99,8 @@ HWY_AFTER_NAMESPACE();
 namespace surflect::splat {
 
 HWY_EXPORT(placeSplats);
-uint32_t placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
-                     TileSplat* splats, uint64_t* sets, uint32_t* column) {
+PlacedSplats placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
+                         TileSplat* splats, uint64_t* sets, uint32_t* column) {
   return HWY_DYNAMIC_DISPATCH(placeSplats)(screen, entries, count, x, y, splats, sets, column);
 }
 } // namespace surflect::splat

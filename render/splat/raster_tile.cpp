@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace surflect::splat {
 
@@ -99,9 +100,9 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
   }
 }
 
-// Places the splats in the tile; returns the largest number of splats in a block.
-uint32_t gatherSplats(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
-                      RasterTile& tile) {
+// Places the splats in the tile.
+PlacedSplats gatherSplats(const ScreenSplat* screen, std::span<const uint32_t> entries,
+                          const TileFrame& frame, RasterTile& tile) {
   if (entries.size() > std::numeric_limits<uint32_t>::max() / kLanes)
     throw Error::mismatch("at most 2^28 splats in a tile", std::to_string(entries.size()));
   const auto count = static_cast<uint32_t>(entries.size()), groups = groupsOf(count);
@@ -127,24 +128,40 @@ void markSeen(const RasterTile& tile, uint64_t* seenOfTile, std::span<uint8_t> s
   }
 }
 
+void clearBlock(const TileFrame& frame, int block, const PixelSums& pixels) {
+  forRows(frame, block, [&](size_t, int x, int y, size_t count) {
+    const size_t pixel = static_cast<size_t>(y) * pixels.width + static_cast<size_t>(x);
+    std::fill_n(pixels.alpha + pixel, count, 0.f);
+    std::fill_n(pixels.layerArea + pixel, count, 0.f);
+  });
+}
+
 } // namespace
 
 void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
-                   TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+                   bool searchLayers, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
                    std::span<uint8_t> seenOfCloud) {
   tile.layers.clear();
   tile.contributions.clear();
-  tile.blocks = 0;
-  const uint32_t most = gatherSplats(screen, entries, frame, tile);
-  const BlockFragments fragments = blockFragments(most, scratch);
-  const PixelFragments ofPixel = pixelFragments(most, scratch);
+  const uint64_t filledBefore = std::exchange(tile.blocks, 0);
+  if (entries.empty() && filledBefore == 0) {
+    tile.drawn.count = 0;
+    return;
+  }
+  const PlacedSplats placed = gatherSplats(screen, entries, frame, tile);
+  const BlockFragments fragments = blockFragments(placed.most, scratch);
+  const PixelFragments ofPixel = pixelFragments(placed.most, scratch);
   uint64_t* seen = scratch.seen.of(groupsOf(tile.drawn.count));
   std::fill_n(seen, groupsOf(tile.drawn.count), 0);
   float* allLimits = tile.limits.of(entries.empty() ? 0 : size_t{kBlocks} * kLanes);
 
   for (int block = 0; block < kBlocks; ++block) {
+    if ((placed.blocks >> block & 1) == 0) {
+      if (filledBefore >> block & 1) clearBlock(frame, block, pixels);
+      continue;
+    }
     BlockLayers layers;
-    resolveBlock(tile.drawn, block, frame.width, frame.height, fragments, layers);
+    resolveBlock(tile.drawn, block, frame.width, frame.height, searchLayers, fragments, layers);
     for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
       const uint32_t n = gatherPixel(layers.count, lane, fragments, ofPixel);

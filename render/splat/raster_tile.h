@@ -26,8 +26,8 @@ struct Contribution {
 };
 
 struct RasterTile {
-  TileSplats drawn;
-  uint64_t blocks;                 // blocks with splats, one bit each
+  TileSplats drawn = {};
+  uint64_t blocks = 0;             // blocks with splats, one bit each
   ScratchBuffer<TileSplat> splats; // data of drawn.splats
   ScratchBuffer<uint64_t> sets;    // data of drawn.sets
   ScratchBuffer<uint32_t>
@@ -77,8 +77,11 @@ struct TileScratch {
 };
 
 // Rasterizes the splats `entries` of `screen` into a tile. Writes the tile and its pixels of `pixels`, and
-// marks the visible splats of the cloud in `seen`, which other threads may mark at the same time.
+// marks the visible splats of the cloud in `seen`, which other threads may mark at the same time. Pixels of
+// blocks that are not in tile.blocks must be 0 before the call, and are 0 after it. searchLayers:
+// SplatOptions.
 void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
-                   TileScratch& scratch, RasterTile& tile, const PixelSums& pixels, std::span<uint8_t> seen);
+                   bool searchLayers, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
+                   std::span<uint8_t> seen);
 
 } // namespace surflect::splat

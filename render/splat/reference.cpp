@@ -51,13 +51,31 @@ size_t endOfLayer(std::span<const Fragment> fragments, size_t begin) {
   return end;
 }
 
+// End of the fragments that a pixel shows if layers are not searched for (SplatOptions), nearest first; 0 if
+// there is no such end.
+size_t endOfGrowth(std::span<const Fragment> fragments) {
+  double back = std::numeric_limits<double>::infinity();
+  for (const Fragment& f : fragments) back = std::min(back, f.order + f.tolerance);
+  for (int growth = 0; growth < kLayerGrowths; ++growth) {
+    const auto isBehind = [&](const Fragment& f) { return f.order - f.tolerance > back; };
+    const auto end = static_cast<size_t>(std::ranges::find_if(fragments, isBehind) - fragments.begin());
+    double area = 0;
+    for (const Fragment& f : fragments.first(end)) {
+      area += f.area;
+      back = std::max(back, f.order + f.tolerance);
+    }
+    if (area >= double{kOpaqueArea} || end == fragments.size()) return end;
+  }
+  return 0;
+}
+
 struct ResolvedPixel {
   std::vector<ReferenceWeight> weights;
   double alpha = 0;
   double order = 0; // mean order of the layer at half of alpha
 };
 
-ResolvedPixel resolved(std::vector<Fragment> fragments) {
+ResolvedPixel resolved(std::vector<Fragment> fragments, bool searchLayers) {
   std::ranges::sort(fragments, [](const Fragment& a, const Fragment& b) {
     return a.order != b.order ? a.order < b.order : a.splat < b.splat;
   });
@@ -65,11 +83,13 @@ ResolvedPixel resolved(std::vector<Fragment> fragments) {
   for (const Fragment& f : fragments) area += f.area;
   const double half = saturated(area) / 2;
 
+  const size_t grown = searchLayers ? 0 : endOfGrowth(fragments);
+
   ResolvedPixel pixel;
   bool hasOrder = false;
   area = 0;
   for (size_t begin = 0; begin < fragments.size() && pixel.alpha < 1;) {
-    const size_t end = endOfLayer(fragments, begin);
+    const size_t end = grown > 0 ? grown : endOfLayer(fragments, begin);
     double gaussians = 0, orders = 0;
     for (size_t i = begin; i < end; ++i) {
       area += fragments[i].area;
@@ -113,7 +133,7 @@ ReferenceRaster referenceRaster(const capture::Camera<ObjectSpace>& camera, cons
     }
   }
   for (auto& each : fragments) {
-    ResolvedPixel pixel = resolved(std::exchange(each, {}));
+    ResolvedPixel pixel = resolved(std::exchange(each, {}), options.searchLayers);
     raster.weights.push_back(std::move(pixel.weights));
     raster.alpha.push_back(pixel.alpha);
     raster.depth.push_back(pixel.alpha > 0 ? depthOfOrder(camera.lens, pixel.order)

@@ -44,6 +44,11 @@ struct SplatOptions {
   // sqrt 2. At 0.44 the area of a tiny splat depends least on its position within a pixel: by 2 %, compared
   // with 8 % at 0.4.
   double lowPass = 0.44;
+  // False: the nearest layer of a pixel grows from the nearest end of any depth interval. A growth adds the
+  // splats nearer than the first one that begins behind the layer. If these fill the pixel, or are all there
+  // are, within kLayerGrowths, the pixel shows no others, even if its layer reaches further back. Only the
+  // remaining pixels are searched for layers.
+  bool searchLayers = true;
   double nearDepth = 0.0; // scene units; a pinhole camera draws no splat that comes nearer
 };
 

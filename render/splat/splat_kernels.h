@@ -63,6 +63,12 @@ struct TileSplats {
 };
 constexpr uint32_t groupsOf(uint32_t splats) { return splats / kGroup + (splats % kGroup != 0 ? 1 : 0); }
 
+// Blocks that splats may reach, one bit each, and the largest number of splats in a block.
+struct PlacedSplats {
+  uint64_t blocks;
+  uint32_t most;
+};
+
 // Fragments of a block: for each splat of its set, kLanes orders and areas (NaN and 0 where the splat does
 // not reach the pixel), its tolerance, and its index in the tile as the bits of a float. Arrays need room for
 // kLanes entries more.
@@ -91,15 +97,15 @@ struct BlockLayers {
 // Projects splats [begin, end) of the cloud as footprintOf does; returns the number drawn. `out` has room for
 // all. Adds the numbers of rejected splats to `rejected`, indexed by Rejection.
 size_t projectSplats(const ProjectJob&, size_t begin, size_t end, ScreenSplat* out, size_t* rejected);
-// Places the splats entries[0 .. count) of `screen` in the tile with corner pixel (x, y); returns the largest
-// number of splats in a block. `sets` has room for whole groups; `column` receives their indices in the
-// cloud.
-uint32_t placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
-                     TileSplat* splats, uint64_t* sets, uint32_t* column);
+// Places the splats entries[0 .. count) of `screen` in the tile with corner pixel (x, y). `sets` has room for
+// whole groups; `column` receives their indices in the cloud.
+PlacedSplats placeSplats(const ScreenSplat* screen, const uint32_t* entries, uint32_t count, int x, int y,
+                         TileSplat* splats, uint64_t* sets, uint32_t* column);
 // Computes the fragments of a block, removes from its set the splats that reach no pixel, and finds the first
 // layer of each pixel where sums, without sorting, determine it. width, height: size of the tile; pixels
-// outside are empty.
-void resolveBlock(const TileSplats&, int block, int width, int height, const BlockFragments&, BlockLayers&);
+// outside are empty. searchLayers: SplatOptions.
+void resolveBlock(const TileSplats&, int block, int width, int height, bool searchLayers,
+                  const BlockFragments&, BlockLayers&);
 // Collects the fragments of a pixel; returns their number. count: splats of the block.
 uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);
 // Writes to `rank`, for each fragment, the number of nearer fragments. Time is quadratic in the count.

@@ -162,6 +162,20 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& raster
   });
 }
 
+// Gives the raster the size of its lens. Tiles and pixels of a raster that had this size before are kept, for
+// rasterizeTile clears what it does not fill.
+void fitPixels(SplatRaster& raster) {
+  const auto [width, height] = std::pair(raster.lens.width, raster.lens.height);
+  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+  if (raster.width == width && raster.height == height && raster.alpha.size() == pixels) return;
+  raster.width = width;
+  raster.height = height;
+  raster.tiles.resize(static_cast<size_t>(tilesAlong(width)) * static_cast<size_t>(tilesAlong(height)));
+  for (RasterTile& tile : raster.tiles) tile.blocks = 0;
+  raster.alpha.assign(pixels, 0);
+  raster.layerArea.assign(pixels, 0);
+}
+
 } // namespace
 
 SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& splats,
@@ -170,14 +184,8 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
   assert(splats.size() <= std::numeric_limits<uint32_t>::max());
 
   SplatRaster raster = std::move(kept);
-  raster.width = camera.lens.width;
-  raster.height = camera.lens.height;
   raster.lens = camera.lens;
-  const size_t pixels = static_cast<size_t>(raster.width) * static_cast<size_t>(raster.height);
-  raster.tiles.resize(static_cast<size_t>(tilesAlong(raster.width)) *
-                      static_cast<size_t>(tilesAlong(raster.height)));
-  raster.alpha.resize(pixels);
-  raster.layerArea.resize(pixels);
+  fitPixels(raster);
   raster.seen.assign(splats.size(), 0);
 
   fillTiles(camera, splats, options, progress, raster.bins);
@@ -186,8 +194,8 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
   tbb::enumerable_thread_specific<TileScratch> scratches;
   tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t tile) {
     progress.checkpoint();
-    rasterizeTile(raster.bins.screen.data(), raster.bins.of(tile), frameOf(raster, tile), scratches.local(),
-                  raster.tiles[tile], sums, raster.seen);
+    rasterizeTile(raster.bins.screen.data(), raster.bins.of(tile), frameOf(raster, tile),
+                  options.searchLayers, scratches.local(), raster.tiles[tile], sums, raster.seen);
   });
   collectVisible(raster);
   return raster;

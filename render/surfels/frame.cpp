@@ -118,7 +118,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   std::vector<const PreparedEnvironment*> prepared;
   for (const scene::ShotLight& light : scene.lights)
     if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
-      prepared.push_back(&environments.prepared(*environment, field, options.shade, progress));
+      prepared.push_back(&environments.prepared(coarsened(*environment, options.environmentError), field,
+                                                options.shade, progress));
   const bool isCut = options.surfelSize > 0, sharesWeights = options.surfelsPerPatch > 1;
   if (isCut && !levels) levels = cutLevels(field.cloud, progress);
   if (sharesWeights && options.surfelsPerPatch != surfelsPerPatch) {

@@ -48,6 +48,7 @@ struct FrameOptions {
   double surfelSize = 0;
   // Most surfels that share the weights of cameras and lights; see Patches.
   size_t surfelsPerPatch = 1;
+  double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;
 };
 

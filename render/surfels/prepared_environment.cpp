@@ -13,6 +13,11 @@ PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double er
           shading::lightTable(field, options, extrapolation)};
 }
 
+scene::ShotEnvironment coarsened(scene::ShotEnvironment environment, double error) {
+  environment.error = std::max(environment.error, error);
+  return environment;
+}
+
 const PreparedEnvironment& EnvironmentCache::prepared(const scene::ShotEnvironment& environment,
                                                       const shading::ReflectanceField& field,
                                                       const shading::ShadeOptions& options,

@@ -28,6 +28,9 @@ PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double er
                                        const shading::ReflectanceField& field,
                                        const shading::ShadeOptions& options, const Progress& progress = {});
 
+// The environment, with at least the given error.
+scene::ShotEnvironment coarsened(scene::ShotEnvironment environment, double error);
+
 // Prepared environments of one reflectance field, kept for as long as their maps live.
 class EnvironmentCache {
 public:

@@ -52,7 +52,8 @@ struct ReferenceFrame {
 
 // Splats are those of the fast splatter, so that two frames differ by their shading alone. The model is a
 // full product of cameras and lights, without foreshortening; lights are directional or point lights without
-// a gradient; the warp does not mirror. Throws Error for other models and lights.
+// a gradient; the warp does not mirror. The errors that the options allow are not made. Throws Error for
+// other models and lights.
 ReferenceFrame referenceFrame(const model::Model& model, const warp::Warp& warp,
                               const capture::Camera<ObjectSpace>& camera,
                               std::span<const scene::ShotLight> lights, const FrameOptions& options,

@@ -1,8 +1,11 @@
 #include "render/surfels/surfel_knobs.h"
 
+#include "srf/ulr/weight_truncation.h"
 #include "surfel/base/error.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace surflect::surfels {
 
@@ -17,13 +20,6 @@ std::vector<double> downToOne(size_t n) {
   return values;
 }
 
-// Throws Error unless the value is a number of pixels.
-double sizeOf(double value) {
-  if (!(value >= 0 && value <= kLargestSize))
-    throw Error::mismatch(fmt::format("a number of 0 to {} pixels", kLargestSize), numberText(value));
-  return value;
-}
-
 // Throws Error unless the value is a whole number of 1 to `most`.
 size_t countOf(double value, double most) {
   if (!(value >= 1 && value <= most) || value != std::floor(value))
@@ -31,41 +27,72 @@ size_t countOf(double value, double most) {
   return static_cast<size_t>(value);
 }
 
+// Throws Error unless the value is 0 to `most`.
+float numberOf(double value, double most) {
+  if (!(value >= 0 && value <= most))
+    throw Error::mismatch(fmt::format("a number of 0 to {}", most), numberText(value));
+  return static_cast<float>(value);
+}
+
+// Throws Error unless the value is 0 or 1.
+bool isOn(double value) {
+  if (value != 0 && value != 1) throw Error::mismatch("0 or 1", numberText(value));
+  return value != 0;
+}
+
 } // namespace
 
-std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const FrameOptions& full) {
-  std::vector<knobs::Knob> knobs;
+std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const FrameOptions& full) {
+  std::vector<SurfelKnob> knobs;
   if (full.shade.nearest) return knobs;
-  if (field.hasSeparateWeights()) {
-    knobs.push_back({"cameras", "cameras blended per surfel", downToOne(full.shade.cameras)});
-    if (!field.rig.lights.empty())
-      knobs.push_back({"lights", "captured lights blended per light of the script",
-                       downToOne(shading::lightBlend(field, full.shade).lights)});
-  } else {
-    knobs.push_back({"pairs", "camera-light pairs blended per surfel and light of the script",
-                     downToOne(full.shade.pairs)});
+  const auto add = [&](const char* name, const char* meaning, std::vector<double> values, auto apply) {
+    knobs.push_back({{name, meaning, std::move(values)}, apply});
+  };
+  const bool isLit = !field.rig.lights.empty();
+  if (field.hasSeparateWeights())
+    add("cameras", "cameras blended per surfel", downToOne(full.shade.cameras),
+        [most = static_cast<double>(full.shade.cameras)](double value, FrameOptions& options) {
+          options.shade.cameras = countOf(value, most);
+        });
+  if (field.hasSeparateWeights() && isLit) {
+    const size_t lights = shading::lightBlend(field, full.shade).lights;
+    add("lights", "captured lights blended per light of the script", downToOne(lights),
+        [most = static_cast<double>(lights)](double value, FrameOptions& options) {
+          options.shade.lights = countOf(value, most);
+        });
   }
-  knobs.push_back({"surfel_size",
-                   "pixels between neighbouring surfels at least; 0: all surfels",
-                   {0, 0.5, 0.7, 1, 1.4, 2, 2.8}});
-  knobs.push_back({"patch", "surfels that share the weights of cameras and lights", {1, 2, 4, 8, 16}});
+  if (!field.hasSeparateWeights())
+    add("pairs", "camera-light pairs blended per surfel and light of the script", downToOne(full.shade.pairs),
+        [most = static_cast<double>(full.shade.pairs)](double value, FrameOptions& options) {
+          options.shade.pairs = countOf(value, most);
+        });
+  add("weight_error", "weight that may be left out of a blend of cameras or lights",
+      {0, 0.02, 0.05, 0.1, 0.2, 0.4}, [](double value, FrameOptions& options) {
+        options.shade.weightError = numberOf(value, ulr::kMostTruncated);
+      });
+  if (isLit)
+    add("environment_error", "error of light weights by which few lights may stand for an environment",
+        {0, 0.02, 0.05, 0.1, 0.2},
+        [](double value, FrameOptions& options) { options.environmentError = numberOf(value, 1); });
+  add("layer_search",
+      "1: searches for all splats of a pixel's nearest surface; 0: only until they fill the pixel", {1, 0},
+      [](double value, FrameOptions& options) { options.splats.searchLayers = isOn(value); });
+  add("surfel_size", "pixels between neighbouring surfels at least; 0: all surfels",
+      {0, 0.5, 0.7, 1, 1.4, 2, 2.8},
+      [](double value, FrameOptions& options) { options.surfelSize = numberOf(value, kLargestSize); });
+  add("patch", "surfels that share the weights of cameras and lights", {1, 2, 4, 8, 16},
+      [](double value, FrameOptions& options) { options.surfelsPerPatch = countOf(value, kLargestPatch); });
   return knobs;
 }
 
-FrameOptions turned(const FrameOptions& full, const std::vector<knobs::Knob>& knobs,
+FrameOptions turned(const FrameOptions& full, const std::vector<SurfelKnob>& knobs,
                     const knobs::Setting& setting) {
-  knobs::requireKnobs(knobs, setting);
   FrameOptions options = full;
-  for (const knobs::Knob& knob : knobs) {
+  for (const auto& [knob, apply] : knobs) {
     const auto found = setting.find(knob.name);
     if (found == setting.end()) continue;
-    const double value = found->second;
     try {
-      if (knob.name == "cameras") options.shade.cameras = countOf(value, knob.values.front());
-      if (knob.name == "lights") options.shade.lights = countOf(value, knob.values.front());
-      if (knob.name == "pairs") options.shade.pairs = countOf(value, knob.values.front());
-      if (knob.name == "surfel_size") options.surfelSize = sizeOf(value);
-      if (knob.name == "patch") options.surfelsPerPatch = countOf(value, kLargestPatch);
+      apply(found->second, options);
     } catch (Error& error) {
       throw std::move(error).at(knob.name).at("knob");
     }

@@ -4,15 +4,22 @@
 #include "render/knobs/knob.h"
 #include "render/surfels/frame.h"
 
+#include <functional>
 #include <vector>
 
 namespace surflect::surfels {
 
-// The knobs that apply to frames of a field with the given options, which are their most accurate values.
-std::vector<knobs::Knob> knobsOf(const shading::ReflectanceField& field, const FrameOptions& full);
+// A knob, and what a value of it does to the options. Throws Error for a value that the knob cannot have.
+struct SurfelKnob {
+  knobs::Knob knob;
+  std::function<void(double value, FrameOptions& options)> apply;
+};
 
-// The options of a setting. Throws Error as Renderer::turn.
-FrameOptions turned(const FrameOptions& full, const std::vector<knobs::Knob>& knobs,
+// The knobs that apply to frames of a field with the given options, which are their most accurate values.
+std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const FrameOptions& full);
+
+// The options of a setting, whose knobs must all exist. Throws Error naming the knob.
+FrameOptions turned(const FrameOptions& full, const std::vector<SurfelKnob>& knobs,
                     const knobs::Setting& setting);
 
 } // namespace surflect::surfels

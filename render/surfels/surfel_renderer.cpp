@@ -1,6 +1,5 @@
 #include "render/surfels/surfel_renderer.h"
 
-#include "render/surfels/surfel_knobs.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/math/simd.h"
@@ -13,12 +12,18 @@ namespace {
 
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
-  return fmt::format(
-      "model {} cameras {} lights {} {}{} pairs {} surfel-size {} patch {} least-sigma {} simd {}{}",
-      hex(model.identity), options.shade.cameras, blend.lights, nameOf(blend.fit),
-      blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.surfelSize,
-      options.surfelsPerPatch, options.splats.lowPass, bestSimd() == Simd::scalar ? "scalar" : "vector",
-      options.shade.nearest ? " nearest" : "");
+  std::string identity =
+      fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}{}", hex(model.identity),
+                  options.shade.cameras, blend.lights, nameOf(blend.fit),
+                  blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
+                  bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
+  if (options.shade.weightError > 0) identity += fmt::format(" weight-error {}", options.shade.weightError);
+  if (options.environmentError > 0)
+    identity += fmt::format(" environment-error {}", options.environmentError);
+  if (!options.splats.searchLayers) identity += " unsearched layers";
+  if (options.surfelSize > 0) identity += fmt::format(" surfel-size {}", options.surfelSize);
+  if (options.surfelsPerPatch > 1) identity += fmt::format(" patch {}", options.surfelsPerPatch);
+  return identity;
 }
 
 render::FrameReport reportOf(const FrameStats& stats) {
@@ -77,7 +82,14 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model,
 
 knobs::Setting SurfelRenderer::preview() const { return {}; }
 
+std::vector<knobs::Knob> SurfelRenderer::knobs() const {
+  std::vector<knobs::Knob> knobs;
+  for (const SurfelKnob& each : knobs_) knobs.push_back(each.knob);
+  return knobs;
+}
+
 void SurfelRenderer::turn(const knobs::Setting& setting) {
+  knobs::requireKnobs(knobs(), setting);
   options_ = turned(full_, knobs_, setting);
   description_.identity = identityOf(*model_, options_);
 }
@@ -94,8 +106,8 @@ render::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std:
 render::EnvironmentReport SurfelRenderer::prepare(const scene::ShotEnvironment& environment,
                                                   const Progress& progress) {
   const Stopwatch watch;
-  const PreparedEnvironment& prepared =
-      workspace_.environments.prepared(environment, *model_, options_.shade, progress);
+  const PreparedEnvironment& prepared = workspace_.environments.prepared(
+      coarsened(environment, options_.environmentError), *model_, options_.shade, progress);
   return {prepared.lights.size(), prepared.table.has_value(), watch.seconds()};
 }
 

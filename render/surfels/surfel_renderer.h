@@ -3,6 +3,7 @@
 
 #include "render/renderer.h"
 #include "render/surfels/frame.h"
+#include "render/surfels/surfel_knobs.h"
 #include "srf/model/model.h"
 
 namespace surflect::surfels {
@@ -15,7 +16,7 @@ public:
   SurfelRenderer(std::shared_ptr<const model::Model> model, const render::RendererOptions& options);
 
   const render::Description& describe() const override { return description_; }
-  std::vector<knobs::Knob> knobs() const override { return knobs_; }
+  std::vector<knobs::Knob> knobs() const override;
   knobs::Setting preview() const override;
   void turn(const knobs::Setting& setting) override;
   render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs,
@@ -26,7 +27,7 @@ public:
 private:
   const std::shared_ptr<const model::Model> model_;
   const FrameOptions full_;
-  const std::vector<knobs::Knob> knobs_;
+  const std::vector<SurfelKnob> knobs_;
   FrameOptions options_; // full_, with the knobs as they are set
   render::Description description_;
   FrameWorkspace workspace_;

@@ -2,6 +2,7 @@
 
 #include "srf/capture/capture_files.h"
 #include "srf/capture/capture_keys.h"
+#include "srf/capture/frame_stream.h"
 #include "srf/capture/json_fields.h"
 #include "srf/capture/lens_fields.h"
 #include "srf/capture/light_fields.h"
@@ -16,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace surflect::capture {
@@ -85,6 +87,14 @@ public:
   }
 
   Capture read(const Json& root) && {
+    begin(root);
+    if (required(root, "frames", listOf).empty()) throw Error("the list is empty").at("frames");
+    readEach(root, "frames", [&](const Json& frame, size_t) { add(frame); });
+    return std::move(*this).finish();
+  }
+
+  // In parts: all but the frames, frame by frame, the end.
+  void begin(const Json& root) {
     checkKeys(objectOf(root), KeyPlace::capture, unknownKeys_);
     capture_.colorSpace = optional(root, "color_space", [](const Json& value) {
       return oneOf<ColorSpace>(value, {{"linear", ColorSpace::linear}, {"srgb", ColorSpace::srgb}});
@@ -102,10 +112,10 @@ public:
       lights_.add(readLight(light));
     });
 
-    const LensFields shared = readLensFields(root);
-    if (required(root, "frames", listOf).empty()) throw Error("the list is empty").at("frames");
-    readEach(root, "frames",
-             [&](const Json& frame, size_t index) { addFrame(objectOf(frame), index, shared); });
+    shared_ = readLensFields(root);
+  }
+  void add(const Json& frame) { addFrame(objectOf(frame), listed_++); }
+  Capture finish() && {
     capture_.lights = std::move(lights_).take();
     takeNotes();
     return std::move(capture_);
@@ -153,7 +163,7 @@ private:
     throw Error::mismatch("a picture (also tried .png, .jpg, .exr)", "none at " + path.string());
   }
 
-  void addFrame(const Json& json, size_t index, const LensFields& shared) {
+  void addFrame(const Json& json, size_t index) {
     checkKeys(json, KeyPlace::frame, unknownKeys_);
     checkTime(json);
     Frame frame;
@@ -168,7 +178,7 @@ private:
     frame.light = optional(json, "light", [this](const Json& v) { return lights_.named(v); });
     if (!frame.light) frame.light = lights_.ofFrame(json, index);
 
-    LensFields lens = inherit(readLensFields(json), shared);
+    LensFields lens = inherit(readLensFields(json), shared_);
     const bool sizeIsStated = lens.width || lens.height;
     if (!lens.width || !lens.height) lens = withSize(lens, files_.sizeOf(frame.picture));
     const Camera<AcquisitionSpace> camera{
@@ -246,12 +256,28 @@ private:
 
   CaptureFiles files_;
   Capture capture_;
+  LensFields shared_;
+  size_t listed_ = 0; // frames so far
   LightList lights_;
   UnknownKeys unknownKeys_;
   RoundedRotations rotations_;
   ViewGrouping grouping_;
   Finding notSquare_, otherAngles_;
 };
+
+// Reads a capture frame by frame; empty if that fails for any reason, so that errors are those of `read`.
+std::optional<Capture> readStreamed(std::string_view json, const fs::path& file, PathRule paths) {
+  CaptureReader reader(file, paths);
+  try {
+    if (!streamFrames(
+            json, [&](const Json& root) { reader.begin(root); },
+            [&](const Json& frame) { reader.add(frame); }))
+      return std::nullopt;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+  return std::move(reader).finish();
+}
 
 } // namespace
 
@@ -263,6 +289,7 @@ std::vector<Exposure> bracketOf(const Frame& frame) {
 
 Capture parseCapture(std::string_view json, const fs::path& file, PathRule paths) {
   try {
+    if (auto streamed = readStreamed(json, file, paths)) return *std::move(streamed);
     return CaptureReader(file, paths).read(parseJson(json));
   } catch (Error& e) {
     throw std::move(e).in(file);

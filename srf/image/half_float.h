@@ -1,4 +1,4 @@
-// Conversion of floats to half floats, written so that compilers vectorise loops over it.
+// Conversion between floats and half floats, written so that compilers vectorise loops over it.
 #pragma once
 
 #include <bit>
@@ -21,6 +21,14 @@ inline uint16_t nearestHalf(float value) {
   const int32_t special = 0x7c00 | (size > kInfinity ? noNumber : 0);
   const int32_t half = size >= kInfinity ? special : finite < kLeastNormal ? subnormal : normal;
   return static_cast<uint16_t>((bits >> 16 & 0x8000) | half);
+}
+
+// The float of a half, exact.
+inline float floatOfHalf(uint16_t half) {
+  const uint32_t sign = (half & 0x8000u) << 16, size = half & 0x7fffu;
+  const uint32_t subnormal = std::bit_cast<uint32_t>(static_cast<float>(size) * 0x1p-24f);
+  const uint32_t normal = (size << 13) + (112u << 23), special = size << 13 | 0x7f800000u;
+  return std::bit_cast<float>(sign | (size < 0x400 ? subnormal : size < 0x7c00 ? normal : special));
 }
 
 } // namespace surflect::image

@@ -10,8 +10,16 @@
 #include "surfel/geometry/ply.h"
 #include "surfel/math/bounds.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <exception>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 namespace surflect::model {
 
@@ -21,10 +29,7 @@ constexpr const char* kSurfelFile = "surfels.ply";
 constexpr const char* kFadeFile = "fades.bin";
 constexpr const char* kRigFile = "transforms.json";
 
-uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
-std::string fileHash(const std::filesystem::path& path, const Progress& progress) {
-  return hex(hashOf(readFile(path, kLargestFile, progress)));
-}
+std::string hashOf(std::string_view content) { return hex(contentHash(std::as_bytes(std::span(content)))); }
 
 void writeCloud(const std::filesystem::path& path, const SurfelCloud& cloud) {
   std::vector<PlyColumn> columns;
@@ -40,39 +45,60 @@ void writeCloud(const std::filesystem::path& path, const SurfelCloud& cloud) {
   writePly(path, "vertex", columns, "surfels: acquisition space, scene units; see docs/format.md");
 }
 
-SurfelCloud readCloud(const std::filesystem::path& path, const Progress& progress) {
-  const PlyFile ply = readPly(path, progress);
-  try {
-    const PlyElement* vertices = ply.find("vertex");
-    if (!vertices) throw Error::mismatch("an element 'vertex'", "none");
-    const auto column = [&](const char* name) {
-      const auto values = vertices->scalars(name);
-      for (size_t i = 0; i < values.size(); ++i)
-        if (!std::isfinite(static_cast<float>(values[i])))
-          throw Error::mismatch("a finite number", "one that is not")
-              .at(name)
-              .at("vertex[" + std::to_string(i) + "]");
-      return values;
-    };
-    const auto x = column("x"), y = column("y"), z = column("z"), rx = column("r0x"), ry = column("r0y"),
-               lower = column("lower"), radius = column("radius"), coverage = column("coverage");
-    SurfelCloud cloud;
-    for (size_t i = 0; i < vertices->count; ++i) {
-      progress.checkNowAndThen(i);
-      cloud.p0.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<float>(z[i]));
-      cloud.r0.push_back({static_cast<float>(rx[i]), static_cast<float>(ry[i]), lower[i] != 0 ? 1.f : 0.f});
-      cloud.radius.push_back(static_cast<float>(radius[i]));
-      cloud.coverage.push_back(static_cast<float>(coverage[i]));
-    }
-    return cloud;
-  } catch (Error& error) {
-    throw std::move(error).in(path);
-  }
+constexpr std::array<std::string_view, 8> kCloudColumns = {"x",   "y",     "z",      "r0x",
+                                                           "r0y", "lower", "radius", "coverage"};
+
+void requireFinite(std::span<const float> column, std::string_view name) {
+  for (size_t i = 0; i < column.size(); ++i)
+    if (!std::isfinite(column[i]))
+      throw Error::mismatch("a finite number", "one that is not")
+          .at(std::string(name))
+          .at("vertex[" + std::to_string(i) + "]");
 }
 
-void checkHash(const std::filesystem::path& path, const std::string& expected, const Progress& progress) {
-  if (const auto found = fileHash(path, progress); found != expected)
-    throw Error::mismatch(expected, found).at("checksum").in(path);
+// The columns kCloudColumns of a file in any form.
+std::vector<std::vector<float>> cloudColumns(std::string_view content, const Progress& progress) {
+  if (auto written = parseWrittenPly(content, "vertex", kCloudColumns, progress)) {
+    for (size_t c = 0; c < written->size(); ++c) requireFinite((*written)[c], kCloudColumns[c]);
+    return *std::move(written);
+  }
+  const PlyFile ply = parsePly(content, progress);
+  const PlyElement* vertices = ply.find("vertex");
+  if (!vertices) throw Error::mismatch("an element 'vertex'", "none");
+  std::vector<std::vector<float>> columns;
+  for (const std::string_view name : kCloudColumns) {
+    const auto values = vertices->scalars(name);
+    requireFinite(columns.emplace_back(values.begin(), values.end()), name);
+  }
+  return columns;
+}
+
+SurfelCloud parseCloud(std::string_view content, const std::filesystem::path& path,
+                       const Progress& progress) try {
+  std::vector<std::vector<float>> columns = cloudColumns(content, progress);
+  const size_t count = columns[0].size();
+  const auto &x = columns[0], &y = columns[1], &z = columns[2], &rx = columns[3], &ry = columns[4],
+             &lower = columns[5];
+  SurfelCloud cloud{.p0 = {}, .r0 = {}, .radius = std::move(columns[6]), .coverage = std::move(columns[7])};
+  cloud.p0.reserve(count);
+  cloud.r0.reserve(count);
+  for (size_t i = 0; i < count; ++i) {
+    progress.checkNowAndThen(i);
+    cloud.p0.emplace_back(x[i], y[i], z[i]);
+    cloud.r0.push_back({rx[i], ry[i], lower[i] != 0 ? 1.f : 0.f});
+  }
+  return cloud;
+} catch (Error& error) {
+  throw std::move(error).in(path);
+}
+
+// Content of a file with a checksum.
+std::string checkedFile(const std::filesystem::path& path, uint64_t most, const std::string& checksum,
+                        const Progress& progress) {
+  std::string content = readFile(path, most, progress);
+  if (const auto found = hashOf(content); found != checksum)
+    throw Error::mismatch(checksum, found).at("checksum").in(path);
+  return content;
 }
 
 Manifest readManifest(const std::filesystem::path& path) {
@@ -81,14 +107,11 @@ Manifest readManifest(const std::filesystem::path& path) {
   return parseManifest(readFile(path, kLargestText), path);
 }
 
-ulr::VisibilityWeights readFades(const std::filesystem::path& path, size_t surfels, size_t views,
-                                 const Progress& progress) {
-  const std::string packed = readFile(path, kLargestFile, progress);
-  try {
-    return unpackVisibility(std::as_bytes(std::span(packed)), surfels, views, progress);
-  } catch (Error& error) {
-    throw std::move(error).in(path);
-  }
+ulr::VisibilityWeights parseFades(std::string_view content, const std::filesystem::path& path, size_t surfels,
+                                  size_t views, const Progress& progress) try {
+  return unpackVisibility(std::as_bytes(std::span(content)), surfels, views, progress);
+} catch (Error& error) {
+  throw std::move(error).in(path);
 }
 
 std::vector<std::vector<uint32_t>> columnsOf(const capture::Capture& rig) {
@@ -104,8 +127,12 @@ bool isFullProduct(const std::vector<std::vector<uint32_t>>& columns, size_t lig
   return std::ranges::all_of(columns, [&](const auto& view) { return view == all; });
 }
 
-// Throws Error unless a view file has the size and light count of the rig, on which look-ups rely.
-void checkView(const codec::ViewFile& file, const Model& model, size_t view) {
+// Opens a view file. Throws Error unless it has the checksum of the manifest, and the size and light count of
+// the rig, on which look-ups rely.
+codec::ViewFile openView(const Model& model, size_t view, const std::string& checksum) {
+  codec::ViewFile file(model.folder / viewFilePath(view));
+  if (const std::string found = hex(file.checksum()); found != checksum)
+    throw Error::mismatch(checksum, found).at("checksum").in(file.path());
   const capture::Lens& lens = model.rig.views[view].camera.lens;
   const codec::ViewHeader& header = file.header();
   const auto stated = [](int width, int height, size_t lights) {
@@ -116,12 +143,64 @@ void checkView(const codec::ViewFile& file, const Model& model, size_t view) {
       stated(lens.width, lens.height, std::max<size_t>(model.columns[view].size(), 1));
   const std::string found = stated(header.width, header.height, static_cast<size_t>(header.lights));
   if (found != expected) throw Error::mismatch(expected, found).at("size").in(file.path());
+  return file;
+}
+
+// Throws what the first faulty view throws, for any number of threads.
+std::vector<codec::ViewFile> openViews(const Model& model, const std::vector<std::string>& checksums,
+                                       const Progress& progress) {
+  std::vector<std::optional<codec::ViewFile>> opened(checksums.size());
+  std::vector<std::exception_ptr> failures(checksums.size());
+  std::atomic<size_t> firstFailure = checksums.size();
+  tbb::parallel_for(size_t{0}, checksums.size(), [&](size_t view) {
+    if (view > firstFailure) return;
+    try {
+      progress.checkpoint();
+      opened[view].emplace(openView(model, view, checksums[view]));
+    } catch (...) {
+      failures[view] = std::current_exception();
+      for (size_t first = firstFailure; view < first && !firstFailure.compare_exchange_weak(first, view);) {
+      }
+    }
+  });
+  if (firstFailure < checksums.size()) std::rethrow_exception(failures[firstFailure]);
+  std::vector<codec::ViewFile> files;
+  files.reserve(opened.size());
+  for (auto& file : opened) files.push_back(*std::move(file));
+  return files;
 }
 
 void requireCount(const char* field, size_t expected, size_t stated, const std::filesystem::path& manifest) {
   if (stated != expected)
     throw Error::mismatch(std::to_string(expected), std::to_string(stated)).at(field).in(manifest);
 }
+
+// Checks of a model's files, in the order in which failures count.
+enum Check : size_t { rigFile, cloudFile, fadeFile, rig, cloud, fades, counts, views, kChecks };
+
+// Outcome of checks that run at the same time, as if one had run after the other.
+class Checks {
+public:
+  // Runs a check, which may throw; returns whether it passes.
+  template <class Work> bool pass(Check check, const Work& work) {
+    try {
+      work();
+      failures_[check] = nullptr;
+    } catch (...) {
+      failures_[check] = std::current_exception();
+    }
+    return !failures_[check];
+  }
+  bool passed(Check check) const { return !failures_[check]; }
+  // Throws the failure that counts first.
+  void conclude() const {
+    for (const std::exception_ptr& failure : failures_)
+      if (failure) std::rethrow_exception(failure);
+  }
+
+private:
+  std::array<std::exception_ptr, kChecks> failures_;
+};
 
 } // namespace
 
@@ -136,40 +215,65 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   if (isUnfinished(folder)) throw Error("unfinished model: run the same pack again").in(manifestPath);
   const Manifest manifest = readManifest(manifestPath);
   progress("opening", 0);
-  checkHash(folder / kRigFile, manifest.rig, progress);
-  checkHash(folder / kSurfelFile, manifest.cloud, progress);
-  checkHash(folder / kFadeFile, manifest.visibility, progress);
   Model model;
   model.folder = folder;
   model.identity = identityOf(manifest);
   model.white = manifest.white;
   model.tolerance = manifest.tolerance;
   model.lightBlend = manifest.lightBlend;
-  model.rig = capture::readCapture(folder);
-  if (manifest.viewChecksums.size() != model.rig.views.size())
-    throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
-                          std::to_string(manifest.viewChecksums.size()))
-        .at("view_checksums")
-        .in(manifestPath);
+
+  // Each file is read once. Files do not wait for each other: fades are unpacked for the numbers of surfels
+  // and views that the manifest states, which are checked afterwards.
+  Checks checks;
+  const auto openFades = [&](size_t surfels, size_t views) {
+    std::string content;
+    if (checks.pass(fadeFile, [&] {
+          content = checkedFile(folder / kFadeFile, kLargestFile, manifest.visibility, progress);
+        }))
+      checks.pass(fades, [&] {
+        model.visibility = parseFades(content, folder / kFadeFile, surfels, views, progress);
+      });
+  };
+  const auto openCloud = [&] {
+    std::string content;
+    if (checks.pass(cloudFile, [&] {
+          content = checkedFile(folder / kSurfelFile, kLargestFile, manifest.cloud, progress);
+        }))
+      checks.pass(cloud, [&] {
+        model.cloud = parseCloud(content, folder / kSurfelFile, progress);
+        model.middle = middleOf(model.cloud.p0);
+      });
+  };
+  const auto openRig = [&] {
+    std::string content;
+    if (!checks.pass(rigFile,
+                     [&] { content = checkedFile(folder / kRigFile, kLargestText, manifest.rig, progress); }))
+      return;
+    if (checks.pass(rig, [&] {
+          model.rig = capture::parseCapture(content, folder / kRigFile);
+          if (manifest.viewChecksums.size() != model.rig.views.size())
+            throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
+                                  std::to_string(manifest.viewChecksums.size()))
+                .at("view_checksums")
+                .in(manifestPath);
+          model.columns = columnsOf(model.rig);
+          model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
+        }))
+      checks.pass(views, [&] { model.files = openViews(model, manifest.viewChecksums, progress); });
+  };
+  tbb::parallel_invoke(
+      openRig, [&] { openFades(manifest.surfels, manifest.views); }, openCloud);
   progress.checkpoint();
-  model.cloud = readCloud(folder / kSurfelFile, progress);
-  model.middle = middleOf(model.cloud.p0);
-  progress.checkpoint();
-  model.visibility = readFades(folder / kFadeFile, model.cloud.size(), model.rig.views.size(), progress);
-  model.columns = columnsOf(model.rig);
-  model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
-  requireCount("surfels", model.cloud.size(), manifest.surfels, manifestPath);
-  requireCount("views", model.rig.views.size(), manifest.views, manifestPath);
-  requireCount("lights", model.rig.lights.size(), manifest.lights, manifestPath);
-  for (size_t view = 0; view < model.rig.views.size(); ++view) {
-    progress.checkpoint();
-    const codec::ViewFile& file = model.files.emplace_back(folder / viewFilePath(view));
-    if (hex(file.checksum()) != manifest.viewChecksums[view])
-      throw Error::mismatch(manifest.viewChecksums[view], hex(file.checksum()))
-          .at("checksum")
-          .in(file.path());
-    checkView(file, model, view);
+  if (checks.passed(rigFile) && checks.passed(rig) && checks.passed(cloudFile) && checks.passed(cloud)) {
+    const size_t surfels = model.cloud.size(), views = model.rig.views.size();
+    if (surfels != manifest.surfels || views != manifest.views) openFades(surfels, views);
+    checks.pass(counts, [&] {
+      requireCount("surfels", surfels, manifest.surfels, manifestPath);
+      requireCount("views", views, manifest.views, manifestPath);
+      requireCount("lights", model.rig.lights.size(), manifest.lights, manifestPath);
+    });
   }
+  checks.conclude();
   return model;
 }
 
@@ -184,9 +288,9 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
                     .surfels = content.cloud.size(),
                     .views = content.rig.views.size(),
                     .lights = content.rig.lights.size(),
-                    .rig = fileHash(folder / kRigFile, progress),
-                    .cloud = fileHash(folder / kSurfelFile, progress),
-                    .visibility = fileHash(folder / kFadeFile, progress),
+                    .rig = hashOf(readFile(folder / kRigFile, kLargestFile, progress)),
+                    .cloud = hashOf(readFile(folder / kSurfelFile, kLargestFile, progress)),
+                    .visibility = hashOf(readFile(folder / kFadeFile, kLargestFile, progress)),
                     .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
     manifest.viewChecksums.push_back(hex(codec::ViewFile(folder / viewFilePath(view)).checksum()));

@@ -1,10 +1,18 @@
 #include "srf/model/visibility_file.h"
 
 #include "surfel/base/error.h"
+#include "surfel/base/uninitialized_vector.h"
 
+#include <libdeflate.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <new>
 #include <string>
 
@@ -13,8 +21,8 @@ namespace surflect::model {
 namespace {
 
 constexpr size_t kPortion = 1 << 18; // bytes between checks for cancellation
-// Bytes, and views, that are transposed into rows together: writing one byte a row would miss every cache.
-constexpr size_t kTurned = 8 << 20, kMostViews = 16;
+// Bytes, and views, that are transposed into rows together: with 64 views, whole cache lines are written.
+constexpr size_t kTurned = 40 << 20, kMostViews = 64;
 
 struct Deflate : z_stream {
   Deflate() : z_stream{} {
@@ -25,13 +33,115 @@ struct Deflate : z_stream {
   Deflate& operator=(const Deflate&) = delete;
 };
 
-struct Inflate : z_stream {
-  Inflate() : z_stream{} {
-    if (inflateInit(this) != Z_OK) throw std::bad_alloc();
+// Inflates a zlib stream in pieces of known sizes.
+class Inflate {
+public:
+  Inflate(std::span<const std::byte> packed, const Progress& progress)
+      : packed_(packed), progress_(progress) {
+    // Without the checksum, which zlib computes slowly.
+    if (inflateInit(&stream_) != Z_OK || inflateValidate(&stream_, 0) != Z_OK) throw std::bad_alloc();
   }
-  ~Inflate() { inflateEnd(this); }
+  ~Inflate() { inflateEnd(&stream_); }
   Inflate(const Inflate&) = delete;
   Inflate& operator=(const Inflate&) = delete;
+
+  // Fills the whole span; returns whether there were enough bytes.
+  bool fill(std::span<Bytef> out) {
+    while (!out.empty()) {
+      const auto portion = out.first(std::min(kPortion, out.size()));
+      if (take(portion) != portion.size()) return false;
+      checksum_ = ::libdeflate_adler32(checksum_, portion.data(), portion.size());
+      out = out.subspan(portion.size());
+    }
+    return true;
+  }
+  // Returns whether the stream has ended with the right checksum, and the bytes with it.
+  bool isAtEnd() {
+    Bytef surplus = 0;
+    if (take({&surplus, 1}) != 0 || !ended_ || read_ != packed_.size() || stream_.avail_in != 0) return false;
+    uint32_t stated = 0; // the last four bytes, big-endian
+    for (const std::byte byte : packed_.last(4)) stated = stated << 8 | std::to_integer<uint32_t>(byte);
+    return stated == checksum_;
+  }
+
+private:
+  // Inflates as many bytes as there are, up to the span's size.
+  size_t take(std::span<Bytef> out) {
+    stream_.next_out = out.data();
+    stream_.avail_out = static_cast<uInt>(out.size());
+    while (stream_.avail_out > 0 && !ended_) {
+      progress_.checkpoint();
+      if (stream_.avail_in == 0) {
+        const auto portion = packed_.subspan(read_, std::min(kPortion, packed_.size() - read_));
+        stream_.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(portion.data()));
+        stream_.avail_in = static_cast<uInt>(portion.size());
+        read_ += portion.size();
+      }
+      const int status = inflate(&stream_, Z_NO_FLUSH); // Z_BUF_ERROR if the data end too early
+      ended_ = status == Z_STREAM_END;
+      if (status != Z_OK && !ended_) break;
+    }
+    return out.size() - stream_.avail_out;
+  }
+
+  std::span<const std::byte> packed_;
+  const Progress& progress_;
+  z_stream stream_{};
+  size_t read_ = 0; // bytes given to the stream
+  uint32_t checksum_ = 1;
+  bool ended_ = false;
+};
+
+using Square = std::array<uint8_t, 256>; // 16 x 16 bytes, row by row
+
+// Interleaves the two halves of `from`, which rotates the eight binary digits of each byte's place by one.
+void shuffle(const Square& from, Square& to) {
+  for (size_t k = 0; k < from.size() / 2; ++k) {
+    to[2 * k] = from[k];
+    to[2 * k + 1] = from[from.size() / 2 + k];
+  }
+}
+
+// Transposes: four shuffles exchange the four digits of the row with those of the column. Compilers make
+// vector instructions of them.
+void transpose(Square& square) {
+  Square other;
+  for (int twice = 0; twice < 2; ++twice) {
+    shuffle(square, other);
+    shuffle(other, square);
+  }
+}
+
+// Copies up to 16 bytes; almost always 16, which is one instruction.
+void copyUpTo16(const uint8_t* from, size_t count, uint8_t* to) {
+  if (count == 16)
+    std::memcpy(to, from, 16);
+  else
+    std::memcpy(to, from, count);
+}
+
+// Writes columns of neighbouring views (`surfels` bytes each) into the rows of surfels: `rows` begins at the
+// first of the views, and rows are `stride` bytes apart.
+void turnColumns(std::span<const uint8_t> columns, size_t surfels, uint8_t* rows, size_t stride) {
+  const size_t count = columns.size() / surfels;
+  constexpr size_t kTile = 4096;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, surfels, kTile), [&](const auto& tile) {
+    for (size_t i = tile.begin(); i < tile.end(); i += 16)
+      for (size_t k = 0; k < count; k += 16) {
+        const size_t down = std::min<size_t>(16, tile.end() - i), across = std::min<size_t>(16, count - k);
+        Square square{};
+        for (size_t c = 0; c < across; ++c)
+          copyUpTo16(columns.data() + (k + c) * surfels + i, down, square.data() + 16 * c);
+        transpose(square);
+        for (size_t r = 0; r < down; ++r)
+          copyUpTo16(square.data() + 16 * r, across, rows + (i + r) * stride + k);
+      }
+  });
+}
+
+// Work of other threads, which is waited for in any case, as it uses memory of the caller.
+struct WaitedFor : tbb::task_group {
+  ~WaitedFor() { wait(); }
 };
 
 } // namespace
@@ -67,6 +177,7 @@ std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& visibility, 
   return packed;
 }
 
+// Columns are inflated while those before them are written into rows.
 ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
                                         const Progress& progress) {
   const auto mismatch = [&] {
@@ -79,42 +190,23 @@ ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_
   if (views > 0 && surfels > most / views) throw mismatch();
 
   ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
-  Inflate stream;
-  const size_t atOnce =
-      std::min(views, std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews));
-  std::vector<Bytef> columns(surfels * atOnce + 1); // with one extra, to detect surplus data
-  size_t read = 0;                                  // bytes given to the stream
-  size_t view = 0;                                  // view of the first column
-  size_t filled = 0;                                // bytes filled in the columns
-  const auto turnColumns = [&] {
-    const size_t count = filled / std::max(surfels, size_t{1});
-    if (count == 0) return;
-    for (size_t i = 0; i < surfels; ++i)
-      for (size_t k = 0; k < count; ++k) visibility.values[i * views + view + k] = columns[k * surfels + i];
-    view += count;
-    filled -= count * surfels;
-    std::copy_n(columns.begin() + static_cast<std::ptrdiff_t>(count * surfels), filled, columns.begin());
-  };
-  for (int status = Z_OK; status != Z_STREAM_END;) {
-    progress.checkpoint();
-    if (stream.avail_in == 0) {
-      const size_t count = std::min(kPortion, packed.size() - read);
-      stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(packed.data() + read));
-      stream.avail_in = static_cast<uInt>(count);
-      read += count;
+  Inflate stream(packed, progress);
+  const size_t fitting = std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews);
+  std::array<UninitializedVector<uint8_t>, 2> memory;
+  // Isolated: a wait for columns must not take up long work of the caller's.
+  tbb::this_task_arena::isolate([&] {
+    WaitedFor turning;
+    for (size_t view = 0; surfels > 0 && view < views; view += fitting) {
+      UninitializedVector<uint8_t>& held = memory[view / fitting % 2];
+      held.resize(surfels * std::min(fitting, views - view));
+      const std::span columns(held);
+      if (!stream.fill(columns)) throw mismatch();
+      turning.wait();
+      turning.run(
+          [&, view, columns] { turnColumns(columns, surfels, visibility.values.data() + view, views); });
     }
-    const size_t room = std::min(kPortion, columns.size() - filled);
-    stream.next_out = columns.data() + filled;
-    stream.avail_out = static_cast<uInt>(room);
-    status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR if the data end too early
-    filled += room - stream.avail_out;
-    if ((status != Z_OK && status != Z_STREAM_END) || filled > visibility.values.size() - view * surfels)
-      throw mismatch();
-    if (filled + 1 >= columns.size()) turnColumns();
-  }
-  turnColumns();
-  if (view * surfels + filled != visibility.values.size() || read != packed.size() || stream.avail_in != 0)
-    throw mismatch();
+  });
+  if (!stream.isAtEnd()) throw mismatch();
   return visibility;
 }
 

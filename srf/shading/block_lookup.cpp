@@ -137,9 +137,36 @@ template <size_t most> HWY_INLINE void answer(const Row& row, const Chunk* chunk
   if constexpr (most > 1) answer<most - 1>(row, chunks, count);
 }
 
+// Jobs in few blocks: the sums over lights are kept for the blocks that were looked up last.
+HWY_INLINE void lookUpInFewBlocks(const Row& row, const BlockLookup* jobs, size_t count) {
+  constexpr size_t kBits = 5, kMostChunks = 16 / kWidth;
+  constexpr uint64_t kGolden = 0x9e3779b97f4a7c15; // 2^64 over the golden ratio
+  const float* held[size_t{1} << kBits]{};         // coefficients of the blocks
+  Channels sums[size_t{1} << kBits][kMostChunks];
+  for (const BlockLookup* job = jobs; job != jobs + count; ++job) {
+    const size_t chunks = job->stride / kWidth;
+    if (chunks > kMostChunks) {
+      for (size_t first = 0; first < job->stride; first += kWidth) {
+        const Chunk chunk{job, first};
+        answerAll<1>(row, &chunk);
+      }
+      continue;
+    }
+    const size_t slot = reinterpret_cast<uintptr_t>(job->coefficients) * kGolden >> (64 - kBits);
+    for (size_t i = 0; i < chunks; ++i) {
+      const Chunk chunk{job, i * kWidth};
+      if (held[slot] != job->coefficients) addLights<1, true>(row, &chunk, &sums[slot][i]);
+      addTaps(chunk, sums[slot][i]);
+    }
+    held[slot] = job->coefficients;
+  }
+}
+
 void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights,
             const BlockLookup* jobs, size_t count) {
+  constexpr size_t kFewBlocks = 16; // of a single surfel and all its views
   const Row row{lights, lightCount, weights};
+  if (count > kFewBlocks) return lookUpInFewBlocks(row, jobs, count);
   Chunk chunks[kChunksAtOnce];
   size_t held = 0;
   for (const BlockLookup* job = jobs; job != jobs + count; ++job)

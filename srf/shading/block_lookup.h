@@ -40,9 +40,10 @@ struct BlockLookup {
 
 // Adds to each job's rgb, over the lights i of a row with weights w_il,
 //   sum_k (sum_i color_i sum_l w_il a_lk) (sum over taps of tap * e_k).
-// Jobs that share a row are computed together, so that each weight is loaded once for several. The result of
-// a job does not depend on other jobs; jobs that add to the same numbers do so in order. All instruction sets
-// give the same bits, except scalar code, which rounds each product.
+// Jobs that share a row are computed together, so that each weight is loaded once for several; in a long run
+// of jobs, those in one block also share the sums over lights. The result of a job does not depend on other
+// jobs; jobs that add to the same numbers do so in order. All instruction sets give the same bits, except
+// scalar code, which rounds each product.
 void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const BlockLookup* jobs,
             size_t count);
 

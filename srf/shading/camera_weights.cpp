@@ -1,5 +1,7 @@
 #include "srf/shading/camera_weights.h"
 
+#include "srf/ulr/weight_truncation.h"
+
 #include <array>
 
 namespace surflect::shading {
@@ -25,9 +27,10 @@ std::vector<ulr::Source> sourcesOf(std::span<const capture::Viewpoint<Acquisitio
 CameraWeights::CameraWeights(const ReflectanceField& field, const QueryBatch& batch,
                              const ShadeOptions& options)
     : field_(field), batch_(batch), count_(options.nearest ? 1 : options.cameras), nearest_(options.nearest),
-      viewpoints_(viewpointsOf(field.rig.views)), angles_(sourcesOf(viewpoints_)),
-      nearestViews_(sourcesOf(viewpoints_), field.visibility), penalty_(viewpoints_.size()), angle_(penalty_),
-      fallbackScale_(penalty_) {}
+      weightError_(options.weightError), viewpoints_(viewpointsOf(field.rig.views)),
+      angles_(sourcesOf(viewpoints_)),
+      nearestViews_(sourcesOf(viewpoints_), field.visibility, options.weightError),
+      penalty_(viewpoints_.size()), angle_(penalty_), fallbackScale_(penalty_) {}
 
 void CameraWeights::prepare(size_t begin, size_t count) {
   begin_ = begin;
@@ -88,13 +91,19 @@ BestView CameraWeights::computePenalties(size_t number) {
   return best;
 }
 
+ulr::BlendSet CameraWeights::truncatedWeights(const ulr::NearestCandidates& nearest) const {
+  ulr::BlendSet weights = ulr::ulrWeights(nearest);
+  ulr::truncate(weights, weightError_);
+  return weights;
+}
+
 CameraWeights::Blend CameraWeights::blend(size_t number) {
   const Query query = queryAt(number);
   const float seeing = computeSeenPenalties(query);
   ulr::NearestCandidates nearest(count_);
   if (!needsFallbacks(seeing)) {
     for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
-    return {ulr::ulrWeights(nearest), {seeing, true}};
+    return {truncatedWeights(nearest), {seeing, true}};
   }
   const auto normal = assume<Normal3<AcquisitionSpace>>(query.normal);
   angles_.compute(field_.cloud.p0[batch_.surfels[number]], query.towardsView, normal);
@@ -110,7 +119,7 @@ CameraWeights::Blend CameraWeights::blend(size_t number) {
     nearest.offer({view, penalty});
   }
   const float least = nearest.sorted().empty() ? kInfinity : nearest.sorted()[0].penalty;
-  return {ulr::ulrWeights(nearest), {least, seeing < kInfinity}};
+  return {truncatedWeights(nearest), {least, seeing < kInfinity}};
 }
 
 } // namespace surflect::shading

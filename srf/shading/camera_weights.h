@@ -79,6 +79,7 @@ private:
   Query queryAt(size_t query) const;
   Fallback fallbackOf(size_t view, const Query& query) const;
   float computeSeenPenalties(const Query& query);
+  ulr::BlendSet truncatedWeights(const ulr::NearestCandidates& nearest) const;
   bool needsFallbacks(float least) const {
     return least == std::numeric_limits<float>::infinity() || (least > ulr::kFallbackFrom && !nearest_);
   }
@@ -87,6 +88,7 @@ private:
   const QueryBatch& batch_;
   const size_t count_; // number of views blended
   const bool nearest_; // true if penalties are plain 1 - cos theta_i
+  const float weightError_;
   std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints_;
   ulr::SourcePenalties angles_;
   ulr::NearestViews nearestViews_;

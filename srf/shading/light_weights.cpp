@@ -63,7 +63,7 @@ std::vector<float> environmentBrightness(const QueryBatch& batch) {
 ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options) {
   if (options.nearest) return {1, ulr::LightFit::mean};
   return {options.lights.value_or(field.lightBlend.lights), options.lightFit.value_or(field.lightBlend.fit),
-          options.foreshortened.value_or(field.lightBlend.foreshortened)};
+          options.foreshortened.value_or(field.lightBlend.foreshortened), options.weightError};
 }
 
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const ReflectanceField& field) {
@@ -138,8 +138,9 @@ LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightExtrap
       lightBlend_(lightBlend(field, options)),
       hasShortRows_(batch.environments.empty() &&
                     2 * batch.lights * lightBlend_.lights <= field.rig.lights.size()),
-      showsColors_(options.showsBlends), lights_(field.rig.lights), ulr_(sourcesOf(field.rig.lights)),
-      environmentUlr_(ulr_), ulrOfLight_(batch.lights),
+      showsColors_(options.showsBlends), lights_(field.rig.lights),
+      ulr_(sourcesOf(field.rig.lights), lightBlend_.weightError), environmentUlr_(ulr_),
+      ulrOfLight_(batch.lights),
       canBeGrouped_(hasShortRows_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_),
       sums_(field.rig.lights.size()), lightColor_(blendColors(field.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(field.rig.lights.size()),
@@ -162,7 +163,7 @@ void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     ulr_.blend({towards.data(), count}, lightBlend_.lights, ulrOfLight_[l]);
   }
-  isGrouped_ = canBeGrouped_ && std::ranges::all_of(ulrOfLight_, &ulr::QueryBlends::allWeightsPositive);
+  isGrouped_ = canBeGrouped_ && std::ranges::all_of(ulrOfLight_, &ulr::QueryBlends::areAllPrecise);
   if (isGrouped_) appendGroup(rows);
 }
 
@@ -190,9 +191,9 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
 void LightWeights::appendGroup(LightRows& rows) {
   size_t next = rows.weights.size();
   rows.weights.resize(next + count_ * batch_.lights * lightBlend_.lights);
-  size_t entry = begin_ * batch_.lights;
   rowEnds_[0] = rows.lights.size();
   for (size_t lane = 0; lane < count_; ++lane) {
+    size_t entry = (begin_ + lane) * batch_.lights;
     for (const ulr::QueryBlends& ulr : ulrOfLight_) {
       assert(ulr.size() == lightBlend_.lights);
       const Rgb& now = batch_.irradiance[entry++];
@@ -200,7 +201,9 @@ void LightWeights::appendGroup(LightRows& rows) {
       const auto begin = static_cast<uint32_t>(next);
       for (size_t i = 0; i < ulr.size(); ++i) {
         const uint32_t light = ulr.index(lane, i);
-        rows.weights[next++] = {light, ulr.weight(lane, i) * lights_.inverseStrength(light)};
+        const float weight = ulr.weight(lane, i);
+        rows.weights[next] = {light, weight * lights_.inverseStrength(light)};
+        next += weight > 0 ? 1 : 0;
       }
       rows.lights.push_back({*lights_.inverseColor() * now, begin, static_cast<uint32_t>(next)});
     }

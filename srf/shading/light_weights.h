@@ -175,7 +175,7 @@ private:
   ulr::NearestLights ulr_, environmentUlr_;
   std::vector<ulr::QueryBlends> ulrOfLight_; // per light of a query
   ulr::QueryBlends ulrOfEnvironment_;
-  bool canBeGrouped_; // rows can be appended by group, if all weights are above 0
+  bool canBeGrouped_; // rows can be appended by group, if no direction is lost
   bool isGrouped_ = false;
   // Ends of the group's rows; each row begins where the previous one ends.
   std::array<size_t, ulr::kQueryLanes + 1> rowEnds_{};

@@ -1,5 +1,7 @@
 #include "srf/shading/pair_weights.h"
 
+#include "srf/ulr/weight_truncation.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -8,8 +10,8 @@ namespace surflect::shading {
 PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                          const QueryBatch& batch, const ShadeOptions& options)
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
-      count_(options.nearest ? 1 : options.pairs), views_(field, batch, options), lights_(field.rig.lights),
-      lightPenalty_(field.rig.lights.size()) {
+      count_(options.nearest ? 1 : options.pairs), weightError_(options.weightError),
+      views_(field, batch, options), lights_(field.rig.lights), lightPenalty_(field.rig.lights.size()) {
   for (const auto& lights : field.columns) {
     firstPair_.push_back(pairs_);
     pairs_ += lights.size();
@@ -36,8 +38,9 @@ PairWeights::Blend PairWeights::blend(const Direction3<AcquisitionSpace>& toward
       nearest.offer({static_cast<uint32_t>(firstPair_[view] + column),
                      views_.penalty(view, lightPenalty_[lights[column]])});
   }
-  return {ulr::ulrWeights(nearest),
-          extrapolation == ulr::LightExtrapolation::fade && !nearest_ ? coverage_.at(least) : 1.f};
+  ulr::BlendSet weights = ulr::ulrWeights(nearest);
+  ulr::truncate(weights, weightError_);
+  return {weights, extrapolation == ulr::LightExtrapolation::fade && !nearest_ ? coverage_.at(least) : 1.f};
 }
 
 PairWeights::Pair PairWeights::pair(uint32_t number) const {

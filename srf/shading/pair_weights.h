@@ -49,6 +49,7 @@ private:
   const QueryBatch& batch_;
   const bool nearest_;
   const size_t count_; // number of pairs blended
+  const float weightError_;
   CameraWeights views_;
   CapturedLights lights_;
   std::vector<float> lightPenalty_; // p_j, for the last light direction blended

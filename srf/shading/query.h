@@ -65,6 +65,9 @@ struct ShadeOptions {
   std::optional<size_t> lights = {};
   std::optional<ulr::LightFit> lightFit = {};
   std::optional<bool> foreshortened = {};
+  // Largest sum of weights that is left out of a blend of cameras, of lights or of pairs
+  // (ulr/weight_truncation.h).
+  float weightError = 0;
   // Baseline: the nearest camera that sees the surfel, then its nearest light (or the nearest pair), without
   // fading.
   bool nearest = false;

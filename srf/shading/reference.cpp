@@ -8,6 +8,8 @@
 //   w_j = sum_q f_q u_qj E_q / E_j       f_q: foreshortening
 //   L = sum_i w_i sum_j w_j X_ij(x_i)    radiance
 //
+// With a weight error, w_i, u_qj and the weights of pairs are truncated (ulr/weight_truncation.h).
+//
 // A capture with gaps has weights of pairs instead:
 //   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij E_q / E_j X_ij(x_i).
 #include "srf/shading/reference.h"
@@ -15,6 +17,7 @@
 #include "srf/shading/light_weights.h"
 #include "srf/ulr/fallback_view.h"
 #include "srf/ulr/foreshortening.h"
+#include "srf/ulr/weight_truncation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -140,7 +143,7 @@ private:
     const size_t end = rows.lights.size();
     ulr::NearestCandidates views(options_.nearest ? 1 : options_.cameras);
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
-    for (const auto& [i, w] : ulr::ulrWeights(views)) emit(0, i, w, begin, end);
+    for (const auto& [i, w] : truncated(ulr::ulrWeights(views))) emit(0, i, w, begin, end);
   }
 
   void addPairs(const QueryLight& source) {
@@ -161,11 +164,16 @@ private:
       }
     const bool visibility = source.extrapolation == ulr::LightExtrapolation::fade && !options_.nearest;
     const float covered = visibility ? coverage_.at(least) : 1;
-    for (const auto& [number, w] : ulr::ulrWeights(nearest)) {
+    for (const auto& [number, w] : truncated(ulr::ulrWeights(nearest))) {
       const auto& [i, column, j] = pairs[number];
       rows.add(column, covered * ratio(source, j));
       emit(source.target, i, w, rows.lights.size() - 1, rows.lights.size());
     }
+  }
+
+  ulr::BlendSet truncated(ulr::BlendSet weights) const {
+    ulr::truncate(weights, options_.weightError);
+    return weights;
   }
 
   // p_i; with pairs, p_i + 1 - cos theta_qj.

@@ -1,5 +1,7 @@
 #include "srf/ulr/light_blend.h"
 
+#include "srf/ulr/weight_truncation.h"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -59,7 +61,9 @@ BlendSet blendOfLights(std::span<const Direction3<AcquisitionSpace>> lights,
     nearest.offer({light, anglePenalty(lights[light], towards)});
   const auto sorted = nearest.sorted();
   if (sorted.empty()) return {}; // no valid direction
-  return fittedBlend(ulrWeights(nearest), sorted[0].penalty, lights, towards, how, coverage, extrapolation);
+  BlendSet ulr = ulrWeights(nearest);
+  truncate(ulr, how.weightError);
+  return fittedBlend(ulr, sorted[0].penalty, lights, towards, how, coverage, extrapolation);
 }
 
 BlendSet fittedBlend(const BlendSet& ulr, float nearest, std::span<const Direction3<AcquisitionSpace>> lights,

@@ -31,6 +31,7 @@ struct LightBlend {
   size_t lights = 3; // number blended, 1..kMaxBlended
   LightFit fit = LightFit::mean;
   bool foreshortened = false; // see foreshortening.h
+  float weightError = 0;      // truncates ULR weights (weight_truncation.h) before the fit
 
   friend bool operator==(const LightBlend&, const LightBlend&) = default;
 };

@@ -197,42 +197,57 @@ void writeAngles(const float* x, const float* y, const float* z, const float* re
 }
 
 // Same operations in the same order as ulrWeights, except that the threshold is inverted once.
-HWY_INLINE uint32_t weightsOf(const float* penalties, size_t count, float* weights) {
+HWY_INLINE void weightsOf(const float* penalties, size_t count, float* weights) {
   const Lanes zero = number(0), one = number(1), floor = number(1e-12f), first = load(penalties);
   const Lanes threshold = hn::Min(load(penalties + 16 * count), hn::Max(one, first + first)),
               inverse = one / threshold;
-  Lanes sum = zero, smallest = infinity();
+  Lanes sum = zero;
   for (size_t i = 0; i < count; ++i) {
     const Lanes p = hn::Max(load(penalties + 16 * i), floor);
     // exactly 0 for an infinite p and for the threshold itself
     const Lanes relevance = hn::IfThenElseZero(p < threshold, hn::Max(one - p * inverse, zero) / p);
     store(weights + 16 * i, relevance);
     sum = sum + relevance;
-    smallest = hn::Min(relevance, smallest);
   }
   const Mask isWeighed = zero < sum;
   if (!hn::AllTrue(kTag, isWeighed)) { // all penalties equal the threshold, or there are none
     Lanes equals = zero;
-    smallest = infinity();
     for (size_t i = 0; i < count; ++i) {
       const Lanes penalty = load(penalties + 16 * i);
       const Lanes share = hn::IfThenElseZero(hn::And(penalty <= first, penalty < infinity()), one);
       const Lanes weight = hn::IfThenElse(isWeighed, load(weights + 16 * i), share);
       store(weights + 16 * i, weight);
       equals = equals + share;
-      smallest = hn::Min(weight, smallest);
     }
     sum = hn::IfThenElse(isWeighed, sum, hn::Max(equals, one));
   }
   for (size_t i = 0; i < count; ++i) store(weights + 16 * i, load(weights + 16 * i) / sum); // 1 if alone
-  return bitsOf(zero < smallest);
 }
 
-uint32_t writeWeights(const NearestOfQueries& nearest, size_t count, float* weights) {
-  uint32_t whole = 0;
-  for (size_t lane = 0; lane < kQueryLanes; lane += kWidth)
-    whole |= weightsOf(*nearest.penalty + lane, count, weights + lane) << lane;
-  return whole;
+// As truncate of weight_truncation.h, for weights in lanes that sum to 1, or are all 0.
+HWY_INLINE void truncateWeights(size_t count, float error, float* weights) {
+  const Lanes zero = number(0), one = number(1), two = number(2), tiny = number(1e-30f),
+              inverse = number(1.5f / error);
+  Lanes kept[kMaxNearest], sum = zero;
+  for (size_t i = 0; i < count; ++i) {
+    const Lanes weight = load(weights + 16 * i), scale = one / hn::Max(weight, tiny);
+    Lanes c = zero;
+    for (size_t j = 0; j < count; ++j) {
+      const Lanes other = load(weights + 16 * j);
+      c = hn::MulAdd(other, hn::Min(hn::Max(two - other * scale, zero), one), c);
+    }
+    kept[i] = weight * hn::Min(hn::Max(hn::MulSub(c, inverse, one), zero), one);
+    sum = sum + kept[i];
+  }
+  const Lanes scale = one / hn::Max(sum, tiny);
+  for (size_t i = 0; i < count; ++i) store(weights + 16 * i, kept[i] * scale);
+}
+
+void writeWeights(const NearestOfQueries& nearest, size_t count, float error, float* weights) {
+  for (size_t lane = 0; lane < kQueryLanes; lane += kWidth) {
+    weightsOf(*nearest.penalty + lane, count, weights + lane);
+    if (error > 0) truncateWeights(count, error, weights + lane);
+  }
 }
 
 HWY_INLINE Lanes withSignOf(Lanes sign, Lanes x) {
@@ -300,8 +315,8 @@ void writeAngles(const float* x, const float* y, const float* z, const float* re
                  size_t groups, const float* query, float* penalties, float* cosines) {
   HWY_DYNAMIC_DISPATCH(writeAngles)(x, y, z, rest, isNear, groups, query, penalties, cosines);
 }
-uint32_t writeWeights(const NearestOfQueries& nearest, size_t count, float* weights) {
-  return HWY_DYNAMIC_DISPATCH(writeWeights)(nearest, count, weights);
+void writeWeights(const NearestOfQueries& nearest, size_t count, float error, float* weights) {
+  HWY_DYNAMIC_DISPATCH(writeWeights)(nearest, count, error, weights);
 }
 void findCells(const float* directions, size_t groups, const float* rotation, size_t cells, float* cell,
                float* right, float* down) {

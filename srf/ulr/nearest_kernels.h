@@ -59,9 +59,9 @@ size_t findInCone(const float* x, const float* y, const float* z, const float* i
 void writeAngles(const float* x, const float* y, const float* z, const float* rest, const float* isNear,
                  size_t groups, const float* query, float* penalties, float* cosines);
 
-// Writes the weights of the `count` nearest as ulrWeights gives them, 16 each; 0 where there is no source.
-// Returns a bit for each lane in which all weights are above 0.
-uint32_t writeWeights(const NearestOfQueries& nearest, size_t count, float* weights);
+// Writes the weights of the `count` nearest as ulrWeights gives them, truncated by `error`
+// (weight_truncation.h), 16 each; 0 where there is no source.
+void writeWeights(const NearestOfQueries& nearest, size_t count, float error, float* weights);
 
 // Rotates unit directions (`groups` of 16 x, y and z) by a 3 x 3 matrix, stored by columns, and locates them
 // on the unfolded octahedron (light_table.cpp) of cells x cells: the number of the cell, row by row and below

@@ -118,9 +118,9 @@ SourceCone coneAround(const std::array<float, 3>& place, float radius, float dis
           (1 + squared - chord * chord) / 2 - kProductSlack};
 }
 
-NearestLights::NearestLights(std::span<const Source> lights)
+NearestLights::NearestLights(std::span<const Source> lights, float error)
     : sources_(splitAll(lights)), towards_(3 * kQueryLanes * sources_.size()),
-      allDistant_(std::ranges::all_of(lights, &Source::isDistant)) {
+      allDistant_(std::ranges::all_of(lights, &Source::isDistant)), error_(error) {
   assert(lights.size() < size_t{1} << 24);
   if (allDistant_)
     writeDirections(sources_.data(), nullptr, sources_.size(), LaneVectors{}.data(), towards_.data());
@@ -152,7 +152,7 @@ void NearestLights::blend(std::span<const Direction3<AcquisitionSpace>> towards,
   blends.lost_ = lost_;
   findNearest(towards_.data(), nullptr, nullptr, sources_.size(), lanes.data(), limits.data(), count + 1,
               blends.nearest_);
-  blends.whole_ = writeWeights(blends.nearest_, count, blends.weights_.data());
+  writeWeights(blends.nearest_, count, error_, blends.weights_.data());
 }
 
 SourceArrays::SourceArrays(std::span<const Source> sources)
@@ -181,8 +181,8 @@ void SourcePenalties::compute(const Point3<AcquisitionSpace>& place,
               sources_.isNear.data(), sources_.groups, query.data(), penalties_.data(), cosines_.data());
 }
 
-NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& visibility)
-    : visibility_(visibility), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
+NearestViews::NearestViews(std::span<const Source> views, const VisibilityWeights& visibility, float error)
+    : visibility_(visibility), error_(error), sources_(splitAll(views)), lanes_(views), limit_(kGuess) {
   assert(views.size() == visibility.views && views.size() < size_t{1} << 24);
   for (const Source& view : views)
     if (!view.isDistant)
@@ -278,7 +278,7 @@ const QueryBlends& NearestViews::blend(std::span<const uint32_t> surfels,
   limit_ = needed < kInfinity ? kMargin * needed : kGuess;
   keepApart();
   blends_.blended_ = count;
-  blends_.whole_ = writeWeights(blends_.nearest_, count, blends_.weights_.data());
+  writeWeights(blends_.nearest_, count, error_, blends_.weights_.data());
   return blends_;
 }
 

@@ -44,8 +44,7 @@ public:
   uint32_t index(size_t lane, size_t i) const { return static_cast<uint32_t>(nearest_.index[i][lane]); }
   float weight(size_t lane, size_t i) const { return weights_[i * kQueryLanes + lane]; }
 
-  // Returns true if every lane is precise and has no weight of 0.
-  bool allWeightsPositive() const { return lost_ == 0 && whole_ == 0xffff; }
+  bool areAllPrecise() const { return lost_ == 0; } // see isPrecise
 
   // Least penalty; infinite if there is no source.
   float penalty(size_t lane) const { return nearest_.penalty[0][lane]; }
@@ -58,7 +57,7 @@ private:
   friend class NearestLights;
   friend class NearestViews;
   size_t blended_ = 0, sources_ = 0;
-  uint32_t lost_ = 0, whole_ = 0; // one bit for each lane
+  uint32_t lost_ = 0; // one bit for each lane
   NearestOfQueries nearest_{};
   std::array<float, kMaxBlended * kQueryLanes> weights_{};
 };
@@ -66,7 +65,8 @@ private:
 // The nearest lights. Every light is a candidate at every place.
 class NearestLights {
 public:
-  explicit NearestLights(std::span<const Source> lights); // fewer than 2^24
+  // Fewer than 2^24 lights. Blends are truncated by `error` (weight_truncation.h).
+  explicit NearestLights(std::span<const Source> lights, float error = 0);
 
   // Sets the places of the next queries (1..kQueryLanes).
   void setPlaces(std::span<const Point3<AcquisitionSpace>> places);
@@ -79,6 +79,7 @@ private:
   std::vector<SplitSource> sources_;
   std::vector<float> towards_; // x, y, z in lanes, for each source
   bool allDistant_ = true;
+  float error_;
   uint32_t lost_ = 0;
 };
 
@@ -121,8 +122,9 @@ SourceCone coneAround(const std::array<float, 3>& place, float radius, float dis
 // are computed for these few only.
 class NearestViews {
 public:
-  // `visibility` has one column per view and must outlive this.
-  NearestViews(std::span<const Source> views, const VisibilityWeights& visibility); // fewer than 2^24
+  // Fewer than 2^24 views; `visibility` has one column per view and must outlive this. Blends are truncated
+  // by `error` (weight_truncation.h).
+  NearestViews(std::span<const Source> views, const VisibilityWeights& visibility, float error = 0);
 
   // Blends the `count` views (1..kMaxBlended) nearest to the requested unit directions, at 1..kQueryLanes
   // surfels and their places. Views whose fade is 0 are left out. The result is valid until the next call.
@@ -146,6 +148,7 @@ private:
   bool seeNoMore(size_t lane, size_t most, uint32_t surfel) const;
 
   const VisibilityWeights& visibility_;
+  const float error_;
   std::vector<SplitSource> sources_;
   SourceArrays lanes_;
   float farthest_ = 0;                 // largest coordinate of a view

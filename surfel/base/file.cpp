@@ -80,11 +80,13 @@ void writeAll(int descriptor, std::span<const std::byte> bytes, const std::files
 
 constexpr size_t kPortion = 1 << 16; // bytes between two checkpoints
 
-// At most `count` bytes of a file.
-std::string readUpTo(const std::filesystem::path& path, uint64_t count, const Progress& progress) {
+// At most `count` bytes of a file, which probably has `expected`.
+std::string readUpTo(const std::filesystem::path& path, uint64_t count, uint64_t expected,
+                     const Progress& progress) {
   const Descriptor file{openForReading(path)};
   try {
     std::string content;
+    content.reserve(std::min(count, expected));
     char buffer[kPortion];
     while (content.size() < count) {
       progress.checkpoint();
@@ -105,14 +107,14 @@ std::string readFile(const std::filesystem::path& path, uint64_t most, const Pro
   std::error_code ignored; // reported when reading
   const auto size = std::filesystem::file_size(path, ignored);
   std::string content;
-  if (ignored || size <= most) content = readUpTo(path, most + 1, progress);
+  if (ignored || size <= most) content = readUpTo(path, most + 1, ignored ? 0 : size, progress);
   if ((!ignored && size > most) || content.size() > most)
     throw Error::mismatch("at most " + std::to_string(most) + " bytes", "more").in(path);
   return content;
 }
 
 std::string readFileStart(const std::filesystem::path& path, size_t count) {
-  return readUpTo(path, count, {});
+  return readUpTo(path, count, 0, {});
 }
 
 // Not std::filesystem::copy_file, which reports a full disk as "Input/output error" and cannot be

@@ -1,6 +1,7 @@
 #include "surfel/base/memory_use.h"
 
 #include <fstream>
+#include <malloc.h>
 #include <string>
 
 namespace surflect {
@@ -16,6 +17,9 @@ MemoryUse memoryUse() {
   return use;
 }
 
-void forgetPeakMemory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+void forgetPeakMemory() {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
 
 } // namespace surflect

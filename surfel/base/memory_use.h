@@ -9,7 +9,7 @@ struct MemoryUse {
 };
 MemoryUse memoryUse();
 
-// Resets the peak.
+// Returns memory that was freed to the system, and resets the peak.
 void forgetPeakMemory();
 
 } // namespace surflect

@@ -251,14 +251,18 @@ const PlyElement* PlyFile::find(std::string_view element) const {
   return nullptr;
 }
 
+PlyFile parsePly(std::string_view content, const Progress& progress) {
+  Header header = parseHeader(content);
+  Body body(content.substr(header.bodyOffset), header.encoding);
+  for (size_t e = 0; e < header.elements.size(); ++e)
+    readElement(body, header.properties[e], header.elements[e], progress);
+  return {std::move(header.elements)};
+}
+
 PlyFile readPly(const std::filesystem::path& path, const Progress& progress) {
-  const std::string text = readFile(path, kLargestFile, progress);
+  const std::string content = readFile(path, kLargestFile, progress);
   try {
-    Header header = parseHeader(text);
-    Body body(std::string_view(text).substr(header.bodyOffset), header.encoding);
-    for (size_t e = 0; e < header.elements.size(); ++e)
-      readElement(body, header.properties[e], header.elements[e], progress);
-    return {std::move(header.elements)};
+    return parsePly(content, progress);
   } catch (Error& error) {
     throw std::move(error).in(path);
   }
@@ -283,6 +287,35 @@ void writePly(const std::filesystem::path& path, std::string_view element, std::
   file.write(header);
   file.write(std::as_bytes(std::span(body)));
   file.commit();
+}
+
+std::optional<std::vector<std::vector<float>>> parseWrittenPly(std::string_view content,
+                                                               std::string_view element,
+                                                               std::span<const std::string_view> columns,
+                                                               const Progress& progress) {
+  const Header header = parseHeader(content);
+  if (header.encoding != Encoding::littleEndian || header.elements.size() != 1) return std::nullopt;
+  const PlyElement& only = header.elements[0];
+  const auto isFloat = [](const PropertyDeclaration& d) { return !d.listCount && d.value == Type::float32; };
+  if (only.name != element || !std::ranges::all_of(header.properties[0], isFloat)) return std::nullopt;
+  std::vector<size_t> places;
+  for (const std::string_view column : columns) {
+    const PlyProperty* found = only.find(column);
+    if (!found) return std::nullopt;
+    places.push_back(static_cast<size_t>(found - only.properties.data()));
+  }
+  const std::string_view body = content.substr(header.bodyOffset);
+  const size_t rowBytes = sizeof(float) * only.properties.size();
+  if (rowBytes == 0 || only.count > body.size() / rowBytes) return std::nullopt;
+
+  std::vector<std::vector<float>> values(columns.size(), std::vector<float>(only.count));
+  for (size_t i = 0; i < only.count; ++i) {
+    progress.checkNowAndThen(i);
+    const char* row = body.data() + i * rowBytes;
+    for (size_t c = 0; c < columns.size(); ++c)
+      std::memcpy(&values[c][i], row + sizeof(float) * places[c], sizeof(float));
+  }
+  return values;
 }
 
 } // namespace surflect

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -40,6 +41,9 @@ struct PlyFile {
 // Reads a file. Throws Error with the file and the faulty element, item or header line; and Cancelled.
 PlyFile readPly(const std::filesystem::path& path, const Progress& progress = {});
 
+// Parses the content of a file. Throws Error with the faulty element, item or header line; and Cancelled.
+PlyFile parsePly(std::string_view content, const Progress& progress = {});
+
 // A column of float32 values to write.
 struct PlyColumn {
   std::string name;
@@ -49,5 +53,13 @@ struct PlyColumn {
 // Writes one element of float32 columns, binary little-endian, atomically.
 void writePly(const std::filesystem::path& path, std::string_view element, std::span<const PlyColumn> columns,
               std::string_view comment);
+
+// Named columns of a file as writePly makes it, without the detour over double precision. Empty if the file
+// is of another form or lacks a column, on which parsePly has more to say. Throws Error for a faulty header,
+// and Cancelled.
+std::optional<std::vector<std::vector<float>>> parseWrittenPly(std::string_view content,
+                                                               std::string_view element,
+                                                               std::span<const std::string_view> columns,
+                                                               const Progress& progress = {});
 
 } // namespace surflect

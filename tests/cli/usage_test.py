@@ -31,7 +31,14 @@ class Usage(unittest.TestCase):
                           ["pack", "capture", "-o", "model.srf", "--surfels", "none"],
                           ["render", "film.toml", "-o", "frames", "--cameras", "0"],
                           ["render", "film.toml", "-o", "frames", "--threads", "0"],
-                          ["evaluate", "model.srf", "capture", "--baseline", "best"]):
+                          ["evaluate", "model.srf", "capture", "--baseline", "best"],
+                          ["evaluate", "model.srf", "capture", "--knob", "cameras=1,2"],
+                          ["chart", "model.srf", "-o", "report"], ["chart", "model.srf", "capture"],
+                          ["chart", "model.srf", "capture", "-o", ""],
+                          ["chart", "model.srf", "capture", "-o", "report", "--knob", "cameras"],
+                          ["chart", "model.srf", "capture", "-o", "report", "--knob", "cameras=1", "--knob", "cameras=2"],
+                          ["chart", "model.srf", "capture", "-o", "report", "--rounds", "0"],
+                          ["chart", "model.srf", "capture", "-o", "report", "--bent", "deformed"]):
             with self.subTest(arguments=arguments):
                 result = run(*arguments)
                 self.assertEqual(result.returncode, 2)

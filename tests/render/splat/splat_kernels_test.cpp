@@ -59,7 +59,8 @@ TEST(SplatKernels, BlocksHaveTheSplatsWhoseBoxesTouchThem) {
   std::vector<uint32_t> column(count);
   for (const Simd simd : EachSimd()) {
     const uint32_t most =
-        placeSplats(screen.data(), entries.data(), count, 64, 96, splats.data(), sets.data(), column.data());
+        placeSplats(screen.data(), entries.data(), count, 64, 96, splats.data(), sets.data(), column.data())
+            .most;
     uint32_t expectedMost = 0;
     for (int block = 0; block < kBlocks; ++block) {
       const int x = 64 + block % kBlocksPerRow * kBlockSize, y = 96 + block / kBlocksPerRow * kBlockSize;

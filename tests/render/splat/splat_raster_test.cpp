@@ -251,6 +251,41 @@ TEST(SplatRaster, EverySplatThatIsVisibleBrightensAPixel) {
   }
 }
 
+// Measured: 83 dB.
+TEST(SplatRaster, WithoutSearchForLayersThePictureIsNearlyTheSame) {
+  Rng rng(19);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
+  const image::Image full = rendered(scene, camera), fast = rendered(scene, camera, {.searchLayers = false});
+  double squared = 0;
+  for (size_t i = 0; i < full.values.size(); ++i) {
+    const double difference = full.values[i] - fast.values[i];
+    squared += difference * difference;
+    if (i % 4 == 3) {
+      EXPECT_NEAR(difference, 0, 1e-5);
+    }
+  }
+  EXPECT_GT(evaluation::psnr(squared / static_cast<double>(full.values.size())), 70);
+  EXPECT_NE(fast.values, full.values);
+}
+
+TEST(SplatRaster, ARasterThatIsReusedKeepsNothing) {
+  Rng rng(21);
+  const Scene scene = sphereBeforePlane(rng);
+  SplatRaster kept;
+  for (const double angle : {0.0, 2.0, 0.3, 9.0}) // the scene is off the picture, or in part of it
+    for (const int width : {160, 96}) {
+      const auto camera = lookAt({0, 0, 5}, {angle, 0, 0}, width, 96, 200);
+      kept = rasterize(camera, scene.splats(), {}, {}, std::move(kept));
+      const SplatRaster fresh = rasterize(camera, scene.splats());
+      EXPECT_EQ(kept.visible, fresh.visible);
+      EXPECT_EQ(kept.alpha, fresh.alpha);
+      EXPECT_EQ(kept.layerArea, fresh.layerArea);
+      EXPECT_EQ(blend(kept, ofVisible(kept, scene.colors), 3).values,
+                blend(fresh, ofVisible(fresh, scene.colors), 3).values);
+    }
+}
+
 TEST(SplatRaster, SameBitsWithAllVectorInstructions) {
   Rng rng(18);
   const Scene scene = sphereBeforePlane(rng);

@@ -314,6 +314,8 @@ TEST_F(EnvironmentOfSphere, IsPreparedOnceForEachMapAndSetting) {
   const PreparedEnvironment& coarse = cache.prepared(light(0.1), model(), {});
   EXPECT_EQ(&cache.prepared(light(0.01), model(), {}), &fine);
   EXPECT_LT(coarse.lights.size(), fine.lights.size());
+  EXPECT_EQ(&cache.prepared(coarsened(light(0.01), 0.1), model(), {}), &coarse);
+  EXPECT_EQ(&cache.prepared(coarsened(light(0.1), 0.01), model(), {}), &coarse);
   shading::ShadeOptions nearest;
   nearest.nearest = true;
   EXPECT_NE(&cache.prepared(light(0.01), model(), nearest), &fine);

@@ -70,9 +70,13 @@ TEST_F(Opened, TurnedKnobsGiveTheFramesOfTheirOptions) {
 TEST_F(Opened, EveryKnobTakesAllItsValuesAndNoOthers) {
   const auto renderer = render::openRenderer(model().folder);
   const std::vector<knobs::Knob> knobs = renderer->knobs();
+  const std::string full = renderer->describe().identity;
   EXPECT_FALSE(knobs.empty());
   for (const knobs::Knob& knob : knobs)
-    for (const double value : knob.values) renderer->turn({{knob.name, value}});
+    for (const double value : knob.values) {
+      renderer->turn({{knob.name, value}});
+      EXPECT_EQ(renderer->describe().identity == full, value == knob.values.front()) << knob.name << value;
+    }
   EXPECT_EQ(image::errorOf([&] {
               renderer->turn({{"cameras", 4}});
             }),

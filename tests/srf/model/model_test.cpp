@@ -1,7 +1,11 @@
 #include "srf/model/model.h"
 
+#include "srf/model/manifest.h"
 #include "surfel/base/file.h"
+#include "tests/support/patience.h"
 #include "tests/support/synthetic_capture.h"
+
+#include <tbb/global_control.h>
 
 namespace surflect::model {
 namespace {
@@ -111,6 +115,58 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
     image::writeBytes(folder / name, whole);
   }
   readEverything(folder);
+}
+
+// Files are read side by side; nobody should see that in a message.
+TEST(Model, OfSeveralFaultsTheFirstIsReportedForAnyNumberOfThreads) {
+  const PackedStudio packed(smallStudio, fewSurfels);
+  const auto folder = packed.model.folder;
+  const std::vector<std::string> names = {"transforms.json", "surfels.ply", "fades.bin", "views/0001.srfb",
+                                          "views/0002.srfb"};
+  std::vector<std::string> whole;
+  for (const std::string& name : names) {
+    whole.push_back(readFile(folder / name));
+    std::string damaged = whole.back();
+    damaged[damaged.size() / 2] ^= 1;
+    if (name.starts_with("views")) damaged[30] ^= 1;
+    image::writeBytes(folder / name, damaged);
+  }
+  for (size_t i = 0; i < names.size(); ++i) {
+    for (const size_t threads : {1, 2}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      const std::string line = image::errorOf([&] { openModel(folder); });
+      EXPECT_EQ(line.find((folder / names[i]).string() + ": "), 0u) << line;
+    }
+    image::writeBytes(folder / names[i], whole[i]);
+  }
+  openModel(folder);
+}
+
+TEST(Model, CountsOfTheManifestAreCheckedAgainstTheFiles) {
+  const PackedStudio packed(smallStudio, fewSurfels);
+  const auto folder = packed.model.folder, path = folder / "manifest.json";
+  const Manifest right = parseManifest(readFile(path), path);
+  const auto errorWith = [&](size_t surfels, size_t views, size_t lights) {
+    Manifest wrong = right;
+    wrong.surfels += surfels, wrong.views += views, wrong.lights += lights;
+    image::writeBytes(path, manifestText(wrong));
+    return image::errorOf([&] { openModel(folder); });
+  };
+  const auto stated = [&](const std::string& field, size_t count) {
+    return path.string() + ": " + field + ": found " + std::to_string(count + 1) + ", expected " +
+           std::to_string(count);
+  };
+  EXPECT_EQ(errorWith(1, 1, 1), stated("surfels", right.surfels));
+  EXPECT_EQ(errorWith(0, 1, 1), stated("views", right.views));
+  EXPECT_EQ(errorWith(0, 0, 1), stated("lights", right.lights));
+  EXPECT_NE(errorWith(~size_t{0} - right.surfels, 0, 0).find("surfels: found 18446744073709551615"),
+            std::string::npos);
+}
+
+TEST(Model, OpeningStopsWheneverItIsAskedTo) {
+  const PackedStudio packed(smallStudio, fewSurfels);
+  expectStopsWhenAsked([&](const Progress& progress) { openModel(packed.model.folder, progress); },
+                       1 + 3 + 4); // at the start, of each file with a checksum, of each view
 }
 
 TEST(Model, AnUnfinishedFolderSaysSo) {

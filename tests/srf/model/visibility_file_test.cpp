@@ -36,6 +36,15 @@ TEST(FadeFile, OtherCountsAndEveryTruncationAreRefused) {
   for (const size_t views : {16, 32, 34}) EXPECT_THROW(unpackVisibility(wide, 50, views), Error);
 }
 
+TEST(FadeFile, AWrongChecksumIsRefused) {
+  const auto packed = packVisibility(randomFades(50, 4, 2));
+  for (size_t bit = 0; bit < 32; ++bit) {
+    auto damaged = packed;
+    damaged[packed.size() - 1 - bit / 8] ^= std::byte{1} << bit % 8;
+    EXPECT_THROW(unpackVisibility(damaged, 50, 4), Error);
+  }
+}
+
 TEST(FadeFile, CountsThatTheBytesCannotHoldTakeNoMemory) {
   const auto packed = packVisibility(randomFades(50, 4, 3));
   constexpr size_t huge = size_t{1} << 40;

@@ -101,6 +101,18 @@ TEST(LookUpKernel, SameBitsWhicheverJobsAreAnsweredTogether) {
   }
 }
 
+// Many jobs of a row, in few blocks, share their sums over lights.
+TEST(LookUpKernel, SameBitsForManyJobsInFewBlocks) {
+  std::mt19937 random(9);
+  Jobs all(9, random);
+  for (size_t j = 0; j < 60; ++j) all.jobs.push_back(all.jobs[random() % 9]);
+  for ([[maybe_unused]] const Simd simd : EachSimd()) {
+    const std::vector<float> together = all.answered(0, all.jobs.size());
+    for (size_t j = 0; j < all.jobs.size(); ++j)
+      EXPECT_EQ(all.answered(j, 1), std::vector(together.begin() + 3 * j, together.begin() + 3 * j + 3));
+  }
+}
+
 TEST(LookUpKernel, SameBitsForAllVectorInstructionsButScalar) {
   std::mt19937 random(8);
   const Jobs all(9, random);

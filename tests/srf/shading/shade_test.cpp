@@ -123,6 +123,7 @@ TEST_F(ShadePairs, EqualsTheReference) {
   QueryBatch batch = randomBatch(model, 200, 2, random);
   batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
+  EXPECT_LT(errorOfShading(model, batch, {.weightError = 0.1f}), 2e-6);
   EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 2e-7);
   for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
@@ -161,6 +162,25 @@ TEST_F(Shade, APlaceOfItsOwnChangesNoBit) {
   batch.places = batch.surfels;
   for (uint32_t q = 0; q <= batch.size(); ++q) batch.firstPlace.push_back(q);
   EXPECT_EQ(shaded(model, batch), expected);
+}
+
+TEST_F(Shade, TruncatedWeightsEqualTheReference) {
+  QueryBatch batch = randomBatch(model, 300, 2, random); // long rows
+  QueryBatch one = randomBatch(model, 300, 1, random);
+  for (const float error : {0.05f, 0.3f}) {
+    for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane}) {
+      const ShadeOptions options{.lights = 2, .lightFit = fit, .weightError = error};
+      EXPECT_LT(errorOfShading(model, batch, options), 3e-6);
+      EXPECT_LT(errorOfShading(model, one, options), 3e-6);
+    }
+  }
+  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  addEnvironment(batch, lights, random);
+  EXPECT_LT(errorOfShading(model, batch, {.foreshortened = true, .weightError = 0.1f}), 3e-6);
+  const auto operations = [&](float error) {
+    return planShading(model, one, {.weightError = error}).ops.size();
+  };
+  EXPECT_LT(operations(0.1f), 0.95 * static_cast<double>(operations(0)));
 }
 
 TEST_F(Shade, SameBitsForAnyThreadsAndAnyCache) {

@@ -150,6 +150,39 @@ TEST(Ply, ColumnsComeBackAsWritten) {
   EXPECT_EQ(ply.find("vertex")->scalars("q")[0], static_cast<double>(0.1f));
 }
 
+TEST(Ply, WrittenColumnsAreThoseOfAnyReader) {
+  const auto path = temporaryFile("written.ply");
+  writePly(path, "vertex", std::vector<PlyColumn>{{"x", {1, 2.5f, -3}}, {"q", {0.1f, 1e30f, 7}}}, "test");
+  const std::string content = readFile(path);
+  const std::string_view wanted[] = {"q", "x", "q"};
+  const auto columns = parseWrittenPly(content, "vertex", wanted);
+  ASSERT_TRUE(columns && columns->size() == 3);
+  const PlyFile ply = parsePly(content);
+  for (size_t c = 0; c < 3; ++c) {
+    const auto values = ply.find("vertex")->scalars(wanted[c]);
+    EXPECT_EQ(columns->at(c), std::vector<float>(values.begin(), values.end()));
+  }
+}
+
+TEST(Ply, OtherFilesAreLeftToTheGeneralReader) {
+  const std::string_view x[] = {"x"}, absent[] = {"x", "y"};
+  const std::string format = "ply\nformat binary_little_endian 1.0\n",
+                    two = format + "element vertex 2\nproperty float x\nend_header\n01234567";
+  EXPECT_TRUE(parseWrittenPly(two, "vertex", x));
+  EXPECT_FALSE(parseWrittenPly(two, "vertex", absent));
+  EXPECT_FALSE(parseWrittenPly(two, "face", x));
+  EXPECT_FALSE(parseWrittenPly(std::string_view(two).substr(0, two.size() - 1), "vertex", x));
+  EXPECT_FALSE(parseWrittenPly(kSquare, "vertex", x));
+  for (const std::string property : {"double x", "list float float x"})
+    EXPECT_FALSE(parseWrittenPly(format + "element vertex 1\nproperty " + property + "\nend_header\n01234567",
+                                 "vertex", x));
+  EXPECT_FALSE(parseWrittenPly(format + "element vertex 0\nend_header\n", "vertex", {}));
+  EXPECT_FALSE(parseWrittenPly(format + "element vertex 1\nproperty float x\nelement face 1\n"
+                                        "property float y\nend_header\n01234567",
+                               "vertex", x));
+  EXPECT_THROW(parseWrittenPly("ply\n", "vertex", x), Error);
+}
+
 TEST(Ply, EveryTruncationIsRejectedWithTheFileName) {
   // The last number may lose its newline, nothing more.
   for (size_t length = 0; length + 2 < kSquare.size(); ++length) {

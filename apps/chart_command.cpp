@@ -1,0 +1,158 @@
+#include "apps/capture_argument.h"
+#include "apps/model_options.h"
+#include "apps/option_values.h"
+#include "apps/terminal.h"
+#include "render/chart/chart_files.h"
+#include "render/chart/make_chart.h"
+#include "surfel/base/folder.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <fstream>
+#include <memory>
+
+namespace surflect {
+
+namespace {
+
+struct Arguments {
+  std::vector<std::string> paths; // models, then the capture
+  std::string bent, script, output;
+  capture::PathRule outside = capture::PathRule::inside;
+  double frame = 1;
+  chart::ChartOptions options;
+};
+
+// Name of the processor, number of threads and vector instructions.
+std::string machine() {
+  std::string name = "unknown processor";
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) {
+      name = line.substr(std::min(line.size(), line.find(':') + 2));
+      break;
+    }
+  const size_t threads = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return fmt::format("{}, {}, {}", name, counted(threads, "thread"), nameOf(bestSimd()));
+}
+
+// A word as the shell reads it back.
+std::string shellWord(const std::string& text) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=,./:@%";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string escaped;
+  for (const char c : text) escaped.append(c == '\'' ? "'\\''" : std::string_view(&c, 1));
+  return fmt::format("'{}'", escaped);
+}
+
+// Options of the command that must be given again, except those that are named.
+std::string optionsAgain(const CLI::App& command, const std::vector<std::string>& except) {
+  std::string text;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_positional() || std::ranges::count(except, option->get_name()))
+      continue;
+    if (option->get_expected_max() == 0) {
+      text += fmt::format(" {}", option->get_name());
+      continue;
+    }
+    for (const std::string& value : option->results())
+      text += fmt::format(" {} {}", option->get_name(), shellWord(value));
+  }
+  return text;
+}
+
+Json runChart(const Arguments& arguments, const Progress& progress) {
+  std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
+  for (auto model = models.begin(); model != models.end(); ++model)
+    if (std::find(models.begin(), model, *model) != model) throw Error("the model is given twice").in(*model);
+  requireCreatable(arguments.output);
+  const capture::Capture capture = CaptureArgument{arguments.paths.back(), arguments.outside}.read();
+  std::optional<chart::BentTruth> bent;
+  if (!arguments.bent.empty())
+    bent = {CaptureArgument{arguments.bent, arguments.outside}.read(), arguments.script, arguments.frame};
+  createFolder(arguments.output);
+  const chart::Chart chart =
+      chart::makeChart(models, capture, bent, arguments.output, arguments.options, progress);
+  chart::writeChart(chart, arguments.output);
+  const auto onFront = std::ranges::count_if(chart.points, &chart::Point::isOnFront);
+  say(fmt::format("{}, {} of them on the Pareto front; open {}", counted(chart.points.size(), "setting"),
+                  onFront, (std::filesystem::path(arguments.output) / "index.html").string()));
+  return Json::parse(chart::jsonOf(chart));
+}
+
+} // namespace
+
+void addChartCommand(CLI::App& app, CommandWork& work) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("chart", "chart the speed of settings against their accuracy");
+  command->footer(
+      "Example: surflect chart vase.srf examples/vase --knob cameras=3,2,1 --knob lights=3,1 -o report/");
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "paths",
+          [arguments](const std::vector<std::string>& paths) {
+            if (paths.size() < 2) throw CLI::ValidationError("give one or more models, then their capture");
+            arguments->paths = paths;
+          },
+          "one or more packed models, then the capture that they were packed of")
+      ->option_text("MODEL... CAPTURE")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "folder for the report")
+      ->required()
+      ->check(notEmpty());
+  addAllowOutside(*command, arguments->outside);
+  addKnobValuesOption(
+      *command,
+      [arguments](const knobs::KnobValues& knob) {
+        auto& sweep = arguments->options.sweep;
+        if (std::ranges::find(sweep, knob.name, &knobs::KnobValues::name) != sweep.end())
+          throw Error("is given twice").at(knob.name).at("--knob");
+        sweep.push_back(knob);
+      },
+      "a knob to sweep, with every other one and its most accurate value; default: every knob alone, the "
+      "preview, and a greedy descent")
+      ->option_text("NAME=V1,V2,.. ...");
+  command->add_flag("--only", arguments->options.onlyGiven,
+                    "the given values alone; without --knob, full accuracy alone");
+  CLI::Option* bent = command->add_option("--bent", arguments->bent, "a capture of the object, deformed");
+  CLI::Option* script =
+      command->add_option("--script", arguments->script, "warps that the deformed object went through");
+  bent->needs(script);
+  script->needs(bent);
+  command->add_option("--frame", arguments->frame, "of the script")
+      ->capture_default_str()
+      ->check(frameNumber());
+  const auto atLeastOne = CLI::Range(size_t{1}, size_t{1000000});
+  command->add_option("--frames", arguments->options.frames, "held-out photographs to compare with, at most")
+      ->capture_default_str()
+      ->check(atLeastOne);
+  command->add_option("--timed-frames", arguments->options.timedFrames, "of them to time, at most")
+      ->capture_default_str()
+      ->check(atLeastOne);
+  command->add_option("--rounds", arguments->options.rounds, "rounds of timing over all settings")
+      ->capture_default_str()
+      ->check(atLeastOne);
+  addModelOptions(*command, arguments->options.renderer);
+  setWork(*command, work, "the same command goes on from here",
+          [arguments, command](const Progress& progress) {
+            chart::ChartOptions& options = arguments->options;
+            options.machine = machine();
+            options.announce = say;
+            std::string paths;
+            for (const std::string& path : arguments->paths) paths += fmt::format(" {}", shellWord(path));
+            options.command = "surflect chart" + paths + optionsAgain(*command, {"--json"});
+            const std::string again = optionsAgain(*command, {"--json", "--knob", "--only", "--output"});
+            options.commandOf = [=](const std::filesystem::path& model, const knobs::Setting& setting) {
+              std::string text = fmt::format("surflect chart {} {}{}", shellWord(model.string()),
+                                             shellWord(arguments->paths.back()), again);
+              for (const auto& [name, value] : setting) text += fmt::format(" --knob {}={}", name, value);
+              return text + " --only -o point/";
+            };
+            return runChart(*arguments, progress);
+          });
+}
+
+} // namespace surflect

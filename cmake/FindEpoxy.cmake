@@ -1,0 +1,10 @@
+# Debian's libepoxy-dev has no CMake config. libepoxy opens the libraries of EGL and OpenGL when they are first called.
+find_path(EPOXY_INCLUDE_DIR epoxy/gl.h)
+find_library(EPOXY_LIBRARY epoxy)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(Epoxy REQUIRED_VARS EPOXY_INCLUDE_DIR EPOXY_LIBRARY)
+if(Epoxy_FOUND AND NOT TARGET Epoxy::Epoxy)
+  add_library(Epoxy::Epoxy INTERFACE IMPORTED)
+  target_include_directories(Epoxy::Epoxy SYSTEM INTERFACE "${EPOXY_INCLUDE_DIR}")
+  target_link_libraries(Epoxy::Epoxy INTERFACE "${EPOXY_LIBRARY}")
+endif()

@@ -1,0 +1,60 @@
+// A chart of speed against accuracy: what frames cost and how right they are, for each setting of a
+// renderer's knobs.
+#pragma once
+
+#include "render/knobs/knob.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace surflect::chart {
+
+// Agreement of pictures with held-out photographs, pooled over frames by the protocol of measure.h.
+struct Agreement {
+  double psnrLinearDb = 0, psnrSrgbDb = 0, ssim = 0;
+  double flip = 0; // mean FLIP, 0..1; less is better
+};
+
+// One model with one setting.
+struct Point {
+  std::filesystem::path model;
+  knobs::Setting setting;
+  std::string name;    // of a setting that has one: "preview"
+  std::string command; // that renders and scores this point alone
+
+  Agreement rest;                // held-out frames of the object at rest
+  std::optional<Agreement> bent; // and deformed, if the chart has photographs of that
+  double rmsToFull = 0; // relative RMS of the pictures against the same model with every knob at full
+
+  double milliseconds = 0;                // median of a frame
+  std::map<std::string, double> stages;   // milliseconds by stage
+  double bytesRead = 0;                   // per frame, from the model's files, with an empty cache
+  size_t modelBytes = 0, memoryBytes = 0; // of the model's files; of the process, at most
+
+  bool isOnFront = false; // no other point is both faster and closer to the photographs at rest
+  bool isChosen = false;  // shown with pictures
+};
+
+// A frame of a chosen point beside truth.
+struct Panel {
+  size_t point = 0;                            // index in Chart::points
+  std::string frame;                           // camera and light, in words
+  std::string truthPng, renderedPng, errorPng; // files' content; the error picture is a FLIP map
+};
+
+struct Chart {
+  std::string title;                       // "vase.srf on examples/vase"
+  std::string machine;                     // processor, threads and instruction set
+  std::string command;                     // that made the chart
+  size_t restFrames = 0, bentFrames = 0;   // that were rendered
+  size_t restHeldOut = 0, bentHeldOut = 0; // that the captures hold out
+  std::vector<knobs::Knob> knobs;          // with the values that were swept; the first is full
+  std::vector<Point> points;
+  std::vector<Panel> panels;
+};
+
+} // namespace surflect::chart

@@ -1,0 +1,53 @@
+// Charts of speed against accuracy: renders held-out frames of a capture with many settings of the knobs, and
+// measures the pictures and their time. Speaks to renderers through render/renderer.h alone.
+#pragma once
+
+#include "render/chart/chart.h"
+#include "render/renderer.h"
+#include "srf/capture/capture.h"
+#include "surfel/base/progress.h"
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace surflect::chart {
+
+// Knob that every chart has: the size of the rendered picture, which is enlarged before it is compared.
+inline constexpr const char* kScale = "scale";
+
+// Photographs of the object deformed by the warps of a script at one of its frames.
+struct BentTruth {
+  capture::Capture capture;
+  std::filesystem::path script;
+  double frame = 1;
+};
+
+struct ChartOptions {
+  render::RendererOptions renderer;
+  // Knobs to sweep, in all combinations. Empty: every knob alone, the preview, and a greedy descent; with
+  // onlyGiven the most accurate setting alone.
+  std::vector<knobs::KnobValues> sweep = {};
+  bool onlyGiven = false;   // whether `sweep` stands without the most accurate value of each knob
+  size_t frames = 12;       // held-out photographs at rest, and as many deformed, at most
+  size_t timedFrames = 4;   // of the frames at rest
+  size_t rounds = 5;        // of timing
+  size_t descentSteps = 20; // of the greedy descent, at most
+  std::string machine;      // Chart::machine
+  std::string command;      // Chart::command
+  // Command that makes a chart of one setting of a model.
+  std::function<std::string(const std::filesystem::path& model, const knobs::Setting& setting)> commandOf;
+  std::function<void(std::string_view line)> announce; // tells people what will be measured
+};
+
+// Makes a chart of models that were packed of the capture. Finished measurements are kept in the folder,
+// which exists, and are not made again. All settings are timed in turn, round by round, so that a slow phase
+// of the machine meets all alike. Throws Error, also for knobs that a renderer lacks, and Cancelled.
+Chart makeChart(const std::vector<std::filesystem::path>& models, const capture::Capture& capture,
+                const std::optional<BentTruth>& bent, const std::filesystem::path& folder,
+                const ChartOptions& options, const Progress& progress);
+
+} // namespace surflect::chart

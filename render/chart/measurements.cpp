@@ -1,0 +1,117 @@
+#include "render/chart/measurements.h"
+
+#include "surfel/base/file.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <limits>
+#include <ranges>
+
+namespace surflect::chart {
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::array kKinds = {"accuracy", "timing", "cost"};
+
+// Infinity, as the PSNR of equal pictures has, is written as null.
+double numberOf(const Json& json) {
+  return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
+}
+
+Json jsonOf(const Agreement& agreement) {
+  return {{"psnr_linear_db", agreement.psnrLinearDb},
+          {"psnr_srgb_db", agreement.psnrSrgbDb},
+          {"ssim", agreement.ssim},
+          {"flip", agreement.flip}};
+}
+
+Agreement agreementOf(const Json& json) {
+  return {numberOf(json.at("psnr_linear_db")), numberOf(json.at("psnr_srgb_db")),
+          json.at("ssim").get<double>(), json.at("flip").get<double>()};
+}
+
+Accuracy accuracyOf(const Json& json) {
+  Accuracy accuracy{agreementOf(json.at("rest")), std::nullopt, json.at("rms_to_full").get<double>(),
+                    json.at("bytes_read").get<double>(), json.at("memory_bytes").get<size_t>()};
+  if (json.contains("bent")) accuracy.bent = agreementOf(json.at("bent"));
+  return accuracy;
+}
+
+Timing timingOf(const Json& json) {
+  return {json.at("milliseconds").get<double>(), json.at("stages").get<std::map<std::string, double>>()};
+}
+
+Cost costOf(const Json& json) {
+  return {json.at("milliseconds").get<double>(), json.at("error").get<double>()};
+}
+
+// Nothing if there is no text, or if it is not what `read` expects.
+template <class Read> auto parsed(const std::string* text, Read read) {
+  std::optional<decltype(read(Json()))> result;
+  try {
+    if (text) result = read(Json::parse(*text));
+  } catch (const Json::exception&) {
+  }
+  return result;
+}
+
+} // namespace
+
+Measurements::Measurements(std::filesystem::path file) : file_(std::move(file)) {
+  if (!std::filesystem::exists(file_)) return;
+  const std::string text = readFile(file_, kLargestText);
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    const Json line = Json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
+                                  text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+    begin = end + 1;
+    if (!line.is_object() || !line.contains("of") || !line["of"].is_string()) continue;
+    for (const char* kind : kKinds)
+      if (line.contains(kind)) lines_.push_back({kind, line["of"].get<std::string>(), line[kind].dump()});
+  }
+}
+
+const std::string* Measurements::find(std::string_view kind, const std::string& key) const {
+  for (const Line& line : lines_ | std::views::reverse) // a measurement replaces an earlier one
+    if (line.kind == kind && line.key == key) return &line.json;
+  return nullptr;
+}
+
+std::optional<Accuracy> Measurements::accuracy(const std::string& key) const {
+  return parsed(find("accuracy", key), accuracyOf);
+}
+std::optional<Timing> Measurements::timing(const std::string& key) const {
+  return parsed(find("timing", key), timingOf);
+}
+std::optional<Cost> Measurements::cost(const std::string& key) const {
+  return parsed(find("cost", key), costOf);
+}
+
+void Measurements::keep(const char* kind, const std::string& key, std::string json) {
+  lines_.push_back({kind, key, std::move(json)});
+  std::string text;
+  for (const Line& line : lines_)
+    text += fmt::format("{{\"of\":{},\"{}\":{}}}\n", Json(line.key).dump(), line.kind, line.json);
+  writeFileAtomically(file_, text);
+}
+
+void Measurements::keep(const std::string& key, const Accuracy& accuracy) {
+  Json json = {{"rest", jsonOf(accuracy.rest)},
+               {"rms_to_full", accuracy.rmsToFull},
+               {"bytes_read", accuracy.bytesRead},
+               {"memory_bytes", accuracy.memoryBytes}};
+  if (accuracy.bent) json["bent"] = jsonOf(*accuracy.bent);
+  keep("accuracy", key, json.dump());
+}
+void Measurements::keep(const std::string& key, const Timing& timing) {
+  keep("timing", key, Json{{"milliseconds", timing.milliseconds}, {"stages", timing.stages}}.dump());
+}
+void Measurements::keep(const std::string& key, const Cost& cost) {
+  keep("cost", key, Json{{"milliseconds", cost.milliseconds}, {"error", cost.error}}.dump());
+}
+
+} // namespace surflect::chart

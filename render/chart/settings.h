@@ -1,0 +1,36 @@
+// Settings that a chart tries.
+#pragma once
+
+#include "render/knobs/knob.h"
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace surflect::chart {
+
+// The setting without knobs that have their most accurate value, so that equal settings compare equal.
+knobs::Setting withoutFull(std::span<const knobs::Knob> knobs, knobs::Setting setting);
+
+// Every combination of the knobs' values; each setting names every knob.
+std::vector<knobs::Setting> combinations(std::span<const knobs::Knob> knobs);
+
+// Every value of every knob while the others have their most accurate values; the setting with all of them at
+// that comes first.
+std::vector<knobs::Setting> oneByOne(std::span<const knobs::Knob> knobs);
+
+struct Cost {
+  double milliseconds = 0; // of a frame
+  double error = 0;        // against the most accurate setting
+};
+// Greedy descent from the most accurate setting: moves one knob to its next value, the one that gains most
+// time for the error that it adds, until no step gains time or `most` steps are taken. Returns the settings
+// that it passes, without the first. `cost` is asked once for each setting on the way and beside it.
+std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t most,
+                                    const std::function<Cost(const knobs::Setting&)>& cost);
+
+// The largest number of steps that descent() can take.
+size_t longestDescent(std::span<const knobs::Knob> knobs, size_t most);
+
+} // namespace surflect::chart

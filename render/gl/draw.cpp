@@ -1,0 +1,96 @@
+#include "render/gl/draw.h"
+
+#include <epoxy/gl.h>
+
+#include <cassert>
+#include <cstdint>
+#include <cstdlib>
+
+namespace surflect::gl {
+
+namespace {
+
+GLenum named(Factor factor) {
+  switch (factor) {
+  case Factor::zero:
+    return GL_ZERO;
+  case Factor::one:
+    return GL_ONE;
+  case Factor::sourceAlpha:
+    return GL_SRC_ALPHA;
+  case Factor::oneMinusSourceAlpha:
+    return GL_ONE_MINUS_SRC_ALPHA;
+  case Factor::targetColor:
+    return GL_DST_COLOR;
+  case Factor::targetAlpha:
+    return GL_DST_ALPHA;
+  case Factor::oneMinusTargetAlpha:
+    return GL_ONE_MINUS_DST_ALPHA;
+  }
+  std::abort();
+}
+
+GLenum named(Compare compare) {
+  switch (compare) {
+  case Compare::always:
+    return GL_ALWAYS;
+  case Compare::less:
+    return GL_LESS;
+  case Compare::lessEqual:
+    return GL_LEQUAL;
+  case Compare::equal:
+    return GL_EQUAL;
+  }
+  std::abort();
+}
+
+void enable(GLenum capability, bool enabled) { enabled ? glEnable(capability) : glDisable(capability); }
+
+// Sets all of a state, for a framebuffer of the given size.
+void apply(const RenderState& state, int width, int height) {
+  const Rect whole{0, 0, width, height};
+  const Rect viewport = state.viewport.value_or(whole), scissor = state.scissor.value_or(whole);
+  glViewport(viewport.x, viewport.y, viewport.width, viewport.height);
+  enable(GL_SCISSOR_TEST, state.scissor.has_value());
+  glScissor(scissor.x, scissor.y, scissor.width, scissor.height);
+
+  const bool replaces = state.blend.source == Factor::one && state.blend.target == Factor::zero;
+  enable(GL_BLEND, !replaces);
+  glBlendFunc(named(state.blend.source), named(state.blend.target));
+  const auto& [red, green, blue, alpha] = state.writeColor;
+  glColorMask(red, green, blue, alpha);
+
+  // Depth is written only if it is tested.
+  enable(GL_DEPTH_TEST, state.writeDepth || state.depth != Compare::always);
+  glDepthFunc(named(state.depth));
+  glDepthMask(state.writeDepth);
+
+  enable(GL_CULL_FACE, state.cull != Cull::none);
+  glCullFace(state.cull == Cull::front ? GL_FRONT : GL_BACK);
+}
+
+} // namespace
+
+void draw(const Pass& pass, const VertexArray& mesh, const Range& part, Primitive primitive) {
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.target.name());
+  apply(pass.state, pass.target.width(), pass.target.height());
+  glUseProgram(pass.program.name());
+  for (size_t unit = 0; unit < pass.textures.size(); ++unit)
+    glBindTextureUnit(static_cast<GLuint>(unit), pass.textures[unit]->name());
+  glBindVertexArray(mesh.name());
+  const GLenum mode = primitive == Primitive::triangles ? GL_TRIANGLES : GL_POINTS;
+  const auto count = static_cast<GLsizei>(part.count);
+  if (mesh.hasIndices()) {
+    assert(part.first + part.count <= mesh.size());
+    const auto offset = part.first * sizeof(uint32_t);
+    glDrawElements(mode, count, GL_UNSIGNED_INT, reinterpret_cast<const void*>(offset));
+  } else {
+    glDrawArrays(mode, static_cast<GLint>(part.first), count);
+  }
+}
+
+void draw(const Pass& pass, const VertexArray& mesh, Primitive primitive) {
+  draw(pass, mesh, {0, mesh.size()}, primitive);
+}
+
+} // namespace surflect::gl

@@ -1,0 +1,66 @@
+// Drawing. A draw depends on its arguments alone, not on what was drawn before.
+#pragma once
+
+#include "render/gl/framebuffer.h"
+#include "render/gl/program.h"
+#include "render/gl/rect.h"
+#include "render/gl/texture.h"
+#include "render/gl/vertex_array.h"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+namespace surflect::gl {
+
+enum class Factor {
+  zero,
+  one,
+  sourceAlpha,
+  oneMinusSourceAlpha,
+  targetColor,
+  targetAlpha,
+  oneMinusTargetAlpha,
+};
+
+// Blend of a fragment with its pixel: source * fragment + target * pixel, in all four channels.
+struct Blend {
+  Factor source = Factor::one, target = Factor::zero;
+};
+
+enum class Compare { always, less, lessEqual, equal };
+enum class Cull { none, back, front }; // corners are counter-clockwise, seen from the front
+
+// Fixed-function state of a draw.
+struct RenderState {
+  Blend blend = {};
+  Compare depth = Compare::always; // of the fragment's depth with the pixel's
+  bool writeDepth = false;
+  std::array<bool, 4> writeColor = {true, true, true, true};
+  Cull cull = Cull::none;
+  std::optional<Rect> viewport = {}, scissor = {}; // none: the whole framebuffer
+};
+
+enum class Primitive { triangles, points };
+
+// Part of a vertex array: a range of its indices, or of its vertices if it has no indices.
+struct Range {
+  size_t first = 0, count = 0;
+};
+
+// Inputs of a draw other than the mesh.
+struct Pass {
+  const Framebuffer& target;
+  const Program& program;
+  std::span<const Texture* const> textures = {}; // by unit
+  RenderState state = {};
+};
+
+// Draws a part of a mesh. Compare::equal recognises the depths of an earlier draw only if both vertex shaders
+// compute gl_Position by the same expression and declare it invariant.
+void draw(const Pass& pass, const VertexArray& mesh, const Range& part,
+          Primitive primitive = Primitive::triangles);
+void draw(const Pass& pass, const VertexArray& mesh, Primitive primitive = Primitive::triangles);
+
+} // namespace surflect::gl

@@ -1,0 +1,127 @@
+#include "render/gl/program.h"
+
+#include "render/gl/context.h"
+#include "surfel/base/error.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstdlib>
+#include <vector>
+
+namespace surflect::gl {
+
+namespace {
+
+GLenum stageOf(std::string_view fileName) {
+  if (fileName.ends_with(".vert")) return GL_VERTEX_SHADER;
+  if (fileName.ends_with(".geom")) return GL_GEOMETRY_SHADER;
+  if (fileName.ends_with(".frag")) return GL_FRAGMENT_SHADER;
+  if (fileName.ends_with(".comp")) return GL_COMPUTE_SHADER;
+  std::abort();
+}
+
+// A log on one line.
+std::string oneLine(std::string log) {
+  while (!log.empty() && (log.back() == '\n' || log.back() == '\0')) log.pop_back();
+  for (size_t at = log.find('\n'); at != log.npos; at = log.find('\n', at)) log.replace(at, 1, "; ");
+  return log;
+}
+
+Handle compiled(ShaderFolder folder, std::string_view fileName) {
+  const CompleteShader source = completeShader(folder, fileName);
+  Handle shader(glCreateShader(stageOf(fileName)), [](unsigned name) { glDeleteShader(name); });
+  const char* text = source.text.c_str();
+  glShaderSource(shader.name(), 1, &text, nullptr);
+  glCompileShader(shader.name());
+  GLint succeeded = 0, length = 0;
+  glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &succeeded);
+  if (succeeded) return shader;
+  glGetShaderiv(shader.name(), GL_INFO_LOG_LENGTH, &length);
+  std::string log(static_cast<size_t>(length), '\0');
+  glGetShaderInfoLog(shader.name(), length, nullptr, log.data());
+  const int line = lineOfFirstError(log);
+  const bool isKnown = line > 0 && static_cast<size_t>(line) <= source.lines.size();
+  const ShaderLine place = isKnown ? source.lines[static_cast<size_t>(line) - 1] : source.lines.front();
+  throw Error(oneLine(log)).at("line " + std::to_string(place.number)).in(place.path);
+}
+
+Handle linked(const std::vector<Handle>& shaders, const std::string& files) {
+  Handle program(glCreateProgram(), [](unsigned name) { glDeleteProgram(name); });
+  for (const Handle& shader : shaders) glAttachShader(program.name(), shader.name());
+  glLinkProgram(program.name());
+  for (const Handle& shader : shaders) glDetachShader(program.name(), shader.name());
+  GLint succeeded = 0, length = 0;
+  glGetProgramiv(program.name(), GL_LINK_STATUS, &succeeded);
+  if (succeeded) return program;
+  glGetProgramiv(program.name(), GL_INFO_LOG_LENGTH, &length);
+  std::string log(static_cast<size_t>(length), '\0');
+  glGetProgramInfoLog(program.name(), length, nullptr, log.data());
+  throw Error("does not link: " + oneLine(log)).in(files);
+}
+
+std::string joined(std::initializer_list<std::string_view> names) {
+  std::string text;
+  for (std::string_view name : names) text += (text.empty() ? "" : ", ") + std::string(name);
+  return text;
+}
+
+Handle built(ShaderFolder folder, std::initializer_list<std::string_view> fileNames) {
+  std::vector<Handle> shaders;
+  for (std::string_view fileName : fileNames) shaders.push_back(compiled(folder, fileName));
+  return linked(shaders, joined(fileNames));
+}
+
+} // namespace
+
+Program::Program(ShaderFolder folder, std::initializer_list<std::string_view> fileNames)
+    : handle_(built(folder, fileNames)), files_(joined(fileNames)) {
+  GLint count = 0, longest = 0;
+  glGetProgramiv(name(), GL_ACTIVE_UNIFORMS, &count);
+  glGetProgramiv(name(), GL_ACTIVE_UNIFORM_MAX_LENGTH, &longest);
+  std::string uniform(static_cast<size_t>(longest), '\0');
+  for (GLint i = 0; i < count; ++i) {
+    GLint size = 0;
+    GLenum type = 0;
+    glGetActiveUniform(name(), static_cast<GLuint>(i), longest, nullptr, &size, &type, uniform.data());
+    // An array is named by its first element.
+    const std::string first = uniform.c_str(), array = first.substr(0, first.find('['));
+    for (GLint k = 0; k < size; ++k) {
+      const std::string element = size > 1 ? array + "[" + std::to_string(k) + "]" : first;
+      locations_[element] = glGetUniformLocation(name(), element.c_str());
+    }
+  }
+  requireNoErrors();
+}
+
+int Program::locationOf(std::string_view uniform) const {
+  const auto found = locations_.find(uniform);
+  if (found == locations_.end())
+    throw Error::mismatch("a uniform that the program uses", "'" + std::string(uniform) + "'").in(files_);
+  return found->second;
+}
+
+void Program::set(std::string_view uniform, int value) {
+  glProgramUniform1i(name(), locationOf(uniform), value);
+}
+void Program::set(std::string_view uniform, float value) {
+  glProgramUniform1f(name(), locationOf(uniform), value);
+}
+void Program::set(std::string_view uniform, const Eigen::Vector2f& value) {
+  glProgramUniform2fv(name(), locationOf(uniform), 1, value.data());
+}
+void Program::set(std::string_view uniform, const Eigen::Vector3f& value) {
+  glProgramUniform3fv(name(), locationOf(uniform), 1, value.data());
+}
+void Program::set(std::string_view uniform, const Eigen::Vector4f& value) {
+  glProgramUniform4fv(name(), locationOf(uniform), 1, value.data());
+}
+void Program::set(std::string_view uniform, const Eigen::Matrix3f& value) {
+  glProgramUniformMatrix3fv(name(), locationOf(uniform), 1, GL_FALSE, value.data());
+}
+void Program::set(std::string_view uniform, const Eigen::Matrix4f& value) {
+  glProgramUniformMatrix4fv(name(), locationOf(uniform), 1, GL_FALSE, value.data());
+}
+
+} // namespace surflect::gl

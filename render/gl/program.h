@@ -1,0 +1,43 @@
+// Shader programs.
+#pragma once
+
+#include "render/gl/handle.h"
+#include "render/gl/shader_file.h"
+
+#include <Eigen/Core>
+
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace surflect::gl {
+
+class Program {
+public:
+  // Compiles and links files of a folder; their extensions tell the stages (.vert, .geom, .frag, .comp).
+  // Throws Error with file, line and the compiler's log.
+  Program(ShaderFolder folder, std::initializer_list<std::string_view> fileNames);
+
+  unsigned name() const { return handle_.name(); }
+
+  // Sets a uniform, or an element of an array ("weights[2]"), which keeps its value until it is set again.
+  // Throws Error if the program does not use a uniform of that name.
+  void set(std::string_view uniform, int value);
+  void set(std::string_view uniform, float value);
+  void set(std::string_view uniform, const Eigen::Vector2f& value);
+  void set(std::string_view uniform, const Eigen::Vector3f& value);
+  void set(std::string_view uniform, const Eigen::Vector4f& value);
+  void set(std::string_view uniform, const Eigen::Matrix3f& value);
+  void set(std::string_view uniform, const Eigen::Matrix4f& value);
+
+private:
+  int locationOf(std::string_view uniform) const;
+
+  Handle handle_;
+  std::string files_; // for messages
+  std::map<std::string, int, std::less<>> locations_;
+};
+
+} // namespace surflect::gl

@@ -1,0 +1,80 @@
+"""`surflect chart`: its report, that it goes on where it was interrupted, and what it refuses."""
+
+import csv
+import json
+import signal
+import subprocess
+import time
+import unittest
+
+from support import SURFLECT, TestInFolder, run, succeed
+
+ACCURACY = ("rest", "rms_to_full", "read_bytes_per_frame", "setting", "command")
+
+
+class Chart(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.write_small_shot(cameras=5, lights=4)
+        succeed("pack", cls.capture, "-o", cls.model, "--surfels", "3000")
+
+    def arguments(self, output, *more, rounds=1):
+        return ["chart", self.model, self.capture, "-o", self.folder / output, "--frames", "3", "--timed-frames",
+                "1", "--rounds", rounds, *more]
+
+    def test_the_report_is_complete_and_the_same_again(self):
+        arguments = self.arguments("report", "--knob", "cameras=2,1", "--knob", "scale=0.5")
+        chart = succeed(*arguments)
+        self.assertEqual(len(chart["points"]), 6)
+        self.assertEqual(chart["rest_frames"], 3)
+        with open(self.folder / "report" / "chart.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([float(row["rest_flip"]) for row in rows], [p["rest"]["flip"] for p in chart["points"]])
+        self.assertEqual(json.loads((self.folder / "report" / "chart.json").read_text()), chart)
+        self.assertIn("<html", (self.folder / "report" / "index.html").read_text())
+        self.assertEqual(succeed(*arguments), chart)
+
+    def test_a_point_is_reproduced_by_its_command(self):
+        chart = succeed(*self.arguments("sweep", "--knob", "lights=1"))
+        for point in chart["points"]:
+            command = point["command"].replace("-o point/", f"-o {self.folder / 'point'}").split()
+            again = succeed(*command[1:])
+            self.assertEqual([p["setting"] for p in again["points"]], [point["setting"]])
+            self.assertEqual([again["points"][0][key] for key in ACCURACY], [point[key] for key in ACCURACY])
+
+    def test_an_interrupted_chart_goes_on(self):
+        arguments = self.arguments("stopped", "--knob", "cameras=1", rounds=1000000)
+        process = subprocess.Popen([SURFLECT, *map(str, arguments)], stderr=subprocess.PIPE, text=True)
+        kept = self.folder / "stopped" / "measurements.jsonl"
+        while process.poll() is None and not (kept.exists() and kept.read_text().count("\n") == 2):
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+        self.assertEqual(process.returncode, 1)
+        self.assertEqual(said.splitlines()[-1], "surflect: interrupted; the same command goes on from here")
+        lines = kept.read_text()
+        succeed(*self.arguments("stopped", "--knob", "cameras=1"))
+        self.assertTrue(kept.read_text().startswith(lines))
+
+    def test_evaluate_turns_the_same_knobs(self):
+        full, fast = (succeed("evaluate", self.model, self.capture, *knob) for knob in ([], ["--knob", "cameras=1"]))
+        self.assertNotEqual(full["psnr_linear_db"], fast["psnr_linear_db"])
+        self.assertEqual(fast["psnr_linear_db"],
+                         succeed("evaluate", self.model, self.capture, "--cameras", "1")["psnr_linear_db"])
+
+    def test_wrong_input_is_one_line(self):
+        for wrong, expected in ((["--knob", "colour=1"], "found 'colour', expected one of cameras, lights"),
+                                (["--knob", "cameras=99"], "knob.cameras: found 99, expected"),
+                                (["--knob", "scale=2"], "knob.scale: found 2, expected above 0, up to 1")):
+            with self.subTest(wrong=wrong):
+                result = run(*self.arguments("wrong", *wrong))
+                self.assertEqual((result.returncode, result.stdout), (1, ""))
+                self.assertIn(expected, result.stderr.splitlines()[-1])
+        twice = run("chart", self.model, self.model, self.capture, "-o", self.folder / "wrong")
+        self.assertEqual(twice.returncode, 1)
+        self.assertIn("given twice", twice.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
