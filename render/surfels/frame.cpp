@@ -68,6 +68,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
       prepared.push_back(&environments.prepared(*environment, field, options.shade, progress));
 
   stats = {};
+  stats.lights = scene.lights.size() - prepared.size();
+  for (const PreparedEnvironment* environment : prepared) stats.lights += environment->lights.size();
   StageClock clock(stats);
   deformed = warp::deform(field.cloud, scene.warp, progress, std::move(deformed));
   clock.finish("warp");

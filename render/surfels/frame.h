@@ -30,6 +30,7 @@ using render::FrameLayers;
 struct FrameStats {
   splat::SplatCounts splats;
   size_t visible = 0, unseen = 0;
+  size_t lights = 0; // per surfel: of the scene, with those that stand for its environments
   shading::ShadingStats shading;
   // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" if
   // AOVs are requested.
