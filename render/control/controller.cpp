@@ -6,6 +6,7 @@
 #include "surfel/base/stopwatch.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <limits>
 #include <numeric>
@@ -23,6 +24,7 @@ constexpr size_t kMostTries = 8;        // settings measured for a stretch or pa
 constexpr double kGain = 0.97;    // a setting is worth measuring if it promises this much of the best so far
 constexpr double kBend = 0.25;    // of the tolerance: distance from linear at which a stretch is divided
 constexpr double kSurprise = 1.5; // ratio of true to predicted error at which a frame gets its own effects
+constexpr double kDividing = 4;   // frames at full: about what it costs to divide a stretch
 constexpr double kLeastSquaredError = 1e-12; // of a step, so that a correction can raise it
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
@@ -127,7 +129,9 @@ std::vector<Controller::Stretch> Controller::solve(int first, int last, Search& 
     const bool isBent = target_.kind == Target::Kind::tolerance &&
                         std::abs(inside.error - 0.5 * (atFirst.error + atLast.error)) > kBend * target_.most;
     const bool fails = !meets(inside) && meets(atFirst) && meets(atLast);
-    if (fails || isBent) {
+    correct(chapter_.effects, best, inside.error * inside.error,
+            search.models.try_emplace(middle, modelOf(middle)).first->second);
+    if (fails || isBent || isWorthDividing(first, middle, last, best, search)) {
       if (last - first >= 2 * kShortest) {
         std::vector<Stretch> parts = solve(first, middle, search);
         std::ranges::move(solve(middle, last, search), std::back_inserter(parts));
@@ -142,6 +146,25 @@ std::vector<Controller::Stretch> Controller::solve(int first, int last, Search& 
   Stretch stretch{first, last, settingOf(best), {}};
   for (const int frame : frames) stretch.errors[frame] = measure(frame, stretch.setting).error;
   return {stretch};
+}
+
+// Whether settings of their own promise to save the halves of a stretch more than choosing them costs.
+bool Controller::isWorthDividing(int first, int middle, int last, const Steps& best,
+                                 const Search& search) const {
+  if (target_.kind != Target::Kind::tolerance || last - first < 2 * kShortest) return false;
+  double saved = 0, full = 0;
+  for (const auto& [from, to] : {std::pair(first, middle), std::pair(middle, last)}) {
+    const std::array models{search.models.at(from), search.models.at(to)};
+    const SearchLimits limits{target_.most * target_.most, kInfinite};
+    const auto own = bestSteps(chapter_.effects, models, limits, Objective::cost);
+    for (const FrameModel& model : models) {
+      const double gain =
+          cost(chapter_.effects, model, best) - cost(chapter_.effects, model, own.value_or(best));
+      saved += 0.5 * (to - from) * gain;
+      full = std::max(full, cost(chapter_.effects, model, Steps(best.size(), 0)));
+    }
+  }
+  return saved > kDividing * full;
 }
 
 Steps Controller::bestFor(const std::vector<int>& frames, Search& search) {
@@ -232,7 +255,7 @@ void Controller::measureOneByOne(int frame, const Steps& steps, FrameModel& mode
 }
 
 FrameModel Controller::modelOf(int frame) {
-  FrameModel model{{}, std::vector<double>(chapter_.effects.size(), 1)};
+  FrameModel model{{}, std::vector<double>(chapter_.effects.size(), 1), 0};
   const Costs& costs = measure(frame, held_).costs;
   for (const std::string& stage : chapter_.stages) model.stageCosts.push_back(costIn(costs, stage));
   return model;

@@ -10,8 +10,10 @@
 //      frames are rendered with it, and compared with the same frame at full. The measurement corrects the
 //      model, which then proposes again, until nothing better is proposed. A setting that was measured to
 //      fail is never chosen, nor is one that is at least as fast by every knob.
-//   3. Check. The middle frame is rendered, too. If the setting fails there, or if the error is far from the
-//      mean of both ends, each half becomes a stretch of its own.
+//   3. Check. The middle frame is rendered, too. If the setting fails there, if the error is far from the
+//   mean of
+//      both ends, or if settings of their own promise to save more than they cost, each half becomes a
+//      stretch.
 //
 // Errors of the frames that were measured are true; between them the error is interpolated linearly.
 //
@@ -87,6 +89,7 @@ private:
 
   void readEffects(int chapter);
   std::vector<Stretch> solve(int first, int last, Search& search);
+  bool isWorthDividing(int first, int middle, int last, const Steps& best, const Search& search) const;
   Steps bestFor(const std::vector<int>& frames, Search& search);
   void measureOneByOne(int frame, const Steps& steps, FrameModel& model);
   FrameModel modelOf(int frame);

@@ -23,14 +23,14 @@ public:
   }
 
   std::optional<Steps> run() {
-    descend(0, std::vector<double>(stages_, 1), std::vector<double>(frames_.size(), 0));
+    descend(0, std::vector<double>(stages_, 1), std::vector<ErrorSums>(frames_.size()));
     return best_;
   }
 
 private:
   // Chooses the steps of knobs k and later, after ratios and squared errors of those before.
-  void descend(size_t k, const std::vector<double>& ratios, const std::vector<double>& errors) {
-    const double error = *std::ranges::max_element(errors), cost = leastCost(k, ratios);
+  void descend(size_t k, const std::vector<double>& ratios, const std::vector<ErrorSums>& errors) {
+    const double error = largest(errors), cost = leastCost(k, ratios);
     if (!isWithin(error, cost)) return;
     if (k == knobs_.size()) {
       if (isExcluded_ && isExcluded_(steps_)) return;
@@ -39,12 +39,13 @@ private:
           objective_ == Objective::cost ? cost : error;
       return;
     }
-    std::vector<double> nextRatios(stages_), nextErrors(frames_.size());
+    std::vector<double> nextRatios(stages_);
+    std::vector<ErrorSums> nextErrors;
     for (size_t step = 0; step < knobs_[k].size(); ++step) {
       const StepEffect& effect = knobs_[k][step];
       for (size_t j = 0; j < stages_; ++j) nextRatios[j] = ratios[j] * effect.ratios[j];
-      for (size_t f = 0; f < frames_.size(); ++f)
-        nextErrors[f] = errors[f] + frames_[f].weights[k] * effect.squaredError;
+      nextErrors = errors;
+      for (size_t f = 0; f < frames_.size(); ++f) nextErrors[f].add(frames_[f].weights[k], effect);
       steps_[k] = step;
       descend(k + 1, nextRatios, nextErrors);
     }
@@ -58,15 +59,23 @@ private:
                                          : error < limits_.squaredError && cost <= limits_.cost;
   }
 
-  // Largest over the frames, with the smallest ratios of knobs k and later.
+  // Squared error, the largest over the frames.
+  double largest(const std::vector<ErrorSums>& errors) const {
+    double most = 0;
+    for (size_t f = 0; f < frames_.size(); ++f)
+      most = std::max(most, errors[f].squaredError(frames_[f].correlation));
+    return most;
+  }
+
+  // Cost, the largest over the frames, with the smallest ratios of knobs k and later.
   double leastCost(size_t k, const std::vector<double>& ratios) const {
-    double largest = 0;
+    double most = 0;
     for (const FrameModel& frame : frames_) {
       double sum = 0;
       for (size_t j = 0; j < stages_; ++j) sum += frame.stageCosts[j] * ratios[j] * least_[k][j];
-      largest = std::max(largest, sum);
+      most = std::max(most, sum);
     }
-    return largest;
+    return most;
   }
 
   std::span<const KnobEffects> knobs_;
