@@ -9,7 +9,6 @@
 #include <array>
 #include <cassert>
 #include <limits>
-#include <numeric>
 #include <ranges>
 #include <set>
 
@@ -26,6 +25,7 @@ constexpr double kBend = 0.25;    // of the tolerance: distance from linear at w
 constexpr double kSurprise = 1.5; // ratio of true to predicted error at which a frame gets its own effects
 constexpr double kDividing = 4;   // frames at full: about what it costs to divide a stretch
 constexpr double kLeastSquaredError = 1e-12; // of a step, so that a correction can raise it
+constexpr double kMostSquaredError = 1e6; // that a model learns: the error is infinite if only full is black
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 bool isBlack(const image::Image& picture) {
@@ -104,7 +104,8 @@ void Controller::readEffects(int index) {
       knobs::Setting setting = held_;
       setting[knob.name] = value;
       const Measurement& found = measure(frame, setting);
-      StepEffect effect{value, std::max(found.error * found.error, kLeastSquaredError), {}};
+      StepEffect effect{
+          value, std::clamp(found.error * found.error, kLeastSquaredError, kMostSquaredError), {}};
       for (const auto& [stage, cost] : full)
         effect.ratios.push_back(cost > 0 ? costIn(found.costs, stage) / cost : 1);
       effects.push_back(std::move(effect));
@@ -129,7 +130,7 @@ std::vector<Controller::Stretch> Controller::solve(int first, int last, Search& 
     const bool isBent = target_.kind == Target::Kind::tolerance &&
                         std::abs(inside.error - 0.5 * (atFirst.error + atLast.error)) > kBend * target_.most;
     const bool fails = !meets(inside) && meets(atFirst) && meets(atLast);
-    correct(chapter_.effects, best, inside.error * inside.error,
+    correct(chapter_.effects, best, std::min(inside.error * inside.error, kMostSquaredError),
             search.models.try_emplace(middle, modelOf(middle)).first->second);
     if (fails || isBent || isWorthDividing(first, middle, last, best, search)) {
       if (last - first >= 2 * kShortest) {
@@ -184,7 +185,7 @@ Steps Controller::bestFor(const std::vector<int>& frames, Search& search) {
     for (size_t i = 0; i < frames.size(); ++i) {
       const Measurement& found = measure(frames[i], settingOf(steps));
       search.known[frames[i]].insert(steps);
-      const double square = found.error * found.error;
+      const double square = std::min(found.error * found.error, kMostSquaredError);
       const bool isSurprise =
           found.error > kSurprise * std::sqrt(squaredError(chapter_.effects, models[i], steps));
       if (byError && isSurprise && !meets(found) && search.ownEffects.insert(frames[i]).second)
@@ -249,8 +250,8 @@ void Controller::measureOneByOne(int frame, const Steps& steps, FrameModel& mode
     Steps alone(steps.size(), 0);
     alone[k] = steps[k];
     const double error = measure(frame, settingOf(alone)).error;
-    const double square = chapter_.effects[k][steps[k]].squaredError;
-    if (square > 0) model.weights[k] = error * error / square;
+    const double square = std::clamp(error * error, kLeastSquaredError, kMostSquaredError);
+    model.weights[k] = square / chapter_.effects[k][steps[k]].squaredError;
   }
 }
 
