@@ -98,6 +98,9 @@ private:
       const Timed timed{setting, control::relativeRms(layers.color, full), processorSeconds() - start,
                         workOf(layers.report)};
       sweeps_[frame].push_back(timed);
+      if (setting.size() == 1)
+        fmt::print("  {}: error {:.5f}, {:.3f} of full's work\n", knobs::textOf(setting), timed.error,
+                   timed.work / sweeps_[frame].front().work);
       sumWork += timed.work;
       sumTime += timed.seconds;
       squareWork += timed.work * timed.work;
@@ -105,7 +108,7 @@ private:
       product += timed.work * timed.seconds;
     }
     const auto n = static_cast<double>(sweeps_[frame].size());
-    fmt::print("frame {}: {} settings, correlation of work and processor time {:.3f}\n", frame, n,
+    fmt::print("  frame {}: {} settings, correlation of work and processor time {:.3f}\n", frame, n,
                (n * product - sumWork * sumTime) /
                    std::sqrt((n * squareWork - sumWork * sumWork) * (n * squareTime - sumTime * sumTime)));
   }

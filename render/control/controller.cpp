@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <limits>
+#include <numeric>
 #include <ranges>
 #include <set>
 
@@ -20,10 +22,12 @@ constexpr int kLongest = 32;            // frames of a stretch
 constexpr int kShortest = 4;            // frames of a part of a stretch
 constexpr int kStretchesPerChapter = 4; // that share one model of the knobs' effects
 constexpr size_t kMostTries = 8;        // settings measured for a stretch or part
-constexpr double kGain = 0.97;    // a setting is worth measuring if it promises this much of the best so far
-constexpr double kBend = 0.25;    // of the tolerance: distance from linear at which a stretch is divided
-constexpr double kSurprise = 1.5; // ratio of true to predicted error at which a frame gets its own effects
-constexpr double kDividing = 4;   // frames at full: about what it costs to divide a stretch
+constexpr double kGain = 0.97;     // a setting is worth measuring if it promises this much of the best so far
+constexpr double kBend = 0.25;     // of the tolerance: distance from linear at which a stretch is divided
+constexpr double kNearly = 1.2;    // times the tolerance, within which 95 % of the frames should be
+constexpr double kOneSided = 1.65; // standard deviations of a normal distribution that 95 % stay below
+constexpr double kSurprise = 1.5;  // ratio of true to predicted error at which a frame gets its own effects
+constexpr double kDividing = 4;    // frames at full: about what it costs to divide a stretch
 constexpr double kLeastSquaredError = 1e-12; // of a step, so that a correction can raise it
 constexpr double kMostSquaredError = 1e6; // that a model learns: the error is infinite if only full is black
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -116,6 +120,29 @@ void Controller::readEffects(int index) {
     chapter_.names.push_back(knob.name);
     chapter_.effects.push_back(std::move(effects));
   }
+  if (target_.kind == Target::Kind::tolerance) readScatter(frame, first, last);
+}
+
+// Scatter of the error between neighbouring frames, with a setting that just meets the tolerance in the given
+// frame; and how far below the tolerance measured frames must be, so that those between them meet it.
+void Controller::readScatter(int frame, int first, int last) {
+  FrameModel model = modelOf(frame);
+  const auto steps = bestSteps(chapter_.effects, std::span(&model, 1),
+                               {target_.most * target_.most, kInfinite}, Objective::cost);
+  if (!steps) return;
+  std::vector<double> logs;
+  for (const int neighbour : {frame - 3, frame - 1, frame, frame + 1, frame + 3}) {
+    if (neighbour < first || neighbour > last) continue;
+    const double error = measure(neighbour, settingOf(*steps)).error;
+    if (error > 0 && error < kInfinite) logs.push_back(std::log(error));
+  }
+  if (logs.size() < 2) return;
+  const auto n = static_cast<double>(logs.size());
+  const double mean = std::accumulate(logs.begin(), logs.end(), 0.0) / n;
+  double squares = 0;
+  for (const double log : logs) squares += (log - mean) * (log - mean);
+  chapter_.scatter = std::sqrt(squares / (n - 1));
+  chapter_.margin = std::min(1.0, kNearly * std::exp(-kOneSided * chapter_.scatter));
 }
 
 std::vector<Controller::Stretch> Controller::solve(int first, int last, Search& search) {
@@ -127,8 +154,9 @@ std::vector<Controller::Stretch> Controller::solve(int first, int last, Search& 
     const Measurement atFirst = measure(first, settingOf(best)), atLast = measure(last, settingOf(best)),
                       inside = measure(middle, settingOf(best));
     search.known[middle].insert(best);
+    const double mean = 0.5 * (atFirst.error + atLast.error);
     const bool isBent = target_.kind == Target::Kind::tolerance &&
-                        std::abs(inside.error - 0.5 * (atFirst.error + atLast.error)) > kBend * target_.most;
+                        std::abs(inside.error - mean) > kBend * target_.most + 2 * chapter_.scatter * mean;
     const bool fails = !meets(inside) && meets(atFirst) && meets(atLast);
     correct(chapter_.effects, best, std::min(inside.error * inside.error, kMostSquaredError),
             search.models.try_emplace(middle, modelOf(middle)).first->second);
@@ -156,7 +184,7 @@ bool Controller::isWorthDividing(int first, int middle, int last, const Steps& b
   double saved = 0, full = 0;
   for (const auto& [from, to] : {std::pair(first, middle), std::pair(middle, last)}) {
     const std::array models{search.models.at(from), search.models.at(to)};
-    const SearchLimits limits{target_.most * target_.most, kInfinite};
+    const SearchLimits limits{tolerance() * tolerance(), kInfinite};
     const auto own = bestSteps(chapter_.effects, models, limits, Objective::cost);
     for (const FrameModel& model : models) {
       const double gain =
@@ -224,7 +252,7 @@ Steps Controller::bestFor(const std::vector<int>& frames, Search& search) {
   for (size_t tries = 0; tries < kMostTries; ++tries) {
     SearchLimits limits{kInfinite, kInfinite};
     if (byError) {
-      limits.squaredError = target_.most * target_.most;
+      limits.squaredError = tolerance() * tolerance();
       limits.cost = 0;
       for (const FrameModel& model : models)
         limits.cost = std::max(limits.cost, kGain * control::cost(chapter_.effects, model, *best));
@@ -317,7 +345,8 @@ knobs::Setting Controller::settingOf(const Steps& steps) const {
 }
 
 bool Controller::meets(const Measurement& measurement) const {
-  return (target_.kind == Target::Kind::tolerance ? measurement.error : measurement.cost) <= target_.most;
+  return target_.kind == Target::Kind::tolerance ? measurement.error <= tolerance()
+                                                 : measurement.cost <= target_.most;
 }
 
 } // namespace surflect::control

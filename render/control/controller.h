@@ -5,7 +5,9 @@
 // of equal length; one setting serves a whole stretch, so that the picture does not flicker.
 //
 //   1. Effects. In one frame of every four stretches, each knob alone is turned step by step; see
-//      knob_effects.h.
+//      knob_effects.h. Then its neighbours are rendered with one setting. Where errors scatter from frame to
+//      frame, as they do under highlights, measured frames must stay so far below the tolerance that 95 % of
+//      all frames are expected within 1.2 times the tolerance.
 //   2. Search. The model proposes the best setting for the first and the last frame of the stretch. Both
 //      frames are rendered with it, and compared with the same frame at full. The measurement corrects the
 //      model, which then proposes again, until nothing better is proposed. A setting that was measured to
@@ -79,6 +81,8 @@ private:
     std::vector<std::string> names; // of knobs that have effects
     std::vector<KnobEffects> effects;
     std::vector<std::string> stages;
+    double scatter = 0; // standard deviation of the logarithm of the error between neighbouring frames
+    double margin = 1;  // factor on the tolerance for measured frames
   };
   struct Stretch {
     int first, last;
@@ -88,6 +92,7 @@ private:
   struct Search; // what the search of a stretch has learnt
 
   void readEffects(int chapter);
+  void readScatter(int frame, int first, int last);
   std::vector<Stretch> solve(int first, int last, Search& search);
   bool isWorthDividing(int first, int middle, int last, const Steps& best, const Search& search) const;
   Steps bestFor(const std::vector<int>& frames, Search& search);
@@ -98,6 +103,7 @@ private:
   Measurement rendered(int frame, const knobs::Setting& setting, Probe& probe);
   Costs costsOf(const render::FrameReport& report, double seconds) const;
   knobs::Setting settingOf(const Steps& steps) const;
+  double tolerance() const { return chapter_.margin * target_.most; } // of measured frames
   bool meets(const Measurement& measurement) const;
 
   render::Renderer& renderer_;

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace surflect::control {
 namespace {
@@ -152,6 +153,25 @@ TEST_F(Film, AJumpOfTheErrorDividesTheStretch) {
     within += trueError(frame, controller.choose(frame).setting) <= 0.01;
   EXPECT_GE(within, 98u) << "a jump between two measured frames shows after at most three frames";
   EXPECT_LT(controller.choose(90).setting, controller.choose(20).setting) << "faster where it may be";
+}
+
+TEST_F(Film, ErrorsThatScatterAreKeptLower) {
+  std::mt19937 random(1);
+  std::vector<double> factors(257); // of each frame, for all knobs
+  for (double& factor : factors) factor = std::exp(std::normal_distribution<double>(0, 0.4)(random));
+  renderer.error = [&](size_t knob, double value, int frame) {
+    return 0.004 * (4 - value) / double(knob + 1) * factors[size_t(frame)];
+  };
+  range.last = 256;
+  for (const double tolerance : {0.006, 0.012, 0.025}) {
+    Controller controller = controllerOf({Target::Kind::tolerance, tolerance});
+    size_t within = 0;
+    for (int frame = 1; frame <= 256; ++frame)
+      within += trueError(frame, controller.choose(frame).setting) <= 1.2 * tolerance;
+    EXPECT_GE(within, 0.95 * 256);
+    EXPECT_LT(work(controller.choose(200).setting), 100);
+    EXPECT_LT(controller.probes(), 256u);
+  }
 }
 
 TEST_F(Film, PredictedErrorsAreTrueWhereTheErrorIsLinear) {
