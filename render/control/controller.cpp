@@ -160,17 +160,21 @@ std::vector<Controller::Stretch> Controller::solve(int first, int last, Search& 
     const bool fails = !meets(inside) && meets(atFirst) && meets(atLast);
     correct(chapter_.effects, best, std::min(inside.error * inside.error, kMostSquaredError),
             search.models.try_emplace(middle, modelOf(middle)).first->second);
-    if (fails || isBent || isWorthDividing(first, middle, last, best, search)) {
-      if (last - first >= 2 * kShortest) {
-        std::vector<Stretch> parts = solve(first, middle, search);
-        std::ranges::move(solve(middle, last, search), std::back_inserter(parts));
-        return parts;
-      }
-      frames.push_back(middle);
-      best = bestFor(frames, search);
-    } else {
-      frames.push_back(middle);
+    const bool isLong = last - first >= 2 * kShortest;
+    if (isLong && (fails || isBent || isWorthDividing(first, middle, last, best, search))) {
+      std::vector<Stretch> parts = solve(first, middle, search);
+      std::ranges::move(solve(middle, last, search), std::back_inserter(parts));
+      return parts;
     }
+    frames.push_back(middle);
+    bool isMet = !fails;
+    const bool isFull = best == Steps(best.size(), 0);
+    if (isLong && !isFull)
+      for (const int quarter : {first + (middle - first) / 2, middle + (last - middle) / 2}) {
+        frames.push_back(quarter);
+        isMet = isMet && meets(measure(quarter, settingOf(best)));
+      }
+    if (!isMet) best = bestFor(frames, search);
   }
   Stretch stretch{first, last, settingOf(best), {}};
   for (const int frame : frames) stretch.errors[frame] = measure(frame, stretch.setting).error;
