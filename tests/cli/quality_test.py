@@ -5,7 +5,7 @@ import unittest
 from support import SCRIPT, TestInFolder, content, run, succeed
 
 FRAMES = 12
-TOLERANCE = "0.5"  # three cameras and lights are so few that less turns no knob
+TOLERANCE = "0.9"  # so few cameras and lights are all needed for less
 
 
 class Quality(TestInFolder):
@@ -48,7 +48,7 @@ class Quality(TestInFolder):
 
     def test_frames_of_another_target_are_not_kept(self):
         self.frames("mixed", "--frames", "1-2")
-        for options in (["--tolerance", TOLERANCE], ["--tolerance", "0.51"], ["--knob", "lights=1"],
+        for options in (["--tolerance", TOLERANCE], ["--tolerance", "0.91"], ["--knob", "lights=1"],
                         ["--quality", "preview"], ["--budget-ms", "1000"], []):
             report = self.render("mixed", "--frames", "1-2", "--resume", *options)
             self.assertEqual(len(report["frames"]), 2, options)
