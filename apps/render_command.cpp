@@ -249,11 +249,6 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
         continue;
       }
       film::FrameFiles files{path, {}, {}, 1};
-      if (script.output->png) {
-        files.preview = previewPath(path);
-        quality.turnToBase();
-        files.exposure = shot.previewExposure();
-      }
       const control::Choice choice = quality.turn(shot, *script.frames, frame, arguments.scale);
       files.attributes = {{"surflect.version", kVersion},
                           {"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
@@ -272,6 +267,11 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
       entry["frame"] = frame;
       entry["file"] = path.string();
       entry["total_seconds"] = watch.seconds();
+      if (script.output->png) {
+        files.preview = previewPath(path);
+        quality.turnToBase();
+        files.exposure = shot.previewExposure();
+      }
       quality.report(shot, frame, arguments.scale, choice, picture.color, entry);
       report["frames"].push_back(std::move(entry));
       writer.write(std::move(files), std::move(picture));
