@@ -1,4 +1,5 @@
 #include "apps/command.h"
+#include "apps/film_quality.h"
 #include "apps/model_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
@@ -34,6 +35,7 @@ namespace {
 struct Arguments {
   std::string script, output, frames;
   render::RendererOptions renderer;
+  QualityOptions quality;
   double scale = 1;
   int every = 1;
   bool resume = false;
@@ -126,10 +128,12 @@ std::string describe(const capture::Camera<ObjectSpace>& camera) {
   return text;
 }
 
-bool isRendered(const std::filesystem::path& path, const std::string& identity) {
+// Under a budget of time any setting will do: the frame's identity begins with `identity` and ends with it.
+bool isRendered(const std::filesystem::path& path, const std::string& identity, bool anySetting) {
   if (!std::filesystem::exists(path)) return false;
   try {
-    return image::ExrFile(path).attribute("surflect.identity") == identity;
+    const auto found = image::ExrFile(path).attribute("surflect.identity");
+    return found == identity || (anySetting && found && found->starts_with(identity));
   } catch (const Error&) {
     return false;
   }
@@ -208,6 +212,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   const FrameRange range = parseRange(arguments.frames, head.frames);
   const auto folders = writableFolders(head.output, arguments, range);
   const auto renderer = render::openRenderer(head.model, arguments.renderer, progress);
+  FilmQuality quality(arguments.quality, *renderer);
   const render::Description& model = renderer->describe();
   const scene::Script script =
       early ? std::move(*early) : scene::readScript(arguments.script, model.rig.origin);
@@ -222,7 +227,8 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
           evaluation::beyondRestMesh(script, scene::shotTime(script, range.first), model.points))
     say(*misfit);
 
-  const std::string identity = filmIdentity(script, model, shot, arguments.scale);
+  const std::string filmsIdentity = filmIdentity(script, model, shot, arguments.scale);
+  const std::string identity = filmsIdentity + quality.identity();
   Json report = {
       {"model", model.folder.string()}, {"environments", Json::array()}, {"frames", Json::array()}};
   for (const auto& [name, count] : model.counts) report[name] = count;
@@ -237,19 +243,19 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
     for (int frame = range.first; frame <= range.last; frame += arguments.every) {
       progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
       const auto path = scene::framePath(*script.output, arguments.output, frame);
-      if (arguments.resume && isRendered(path, identity) &&
+      if (arguments.resume && isRendered(path, identity, arguments.quality.budgetMs.has_value()) &&
           (!script.output->png || std::filesystem::is_regular_file(previewPath(path)))) {
         ++kept;
         continue;
       }
-      film::FrameFiles files{path,
-                             {{"surflect.version", kVersion},
-                              {"surflect.identity", identity},
-                              {"surflect.script", hex(script.hash)},
-                              {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
-                              {"surflect.frame", std::to_string(frame)}},
-                             {},
-                             1};
+      film::FrameFiles files{path, {}, {}, 1};
+      const control::Choice choice = quality.turn(shot, *script.frames, frame, arguments.scale);
+      files.attributes = {{"surflect.version", kVersion},
+                          {"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
+                          {"surflect.script", hex(script.hash)},
+                          {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
+                          {"surflect.frame", std::to_string(frame)}};
+      if (!choice.setting.empty()) files.attributes["surflect.setting"] = knobs::textOf(choice.setting);
       const Stopwatch watch;
       shot.reuse(writer.spare());
       render::FrameLayers picture = shot.render(frame, arguments.scale);
@@ -263,8 +269,10 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
       entry["total_seconds"] = watch.seconds();
       if (script.output->png) {
         files.preview = previewPath(path);
+        quality.turnToBase();
         files.exposure = shot.previewExposure();
       }
+      quality.report(shot, frame, arguments.scale, choice, picture.color, entry);
       report["frames"].push_back(std::move(entry));
       writer.write(std::move(files), std::move(picture));
     }
@@ -274,11 +282,12 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
   }
   const std::vector<double> writing = writer.finish();
   addSeconds(report, writing, film.seconds());
+  quality.report(report);
   progress("render", 1);
   const MemoryUse memory = memoryUse();
   report["memory_peak_bytes"] = memory.peakBytes;
   report["memory_anonymous_bytes"] = memory.anonymousBytes;
-  say(summary(report["frames"].size(), kept, film.seconds(), arguments.output));
+  say(summary(report["frames"].size(), kept, film.seconds(), arguments.output) + quality.summary());
   return report;
 }
 
@@ -303,6 +312,7 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
   command->add_flag("--resume", arguments->resume,
                     "keep frames that this script and model have rendered before");
   addModelOptions(*command, arguments->renderer);
+  addQualityOptions(*command, arguments->quality);
   setWork(*command, work, "with --resume, the same command goes on from here",
           [arguments](const Progress& progress) { return runRender(*arguments, progress); });
 }

@@ -22,6 +22,8 @@ public:
 
   // Renders a frame with the AOVs that the script asks for. Throws Error if a track has no valid value.
   render::FrameLayers render(int frame, double scale);
+  // With these AOVs instead.
+  render::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
 
   // Reuses the memory of a frame that is no longer needed.
   void reuse(render::FrameLayers film) { memory_ = std::move(film); }
@@ -36,8 +38,6 @@ public:
   const std::vector<render::EnvironmentReport>& environmentReports() const { return environmentReports_; }
 
 private:
-  render::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
-
   const scene::Script& script_;
   render::Renderer& renderer_;
   std::vector<scene::Environment> environments_;

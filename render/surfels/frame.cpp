@@ -128,6 +128,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   }
 
   stats = {};
+  stats.lights = scene.lights.size() - prepared.size();
+  for (const PreparedEnvironment* environment : prepared) stats.lights += environment->lights.size();
   StageClock clock(stats);
   if (isCut)
     cut =
@@ -148,6 +150,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
                                    ? queriesOf(isCut ? patchesIn(cut, patches) : patches, visible, deformed)
                                    : PatchQueries{};
   const std::span<const uint32_t> asking = sharesWeights ? std::span(queries.surfels) : visible;
+  stats.queries = asking.size();
   const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
     writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights, prepared,
                  progress, batch);

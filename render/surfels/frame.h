@@ -34,6 +34,8 @@ struct FrameStats {
   splat::SplatCounts splats;
   size_t surfels = 0; // warped and projected
   size_t visible = 0, unseen = 0;
+  size_t queries = 0; // fewer than visible surfels where patches share weights
+  size_t lights = 0;  // per surfel: of the scene, with those that stand for its environments
   shading::ShadingStats shading;
   // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" if
   // AOVs are requested.

@@ -45,42 +45,43 @@ bool isOn(double value) {
 std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const FrameOptions& full) {
   std::vector<SurfelKnob> knobs;
   if (full.shade.nearest) return knobs;
-  const auto add = [&](const char* name, const char* meaning, std::vector<double> values, auto apply) {
-    knobs.push_back({{name, meaning, std::move(values)}, apply});
+  const auto add = [&](const char* name, const char* meaning, std::vector<double> values,
+                       std::optional<double> preview, auto apply) {
+    knobs.push_back({{name, meaning, std::move(values)}, preview, apply});
   };
   const bool isLit = !field.rig.lights.empty();
   if (field.hasSeparateWeights())
-    add("cameras", "cameras blended per surfel", downToOne(full.shade.cameras),
+    add("cameras", "cameras blended per surfel", downToOne(full.shade.cameras), {},
         [most = static_cast<double>(full.shade.cameras)](double value, FrameOptions& options) {
           options.shade.cameras = countOf(value, most);
         });
   if (field.hasSeparateWeights() && isLit) {
     const size_t lights = shading::lightBlend(field, full.shade).lights;
-    add("lights", "captured lights blended per light of the script", downToOne(lights),
+    add("lights", "captured lights blended per light of the script", downToOne(lights), {},
         [most = static_cast<double>(lights)](double value, FrameOptions& options) {
           options.shade.lights = countOf(value, most);
         });
   }
   if (!field.hasSeparateWeights())
     add("pairs", "camera-light pairs blended per surfel and light of the script", downToOne(full.shade.pairs),
-        [most = static_cast<double>(full.shade.pairs)](double value, FrameOptions& options) {
+        {}, [most = static_cast<double>(full.shade.pairs)](double value, FrameOptions& options) {
           options.shade.pairs = countOf(value, most);
         });
   add("weight_error", "weight that may be left out of a blend of cameras or lights",
-      {0, 0.02, 0.05, 0.1, 0.2, 0.4}, [](double value, FrameOptions& options) {
+      {0, 0.02, 0.05, 0.1, 0.2, 0.4}, 0.05, [](double value, FrameOptions& options) {
         options.shade.weightError = numberOf(value, ulr::kMostTruncated);
       });
   if (isLit)
     add("environment_error", "error of light weights by which few lights may stand for an environment",
-        {0, 0.02, 0.05, 0.1, 0.2},
+        {0, 0.02, 0.05, 0.1, 0.2}, 0.05,
         [](double value, FrameOptions& options) { options.environmentError = numberOf(value, 1); });
   add("layer_search",
-      "1: searches for all splats of a pixel's nearest surface; 0: only until they fill the pixel", {1, 0},
+      "1: searches for all splats of a pixel's nearest surface; 0: only until they fill the pixel", {1, 0}, 0,
       [](double value, FrameOptions& options) { options.splats.searchLayers = isOn(value); });
   add("surfel_size", "pixels between neighbouring surfels at least; 0: all surfels",
-      {0, 0.5, 0.7, 1, 1.4, 2, 2.8},
+      {0, 0.5, 0.7, 1, 1.4, 2, 2.8}, {},
       [](double value, FrameOptions& options) { options.surfelSize = numberOf(value, kLargestSize); });
-  add("patch", "surfels that share the weights of cameras and lights", {1, 2, 4, 8, 16},
+  add("patch", "surfels that share the weights of cameras and lights", {1, 2, 4, 8, 16}, 16,
       [](double value, FrameOptions& options) { options.surfelsPerPatch = countOf(value, kLargestPatch); });
   return knobs;
 }

@@ -5,6 +5,7 @@
 #include "render/surfels/frame.h"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace surflect::surfels {
@@ -12,6 +13,7 @@ namespace surflect::surfels {
 // A knob, and what a value of it does to the options. Throws Error for a value that the knob cannot have.
 struct SurfelKnob {
   knobs::Knob knob;
+  std::optional<double> preview; // value in the setting for looking, where that is not the most accurate
   std::function<void(double value, FrameOptions& options)> apply;
 };
 

@@ -1,10 +1,13 @@
 #include "render/surfels/surfel_renderer.h"
 
+#include "render/surfels/frame_work.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/math/simd.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace surflect::surfels {
 
@@ -26,29 +29,32 @@ std::string identityOf(const model::Model& model, const FrameOptions& options) {
   return identity;
 }
 
-render::FrameReport reportOf(const FrameStats& stats) {
+render::FrameReport reportOf(const FrameStats& stats, const FrameOptions& options, size_t pixels) {
   const shading::ShadingStats& shading = stats.shading;
   const auto count = [](size_t number) { return static_cast<double>(number); };
-  return {stats.seconds,
-          stats.processorSeconds,
-          {{"lookups", count(shading.lookups)},
-           {"operations", count(shading.operations)},
-           {"lost", count(shading.lost)},
-           {"tasks", count(shading.tasks)},
-           {"mean_rank", shading.tasks ? count(shading.taskRanks) / count(shading.tasks) : 0},
-           {"blocks_read", count(shading.blocksRead)},
-           {"bytes_read", count(shading.bytesRead)},
-           {"cache_hits", count(shading.cacheHits)},
-           {"surfels.warped", count(stats.surfels)},
-           {"surfels.drawn", count(stats.splats.drawn)},
-           {"surfels.visible", count(stats.visible)},
-           {"surfels.unseen", count(stats.unseen)},
-           {"surfels.dead", count(stats.splats.dead)},
-           {"surfels.not_finite", count(stats.splats.notFinite)},
-           {"surfels.back_facing", count(stats.splats.backFacing)},
-           {"surfels.too_near", count(stats.splats.tooNear)},
-           {"surfels.outside", count(stats.splats.outside)}},
-          emptyFrame(stats, stats.surfels)};
+  render::FrameReport report{
+      stats.seconds,
+      stats.processorSeconds,
+      {{"lookups", count(shading.lookups)},
+       {"operations", count(shading.operations)},
+       {"lost", count(shading.lost)},
+       {"tasks", count(shading.tasks)},
+       {"mean_rank", shading.tasks ? count(shading.taskRanks) / count(shading.tasks) : 0},
+       {"blocks_read", count(shading.blocksRead)},
+       {"bytes_read", count(shading.bytesRead)},
+       {"cache_hits", count(shading.cacheHits)},
+       {"surfels.warped", count(stats.surfels)},
+       {"surfels.drawn", count(stats.splats.drawn)},
+       {"surfels.visible", count(stats.visible)},
+       {"surfels.unseen", count(stats.unseen)},
+       {"surfels.dead", count(stats.splats.dead)},
+       {"surfels.not_finite", count(stats.splats.notFinite)},
+       {"surfels.back_facing", count(stats.splats.backFacing)},
+       {"surfels.too_near", count(stats.splats.tooNear)},
+       {"surfels.outside", count(stats.splats.outside)}},
+      emptyFrame(stats, stats.surfels)};
+  for (const auto& [stage, work] : workOf(stats, options, pixels)) report.counts["work." + stage] = work;
+  return report;
 }
 
 } // namespace
@@ -80,7 +86,12 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model,
                                     model_->cloud.p0},
       workspace_(*model_, options.cacheBytes) {}
 
-knobs::Setting SurfelRenderer::preview() const { return {}; }
+knobs::Setting SurfelRenderer::preview() const {
+  knobs::Setting setting;
+  for (const SurfelKnob& each : knobs_)
+    if (each.preview) setting[each.knob.name] = *each.preview;
+  return setting;
+}
 
 std::vector<knobs::Knob> SurfelRenderer::knobs() const {
   std::vector<knobs::Knob> knobs;
@@ -99,7 +110,8 @@ render::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std:
   options_.aovs = aovs;
   workspace_.layers = std::move(memory);
   render::FrameLayers layers = renderFrame(*model_, scene, options_, workspace_, progress);
-  layers.report = reportOf(workspace_.stats);
+  const auto pixels = static_cast<size_t>(layers.color.width) * static_cast<size_t>(layers.color.height);
+  layers.report = reportOf(workspace_.stats, options_, pixels);
   return layers;
 }
 

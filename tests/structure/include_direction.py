@@ -42,6 +42,7 @@ BELOW = {
     "render": SCENE + ["render/knobs"],  # the interface of renderers
     "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat"],
     "render/renderer.cpp": SCENE + ["srf/model", "render/knobs", "render", "render/surfels"],  # opens the renderer that a model asks for
+    "render/control": ["surfel/base", "srf/image", "render/knobs", "render"],
     "render/film": SURFEL + SCENE + ["render/knobs", "render"],
     "render/evaluation": PROXY + SCENE + ["render/knobs", "render"],
     "render/gl": CAPTURE,

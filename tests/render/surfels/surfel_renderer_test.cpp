@@ -87,6 +87,32 @@ TEST_F(Opened, EveryKnobTakesAllItsValuesAndNoOthers) {
             std::string::npos);
 }
 
+TEST_F(Opened, WorkFallsWithEveryStepOfAKnob) {
+  const auto renderer = render::openRenderer(model().folder);
+  const auto warp = noWarp();
+  const auto workAt = [&](const knobs::Setting& setting) {
+    renderer->turn(setting);
+    double work = 0;
+    for (const auto& [name, count] : renderer->render({*warp, camera, lights}).report.counts)
+      if (name.starts_with("work.")) work += count;
+    return work;
+  };
+  const double full = workAt({});
+  EXPECT_GT(full, 0);
+  for (const knobs::Knob& knob : renderer->knobs()) {
+    double before = full;
+    for (const double value : knob.values) {
+      const double work = workAt({{knob.name, value}});
+      EXPECT_LE(work, before) << knob.name << " " << value;
+      before = work;
+    }
+    if (knob.name == "cameras" || knob.name == "lights") {
+      EXPECT_LT(before, full);
+    }
+  }
+  EXPECT_EQ(workAt({}), full);
+}
+
 TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
   image::TemporaryFolder folder;
   image::writeBytes(folder / "manifest.json", R"({"format": "spherical"})");

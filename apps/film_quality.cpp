@@ -1,0 +1,138 @@
+#include "apps/film_quality.h"
+
+#include "apps/model_options.h"
+#include "render/control/relative_error.h"
+#include "surfel/base/message_text.h"
+#include "surfel/base/stopwatch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace surflect {
+
+namespace {
+
+constexpr double kNearly = 1.2; // times the tolerance
+
+} // namespace
+
+void addQualityOptions(CLI::App& command, QualityOptions& options) {
+  addKnobOption(command, options.knobs);
+  auto* quality =
+      command
+          .add_option_function<std::string>(
+              "--quality",
+              [&options](const std::string& chosen) { options.isPreview = chosen == "preview"; },
+              "full, or a fast preview")
+          ->option_text("full or preview")
+          ->default_str("full")
+          ->check(CLI::IsMember(std::vector<std::string>{"full", "preview"}));
+  auto* tolerance =
+      command
+          .add_option(
+              "--tolerance", options.tolerance,
+              "turn knobs for speed while a frame's relative RMS error, against full, is at most this")
+          ->check(finiteIn(0, 1));
+  command
+      .add_option("--budget-ms", options.budgetMs,
+                  "turn knobs for accuracy while a frame takes at most this many milliseconds; the film "
+                  "depends on the machine")
+      ->check(finiteIn(0.01, 1e6))
+      ->excludes(tolerance)
+      ->excludes(quality);
+  tolerance->excludes(quality);
+  command.add_flag("--verify", options.verifies,
+                   "render each frame at full as well, and report its true error");
+}
+
+FilmQuality::FilmQuality(const QualityOptions& options, render::Renderer& renderer)
+    : options_(options), renderer_(renderer), base_(options.knobs) {
+  if (options.isPreview)
+    for (const auto& [name, value] : renderer.preview()) base_.try_emplace(name, value);
+  turnToBase();
+}
+
+std::string FilmQuality::identity() const {
+  if (options_.tolerance) return fmt::format(" tolerance {}", *options_.tolerance);
+  if (options_.budgetMs) return fmt::format(" budget-ms {} setting ", *options_.budgetMs);
+  return "";
+}
+
+std::string FilmQuality::identity(const knobs::Setting& setting) const {
+  return identity() + (options_.budgetMs ? knobs::textOf(setting) : "");
+}
+
+control::Choice FilmQuality::turn(film::ShotRenderer& shot, const scene::Frames& frames, int frame,
+                                  double scale) {
+  control::Choice choice{base_, 0};
+  if (isControlled()) {
+    const Stopwatch watch;
+    if (!controller_) {
+      using Kind = control::Target::Kind;
+      const control::Target target = options_.tolerance
+                                         ? control::Target{Kind::tolerance, *options_.tolerance}
+                                         : control::Target{Kind::milliseconds, *options_.budgetMs};
+      const bool isTimed = target.kind == Kind::milliseconds; // with the AOVs, as the film's frames are
+      controller_.emplace(
+          renderer_,
+          [=, &shot](int probed) {
+            return isTimed ? shot.render(probed, scale) : shot.render(probed, scale, {});
+          },
+          control::FrameRange{frames.first, frames.last}, target, base_);
+    }
+    choice = controller_->choose(frame);
+    chooseSeconds_ += watch.seconds();
+  }
+  renderer_.turn(choice.setting);
+  return choice;
+}
+
+void FilmQuality::report(film::ShotRenderer& shot, int frame, double scale, const control::Choice& choice,
+                         const image::Image& color, Json& entry) {
+  entry["setting"] = knobs::textOf(choice.setting);
+  settings_.insert(choice.setting);
+  ++frames_;
+  if (isControlled()) {
+    entry["predicted_error"] = choice.predictedError;
+    predictedError_ = std::max(predictedError_, choice.predictedError);
+  }
+  if (!options_.verifies) return;
+  renderer_.turn(isControlled() ? base_ : knobs::Setting());
+  const double error = control::relativeRms(color, shot.render(frame, scale, {}).color);
+  entry["true_error"] = error;
+  trueError_ = std::max(trueError_, error);
+  within_ += error <= options_.tolerance.value_or(0);
+  nearlyWithin_ += error <= kNearly * options_.tolerance.value_or(0);
+}
+
+void FilmQuality::report(Json& film) const {
+  if (isControlled()) {
+    film["probes"] = controller_ ? controller_->probes() : 0;
+    film["seconds"]["choose"] = chooseSeconds_;
+    film["predicted_error_most"] = predictedError_;
+  }
+  if (!options_.verifies) return;
+  film["true_error_most"] = trueError_;
+  if (!options_.tolerance) return;
+  film["frames_within_tolerance"] = within_;
+  film["frames_within_1.2_tolerance"] = nearlyWithin_;
+}
+
+std::string FilmQuality::summary() const {
+  if (frames_ == 0) return "";
+  std::string text;
+  if (isControlled())
+    text += fmt::format("; {}, chosen by {}; error at most {:.2g} as predicted",
+                        counted(settings_.size(), "setting"),
+                        counted(controller_ ? controller_->probes() : 0, "probe"), predictedError_);
+  if (options_.verifies) {
+    text += fmt::format("; true error at most {:.2g}", trueError_);
+    if (options_.tolerance)
+      text += fmt::format(", within {} in {} of {} frames and within {:.2g} in {}", *options_.tolerance,
+                          within_, frames_, kNearly * *options_.tolerance, nearlyWithin_);
+  }
+  return text;
+}
+
+} // namespace surflect

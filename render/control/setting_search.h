@@ -1,0 +1,26 @@
+// Search for the best combination of knob steps under a model.
+#pragma once
+
+#include "render/control/knob_effects.h"
+
+#include <functional>
+#include <optional>
+#include <span>
+
+namespace surflect::control {
+
+struct SearchLimits {
+  double squaredError = 0; // at most this in every frame
+  double cost = 0;         // at most this in every frame
+};
+
+enum class Objective { cost, error };
+
+// The steps that minimise the objective, which is the largest over the frames, within the limits; nothing if
+// none are. Exact: branch and bound over all combinations that `isExcluded` does not reject. Errors must not
+// be negative. Of equals, the first in lexicographic order.
+std::optional<Steps> bestSteps(std::span<const KnobEffects> knobs, std::span<const FrameModel> frames,
+                               const SearchLimits& limits, Objective objective,
+                               const std::function<bool(const Steps&)>& isExcluded = {});
+
+} // namespace surflect::control

@@ -1,0 +1,260 @@
+#include "render/control/controller.h"
+
+#include "render/control/relative_error.h"
+#include "surfel/base/error.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace surflect::control {
+namespace {
+
+// Pictures of 8 x 8 pixels whose errors and costs are formulas. Every knob has the values 4, 3, 2 and 1.
+class FormulaRenderer : public render::Renderer {
+public:
+  // Relative RMS error of each knob alone, of a value in a frame.
+  std::function<double(size_t knob, double value, int frame)> error = [](size_t knob, double value, int) {
+    return 0.004 * (4 - value) / double(knob + 1);
+  };
+  bool areErrorsAlike = false; // errors of knobs then add up, not their squares
+  bool isTimed = true;
+  std::vector<std::string> names{"a", "b", "c"};
+  int frames = 0; // rendered
+  knobs::Setting setting;
+
+  std::vector<knobs::Knob> knobs() const override {
+    std::vector<knobs::Knob> knobs;
+    for (const std::string& name : names) knobs.push_back({name, "", {4, 3, 2, 1}});
+    return knobs;
+  }
+  void turn(const knobs::Setting& next) override {
+    knobs::requireKnobs(knobs(), next);
+    setting = next;
+  }
+  double valueOf(size_t knob) const {
+    const auto found = setting.find(names[knob]);
+    return found == setting.end() ? 4 : found->second;
+  }
+  double work() const { // of two stages: all knobs make the first faster, the last knob also the second
+    double product = 1;
+    for (size_t k = 0; k < names.size(); ++k) product *= valueOf(k) / 4;
+    return 90 * product + (names.empty() ? 10 : 2.5 * valueOf(names.size() - 1));
+  }
+  render::FrameLayers frame(int number) {
+    ++frames;
+    render::FrameLayers layers;
+    layers.color = image::Image(8, 8, 4);
+    for (size_t pixel = 0; pixel < 64; ++pixel) {
+      double value = 1;
+      for (size_t k = 0; k < names.size(); ++k) { // Walsh functions are orthogonal
+        const bool isOdd = std::popcount(pixel & (areErrorsAlike ? 1 : k + 1)) % 2 == 1;
+        value += (isOdd ? -1 : 1) * error(k, valueOf(k), number);
+      }
+      for (size_t c = 0; c < 3; ++c) layers.color.values[4 * pixel + c] = static_cast<float>(value);
+    }
+    const double second = names.empty() ? 10 : 2.5 * valueOf(names.size() - 1);
+    if (isTimed)
+      layers.report.counts = {{"work.first", work() - second}, {"work.second", second}, {"more", 7}};
+    layers.report.seconds = {{"first", work() - second}, {"second", second}};
+    return layers;
+  }
+
+  const render::Description& describe() const override { return description_; }
+  render::FrameLayers render(const scene::Scene&, const std::vector<std::string>&, const Progress&,
+                             render::FrameLayers) override {
+    return {};
+  }
+  render::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
+
+private:
+  render::Description description_;
+};
+
+struct Film : ::testing::Test {
+  FormulaRenderer renderer;
+  FrameRange range{1, 100};
+
+  Controller controllerOf(const Target& target, const knobs::Setting& held = {}) {
+    return {renderer, [this](int frame) { return renderer.frame(frame); }, range, target, held};
+  }
+  double trueError(int frame, const knobs::Setting& setting, const knobs::Setting& held = {}) {
+    renderer.turn(held);
+    const image::Image full = renderer.frame(frame).color;
+    renderer.turn(setting);
+    return relativeRms(renderer.frame(frame).color, full);
+  }
+  double work(const knobs::Setting& setting) {
+    renderer.turn(setting);
+    return renderer.work();
+  }
+  // The least work of all settings that meet the tolerance in these frames.
+  double leastWork(double tolerance, const std::vector<int>& frames) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int code = 0; code < 64; ++code) {
+      const knobs::Setting setting{{"a", 1 + code % 4}, {"b", 1 + code / 4 % 4}, {"c", 1 + code / 16}};
+      if (std::ranges::all_of(frames, [&](int frame) { return trueError(frame, setting) <= tolerance; }))
+        least = std::min(least, work(setting));
+    }
+    return least;
+  }
+  // Of all frames within the tolerance; returns the sum of their work.
+  double expectWithin(double tolerance) {
+    Controller controller = controllerOf({Target::Kind::tolerance, tolerance});
+    double total = 0;
+    for (int frame = range.first; frame <= range.last; ++frame) {
+      const Choice choice = controller.choose(frame);
+      EXPECT_LE(trueError(frame, choice.setting), 1.0001 * tolerance) << frame;
+      total += work(choice.setting);
+    }
+    return total;
+  }
+};
+
+TEST_F(Film, TheCheapestSettingWithinTheToleranceIsChosen) {
+  for (const double tolerance : {0.003, 0.006, 0.01, 0.02})
+    EXPECT_NEAR(expectWithin(tolerance), 100 * leastWork(tolerance, {1}), 1e-6);
+}
+
+TEST_F(Film, ErrorsThatAddUpAreFoundByMeasuring) {
+  renderer.areErrorsAlike = true;
+  for (const double tolerance : {0.0035, 0.0065, 0.011, 0.021})
+    EXPECT_LE(expectWithin(tolerance), 1.1 * 100 * leastWork(tolerance, {1}));
+}
+
+TEST_F(Film, ErrorsThatRiseAlongTheFilmAreFollowed) {
+  renderer.error = [](size_t knob, double value, int frame) {
+    return 0.002 * (4 - value) / double(knob + 1) * (1 + 0.004 * frame);
+  };
+  range.last = 500;
+  double best = 0;
+  for (int frame = 5; frame <= 500; frame += 10) best += 10 * leastWork(0.01, {frame});
+  EXPECT_LE(expectWithin(0.01), 1.25 * best);
+}
+
+TEST_F(Film, EffectsOfAnotherFrameDoNotMislead) {
+  renderer.error = [](size_t knob, double value, int frame) { // another knob is the better one off the middle
+    const bool isMiddle = std::abs(frame - 65) < 8;
+    return 0.004 * (4 - value) / double(isMiddle ? knob + 1 : 3 - knob) * (isMiddle ? 0.2 : 1);
+  };
+  EXPECT_LE(expectWithin(0.01), 1.25 * 100 * leastWork(0.01, {1}));
+}
+
+TEST_F(Film, AJumpOfTheErrorDividesTheStretch) {
+  renderer.error = [](size_t knob, double value, int frame) {
+    return 0.004 * (4 - value) / double(knob + 1) * (frame >= 12 && frame < 33 ? 3 : 1);
+  };
+  Controller controller = controllerOf({Target::Kind::tolerance, 0.01});
+  size_t within = 0;
+  for (int frame = 1; frame <= 100; ++frame)
+    within += trueError(frame, controller.choose(frame).setting) <= 0.01;
+  EXPECT_GE(within, 98u) << "a jump between two measured frames shows after at most three frames";
+  EXPECT_LT(controller.choose(90).setting, controller.choose(20).setting) << "faster where it may be";
+}
+
+TEST_F(Film, ErrorsThatScatterAreKeptLower) {
+  std::mt19937 random(1);
+  std::vector<double> factors(257); // of each frame, for all knobs
+  for (double& factor : factors) factor = std::exp(std::normal_distribution<double>(0, 0.4)(random));
+  renderer.error = [&](size_t knob, double value, int frame) {
+    return 0.004 * (4 - value) / double(knob + 1) * factors[size_t(frame)];
+  };
+  range.last = 256;
+  for (const double tolerance : {0.006, 0.012, 0.025}) {
+    Controller controller = controllerOf({Target::Kind::tolerance, tolerance});
+    size_t within = 0;
+    for (int frame = 1; frame <= 256; ++frame)
+      within += trueError(frame, controller.choose(frame).setting) <= 1.2 * tolerance;
+    EXPECT_GE(within, 0.95 * 256);
+    EXPECT_LT(work(controller.choose(200).setting), 100);
+    EXPECT_LT(controller.probes(), 350u);
+  }
+}
+
+TEST_F(Film, PredictedErrorsAreTrueWhereTheErrorIsLinear) {
+  renderer.error = [](size_t knob, double value, int frame) {
+    return 0.004 * (4 - value) / double(knob + 1) * (1 + 0.002 * frame);
+  };
+  Controller controller = controllerOf({Target::Kind::tolerance, 0.01});
+  for (int frame = 1; frame <= 100; frame += 7) {
+    const Choice choice = controller.choose(frame);
+    EXPECT_NEAR(choice.predictedError, trueError(frame, choice.setting), 1e-5);
+  }
+}
+
+TEST_F(Film, AChoiceDependsOnTheFilmAlone) {
+  renderer.areErrorsAlike = true;
+  renderer.error = [](size_t knob, double value, int frame) {
+    return 0.003 * (4 - value) / double(knob + 1) * (1.5 + std::sin(0.1 * frame * double(knob + 1)));
+  };
+  range.last = 300;
+  const Target target{Target::Kind::tolerance, 0.01};
+  Controller forwards = controllerOf(target), backwards = controllerOf(target);
+  std::map<int, Choice> choices;
+  for (int frame = 1; frame <= 300; ++frame) choices[frame] = forwards.choose(frame);
+  for (int frame = 300; frame >= 1; --frame) {
+    const Choice choice = backwards.choose(frame);
+    EXPECT_EQ(choice.setting, choices[frame].setting) << frame;
+    EXPECT_EQ(choice.predictedError, choices[frame].predictedError) << frame;
+  }
+  for (int frame = 1; frame <= 300; frame += 23)
+    EXPECT_EQ(controllerOf(target).choose(frame).setting, choices[frame].setting) << frame;
+}
+
+TEST_F(Film, ProbesAreFewBesideTheFilm) {
+  range.last = 1280;
+  Controller controller = controllerOf({Target::Kind::tolerance, 0.01});
+  for (int frame = 1; frame <= 1280; ++frame) controller.choose(frame);
+  EXPECT_LT(controller.probes(), 550u);
+}
+
+TEST_F(Film, HeldKnobsKeepTheirValuesAndErrorsAreRelativeToThem) {
+  const knobs::Setting held{{"b", 1}};
+  Controller controller = controllerOf({Target::Kind::tolerance, 0.005}, held);
+  const Choice choice = controller.choose(50);
+  EXPECT_EQ(choice.setting.at("b"), 1);
+  EXPECT_GT(choice.setting.size(), 1u);
+  EXPECT_LE(trueError(50, choice.setting, held), 0.005);
+  EXPECT_THROW(controllerOf({Target::Kind::tolerance, 1}, {{"d", 1}}), Error);
+}
+
+TEST_F(Film, NothingIsRenderedWhereThereIsNothingToChoose) {
+  EXPECT_EQ(controllerOf({Target::Kind::tolerance, 0}).choose(7).setting, knobs::Setting{});
+  renderer.names.clear();
+  EXPECT_EQ(controllerOf({Target::Kind::tolerance, 0.1}).choose(7).setting, knobs::Setting{});
+  EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 1}).choose(7).setting, knobs::Setting{});
+  EXPECT_EQ(renderer.frames, 0);
+}
+
+TEST_F(Film, OneFrameIsAFilm) {
+  range = {5, 5};
+  EXPECT_NEAR(expectWithin(0.01), leastWork(0.01, {5}), 1e-6);
+}
+
+TEST_F(Film, ARendererThatReportsNoWorkIsRefused) {
+  renderer.isTimed = false;
+  EXPECT_THROW(controllerOf({Target::Kind::tolerance, 0.01}).choose(1), Error);
+}
+
+TEST_F(Film, ABudgetGetsTheMostAccurateSettingThatIsFastEnough) {
+  for (const double milliseconds : {20e3, 40e3, 70e3}) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int code = 0; code < 64; ++code) {
+      const knobs::Setting setting{{"a", 1 + code % 4}, {"b", 1 + code / 4 % 4}, {"c", 1 + code / 16}};
+      if (1e3 * work(setting) <= milliseconds) least = std::min(least, trueError(3, setting));
+    }
+    const knobs::Setting chosen = controllerOf({Target::Kind::milliseconds, milliseconds}).choose(3).setting;
+    EXPECT_LE(1e3 * work(chosen), milliseconds);
+    EXPECT_NEAR(trueError(3, chosen), least, 1e-6);
+  }
+  EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 200e3}).choose(3).setting, knobs::Setting{});
+  EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 0.1}).choose(3).setting,
+            (knobs::Setting{{"a", 1}, {"b", 1}, {"c", 1}}))
+      << "the fastest, if none is fast enough";
+}
+
+} // namespace
+} // namespace surflect::control
