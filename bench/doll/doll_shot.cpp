@@ -1,5 +1,6 @@
 #include "bench/doll/doll_shot.h"
 
+#include "render/surfels/surfel_knobs.h"
 #include "surfel/math/bounds.h"
 #include "surfel/math/sphere_sampling.h"
 
@@ -45,6 +46,12 @@ Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights) {
   shot.options.shade.lights = 4;
   shot.options.shade.lightFit = ulr::LightFit::mean;
   shot.options.shade.foreshortened = false;
+  return shot;
+}
+
+Shot previewOf(const model::Model& model, Shot shot) {
+  const std::vector<surfels::SurfelKnob> knobs = surfels::knobsOf(model, shot.options);
+  shot.options = surfels::turned(shot.options, knobs, surfels::previewOf(knobs));
   return shot;
 }
 

@@ -144,7 +144,12 @@ public:
           model, dollShot(model->cloud, arguments_.width, arguments_.height, arguments_.lights));
     };
     frames_.push_back({"frame", "", 0, make});
-    frames_[0].frame = make();
+    frames_.push_back({"preview", "", 0, [=, this] {
+                         return std::make_unique<WarmFrame>(
+                             model, previewOf(*model, dollShot(model->cloud, arguments_.width,
+                                                               arguments_.height, arguments_.lights)));
+                       }});
+    for (FrameBenchmark& entry : frames_) entry.frame = entry.make();
     for (FrameBenchmark& entry : growthBenchmarks(model, arguments.width, arguments.height, arguments.lights))
       frames_.push_back(std::move(entry));
     checkFrame();
@@ -172,7 +177,7 @@ public:
       stage["over_bound"] = stage["ms"].get<double>() / bound;
     }
     const double frameMs = recorder.ms("frame"), naiveMs = recorder.ms("reference frame"),
-                 coldMs = recorder.ms("cold frame");
+                 coldMs = recorder.ms("cold frame"), previewMs = recorder.ms("preview");
     return {{"model", folder_.string()},
             {"output", {arguments_.width, arguments_.height}},
             {"machine",
@@ -186,6 +191,11 @@ public:
             {"frame_cpu_ms", recorder.cpuMs("frame")},
             {"bound_ms", boundMs},
             {"frame_over_bound", frameMs / boundMs},
+            {"preview_ms", previewMs},
+            {"preview_cpu_ms", recorder.cpuMs("preview")},
+            {"preview_over_bound", previewMs / boundMs},
+            {"preview_db", previewDb_},
+            {"preview_stages", stagesOf(frames_[1])},
             {"naive_ms", naiveMs},
             {"naive_cpu_ms", recorder.cpuMs("reference frame")},
             {"naive_lookups", reference_.lookups},
@@ -202,7 +212,7 @@ private:
     return surfels::referenceFrame(frame.model(), *shot.warp, shot.camera, shot.lights, shot.options, blocks);
   }
 
-  // Compares the frame with the reference frame, whose white level is 1.
+  // Compares the frame with the reference frame, whose white level is 1, and the preview with the frame.
   void checkFrame() {
     WarmFrame& frame = *frames_[0].frame;
     blocks_ = std::make_unique<surfels::DecodedBlocks>(frame.cache());
@@ -210,6 +220,7 @@ private:
     const image::Image &wanted = reference_.color, &got = frame.render().color;
     const double white = film::whiteOf(wanted);
     psnrDb_ = std::min(evaluation::compare(wanted, got, 1 / white).psnrLinear(), 999.0);
+    previewDb_ = evaluation::compare(got, frames_[1].frame->render().color, 1 / white).psnrLinear();
     for (size_t i = 0; i < wanted.values.size(); ++i)
       largest_ = std::max(largest_, std::abs(double{wanted.values[i]} - got.values[i]) / white);
     if (!(white > 0 && psnrDb_ >= kLeastDb))
@@ -260,10 +271,11 @@ private:
 
   Arguments arguments_;
   fs::path folder_;
-  std::deque<FrameBenchmark> frames_; // the doll's frame first; a deque, since benchmarks hold references
+  // The doll's frame, then its preview, then growth; a deque, since benchmarks hold references.
+  std::deque<FrameBenchmark> frames_;
   std::unique_ptr<surfels::DecodedBlocks> blocks_;
   surfels::ReferenceFrame reference_;
-  double psnrDb_ = 0, largest_ = 0;
+  double psnrDb_ = 0, largest_ = 0, previewDb_ = 0;
 };
 
 void parseSize(const char* option, const std::string& text, int& width, int& height) {

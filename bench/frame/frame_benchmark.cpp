@@ -62,7 +62,7 @@ FrameCounts countsOf(const WarmFrame& frame) {
   const Shot& shot = frame.shot();
   const surfels::FrameStats& stats = frame.first();
   FrameCounts counts;
-  counts.surfels = model.cloud.size();
+  counts.surfels = stats.surfels;
   counts.drawn = stats.splats.drawn;
   counts.visible = stats.visible;
   counts.pixels = static_cast<size_t>(shot.camera.lens.width) * static_cast<size_t>(shot.camera.lens.height);

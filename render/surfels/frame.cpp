@@ -71,12 +71,11 @@ struct PatchQueries {
 PatchQueries queriesOf(const Patches& patches, std::span<const uint32_t> visible,
                        const DeformedCloud& deformed) {
   PatchQueries queries;
-  uint32_t end = 0; // of the last patch
+  size_t next = 0; // patch after the last one that was asked
   for (uint32_t place = 0; place < visible.size(); ++place) {
-    if (visible[place] < end) continue;
-    const auto next = std::ranges::upper_bound(patches.first, visible[place]);
-    end = *next;
-    const uint32_t middle = patches.middle[static_cast<size_t>(next - patches.first.begin()) - 1];
+    if (visible[place] < patches.first[next]) continue;
+    while (patches.first[next] <= visible[place]) ++next;
+    const uint32_t middle = patches.middle[next - 1];
     queries.surfels.push_back(deformed.handedness[middle] == Handedness::dead ? visible[place] : middle);
     queries.firstPlace.push_back(place);
   }
@@ -97,10 +96,10 @@ void addPlaces(const PatchQueries& queries, std::span<const uint32_t> visible, s
 // The pieces of patches that a cut has left; their middle is the middle surfel of the run.
 Patches patchesIn(const Cut& cut, const Patches& whole) {
   Patches patches;
-  uint32_t end = 0; // of the last patch, in the whole cloud
+  size_t next = 0; // patch of the whole cloud after the last one that has a piece
   for (uint32_t i = 0; i < cut.surfels.size(); ++i) {
-    if (cut.surfels[i] < end) continue;
-    end = *std::ranges::upper_bound(whole.first, cut.surfels[i]);
+    if (cut.surfels[i] < whole.first[next]) continue;
+    while (whole.first[next] <= cut.surfels[i]) ++next;
     patches.first.push_back(i);
   }
   patches.first.push_back(static_cast<uint32_t>(cut.surfels.size()));

@@ -126,7 +126,7 @@ void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::s
                      sources.data(),
                      sources.size()};
   tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, surfels.size(), 1024), [&](const tbb::blocked_range<size_t>& range) {
+      tbb::blocked_range<size_t>(0, surfels.size(), 128), [&](const tbb::blocked_range<size_t>& range) {
         progress.checkpoint();
         fillQueries(job, range.begin(), range.end());
         for (size_t query = range.begin(); !environments.empty() && query < range.end(); ++query)

@@ -86,16 +86,23 @@ std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const Fr
   return knobs;
 }
 
+knobs::Setting previewOf(const std::vector<SurfelKnob>& knobs) {
+  knobs::Setting setting;
+  for (const SurfelKnob& each : knobs)
+    if (each.preview) setting[each.knob.name] = *each.preview;
+  return setting;
+}
+
 FrameOptions turned(const FrameOptions& full, const std::vector<SurfelKnob>& knobs,
                     const knobs::Setting& setting) {
   FrameOptions options = full;
-  for (const auto& [knob, apply] : knobs) {
-    const auto found = setting.find(knob.name);
+  for (const SurfelKnob& each : knobs) {
+    const auto found = setting.find(each.knob.name);
     if (found == setting.end()) continue;
     try {
-      apply(found->second, options);
+      each.apply(found->second, options);
     } catch (Error& error) {
-      throw std::move(error).at(knob.name).at("knob");
+      throw std::move(error).at(each.knob.name).at("knob");
     }
   }
   return options;

@@ -20,6 +20,9 @@ struct SurfelKnob {
 // The knobs that apply to frames of a field with the given options, which are their most accurate values.
 std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const FrameOptions& full);
 
+// The setting for looking.
+knobs::Setting previewOf(const std::vector<SurfelKnob>& knobs);
+
 // The options of a setting, whose knobs must all exist. Throws Error naming the knob.
 FrameOptions turned(const FrameOptions& full, const std::vector<SurfelKnob>& knobs,
                     const knobs::Setting& setting);

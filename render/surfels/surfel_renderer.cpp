@@ -86,13 +86,6 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model,
                                     model_->cloud.p0},
       workspace_(*model_, options.cacheBytes) {}
 
-knobs::Setting SurfelRenderer::preview() const {
-  knobs::Setting setting;
-  for (const SurfelKnob& each : knobs_)
-    if (each.preview) setting[each.knob.name] = *each.preview;
-  return setting;
-}
-
 std::vector<knobs::Knob> SurfelRenderer::knobs() const {
   std::vector<knobs::Knob> knobs;
   for (const SurfelKnob& each : knobs_) knobs.push_back(each.knob);

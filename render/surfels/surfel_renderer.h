@@ -17,7 +17,7 @@ public:
 
   const render::Description& describe() const override { return description_; }
   std::vector<knobs::Knob> knobs() const override;
-  knobs::Setting preview() const override;
+  knobs::Setting preview() const override { return previewOf(knobs_); }
   void turn(const knobs::Setting& setting) override;
   render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs,
                              const Progress& progress, render::FrameLayers memory) override;

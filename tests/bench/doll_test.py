@@ -49,6 +49,13 @@ class Doll(unittest.TestCase):
         self.assertAlmostEqual(report["naive_over_frame"], report["naive_ms"] / report["frame_ms"])
         self.assertLessEqual(sum(stage["naive_ms"] for stage in report["stages"]), report["naive_ms"])
 
+    def test_the_preview_is_close_to_the_frame(self):
+        report = self.report
+        self.assertGreater(report["preview_db"], 35)
+        self.assertGreater(report["preview_ms"], 0)
+        self.assertAlmostEqual(report["preview_over_bound"], report["preview_ms"] / report["bound_ms"])
+        self.assertEqual([stage["stage"] for stage in report["preview_stages"]], STAGES)
+
     def test_counts_are_those_of_the_frame(self):
         counts = self.report["counts"]
         self.assertEqual(self.report["output"], [256, 192])
