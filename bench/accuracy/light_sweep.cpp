@@ -47,7 +47,7 @@ std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep
       if (!frame.light) throw Error::mismatch("a light for each frame", "none").at("frames").in(sweep.file);
       const scene::ShotLight light = scene::inObjectSpace(sweep.lights[*frame.light]);
       way.pictures.push_back(
-          surfels::renderFrame(model, {*still, camera, {light}}, {shade, {}, {}}, workspace).color);
+          surfels::renderFrame(model, {*still, camera, {light}}, {.shade = shade}, workspace).color);
     }
   }
   return ways;
