@@ -76,8 +76,8 @@ Json runRelight(const Arguments& arguments, const Progress& progress) {
   if (report.invalidTexels > 0)
     say(fmt::format("{} NaN or infinite texels of photographs count as 0", report.invalidTexels));
   say(fmt::format(
-      "{}: {} views for training and {} for the test, each the sum of {} photographs{}{}; {:.1f} s",
-      arguments.output, training, views - training, plan.lights.size(),
+      "{}: {} views for training and {} for the test, each the sum of {} photograph{}{}{}; {:.1f} s",
+      arguments.output, training, views - training, plan.lights.size(), plan.lights.size() == 1 ? "" : "s",
       plan.skipped.empty() ? "" : fmt::format("; {} views left out", plan.skipped.size()),
       report.resumedViews > 0 ? fmt::format("; {} were there already", report.resumedViews) : "", seconds));
   Json weights = Json::array();

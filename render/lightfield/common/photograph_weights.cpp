@@ -1,5 +1,6 @@
 #include "render/lightfield/common/photograph_weights.h"
 
+#include "srf/ulr/environment_map.h"
 #include "srf/ulr/light_blend.h"
 #include "surfel/base/error.h"
 
@@ -62,6 +63,29 @@ std::vector<Rgb> assignedIrradiance(const LightsSeen& seen, const capture::Light
   return assigned;
 }
 
+// Sum of the irradiance of all texels that are nearest to each captured light.
+std::vector<Rgb>
+irradianceByNearestLight(std::span<const Towards> lights, const ulr::EnvironmentMap& environment,
+                         const Rotation<AcquisitionSpace, EnvironmentSpace>& acquisitionFromEnvironment,
+                         const Progress& progress) {
+  const std::vector<ulr::EnvironmentLight>& texels = environment.texels;
+  std::vector<uint32_t> nearest(texels.size());
+  const Mat3<double> rotation = acquisitionFromEnvironment.matrix();
+  tbb::parallel_for(size_t{0}, texels.size(), [&](size_t i) {
+    progress.checkNowAndThen(i);
+    const auto towards = assume<Towards>(rotation * texels[i].towards.raw().cast<double>());
+    nearest[i] = static_cast<uint32_t>(nearestLight(lights, towards));
+  });
+  std::vector<Vec3<double>> sums(lights.size(), Vec3<double>::Zero()); // in double, for millions of texels
+  for (size_t i = 0; i < texels.size(); ++i)
+    sums[nearest[i]] += Vec3<double>(texels[i].irradiance.r, texels[i].irradiance.g, texels[i].irradiance.b);
+  std::vector<Rgb> irradiance;
+  for (const Vec3<double>& sum : sums)
+    irradiance.push_back(
+        {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])});
+  return irradiance;
+}
+
 Rgb dividedBy(const Rgb& a, const Rgb& b) { return {a.r / b.r, a.g / b.g, a.b / b.b}; }
 
 // Assigns the irradiance of one light of a shot.
@@ -98,29 +122,6 @@ size_t nearestLight(std::span<const Direction3<AcquisitionSpace, double>> lights
   for (size_t l = 1; l < lights.size(); ++l)
     if (dot(lights[l], towards) > dot(lights[nearest], towards)) nearest = l;
   return nearest;
-}
-
-std::vector<Rgb>
-irradianceByNearestLight(std::span<const Direction3<AcquisitionSpace, double>> lights,
-                         const ulr::EnvironmentMap& environment,
-                         const Rotation<AcquisitionSpace, EnvironmentSpace>& acquisitionFromEnvironment,
-                         const Progress& progress) {
-  const std::vector<ulr::EnvironmentLight>& texels = environment.texels;
-  std::vector<uint32_t> nearest(texels.size());
-  const Mat3<double> rotation = acquisitionFromEnvironment.matrix();
-  tbb::parallel_for(size_t{0}, texels.size(), [&](size_t i) {
-    progress.checkNowAndThen(i);
-    const auto towards = assume<Towards>(rotation * texels[i].towards.raw().cast<double>());
-    nearest[i] = static_cast<uint32_t>(nearestLight(lights, towards));
-  });
-  std::vector<Vec3<double>> sums(lights.size(), Vec3<double>::Zero()); // in double, for millions of texels
-  for (size_t i = 0; i < texels.size(); ++i)
-    sums[nearest[i]] += Vec3<double>(texels[i].irradiance.r, texels[i].irradiance.g, texels[i].irradiance.b);
-  std::vector<Rgb> irradiance;
-  for (const Vec3<double>& sum : sums)
-    irradiance.push_back(
-        {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])});
-  return irradiance;
 }
 
 std::vector<Rgb> photographWeights(std::span<const capture::Light> captured,

@@ -13,7 +13,6 @@
 #include "render/scene/scene.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/rig.h"
-#include "srf/ulr/environment_map.h"
 #include "surfel/base/progress.h"
 #include "surfel/math/rgb.h"
 #include "surfel/math/space.h"
@@ -28,14 +27,6 @@ namespace surflect::lightfield {
 // and there is at least one light.
 size_t nearestLight(std::span<const Direction3<AcquisitionSpace, double>> lights,
                     const Direction3<AcquisitionSpace, double>& towards);
-
-// Sum of the irradiance of all texels that are nearest to a captured light, per light (#lights). Throws
-// Cancelled.
-std::vector<Rgb>
-irradianceByNearestLight(std::span<const Direction3<AcquisitionSpace, double>> lights,
-                         const ulr::EnvironmentMap& environment,
-                         const Rotation<AcquisitionSpace, EnvironmentSpace>& acquisitionFromEnvironment,
-                         const Progress& progress = {});
 
 // Weights of the photographs under captured lights (#captured, at least one) for the sum of the lights of a
 // shot. The shot's object space is the acquisition space, as nothing is warped. A direction within 1e-5

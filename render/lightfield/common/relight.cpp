@@ -1,10 +1,12 @@
 #include "render/lightfield/common/relight.h"
 
 #include "render/lightfield/common/photograph_weights.h"
+#include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
+#include "srf/ulr/environment_map.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/resumable_folder.h"
@@ -66,7 +68,8 @@ std::vector<size_t> commonLights(const capture::Capture& capture, const FrameTab
 }
 
 Point3<AcquisitionSpace, double> middleOfObject(const capture::Capture& capture, const Progress& progress) {
-  if (capture.geometry.empty()) return {0, 0, 0};
+  if (capture.geometry.empty())
+    return capture::middleOfScene(capture).value_or(Point3<AcquisitionSpace, double>(0, 0, 0));
   const TriangleMesh mesh =
       readMesh(capture.folder() / capture.geometry, {Faces::cut, capture.origin}, progress);
   return middleOf(mesh.positions);

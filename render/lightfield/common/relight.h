@@ -31,7 +31,7 @@ struct RelightPlan {
 };
 
 // Plans the views of a capture under the lights of a shot; `photographWeights` gives the weights, at the
-// middle of the mesh's box, or at the origin of a capture without a mesh. Lights of training frames take
+// middle of the mesh's box, or without a mesh where the cameras look. Lights of training frames take
 // part, those that only test frames have do not. A view whose sum has a held-out photograph is held out.
 // Throws Error for a capture without lights, for lights of weight 0 everywhere, and, naming view and light,
 // for a missing photograph; also as photographWeights() does, and Cancelled.

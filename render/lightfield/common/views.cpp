@@ -3,7 +3,6 @@
 #include "srf/capture/photograph.h"
 #include "srf/capture/silhouette.h"
 #include "srf/image/over_black.h"
-#include "srf/proxy/mesh/mesh_mending.h"
 #include "surfel/base/error.h"
 
 #include <fmt/format.h>
@@ -44,26 +43,19 @@ capture::Capture fixedLightCapture(const std::filesystem::path& folder, const Vi
   return capture;
 }
 
-proxy::MendedMesh mendedMesh(const capture::Capture& capture, const ViewsOptions& options,
-                             const Progress& progress) {
-  if (options.mesh.empty() && capture.geometry.empty())
-    throw Error("missing; a light field needs a triangle mesh (--mesh)").at("geometry").in(capture.file);
+proxy::Impostor geometryOf(const capture::Capture& capture, const ViewsOptions& options,
+                           const Progress& progress) {
   const capture::Capture training = capture::subset(
       capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
   if (training.frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
-  return proxy::readMended(options.mesh.empty() ? capture.folder() / capture.geometry : options.mesh,
-                           training, progress);
+  return proxy::impostorOf(training, {.mesh = options.mesh}, progress);
 }
 
 } // namespace
 
 Views::Views(const std::filesystem::path& folder, const ViewsOptions& options, const Progress& progress)
-    : capture_(fixedLightCapture(folder, options)), notes_(capture_.notes), mesh_([&] {
-        proxy::MendedMesh mended = mendedMesh(capture_, options, progress);
-        notes_.insert(notes_.end(), mended.notes.begin(), mended.notes.end());
-        return std::move(mended.mesh);
-      }()),
-      rays_(mesh_, progress) {}
+    : capture_(fixedLightCapture(folder, options)), geometry_(geometryOf(capture_, options, progress)),
+      rays_(geometry_.mesh, progress) {}
 
 std::vector<size_t> Views::ofSplit(capture::Split split) const {
   std::vector<size_t> views;

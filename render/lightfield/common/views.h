@@ -3,6 +3,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
+#include "srf/proxy/impostor.h"
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/geometry/ray_caster.h"
@@ -15,7 +16,7 @@
 namespace surflect::lightfield {
 
 struct ViewsOptions {
-  std::filesystem::path mesh = {}; // instead of the capture's own; empty: the capture's
+  std::filesystem::path mesh = {}; // replaces the capture's geometry; or empty
   capture::PathRule paths = capture::PathRule::inside;
   bool plainPinholes = false; // refuses distorted and orthographic lenses
 };
@@ -23,16 +24,15 @@ struct ViewsOptions {
 // Views of a capture folder under fixed light or a single light: poses and mesh in memory, pictures on disk.
 class Views {
 public:
-  // Throws Error for a capture with several lights, without a mesh, or without training views; for a lens
-  // that the options refuse; as readCapture() and readMended() do; and Cancelled.
+  // Throws Error for a capture with several lights or without training views, and for a lens that the options
+  // refuse; as readCapture() and impostorOf() do; and Cancelled.
   explicit Views(const std::filesystem::path& folder, const ViewsOptions& options = {},
                  const Progress& progress = {});
 
-  // Mesh in acquisition space, repaired by the training views as pack repairs it.
-  const TriangleMesh& mesh() const { return mesh_; }
+  // Geometry by the training views, as pack makes it: a mesh file, repaired, or a visual hull.
+  const proxy::Impostor& geometry() const { return geometry_; }
+  const TriangleMesh& mesh() const { return geometry_.mesh; } // in acquisition space
   const RayCaster<AcquisitionSpace>& rays() const { return rays_; }
-  // Notes for the user: how the capture was understood, and what was repaired in the mesh.
-  const std::vector<std::string>& notes() const { return notes_; }
   const capture::Capture& capture() const { return capture_; }
 
   // Number of views; one for each photograph, in the order of the capture.
@@ -55,8 +55,7 @@ private:
   const capture::View& placeOf(size_t view) const { return capture_.views[capture_.frames[view].view]; }
 
   capture::Capture capture_;
-  std::vector<std::string> notes_;
-  TriangleMesh mesh_;
+  proxy::Impostor geometry_;
   RayCaster<AcquisitionSpace> rays_;
 };
 
