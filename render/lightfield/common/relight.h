@@ -17,7 +17,7 @@ namespace surflect::lightfield {
 
 // Lights and views that take part, where some photographs are missing.
 enum class Incomplete {
-  refused, // every view needs a photograph under every light of weight above 0
+  refused, // every view needs a photograph under every light whose weight is not 0
   skipped, // views that lack one are left out
   common   // only lights of which every view has a photograph take part
 };
@@ -30,11 +30,11 @@ struct RelightPlan {
   std::vector<std::string> skipped;             // names of views that are left out
 };
 
-// Plans the views of a capture under the lights of a shot; `photographWeights` gives the weights, at the
-// middle of the mesh's box, or without a mesh where the cameras look. Lights of training frames take
-// part, those that only test frames have do not. A view whose sum has a held-out photograph is held out.
-// Throws Error for a capture without lights, for lights of weight 0 everywhere, and, naming view and light,
-// for a missing photograph; also as photographWeights() does, and Cancelled.
+// Plans the views of a capture under the lights of a shot. photographWeights() gives the weights, at the
+// middle of the mesh's box or, without a mesh, at the point that the cameras look at. Only lights of training
+// frames take part. A view whose sum has a held-out photograph is held out. Throws Error for a capture
+// without lights, if all weights are 0 and, naming view and light, for a missing photograph; also as
+// photographWeights() does, and Cancelled.
 RelightPlan planRelight(const capture::Capture& capture, std::span<const scene::ShotLight> lights,
                         Incomplete incomplete, const Progress& progress = {});
 
