@@ -83,6 +83,12 @@ TEST(WeightedSum, IsLinearInTheWeightsAndKeepsTheUnionOfMattes) {
                             ofBoth = weightedSum(photographs, both);
   for (size_t i = 0; i < ofBoth.radiance.values.size(); ++i)
     EXPECT_NEAR(ofBoth.radiance.values[i], ofA.radiance.values[i] + ofB.radiance.values[i], 1e-5);
+  for (size_t i = 0; i < ofA.radiance.values.size(); i += 3) { // premultiplied red
+    float red = 0;
+    for (size_t p = 0; p < photographs.size(); ++p)
+      red += a[p].r * photographs[p].alpha.values[i / 3] * photographs[p].radiance.values[i];
+    EXPECT_NEAR(ofA.radiance.values[i] * ofA.alpha.values[i / 3], red, 1e-5);
+  }
   for (size_t i = 0; i < ofBoth.alpha.values.size(); ++i) {
     float widest = 0;
     for (const capture::Photograph& photograph : photographs)
