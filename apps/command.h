@@ -34,6 +34,7 @@ inline void setWork(CLI::App& command, CommandWork& work, const std::string& nex
 // Add the subcommands; each sets `work` when chosen.
 void addCaptureCommand(CLI::App& app, CommandWork& work);
 void addImportCommand(CLI::App& app, CommandWork& work);
+void addRelightCommand(CLI::App& app, CommandWork& work);
 void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);
 void addEvaluateCommand(CLI::App& app, CommandWork& work);

@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   CommandWork work;
   addImportCommand(app, work);
   addCaptureCommand(app, work);
+  addRelightCommand(app, work);
   addPackCommand(app, work);
   addRenderCommand(app, work);
   addEvaluateCommand(app, work);

@@ -46,8 +46,10 @@ std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep
     for (const capture::Frame& frame : sweep.frames) {
       if (!frame.light) throw Error::mismatch("a light for each frame", "none").at("frames").in(sweep.file);
       const scene::ShotLight light = scene::inObjectSpace(sweep.lights[*frame.light]);
+      surfels::FrameOptions options;
+      options.shade = shade;
       way.pictures.push_back(
-          surfels::renderFrame(model, {*still, camera, {light}}, {.shade = shade}, workspace).color);
+          surfels::renderFrame(model, {*still, camera, {light}}, options, workspace).color);
     }
   }
   return ways;

@@ -1,6 +1,7 @@
 #include "bench/gallery/figures.h"
 
 #include "render/film/frame_file.h"
+#include "render/lightfield/common/photograph_weights.h"
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
@@ -15,21 +16,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <numeric>
+#include <span>
 
 namespace surflect::bench {
 
 namespace {
 
-// Direction in the world with z up; the middle of the environment lies along y.
-Vec3<double> inWorld(const Direction3<EnvironmentSpace, double>& d) { return {d.x(), -d.z(), d.y()}; }
-
-size_t nearestLight(const std::vector<Vec3<double>>& towards, const Vec3<double>& direction) {
-  size_t nearest = 0;
-  for (size_t l = 1; l < towards.size(); ++l)
-    if (towards[l].dot(direction) > towards[nearest].dot(direction)) nearest = l;
-  return nearest;
+// World with z up; the middle of the environment lies along y.
+Rotation<AcquisitionSpace, EnvironmentSpace> worldFromEnvironment() {
+  Mat3<double> rotation;
+  rotation << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  return Rotation<AcquisitionSpace, EnvironmentSpace>(rotation);
 }
 
 // Writes radiance as a PNG with the 97th percentile as white.
@@ -45,15 +45,6 @@ image::Image filmOf(const capture::Photograph& photograph) {
   return image::overBlack(photograph.radiance, photograph.alpha);
 }
 
-image::Image weighted(image::Image film, const Rgb& weight) {
-  const std::array weights{weight.r, weight.g, weight.b};
-  for (size_t i = 0; i < film.values.size(); i += 4)
-    for (size_t c = 0; c < 3; ++c) film.values[i + c] *= weights[c];
-  return film;
-}
-
-Rgb dividedBy(const Rgb& a, const Rgb& b) { return {a.r / b.r, a.g / b.g, a.b / b.b}; }
-
 } // namespace
 
 void relightReflectanceImage(const std::filesystem::path& captureFolder, const std::string& camera,
@@ -66,34 +57,35 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   });
   if (capture.frames.empty())
     throw Error("has no photographs for training under lights").at(camera).in(captureFolder);
-  std::vector<Vec3<double>> towards; // per frame
-  std::vector<Rgb> irradiance;
+  std::vector<capture::Light> lights; // per frame
+  std::vector<Direction3<AcquisitionSpace, double>> towards;
   for (const capture::Frame& frame : capture.frames) {
-    const capture::Light& light = capture.lights[*frame.light];
-    towards.push_back(capture::towardsLight(light, {0, 0, 0}).raw());
-    irradiance.push_back(capture::irradianceAt(light, {0, 0, 0}));
+    lights.push_back(capture.lights[*frame.light]);
+    towards.push_back(capture::towardsLight(lights.back(), {0, 0, 0}));
   }
 
   // Assigns each texel to its nearest light.
   const image::Image radiance = image::readPicture(environmentFile).image;
-  const ulr::EnvironmentMap map = ulr::environmentOf(radiance, ulr::EnvironmentMapping::latLong);
-  std::vector<Rgb> gatheredIrradiance(towards.size());
-  for (const ulr::EnvironmentLight& texel : map.texels) {
-    Rgb& sum = gatheredIrradiance[nearestLight(towards, inWorld(texel.towards.cast<double>()))];
-    sum = sum + texel.irradiance;
-  }
+  const auto map = std::make_shared<const ulr::EnvironmentMap>(
+      ulr::environmentOf(radiance, ulr::EnvironmentMapping::latLong));
+  const std::array<scene::ShotLight, 1> shot = {
+      scene::ShotEnvironment{map, Rotation<ObjectSpace, EnvironmentSpace>(worldFromEnvironment().matrix())}};
+  const std::vector<Rgb> weights = lightfield::photographWeights(lights, {0, 0, 0}, shot);
   std::vector<size_t> lightOf; // nearest light of each texel
   std::vector<double> solidAngle(towards.size());
   for (int y = 0; y < radiance.height; ++y)
     for (int x = 0; x < radiance.width; ++x) {
       const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
-      lightOf.push_back(nearestLight(towards, inWorld(ulr::latLongDirection(u, v))));
+      lightOf.push_back(
+          lightfield::nearestLight(towards, worldFromEnvironment()(ulr::latLongDirection(u, v))));
       solidAngle[lightOf.back()] += std::sin(std::numbers::pi * v) * 2 * std::numbers::pi / radiance.width *
                                     std::numbers::pi / radiance.height;
     }
   image::Image coarse(radiance.width, radiance.height, 3);
   for (size_t i = 0; i < lightOf.size(); ++i) {
-    const Rgb mean = static_cast<float>(1 / solidAngle[lightOf[i]]) * gatheredIrradiance[lightOf[i]];
+    const size_t l = lightOf[i];
+    const Rgb gatheredIrradiance = weights[l] * capture::irradianceAt(lights[l], {0, 0, 0});
+    const Rgb mean = static_cast<float>(1 / solidAngle[l]) * gatheredIrradiance;
     std::ranges::copy(std::array{mean.r, mean.g, mean.b}, &coarse.values[3 * i]);
   }
   writeForTheEye(folder / "environment.png", radiance);
@@ -104,7 +96,8 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
   const std::vector<capture::Photograph> photographs = capture::readPhotographs(capture, frames);
   std::vector<image::Image> films;
   for (const size_t f : frames)
-    films.push_back(weighted(filmOf(photographs[f]), dividedBy(gatheredIrradiance[f], irradiance[f])));
+    films.push_back(
+        filmOf(lightfield::weightedSum(std::span(&photographs[f], 1), std::span(&weights[f], 1))));
 
   // Lights by descending contribution to the sum.
   std::vector<float> light;
@@ -115,11 +108,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
     film::writeFrame(folder / fmt::format("captured-{}.exr", k), {filmOf(photographs[heaviest[k]]), {}}, {});
     film::writeFrame(folder / fmt::format("weighted-{}.exr", k), {films[heaviest[k]], {}}, {});
   }
-  image::Image sum = films[0];
-  for (size_t f = 1; f < films.size(); ++f)
-    for (size_t i = 0; i < sum.values.size(); i += 4)
-      for (size_t c = 0; c < 3; ++c) sum.values[i + c] += films[f].values[i + c];
-  film::writeFrame(folder / "sum.exr", {sum, {}}, {});
+  film::writeFrame(folder / "sum.exr", {filmOf(lightfield::weightedSum(photographs, weights)), {}}, {});
 }
 
 } // namespace surflect::bench

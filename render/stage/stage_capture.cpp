@@ -3,7 +3,7 @@
 #include "render/stage/stage_pictures.h"
 #include "srf/capture/writer.h"
 #include "surfel/base/file.h"
-#include "surfel/base/folder.h"
+#include "surfel/base/resumable_folder.h"
 #include "surfel/base/step_progress.h"
 
 #include <fmt/format.h>
@@ -26,30 +26,6 @@ std::string objOf(const TriangleMesh& mesh) {
   return text;
 }
 
-fs::path identityPath(const fs::path& folder) { return folder / "stage.identity"; }
-
-// Throws unless the folder's identity is that of this capture.
-void requireOurs(const fs::path& folder, const std::string& identity) {
-  const fs::path path = identityPath(folder);
-  if (fs::exists(path)) {
-    if (readFile(path, 1 << 16) != identity)
-      throw Error("is of another stage file, script or frame: give the output a folder of its own")
-          .in(folder);
-    return;
-  }
-  removeAbandoned(folder, [&](const std::string& name) { return name == path.filename(); });
-  if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
-    throw Error::mismatch("a new folder, or an empty one", "something there already").in(folder);
-}
-
-void claim(const fs::path& folder, const std::string& identity) {
-  createFolder(folder);
-  if (!fs::exists(identityPath(folder))) writeFileAtomically(identityPath(folder), identity);
-  createFolder(folder / "images");
-  removeAbandoned(folder, [](const std::string&) { return true; });
-  removeAbandoned(folder / "images", [](const std::string&) { return true; });
-}
-
 std::unique_ptr<const StageScene> sceneOf(const Stage& stage, const StageDeformation* deformation) {
   std::vector<StageObject> objects = stage.objects;
   for (size_t i = 0; deformation && i < objects.size(); ++i) {
@@ -65,10 +41,12 @@ std::unique_ptr<const StageScene> sceneOf(const Stage& stage, const StageDeforma
   return std::make_unique<const StageScene>(std::move(objects));
 }
 
-std::string identityOf(const Stage& stage, const StageDeformation* deformation, StageFrames which) {
+FolderIdentity identityOf(const Stage& stage, const StageDeformation* deformation, StageFrames which) {
   assert((deformation != nullptr) == (which == StageFrames::deformed));
-  return fmt::format("stage {} {} {:016x} {:016x}\n", kPictureFormat, static_cast<int>(which), stage.hash,
-                     deformation ? deformation->hash : 0);
+  return {"stage.identity",
+          fmt::format("stage {} {} {:016x} {:016x}\n", kPictureFormat, static_cast<int>(which), stage.hash,
+                      deformation ? deformation->hash : 0),
+          "is of another stage file, script or frame"};
 }
 
 } // namespace
@@ -76,15 +54,15 @@ std::string identityOf(const Stage& stage, const StageDeformation* deformation, 
 void requireCapturable(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                        const fs::path& folder) {
   planOf(stage, which);
-  requireOurs(folder, identityOf(stage, deformation, which));
+  requireResumable(folder, identityOf(stage, deformation, which));
 }
 
 StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
                          const fs::path& folder, const Progress& progress) {
   const StagePlan plan = planOf(stage, which);
   const capture::Capture& capture = plan.capture;
-  const std::string identity = identityOf(stage, deformation, which);
-  requireOurs(folder, identity);
+  const FolderIdentity identity = identityOf(stage, deformation, which);
+  requireResumable(folder, identity);
   StageReport report{capture.views.size(), capture.lights.size()};
   for (const capture::Frame& frame : capture.frames)
     ++(frame.split == capture::Split::train ? report.trainingFrames : report.testFrames);
@@ -97,7 +75,7 @@ StageReport captureStage(const Stage& stage, const StageDeformation* deformation
   std::unique_ptr<const StageScene>
       scene; // before the folder is begun, because the script may leave nothing visible
   if (!missing.empty()) scene = sceneOf(stage, deformation);
-  claim(folder, identity);
+  claimFolder(folder, identity);
   for (size_t i = 0; i < missing.size(); ++i) {
     const Progress ofView = stepOf(progress, "tracing", i, missing.size());
     write(trace(*scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder, ofView);

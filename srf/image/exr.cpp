@@ -135,6 +135,12 @@ ExrFile::ExrFile(ExrFile&&) noexcept = default;
 
 bool ExrFile::has(const std::string& channel) const { return parts_->places.contains(channel); }
 
+Precision ExrFile::precision(const std::string& channel) const {
+  const ChannelPlace& place = parts_->places.at(channel);
+  return parts_->file.header(place.part).channels()[place.name].type == Imf::HALF ? Precision::half
+                                                                                  : Precision::single;
+}
+
 std::optional<std::string> ExrFile::attribute(const std::string& name) const {
   const auto* found = parts_->file.header(0).findTypedAttribute<Imf::StringAttribute>(name);
   return found ? std::optional(found->value()) : std::nullopt;

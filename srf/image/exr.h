@@ -22,6 +22,8 @@ namespace surflect::image {
 // Channels that become one image, in this order.
 using ChannelSet = std::vector<std::string>;
 
+enum class Precision { half, single };
+
 // An open file of which only the header has been read. For one thread at a time.
 class ExrFile {
 public:
@@ -36,6 +38,8 @@ public:
   int height() const { return height_; }
   const std::vector<std::string>& channels() const { return channels_; }
   bool has(const std::string& channel) const;
+  // Precision of a channel that the file has; integers count as single.
+  Precision precision(const std::string& channel) const;
   // Text metadata of the first part; empty if there is none of that name.
   std::optional<std::string> attribute(const std::string& name) const;
   // Colour statement by the attribute `chromaticities`; none: Rec. 709. Values are linear.
@@ -62,8 +66,6 @@ private:
 // there are. alphaChannel: its alpha (A), if any. The empty layer is the picture itself.
 ChannelSet colorChannels(const ExrFile& file, const std::string& layer);
 std::optional<std::string> alphaChannel(const ExrFile& file, const std::string& layer);
-
-enum class Precision { half, single };
 
 // Rounds values to a file's precision.
 void roundTo(Precision precision, std::span<float> values);

@@ -46,6 +46,7 @@ BELOW = {
     "render/film": SURFEL + SCENE + ["render/knobs", "render"],
     "render/evaluation": PROXY + SCENE + ["render/knobs", "render"],
     "render/gl": CAPTURE,
+    "render/lightfield/common": SCENE + SURFEL + ["srf/proxy"],
     "render/chart": SCENE + ["render/knobs", "render", "render/evaluation"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],

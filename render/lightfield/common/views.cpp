@@ -1,0 +1,74 @@
+#include "render/lightfield/common/views.h"
+
+#include "srf/capture/photograph.h"
+#include "srf/capture/silhouette.h"
+#include "srf/image/over_black.h"
+#include "surfel/base/error.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+namespace surflect::lightfield {
+
+namespace {
+
+void requirePlainPinholes(const capture::Capture& capture) {
+  for (const capture::View& view : capture.views) {
+    const capture::Lens& lens = view.camera.lens;
+    if (lens.model != capture::Lens::Model::pinhole)
+      throw Error::mismatch("a pinhole", "an orthographic camera")
+          .at("view " + view.identity)
+          .in(capture.file);
+    for (const auto& [name, value] :
+         {std::pair("k1", lens.k1), {"k2", lens.k2}, {"p1", lens.p1}, {"p2", lens.p2}})
+      if (value != 0)
+        throw Error::mismatch("0, as pictures must be free of distortion", numberText(value))
+            .at("view " + view.identity + ": " + name)
+            .in(capture.file);
+  }
+}
+
+capture::Capture fixedLightCapture(const std::filesystem::path& folder, const ViewsOptions& options) {
+  const capture::Capture all = capture::readCapture(folder, options.paths);
+  capture::Capture capture = capture::subset(all, [](const capture::Frame&) { return true; });
+  capture.notes = all.notes;
+  if (capture.lights.size() > 1)
+    throw Error::mismatch("one at most (surflect relight makes views under fixed light)",
+                          fmt::format("{} lights", capture.lights.size()))
+        .at("lights")
+        .in(capture.file);
+  if (options.plainPinholes) requirePlainPinholes(capture);
+  return capture;
+}
+
+proxy::Impostor geometryOf(const capture::Capture& capture, const ViewsOptions& options,
+                           const Progress& progress) {
+  const capture::Capture training = capture::subset(
+      capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
+  if (training.frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
+  return proxy::impostorOf(training, {.mesh = options.mesh}, progress);
+}
+
+} // namespace
+
+Views::Views(const std::filesystem::path& folder, const ViewsOptions& options, const Progress& progress)
+    : capture_(fixedLightCapture(folder, options)), geometry_(geometryOf(capture_, options, progress)),
+      rays_(geometry_.mesh, progress) {}
+
+std::vector<size_t> Views::ofSplit(capture::Split split) const {
+  std::vector<size_t> views;
+  for (size_t view = 0; view < size(); ++view)
+    if (capture_.frames[view].split == split) views.push_back(view);
+  return views;
+}
+
+image::Image Views::read(size_t view, const Progress& progress) const {
+  const capture::Photograph photograph =
+      std::move(capture::readPhotographs(capture_, std::array{view}, progress)[0]);
+  return image::overBlack(photograph.radiance,
+                          photograph.hasMatte ? photograph.alpha : capture::silhouette(camera(view), rays_));
+}
+
+} // namespace surflect::lightfield

@@ -1,0 +1,62 @@
+// Input of every light-field renderer: a triangle mesh and calibrated RGBA views under fixed light.
+#pragma once
+
+#include "srf/capture/capture.h"
+#include "srf/image/image.h"
+#include "srf/proxy/impostor.h"
+#include "surfel/base/progress.h"
+#include "surfel/geometry/mesh.h"
+#include "surfel/geometry/ray_caster.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace surflect::lightfield {
+
+struct ViewsOptions {
+  std::filesystem::path mesh = {}; // replaces the capture's geometry; or empty
+  capture::PathRule paths = capture::PathRule::inside;
+  bool plainPinholes = false; // refuses distorted and orthographic lenses
+};
+
+// Views of a capture folder under fixed light or a single light: poses and mesh in memory, pictures on disk.
+class Views {
+public:
+  // Throws Error for a capture with several lights or without training views, and for a lens that the options
+  // refuse; as readCapture() and impostorOf() do; and Cancelled.
+  explicit Views(const std::filesystem::path& folder, const ViewsOptions& options = {},
+                 const Progress& progress = {});
+
+  // Geometry by the training views, as pack makes it: a mesh file, repaired, or a visual hull.
+  const proxy::Impostor& geometry() const { return geometry_; }
+  const TriangleMesh& mesh() const { return geometry_.mesh; } // in acquisition space
+  const RayCaster<AcquisitionSpace>& rays() const { return rays_; }
+  const capture::Capture& capture() const { return capture_; }
+
+  // Number of views; one for each photograph, in the order of the capture.
+  size_t size() const { return capture_.frames.size(); }
+  const std::string& name(size_t view) const { return placeOf(view).identity; }
+  const capture::Camera<AcquisitionSpace>& camera(size_t view) const { return placeOf(view).camera; }
+  // Held-out views are for comparison only: a renderer must not be built from them.
+  capture::Split split(size_t view) const { return capture_.frames[view].split; }
+  std::filesystem::path picture(size_t view) const {
+    return capture_.folder() / capture_.frames[view].picture;
+  }
+  // Indices of the views of a split.
+  std::vector<size_t> ofSplit(capture::Split split) const;
+
+  // Reads a view from disk: linear RGBA, premultiplied. Without matte or mask, alpha is the silhouette of the
+  // mesh. May be called from several threads. Throws Error and Cancelled.
+  image::Image read(size_t view, const Progress& progress = {}) const;
+
+private:
+  const capture::View& placeOf(size_t view) const { return capture_.views[capture_.frames[view].view]; }
+
+  capture::Capture capture_;
+  proxy::Impostor geometry_;
+  RayCaster<AcquisitionSpace> rays_;
+};
+
+} // namespace surflect::lightfield
