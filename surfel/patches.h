@@ -18,8 +18,8 @@ struct Patches {
 };
 
 // Cuts a cloud that is sorted along a space-filling curve into runs of at most `most` > 0 surfels. A run also
-// ends before a surfel that is farther from its first than a disc of so many surfels is wide, or whose normal
-// differs by more than 45 degrees, so that a patch lies on one sheet. Cost: O(surfels).
+// ends before a surfel that is farther from its first than a disc of so many surfels or a fiftieth of the
+// cloud is wide, or whose normal differs by more than 45 degrees. Cost: O(surfels).
 Patches patchesOf(const SurfelCloud& cloud, size_t most);
 
 } // namespace surflect

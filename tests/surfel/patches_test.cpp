@@ -41,6 +41,14 @@ TEST(Patches, AreNeighboursOnOneSheet) {
   }
 }
 
+TEST(Patches, OfACoarseCloudAreSmall) {
+  const SurfelCloud cloud = thinWall();
+  const Patches patches = patchesOf(cloud, 64);
+  for (size_t patch = 0; patch < patches.size(); ++patch)
+    for (uint32_t i = patches.first[patch]; i < patches.first[patch + 1]; ++i)
+      EXPECT_LE((cloud.p0[i] - cloud.p0[patches.first[patch]]).raw().norm(), 0.02 * std::sqrt(2.0) * 1.001);
+}
+
 TEST(Patches, OfNothingAreNone) { EXPECT_EQ(patchesOf({}, 4).size(), 0u); }
 
 } // namespace
