@@ -34,7 +34,7 @@ struct Arguments {
   int frames = 7;
   int width = 1024, height = 768;
   size_t lights = 5;
-  bool json = false;
+  bool growth = true, json = false;
 };
 
 constexpr double kLeastDb = 100; // least PSNR of the frame against the reference frame
@@ -150,8 +150,10 @@ public:
                                                                arguments_.height, arguments_.lights)));
                        }});
     for (FrameBenchmark& entry : frames_) entry.frame = entry.make();
-    for (FrameBenchmark& entry : growthBenchmarks(model, arguments.width, arguments.height, arguments.lights))
-      frames_.push_back(std::move(entry));
+    if (arguments.growth)
+      for (FrameBenchmark& entry :
+           growthBenchmarks(model, arguments.width, arguments.height, arguments.lights))
+        frames_.push_back(std::move(entry));
     checkFrame();
     registerAll();
   }
@@ -331,6 +333,7 @@ int main(int argc, char** argv) {
   app.add_option("--frames", arguments.frames, "repetitions of each frame")
       ->capture_default_str()
       ->check(atMost(1000));
+  app.add_flag("!--no-growth", arguments.growth, "leaves out the frames that show how the cost grows");
   auto* json = app.add_flag("--json", arguments.json, "one object on stdout instead of a table");
   app.allow_extras();
   try {
