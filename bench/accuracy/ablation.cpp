@@ -40,14 +40,10 @@ Json ablation(const Words& words) {
     warp = scene::warpAt(script, scene::shotTime(script, std::atof(words[3].c_str())));
   }
   const auto opened = [&](const render::RendererOptions& how) { return render::openRenderer(words[0], how); };
-  render::RendererOptions nearest, oneCamera, oneLight;
+  render::RendererOptions nearest;
   nearest.nearest = true;
-  oneCamera.cameras = 1;
-  oneLight.lights = 1;
   std::map<std::string, std::unique_ptr<render::Renderer>> variants;
   variants["nearest"] = opened(nearest);
-  variants["one_camera"] = opened(oneCamera);
-  variants["one_light"] = opened(oneLight);
   if (isBent) {
     variants["bisector"] = withDirections(model, byBisector);
     variants["gram_schmidt"] = withDirections(model, byGramSchmidt);
