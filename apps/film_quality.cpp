@@ -22,8 +22,7 @@ void addQualityOptions(CLI::App& command, QualityOptions& options) {
   auto* quality =
       command
           .add_option_function<std::string>(
-              "--quality",
-              [&options](const std::string& chosen) { options.isPreview = chosen == "preview"; },
+              "--quality", [&options](const std::string& chosen) { options.isPreview = chosen == "preview"; },
               "full, or a fast preview")
           ->option_text("full or preview")
           ->default_str("full")

@@ -97,7 +97,7 @@ function(surflect_shaders target)
 namespace surflect::${namespace} {
 
 inline constexpr gl::ShaderFile kShaders[] = {
-${entries}};
+@entries@};
 
 } // namespace surflect::${namespace}
 " @ONLY)

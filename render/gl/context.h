@@ -18,8 +18,8 @@
 namespace surflect::gl {
 
 struct ContextOptions {
-  // Uses Mesa's software renderer even if there is a GPU. Its pixels depend on Mesa's version alone, neither
-  // on the processor nor on the number of threads (environment variable LP_NUM_THREADS).
+  // Uses Mesa's software renderer even if there is a GPU. Its pixels depend on Mesa's version and on the
+  // processor's instructions, but not on the number of threads (environment variable LP_NUM_THREADS).
   bool software = false;
 };
 

@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstdint>
 #include <cstdlib>
@@ -75,13 +77,15 @@ void draw(const Pass& pass, const VertexArray& mesh, const Range& part, Primitiv
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.target.name());
   apply(pass.state, pass.target.width(), pass.target.height());
   glUseProgram(pass.program.name());
-  for (size_t unit = 0; unit < pass.textures.size(); ++unit)
-    glBindTextureUnit(static_cast<GLuint>(unit), pass.textures[unit]->name());
+  assert(pass.textures.size() <= kTextureUnits);
+  std::array<GLuint, kTextureUnits> textures{};
+  std::ranges::transform(pass.textures, textures.begin(), &Texture::name);
+  glBindTextures(0, static_cast<GLsizei>(textures.size()), textures.data());
   glBindVertexArray(mesh.name());
   const GLenum mode = primitive == Primitive::triangles ? GL_TRIANGLES : GL_POINTS;
   const auto count = static_cast<GLsizei>(part.count);
+  assert(part.first + part.count <= mesh.size() || !mesh.hasVertices());
   if (mesh.hasIndices()) {
-    assert(part.first + part.count <= mesh.size());
     const auto offset = part.first * sizeof(uint32_t);
     glDrawElements(mode, count, GL_UNSIGNED_INT, reinterpret_cast<const void*>(offset));
   } else {

@@ -49,11 +49,14 @@ struct Range {
   size_t first = 0, count = 0;
 };
 
+// Units that a draw sets; every driver has them. Those beyond a pass's textures read as black.
+inline constexpr size_t kTextureUnits = 16;
+
 // Inputs of a draw other than the mesh.
 struct Pass {
   const Framebuffer& target;
   const Program& program;
-  std::span<const Texture* const> textures = {}; // by unit
+  std::span<const Texture* const> textures = {}; // by unit, at most kTextureUnits
   RenderState state = {};
 };
 

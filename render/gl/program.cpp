@@ -6,8 +6,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <cassert>
-#include <cstdlib>
 #include <vector>
 
 namespace surflect::gl {
@@ -16,10 +14,8 @@ namespace {
 
 GLenum stageOf(std::string_view fileName) {
   if (fileName.ends_with(".vert")) return GL_VERTEX_SHADER;
-  if (fileName.ends_with(".geom")) return GL_GEOMETRY_SHADER;
   if (fileName.ends_with(".frag")) return GL_FRAGMENT_SHADER;
-  if (fileName.ends_with(".comp")) return GL_COMPUTE_SHADER;
-  std::abort();
+  throw Error::mismatch("a shader .vert or .frag", "'" + std::string(fileName) + "'");
 }
 
 // A log on one line.
@@ -41,9 +37,9 @@ Handle compiled(ShaderFolder folder, std::string_view fileName) {
   glGetShaderiv(shader.name(), GL_INFO_LOG_LENGTH, &length);
   std::string log(static_cast<size_t>(length), '\0');
   glGetShaderInfoLog(shader.name(), length, nullptr, log.data());
-  const int line = lineOfFirstError(log);
-  const bool isKnown = line > 0 && static_cast<size_t>(line) <= source.lines.size();
-  const ShaderLine place = isKnown ? source.lines[static_cast<size_t>(line) - 1] : source.lines.front();
+  const auto line = static_cast<size_t>(lineOfFirstError(log)); // 0 if unknown
+  if (line == 0 || line > source.lines.size()) throw Error(oneLine(log)).in(fileName);
+  const ShaderLine& place = source.lines[line - 1];
   throw Error(oneLine(log)).at("line " + std::to_string(place.number)).in(place.path);
 }
 
@@ -85,8 +81,8 @@ Program::Program(ShaderFolder folder, std::initializer_list<std::string_view> fi
     GLint size = 0;
     GLenum type = 0;
     glGetActiveUniform(name(), static_cast<GLuint>(i), longest, nullptr, &size, &type, uniform.data());
-    // An array is named by its first element.
-    const std::string first = uniform.c_str(), array = first.substr(0, first.find('['));
+    // An array is named by its first element, "x[0]".
+    const std::string first = uniform.c_str(), array = first.substr(0, first.rfind('['));
     for (GLint k = 0; k < size; ++k) {
       const std::string element = size > 1 ? array + "[" + std::to_string(k) + "]" : first;
       locations_[element] = glGetUniformLocation(name(), element.c_str());

@@ -16,14 +16,14 @@ namespace surflect::gl {
 
 class Program {
 public:
-  // Compiles and links files of a folder; their extensions tell the stages (.vert, .geom, .frag, .comp).
-  // Throws Error with file, line and the compiler's log.
+  // Compiles and links files of a folder; their extensions tell the stages (.vert, .frag). Throws Error with
+  // file, line and the compiler's log.
   Program(ShaderFolder folder, std::initializer_list<std::string_view> fileNames);
 
   unsigned name() const { return handle_.name(); }
 
-  // Sets a uniform, or an element of an array ("weights[2]"), which keeps its value until it is set again.
-  // Throws Error if the program does not use a uniform of that name.
+  // Sets a uniform, an element of an array ("weights[2]") or a member ("lamp.color"), which keeps its value
+  // until it is set again. Throws Error if the program does not use a uniform of that name.
   void set(std::string_view uniform, int value);
   void set(std::string_view uniform, float value);
   void set(std::string_view uniform, const Eigen::Vector2f& value);

@@ -22,15 +22,15 @@ DepthRange depthRangeOf(const Eigen::AlignedBox3d& boxCamera);
 Eigen::Matrix4d clipFromCamera(const capture::Lens& lens, const DepthRange& range);
 
 // Matrix from a camera's world to clip space, in float as shaders use it. The box holds everything that is
-// drawn. Far from the world's origin float positions are coarse: centre the world on the object.
+// drawn, and may be empty. Far from the world's origin float positions are coarse: centre the world on the
+// object.
 template <class World>
 Eigen::Matrix4f clipFromWorld(const capture::Camera<World>& camera, const Eigen::AlignedBox3d& box) {
   Eigen::Isometry3d cameraFromWorld = Eigen::Isometry3d::Identity();
   cameraFromWorld.linear() = camera.cameraFromWorld.rotation();
   cameraFromWorld.translation() = camera.cameraFromWorld.translation();
-  const Eigen::AlignedBox3d boxCamera = box.transformed(cameraFromWorld);
-  return (clipFromCamera(camera.lens, depthRangeOf(boxCamera)) * cameraFromWorld.matrix())
-      .template cast<float>();
+  const DepthRange range = box.isEmpty() ? DepthRange{} : depthRangeOf(box.transformed(cameraFromWorld));
+  return (clipFromCamera(camera.lens, range) * cameraFromWorld.matrix()).template cast<float>();
 }
 
 } // namespace surflect::gl

@@ -65,23 +65,23 @@ std::array<float, 256> linearOfSrgbBytes() {
   return linear;
 }
 
-// Texels of one scalar type from floats; the conversion may depend on the channel.
+// Texels of one scalar type from floats, and back; the conversion may depend on the channel.
 template <class Scalar, class Convert>
-std::vector<std::byte> converted(const std::vector<float>& values, const Convert& convert) {
+std::vector<std::byte> encoded(const std::vector<float>& values, const Convert& encode) {
   std::vector<std::byte> texels(values.size() * sizeof(Scalar));
   for (size_t i = 0; i < values.size(); ++i) {
-    const Scalar scalar = convert(values[i], i % 4);
+    const Scalar scalar = encode(values[i], i % 4);
     std::memcpy(&texels[i * sizeof(Scalar)], &scalar, sizeof(Scalar));
   }
   return texels;
 }
 
 template <class Scalar, class Convert>
-void convert(std::span<const std::byte> texels, std::vector<float>& values, const Convert& converted) {
+void decode(std::span<const std::byte> texels, std::vector<float>& values, const Convert& decoded) {
   for (size_t i = 0; i < values.size(); ++i) {
     Scalar scalar;
     std::memcpy(&scalar, &texels[i * sizeof(Scalar)], sizeof(Scalar));
-    values[i] = converted(scalar, i % 4);
+    values[i] = decoded(scalar, i % 4);
   }
 }
 
@@ -110,15 +110,15 @@ std::vector<std::byte> texelsOf(Format format, const image::Image& picture) {
   const std::vector<float>& values = picture.values;
   switch (format) {
   case Format::rgba8:
-    return converted<uint8_t>(values, [](float v, size_t) { return unsignedByte(v); });
+    return encoded<uint8_t>(values, [](float v, size_t) { return unsignedByte(v); });
   case Format::srgba8:
-    return converted<uint8_t>(values, [bytes = image::SrgbBytes()](float v, size_t channel) {
+    return encoded<uint8_t>(values, [bytes = image::SrgbBytes()](float v, size_t channel) {
       return channel < 3 ? bytes(v) : unsignedByte(v);
     });
   case Format::rgba8s:
-    return converted<int8_t>(values, [](float v, size_t) { return signedByte(v); });
+    return encoded<int8_t>(values, [](float v, size_t) { return signedByte(v); });
   case Format::rgba16f:
-    return converted<uint16_t>(values, [](float v, size_t) { return image::nearestHalf(v); });
+    return encoded<uint16_t>(values, [](float v, size_t) { return image::nearestHalf(v); });
   default:
     break;
   }
@@ -132,19 +132,19 @@ image::Image pictureOf(Format format, int width, int height, std::span<const std
   std::vector<float>& values = picture.values;
   switch (format) {
   case Format::rgba8:
-    convert<uint8_t>(texels, values, [](uint8_t byte, size_t) { return static_cast<float>(byte) / 255; });
+    decode<uint8_t>(texels, values, [](uint8_t byte, size_t) { return static_cast<float>(byte) / 255; });
     break;
   case Format::srgba8:
-    convert<uint8_t>(texels, values, [linear = linearOfSrgbBytes()](uint8_t byte, size_t channel) {
+    decode<uint8_t>(texels, values, [linear = linearOfSrgbBytes()](uint8_t byte, size_t channel) {
       return channel < 3 ? linear[byte] : static_cast<float>(byte) / 255;
     });
     break;
   case Format::rgba8s:
-    convert<int8_t>(texels, values,
-                    [](int8_t byte, size_t) { return std::max(-1.f, static_cast<float>(byte) / 127); });
+    decode<int8_t>(texels, values,
+                   [](int8_t byte, size_t) { return std::max(-1.f, static_cast<float>(byte) / 127); });
     break;
   case Format::rgba16f:
-    convert<uint16_t>(texels, values, [](uint16_t half, size_t) { return image::floatOfHalf(half); });
+    decode<uint16_t>(texels, values, [](uint16_t half, size_t) { return image::floatOfHalf(half); });
     break;
   default:
     std::memcpy(values.data(), texels.data(), texels.size());

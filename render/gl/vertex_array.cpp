@@ -18,11 +18,13 @@ Handle created() {
 
 } // namespace
 
-VertexArray::VertexArray(std::span<const VertexAttribute> attributes, std::span<const uint32_t> indices)
-    : handle_(created()), hasIndices_(!indices.empty()) {
+VertexArray::VertexArray(std::span<const VertexAttribute> attributes,
+                         std::optional<std::span<const uint32_t>> indices)
+    : handle_(created()), hasIndices_(indices.has_value()) {
   for (const VertexAttribute& attribute : attributes) {
     const size_t bytes = static_cast<size_t>(attribute.components) * sizeof(float); // of a vertex
     assert(attribute.values.size() % bytes == 0);
+    assert(buffers_.empty() || attribute.values.size() / bytes == size_);
     size_ = attribute.values.size() / bytes;
     const GLuint location = attribute.location;
     const Buffer& buffer = buffers_.emplace_back(attribute.values);
@@ -31,9 +33,9 @@ VertexArray::VertexArray(std::span<const VertexAttribute> attributes, std::span<
     glVertexArrayAttribBinding(name(), location, location);
     glEnableVertexArrayAttrib(name(), location);
   }
-  if (hasIndices_) {
-    size_ = indices.size();
-    glVertexArrayElementBuffer(name(), buffers_.emplace_back(std::as_bytes(indices)).name());
+  if (indices) {
+    size_ = indices->size();
+    glVertexArrayElementBuffer(name(), buffers_.emplace_back(std::as_bytes(*indices)).name());
   }
   requireNoErrors();
 }

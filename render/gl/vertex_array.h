@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,12 +23,14 @@ struct VertexAttribute {
 class VertexArray {
 public:
   // Throws Error if there is not enough memory.
-  explicit VertexArray(std::span<const VertexAttribute> attributes, std::span<const uint32_t> indices = {});
+  explicit VertexArray(std::span<const VertexAttribute> attributes,
+                       std::optional<std::span<const uint32_t>> indices = {});
 
   unsigned name() const { return handle_.name(); }
   // Number of indices, or of vertices if there are no indices.
   size_t size() const { return size_; }
   bool hasIndices() const { return hasIndices_; }
+  bool hasVertices() const { return !buffers_.empty(); }
 
 private:
   Handle handle_;
@@ -42,7 +45,7 @@ VertexArray vertexArrayOf(const Mesh<Space>& mesh, std::span<const VertexAttribu
   std::vector<VertexAttribute> attributes{{0, 3, std::as_bytes(std::span(mesh.positions))}};
   attributes.insert(attributes.end(), more.begin(), more.end());
   const size_t count = 3 * mesh.triangles.size();
-  return VertexArray(attributes, {count > 0 ? mesh.triangles.front().data() : nullptr, count});
+  return VertexArray(attributes, std::span(count > 0 ? mesh.triangles.front().data() : nullptr, count));
 }
 
 } // namespace surflect::gl

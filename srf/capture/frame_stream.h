@@ -8,9 +8,9 @@
 
 namespace surflect::capture {
 
-// Calls `begin` with everything but the frames, then `add` with each frame. Returns false if that is not to
-// be had in one pass: the text is malformed or nested too deeply, it has no frames, one of them is no object,
-// or something follows them. Then parseJson has the answer.
+// Calls `begin` with the root, whose list of frames is empty, then `add` with each frame. Returns false if
+// one pass does not suffice: the text is malformed or nested too deeply, there are no frames, a frame is no
+// object, or a key follows the frames. Then some calls may have been made, and parseJson must be used.
 bool streamFrames(std::string_view content, const std::function<void(const Json& root)>& begin,
                   const std::function<void(const Json& frame)>& add);
 

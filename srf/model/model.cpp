@@ -51,7 +51,7 @@ constexpr std::array<std::string_view, 8> kCloudColumns = {"x",   "y",     "z", 
 void requireFinite(std::span<const float> column, std::string_view name) {
   for (size_t i = 0; i < column.size(); ++i)
     if (!std::isfinite(column[i]))
-      throw Error::mismatch("a finite number", "one that is not")
+      throw Error::mismatch("a finite number", std::to_string(column[i]))
           .at(std::string(name))
           .at("vertex[" + std::to_string(i) + "]");
 }

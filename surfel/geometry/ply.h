@@ -54,9 +54,9 @@ struct PlyColumn {
 void writePly(const std::filesystem::path& path, std::string_view element, std::span<const PlyColumn> columns,
               std::string_view comment);
 
-// Named columns of a file as writePly makes it, without the detour over double precision. Empty if the file
-// is of another form or lacks a column, on which parsePly has more to say. Throws Error for a faulty header,
-// and Cancelled.
+// Named columns of a file as writePly makes it, fast: numbers are copied, not converted. Empty if the file
+// has another form or lacks a column; parsePly then reads it or tells the fault. Throws Error for a faulty
+// header, and Cancelled.
 std::optional<std::vector<std::vector<float>>> parseWrittenPly(std::string_view content,
                                                                std::string_view element,
                                                                std::span<const std::string_view> columns,

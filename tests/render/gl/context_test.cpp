@@ -84,8 +84,8 @@ TEST(TwoContexts, MayBeCurrentOnTwoThreads) {
   EXPECT_EQ(here, there);
 }
 
-// Line of the Error of a context in a process with an environment variable, which libEGL reads once. The
-// process ends with 3.
+// Expects that a context fails with an Error that matches `line` where the environment variable is set. Runs
+// in a process of its own, because libEGL reads its environment once; the process ends with 3.
 void expectNoContext(const char* variable, const char* value, const char* line) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto openAndTell = [&] {

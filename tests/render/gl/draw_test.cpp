@@ -160,11 +160,10 @@ TEST_F(DrawTest, FrontsAreCounterClockwise) {
 
 TEST_F(DrawTest, WeightedLayersAddUp) {
   constexpr int kLayers = 8;
-  Rng rng(2);
   Texture layers({Format::rgba32f, kSide, kSide, kLayers, 1, Filter::nearest});
   std::vector<float> expected(kSide * kSide * 4);
   for (int layer = 0; layer < kLayers; ++layer) {
-    const image::Image picture = randomPicture(rng, kSide, kSide, 4);
+    const image::Image picture = image::randomImage(kSide, kSide, 4, 0, 1, static_cast<unsigned>(layer));
     layers.upload(picture, {.layer = layer});
     // Weights are powers of two, so that products are exact; sums are rounded in the same order.
     for (size_t i = 0; i < expected.size(); ++i) expected[i] += std::ldexp(1.f, -layer) * picture.values[i];
@@ -224,6 +223,31 @@ TEST_F(DrawTest, NothingIsLeftOfTheDrawBefore) {
   draw({target, program, {}, narrow}, none, {0, 3});
   draw({target, program}, none, {0, 3});
   EXPECT_EQ(color.read().values, std::vector<float>(64, 1));
+}
+
+TEST_F(DrawTest, TexturesOfTheDrawBeforeAreNotSampled) {
+  Texture white({Format::rgba32f, 1, 1, 1});
+  white.upload(image::randomImage(1, 1, 4, 1, 1, 0));
+  const Texture color({Format::rgba32f, 2, 2});
+  Framebuffer target("target", {{&color}});
+  Program program(kShaders, {"everywhere.vert", "layer.frag"});
+  program.set("layer", 0);
+  program.set("weight", 1.f);
+  const Texture* textures[] = {&white};
+  draw({target, program, textures}, VertexArray({}), {0, 3});
+  EXPECT_EQ(color.read().values, std::vector<float>(16, 1));
+  draw({target, program}, VertexArray({}), {0, 3});
+  EXPECT_EQ(color.read().at(1, 1)[0], 0);
+}
+
+TEST_F(DrawTest, AMeshWithoutTrianglesDrawsNothing) {
+  MeshView view;
+  view.mesh.triangles.clear();
+  const VertexArray array = vertexArrayOf(view.mesh);
+  EXPECT_EQ(array.size(), 0u);
+  draw({view.target, colorProgram({1, 1, 1, 1}, view.clipFromObject)}, array);
+  draw({view.target, colorProgram({1, 1, 1, 1})}, vertexArrayOf(Mesh<ObjectSpace>()));
+  EXPECT_EQ(view.sum(), 0);
 }
 
 TEST_F(DrawTest, ScissorsCountRowsFromTheTop) {

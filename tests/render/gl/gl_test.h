@@ -29,13 +29,6 @@ inline float uniform(Rng& rng, float low, float high) {
   return std::uniform_real_distribution<float>(low, high)(rng);
 }
 
-inline image::Image randomPicture(Rng& rng, int width, int height, int channels, float low = 0,
-                                  float high = 1) {
-  image::Image picture(width, height, channels);
-  for (float& v : picture.values) v = uniform(rng, low, high);
-  return picture;
-}
-
 // A mesh in clip space: positions are drawn as they are.
 inline Program colorProgram(const Eigen::Vector4f& color,
                             const Eigen::Matrix4f& clipFromObject = Eigen::Matrix4f::Identity()) {

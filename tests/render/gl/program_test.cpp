@@ -70,6 +70,28 @@ TEST_F(ProgramTest, ElementsOfAnArrayAreSetByName) {
   EXPECT_THROW(program.set("terms[3]", 1.f), Error);
 }
 
+TEST_F(ProgramTest, MembersOfArraysOfStructuresAreSetByName) {
+  constexpr ShaderFile folder[] = {
+      {"a/place.vert", "#version 450 core\nvoid main() { gl_Position = vec4(0.0, 0.0, 0.0, 1.0); }\n"},
+      {"a/lamps.frag",
+       "#version 450 core\nstruct Lamp { float power[2]; };\nuniform Lamp lamps[2];\n"
+       "out vec4 result;\nvoid main() { result = vec4(lamps[0].power[1] * lamps[1].power[0]); }\n"}};
+  const Texture color({Format::rgba32f, 1, 1});
+  const Framebuffer target("target", {{&color}});
+  Program program(folder, {"place.vert", "lamps.frag"});
+  program.set("lamps[0].power[1]", 3.f);
+  program.set("lamps[1].power[0]", 5.f);
+  draw({target, program}, VertexArray({}), {0, 1}, Primitive::points);
+  EXPECT_EQ(color.read().values, std::vector<float>(4, 15));
+}
+
+TEST_F(ProgramTest, AFileThatIsNoShaderIsAnError) {
+  constexpr ShaderFile folder[] = {{"a/empty.vert", ""}, {"a/text.glsl", "void main() {}"}};
+  EXPECT_THROW(Program(folder, {"empty.vert"}), Error);
+  EXPECT_EQ(image::errorOf([&] { Program(folder, {"text.glsl"}); }),
+            "found 'text.glsl', expected a shader .vert or .frag");
+}
+
 TEST_F(ProgramTest, AUniformOfAnotherTypeIsAnError) {
   Program program(kShaders, {"mesh.vert", "color.frag"});
   program.set("color", 1.f);

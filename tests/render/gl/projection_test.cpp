@@ -58,9 +58,10 @@ TEST(ClipFromWorld, KeepsWhatIsInFrontOfACameraInsideTheBox) {
   EXPECT_LT(depthOf(0), depthOf(-0.5));
 }
 
-TEST(ClipFromWorld, IsFiniteForABoxBehindTheCamera) {
+TEST(ClipFromWorld, IsFiniteForABoxBehindTheCameraAndForAnEmptyOne) {
   const Camera camera = testing::lookAt({0, 0, 3}, {0, 0, 6}, 80, 60, 70);
   EXPECT_TRUE(clipFromWorld(camera, kBox).allFinite());
+  EXPECT_TRUE(clipFromWorld(camera, Eigen::AlignedBox3d()).allFinite());
 }
 
 TEST(ClipFromWorld, RefusesLensesThatTrianglesCannotFollow) {

@@ -1,7 +1,6 @@
 #include "render/gl/texture.h"
 
 #include "srf/image/color.h"
-#include "srf/image/half_float.h"
 #include "tests/render/gl/gl_test.h"
 
 #include <cmath>
@@ -16,8 +15,9 @@ constexpr Format kUncompressed[] = {Format::rgba8,   Format::srgba8, Format::rgb
                                     Format::rgba32f, Format::r32f,   Format::depth32f};
 
 // Values between those that the 8-bit formats store.
-image::Image pictureFor(Format format, Rng& rng, int width, int height) {
-  return randomPicture(rng, width, height, channelsOf(format), format == Format::rgba8s ? -1.f : 0.f);
+image::Image pictureFor(Format format, int width, int height, unsigned seed) {
+  return image::randomImage(width, height, channelsOf(format), format == Format::rgba8s ? -1.f : 0.f, 1,
+                            seed);
 }
 
 image::Image stored(Format format, const image::Image& picture) {
@@ -34,42 +34,30 @@ TEST(Texels, OfEveryByteSurviveTheRoundTrip) {
   }
 }
 
-TEST(Texels, OfEveryHalfSurviveTheRoundTrip) {
-  for (uint32_t half = 0; half < 0x10000; ++half)
-    if (const float value = image::floatOfHalf(static_cast<uint16_t>(half)); !std::isnan(value)) {
-      ASSERT_EQ(image::nearestHalf(value), half);
-    }
-  EXPECT_EQ(image::floatOfHalf(0x3555), 0x1.554p-2f);
-  EXPECT_EQ(image::floatOfHalf(0x8001), -0x1p-24f);
-  EXPECT_EQ(image::floatOfHalf(0xfbff), -65504);
-}
-
 TEST(Texels, AreTheNearest) {
-  Rng rng(1);
   for (Format format : {Format::rgba8, Format::rgba8s, Format::rgba16f}) {
-    const image::Image picture = pictureFor(format, rng, 8, 8), nearest = stored(format, picture);
+    const image::Image picture = pictureFor(format, 8, 8, 1), nearest = stored(format, picture);
     for (size_t i = 0; i < picture.values.size(); ++i)
       EXPECT_NEAR(nearest.values[i], picture.values[i], format == Format::rgba16f ? 0x1p-12 : 0.5001 / 127);
   }
 }
 
 TEST_F(TextureTest, PicturesAreReadAsTheyWereUploaded) {
-  Rng rng(2);
   for (Format format : kUncompressed) {
-    const image::Image picture = pictureFor(format, rng, 7, 5);
+    const image::Image picture = pictureFor(format, 7, 5, 2);
     EXPECT_EQ(textureOf(format, picture).read().values, stored(format, picture).values);
   }
 }
 
 TEST_F(TextureTest, RectanglesOfLayersAndLevelsAreIndependent) {
-  Rng rng(3);
   Texture texture({Format::rgba32f, 8, 6, 3, 2});
   std::vector<image::Image> pictures;
   for (int layer = 0; layer < 3; ++layer) {
-    texture.upload(pictures.emplace_back(randomPicture(rng, 8, 6, 4)), {.layer = layer});
+    const auto seed = static_cast<unsigned>(layer);
+    texture.upload(pictures.emplace_back(image::randomImage(8, 6, 4, 0, 1, seed)), {.layer = layer});
     texture.upload(image::Image(4, 3, 4), {.layer = layer, .level = 1});
   }
-  const image::Image part = randomPicture(rng, 2, 3, 4);
+  const image::Image part = image::randomImage(2, 3, 4, 0, 1, 3);
   texture.upload(part, {5, 1, 1});
   for (int y = 0; y < 3; ++y)
     for (int x = 0; x < 2; ++x) std::ranges::copy(part.at(x, y), pictures[1].at(5 + x, 1 + y).begin());
@@ -126,8 +114,7 @@ image::Image drawn(const Texture& texture) {
 }
 
 TEST_F(TextureTest, SrgbTexturesAreSampledInLinearLight) {
-  Rng rng(4);
-  const image::Image picture = randomPicture(rng, 16, 16, 4);
+  const image::Image picture = image::randomImage(16, 16, 4, 0, 1, 4);
   Texture texture({Format::srgba8, 16, 16, 1});
   texture.upload(picture);
   const image::Image sampled = drawn(texture), nearest = stored(Format::srgba8, picture);

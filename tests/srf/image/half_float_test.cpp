@@ -45,5 +45,18 @@ TEST(NearestHalf, OnlyTheFiniteIsClamped) {
   EXPECT_EQ(nearestHalf(Limits::denorm_min()), 0);
 }
 
+TEST(FloatOfHalf, EveryHalfIsExact) {
+  for (uint32_t bits = 0; bits < 0x10000; ++bits) {
+    const auto half = static_cast<uint16_t>(bits);
+    const float value = floatOfHalf(half);
+    if ((half & 0x7c00) != 0x7c00) {
+      ASSERT_EQ(value, valueOf(half));
+      ASSERT_EQ(std::signbit(value), half >> 15);
+    } else
+      ASSERT_EQ(half & 0x3ff ? std::isnan(value) : std::isinf(value), true);
+  }
+  EXPECT_LT(floatOfHalf(0xfc00), 0);
+}
+
 } // namespace
 } // namespace surflect::image

@@ -2,10 +2,16 @@
 
 #include "srf/model/manifest.h"
 #include "surfel/base/file.h"
+#include "surfel/base/hash.h"
 #include "tests/support/patience.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <tbb/global_control.h>
+
+#include <cstring>
+#include <iomanip>
+#include <limits>
+#include <sstream>
 
 namespace surflect::model {
 namespace {
@@ -140,6 +146,70 @@ TEST(Model, OfSeveralFaultsTheFirstIsReportedForAnyNumberOfThreads) {
     image::writeBytes(folder / names[i], whole[i]);
   }
   openModel(folder);
+}
+
+// Replaces surfels.ply, and its checksum in the manifest.
+void replaceCloud(const std::filesystem::path& folder, std::string_view content) {
+  const auto path = folder / "manifest.json";
+  Manifest manifest = parseManifest(readFile(path), path);
+  manifest.cloud = hex(contentHash(std::as_bytes(std::span(content))));
+  image::writeBytes(folder / "surfels.ply", std::string(content));
+  image::writeBytes(path, manifestText(manifest));
+}
+
+// surfels.ply as text, in double precision and another order of columns, and with a column more.
+std::string cloudText(const SurfelCloud& cloud) {
+  std::ostringstream text;
+  text << std::setprecision(9) << "ply\nformat ascii 1.0\nelement vertex " << cloud.size() << "\n";
+  for (const char* name : {"coverage", "radius", "lower", "quality", "r0y", "r0x", "z", "y", "x"})
+    text << "property double " << name << "\n";
+  text << "end_header\n";
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    const auto& p = cloud.p0[i];
+    const auto& r = cloud.r0[i];
+    for (const float v : {cloud.coverage[i], cloud.radius[i], r.lower, 7.f, r.y, r.x, p.z(), p.y(), p.x()})
+      text << v << " ";
+    text << "\n";
+  }
+  return text.str();
+}
+
+TEST(Model, SurfelsMayBeInAnyFormOfPly) {
+  const PackedStudio packed(smallStudio, fewSurfels);
+  const SurfelCloud& cloud = packed.model.cloud;
+  replaceCloud(packed.model.folder, cloudText(cloud));
+  const SurfelCloud read = openModel(packed.model.folder).cloud;
+  EXPECT_EQ(read.p0, cloud.p0);
+  EXPECT_EQ(read.radius, cloud.radius);
+  EXPECT_EQ(read.coverage, cloud.coverage);
+  EXPECT_TRUE(std::ranges::equal(read.r0, cloud.r0, [](const auto& a, const auto& b) {
+    return a.x == b.x && a.y == b.y && a.lower == b.lower;
+  }));
+}
+
+TEST(Model, SurfelsThatAreNotFiniteOrIncompleteAreRefusedInAnyFormOfPly) {
+  const PackedStudio packed(smallStudio, fewSurfels);
+  const auto folder = packed.model.folder, path = folder / "surfels.ply";
+  const auto errorOf = [&](const std::string& content) {
+    replaceCloud(folder, content);
+    return image::errorOf([&] { openModel(folder); });
+  };
+  const std::string written = readFile(path);
+  const auto withoutRadius = [](std::string content) {
+    return content.replace(content.find(" radius\n"), 8, " radios\n");
+  };
+  EXPECT_EQ(errorOf(withoutRadius(written)),
+            path.string() + ": vertex: found none, expected a number property 'radius'");
+  std::string endless = written; // the last coverage
+  const float infinity = std::numeric_limits<float>::infinity();
+  std::memcpy(&endless[endless.size() - sizeof(float)], &infinity, sizeof(float));
+  EXPECT_EQ(errorOf(endless), path.string() + ": vertex[" + std::to_string(packed.model.cloud.size() - 1) +
+                                  "].coverage: found inf, expected a finite number");
+  SurfelCloud cloud = packed.model.cloud;
+  EXPECT_EQ(errorOf(withoutRadius(cloudText(cloud))),
+            path.string() + ": vertex: found none, expected a number property 'radius'");
+  cloud.p0[3] = {0, infinity, 0};
+  EXPECT_EQ(errorOf(cloudText(cloud)), path.string() + ": vertex[3].y: found inf, expected a finite number");
 }
 
 TEST(Model, CountsOfTheManifestAreCheckedAgainstTheFiles) {
