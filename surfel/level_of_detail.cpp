@@ -120,7 +120,7 @@ std::vector<uint32_t> everySecond(const SurfelCloud& cloud, const Progress& prog
   return kept;
 }
 
-LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most, const Progress& progress) {
+LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, const Progress& progress) {
   std::vector<std::vector<DetailSplat>> splats(cloud.size()); // per surfel, by level
   std::vector<uint32_t> members(cloud.size());                // surfels of the level, ascending
   std::iota(members.begin(), members.end(), 0u);
@@ -130,7 +130,7 @@ LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most, const Progr
     for (size_t i = 0; i < members.size(); ++i)
       splats[members[i]].push_back({level.radius[i], level.coverage[i]});
     ++result.count;
-    if (result.count >= most || members.size() <= 2 * kFewest) break;
+    if (result.count >= kMostLevels || members.size() <= 2 * kFewest) break;
     const std::vector<uint32_t> half = everySecond(level, progress);
     if (half.size() == members.size()) break;
     level = subsetOf(level, half);
