@@ -18,6 +18,14 @@ constexpr size_t kPatchSize = 64; // surfels of one level
 CutLevel cutLevel(const SurfelCloud& cloud, const LevelsOfDetail& detail, const Patches& patches, size_t l,
                   const Progress& progress) {
   CutLevel level;
+  const size_t expected = (cloud.size() >> l) + kMostLevels; // each level has half the surfels, rounded up
+  level.surfels.reserve(expected);
+  if (l > 0) {
+    level.cloud.p0.reserve(expected);
+    level.cloud.r0.reserve(expected);
+  }
+  for (auto* numbers : {&level.cloud.radius, &level.cloud.coverage, &level.nextRadius, &level.nextCoverage})
+    numbers->reserve(expected);
   level.first.push_back(0);
   for (size_t patch = 0; patch < patches.size(); ++patch) {
     progress.checkNowAndThen(patch);
