@@ -39,9 +39,6 @@ struct Crowd {
   size_t count = 0;
 
   std::span<const Link> all() const { return std::span(links).first(count); }
-  bool has(uint32_t surfel) const {
-    return std::ranges::any_of(all(), [&](const Link& link) { return link.j == surfel; });
-  }
   float sum(std::span<const uint8_t> removed) const {
     float sum = 0;
     for (const auto& [j, weight] : all()) sum += removed[j] ? 0 : weight;
@@ -94,25 +91,24 @@ std::vector<uint32_t> everySecond(const SurfelCloud& cloud, const Progress& prog
       return crowding != other.crowding ? crowding < other.crowding : surfel > other.surfel;
     }
   };
+  // Crowding only decreases, so an entry is an upper bound until it is computed again.
   std::vector<uint8_t> removed(n);
-  std::vector<Entry> heap(n); // entries that no longer hold are passed over
-  std::vector<float> current(n);
-  for (uint32_t i = 0; i < n; ++i) heap[i] = {current[i] = crowds[i].sum(removed), i};
+  std::vector<Entry> heap(n);
+  for (uint32_t i = 0; i < n; ++i) heap[i] = {crowds[i].sum(removed), i};
   std::make_heap(heap.begin(), heap.end());
-  for (size_t left = n; left > (n + 1) / 2 && !heap.empty();) {
+  for (size_t left = n; left > (n + 1) / 2;) {
     std::pop_heap(heap.begin(), heap.end());
-    const auto [value, i] = heap.back();
+    const auto [bound, i] = heap.back();
+    if (!(bound > 0)) break; // no surfel has neighbours any more
+    if (const float value = crowds[i].sum(removed); value < bound) {
+      heap.back().crowding = value;
+      std::push_heap(heap.begin(), heap.end());
+      continue;
+    }
     heap.pop_back();
-    if (removed[i] || value != current[i]) continue;
-    if (!(value > 0)) break; // no surfel has neighbours any more
     progress.checkNowAndThen(left);
     removed[i] = 1;
     --left;
-    for (const auto& [j, weight] : crowds[i].all()) {
-      if (removed[j] || !crowds[j].has(i)) continue;
-      heap.push_back({current[j] = crowds[j].sum(removed), j});
-      std::push_heap(heap.begin(), heap.end());
-    }
   }
   std::vector<uint32_t> kept;
   for (uint32_t i = 0; i < n; ++i)
@@ -120,7 +116,7 @@ std::vector<uint32_t> everySecond(const SurfelCloud& cloud, const Progress& prog
   return kept;
 }
 
-LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most, const Progress& progress) {
+LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, const Progress& progress) {
   std::vector<std::vector<DetailSplat>> splats(cloud.size()); // per surfel, by level
   std::vector<uint32_t> members(cloud.size());                // surfels of the level, ascending
   std::iota(members.begin(), members.end(), 0u);
@@ -130,7 +126,7 @@ LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most, const Progr
     for (size_t i = 0; i < members.size(); ++i)
       splats[members[i]].push_back({level.radius[i], level.coverage[i]});
     ++result.count;
-    if (result.count >= most || members.size() <= 2 * kFewest) break;
+    if (result.count >= kMostLevels || members.size() <= 2 * kFewest) break;
     const std::vector<uint32_t> half = everySecond(level, progress);
     if (half.size() == members.size()) break;
     level = subsetOf(level, half);

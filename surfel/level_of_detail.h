@@ -23,6 +23,8 @@ struct DetailSplat {
   friend bool operator==(const DetailSplat&, const DetailSplat&) = default;
 };
 
+inline constexpr size_t kMostLevels = 10;
+
 struct LevelsOfDetail {
   size_t count = 0; // of levels
   // Splats of surfel i at its levels 0, 1, .. are splats[first[i] .. first[i + 1]).
@@ -32,6 +34,7 @@ struct LevelsOfDetail {
   std::span<const DetailSplat> of(size_t surfel) const {
     return std::span(splats).subspan(first[surfel], first[surfel + 1] - first[surfel]);
   }
+  friend bool operator==(const LevelsOfDetail&, const LevelsOfDetail&) = default;
 };
 
 // Every second surfel: removes the most crowded surfel of a sheet until half are left, so that the remaining
@@ -41,9 +44,9 @@ std::vector<uint32_t> everySecond(const SurfelCloud& cloud, const Progress& prog
 // The entries of a cloud at `indices`.
 SurfelCloud subsetOf(const SurfelCloud& cloud, std::span<const uint32_t> indices);
 
-// Builds at most `most` levels, as long as a level has more than 64 surfels. Splats are those of
+// Builds levels as long as a level has more than 128 surfels, but at most kMostLevels. Splats are those of
 // estimateSplats, except at level 0, which has the cloud's own. Throws Cancelled.
-LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, size_t most = 10, const Progress& progress = {});
+LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, const Progress& progress = {});
 
 // The splat of a surfel at level l + t, from its splats at its own levels; empty if it is in no level that
 // takes part. It has the mass, coverage times squared radius, and the variance of the mixture of both

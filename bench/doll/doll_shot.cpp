@@ -60,6 +60,7 @@ model::Model everyView(const model::Model& model, size_t step) {
   part.folder = model.folder;
   part.rig = model.rig;
   part.cloud = model.cloud;
+  part.levels = model.levels;
   part.middle = model.middle;
   part.white = model.white;
   part.tolerance = model.tolerance;

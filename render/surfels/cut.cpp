@@ -1,6 +1,5 @@
 #include "render/surfels/cut.h"
 
-#include "render/splat/splat.h"
 #include "warp/deform.h"
 
 #include <tbb/blocked_range.h>
@@ -8,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace surflect::surfels {
 
@@ -16,11 +14,71 @@ namespace {
 
 constexpr size_t kPatchSize = 64; // surfels of one level
 
+// Surfels of level `l` > 0, or of level 0 without positions and frames.
+CutLevel cutLevel(const SurfelCloud& cloud, const LevelsOfDetail& detail, const Patches& patches, size_t l,
+                  const Progress& progress) {
+  CutLevel level;
+  const size_t expected = (cloud.size() >> l) + kMostLevels; // each level has half the surfels, rounded up
+  level.surfels.reserve(expected);
+  if (l > 0) {
+    level.cloud.p0.reserve(expected);
+    level.cloud.r0.reserve(expected);
+  }
+  for (auto* numbers : {&level.cloud.radius, &level.cloud.coverage, &level.nextRadius, &level.nextCoverage})
+    numbers->reserve(expected);
+  level.first.push_back(0);
+  for (size_t patch = 0; patch < patches.size(); ++patch) {
+    progress.checkNowAndThen(patch);
+    for (uint32_t surfel = patches.first[patch]; surfel < patches.first[patch + 1]; ++surfel) {
+      const std::span<const DetailSplat> splats = detail.of(surfel);
+      if (splats.size() <= l) continue;
+      const DetailSplat next = splats.size() > l + 1 ? splats[l + 1] : DetailSplat{};
+      level.surfels.push_back(surfel);
+      if (l > 0) {
+        level.cloud.p0.push_back(cloud.p0[surfel]);
+        level.cloud.r0.push_back(cloud.r0[surfel]);
+      }
+      level.cloud.radius.push_back(splats[l].radius);
+      level.cloud.coverage.push_back(splats[l].coverage);
+      level.nextRadius.push_back(next.radius);
+      level.nextCoverage.push_back(next.coverage);
+    }
+    level.first.push_back(static_cast<uint32_t>(level.surfels.size()));
+  }
+  return level;
+}
+
+// Splats between two levels, t > 0 of the way: see splatAt.
+void mixSplats(const CutLevel& level, size_t begin, size_t end, float t, float* radius, float* coverage) {
+  for (size_t i = begin; i < end; ++i) {
+    const float r2 = level.cloud.radius[i] * level.cloud.radius[i],
+                R2 = level.nextRadius[i] * level.nextRadius[i];
+    const float mass = (1 - t) * level.cloud.coverage[i] * r2, nextMass = t * level.nextCoverage[i] * R2;
+    const float squared = (mass * r2 + nextMass * R2) / (mass + nextMass);
+    *radius++ = std::sqrt(squared);
+    *coverage++ = (mass + nextMass) / squared;
+  }
+}
+
+// Derivative of the pixel position of a point p in camera space, in front of the viewer, along d.
+Vec2<double> pixelsAlong(const capture::Lens& lens, const Vec3<double>& p, const Vec3<double>& d) {
+  Vec2<double> q(d.x(), -d.y());
+  if (lens.model == capture::Lens::Model::pinhole) {
+    const Vec2<double> straight(p.x() / -p.z(), -p.y() / -p.z());
+    q = (q + d.z() * straight) / -p.z();
+    if (lens.distorts()) q = capture::distortionJacobian(lens, straight) * q;
+  }
+  return {lens.focalX * q.x(), lens.focalY * q.y()};
+}
+
 } // namespace
 
-CutLevels cutLevels(const SurfelCloud& cloud, const Progress& progress) {
-  CutLevels result{levelsOfDetail(cloud, 10, progress), patchesOf(cloud, kPatchSize), {}};
+CutLevels cutLevels(const SurfelCloud& cloud, const LevelsOfDetail& detail, const Progress& progress) {
+  CutLevels result{patchesOf(cloud, kPatchSize), {}, std::vector<CutLevel>(detail.count)};
   result.middles = subsetOf(cloud, result.patches.middle);
+  tbb::parallel_for(size_t{0}, detail.count, [&](size_t l) {
+    result.levels[l] = cutLevel(cloud, detail, result.patches, l, progress);
+  });
   return result;
 }
 
@@ -31,23 +89,19 @@ double levelFor(double size, double wanted) {
 double pixelsPerLength(const capture::Camera<ObjectSpace>& camera, const DeformedCloud& deformed,
                        size_t surfel) {
   if (deformed.handedness[surfel] == Handedness::dead) return 0;
-  const auto p = camera.cameraFromWorld(deformed.p[surfel].cast<double>());
-  if (camera.lens.model == capture::Lens::Model::pinhole && !(p.z() < 0)) return 0;
-  const auto inCamera = [&](const Direction3<ObjectSpace>& d) {
-    return assume<Direction3<CameraSpace, double>>(
-        Vec3<double>(camera.cameraFromWorld.rotation() * d.raw().cast<double>()));
-  };
-  // Radius 0 would be a point; this is small enough for the image to be affine.
-  const double s = 1e-6 * p.raw().norm() /
-                   std::max({deformed.u[surfel].raw().norm(), deformed.v[surfel].raw().norm(), 1e-30f});
-  const Mat3<double> covariance =
-      splat::project(camera.lens, p, inCamera(deformed.u[surfel]), inCamera(deformed.v[surfel]), s)
-          .covariance;
-  const double xx = covariance(0, 0) / (s * s), xy = covariance(0, 1) / (s * s),
-               yy = covariance(1, 1) / (s * s);
-  const double largest = std::sqrt((xx + yy) / 2 + std::hypot((xx - yy) / 2, xy)); // stretch
-  const double product = std::sqrt(std::max(0.0, xx * yy - xy * xy));
-  const double pixels = std::sqrt(std::max(product, kLeastTilt * largest * largest));
+  const capture::Lens& lens = camera.lens;
+  const Mat3<double>& rotation = camera.cameraFromWorld.rotation();
+  const Vec3<double> p = camera.cameraFromWorld(deformed.p[surfel].cast<double>()).raw();
+  if (lens.model == capture::Lens::Model::pinhole && !(p.z() < 0)) return 0;
+  const Vec2<double> u =
+      pixelsAlong(lens, p, Vec3<double>(rotation * deformed.u[surfel].raw().cast<double>()));
+  const Vec2<double> v =
+      pixelsAlong(lens, p, Vec3<double>(rotation * deformed.v[surfel].raw().cast<double>()));
+  // Stretches s1 >= s2 are the singular values of (u, v): s1 s2 = |det|, and s1^2 + s2^2 = |u|^2 + |v|^2.
+  const double product = std::abs(u.x() * v.y() - u.y() * v.x());
+  const double mean = (u.squaredNorm() + v.squaredNorm()) / 2;
+  const double largestSquared = mean + std::sqrt(std::max(0.0, mean * mean - product * product));
+  const double pixels = std::sqrt(std::max(product, kLeastTilt * largestSquared));
   return std::isfinite(pixels) ? pixels : 0;
 }
 
@@ -56,44 +110,51 @@ Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& 
            Cut kept) {
   Cut cut = std::move(kept);
   cut.middles = warp::deform(levels.middles, warp, progress, std::move(cut.middles));
-  const Patches& patches = levels.patches;
-  const double coarsest = static_cast<double>(levels.detail.count) - 1;
-  // Surfels of a patch at its level; use(surfel) for each.
-  const auto forSurfels = [&](size_t patch, size_t level, const auto& use) {
-    for (uint32_t surfel = patches.first[patch]; surfel < patches.first[patch + 1]; ++surfel)
-      if (levels.detail.of(surfel).size() > level) use(surfel);
+  const size_t patches = levels.patches.size();
+  const double coarsest = static_cast<double>(levels.levels.size()) - 1;
+  const auto levelOf = [&](size_t patch) -> const CutLevel& {
+    return levels.levels[static_cast<size_t>(cut.levels[patch])];
   };
-  cut.levels.resize(patches.size());
-  cut.first.assign(patches.size() + 1, 0);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, patches.size(), 256), [&](const auto& range) {
+  cut.levels.resize(patches);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, patches, 256), [&](const auto& range) {
     progress.checkpoint();
     for (size_t patch = range.begin(); patch < range.end(); ++patch) {
       const double size = levels.middles.radius[patch] * pixelsPerLength(camera, cut.middles, patch);
       cut.levels[patch] = std::min(levelFor(size, surfelSize), coarsest);
-      forSurfels(patch, static_cast<size_t>(cut.levels[patch]), [&](uint32_t) { ++cut.first[patch + 1]; });
     }
   });
-  std::partial_sum(cut.first.begin(), cut.first.end(), cut.first.begin());
+  cut.isWhole = std::ranges::all_of(cut.levels, [](double level) { return level == 0; });
+  if (cut.isWhole) return cut;
+  cut.first.assign(1, 0);
+  for (size_t patch = 0; patch < patches; ++patch) {
+    const CutLevel& level = levelOf(patch);
+    cut.first.push_back(cut.first.back() + level.first[patch + 1] - level.first[patch]);
+  }
   const size_t count = cut.first.back();
   cut.surfels.resize(count);
   cut.cloud.p0.resize(count);
   cut.cloud.r0.resize(count);
   cut.cloud.radius.resize(count);
   cut.cloud.coverage.resize(count);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, patches.size(), 256), [&](const auto& range) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, patches, 64), [&](const auto& range) {
     progress.checkpoint();
     for (size_t patch = range.begin(); patch < range.end(); ++patch) {
-      const auto level = static_cast<size_t>(cut.levels[patch]);
-      const auto part = static_cast<float>(cut.levels[patch] - static_cast<double>(level));
-      size_t i = cut.first[patch];
-      forSurfels(patch, level, [&](uint32_t surfel) {
-        const auto [radius, coverage] = *splatAt(levels.detail.of(surfel), level, part);
-        cut.surfels[i] = surfel;
-        cut.cloud.p0[i] = cloud.p0[surfel];
-        cut.cloud.r0[i] = cloud.r0[surfel];
-        cut.cloud.radius[i] = radius;
-        cut.cloud.coverage[i++] = coverage;
-      });
+      const CutLevel& level = levelOf(patch);
+      const SurfelCloud& placed = cut.levels[patch] < 1 ? cloud : level.cloud;
+      const auto t = static_cast<float>(cut.levels[patch] - std::floor(cut.levels[patch]));
+      const size_t begin = level.first[patch], end = level.first[patch + 1], to = cut.first[patch];
+      const auto copy = [&](const auto& from, auto& into) {
+        std::copy(from.data() + begin, from.data() + end, into.data() + to);
+      };
+      copy(level.surfels, cut.surfels);
+      copy(placed.p0, cut.cloud.p0);
+      copy(placed.r0, cut.cloud.r0);
+      if (t > 0)
+        mixSplats(level, begin, end, t, cut.cloud.radius.data() + to, cut.cloud.coverage.data() + to);
+      else {
+        copy(level.cloud.radius, cut.cloud.radius);
+        copy(level.cloud.coverage, cut.cloud.coverage);
+      }
     }
   });
   return cut;

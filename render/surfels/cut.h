@@ -11,13 +11,21 @@
 
 namespace surflect::surfels {
 
+// Surfels of one level of detail, patch by patch.
+struct CutLevel {
+  std::vector<uint32_t> first;   // per patch: its first entry; then the end
+  std::vector<uint32_t> surfels; // per entry: its index in the whole cloud, ascending
+  SurfelCloud cloud; // per entry; at level 0 without positions and frames: those of the whole cloud
+  std::vector<float> nextRadius, nextCoverage; // per entry: splat at the next level; 0 without one
+};
+
 // Levels of detail of a cloud, and the patches that have one level each in a frame.
 struct CutLevels {
-  LevelsOfDetail detail;
   Patches patches;
   SurfelCloud middles; // of the patches
+  std::vector<CutLevel> levels;
 };
-CutLevels cutLevels(const SurfelCloud& cloud, const Progress& progress = {});
+CutLevels cutLevels(const SurfelCloud& cloud, const LevelsOfDetail& detail, const Progress& progress = {});
 
 // Level of detail at which neighbouring surfels are `wanted` pixels apart, of surfels that are `size` pixels
 // apart at level 0: 2 log2(wanted / size), as a level has half the surfels of the one before; at least 0.
@@ -33,6 +41,7 @@ double pixelsPerLength(const capture::Camera<ObjectSpace>& camera, const Deforme
 
 // The surfels that are drawn.
 struct Cut {
+  bool isWhole = false; // the whole cloud is drawn as it is; `cloud` and `surfels` have no meaning
   SurfelCloud cloud;
   std::vector<uint32_t> surfels; // their indices in the whole cloud, ascending
 
@@ -43,7 +52,8 @@ struct Cut {
 };
 
 // Surfels of a frame at `surfelSize` > 0 pixels from each other. Each patch has one level, that of its
-// middle. Levels change continuously with warp and camera, hence also the splats. `kept` donates its memory.
+// middle, with the splats of splatAt. Levels change continuously with warp and camera, hence also the splats.
+// `kept` donates its memory.
 Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& warp,
            const capture::Camera<ObjectSpace>& camera, double surfelSize, const Progress& progress = {},
            Cut kept = {});

@@ -119,8 +119,10 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
     if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
       prepared.push_back(&environments.prepared(coarsened(*environment, options.environmentError), field,
                                                 options.shade, progress));
-  const bool isCut = options.surfelSize > 0, sharesWeights = options.surfelsPerPatch > 1;
-  if (isCut && !levels) levels = cutLevels(field.cloud, progress);
+  const bool sharesWeights = options.surfelsPerPatch > 1;
+  if (options.surfelSize > 0 && !levels)
+    levels = cutLevels(field.cloud, field.levels ? *field.levels : levelsOfDetail(field.cloud, progress),
+                       progress);
   if (sharesWeights && options.surfelsPerPatch != surfelsPerPatch) {
     patches = patchesOf(field.cloud, options.surfelsPerPatch);
     surfelsPerPatch = options.surfelsPerPatch;
@@ -130,9 +132,10 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.lights = scene.lights.size() - prepared.size();
   for (const PreparedEnvironment* environment : prepared) stats.lights += environment->lights.size();
   StageClock clock(stats);
-  if (isCut)
+  if (options.surfelSize > 0)
     cut =
         cutFor(field.cloud, *levels, scene.warp, scene.camera, options.surfelSize, progress, std::move(cut));
+  const bool isCut = options.surfelSize > 0 && !cut.isWhole;
   const SurfelCloud& cloud = isCut ? cut.cloud : field.cloud;
   stats.surfels = cloud.size();
   deformed = warp::deform(cloud, scene.warp, progress, std::move(deformed));

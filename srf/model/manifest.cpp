@@ -20,23 +20,25 @@ constexpr int kDeepest = 8;
 uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
 
 Json jsonOf(const Manifest& manifest) {
-  return {{"format", kSurfelFormat},
-          {"version", kModelVersion},
-          {"white", manifest.white},
-          {"tolerance", manifest.tolerance},
-          {"light_blend",
-           {{"lights", manifest.lightBlend.lights},
-            {"fit", ulr::nameOf(manifest.lightBlend.fit)},
-            {"foreshortened", manifest.lightBlend.foreshortened}}},
-          {"surfels", manifest.surfels},
-          {"views", manifest.views},
-          {"lights", manifest.lights},
-          {"view_files", "views/NNNN.srfb, by index of the view in transforms.json"},
-          {"checksums",
-           {{"transforms.json", manifest.rig},
-            {"surfels.ply", manifest.cloud},
-            {"fades.bin", manifest.visibility}}},
-          {"view_checksums", manifest.viewChecksums}};
+  Json json = {{"format", kSurfelFormat},
+               {"version", kModelVersion},
+               {"white", manifest.white},
+               {"tolerance", manifest.tolerance},
+               {"light_blend",
+                {{"lights", manifest.lightBlend.lights},
+                 {"fit", ulr::nameOf(manifest.lightBlend.fit)},
+                 {"foreshortened", manifest.lightBlend.foreshortened}}},
+               {"surfels", manifest.surfels},
+               {"views", manifest.views},
+               {"lights", manifest.lights},
+               {"view_files", "views/NNNN.srfb, by index of the view in transforms.json"},
+               {"checksums",
+                {{"transforms.json", manifest.rig},
+                 {"surfels.ply", manifest.cloud},
+                 {"fades.bin", manifest.visibility}}},
+               {"view_checksums", manifest.viewChecksums}};
+  if (!manifest.levels.empty()) json["checksums"]["levels.bin"] = manifest.levels;
+  return json;
 }
 
 // Checksum of all fields other than `checksum`.
@@ -121,6 +123,7 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     manifest.rig = textOf(checksums, "transforms.json");
     manifest.cloud = textOf(checksums, "surfels.ply");
     manifest.visibility = textOf(checksums, "fades.bin");
+    if (!member(checksums, "levels.bin").is_null()) manifest.levels = textOf(checksums, "levels.bin");
     const Json& views = member(json, "view_checksums");
     if (!views.is_array()) throw mismatch("a list", views).at("view_checksums");
     for (const Json& view : views) {

@@ -29,6 +29,7 @@ struct Manifest {
   ulr::LightBlend lightBlend;
   size_t surfels = 0, views = 0, lights = 0;
   std::string rig, cloud, visibility;     // checksums of transforms.json, surfels.ply and fades.bin
+  std::string levels;                     // checksum of levels.bin; empty if the model has no such file
   std::vector<std::string> viewChecksums; // ViewFile::checksum of each view
 };
 

@@ -1,6 +1,7 @@
 #include "srf/model/model.h"
 
 #include "srf/capture/writer.h"
+#include "srf/model/level_file.h"
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
 #include "srf/model/visibility_file.h"
@@ -27,6 +28,7 @@ namespace {
 
 constexpr const char* kSurfelFile = "surfels.ply";
 constexpr const char* kFadeFile = "fades.bin";
+constexpr const char* kLevelFile = "levels.bin";
 constexpr const char* kRigFile = "transforms.json";
 
 std::string hashOf(std::string_view content) { return hex(contentHash(std::as_bytes(std::span(content)))); }
@@ -114,6 +116,13 @@ ulr::VisibilityWeights parseFades(std::string_view content, const std::filesyste
   throw std::move(error).in(path);
 }
 
+LevelsOfDetail parseLevels(std::string_view content, const std::filesystem::path& path,
+                           const SurfelCloud& cloud, const Progress& progress) try {
+  return unpackLevels(content, cloud, progress);
+} catch (Error& error) {
+  throw std::move(error).in(path);
+}
+
 std::vector<std::vector<uint32_t>> columnsOf(const capture::Capture& rig) {
   std::vector<std::vector<uint32_t>> columns(rig.views.size());
   for (const auto& frame : rig.frames)
@@ -176,7 +185,19 @@ void requireCount(const char* field, size_t expected, size_t stated, const std::
 }
 
 // Checks of a model's files, in the order in which failures count.
-enum Check : size_t { rigFile, cloudFile, fadeFile, rig, cloud, fades, counts, views, kChecks };
+enum Check : size_t {
+  rigFile,
+  cloudFile,
+  fadeFile,
+  rig,
+  cloud,
+  levelFile,
+  fades,
+  levels,
+  counts,
+  views,
+  kChecks
+};
 
 // Outcome of checks that run at the same time, as if one had run after the other.
 class Checks {
@@ -234,15 +255,26 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
         model.visibility = parseFades(content, folder / kFadeFile, surfels, views, progress);
       });
   };
+  const auto openLevels = [&] {
+    std::string content;
+    if (checks.pass(levelFile, [&] {
+          content = checkedFile(folder / kLevelFile, kLargestFile, manifest.levels, progress);
+        }))
+      checks.pass(levels,
+                  [&] { model.levels = parseLevels(content, folder / kLevelFile, model.cloud, progress); });
+  };
   const auto openCloud = [&] {
     std::string content;
-    if (checks.pass(cloudFile, [&] {
-          content = checkedFile(folder / kSurfelFile, kLargestFile, manifest.cloud, progress);
-        }))
-      checks.pass(cloud, [&] {
-        model.cloud = parseCloud(content, folder / kSurfelFile, progress);
-        model.middle = middleOf(model.cloud.p0);
-      });
+    if (checks.pass(
+            cloudFile,
+            [&] { content = checkedFile(folder / kSurfelFile, kLargestFile, manifest.cloud, progress); }) &&
+        checks.pass(cloud,
+                    [&] {
+                      model.cloud = parseCloud(content, folder / kSurfelFile, progress);
+                      model.middle = middleOf(model.cloud.p0);
+                    }) &&
+        !manifest.levels.empty())
+      openLevels();
   };
   const auto openRig = [&] {
     std::string content;
@@ -282,6 +314,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
   writeCloud(folder / kSurfelFile, content.cloud);
   progress.checkpoint();
   writeFileAtomically(folder / kFadeFile, packVisibility(content.visibility, progress));
+  writeFileAtomically(folder / kLevelFile, packLevels(levelsOfDetail(content.cloud, progress)));
   Manifest manifest{.white = content.white,
                     .tolerance = content.tolerance,
                     .lightBlend = content.lightBlend,
@@ -291,6 +324,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
                     .rig = hashOf(readFile(folder / kRigFile, kLargestFile, progress)),
                     .cloud = hashOf(readFile(folder / kSurfelFile, kLargestFile, progress)),
                     .visibility = hashOf(readFile(folder / kFadeFile, kLargestFile, progress)),
+                    .levels = hashOf(readFile(folder / kLevelFile, kLargestFile, progress)),
                     .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
     manifest.viewChecksums.push_back(hex(codec::ViewFile(folder / viewFilePath(view)).checksum()));

@@ -1,5 +1,5 @@
 // A packed surface reflectance field in a folder: manifest.json (version, white level, light blend,
-// checksums), transforms.json (the rig), surfels.ply, fades.bin and views/*.srfb.
+// checksums), transforms.json (the rig), surfels.ply, levels.bin, fades.bin and views/*.srfb.
 //
 // The rig has the form of a capture whose pictures are the view files: the frames of a view, in order, are
 // the columns of its file. Specified in docs/format.md.
@@ -17,8 +17,8 @@ using Model = shading::ReflectanceField;
 // Opens a packed model. Throws Error naming file and field, and Cancelled.
 Model openModel(const std::filesystem::path& folder, const Progress& progress = {});
 
-// Content of a model apart from its view files, which must exist already. The manifest is written last: a
-// folder without one is unfinished.
+// Content of a model apart from its view files, which must exist already. Levels of detail are built from the
+// cloud. The manifest is written last: a folder without one is unfinished.
 struct ModelContent {
   const capture::Capture& rig;
   const SurfelCloud& cloud;

@@ -7,9 +7,11 @@
 #include "srf/ulr/light_blend.h"
 #include "srf/ulr/visibility_weights.h"
 #include "surfel/cloud.h"
+#include "surfel/level_of_detail.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 namespace surflect::shading {
@@ -19,6 +21,7 @@ struct ReflectanceField {
   uint64_t identity = 0; // hash of all content
   capture::Capture rig;  // training views and lights only
   SurfelCloud cloud;
+  std::optional<LevelsOfDetail> levels;    // of the cloud, if the model stores them
   Point3<AcquisitionSpace, double> middle; // middle of the cloud's bounding box
   ulr::VisibilityWeights visibility;       // one per surfel and view
   std::vector<codec::ViewFile> files;      // reflectance images, one file for each view of the rig

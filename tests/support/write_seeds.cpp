@@ -5,6 +5,7 @@
 #include "srf/codec/view_encoder.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
+#include "srf/model/level_file.h"
 #include "srf/model/manifest.h"
 #include "srf/model/visibility_file.h"
 #include "surfel/base/file.h"
@@ -95,6 +96,12 @@ void writeFades(const fs::path& folder) {
   }
 }
 
+// The cloud is that of levels_fuzz.cpp.
+void writeLevels(const fs::path& folder) {
+  const LevelsOfDetail levels{3, {0, 1, 3, 4, 7}, {{1, 1}, {1, 1}, {2, 1}, {1, 1}, {1, 1}, {2, 1}, {3, 1}}};
+  writeFileAtomically(folder / "four", model::packLevels(levels));
+}
+
 void writeManifests(const fs::path& folder) {
   writeFileAtomically(folder / "one", model::manifestText({.white = 0.5,
                                                            .tolerance = 0.03,
@@ -105,6 +112,7 @@ void writeManifests(const fs::path& folder) {
                                                            .rig = "0123456789abcdef",
                                                            .cloud = "0123456789abcdef",
                                                            .visibility = "0123456789abcdef",
+                                                           .levels = "0123456789abcdef",
                                                            .viewChecksums = {"0123456789abcdef"}}));
 }
 
@@ -171,11 +179,17 @@ int main(int argc, char** argv) {
     return 2;
   }
   constexpr std::pair<const char*, void (*)(const fs::path&)> writers[] = {
-      {"exr", writeExrs},     {"png", writePngs},
-      {"block", writeBlocks}, {"view_file", writeViews},
-      {"fades", writeFades},  {"manifest", writeManifests},
-      {"ply", writeMeshes},   {"foreign", writeForeign},
-      {"gltf", writeGltfs},   {"environment", writeEnvironments}};
+      {"exr", writeExrs},
+      {"png", writePngs},
+      {"block", writeBlocks},
+      {"view_file", writeViews},
+      {"fades", writeFades},
+      {"manifest", writeManifests},
+      {"levels", writeLevels},
+      {"ply", writeMeshes},
+      {"foreign", writeForeign},
+      {"gltf", writeGltfs},
+      {"environment", writeEnvironments}};
   try {
     for (const auto& [target, write] : writers) {
       const fs::path folder = fs::path(argv[1]) / target;

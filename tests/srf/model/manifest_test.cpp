@@ -17,6 +17,7 @@ Manifest example() {
           .rig = sum,
           .cloud = sum,
           .visibility = sum,
+          .levels = sum,
           .viewChecksums = {sum, "0123456789abcdef"}};
 }
 
@@ -31,8 +32,21 @@ TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
   EXPECT_EQ(manifest.views, 2u);
   EXPECT_EQ(manifest.lights, 3u);
   EXPECT_EQ(manifest.rig, sum);
+  EXPECT_EQ(manifest.levels, sum);
   EXPECT_EQ(manifest.viewChecksums, example().viewChecksums);
   EXPECT_EQ(identityOf(manifest), identityOf(example()));
+}
+
+TEST(Manifest, OfAModelWithoutLevelsHasNoFieldForThem) {
+  Manifest without = example();
+  without.levels.clear();
+  EXPECT_EQ(manifestText(without).find("levels"), std::string::npos);
+  EXPECT_EQ(parse(manifestText(without)).levels, "");
+  EXPECT_NE(identityOf(without), identityOf(example()));
+  std::string text = manifestText(example());
+  text.replace(text.find("\"levels.bin\": \"") + 14, 18, "7");
+  EXPECT_NE(image::errorOf([&] { parse(text); }).find("levels.bin: found 7, expected a string"),
+            std::string::npos);
 }
 
 TEST(Manifest, AnyFieldChangesTheIdentity) {

@@ -60,6 +60,9 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
     EXPECT_EQ(model.cloud.r0[i].y, cloud.r0[i].y);
     EXPECT_EQ(model.cloud.r0[i].lower, cloud.r0[i].lower);
   }
+  ASSERT_TRUE(model.levels);
+  EXPECT_GT(model.levels->count, 1u);
+  EXPECT_EQ(*model.levels, levelsOfDetail(cloud));
   EXPECT_EQ(model.visibility.views, visibility.views);
   EXPECT_EQ(model.visibility.values, visibility.values);
   EXPECT_EQ(model.white, 0.7);
@@ -100,7 +103,7 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
   const auto folder = packed.model.folder;
   std::mt19937 random(2);
   for (const std::string name :
-       {"manifest.json", "transforms.json", "surfels.ply", "fades.bin", "views/0001.srfb"}) {
+       {"manifest.json", "transforms.json", "surfels.ply", "levels.bin", "fades.bin", "views/0001.srfb"}) {
     const std::string whole = readFile(folder / name);
     const auto isRefused = [&](const std::string& damaged) {
       image::writeBytes(folder / name, damaged);
@@ -127,8 +130,8 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
 TEST(Model, OfSeveralFaultsTheFirstIsReportedForAnyNumberOfThreads) {
   const PackedStudio packed(smallStudio, fewSurfels);
   const auto folder = packed.model.folder;
-  const std::vector<std::string> names = {"transforms.json", "surfels.ply", "fades.bin", "views/0001.srfb",
-                                          "views/0002.srfb"};
+  const std::vector<std::string> names = {"transforms.json", "surfels.ply",     "fades.bin",
+                                          "levels.bin",      "views/0001.srfb", "views/0002.srfb"};
   std::vector<std::string> whole;
   for (const std::string& name : names) {
     whole.push_back(readFile(folder / name));
@@ -236,7 +239,20 @@ TEST(Model, CountsOfTheManifestAreCheckedAgainstTheFiles) {
 TEST(Model, OpeningStopsWheneverItIsAskedTo) {
   const PackedStudio packed(smallStudio, fewSurfels);
   expectStopsWhenAsked([&](const Progress& progress) { openModel(packed.model.folder, progress); },
-                       1 + 3 + 4); // at the start, of each file with a checksum, of each view
+                       1 + 4 + 4); // at the start, of each file with a checksum, of each view
+}
+
+// Models packed by earlier versions.
+TEST(Model, WithoutLevelsIsOpenedToo) {
+  const PackedStudio packed(smallStudio, fewSurfels);
+  const auto path = packed.model.folder / "manifest.json";
+  Manifest manifest = parseManifest(readFile(path), path);
+  manifest.levels.clear();
+  image::writeBytes(path, manifestText(manifest));
+  std::filesystem::remove(packed.model.folder / "levels.bin");
+  const Model model = openModel(packed.model.folder);
+  EXPECT_FALSE(model.levels);
+  EXPECT_EQ(model.cloud.radius, packed.model.cloud.radius);
 }
 
 TEST(Model, AnUnfinishedFolderSaysSo) {
