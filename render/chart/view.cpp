@@ -72,7 +72,11 @@ std::string modelName(const View& view, size_t model) {
 }
 
 std::string millisecondsText(double milliseconds) { return rounded(milliseconds, 3) + " ms"; }
-std::string percentText(double share) { return rounded(100 * share, 2) + " %"; }
+std::string errorText(double share) {
+  if (share > 0 && share < kVisibleError) return "< " + shortest(100 * kVisibleError, 1);
+  return rounded(100 * share, 2);
+}
+std::string percentText(double share) { return errorText(share) + " %"; }
 std::string fixedText(double number, int decimals) {
   if (!std::isfinite(number)) return rounded(number, 1);
   const std::string text = fmt::format("{:.{}f}", number, decimals);
