@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <fstream>
 #include <memory>
+#include <set>
 
 namespace surflect {
 
@@ -65,9 +66,11 @@ std::string optionsAgain(const CLI::App& command, const std::vector<std::string>
 }
 
 Json runChart(const Arguments& arguments, const Progress& progress) {
-  std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
-  for (auto model = models.begin(); model != models.end(); ++model)
-    if (std::find(models.begin(), model, *model) != model) throw Error("the model is given twice").in(*model);
+  const std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
+  std::set<std::filesystem::path> distinct;
+  for (const std::filesystem::path& model : models)
+    if (!distinct.insert(std::filesystem::weakly_canonical(model / "")).second)
+      throw Error("the model is given twice").in(model);
   requireCreatable(arguments.output);
   const capture::Capture capture = CaptureArgument{arguments.paths.back(), arguments.outside}.read();
   std::optional<chart::BentTruth> bent;

@@ -71,9 +71,10 @@ class Chart(TestInFolder):
                 result = run(*self.arguments("wrong", *wrong))
                 self.assertEqual((result.returncode, result.stdout), (1, ""))
                 self.assertIn(expected, result.stderr.splitlines()[-1])
-        twice = run("chart", self.model, self.model, self.capture, "-o", self.folder / "wrong")
-        self.assertEqual(twice.returncode, 1)
-        self.assertIn("given twice", twice.stderr)
+        for again in (self.model, f"{self.model}/", self.folder / "capture" / ".." / "model.srf"):
+            twice = run("chart", self.model, again, self.capture, "-o", self.folder / "wrong")
+            self.assertEqual(twice.returncode, 1)
+            self.assertIn("given twice", twice.stderr)
 
 
 if __name__ == "__main__":
