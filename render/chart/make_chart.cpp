@@ -4,6 +4,7 @@
 #include "render/chart/measurements.h"
 #include "render/chart/samples.h"
 #include "render/chart/subject.h"
+#include "surfel/base/folder.h"
 #include "surfel/base/message_text.h"
 #include "surfel/base/stopwatch.h"
 
@@ -114,10 +115,6 @@ void addKnobs(std::vector<Knob>& all, const std::vector<Knob>& knobs) {
   }
 }
 
-std::string nameOf(const fs::path& folder) {
-  return (folder.has_filename() ? folder.filename() : folder.parent_path().filename()).string();
-}
-
 } // namespace
 
 Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& capture,
@@ -161,9 +158,9 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
   for (const auto& subject : subjects) {
     addKnobs(chart.knobs, subject->knobs());
     for (const Setting& setting : subject->settings()) chart.points.push_back(subject->pointOf(setting));
-    chart.title += (chart.title.empty() ? "" : ", ") + nameOf(subject->model());
+    chart.title += (chart.title.empty() ? "" : ", ") + folderName(subject->model());
   }
-  chart.title += " on " + nameOf(capture.folder());
+  chart.title += " on " + folderName(capture.folder());
   markFront(chart.points);
   markChosen(chart.points);
   addPanels(chart, subjects, quiet);
