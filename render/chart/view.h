@@ -13,7 +13,7 @@ namespace surflect::chart {
 
 inline constexpr size_t kHues = 7; // of the style sheet
 
-// A chart with what several parts of the page ask for.
+// A chart with look-ups that several parts of the page share.
 struct View {
   const Chart& chart;
   std::vector<std::filesystem::path> models = {};
