@@ -1,5 +1,6 @@
 #include "render/chart/measurements.h"
 
+#include "srf/capture/shallow_json.h"
 #include "surfel/base/file.h"
 
 #include <fmt/format.h>
@@ -61,11 +62,12 @@ template <class Read> auto parsed(const std::string* text, Read read) {
 
 Measurements::Measurements(std::filesystem::path file) : file_(std::move(file)) {
   if (!std::filesystem::exists(file_)) return;
+  constexpr int kDeepest = 4; // levels of nesting
   const std::string text = readFile(file_, kLargestText);
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());
-    const Json line = Json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
-                                  text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+    const std::string_view whole = std::string_view(text).substr(begin, end - begin);
+    const Json line = Json::parse(capture::shallowPart(whole, kDeepest), nullptr, false);
     begin = end + 1;
     if (!line.is_object() || !line.contains("of") || !line["of"].is_string()) continue;
     for (const char* kind : kKinds)

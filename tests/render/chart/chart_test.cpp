@@ -136,6 +136,9 @@ TEST(ChartMeasurements, ComeBackToTheBitAndSurviveDamage) {
     EXPECT_TRUE(std::isinf(again.accuracy("black").value().rmsToFull)) << "full is black";
     EXPECT_FALSE(again.accuracy("y"));
   }
+  const std::string deep(1000000, '[');
+  std::ofstream(file, std::ios::binary) << text << "{\"of\":\"y\",\"cost\":" << deep << "\n";
+  EXPECT_EQ(Measurements(file).cost("y")->error, 2);
   for (size_t end = 0; end < text.size(); end += 7) {
     std::ofstream(file, std::ios::binary)
         << text.substr(0, end) << "\n[1]\n{\"of\":3}\n{\"of\":\"z\",\"cost\":{}}\n";
