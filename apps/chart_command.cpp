@@ -125,14 +125,17 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
       command->add_option("--script", arguments->script, "warps that the deformed object went through");
   bent->needs(script);
   script->needs(bent);
-  command->add_option("--frame", arguments->frame, "of the script")
+  command->add_option("--frame", arguments->frame, "frame of the script")
       ->capture_default_str()
-      ->check(frameNumber());
+      ->check(frameNumber())
+      ->needs(script);
   const auto atLeastOne = CLI::Range(size_t{1}, size_t{1000000});
   command->add_option("--frames", arguments->options.frames, "held-out photographs to compare with, at most")
       ->capture_default_str()
       ->check(atLeastOne);
-  command->add_option("--timed-frames", arguments->options.timedFrames, "of them to time, at most")
+  command
+      ->add_option("--timed-frames", arguments->options.timedFrames,
+                   "held-out photographs whose rendering is timed, at most")
       ->capture_default_str()
       ->check(atLeastOne);
   command->add_option("--rounds", arguments->options.rounds, "rounds of timing over all settings")
